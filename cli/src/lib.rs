@@ -1,0 +1,1 @@
+//! The `shapespace` command line as a library: files in, results out.

@@ -1,0 +1,3 @@
+//! The `shapespace` program.
+
+fn main() {}

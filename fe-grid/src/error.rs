@@ -1,0 +1,43 @@
+//! What can go wrong in this crate.
+
+/// Errors of grids, fields and solvers.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GridError {
+    /// Fewer than two nodes along an axis.
+    #[error("a grid needs at least two nodes along every axis, found {n_nodes:?}")]
+    TooSmall {
+        /// The nodes along each axis, `x` first.
+        n_nodes: Vec<usize>,
+    },
+    /// The spacing is not a positive number.
+    #[error("the grid spacing must be positive and finite, found {spacing}")]
+    Spacing {
+        /// The spacing that was asked for.
+        spacing: f64,
+    },
+    /// A field has the wrong number of values.
+    #[error("a field of this grid has {expected} numbers, found {found}")]
+    Length {
+        /// Numbers that the grid asks for.
+        expected: usize,
+        /// Numbers that were given.
+        found: usize,
+    },
+    /// A pointwise law has no finite value at a state: the deformation folds over there.
+    #[error("the state is not admissible in cell {cell}: the energy density is not finite")]
+    Inadmissible {
+        /// Position in memory of the cell.
+        cell: usize,
+    },
+    /// A linear solver met an operator that is not positive definite.
+    #[error(
+        "the operator is not positive definite: curvature {curvature:e} in iteration {iteration}"
+    )]
+    NotPositiveDefinite {
+        /// The curvature found.
+        curvature: f64,
+        /// Iteration in which it was found.
+        iteration: usize,
+    },
+}

@@ -1,0 +1,304 @@
+//! Lanes: the numbers a pointwise formula is evaluated in.
+//!
+//! A law written once, generic over [`Lane`], runs on a plain `f64` or `f32` in a test and on a
+//! vector of neighbouring cells in production. Every operation is elementwise and correctly
+//! rounded (fused multiply-add included), so that a lane of any width gives the bits that the
+//! scalar formula gives.
+
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+/// A vector of one or more floating-point numbers with elementwise arithmetic.
+pub trait Lane:
+    Copy
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + 'static
+{
+    /// The scalar type of one entry.
+    type Element: Element;
+    /// The result of a comparison, one truth value for every entry.
+    type Mask: Copy;
+    /// How many entries there are.
+    const COUNT: usize;
+
+    /// All entries equal to `x`.
+    fn splat(x: f64) -> Self;
+    /// Fused `self * a + b`.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// Square root.
+    fn sqrt(self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// Smaller of two entries; the second where one is NaN.
+    fn min(self, other: Self) -> Self;
+    /// Larger of two entries; the second where one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// `self < other`.
+    fn less(self, other: Self) -> Self::Mask;
+    /// `mask ? yes : no`.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// `(m, e)` with `self = m 2^e` and `m` in `[1, 2)`, for positive normal numbers.
+    fn split_exponent(self) -> (Self, Self);
+    /// The first [`Lane::COUNT`] numbers of a slice; missing entries are zero.
+    fn load(source: &[Self::Element]) -> Self;
+    /// Writes to the first [`Lane::COUNT`] places of a slice; entries beyond its end are dropped.
+    fn store(self, target: &mut [Self::Element]);
+
+    /// Zero in every entry.
+    #[inline(always)]
+    fn zero() -> Self {
+        Self::splat(0.0)
+    }
+
+    /// One in every entry.
+    #[inline(always)]
+    fn one() -> Self {
+        Self::splat(1.0)
+    }
+
+    /// `self * c` for a scalar constant.
+    #[inline(always)]
+    fn scale(self, c: f64) -> Self {
+        self * Self::splat(c)
+    }
+
+    /// The largest integer not above `self`, for `|self| < 2^22`.
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // Adding 1.5 * 2^(mantissa bits) rounds to the nearest integer.
+        let magic = Self::splat(<Self::Element as Element>::ROUNDING_MAGIC);
+        let nearest = (self + magic) - magic;
+        Self::select(self.less(nearest), nearest - Self::one(), nearest)
+    }
+
+    /// Natural logarithm, accurate to about one unit in the last place; NaN for arguments that
+    /// are not positive.
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.ln_of_one_plus(self - Self::one())
+    }
+
+    /// `ln(1 + self)`, accurate also for small `self`; NaN where `1 + self` is not positive.
+    #[inline(always)]
+    fn ln_1p(self) -> Self {
+        (self + Self::one()).ln_of_one_plus(self)
+    }
+
+    /// `ln(self)`, where `excess = self - 1` is known without cancellation.
+    ///
+    /// With `self = m 2^e`, `m` in `[1/sqrt 2, sqrt 2)`, the series of `artanh` in
+    /// `s = (m-1)/(m+1)` gives `ln m`; for `e = 0` the exact `excess` is used in place of `m-1`.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn ln_of_one_plus(self, excess: Self) -> Self {
+        let (m, e) = self.split_exponent();
+        let big = Self::splat(std::f64::consts::SQRT_2).less(m);
+        let m = Self::select(big, m.scale(0.5), m);
+        let e = Self::select(big, e + Self::one(), e);
+        let unscaled = Self::splat(-0.5).less(e);
+        let unscaled_too = e.less(Self::splat(0.5));
+        let f = m - Self::one();
+        let f = Self::select(unscaled, Self::select(unscaled_too, excess, f), f);
+        let s = f / (f + Self::splat(2.0));
+        let z = s * s;
+        let series = <Self::Element as Element>::ARTANH_SERIES;
+        let mut p = Self::splat(series[0]);
+        for &c in &series[1..] {
+            p = p.mul_add(z, Self::splat(c));
+        }
+        // 2 s (1 + z p): the leading term is kept apart so that it is not rounded twice.
+        let two_s = s + s;
+        let tail = (two_s * z).mul_add(p, two_s);
+        let value = e.mul_add(Self::splat(std::f64::consts::LN_2), tail);
+        Self::select(Self::zero().less(self), value, Self::splat(f64::NAN))
+    }
+
+    /// `self^p` for non-negative entries. Integers and half-integers up to 64 are products and
+    /// square roots; other exponents go through the scalar library function.
+    #[inline(always)]
+    fn powf(self, p: f64) -> Self {
+        let doubled = 2.0 * p;
+        if doubled.fract() == 0.0 && doubled.abs() <= 128.0 {
+            let twice = doubled.abs() as u32;
+            let mut result = self.powi(twice / 2);
+            if twice % 2 == 1 {
+                result *= self.sqrt();
+            }
+            if p < 0.0 {
+                Self::one() / result
+            } else {
+                result
+            }
+        } else {
+            self.map(|x| Self::Element::from_f64(x.to_f64().powf(p)))
+        }
+    }
+
+    /// `self^n` by repeated squaring.
+    #[inline(always)]
+    fn powi(self, n: u32) -> Self {
+        let (mut result, mut base, mut n) = (Self::one(), self, n);
+        while n > 0 {
+            if n % 2 == 1 {
+                result *= base;
+            }
+            base *= base;
+            n /= 2;
+        }
+        result
+    }
+
+    /// A scalar function applied to every entry. Slow: for rare cases.
+    #[inline(always)]
+    fn map(self, f: impl Fn(Self::Element) -> Self::Element) -> Self {
+        let mut entries = [Self::Element::default(); MAX_LANES];
+        self.store(&mut entries);
+        for x in &mut entries[..Self::COUNT] {
+            *x = f(*x);
+        }
+        Self::load(&entries)
+    }
+}
+
+/// No lane is wider than this.
+pub const MAX_LANES: usize = 16;
+
+/// A scalar that fields are stored in: `f64` or `f32`.
+pub trait Element:
+    Lane<Element = Self> + Default + PartialOrd + std::fmt::Debug + std::iter::Sum
+{
+    /// `1.5 * 2^p` with `p` mantissa bits: adding it rounds to an integer.
+    const ROUNDING_MAGIC: f64;
+    /// Series of `artanh(s)/s - 1` divided by `s^2`, highest power first.
+    const ARTANH_SERIES: &'static [f64];
+    /// Rounds from double precision.
+    fn from_f64(x: f64) -> Self;
+    /// Widens to double precision.
+    fn to_f64(self) -> f64;
+    /// Runs a kernel on the lanes of a given instruction set.
+    fn dispatch<K: LaneKernel<Self>>(level: crate::SimdLevel, kernel: K) -> K::Output;
+}
+
+/// A computation that is compiled once for each kind of lane.
+pub trait LaneKernel<T: Element> {
+    /// What the computation returns.
+    type Output;
+    /// The computation; implementations are `#[inline(always)]`, as is all that they call, so
+    /// that the instruction set chosen at run time reaches them.
+    fn run<L: Lane<Element = T>>(self) -> Self::Output;
+}
+
+macro_rules! scalar_lane {
+    ($t:ty, $bits:ty, $mantissa:expr, $magic:expr, $series:expr) => {
+        impl Lane for $t {
+            type Element = $t;
+            type Mask = bool;
+            const COUNT: usize = 1;
+
+            #[inline(always)]
+            fn splat(x: f64) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                <$t>::mul_add(self, a, b)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$t>::sqrt(self)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$t>::abs(self)
+            }
+            // The x86 definition of minimum and maximum, so that NaN takes the same way in
+            // every lane.
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                if self < other { self } else { other }
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                if self > other { self } else { other }
+            }
+            #[inline(always)]
+            fn less(self, other: Self) -> bool {
+                self < other
+            }
+            #[inline(always)]
+            fn select(mask: bool, yes: Self, no: Self) -> Self {
+                if mask { yes } else { no }
+            }
+            #[inline(always)]
+            fn split_exponent(self) -> (Self, Self) {
+                let bits = self.to_bits();
+                let ones = ((1.0 as $t).to_bits() >> $mantissa) as i32;
+                let width = <$bits>::BITS - 1 - $mantissa;
+                let exponent = ((bits >> $mantissa) & ((1 << width) - 1)) as i32 - ones;
+                let mantissa = (bits & ((1 << $mantissa) - 1)) | (1.0 as $t).to_bits();
+                (<$t>::from_bits(mantissa), exponent as $t)
+            }
+            #[inline(always)]
+            fn load(source: &[Self]) -> Self {
+                source.first().copied().unwrap_or(0.0)
+            }
+            #[inline(always)]
+            fn store(self, target: &mut [Self]) {
+                if let Some(first) = target.first_mut() {
+                    *first = self;
+                }
+            }
+        }
+
+        impl Element for $t {
+            const ROUNDING_MAGIC: f64 = $magic;
+            const ARTANH_SERIES: &'static [f64] = $series;
+            #[inline(always)]
+            fn from_f64(x: f64) -> Self {
+                x as $t
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn dispatch<K: LaneKernel<Self>>(level: crate::SimdLevel, kernel: K) -> K::Output {
+                crate::simd::dispatch::<$t, K>(level, kernel)
+            }
+        }
+    };
+}
+
+scalar_lane!(
+    f64,
+    u64,
+    52,
+    6755399441055744.0,
+    &[
+        1.0 / 21.0,
+        1.0 / 19.0,
+        1.0 / 17.0,
+        1.0 / 15.0,
+        1.0 / 13.0,
+        1.0 / 11.0,
+        1.0 / 9.0,
+        1.0 / 7.0,
+        1.0 / 5.0,
+        1.0 / 3.0
+    ]
+);
+scalar_lane!(
+    f32,
+    u32,
+    23,
+    12582912.0,
+    &[1.0 / 9.0, 1.0 / 7.0, 1.0 / 5.0, 1.0 / 3.0]
+);

@@ -1,0 +1,18 @@
+//! Finite elements on uniform 2D and 3D grids.
+//!
+//! **Invariant:** nothing here knows what elasticity or a shape is; physics enters as a
+//! pointwise law.
+
+mod error;
+mod field;
+mod grid;
+mod lane;
+mod simd;
+pub mod tensor;
+
+pub use error::GridError;
+pub use field::{Field, ScalarField, VectorField, locate};
+pub use grid::Grid;
+pub use lane::{Element, Lane, LaneKernel, MAX_LANES};
+pub use simd::SimdLevel;
+pub use tensor::Tensor;

@@ -1,0 +1,313 @@
+//! Wide lanes, chosen at run time.
+//!
+//! The instruction set is found when the program runs (crate `pulp`); no compiler flag is asked
+//! of the user. The types below stay private to the crate: a value of one exists only inside
+//! [`dispatch`], on a machine that has been found to support it.
+
+use crate::lane::{Element, Lane, LaneKernel};
+use pulp::{Simd, WithSimd, cast};
+use std::marker::PhantomData;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::sync::OnceLock;
+
+/// The instruction set that the kernels run on. All give the same bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SimdLevel {
+    /// One number at a time, on any machine.
+    Scalar,
+    /// 256-bit vectors with fused multiply-add (AVX2).
+    Wide256,
+    /// 512-bit vectors (AVX-512), or the widest that the machine has.
+    Widest,
+}
+
+impl SimdLevel {
+    /// The level in use: the widest, unless the environment variable `SHAPESPACE_SIMD` is set to
+    /// `scalar` or `256`.
+    pub fn active() -> Self {
+        static LEVEL: OnceLock<SimdLevel> = OnceLock::new();
+        *LEVEL.get_or_init(|| match std::env::var("SHAPESPACE_SIMD").as_deref() {
+            Ok("scalar") => Self::Scalar,
+            Ok("256") => Self::Wide256,
+            _ => Self::Widest,
+        })
+    }
+}
+
+struct Run<T, K>(K, PhantomData<T>);
+
+impl<K: LaneKernel<f64>> WithSimd for Run<f64, K> {
+    type Output = K::Output;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> K::Output {
+        self.0.run::<Wide64<S>>()
+    }
+}
+
+impl<K: LaneKernel<f32>> WithSimd for Run<f32, K> {
+    type Output = K::Output;
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> K::Output {
+        self.0.run::<Wide32<S>>()
+    }
+}
+
+#[allow(private_bounds)]
+pub(crate) fn dispatch<T, K>(level: SimdLevel, kernel: K) -> K::Output
+where
+    T: Element,
+    K: LaneKernel<T>,
+    Run<T, K>: WithSimd<Output = K::Output>,
+{
+    #[cfg(target_arch = "x86_64")]
+    {
+        if level == SimdLevel::Widest {
+            if let Some(simd) = pulp::x86::V4::try_new() {
+                return Simd::vectorize(simd, Run(kernel, PhantomData));
+            }
+        }
+        if level >= SimdLevel::Wide256 {
+            if let Some(simd) = pulp::x86::V3::try_new() {
+                return Simd::vectorize(simd, Run(kernel, PhantomData));
+            }
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    if level > SimdLevel::Scalar {
+        return pulp::Arch::new().dispatch(Run(kernel, PhantomData));
+    }
+    kernel.run::<T>()
+}
+
+/// The instruction-set token: a type without data, so that one can be made from nothing.
+#[inline(always)]
+fn token<S: Simd>() -> S {
+    const { assert!(size_of::<S>() == 0) };
+    // SAFETY: `S` has no bytes. That the machine supports it is known, because the lanes that
+    // call this are named only under `dispatch`, which was handed such a token.
+    unsafe { std::mem::transmute_copy(&()) }
+}
+
+macro_rules! wide_lane {
+    ($name:ident, $t:ty, $vector:ident, $mask:ident, $m:ident) => {
+        /// A register of numbers on the instruction set `S`.
+        #[derive(Clone, Copy)]
+        pub(crate) struct $name<S: Simd>(S::$vector);
+
+
+        wide_lane!(@operator $name, Add, add, AddAssign, add_assign, $m, add);
+        wide_lane!(@operator $name, Sub, sub, SubAssign, sub_assign, $m, sub);
+        wide_lane!(@operator $name, Mul, mul, MulAssign, mul_assign, $m, mul);
+
+        impl<S: Simd> Div for $name<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn div(self, other: Self) -> Self {
+                Self($m!(S, div, self.0, other.0))
+            }
+        }
+        impl<S: Simd> Neg for $name<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self($m!(S, neg, self.0))
+            }
+        }
+    };
+    (@operator $name:ident, $op:ident, $f:ident, $assign:ident, $g:ident, $m:ident, $call:ident) => {
+        impl<S: Simd> $op for $name<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $f(self, other: Self) -> Self {
+                Self($m!(S, $call, self.0, other.0))
+            }
+        }
+        impl<S: Simd> $assign for $name<S> {
+            #[inline(always)]
+            fn $g(&mut self, other: Self) {
+                *self = Self($m!(S, $call, self.0, other.0));
+            }
+        }
+    };
+}
+
+macro_rules! call64 {
+    ($s:ty, add, $a:expr, $b:expr) => {
+        token::<$s>().add_f64s($a, $b)
+    };
+    ($s:ty, sub, $a:expr, $b:expr) => {
+        token::<$s>().sub_f64s($a, $b)
+    };
+    ($s:ty, mul, $a:expr, $b:expr) => {
+        token::<$s>().mul_f64s($a, $b)
+    };
+    ($s:ty, div, $a:expr, $b:expr) => {
+        token::<$s>().div_f64s($a, $b)
+    };
+    ($s:ty, neg, $a:expr) => {
+        token::<$s>().neg_f64s($a)
+    };
+}
+macro_rules! call32 {
+    ($s:ty, add, $a:expr, $b:expr) => {
+        token::<$s>().add_f32s($a, $b)
+    };
+    ($s:ty, sub, $a:expr, $b:expr) => {
+        token::<$s>().sub_f32s($a, $b)
+    };
+    ($s:ty, mul, $a:expr, $b:expr) => {
+        token::<$s>().mul_f32s($a, $b)
+    };
+    ($s:ty, div, $a:expr, $b:expr) => {
+        token::<$s>().div_f32s($a, $b)
+    };
+    ($s:ty, neg, $a:expr) => {
+        token::<$s>().neg_f32s($a)
+    };
+}
+
+wide_lane!(Wide64, f64, f64s, m64s, call64);
+wide_lane!(Wide32, f32, f32s, m32s, call32);
+
+/// Loads and stores shared by both precisions: whole registers without a mask where the slice is
+/// long enough, which is the case everywhere but at the end of a row.
+macro_rules! memory {
+    ($vector:ident, $partial_load:ident, $partial_store:ident) => {
+        #[inline(always)]
+        fn load(source: &[Self::Element]) -> Self {
+            if source.len() >= Self::COUNT {
+                // SAFETY: the slice holds at least one register's worth of plain numbers.
+                Self(unsafe { source.as_ptr().cast::<S::$vector>().read_unaligned() })
+            } else {
+                Self(token::<S>().$partial_load(source))
+            }
+        }
+        #[inline(always)]
+        fn store(self, target: &mut [Self::Element]) {
+            if target.len() >= Self::COUNT {
+                // SAFETY: the slice has room for one register.
+                unsafe {
+                    target
+                        .as_mut_ptr()
+                        .cast::<S::$vector>()
+                        .write_unaligned(self.0)
+                }
+            } else {
+                token::<S>().$partial_store(target, self.0);
+            }
+        }
+    };
+}
+
+impl<S: Simd> Lane for Wide64<S> {
+    type Element = f64;
+    type Mask = S::m64s;
+    const COUNT: usize = S::F64_LANES;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Self(token::<S>().splat_f64s(x))
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        Self(token::<S>().mul_add_f64s(self.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(token::<S>().sqrt_f64s(self.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(token::<S>().abs_f64s(self.0))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.less(other), self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(other.less(self), self, other)
+    }
+    #[inline(always)]
+    fn less(self, other: Self) -> Self::Mask {
+        token::<S>().less_than_f64s(self.0, other.0)
+    }
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Self(token::<S>().select_f64s(mask, yes.0, no.0))
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        let s = token::<S>();
+        let bits: S::u64s = cast(self.0);
+        let mantissa = s.or_u64s(
+            s.and_u64s(bits, s.splat_u64s((1 << 52) - 1)),
+            s.splat_u64s(1.0f64.to_bits()),
+        );
+        // There is no shift of 64-bit lanes: shift the 32-bit halves and keep the upper one, the
+        // exponent times 2^32; or-ing the bits of 2^52 makes it the float 2^52 + e 2^32.
+        let halves = s.wrapping_dyn_shr_u32s(cast(bits), s.splat_u32s(20));
+        let upper = s.and_u64s(cast(halves), s.splat_u64s(0x7ff << 32));
+        let shifted: S::f64s = cast(s.or_u64s(upper, s.splat_u64s((2.0f64).powi(52).to_bits())));
+        let bias = s.splat_f64s((2.0f64).powi(52) + 1023.0 * (2.0f64).powi(32));
+        let exponent = s.mul_f64s(s.sub_f64s(shifted, bias), s.splat_f64s((2.0f64).powi(-32)));
+        (Self(cast(mantissa)), Self(exponent))
+    }
+    memory!(f64s, partial_load_f64s, partial_store_f64s);
+}
+
+impl<S: Simd> Lane for Wide32<S> {
+    type Element = f32;
+    type Mask = S::m32s;
+    const COUNT: usize = S::F32_LANES;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Self(token::<S>().splat_f32s(x as f32))
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        Self(token::<S>().mul_add_f32s(self.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(token::<S>().sqrt_f32s(self.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(token::<S>().abs_f32s(self.0))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.less(other), self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(other.less(self), self, other)
+    }
+    #[inline(always)]
+    fn less(self, other: Self) -> Self::Mask {
+        token::<S>().less_than_f32s(self.0, other.0)
+    }
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Self(token::<S>().select_f32s(mask, yes.0, no.0))
+    }
+    #[inline(always)]
+    fn split_exponent(self) -> (Self, Self) {
+        let s = token::<S>();
+        let bits: S::u32s = cast(self.0);
+        let mantissa = s.or_u32s(
+            s.and_u32s(bits, s.splat_u32s((1 << 23) - 1)),
+            s.splat_u32s(1.0f32.to_bits()),
+        );
+        let shifted = s.and_u32s(
+            s.wrapping_dyn_shr_u32s(bits, s.splat_u32s(23)),
+            s.splat_u32s(0xff),
+        );
+        let float: S::f32s = cast(s.or_u32s(shifted, s.splat_u32s((2.0f32).powi(23).to_bits())));
+        let exponent = s.sub_f32s(float, s.splat_f32s((2.0f32).powi(23) + 127.0));
+        (Self(cast(mantissa)), Self(exponent))
+    }
+    memory!(f32s, partial_load_f32s, partial_store_f32s);
+}

@@ -1,0 +1,76 @@
+//! Every lane gives the bits of the scalar formula, and the functions are accurate.
+
+use fe_grid::{Element, Lane, LaneKernel, SimdLevel};
+use proptest::prelude::*;
+
+struct Functions<'a, T>(&'a [T], &'a mut [T]);
+
+const N_FUNCTIONS: usize = 9;
+
+impl<T: Element> LaneKernel<T> for Functions<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) {
+        let n = self.0.len();
+        let mut i = 0;
+        while i < n {
+            let x = L::load(&self.0[i..]);
+            let results: [L; N_FUNCTIONS] = [
+                x.ln(),
+                x.ln_1p(),
+                (x - L::splat(3.0)).floor(),
+                x.sqrt(),
+                x.powf(2.5),
+                x.mul_add(x, -x) / (x + L::one()),
+                x.min(L::splat(2.0)).max(L::splat(0.5)),
+                x.powf(-3.0),
+                (-x).ln().abs(),
+            ];
+            for (k, r) in results.into_iter().enumerate() {
+                r.store(&mut self.1[k * n + i..(k + 1) * n]);
+            }
+            i += L::COUNT;
+        }
+    }
+}
+
+fn run<T: Element>(level: SimdLevel, x: &[T]) -> Vec<T> {
+    let mut out = vec![T::default(); N_FUNCTIONS * x.len()];
+    T::dispatch(level, Functions(x, &mut out));
+    out
+}
+
+proptest! {
+    #[test]
+    fn wide_lanes_give_the_scalar_bits(x in prop::collection::vec(1e-30f64..50.0, 1..40)) {
+        let scalar = run(SimdLevel::Scalar, &x);
+        for level in [SimdLevel::Wide256, SimdLevel::Widest] {
+            for (a, b) in scalar.iter().zip(run(level, &x)) {
+                prop_assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{a} {b}");
+            }
+        }
+        let x: Vec<f32> = x.iter().map(|&x| x as f32).collect();
+        let scalar = run(SimdLevel::Scalar, &x);
+        for level in [SimdLevel::Wide256, SimdLevel::Widest] {
+            for (a, b) in scalar.iter().zip(run(level, &x)) {
+                prop_assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{a} {b}");
+            }
+        }
+    }
+
+    /// Two units in the last place: one rounding each in the series and in `e ln 2`.
+    #[test]
+    fn logarithm_is_accurate(e in -60.0f64..60.0) {
+        let x = e.exp();
+        prop_assert!((Lane::ln(x) - x.ln()).abs() <= 2.0 * f64::EPSILON * x.ln().abs());
+        let small = if e > 0.0 { (-e).exp() } else { -0.9 * e.exp() };
+        prop_assert!((Lane::ln_1p(small) - small.ln_1p()).abs() <= 2.0 * f64::EPSILON * small.ln_1p().abs());
+    }
+}
+
+#[test]
+fn logarithm_outside_its_domain_is_nan() {
+    assert!(Lane::ln(-1.0f64).is_nan());
+    assert!(Lane::ln(0.0f64).is_nan());
+    assert!(Lane::ln_1p(-2.0f32).is_nan());
+}

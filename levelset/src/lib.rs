@@ -1,0 +1,1 @@
+//! Signed distances, contours, surfaces and measures of 2D and 3D shapes.

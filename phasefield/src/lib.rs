@@ -1,0 +1,1 @@
+//!  profiles, interface length and mismatch energies.

@@ -1,0 +1,1 @@
+//! The elastic average of 2D and 3D shapes.
