@@ -1,0 +1,246 @@
+//! The certificate of injectivity: a lower bound of `det D Phi` on whole cells.
+//!
+//! In two dimensions the determinant of a bilinear map is affine on a cell, so that its minimum
+//! is taken at a corner. In three it is a polynomial of degree two in each variable; its 27
+//! Bernstein coefficients bound it from below, and where that bound does not suffice the cell is
+//! split, which brings bound and minimum together quadratically.
+
+use crate::engine::element::MAX_CORNERS;
+use crate::engine::rows::{Row, first_cell, gather, rows_of_layer};
+use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
+use rayon::prelude::*;
+
+/// What is known about the determinant of a deformation gradient.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Certificate {
+    /// Whether the determinant exceeds the threshold everywhere.
+    pub certified: bool,
+    /// A lower bound of the determinant over all cells: its minimum in two dimensions.
+    pub min_det: f64,
+    /// The smallest determinant at a corner of a cell.
+    pub min_corner_det: f64,
+    /// The cell of the lower bound.
+    pub cell: usize,
+}
+
+/// How often a cell is split before it is given up.
+const MAX_SPLITS: usize = 6;
+
+/// Bounds `det(1 + D u)` for a displacement `u`, and says whether it exceeds `threshold`.
+///
+/// # Panics
+/// If the displacement does not have `D` components of the grid.
+pub fn certify<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    displacement: &[T],
+    threshold: f64,
+) -> Certificate {
+    assert_eq!(displacement.len(), D * grid.n_nodes());
+    let layers = grid.cells_per_axis()[D - 1];
+    let per_layer = grid.n_cells() / layers;
+    let found: Vec<LayerBounds> = (0..layers)
+        .into_par_iter()
+        .with_min_len(2048usize.div_ceil(per_layer))
+        .map(|layer| {
+            let kernel = BoundKernel {
+                grid,
+                displacement,
+                layer,
+                threshold,
+            };
+            T::dispatch(SimdLevel::active(), kernel)
+        })
+        .collect();
+    let mut total = LayerBounds::none();
+    for bounds in found {
+        total.include(bounds.bound, bounds.corner, bounds.cell);
+    }
+    Certificate {
+        certified: total.bound > threshold,
+        min_det: total.bound,
+        min_corner_det: total.corner,
+        cell: total.cell,
+    }
+}
+
+struct LayerBounds {
+    bound: f64,
+    corner: f64,
+    cell: usize,
+}
+
+impl LayerBounds {
+    fn none() -> Self {
+        Self {
+            bound: f64::INFINITY,
+            corner: f64::INFINITY,
+            cell: 0,
+        }
+    }
+
+    fn include(&mut self, bound: f64, corner: f64, cell: usize) {
+        // NaN counts as the worst that can be.
+        if !(bound >= self.bound) {
+            (self.bound, self.cell) = (bound, cell);
+        }
+        if !(corner >= self.corner) {
+            self.corner = corner;
+        }
+        if bound.is_nan() {
+            self.bound = f64::NEG_INFINITY;
+        }
+    }
+}
+
+struct BoundKernel<'a, T, const D: usize> {
+    grid: &'a Grid<D>,
+    displacement: &'a [T],
+    layer: usize,
+    threshold: f64,
+}
+
+impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
+    type Output = LayerBounds;
+
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) -> LayerBounds {
+        let length = self.grid.cells_per_axis()[0];
+        let (mut bounds, mut corners) = (vec![T::default(); length], vec![T::default(); length]);
+        let mut total = LayerBounds::none();
+        for row in rows_of_layer(self.grid, self.layer) {
+            let mut i = 0;
+            while i < length {
+                let map = self.corner_positions::<L>(row, i);
+                let (bound, corner) = determinant_bounds::<L, D>(&map);
+                bound.store(&mut bounds[i..]);
+                corner.store(&mut corners[i..]);
+                i += L::COUNT;
+            }
+            for i in 0..length {
+                let (mut bound, corner) = (bounds[i].to_f64(), corners[i].to_f64());
+                if D == 3 && bound <= self.threshold && corner > self.threshold {
+                    let map = self.corner_positions::<T>(row, i);
+                    let map = map.map(|c| c.map(Element::to_f64));
+                    bound = refined_bound::<D>(&map, self.threshold, MAX_SPLITS);
+                }
+                total.include(bound, corner, first_cell(self.grid, row) + i);
+            }
+        }
+        total
+    }
+}
+
+impl<T: Element, const D: usize> BoundKernel<'_, T, D> {
+    /// Deformed corners of the cells from `i` on, in units of the spacing and relative to the
+    /// first corner of each cell.
+    #[inline(always)]
+    fn corner_positions<L: Lane<Element = T>>(&self, row: Row, i: usize) -> [[L; MAX_CORNERS]; D] {
+        let n = self.grid.n_nodes();
+        let inverse_h = L::splat(1.0 / self.grid.spacing());
+        let mut map = [[L::zero(); MAX_CORNERS]; D];
+        for k in 0..D {
+            let component = &self.displacement[k * n..(k + 1) * n];
+            map[k] = gather::<T, L, D>(self.grid, component, row, i);
+            let first = map[k][0];
+            for c in 0..1 << D {
+                let own = L::splat((c >> k & 1) as f64);
+                map[k][c] = (map[k][c] - first).mul_add(inverse_h, own);
+            }
+        }
+        map
+    }
+}
+
+/// Smallest Bernstein coefficient and smallest corner value of the determinant of a multilinear
+/// map given by its corners, `map[component][corner]`.
+#[inline(always)]
+fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (L, L) {
+    // edge[k][c]: difference along axis k at the corner c whose bit k is unset.
+    let edge = |k: usize, c: usize| -> [L; D] {
+        let c = c & !(1 << k);
+        std::array::from_fn(|m| map[m][c | 1 << k] - map[m][c])
+    };
+    let mut corner = L::splat(f64::INFINITY);
+    for c in 0..1 << D {
+        let columns: [[L; D]; D] = std::array::from_fn(|k| edge(k, c));
+        corner = crate::tensor::determinant(&columns).min(corner);
+    }
+    if D == 2 {
+        return (corner, corner);
+    }
+    // Degree one in the two other variables for each column: the product has degree two in all.
+    // Coefficient (i, j, k) collects the triple products of columns whose indices add up to it,
+    // over the binomials of degree two.
+    let mut coefficients = [L::zero(); 27];
+    for yz in 0..4 {
+        let a = edge(0, (yz & 1) << 1 | (yz >> 1) << 2);
+        for xz in 0..4 {
+            let b = edge(1, (xz & 1) | (xz >> 1) << 2);
+            // The cross product of the first two columns serves four third columns.
+            let cross: [L; 3] = std::array::from_fn(|m| {
+                let (p, q) = ((m + 1) % 3, (m + 2) % 3);
+                a[p].mul_add(b[q], -(a[q] * b[p]))
+            });
+            for xy in 0..4 {
+                let e = edge(2, xy);
+                let mut product = cross[0] * e[0];
+                for m in 1..3 {
+                    product = cross[m].mul_add(e[m], product);
+                }
+                let i = (xz & 1) + (xy & 1);
+                let j = (yz & 1) + (xy >> 1);
+                let k = (yz >> 1) + (xz >> 1);
+                coefficients[i + 3 * j + 9 * k] += product;
+            }
+        }
+    }
+    let mut bound = corner;
+    for (index, coefficient) in coefficients.into_iter().enumerate() {
+        let ones = [index % 3, index / 3 % 3, index / 9]
+            .iter()
+            .filter(|&&i| i == 1)
+            .count();
+        bound = coefficient.scale(0.5f64.powi(ones as i32)).min(bound);
+    }
+    (bound, corner)
+}
+
+/// The bound over a cell after splitting it where the bound does not exceed the threshold.
+fn refined_bound<const D: usize>(
+    map: &[[f64; MAX_CORNERS]; D],
+    threshold: f64,
+    splits: usize,
+) -> f64 {
+    let (bound, corner) = determinant_bounds::<f64, D>(map);
+    if bound > threshold || corner <= threshold || splits == 0 {
+        return bound;
+    }
+    let mut least = f64::INFINITY;
+    for child in 0..1 << D {
+        // Twice as large, so that the determinant in the coordinates of the child is that of
+        // the whole cell.
+        let part: [[f64; MAX_CORNERS]; D] =
+            std::array::from_fn(|k| child_corners::<D>(&map[k], child).map(|x| 2.0 * x));
+        least = least.min(refined_bound::<D>(&part, threshold, splits - 1));
+    }
+    least
+}
+
+/// Corner values of a child cell of a multilinear function.
+fn child_corners<const D: usize>(values: &[f64; MAX_CORNERS], child: usize) -> [f64; MAX_CORNERS] {
+    let mut v = *values;
+    for k in 0..D {
+        for c in 0..1 << D {
+            if c >> k & 1 == 0 {
+                let (low, high) = (v[c], v[c | 1 << k]);
+                let middle = f64::midpoint(low, high);
+                (v[c], v[c | 1 << k]) = if child >> k & 1 == 0 {
+                    (low, middle)
+                } else {
+                    (middle, high)
+                };
+            }
+        }
+    }
+    v
+}

@@ -1,0 +1,197 @@
+//! Compositions `V o Phi` of a nodal field with a deformation, exact at quadrature points.
+//!
+//! A deformation is stored as its displacement `u`, `Phi(x) = x + u(x)`. At a quadrature point
+//! the position `x_q + u(x_q)` is found and `V` is evaluated there by its own multilinear
+//! interpolation, with no nodal interpolation in between. Positions outside the box take the
+//! value at its nearest point; the derivative across the face is then zero.
+//!
+//! Both adjoints exist: with respect to the deformation through [`Matching`] (a [`CellLaw`],
+//! whose gradient scatters `f' (grad V) o Phi`), with respect to `V` through
+//! [`crate::scatter`] (which scatters the shape functions at the deformed points).
+
+use crate::engine::element::MAX_CORNERS;
+use crate::engine::{CellLaw, Jet, MAX_COEFFICIENTS, Point, Reads};
+use crate::{Element, Grid, Lane, MAX_LANES};
+
+/// A nodal field to be evaluated at arbitrary points.
+#[derive(Clone, Copy)]
+pub struct Interpolant<'a, T, const D: usize> {
+    grid: Grid<D>,
+    field: &'a [T],
+}
+
+/// Where points lie in a grid: cells and coordinates in them, one point a lane.
+pub(crate) struct Location<L, const D: usize> {
+    /// Index of the cell along each axis, as a number.
+    pub cell: [L; D],
+    /// Coordinates in the cell, in `[0, 1]`.
+    pub local: [L; D],
+    /// One where the point is inside the box along an axis, zero where it was moved to a face.
+    pub inside: [L; D],
+}
+
+/// Finds the cells that hold points; points outside are moved to the nearest point of the box.
+#[inline(always)]
+pub(crate) fn locate_lanes<L: Lane, const D: usize>(
+    grid: &Grid<D>,
+    position: &[L; D],
+) -> Location<L, D> {
+    let cells = grid.cells_per_axis();
+    let inverse_h = L::splat(1.0 / grid.spacing());
+    let mut at = Location {
+        cell: *position,
+        local: *position,
+        inside: *position,
+    };
+    for k in 0..D {
+        let s = position[k] * inverse_h;
+        let (low, high) = (L::zero(), L::splat(cells[k] as f64));
+        let above = L::select(s.less(low), L::zero(), L::one());
+        at.inside[k] = L::select(high.less(s), L::zero(), above);
+        // The order of the operands sends NaN to a number: no index leaves the field.
+        let s = s.max(low).min(high);
+        at.cell[k] = s.floor().min(L::splat((cells[k] - 1) as f64));
+        at.local[k] = s - at.cell[k];
+    }
+    at
+}
+
+impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
+    /// Binds a nodal field to its grid.
+    ///
+    /// # Panics
+    /// If the field has another length than the grid has nodes.
+    pub fn new(grid: Grid<D>, field: &'a [T]) -> Self {
+        assert_eq!(field.len(), grid.n_nodes());
+        Self { grid, field }
+    }
+
+    /// Value and gradient at one point a lane.
+    #[inline(always)]
+    pub fn sample<L: Lane>(&self, position: &[L; D]) -> (L, [L; D]) {
+        let at = locate_lanes(&self.grid, position);
+        let corners = self.gather(&at.cell);
+        // One axis after the other halves the corners; derivatives taken so far go along.
+        let mut value = corners;
+        let mut slope = [[L::zero(); MAX_CORNERS]; D];
+        for k in 0..D {
+            for c in 0..(1usize << D) >> (k + 1) {
+                for s in &mut slope[..k] {
+                    s[c] = (s[2 * c + 1] - s[2 * c]).mul_add(at.local[k], s[2 * c]);
+                }
+                slope[k][c] = value[2 * c + 1] - value[2 * c];
+                value[c] = slope[k][c].mul_add(at.local[k], value[2 * c]);
+            }
+        }
+        let inverse_h = L::splat(1.0 / self.grid.spacing());
+        let mut gradient = [L::zero(); D];
+        for k in 0..D {
+            gradient[k] = slope[k][0] * inverse_h * at.inside[k];
+        }
+        (value[0], gradient)
+    }
+
+    #[inline(always)]
+    fn gather<L: Lane>(&self, cell: &[L; D]) -> [L; MAX_CORNERS] {
+        let strides = self.grid.strides();
+        let mut base = [0usize; MAX_LANES];
+        for k in 0..D {
+            let mut index = [L::Element::default(); MAX_LANES];
+            cell[k].store(&mut index);
+            for l in 0..L::COUNT {
+                base[l] += index[l].to_f64() as usize * strides[k];
+            }
+        }
+        let mut corners = [L::zero(); MAX_CORNERS];
+        for c in 0..1usize << D {
+            let offset: usize = (0..D).map(|k| (c >> k & 1) * strides[k]).sum();
+            let mut values = [L::Element::default(); MAX_LANES];
+            for l in 0..L::COUNT {
+                values[l] = L::Element::from_f64(self.field[base[l] + offset].to_f64());
+            }
+            corners[c] = L::load(&values);
+        }
+        corners
+    }
+}
+
+/// A pointwise density `f(s; c)` of a composed value `s = V(Phi(x))` and of coefficients at `x`.
+pub trait MatchDensity: Sync {
+    /// Number of nodal coefficient fields read.
+    const COEFFICIENTS: usize;
+    /// `f`.
+    fn value<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> L;
+    /// `f`, `f'` and a curvature that is not negative: `f''`, or its positive part.
+    fn derivatives<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> (L, L, L);
+}
+
+/// The energy of a composition, `sum_q w f(V(x_q + u(x_q)); c(x_q))`, as a law for the
+/// displacement `u`.
+///
+/// Its Hessian action is that of Gauss and Newton, `f'' (grad V . d) grad V`: the term with the
+/// second derivatives of `V`, which is not definite, is left out.
+#[derive(Clone, Copy)]
+pub struct Matching<'a, F, T, const D: usize> {
+    density: F,
+    field: Interpolant<'a, T, D>,
+}
+
+impl<'a, F, T: Element, const D: usize> Matching<'a, F, T, D> {
+    /// The composition of a field with the deformation, under a density.
+    pub fn new(density: F, field: Interpolant<'a, T, D>) -> Self {
+        Self { density, field }
+    }
+
+    #[inline(always)]
+    fn sample<L: Lane>(&self, point: &Point<L, D, D>) -> (L, [L; D]) {
+        let mut position = point.position;
+        for k in 0..D {
+            position[k] += point.value[k];
+        }
+        self.field.sample(&position)
+    }
+}
+
+impl<F: MatchDensity, T: Element, const D: usize> Reads for Matching<'_, F, T, D> {
+    const USES_VALUE: bool = true;
+    const USES_GRADIENT: bool = false;
+    const COEFFICIENTS: usize = F::COEFFICIENTS;
+    const CELL_DATA: usize = 0;
+}
+
+impl<F: MatchDensity, T: Element, const D: usize> CellLaw<D, D> for Matching<'_, F, T, D> {
+    #[inline(always)]
+    fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
+        self.density.value(self.sample(point).0, &point.coefficient)
+    }
+
+    #[inline(always)]
+    fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
+        let (s, slope) = self.sample(point);
+        let (value, derivative, _) = self.density.derivatives(s, &point.coefficient);
+        let mut jet = Jet::zero();
+        for k in 0..D {
+            jet.value[k] = derivative * slope[k];
+        }
+        (value, jet)
+    }
+
+    #[inline(always)]
+    fn hessian_action<L: Lane>(
+        &self,
+        point: &Point<L, D, D>,
+        direction: &Jet<L, D, D>,
+    ) -> Jet<L, D, D> {
+        let (s, slope) = self.sample(point);
+        let (_, _, curvature) = self.density.derivatives(s, &point.coefficient);
+        let mut along = slope[0] * direction.value[0];
+        for k in 1..D {
+            along = slope[k].mul_add(direction.value[k], along);
+        }
+        let mut jet = Jet::zero();
+        for k in 0..D {
+            jet.value[k] = curvature * along * slope[k];
+        }
+        jet
+    }
+}

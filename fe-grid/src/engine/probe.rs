@@ -1,0 +1,105 @@
+//! Means over cells of a pointwise formula.
+
+use super::block::Block;
+use super::rows::{first_cell, rows_of_layer};
+use super::{CellProbe, Data, MAX_CELL_DATA};
+use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
+use rayon::prelude::*;
+
+struct ProbeKernel<'a, F, T: Element, const D: usize, const M: usize> {
+    grid: &'a Grid<D>,
+    probe: &'a F,
+    data: Data<'a, T>,
+    state: &'a [T],
+    layer: usize,
+    /// Cells of the layer, one slice an output.
+    out: Vec<&'a mut [T]>,
+}
+
+impl<F, T, const D: usize, const M: usize> LaneKernel<T> for ProbeKernel<'_, F, T, D, M>
+where
+    F: CellProbe<D, M>,
+    T: Element,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(mut self) {
+        let length = self.grid.cells_per_axis()[0];
+        let layer_start = first_cell(
+            self.grid,
+            if D == 3 {
+                [0, self.layer]
+            } else {
+                [self.layer, 0]
+            },
+        );
+        for row in rows_of_layer(self.grid, self.layer) {
+            let start = first_cell(self.grid, row) - layer_start;
+            let mut i = 0;
+            while i < length {
+                let block =
+                    Block::<L, D, M>::read::<F, T>(self.grid, self.state, &self.data, row, i);
+                let mut means = [L::zero(); MAX_CELL_DATA];
+                for q in 0..1 << D {
+                    let values = self.probe.probe(&block.point(q));
+                    for f in 0..F::OUTPUTS {
+                        means[f] += values[f];
+                    }
+                }
+                for mean in &mut means {
+                    *mean = mean.scale(1.0 / f64::from(1u32 << D));
+                }
+                let values = self.probe.finish(means);
+                for f in 0..F::OUTPUTS {
+                    values[f].store(&mut self.out[f][start + i..start + length]);
+                }
+                i += L::COUNT;
+            }
+        }
+    }
+}
+
+/// The mean over every cell of a formula of the state: [`CellProbe::OUTPUTS`] arrays of one
+/// number a cell.
+pub fn probe_cells<F, T, const D: usize, const M: usize>(
+    grid: &Grid<D>,
+    probe: &F,
+    data: Data<'_, T>,
+    state: &[T],
+) -> Vec<Vec<T>>
+where
+    F: CellProbe<D, M>,
+    T: Element,
+{
+    assert_eq!(state.len(), M * grid.n_nodes());
+    assert!(data.coefficients.len() >= F::COEFFICIENTS && data.cells.len() >= F::CELL_DATA);
+    let per_layer: usize = grid.cells_per_axis()[..D - 1].iter().product();
+    let mut out = vec![vec![T::default(); grid.n_cells()]; F::OUTPUTS];
+    let mut by_layer: Vec<Vec<&mut [T]>> = (0..grid.cells_per_axis()[D - 1])
+        .map(|_| Vec::new())
+        .collect();
+    for output in &mut out {
+        for (layer, cells) in output.chunks_exact_mut(per_layer).enumerate() {
+            by_layer[layer].push(cells);
+        }
+    }
+    by_layer
+        .into_par_iter()
+        .with_min_len(4096usize.div_ceil(per_layer))
+        .enumerate()
+        .for_each(|(layer, out)| {
+            T::dispatch(
+                SimdLevel::active(),
+                ProbeKernel::<F, T, D, M> {
+                    grid,
+                    probe,
+                    data,
+                    state,
+                    layer,
+                    out,
+                },
+            );
+        });
+    out
+}

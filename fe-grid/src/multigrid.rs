@@ -1,0 +1,424 @@
+//! Symmetric geometric multigrid for quadratic laws with coefficients per cell.
+//!
+//! The operator on every level is the Hessian action of one quadratic [`CellLaw`], applied by
+//! the cell engine; the coefficients of a coarse cell come from those of its `2^D` children
+//! ([`CoefficientLaw::coarsen`]). Nested spaces make this nearly the Galerkin product, at a few
+//! numbers a cell. The smoother is a Chebyshev polynomial of the operator preconditioned by its
+//! block diagonal, the same before and after the coarse correction, so that the cycle is a
+//! symmetric operator and may precondition conjugate gradients or serve as a metric. Single
+//! precision is enough inside a preconditioner and halves its memory.
+
+use crate::engine::{Assembly, CellLaw, Data, MAX_CELL_DATA};
+use crate::linear::LinearOperator;
+use crate::pool::Pool;
+use crate::transfer::{average_cells, prolong_into, restrict_into};
+use crate::{Element, Grid, GridError};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
+
+/// A quadratic law all of whose coefficients are numbers per cell.
+pub trait CoefficientLaw<const D: usize, const M: usize>: CellLaw<D, M> + Clone {
+    /// Makes the coefficients of a coarse cell from the means over its children.
+    fn coarsen(&self, means: &mut [f64; MAX_CELL_DATA]);
+}
+
+/// Parameters of the cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MultigridParams {
+    /// Degree of the smoothing polynomial, before and after the coarse correction each.
+    pub smoothing_steps: usize,
+    /// The smoother damps the part of the spectrum from this share of its upper end on.
+    pub smoothing_range: f64,
+    /// A level with no more unknowns than this is solved directly.
+    pub direct_unknowns: usize,
+}
+
+impl Default for MultigridParams {
+    fn default() -> Self {
+        Self {
+            smoothing_steps: 2,
+            smoothing_range: 0.25,
+            direct_unknowns: 100,
+        }
+    }
+}
+
+struct Level<T, F, const D: usize, const M: usize> {
+    grid: Grid<D>,
+    law: F,
+    cells: Vec<Vec<T>>,
+    /// Inverses of the diagonal blocks, `[r M + m][node]`.
+    inverse_blocks: Vec<T>,
+    /// Upper end of the spectrum of the operator preconditioned by its block diagonal.
+    spectral_bound: f64,
+}
+
+/// Vectors of one level.
+struct Scratch<T> {
+    x: Vec<T>,
+    b: Vec<T>,
+    residual: Vec<T>,
+    update: Vec<T>,
+    product: Vec<T>,
+}
+
+/// One V-cycle from zero, as a linear operator: an approximate inverse.
+pub struct Multigrid<T: Element, F, const D: usize, const M: usize> {
+    /// Finest first.
+    levels: Vec<Level<T, F, D, M>>,
+    direct: Cholesky<f64, Dyn>,
+    params: MultigridParams,
+    pool: Pool<Vec<Scratch<T>>>,
+}
+
+impl<T, F, const D: usize, const M: usize> Level<T, F, D, M>
+where
+    T: Element,
+    F: CoefficientLaw<D, M>,
+{
+    fn new(grid: Grid<D>, law: F, cells: Vec<Vec<T>>) -> Self {
+        Self {
+            grid,
+            law,
+            cells,
+            inverse_blocks: Vec::new(),
+            spectral_bound: 0.0,
+        }
+    }
+
+    fn n_unknowns(&self) -> usize {
+        M * self.grid.n_nodes()
+    }
+
+    /// The law does not depend on the state, so the direction stands in for it.
+    fn apply_into(&self, x: &[T], y: &mut [T]) {
+        let cells: Vec<&[T]> = self.cells.iter().map(Vec::as_slice).collect();
+        let data = Data {
+            coefficients: &[],
+            cells: &cells,
+        };
+        Assembly::new(self.grid, &self.law, data).hessian_action_into(x, x, y);
+    }
+
+    fn coarser(&self) -> Option<Self> {
+        let grid = self.grid.coarser()?;
+        let mut cells: Vec<Vec<T>> = self
+            .cells
+            .iter()
+            .map(|data| average_cells(&grid, data))
+            .collect();
+        for i in 0..grid.n_cells() {
+            let mut means = [0.0; MAX_CELL_DATA];
+            for (mean, data) in means.iter_mut().zip(&cells) {
+                *mean = data[i].to_f64();
+            }
+            self.law.coarsen(&mut means);
+            for (data, mean) in cells.iter_mut().zip(means) {
+                data[i] = T::from_f64(mean);
+            }
+        }
+        Some(Self::new(grid, self.law.clone(), cells))
+    }
+
+    /// Inverts the diagonal blocks and estimates the spectrum.
+    fn prepare(&mut self) -> Result<(), GridError> {
+        let n = self.grid.n_nodes();
+        let mut blocks = vec![T::default(); M * M * n];
+        let cells: Vec<&[T]> = self.cells.iter().map(Vec::as_slice).collect();
+        let data = Data {
+            coefficients: &[],
+            cells: &cells,
+        };
+        let zero = vec![T::default(); M * n];
+        Assembly::new(self.grid, &self.law, data).block_diagonal_into(&zero, &mut blocks);
+        for i in 0..n {
+            let block = DMatrix::from_fn(M, M, |r, m| blocks[(r * M + m) * n + i].to_f64());
+            let curvature = block.diagonal().min();
+            let inverse = Cholesky::new(block)
+                .ok_or(GridError::NotPositiveDefinite {
+                    curvature,
+                    iteration: 0,
+                })?
+                .inverse();
+            for r in 0..M {
+                for m in 0..M {
+                    blocks[(r * M + m) * n + i] = T::from_f64(inverse[(r, m)]);
+                }
+            }
+        }
+        self.inverse_blocks = blocks;
+        self.spectral_bound = self.estimate_spectrum();
+        Ok(())
+    }
+
+    /// Power iteration from a fixed oscillating vector, with a margin for its shortfall.
+    fn estimate_spectrum(&self) -> f64 {
+        const ITERATIONS: usize = 8;
+        const MARGIN: f64 = 1.1;
+        let n = self.n_unknowns();
+        let wave = |i: usize| ((i * 7919) % 1013) as f64 / 506.0 - 1.0;
+        let mut x: Vec<T> = (0..n).map(|i| T::from_f64(wave(i))).collect();
+        let (mut y, mut z) = (vec![T::default(); n], vec![T::default(); n]);
+        let mut bound: f64 = 1.0;
+        for _ in 0..ITERATIONS {
+            self.apply_into(&x, &mut y);
+            self.precondition_into(&y, &mut z);
+            // The Rayleigh quotient in the metric of the diagonal is <x, A x> / <x, D x>, but
+            // the ratio of norms converges to the same and needs no further product.
+            let norm = |v: &[T]| {
+                v.iter()
+                    .map(|a| a.to_f64() * a.to_f64())
+                    .sum::<f64>()
+                    .sqrt()
+            };
+            bound = norm(&z) / norm(&x).max(f64::MIN_POSITIVE);
+            let scale = T::from_f64(1.0 / norm(&z).max(f64::MIN_POSITIVE));
+            for (x, &z) in x.iter_mut().zip(&z) {
+                *x = z * scale;
+            }
+        }
+        MARGIN * bound
+    }
+
+    /// `y = D^{-1} x` with the diagonal blocks.
+    fn precondition_into(&self, x: &[T], y: &mut [T]) {
+        let n = self.grid.n_nodes();
+        y.par_chunks_mut(CHUNK)
+            .enumerate()
+            .with_min_len(4)
+            .for_each(|(chunk, out)| {
+                for (j, out) in out.iter_mut().enumerate() {
+                    let position = chunk * CHUNK + j;
+                    let (r, i) = (position / n, position % n);
+                    let mut s = self.inverse_blocks[r * M * n + i] * x[i];
+                    for m in 1..M {
+                        s = self.inverse_blocks[(r * M + m) * n + i].mul_add(x[m * n + i], s);
+                    }
+                    *out = s;
+                }
+            });
+    }
+
+    /// Improves `x`, whose residual `b - A x` is given, by a Chebyshev polynomial. `product` and
+    /// `update` are scratch; the residual is not kept up to date.
+    fn smooth(&self, s: &mut Scratch<T>, params: &MultigridParams) {
+        let (low, high) = (
+            params.smoothing_range * self.spectral_bound,
+            self.spectral_bound,
+        );
+        let (centre, radius) = (f64::midpoint(high, low), 0.5 * (high - low));
+        let sigma = centre / radius;
+        let mut rho = 1.0 / sigma;
+        self.precondition_into(&s.residual, &mut s.update);
+        scale(&mut s.update, T::from_f64(1.0 / centre));
+        for step in 1..=params.smoothing_steps {
+            add_into(&s.update, &mut s.x);
+            if step == params.smoothing_steps {
+                break;
+            }
+            self.apply_into(&s.update, &mut s.product);
+            subtract_from(&s.product, &mut s.residual);
+            self.precondition_into(&s.residual, &mut s.product);
+            let next = 1.0 / (2.0 * sigma - rho);
+            let (keep, step) = (T::from_f64(next * rho), T::from_f64(2.0 * next / radius));
+            combine(&mut s.update, keep, &s.product, step);
+            rho = next;
+        }
+    }
+}
+
+impl<T, F, const D: usize, const M: usize> Multigrid<T, F, D, M>
+where
+    T: Element,
+    F: CoefficientLaw<D, M>,
+{
+    /// Builds the levels for coefficients per cell on the finest grid.
+    ///
+    /// # Errors
+    /// [`GridError::NotPositiveDefinite`] where the operator is not.
+    pub fn new(
+        grid: Grid<D>,
+        law: &F,
+        cells: Vec<Vec<T>>,
+        params: MultigridParams,
+    ) -> Result<Self, GridError> {
+        assert_eq!(cells.len(), F::CELL_DATA);
+        let mut levels = vec![Level::new(grid, law.clone(), cells)];
+        loop {
+            let last = &levels[levels.len() - 1];
+            if last.n_unknowns() <= params.direct_unknowns {
+                break;
+            }
+            match last.coarser() {
+                Some(coarse) => levels.push(coarse),
+                None => break,
+            }
+        }
+        for level in &mut levels {
+            level.prepare()?;
+        }
+        let direct = factorise(&levels[levels.len() - 1])?;
+        Ok(Self {
+            levels,
+            direct,
+            params,
+            pool: Pool::new(),
+        })
+    }
+
+    /// The operator itself on the finest level, in the storage precision.
+    pub fn operator_into(&self, x: &[T], y: &mut [T]) {
+        self.levels[0].apply_into(x, y);
+    }
+
+    fn scratch(&self) -> Vec<Scratch<T>> {
+        self.levels
+            .iter()
+            .map(|level| {
+                let zeros = || vec![T::default(); level.n_unknowns()];
+                Scratch {
+                    x: zeros(),
+                    b: zeros(),
+                    residual: zeros(),
+                    update: zeros(),
+                    product: zeros(),
+                }
+            })
+            .collect()
+    }
+
+    /// One V-cycle from zero on a level: `x` from `b`.
+    fn cycle(&self, depth: usize, scratch: &mut [Scratch<T>]) {
+        let level = &self.levels[depth];
+        let (own, coarser) = scratch.split_at_mut(1);
+        let s = &mut own[0];
+        if depth + 1 == self.levels.len() {
+            let b = DVector::from_iterator(s.b.len(), s.b.iter().map(|x| x.to_f64()));
+            for (x, &y) in s.x.iter_mut().zip(self.direct.solve(&b).iter()) {
+                *x = T::from_f64(y);
+            }
+            return;
+        }
+        s.x.fill(T::default());
+        s.residual.copy_from_slice(&s.b);
+        level.smooth(s, &self.params);
+        self.update_residual(level, s);
+        let coarse_grid = self.levels[depth + 1].grid;
+        restrict_into(&coarse_grid, &s.residual, &mut coarser[0].b);
+        self.cycle(depth + 1, coarser);
+        prolong_into(&coarse_grid, &coarser[0].x, &mut s.update);
+        add_into(&s.update, &mut s.x);
+        self.update_residual(level, s);
+        level.smooth(s, &self.params);
+    }
+
+    fn update_residual(&self, level: &Level<T, F, D, M>, s: &mut Scratch<T>) {
+        level.apply_into(&s.x, &mut s.product);
+        s.residual.copy_from_slice(&s.b);
+        subtract_from(&s.product, &mut s.residual);
+    }
+}
+
+impl<T, F, const D: usize, const M: usize> LinearOperator for Multigrid<T, F, D, M>
+where
+    T: Element,
+    F: CoefficientLaw<D, M>,
+{
+    fn dim(&self) -> usize {
+        self.levels[0].n_unknowns()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        // Scaled to one, so that single precision neither overflows nor underflows.
+        let largest = x.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        if largest == 0.0 {
+            y.fill(0.0);
+            return;
+        }
+        self.pool.with(
+            || self.scratch(),
+            |scratch| {
+                for (b, v) in scratch[0].b.iter_mut().zip(x) {
+                    *b = T::from_f64(v / largest);
+                }
+                self.cycle(0, scratch);
+                for (y, v) in y.iter_mut().zip(&scratch[0].x) {
+                    *y = v.to_f64() * largest;
+                }
+            },
+        );
+    }
+}
+
+/// The coarsest operator, column by column, factorised.
+fn factorise<T, F, const D: usize, const M: usize>(
+    level: &Level<T, F, D, M>,
+) -> Result<Cholesky<f64, Dyn>, GridError>
+where
+    T: Element,
+    F: CoefficientLaw<D, M>,
+{
+    let n = level.n_unknowns();
+    let mut matrix = DMatrix::zeros(n, n);
+    let (mut x, mut y) = (vec![T::default(); n], vec![T::default(); n]);
+    for j in 0..n {
+        x[j] = T::one();
+        level.apply_into(&x, &mut y);
+        x[j] = T::default();
+        for i in 0..n {
+            // Rounding in single precision is not symmetric; the mean is.
+            matrix[(i, j)] += 0.5 * y[i].to_f64();
+            matrix[(j, i)] += 0.5 * y[i].to_f64();
+        }
+    }
+    // A relative shift at the size of the rounding keeps a nearly singular matrix definite.
+    let epsilon = if size_of::<T>() == 4 {
+        f64::from(f32::EPSILON)
+    } else {
+        f64::EPSILON
+    };
+    let shift = 8.0 * epsilon * matrix.diagonal().max();
+    for i in 0..n {
+        matrix[(i, i)] += shift;
+    }
+    let curvature = matrix.diagonal().min();
+    Cholesky::new(matrix).ok_or(GridError::NotPositiveDefinite {
+        curvature,
+        iteration: 0,
+    })
+}
+
+/// Entries that one task handles.
+const CHUNK: usize = 4096;
+
+fn add_into<T: Element>(x: &[T], y: &mut [T]) {
+    zip(x, y, |x, y| *y += x);
+}
+
+fn subtract_from<T: Element>(x: &[T], y: &mut [T]) {
+    zip(x, y, |x, y| *y -= x);
+}
+
+/// `y = keep y + step x`.
+fn combine<T: Element>(y: &mut [T], keep: T, x: &[T], step: T) {
+    zip(x, y, |x, y| *y = *y * keep + x * step);
+}
+
+fn zip<T: Element>(x: &[T], y: &mut [T], f: impl Fn(T, &mut T) + Sync) {
+    y.par_chunks_mut(CHUNK)
+        .zip(x.par_chunks(CHUNK))
+        .with_min_len(4)
+        .for_each(|(y, x)| {
+            for (y, &x) in y.iter_mut().zip(x) {
+                f(x, y);
+            }
+        });
+}
+
+fn scale<T: Element>(x: &mut [T], s: T) {
+    x.par_chunks_mut(CHUNK).with_min_len(4).for_each(|x| {
+        for x in x {
+            *x *= s;
+        }
+    });
+}

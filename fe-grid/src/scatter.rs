@@ -1,0 +1,364 @@
+//! Sums over deformed quadrature points of products of shape functions: the adjoint of a
+//! composition with respect to the composed field, and the normal equations for that field.
+//!
+//! For sources `(u_i, c_i)` and a [`PointWeights`] rule that gives two numbers `a, b` at every
+//! quadrature point, [`normal_equations`] assembles
+//!
+//! ```text
+//! A = sum_i sum_q w a N(Phi_i(x_q)) N(Phi_i(x_q))^T,    r = sum_i sum_q w b N(Phi_i(x_q)),
+//! ```
+//!
+//! with `Phi_i(x) = x + u_i(x)` and `N(y)` the vector of all shape functions at `y`. In a cell
+//! the products `N N^T` span no more than `3^D` functions, the tensor products of `(1-s)^2`,
+//! `s(1-s)`, `s^2`: a point adds to `3^D` moments of its cell, and moments become matrix entries
+//! once all points are in.
+//!
+//! Every slab of cells belongs to one task, which looks through the sources for points that
+//! fall into it; a cell receives its points in the order of the sources, whatever the threads.
+
+use crate::composition::locate_lanes;
+use crate::engine::block::Block;
+use crate::engine::element::MAX_CORNERS;
+use crate::engine::rows::{Row, first_node, rows_of_layer};
+use crate::engine::slabs::{Slab, over_slabs};
+use crate::engine::{Data, Point, Reads};
+use crate::stencil::{SymmetricStencil, half_offsets};
+use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
+use rayon::prelude::*;
+
+/// Below this number of cells everything stays on one thread.
+const PARALLEL_CELLS: usize = 1024;
+/// `3^D` moments and `2^D` linear moments, at most.
+const MAX_MOMENTS: usize = 27 + MAX_CORNERS;
+
+/// The two numbers that a quadrature point scatters.
+pub trait PointWeights<const D: usize>: Reads {
+    /// `(a, b)`: the weight of `N N^T` and of `N`. `point.value` is the displacement,
+    /// `deformed` the deformed position.
+    fn weights<L: Lane>(&self, point: &Point<L, D, D>, deformed: &[L; D]) -> (L, L);
+}
+
+/// One deformation with the coefficient fields that go with it.
+#[derive(Clone, Copy)]
+pub struct Source<'a, T> {
+    /// Displacement, component by component.
+    pub displacement: &'a [T],
+    /// Nodal coefficient fields.
+    pub coefficients: &'a [&'a [T]],
+}
+
+/// What is added to the matrix and to the right-hand side besides the scattered points: the
+/// element matrix of a constant operator and a constant load.
+#[derive(Clone, Copy, Default)]
+pub struct Background {
+    /// Coefficient of the mass matrix `M`.
+    pub mass: f64,
+    /// Coefficient of the stiffness matrix `L`.
+    pub stiffness: f64,
+    /// Constant density of the load: `load * M 1` is added to the right-hand side.
+    pub load: f64,
+}
+
+/// Assembles `A + mass M + stiffness L` and `r + load M 1`.
+///
+/// # Panics
+/// If a source does not fit the grid.
+pub fn normal_equations<T: Element, P: PointWeights<D>, const D: usize>(
+    grid: &Grid<D>,
+    rule: &P,
+    sources: &[Source<'_, T>],
+    background: Background,
+) -> (SymmetricStencil<D>, Vec<f64>) {
+    let n = grid.n_nodes();
+    for source in sources {
+        assert_eq!(source.displacement.len(), D * n);
+        assert!(source.coefficients.len() >= P::COEFFICIENTS);
+        const { assert!(P::USES_VALUE && P::CELL_DATA == 0) };
+    }
+    let ranges: Vec<Vec<[f64; 2]>> = sources.iter().map(|s| layer_ranges(grid, s)).collect();
+    let half = half_offsets::<D>().len();
+    let mut out = vec![0.0; (half + 1) * n];
+    let element = crate::stencil::constant_element::<D>(grid, background);
+    over_slabs(
+        grid,
+        half + 1,
+        &mut out,
+        grid.n_cells() >= PARALLEL_CELLS,
+        |slab| {
+            T::dispatch(
+                SimdLevel::active(),
+                SlabTask {
+                    grid,
+                    rule,
+                    sources,
+                    ranges: &ranges,
+                    element: &element,
+                    background,
+                    slab,
+                },
+            );
+        },
+    );
+    let rhs = out.split_off(half * n);
+    (SymmetricStencil::from_parts(*grid, out), rhs)
+}
+
+/// For every row of cells, the smallest and largest deformed coordinate along the last axis, in
+/// units of the spacing: a multilinear map stays between its corner values.
+fn layer_ranges<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    source: &Source<'_, T>,
+) -> Vec<[f64; 2]> {
+    let n = grid.n_nodes();
+    let last = &source.displacement[(D - 1) * n..];
+    let nodes = grid.nodes_per_axis();
+    let inverse_h = 1.0 / grid.spacing();
+    let rows: Vec<Row> = (0..grid.cells_per_axis()[D - 1])
+        .flat_map(|layer| rows_of_layer(grid, layer))
+        .collect();
+    rows.par_iter()
+        .with_min_len(64)
+        .map(|&row| {
+            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+            for side in 0..1 << (D - 1) {
+                let c = 2 * side;
+                let start = first_node(grid, row, c);
+                let plane = row[D - 2] + (c >> (D - 1) & 1);
+                for &u in &last[start..start + nodes[0]] {
+                    let y = u.to_f64().mul_add(inverse_h, plane as f64);
+                    range = [range[0].min(y), range[1].max(y)];
+                }
+            }
+            range
+        })
+        .collect()
+}
+
+struct SlabTask<'a, T: Element, P, const D: usize> {
+    grid: &'a Grid<D>,
+    rule: &'a P,
+    sources: &'a [Source<'a, T>],
+    ranges: &'a [Vec<[f64; 2]>],
+    element: &'a [[f64; MAX_CORNERS]; MAX_CORNERS],
+    background: Background,
+    slab: Slab<'a, f64>,
+}
+
+/// Points of one row of cells: cells, local coordinates and weights, `[quantity][point][cell]`.
+struct RowPoints<T> {
+    data: Vec<T>,
+    length: usize,
+}
+
+impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<'_, T, P, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(mut self) {
+        let cells = self.grid.cells_per_axis();
+        let per_layer: usize = cells[..D - 1].iter().product();
+        let stride = 3usize.pow(D as u32) + (1 << D);
+        let layers = self.slab.layers.clone();
+        let mut moments = vec![0.0; layers.len() * per_layer * stride];
+        let length = cells[0];
+        let mut points = RowPoints {
+            data: vec![T::default(); (2 * D + 2) * (1 << D) * length],
+            length,
+        };
+        let n_layers = cells[D - 1] as f64;
+        // Points beyond the box belong to its outermost layers. The margin covers the rounding
+        // of the coordinates in single precision.
+        let margin = 1e-4 * n_layers;
+        let low = if layers.start == 0 {
+            f64::NEG_INFINITY
+        } else {
+            layers.start as f64 - margin
+        };
+        let high = if layers.end == cells[D - 1] {
+            f64::INFINITY
+        } else {
+            layers.end as f64 + margin
+        };
+        for (source, ranges) in self.sources.iter().zip(self.ranges) {
+            let mut row_number = 0;
+            for layer in 0..cells[D - 1] {
+                for row in rows_of_layer(self.grid, layer) {
+                    let [least, most] = ranges[row_number];
+                    row_number += 1;
+                    if least <= high && most >= low {
+                        self.evaluate::<L>(source, row, &mut points);
+                        accumulate::<T, D>(self.grid, &points, &layers, &mut moments);
+                    }
+                }
+            }
+        }
+        self.finish(&moments, stride);
+    }
+}
+
+impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
+    #[inline(always)]
+    fn evaluate<L: Lane<Element = T>>(
+        &self,
+        source: &Source<'_, T>,
+        row: Row,
+        points: &mut RowPoints<T>,
+    ) {
+        let weight = L::splat(self.grid.cell_volume() / f64::from(1u32 << D));
+        let data = Data {
+            coefficients: source.coefficients,
+            cells: &[],
+        };
+        let length = points.length;
+        let mut i = 0;
+        while i < length {
+            let block =
+                Block::<L, D, D>::read::<P, T>(self.grid, source.displacement, &data, row, i);
+            for q in 0..1usize << D {
+                let p = block.point(q);
+                let mut deformed = p.position;
+                for k in 0..D {
+                    deformed[k] += p.value[k];
+                }
+                let (a, b) = self.rule.weights(&p, &deformed);
+                let at = locate_lanes(self.grid, &deformed);
+                let mut quantity = 0;
+                let mut put = |x: L| {
+                    let start = (quantity * (1 << D) + q) * length;
+                    x.store(&mut points.data[start + i..start + length]);
+                    quantity += 1;
+                };
+                for k in 0..D {
+                    put(at.cell[k]);
+                }
+                for k in 0..D {
+                    put(at.local[k]);
+                }
+                put(a * weight);
+                put(b * weight);
+            }
+            i += L::COUNT;
+        }
+    }
+
+    /// Moments of the cells to matrix entries and right-hand side at the nodes.
+    #[inline(always)]
+    fn finish(&mut self, moments: &[f64], stride: usize) {
+        let n = self.grid.nodes_per_axis();
+        let plane = if D == 3 { n[0] * n[1] } else { n[0] };
+        let pairs = corner_pairs::<D>();
+        let rhs = half_offsets::<D>().len();
+        let load = self.background.load * self.grid.cell_volume() / f64::from(1u32 << D);
+        let products = 3usize.pow(D as u32);
+        let mut blocks = moments.chunks_exact(stride);
+        for layer in self.slab.layers.clone() {
+            for row in rows_of_layer(self.grid, layer) {
+                let y = if D == 3 { row[0] } else { 0 };
+                let row_blocks = blocks.by_ref().take(n[0] - 1);
+                for (x, block) in row_blocks.enumerate() {
+                    for pair in &pairs {
+                        let a = pair.corner;
+                        let start = if D == 3 { (y + (a >> 1 & 1)) * n[0] } else { 0 };
+                        let target = self.slab.plane(pair.offset, layer, a >> (D - 1), plane);
+                        target[start + x + (a & 1)] +=
+                            block[pair.moment] + self.element[a][pair.other];
+                    }
+                    for a in 0..1usize << D {
+                        let start = if D == 3 { (y + (a >> 1 & 1)) * n[0] } else { 0 };
+                        let target = self.slab.plane(rhs, layer, a >> (D - 1), plane);
+                        target[start + x + (a & 1)] += block[products + a] + load;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds the points of a row to the moments of the cells of a slab.
+#[inline(always)]
+fn accumulate<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    points: &RowPoints<T>,
+    layers: &std::ops::Range<usize>,
+    moments: &mut [f64],
+) {
+    let cells = grid.cells_per_axis();
+    let products = 3usize.pow(D as u32);
+    let stride = products + (1 << D);
+    let length = points.length;
+    for i in 0..length {
+        for q in 0..1usize << D {
+            let get =
+                |quantity: usize| points.data[(quantity * (1 << D) + q) * length + i].to_f64();
+            let layer = get(D - 1) as usize;
+            if !layers.contains(&layer) {
+                continue;
+            }
+            let mut cell = layer - layers.start;
+            for k in (0..D - 1).rev() {
+                cell = cell * cells[k] + get(k) as usize;
+            }
+            let block = &mut moments[cell * stride..(cell + 1) * stride];
+            let (a, b) = (get(2 * D), get(2 * D + 1));
+            let mut quadratic = [0.0; 27];
+            let mut linear = [0.0; MAX_CORNERS];
+            (quadratic[0], linear[0]) = (a, b);
+            let (mut n_quadratic, mut n_linear) = (1, 1);
+            for k in 0..D {
+                let s = get(D + k);
+                let r = 1.0 - s;
+                for j in 0..n_quadratic {
+                    let base = quadratic[j];
+                    quadratic[j] = base * (r * r);
+                    quadratic[n_quadratic + j] = base * (r * s);
+                    quadratic[2 * n_quadratic + j] = base * (s * s);
+                }
+                for j in 0..n_linear {
+                    let base = linear[j];
+                    linear[j] = base * r;
+                    linear[n_linear + j] = base * s;
+                }
+                n_quadratic *= 3;
+                n_linear *= 2;
+            }
+            for (m, x) in block[..products].iter_mut().zip(&quadratic) {
+                *m += x;
+            }
+            for (m, x) in block[products..].iter_mut().zip(&linear) {
+                *m += x;
+            }
+        }
+    }
+}
+
+/// A pair of corners of a cell whose difference is one of the stored offsets.
+struct CornerPair {
+    corner: usize,
+    other: usize,
+    offset: usize,
+    moment: usize,
+}
+
+fn corner_pairs<const D: usize>() -> Vec<CornerPair> {
+    let offsets = half_offsets::<D>();
+    let mut pairs = Vec::new();
+    for corner in 0..1usize << D {
+        for other in 0..1usize << D {
+            let bit = |c: usize, k: usize| (c >> k & 1) as isize;
+            let difference: [isize; D] = std::array::from_fn(|k| bit(other, k) - bit(corner, k));
+            if let Some(offset) = offsets.iter().position(|o| *o == difference) {
+                let moment = (0..D)
+                    .rev()
+                    .fold(0, |m, k| 3 * m + (bit(corner, k) + bit(other, k)) as usize);
+                pairs.push(CornerPair {
+                    corner,
+                    other,
+                    offset,
+                    moment,
+                });
+            }
+        }
+    }
+    debug_assert!(pairs.iter().all(|p| p.moment < MAX_MOMENTS));
+    pairs
+}

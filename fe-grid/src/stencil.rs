@@ -1,0 +1,198 @@
+//! Symmetric matrices that couple a node with its `3^D` neighbours, one number a coupling.
+//!
+//! Of each pair of couplings one is stored: `(3^D + 1) / 2` nodal arrays, for the offset zero
+//! and the offsets that come after it in memory.
+
+use crate::engine::element::{MAX_CORNERS, shape_derivative, shape_value};
+use crate::linear::LinearOperator;
+use crate::scatter::Background;
+use crate::{Grid, GridError, Lane, LaneKernel, SimdLevel};
+use nalgebra_sparse::{CooMatrix, CsrMatrix};
+use rayon::prelude::*;
+
+/// The offsets that are stored: zero first, then all that come later in memory, in order.
+pub fn half_offsets<const D: usize>() -> Vec<[isize; D]> {
+    let all = 3usize.pow(D as u32);
+    (all / 2..all)
+        .map(|code| std::array::from_fn(|k| (code / 3usize.pow(k as u32) % 3) as isize - 1))
+        .collect()
+}
+
+/// A symmetric matrix over the nodes of a grid.
+#[derive(Clone, Debug)]
+pub struct SymmetricStencil<const D: usize> {
+    grid: Grid<D>,
+    /// One nodal array for each of [`half_offsets`]: the coupling of a node with the node at
+    /// that offset. Couplings that leave the grid are zero.
+    coupling: Vec<f64>,
+}
+
+impl<const D: usize> SymmetricStencil<D> {
+    pub(crate) fn from_parts(grid: Grid<D>, coupling: Vec<f64>) -> Self {
+        assert_eq!(coupling.len(), half_offsets::<D>().len() * grid.n_nodes());
+        Self { grid, coupling }
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid<D> {
+        &self.grid
+    }
+
+    /// The diagonal.
+    pub fn diagonal(&self) -> &[f64] {
+        &self.coupling[..self.grid.n_nodes()]
+    }
+
+    /// Sums of the rows, `A 1`.
+    pub fn row_sums(&self) -> Vec<f64> {
+        let ones = vec![1.0; self.grid.n_nodes()];
+        let mut sums = vec![0.0; ones.len()];
+        self.apply_into(&ones, &mut sums);
+        sums
+    }
+
+    /// The same matrix in compressed rows.
+    ///
+    /// # Errors
+    /// None in practice: all entries lie inside the matrix.
+    pub fn to_csr(&self) -> Result<CsrMatrix<f64>, GridError> {
+        let n = self.grid.n_nodes();
+        let nodes = self.grid.nodes_per_axis();
+        let mut coo = CooMatrix::new(n, n);
+        for (o, offset) in half_offsets::<D>().iter().enumerate() {
+            for i in 0..n {
+                let node = self.grid.node(i);
+                let other: [isize; D] = std::array::from_fn(|k| node[k] as isize + offset[k]);
+                if (0..D).all(|k| (0..nodes[k] as isize).contains(&other[k])) {
+                    let j = self.grid.node_index(other.map(|x| x as usize));
+                    let a = self.coupling[o * n + i];
+                    coo.push(i, j, a);
+                    if i != j {
+                        coo.push(j, i, a);
+                    }
+                }
+            }
+        }
+        Ok(CsrMatrix::from(&coo))
+    }
+}
+
+impl<const D: usize> LinearOperator for SymmetricStencil<D> {
+    fn dim(&self) -> usize {
+        self.grid.n_nodes()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        let n = self.grid.nodes_per_axis();
+        let plane = if D == 3 { n[0] * n[1] } else { 16 * n[0] };
+        let work = |(p, out): (usize, &mut [f64])| {
+            let first_row = p * plane / n[0];
+            for (r, row) in out.chunks_exact_mut(n[0]).enumerate() {
+                let row_number = first_row + r;
+                let kernel = RowProduct {
+                    matrix: self,
+                    x,
+                    row: row_number,
+                    out: row,
+                };
+                <f64 as crate::Element>::dispatch(SimdLevel::active(), kernel);
+            }
+        };
+        if self.dim() < 16384 {
+            y.chunks_mut(plane).enumerate().for_each(work);
+        } else {
+            y.par_chunks_mut(plane).enumerate().for_each(work);
+        }
+    }
+}
+
+/// One row of nodes of the product.
+struct RowProduct<'a, const D: usize> {
+    matrix: &'a SymmetricStencil<D>,
+    x: &'a [f64],
+    row: usize,
+    out: &'a mut [f64],
+}
+
+impl<const D: usize> LaneKernel<f64> for RowProduct<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) {
+        let n = self.matrix.grid.nodes_per_axis();
+        let total = self.matrix.grid.n_nodes();
+        let width = n[0];
+        let (j, k) = if D == 3 {
+            (self.row % n[1], self.row / n[1])
+        } else {
+            (self.row, 0)
+        };
+        let start = self.row * width;
+        self.out.fill(0.0);
+        let half = 3usize.pow(D as u32) / 2;
+        for code in 0..=half {
+            let code = half + code;
+            let dx = (code % 3) as isize - 1;
+            let dy = (code / 3 % 3) as isize - 1;
+            let dz = if D == 3 { (code / 9) as isize - 1 } else { 0 };
+            let coupling = &self.matrix.coupling[(code - half) * total..(code - half + 1) * total];
+            for sign in [1, -1] {
+                if sign < 0 && code == half {
+                    continue;
+                }
+                let (dx, dy, dz) = (sign * dx, sign * dy, sign * dz);
+                let inside =
+                    |i: usize, d: isize, n: usize| i.checked_add_signed(d).is_some_and(|i| i < n);
+                if !inside(j, dy, n[1]) || (D == 3 && !inside(k, dz, n[D - 1])) {
+                    continue;
+                }
+                let shift = (dz * n[1] as isize + dy) * width as isize;
+                let other = start.wrapping_add_signed(shift);
+                // Nodes of the row whose neighbour along x exists.
+                let from = usize::from(dx < 0);
+                let to = width - usize::from(dx > 0);
+                let x = &self.x[other.wrapping_add_signed(dx).wrapping_add(from)..][..to - from];
+                let a = if sign > 0 {
+                    &coupling[start + from..start + to]
+                } else {
+                    &coupling[other.wrapping_add_signed(dx).wrapping_add(from)..][..to - from]
+                };
+                multiply_add::<L>(a, x, &mut self.out[from..to]);
+            }
+        }
+    }
+}
+
+/// `out += a x`, entry by entry.
+#[inline(always)]
+fn multiply_add<L: Lane<Element = f64>>(a: &[f64], x: &[f64], out: &mut [f64]) {
+    let mut i = 0;
+    while i < out.len() {
+        let sum = L::load(&a[i..]).mul_add(L::load(&x[i..]), L::load(&out[i..]));
+        sum.store(&mut out[i..]);
+        i += L::COUNT;
+    }
+}
+
+/// Element matrix of `mass M + stiffness L`.
+pub(crate) fn constant_element<const D: usize>(
+    grid: &Grid<D>,
+    background: Background,
+) -> [[f64; MAX_CORNERS]; MAX_CORNERS] {
+    let weight = grid.cell_volume() / f64::from(1u32 << D);
+    let inverse_h2 = grid.spacing().powi(-2);
+    let mut element = [[0.0; MAX_CORNERS]; MAX_CORNERS];
+    for a in 0..1 << D {
+        for b in 0..1 << D {
+            for q in 0..1 << D {
+                let mass = shape_value::<D>(a, q) * shape_value::<D>(b, q);
+                let stiffness: f64 = (0..D)
+                    .map(|k| shape_derivative::<D>(a, q, k) * shape_derivative::<D>(b, q, k))
+                    .sum();
+                element[a][b] += weight
+                    * (background.mass * mass + background.stiffness * inverse_h2 * stiffness);
+            }
+        }
+    }
+    element
+}

@@ -1,0 +1,147 @@
+//! Transfer between a grid and the one of half its spacing.
+//!
+//! The spaces are nested: prolongation writes the coarse function in the fine basis, exactly.
+//! Restriction is its transpose and acts on functionals (gradients, residuals); nodal functions
+//! are restricted by [`inject_into`]. All work axis by axis.
+
+use crate::{Element, Grid};
+use rayon::prelude::*;
+
+/// Lines shorter than this are not worth a task of their own.
+const MIN_PARALLEL: usize = 4096;
+
+/// Writes a coarse nodal field of any number of components in the fine basis.
+///
+/// # Panics
+/// If `coarse` and `fine` do not hold the same number of components of the two grids.
+pub fn prolong_into<T: Element, const D: usize>(
+    coarse_grid: &Grid<D>,
+    coarse: &[T],
+    fine: &mut [T],
+) {
+    let mut sizes = coarse_grid.nodes_per_axis();
+    let fine_sizes = coarse_grid.finer().nodes_per_axis();
+    let components = coarse.len() / coarse_grid.n_nodes();
+    assert_eq!(components * coarse_grid.n_nodes(), coarse.len());
+    assert_eq!(components * coarse_grid.finer().n_nodes(), fine.len());
+    let mut current = coarse.to_vec();
+    // The slowest axis first: the arrays stay small while lines are short.
+    for k in (0..D).rev() {
+        let inner: usize = sizes[..k].iter().product();
+        let (n, m) = (sizes[k], fine_sizes[k]);
+        let half = T::from_f64(0.5);
+        let mut next = vec![T::default(); current.len() / n * m];
+        let source = &current;
+        let work = |(line, out): (usize, &mut [T])| {
+            let source = &source[line * n * inner..(line + 1) * n * inner];
+            for (j, row) in out.chunks_exact_mut(inner).enumerate() {
+                let low = &source[j / 2 * inner..][..inner];
+                if j % 2 == 0 {
+                    row.copy_from_slice(low);
+                } else {
+                    let high = &source[(j / 2 + 1) * inner..][..inner];
+                    for ((r, &a), &b) in row.iter_mut().zip(low).zip(high) {
+                        *r = (a + b) * half;
+                    }
+                }
+            }
+        };
+        let lines = MIN_PARALLEL.div_ceil(m * inner);
+        next.par_chunks_exact_mut(m * inner)
+            .with_min_len(lines)
+            .enumerate()
+            .for_each(work);
+        current = next;
+        sizes[k] = m;
+    }
+    fine.copy_from_slice(&current);
+}
+
+/// The transpose of [`prolong_into`].
+///
+/// # Panics
+/// If `coarse` and `fine` do not hold the same number of components of the two grids.
+pub fn restrict_into<T: Element, const D: usize>(
+    coarse_grid: &Grid<D>,
+    fine: &[T],
+    coarse: &mut [T],
+) {
+    let mut sizes = coarse_grid.finer().nodes_per_axis();
+    let coarse_sizes = coarse_grid.nodes_per_axis();
+    let components = coarse.len() / coarse_grid.n_nodes();
+    assert_eq!(components * coarse_grid.n_nodes(), coarse.len());
+    assert_eq!(components * coarse_grid.finer().n_nodes(), fine.len());
+    let half = T::from_f64(0.5);
+    let mut buffer: Option<Vec<T>> = None;
+    for k in 0..D {
+        let inner: usize = sizes[..k].iter().product();
+        let (n, m) = (sizes[k], coarse_sizes[k]);
+        let source: &[T] = buffer.as_deref().unwrap_or(fine);
+        let mut next = vec![T::default(); source.len() / n * m];
+        let work = |(line, out): (usize, &mut [T])| {
+            let source = &source[line * n * inner..(line + 1) * n * inner];
+            for (j, row) in out.chunks_exact_mut(inner).enumerate() {
+                let own = &source[2 * j * inner..][..inner];
+                row.copy_from_slice(own);
+                if j > 0 {
+                    for (r, &a) in row.iter_mut().zip(&source[(2 * j - 1) * inner..][..inner]) {
+                        *r += a * half;
+                    }
+                }
+                if j + 1 < m {
+                    for (r, &b) in row.iter_mut().zip(&source[(2 * j + 1) * inner..][..inner]) {
+                        *r += b * half;
+                    }
+                }
+            }
+        };
+        let lines = MIN_PARALLEL.div_ceil(n * inner);
+        next.par_chunks_exact_mut(m * inner)
+            .with_min_len(lines)
+            .enumerate()
+            .for_each(work);
+        buffer = Some(next);
+        sizes[k] = m;
+    }
+    coarse.copy_from_slice(buffer.as_deref().unwrap_or(fine));
+}
+
+/// The values of a fine nodal field at the nodes of the coarse grid.
+///
+/// # Panics
+/// If `coarse` and `fine` do not hold the same number of components of the two grids.
+pub fn inject_into<T: Element, const D: usize>(
+    coarse_grid: &Grid<D>,
+    fine: &[T],
+    coarse: &mut [T],
+) {
+    let fine_grid = coarse_grid.finer();
+    let (n, m) = (coarse_grid.n_nodes(), fine_grid.n_nodes());
+    assert_eq!(coarse.len() / n, fine.len() / m);
+    for (coarse, fine) in coarse.chunks_exact_mut(n).zip(fine.chunks_exact(m)) {
+        for (i, x) in coarse.iter_mut().enumerate() {
+            *x = fine[fine_grid.node_index(coarse_grid.node(i).map(|j| 2 * j))];
+        }
+    }
+}
+
+/// Means of cell data over the `2^D` cells of a coarse cell.
+pub fn average_cells<T: Element, const D: usize>(coarse_grid: &Grid<D>, fine: &[T]) -> Vec<T> {
+    let fine_grid = coarse_grid.finer();
+    assert_eq!(fine.len(), fine_grid.n_cells());
+    let share = 1.0 / f64::from(1u32 << D);
+    (0..coarse_grid.n_cells())
+        .into_par_iter()
+        .with_min_len(MIN_PARALLEL)
+        .map(|i| {
+            let cell = coarse_grid.cell(i);
+            let sum: f64 = (0..1usize << D)
+                .map(|c| {
+                    let child = std::array::from_fn(|k| 2 * cell[k] + (c >> k & 1));
+                    fine[fine_grid.cell_index(child)].to_f64()
+                })
+                .sum();
+            T::from_f64(share * sum)
+        })
+        .collect()
+}
