@@ -1,0 +1,77 @@
+//! An objective with a tally of its calls.
+
+use super::{Evaluation, Evaluations, Objective, SecondOrder};
+use crate::vector::{dot, scale};
+
+/// Passes calls on and counts them; an energy that is not finite becomes an inadmissible state.
+pub(super) struct Counted<'a, O: Objective> {
+    objective: &'a mut O,
+    pub(super) evaluations: Evaluations,
+}
+
+impl<'a, O: Objective> Counted<'a, O> {
+    pub(super) fn new(objective: &'a mut O) -> Self {
+        Self {
+            objective,
+            evaluations: Evaluations::default(),
+        }
+    }
+
+    pub(super) fn value(&mut self, x: &[f64]) -> Result<Evaluation, O::Error> {
+        self.evaluations.values += 1;
+        Ok(finite(self.objective.value(x)?))
+    }
+
+    pub(super) fn value_and_gradient(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, O::Error> {
+        self.evaluations.gradients += 1;
+        Ok(finite(self.objective.value_and_gradient(x, gradient)?))
+    }
+
+    pub(super) fn apply_inverse_metric(
+        &mut self,
+        gradient: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), O::Error> {
+        self.evaluations.metric_applications += 1;
+        self.objective.apply_inverse_metric(gradient, out)
+    }
+
+    pub(super) fn update_metric(&mut self, x: &[f64]) -> Result<(), O::Error> {
+        self.evaluations.metric_builds += 1;
+        self.objective.update_metric(x)
+    }
+
+    /// `direction = -P gradient`; returns the slope of the energy along it.
+    pub(super) fn steepest_descent(
+        &mut self,
+        gradient: &[f64],
+        direction: &mut [f64],
+    ) -> Result<f64, O::Error> {
+        self.apply_inverse_metric(gradient, direction)?;
+        scale(-1.0, direction);
+        Ok(dot(gradient, direction))
+    }
+}
+
+impl<O: SecondOrder> Counted<'_, O> {
+    pub(super) fn hessian_action(
+        &mut self,
+        x: &[f64],
+        direction: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), O::Error> {
+        self.evaluations.hessian_actions += 1;
+        self.objective.hessian_action(x, direction, out)
+    }
+}
+
+fn finite(evaluation: Evaluation) -> Evaluation {
+    match evaluation {
+        Evaluation::Value(energy) if energy.is_finite() => evaluation,
+        _ => Evaluation::Inadmissible,
+    }
+}

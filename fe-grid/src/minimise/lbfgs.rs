@@ -1,0 +1,162 @@
+//! L-BFGS on top of the objective's own metric.
+
+use super::counted::Counted;
+use super::history::PairHistory;
+use super::line_search::{Start, Step};
+use super::monitor::Monitor;
+use super::{Evaluation, Info, LineSearch, Minimiser, Objective, Observer, Status, Stopping};
+use crate::vector::{copy_into, dot, scale};
+
+/// L-BFGS whose initial inverse Hessian is the objective's inverse metric.
+///
+/// The direction is `-H g`, with `H` the inverse Hessian of the two-loop recursion. The gradient
+/// is measured by `sqrt(g · H g)`, the metric's own norm in the first iteration; it costs nothing,
+/// for `-g · H g` is the slope along the direction. A pair with
+/// `s · y <= curvature_threshold |s| |y|` is not remembered. Where the direction does not descend,
+/// or no step along it lowers the energy, the pairs are dropped and `-P g` is tried once.
+///
+/// Source: Nocedal, *Updating quasi-Newton matrices with limited storage* (1980).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LbfgsParams {
+    /// Pairs that are remembered.
+    pub history: usize,
+    /// Iterations after which the metric is made anew; the pairs are kept. 0: only at the start.
+    pub metric_interval: usize,
+    /// Pairs of less curvature than this (a cosine) are not remembered.
+    pub curvature_threshold: f64,
+    /// The first step that is tried along every direction.
+    pub first_step: f64,
+    /// The line search.
+    pub line_search: LineSearch,
+    /// When to stop.
+    pub stopping: Stopping,
+}
+
+impl Default for LbfgsParams {
+    fn default() -> Self {
+        Self {
+            history: 15,
+            metric_interval: 15,
+            curvature_threshold: 1e-10,
+            first_step: 1.0,
+            line_search: LineSearch::default(),
+            stopping: Stopping::default(),
+        }
+    }
+}
+
+/// All vectors of a run.
+struct Run<'a, O: Objective> {
+    params: &'a LbfgsParams,
+    objective: Counted<'a, O>,
+    pairs: PairHistory,
+    gradient: Vec<f64>,
+    direction: Vec<f64>,
+    trial: Vec<f64>,
+    new_gradient: Vec<f64>,
+}
+
+impl<O: Objective> Minimiser<O> for LbfgsParams {
+    fn minimise(
+        &self,
+        objective: &mut O,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Info, O::Error> {
+        let dim = objective.dim();
+        assert_eq!(x.len(), dim);
+        let zeros = || vec![0.0; dim];
+        let mut run = Run {
+            params: self,
+            objective: Counted::new(objective),
+            pairs: PairHistory::new(dim, self.history),
+            gradient: zeros(),
+            direction: zeros(),
+            trial: zeros(),
+            new_gradient: zeros(),
+        };
+        let mut monitor = Monitor::new(&self.stopping, observer);
+        let status = run.iterate(x, &mut monitor)?;
+        Ok(monitor.finish(status, run.objective.evaluations))
+    }
+}
+
+impl<O: Objective> Run<'_, O> {
+    fn iterate(&mut self, x: &mut [f64], monitor: &mut Monitor<'_>) -> Result<Status, O::Error> {
+        let first = self.objective.value_and_gradient(x, &mut self.gradient)?;
+        let Evaluation::Value(mut energy) = first else {
+            return Ok(Status::InadmissibleStart);
+        };
+        self.objective.update_metric(x)?;
+        let mut step_length = 0.0;
+        for iteration in 1.. {
+            let slope = self.next_direction()?;
+            let evaluations = self.objective.evaluations;
+            if let Some(status) = monitor.judge(x, energy, slope, step_length, evaluations) {
+                return Ok(status);
+            }
+            let Some(step) = self.step(x, energy, slope)? else {
+                return Ok(Status::LineSearchFailed);
+            };
+            let new = (&self.trial[..], &self.new_gradient[..]);
+            let threshold = self.params.curvature_threshold;
+            self.pairs.push(new, (x, &self.gradient), threshold);
+            copy_into(&self.trial, x);
+            std::mem::swap(&mut self.gradient, &mut self.new_gradient);
+            (energy, step_length) = (step.energy, step.length);
+            let interval = self.params.metric_interval;
+            if interval > 0 && iteration % interval == 0 {
+                self.objective.update_metric(x)?;
+            }
+        }
+        Ok(Status::MaxIterations)
+    }
+
+    /// Sets the direction and returns the slope along it.
+    fn next_direction(&mut self) -> Result<f64, O::Error> {
+        // The trial state is not in use here and serves as work space.
+        copy_into(&self.gradient, &mut self.trial);
+        self.pairs.first_loop(&mut self.trial);
+        self.objective
+            .apply_inverse_metric(&self.trial, &mut self.direction)?;
+        self.pairs.second_loop(&mut self.direction);
+        scale(-1.0, &mut self.direction);
+        let slope = dot(&self.gradient, &self.direction);
+        if slope < 0.0 || self.pairs.is_empty() {
+            return Ok(slope);
+        }
+        self.restart()
+    }
+
+    fn restart(&mut self) -> Result<f64, O::Error> {
+        self.pairs.clear();
+        self.objective
+            .steepest_descent(&self.gradient, &mut self.direction)
+    }
+
+    fn step(&mut self, x: &[f64], energy: f64, slope: f64) -> Result<Option<Step>, O::Error> {
+        let step = self.search(x, energy, slope)?;
+        if step.is_some() || self.pairs.is_empty() {
+            return Ok(step);
+        }
+        let slope = self.restart()?;
+        self.search(x, energy, slope)
+    }
+
+    fn search(&mut self, x: &[f64], energy: f64, slope: f64) -> Result<Option<Step>, O::Error> {
+        let start = Start {
+            x,
+            energy,
+            direction: &self.direction,
+            slope,
+            step_length: self.params.first_step,
+        };
+        let line_search = &self.params.line_search;
+        line_search.search(
+            &mut self.objective,
+            &start,
+            &mut self.trial,
+            &mut self.new_gradient,
+        )
+    }
+}

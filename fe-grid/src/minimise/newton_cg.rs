@@ -1,0 +1,193 @@
+//! Newton's method with truncated conjugate gradients.
+
+use super::counted::Counted;
+use super::line_search::Start;
+use super::monitor::Monitor;
+use super::{Evaluation, Info, LineSearch, Minimiser, Observer, SecondOrder, Status, Stopping};
+use crate::vector::{axpy, copy_into, dot, fill, scale, scale_add};
+
+/// Inexact Newton: `H d = -g` is solved by conjugate gradients, preconditioned by the objective's
+/// inverse metric `P`, until `sqrt(r · P r) <= forcing sqrt(g · P g)`.
+///
+/// `forcing = min(max_forcing, 0.9 (|g_k| / |g_{k-1}|)^2)` with the safeguard of Eisenstat and
+/// Walker. Where a direction of non-positive curvature turns up, the last good `d` is used, and
+/// `-P g` where there is none.
+///
+/// Sources: Eisenstat and Walker, *Choosing the forcing terms in an inexact Newton method* (1996),
+/// choice 2; Steihaug, *The conjugate gradient method and trust regions in large scale
+/// optimization* (1983).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NewtonCgParams {
+    /// Largest share of the gradient that an inner solve may leave.
+    pub max_forcing: f64,
+    /// Most inner iterations, one application of the Hessian each.
+    pub max_inner_iterations: usize,
+    /// Iterations after which the metric is made anew. 0: only at the start.
+    pub metric_interval: usize,
+    /// The line search; it begins with the whole Newton step.
+    pub line_search: LineSearch,
+    /// When to stop.
+    pub stopping: Stopping,
+}
+
+impl Default for NewtonCgParams {
+    fn default() -> Self {
+        Self {
+            max_forcing: 0.5,
+            max_inner_iterations: 100,
+            metric_interval: 1,
+            line_search: LineSearch::default(),
+            stopping: Stopping::default(),
+        }
+    }
+}
+
+/// Choice 2 of Eisenstat and Walker: factor and safeguard.
+const FORCING_FACTOR: f64 = 0.9;
+const FORCING_SAFEGUARD: f64 = 0.1;
+
+/// All vectors of a run.
+struct Run<'a, O: SecondOrder> {
+    params: &'a NewtonCgParams,
+    objective: Counted<'a, O>,
+    gradient: Vec<f64>,
+    residual: Vec<f64>,
+    preconditioned: Vec<f64>,
+    search: Vec<f64>,
+    image: Vec<f64>,
+    direction: Vec<f64>,
+}
+
+impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
+    fn minimise(
+        &self,
+        objective: &mut O,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Info, O::Error> {
+        let dim = objective.dim();
+        assert_eq!(x.len(), dim);
+        let zeros = || vec![0.0; dim];
+        let mut run = Run {
+            params: self,
+            objective: Counted::new(objective),
+            gradient: zeros(),
+            residual: zeros(),
+            preconditioned: zeros(),
+            search: zeros(),
+            image: zeros(),
+            direction: zeros(),
+        };
+        let mut monitor = Monitor::new(&self.stopping, observer);
+        let status = run.iterate(x, &mut monitor)?;
+        Ok(monitor.finish(status, run.objective.evaluations))
+    }
+}
+
+impl<O: SecondOrder> Run<'_, O> {
+    fn iterate(&mut self, x: &mut [f64], monitor: &mut Monitor<'_>) -> Result<Status, O::Error> {
+        let first = self.objective.value_and_gradient(x, &mut self.gradient)?;
+        let Evaluation::Value(mut energy) = first else {
+            return Ok(Status::InadmissibleStart);
+        };
+        self.objective.update_metric(x)?;
+        let (mut step_length, mut forcing) = (0.0, self.params.max_forcing);
+        let mut last_size: Option<f64> = None;
+        for iteration in 1.. {
+            let squared_size = self.precondition_gradient()?;
+            let evaluations = self.objective.evaluations;
+            let judgement = monitor.judge(x, energy, -squared_size, step_length, evaluations);
+            if let Some(status) = judgement {
+                return Ok(status);
+            }
+            let size = squared_size.sqrt();
+            if let Some(last) = last_size {
+                forcing = self.next_forcing(forcing, size / last);
+            }
+            last_size = Some(size);
+            let slope = self.newton_direction(x, forcing, squared_size)?;
+            let start = Start {
+                x,
+                energy,
+                direction: &self.direction,
+                slope,
+                step_length: 1.0,
+            };
+            // The vectors of the inner solve are free again.
+            let (trial, new_gradient) = (&mut self.search, &mut self.residual);
+            let search = &self.params.line_search;
+            let Some(step) = search.search(&mut self.objective, &start, trial, new_gradient)?
+            else {
+                return Ok(Status::LineSearchFailed);
+            };
+            copy_into(&self.search, x);
+            std::mem::swap(&mut self.gradient, &mut self.residual);
+            (energy, step_length) = (step.energy, step.length);
+            let interval = self.params.metric_interval;
+            if interval > 0 && iteration % interval == 0 {
+                self.objective.update_metric(x)?;
+            }
+        }
+        Ok(Status::MaxIterations)
+    }
+
+    fn next_forcing(&self, last_forcing: f64, ratio: f64) -> f64 {
+        let forcing = FORCING_FACTOR * ratio * ratio;
+        let safeguard = FORCING_FACTOR * last_forcing * last_forcing;
+        let forcing = if safeguard > FORCING_SAFEGUARD {
+            forcing.max(safeguard)
+        } else {
+            forcing
+        };
+        forcing.min(self.params.max_forcing)
+    }
+
+    /// `preconditioned = P g`; returns `g · P g`.
+    fn precondition_gradient(&mut self) -> Result<f64, O::Error> {
+        self.objective
+            .apply_inverse_metric(&self.gradient, &mut self.preconditioned)?;
+        Ok(dot(&self.gradient, &self.preconditioned))
+    }
+
+    /// Solves `H d = -g` as far as the forcing asks, given `preconditioned = P g` and
+    /// `g · P g`; returns the slope along `d`.
+    fn newton_direction(
+        &mut self,
+        x: &[f64],
+        forcing: f64,
+        squared_size: f64,
+    ) -> Result<f64, O::Error> {
+        // With the signs of the system `H d = r`, `r = -g`.
+        let r = &mut self.residual;
+        copy_into(&self.gradient, r);
+        scale(-1.0, r);
+        scale(-1.0, &mut self.preconditioned);
+        copy_into(&self.preconditioned, &mut self.search);
+        fill(0.0, &mut self.direction);
+        let mut product = squared_size;
+        let enough = forcing * forcing * squared_size;
+        for inner in 0..self.params.max_inner_iterations {
+            self.objective
+                .hessian_action(x, &self.search, &mut self.image)?;
+            let curvature = dot(&self.search, &self.image);
+            if !(curvature > 0.0 && curvature.is_finite()) {
+                if inner == 0 {
+                    copy_into(&self.search, &mut self.direction);
+                }
+                break;
+            }
+            let step = product / curvature;
+            axpy(step, &self.search, &mut self.direction);
+            axpy(-step, &self.image, r);
+            self.objective
+                .apply_inverse_metric(r, &mut self.preconditioned)?;
+            let next = dot(r, &self.preconditioned);
+            if next.is_nan() || next <= enough {
+                break;
+            }
+            scale_add(&self.preconditioned, next / product, &mut self.search);
+            product = next;
+        }
+        Ok(dot(&self.gradient, &self.direction))
+    }
+}

@@ -1,0 +1,212 @@
+//! Sums and updates of long vectors, with the same bits on any number of threads.
+//!
+//! A sum is taken over fixed chunks of [`CHUNK`] numbers, each in a fixed order, and the partial
+//! sums are added one after the other: who computed a chunk leaves no trace. Nothing here
+//! allocates.
+
+use rayon::prelude::*;
+
+/// Numbers in a chunk.
+pub const CHUNK: usize = 4096;
+/// Vectors shorter than this are not worth waking a second thread for.
+const SERIAL_BELOW: usize = 8 * CHUNK;
+/// Partial results kept on the stack at a time.
+const MAX_PARTIALS: usize = 512;
+/// Independent sums inside a chunk, so that the additions can overlap.
+const ACCUMULATORS: usize = 8;
+
+/// `x · y`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    assert_eq!(x.len(), y.len());
+    reduce(
+        x.len(),
+        |from, to| dot_chunk(&x[from..to], &y[from..to]),
+        |a, b| a + b,
+    )
+}
+
+/// Euclidean norm of `x`.
+pub fn norm(x: &[f64]) -> f64 {
+    dot(x, x).sqrt()
+}
+
+/// Sum of the entries.
+pub fn sum(x: &[f64]) -> f64 {
+    reduce(x.len(), |from, to| sum_chunk(&x[from..to]), |a, b| a + b)
+}
+
+/// Largest absolute value, 0 for an empty vector and NaN where any entry is NaN.
+pub fn max_abs(x: &[f64]) -> f64 {
+    reduce(
+        x.len(),
+        |from, to| {
+            let magnitudes = x[from..to].iter().map(|v| v.abs());
+            magnitudes.fold(0.0, larger)
+        },
+        larger,
+    )
+}
+
+/// `y = value` everywhere.
+pub fn fill(value: f64, y: &mut [f64]) {
+    update(y, |_, part| part.fill(value));
+}
+
+/// `y = x`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn copy_into(x: &[f64], y: &mut [f64]) {
+    assert_eq!(x.len(), y.len());
+    update(y, |from, part| {
+        part.copy_from_slice(&x[from..from + part.len()]);
+    });
+}
+
+/// `y = a y`.
+pub fn scale(a: f64, y: &mut [f64]) {
+    update(y, |_, part| {
+        for v in part {
+            *v *= a;
+        }
+    });
+}
+
+/// `y = y + a x`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
+    assert_eq!(x.len(), y.len());
+    update(y, |from, part| {
+        for (v, u) in part.iter_mut().zip(&x[from..]) {
+            *v += a * u;
+        }
+    });
+}
+
+/// `y = x + b y`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn scale_add(x: &[f64], b: f64, y: &mut [f64]) {
+    assert_eq!(x.len(), y.len());
+    update(y, |from, part| {
+        for (v, u) in part.iter_mut().zip(&x[from..]) {
+            *v = u + b * *v;
+        }
+    });
+}
+
+/// `out = x + a y`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn add_scaled_into(x: &[f64], a: f64, y: &[f64], out: &mut [f64]) {
+    assert_eq!(x.len(), out.len());
+    assert_eq!(y.len(), out.len());
+    update(out, |from, part| {
+        for ((v, u), w) in part.iter_mut().zip(&x[from..]).zip(&y[from..]) {
+            *v = u + a * w;
+        }
+    });
+}
+
+/// `out = x - y`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn subtract_into(x: &[f64], y: &[f64], out: &mut [f64]) {
+    assert_eq!(x.len(), out.len());
+    assert_eq!(y.len(), out.len());
+    update(out, |from, part| {
+        for ((v, u), w) in part.iter_mut().zip(&x[from..]).zip(&y[from..]) {
+            *v = u - w;
+        }
+    });
+}
+
+/// `out_j = x_j y_j`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn multiply_into(x: &[f64], y: &[f64], out: &mut [f64]) {
+    assert_eq!(x.len(), out.len());
+    assert_eq!(y.len(), out.len());
+    update(out, |from, part| {
+        for ((v, u), w) in part.iter_mut().zip(&x[from..]).zip(&y[from..]) {
+            *v = u * w;
+        }
+    });
+}
+
+/// One number from all chunks: `partial(from, to)` for each, combined in order.
+fn reduce(
+    n: usize,
+    partial: impl Fn(usize, usize) -> f64 + Sync,
+    combine: impl Fn(f64, f64) -> f64,
+) -> f64 {
+    let of_chunk = |c: usize| partial(c * CHUNK, ((c + 1) * CHUNK).min(n));
+    let n_chunks = n.div_ceil(CHUNK);
+    if n < SERIAL_BELOW {
+        return (0..n_chunks).map(of_chunk).fold(0.0, combine);
+    }
+    let mut partials = [0.0; MAX_PARTIALS];
+    let mut result = 0.0;
+    for first in (0..n_chunks).step_by(MAX_PARTIALS) {
+        let partials = &mut partials[..MAX_PARTIALS.min(n_chunks - first)];
+        partials
+            .par_iter_mut()
+            .with_min_len(4)
+            .enumerate()
+            .for_each(|(c, p)| *p = of_chunk(first + c));
+        result = partials.iter().copied().fold(result, &combine);
+    }
+    result
+}
+
+/// Runs `change(from, part)` on all parts of `y`, where `from` is the place of the part.
+fn update(y: &mut [f64], change: impl Fn(usize, &mut [f64]) + Sync) {
+    if y.len() < SERIAL_BELOW {
+        change(0, y);
+        return;
+    }
+    y.par_chunks_mut(CHUNK)
+        .with_min_len(4)
+        .enumerate()
+        .for_each(|(c, part)| change(c * CHUNK, part));
+}
+
+fn dot_chunk(x: &[f64], y: &[f64]) -> f64 {
+    let mut partials = [0.0; ACCUMULATORS];
+    let (xs, ys) = (x.chunks_exact(ACCUMULATORS), y.chunks_exact(ACCUMULATORS));
+    let rest: f64 = (xs.remainder().iter().zip(ys.remainder()))
+        .map(|(a, b)| a * b)
+        .sum();
+    for (a, b) in xs.zip(ys) {
+        for i in 0..ACCUMULATORS {
+            partials[i] += a[i] * b[i];
+        }
+    }
+    partials.iter().sum::<f64>() + rest
+}
+
+fn sum_chunk(x: &[f64]) -> f64 {
+    let mut partials = [0.0; ACCUMULATORS];
+    let xs = x.chunks_exact(ACCUMULATORS);
+    let rest: f64 = xs.remainder().iter().sum();
+    for a in xs {
+        for i in 0..ACCUMULATORS {
+            partials[i] += a[i];
+        }
+    }
+    partials.iter().sum::<f64>() + rest
+}
+
+/// The larger number, or NaN where one is NaN.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
