@@ -1,0 +1,176 @@
+//! Certificate, inverse and transfer of deformations.
+
+mod support;
+
+use fe_grid::composition::Interpolant;
+use fe_grid::transfer::{average_cells, inject_into, prolong_into, restrict_into};
+use fe_grid::{Field, Grid, InverseDeformation, ScalarField, certify, tensor};
+use proptest::prelude::*;
+use support::{noise, smooth_displacement};
+
+/// Smallest determinant over a lattice of points in every cell.
+fn sampled_minimum<const D: usize>(grid: &Grid<D>, u: &[f64], points: usize) -> f64 {
+    let n = grid.n_nodes();
+    let components: Vec<_> = (0..D)
+        .map(|k| Interpolant::new(*grid, &u[k * n..(k + 1) * n]))
+        .collect();
+    let mut least = f64::INFINITY;
+    for cell in 0..grid.n_cells() {
+        let cell = grid.cell(cell);
+        for mut code in 0..points.pow(D as u32) {
+            let x: [f64; D] = std::array::from_fn(|k| {
+                let s = (code % points) as f64 + 0.5;
+                code /= points;
+                (cell[k] as f64 + s / points as f64) * grid.spacing()
+            });
+            let gradient: [[f64; D]; D] = std::array::from_fn(|k| components[k].sample(&x).1);
+            least = least.min(tensor::determinant(&tensor::add_identity(&gradient)));
+        }
+    }
+    least
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn certificate_is_exact_in_two_dimensions(seed in 0u64..1000, size in 0.0f64..0.08) {
+        let grid = Grid::<2>::cube(6);
+        let u: Vec<f64> = noise(2 * grid.n_nodes(), seed).iter().map(|x| x * size).collect();
+        let certificate = certify(&grid, &u, 0.0);
+        let sampled = sampled_minimum(&grid, &u, 40);
+        // The determinant is affine: the points stand within 1/80 of a corner in each variable,
+        // and a cell of det between -4 and 6 changes by no more than that share of its range.
+        prop_assert!(certificate.min_det <= sampled + 1e-12);
+        prop_assert!(certificate.min_det >= sampled - 0.3);
+        prop_assert_eq!(certificate.min_det, certificate.min_corner_det);
+        prop_assert_eq!(certificate.certified, certificate.min_det > 0.0);
+    }
+
+    #[test]
+    fn certificate_bounds_from_below_in_three_dimensions(seed in 0u64..1000, size in 0.0f64..0.12) {
+        let grid = Grid::<3>::cube(4);
+        let u: Vec<f64> = noise(3 * grid.n_nodes(), seed).iter().map(|x| x * size).collect();
+        let certificate = certify(&grid, &u, 1e-3);
+        let sampled = sampled_minimum(&grid, &u, 12);
+        prop_assert!(certificate.min_det <= sampled + 1e-12);
+        if certificate.certified {
+            prop_assert!(sampled > 1e-3);
+        } else {
+            // A refusal is justified up to what six splits of a cell leave open.
+            prop_assert!(sampled < 0.1, "{} but refused", sampled);
+        }
+    }
+
+    #[test]
+    fn inverse_undoes_the_deformation(seed in 0u64..1000, size in 0.0f64..0.12) {
+        check_inverse(&Grid::<2>::cube(17), seed, size)?;
+        check_inverse(&Grid::<3>::cube(9), seed, size)?;
+        check_inverse(&Grid::<2>::with_nodes([9, 21], 0.05).unwrap(), seed, size)?;
+    }
+}
+
+fn check_inverse<const D: usize>(
+    grid: &Grid<D>,
+    seed: u64,
+    size: f64,
+) -> Result<(), TestCaseError> {
+    let u = smooth_displacement(grid, size, seed);
+    prop_assume!(certify(grid, &u, 0.05).certified);
+    let displacement = Field::from_vec(*grid, u).unwrap();
+    let inverse = InverseDeformation::new(&displacement);
+    let mut found = 0;
+    for node in 0..grid.n_nodes() {
+        let target = grid.position(grid.node(node));
+        if let Some(x) = inverse.position(node) {
+            found += 1;
+            let u = displacement.sample(x);
+            for k in 0..D {
+                prop_assert!((x[k] + u[k] - target[k]).abs() < 1e-10);
+            }
+        } else {
+            // Only nodes near the faces can lie outside the image.
+            let extent = grid.extent();
+            let margin = (0..D)
+                .map(|k| target[k].min(extent[k] - target[k]))
+                .fold(1.0, f64::min);
+            let largest = displacement
+                .as_slice()
+                .iter()
+                .fold(0.0f64, |m, x| m.max(x.abs()));
+            prop_assert!(margin <= largest);
+        }
+    }
+    prop_assert!(found > grid.n_nodes() / 3);
+    Ok(())
+}
+
+#[test]
+fn a_certified_affine_map_has_its_determinant() {
+    let grid = Grid::<3>::cube(5);
+    let map = [[0.3, 0.1, -0.2], [0.0, -0.4, 0.1], [0.05, 0.2, 0.1]];
+    let field = Field::<f64, 3, 3>::from_fn(grid, |x| {
+        std::array::from_fn(|m| (0..3).map(|k| map[m][k] * x[k]).sum())
+    });
+    let certificate = certify(&grid, field.as_slice(), 1e-3);
+    let exact = tensor::determinant(&tensor::add_identity(&map));
+    assert!((certificate.min_det - exact).abs() < 1e-12);
+    assert!(certificate.certified);
+}
+
+#[test]
+fn a_fold_is_found() {
+    let grid = Grid::<3>::cube(5);
+    let mut u = vec![0.0; 3 * grid.n_nodes()];
+    u[grid.node_index([2, 2, 2])] = 0.3;
+    let certificate = certify(&grid, &u, 0.0);
+    assert!(!certificate.certified && certificate.min_det < 0.0);
+    u[5] = f64::NAN;
+    assert!(!certify(&grid, &u, 0.0).certified);
+}
+
+#[test]
+fn push_forward_moves_a_field() {
+    let grid = Grid::<2>::cube(33);
+    let shift = Field::<f64, 2, 2>::from_fn(grid, |_| [0.125, -0.0625]);
+    let bump = |x: [f64; 2]| [(-20.0 * ((x[0] - 0.4).powi(2) + (x[1] - 0.5).powi(2))).exp()];
+    let field = ScalarField::from_fn(grid, bump);
+    let pushed = InverseDeformation::new(&shift).push_forward(&field, -1.0);
+    for node in 0..grid.n_nodes() {
+        let x = grid.position(grid.node(node));
+        let source = [x[0] - 0.125, x[1] + 0.0625];
+        let inside = source[0] >= -1e-12 && source[1] <= 1.0 + 1e-12;
+        // The shift is a whole number of cells: nodal values move to nodes.
+        let expected = if inside { bump(source)[0] } else { -1.0 };
+        assert!((pushed.at(node)[0] - expected).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn transfer_is_nested_and_adjoint() {
+    fn check<const D: usize>(nodes: [usize; D]) {
+        let coarse = Grid::with_nodes(nodes, 0.25).unwrap();
+        let fine = coarse.finer();
+        let x = noise(2 * coarse.n_nodes(), 1);
+        let y = noise(2 * fine.n_nodes(), 2);
+        let (mut px, mut ry) = (vec![0.0; y.len()], vec![0.0; x.len()]);
+        prolong_into(&coarse, &x, &mut px);
+        restrict_into(&coarse, &y, &mut ry);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        assert!((dot(&px, &y) - dot(&x, &ry)).abs() < 1e-12);
+        let interpolant = Interpolant::new(coarse, &x[..coarse.n_nodes()]);
+        for node in 0..fine.n_nodes() {
+            let (value, _) = interpolant.sample::<f64>(&fine.position(fine.node(node)));
+            assert!((value - px[node]).abs() < 1e-12);
+        }
+        let mut back = vec![0.0; x.len()];
+        inject_into(&coarse, &px, &mut back);
+        assert_eq!(x, back);
+        let cells = noise(fine.n_cells(), 3);
+        let means = average_cells(&coarse, &cells);
+        let (all, mean) = (cells.iter().sum::<f64>(), means.iter().sum::<f64>());
+        assert!((all - mean * f64::from(1u32 << D)).abs() < 1e-12);
+    }
+    check([5, 9]);
+    check([3, 5, 4]);
+}
