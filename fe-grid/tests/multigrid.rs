@@ -19,10 +19,7 @@ fn cells<T: Element, const D: usize>(grid: &Grid<D>, contrast: f64) -> Vec<Vec<T
         if r.sqrt() < 0.31 { 1.0 } else { contrast }
     });
     let stiffness: Vec<f64> = stiffness.collect();
-    let mass = stiffness
-        .iter()
-        .map(|_| T::from_f64(contrast))
-        .collect();
+    let mass = stiffness.iter().map(|_| T::from_f64(contrast)).collect();
     vec![mass, stiffness.iter().map(|&s| T::from_f64(s)).collect()]
 }
 

@@ -42,7 +42,7 @@ pub struct SpectralSolver<const D: usize> {
     /// For every wave number of a plane the factors `(alpha, beta)` of `alpha m + beta l`.
     plane_symbols: Vec<(f64, f64)>,
     normalisation: f64,
-    weights: Ends,
+    boundary: Boundary,
     blocks: Pool<Vec<f64>>,
     scratch: Pool<LineScratch>,
 }
@@ -76,10 +76,7 @@ impl<const D: usize> SpectralSolver<D> {
             last_symbols: symbols[D - 1].clone(),
             plane_symbols,
             normalisation: n.iter().map(|&n| 0.5 / (n - 1) as f64).product(),
-            weights: match boundary {
-                Boundary::Natural => Ends::Doubled,
-                Boundary::Dirichlet => Ends::Kept,
-            },
+            boundary,
             blocks: Pool::new(),
             scratch: Pool::new(),
         };
@@ -129,7 +126,7 @@ impl<const D: usize> SpectralSolver<D> {
         parts.for_each(|(from, planes)| {
             planes.copy_from_slice(from);
             self.scratch.with(LineScratch::default, |scratch| {
-                self.transform_planes(planes, self.weights, scratch);
+                self.transform_planes(planes, self.forward_ends(), scratch);
             });
         });
     }
@@ -152,7 +149,7 @@ impl<const D: usize> SpectralSolver<D> {
                     row.copy_from_slice(&plane[first..first + columns]);
                 }
                 self.scratch.with(LineScratch::default, |scratch| {
-                    transform.columns(block, columns, self.weights, scratch);
+                    transform.columns(block, columns, self.forward_ends(), scratch);
                     self.divide(block, &self.plane_symbols[first..first + columns]);
                     transform.columns(block, columns, Ends::Kept, scratch);
                 });
@@ -185,7 +182,27 @@ impl<const D: usize> SpectralSolver<D> {
                 self.scratch.with(LineScratch::default, |scratch| {
                     self.transform_planes(planes, Ends::Kept, scratch);
                 });
+                if self.boundary == Boundary::Dirichlet {
+                    self.clear_boundary(planes, chunk_idx * at_once);
+                }
             });
+    }
+
+    /// Sets boundary values to zero: rounding leaves traces there of the lines beside them.
+    fn clear_boundary(&self, planes: &mut [f64], first_plane: usize) {
+        let n = self.grid.nodes_per_axis();
+        let strides = self.grid.strides();
+        for k in 0..D - 1 {
+            for slab in planes.chunks_mut(strides[k] * n[k]) {
+                slab[..strides[k]].fill(0.0);
+                slab[strides[k] * (n[k] - 1)..].fill(0.0);
+            }
+        }
+        for (p, plane) in planes.chunks_mut(strides[D - 1]).enumerate() {
+            if first_plane + p == 0 || first_plane + p == n[D - 1] - 1 {
+                plane.fill(0.0);
+            }
+        }
     }
 
     fn transform_planes(&self, planes: &mut [f64], ends: Ends, scratch: &mut LineScratch) {
@@ -199,6 +216,14 @@ impl<const D: usize> SpectralSolver<D> {
                     self.transforms[k].columns(slab, strides[k], ends, scratch);
                 }
             }
+        }
+    }
+
+    /// Natural rows at the ends are half rows of the convolution.
+    fn forward_ends(&self) -> Ends {
+        match self.boundary {
+            Boundary::Natural => Ends::Doubled,
+            Boundary::Dirichlet => Ends::Kept,
         }
     }
 
