@@ -226,3 +226,45 @@ pub fn determinant_excess<L: Lane, const D: usize>(h: &Tensor<L, D>) -> L {
 pub fn squared_norm_excess<L: Lane, const D: usize>(h: &Tensor<L, D>) -> L {
     trace(h).mul_add(L::splat(2.0), contract(h, h))
 }
+
+/// `a - b`.
+#[inline(always)]
+pub fn sub<L: Lane, const D: usize>(a: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {
+    let mut c = *a;
+    for i in 0..D {
+        for k in 0..D {
+            c[i][k] -= b[i][k];
+        }
+    }
+    c
+}
+
+/// `s 1`, a multiple of the identity.
+#[inline(always)]
+pub fn diagonal<L: Lane, const D: usize>(s: L) -> Tensor<L, D> {
+    let mut c = zero::<L, D>();
+    for i in 0..D {
+        c[i][i] = s;
+    }
+    c
+}
+
+/// Symmetric part `(a + a^T) / 2`.
+#[inline(always)]
+pub fn symmetric_part<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D> {
+    let mut c = *a;
+    for i in 0..D {
+        for k in 0..D {
+            if i != k {
+                c[i][k] = (a[i][k] + a[k][i]).scale(0.5);
+            }
+        }
+    }
+    c
+}
+
+/// `tr(a) 1 - a^T`, the derivative of the cofactor matrix at the identity in direction `a`.
+#[inline(always)]
+pub fn cofactor_derivative_at_identity<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D> {
+    sub(&diagonal(trace(a)), &transpose(a))
+}

@@ -1,0 +1,18 @@
+//! Stress in the deformed configuration.
+
+use crate::kinematics::Volume;
+use fe_grid::{Lane, Tensor, tensor};
+
+/// Cauchy stress `D^-1 P A^T` from the first Piola–Kirchhoff stress `P`, at the deformed place of
+/// the point where `A = 1 + h` and `D = det A`; NaN where `D` is not positive.
+///
+/// Symmetric for every frame-indifferent law.
+#[inline(always)]
+pub fn cauchy_stress<L: Lane, const D: usize>(
+    h: &Tensor<L, D>,
+    first_piola: &Tensor<L, D>,
+) -> Tensor<L, D> {
+    let volume = Volume::new(tensor::determinant_excess(h));
+    let kirchhoff = tensor::product_transposed(first_piola, &tensor::add_identity(h));
+    tensor::scale(&kirchhoff, volume.inverse)
+}

@@ -1,0 +1,42 @@
+//! Linear viscous friction.
+
+use crate::LameModuli;
+use fe_grid::{Lane, Tensor, tensor};
+
+/// Rate of viscous dissipation of a velocity `v`,
+/// `diss[v] = lambda/2 (tr e)^2 + mu tr(e^2)`, `e = sym Dv`.
+///
+/// The elastic laws are consistent with it: `W_,AA(1)[B] : B = 2 diss[B]` (Lemma 6.4).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViscousDissipation {
+    /// `lambda` and `mu`.
+    pub moduli: LameModuli,
+}
+
+impl ViscousDissipation {
+    /// `diss` of a velocity gradient `Dv`.
+    #[inline(always)]
+    pub fn rate<L: Lane, const D: usize>(&self, velocity_gradient: &Tensor<L, D>) -> L {
+        let strain_rate = tensor::symmetric_part(velocity_gradient);
+        let trace = tensor::trace(&strain_rate);
+        (trace * trace).mul_add(
+            L::splat(0.5 * self.moduli.bulk_lambda),
+            tensor::contract(&strain_rate, &strain_rate).scale(self.moduli.shear_modulus),
+        )
+    }
+
+    /// Viscous stress `lambda tr(e) 1 + 2 mu e`, the derivative of the rate by `Dv`.
+    #[inline(always)]
+    pub fn stress<L: Lane, const D: usize>(
+        &self,
+        velocity_gradient: &Tensor<L, D>,
+    ) -> Tensor<L, D> {
+        let strain_rate = tensor::symmetric_part(velocity_gradient);
+        let pressure = tensor::trace(&strain_rate).scale(self.moduli.bulk_lambda);
+        tensor::scale_add(
+            &strain_rate,
+            L::splat(2.0 * self.moduli.shear_modulus),
+            &tensor::diagonal(pressure),
+        )
+    }
+}

@@ -1,0 +1,193 @@
+//! Laws of the form `W(A) = f(|A|^2) + g(|cof A|^2) + k(det A)`, put together once.
+
+use crate::LameModuli;
+use crate::kinematics::{Kinematics, Volume};
+use crate::terms::{NormTerm, VolumeTerm};
+use fe_grid::{Lane, Tensor, tensor};
+
+/// A sum of three terms that is stress free at the identity: `2 f' + 2 (d-1) g' + k' = 0` there.
+///
+/// Whoever makes one chooses the slopes so. The identity is then used: the parts of first order
+/// in `h` are left out of the value, and those of order zero out of the stress, so that neither is
+/// a small difference of large numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Isotropic<F, G, K, const D: usize> {
+    pub norm: F,
+    pub cofactor: G,
+    pub volume: K,
+}
+
+/// First derivatives of the three terms.
+pub(crate) struct Slopes<L> {
+    pub norm: L,
+    pub cofactor: L,
+    pub volume: L,
+}
+
+/// Second derivatives of the three terms.
+pub(crate) struct Curvatures<L> {
+    pub norm: L,
+    pub cofactor: L,
+    pub volume: L,
+}
+
+impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K, D> {
+    #[inline(always)]
+    fn value_at<L: Lane>(&self, state: &Kinematics<L, D>) -> L {
+        let h = &state.displacement_gradient;
+        let mut value = tensor::contract(h, h).mul_add(
+            L::splat(self.norm.slope()),
+            state.volume_second_order.scale(self.volume.slope()),
+        );
+        value += self.norm.remainder(state.norm_excess());
+        if self.cofactor.present() {
+            let k = &state.cofactor_excess;
+            let quadratic = tensor::contract(k, k)
+                + (state.cofactor_second_order + state.cofactor_second_order);
+            value = quadratic.mul_add(L::splat(self.cofactor.slope()), value);
+            value += self.cofactor.remainder(state.cofactor_norm_excess());
+        }
+        value += self.volume.remainder(&state.volume);
+        state.volume.barred(value)
+    }
+
+    #[inline(always)]
+    pub fn value<L: Lane>(&self, h: &Tensor<L, D>) -> L {
+        self.value_at(&Kinematics::new(h))
+    }
+
+    #[inline(always)]
+    pub fn gradient<L: Lane>(&self, h: &Tensor<L, D>) -> (L, Tensor<L, D>) {
+        let state = Kinematics::new(h);
+        let norm = self.norm.slope_excess(state.norm_excess());
+        let mut along_cofactor = self.volume.slope_excess(&state.volume) + (norm + norm);
+        let norm_slope = (L::splat(self.norm.slope()) + norm).scale(2.0);
+        let mut stress = tensor::scale(&tensor::sub(h, &state.cofactor_excess), norm_slope);
+        if self.cofactor.present() {
+            let excess = self.cofactor.slope_excess(state.cofactor_norm_excess());
+            along_cofactor = excess.mul_add(L::splat(2.0 * (D as f64 - 1.0)), along_cofactor);
+            let slope = (L::splat(self.cofactor.slope()) + excess).scale(2.0);
+            stress = tensor::scale_add(&state.cofactor_norm_slope_excess(), slope, &stress);
+        }
+        let stress = tensor::scale_add(&state.cofactor, along_cofactor, &stress);
+        (self.value_at(&state), stress)
+    }
+
+    #[inline(always)]
+    pub fn hessian_action<L: Lane>(&self, h: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {
+        let state = Kinematics::new(h);
+        let x = state.norm_excess();
+        let y = state.cofactor_norm_excess();
+        let slopes = Slopes {
+            norm: L::splat(self.norm.slope()) + self.norm.slope_excess(x),
+            cofactor: L::splat(self.cofactor.slope()) + self.cofactor.slope_excess(y),
+            volume: L::splat(self.volume.slope()) + self.volume.slope_excess(&state.volume),
+        };
+        let curvatures = Curvatures {
+            norm: self.norm.curvature(x),
+            cofactor: self.cofactor.curvature(y),
+            volume: self.volume.curvature(&state.volume),
+        };
+        tangent(&state, &slopes, &curvatures, self.cofactor.present(), b)
+    }
+
+    /// The three terms at independent arguments.
+    pub fn polyconvex_value(
+        &self,
+        a: &Tensor<f64, D>,
+        cofactor: &Tensor<f64, D>,
+        determinant: f64,
+    ) -> f64 {
+        let excess = |a: &Tensor<f64, D>| tensor::contract(a, a) - D as f64;
+        let (x, y) = (excess(a), excess(cofactor));
+        let volume = Volume::new(determinant - 1.0);
+        let value = self.norm.slope() * x
+            + self.norm.remainder(x)
+            + self.cofactor.slope() * y
+            + self.cofactor.remainder(y)
+            + self.volume.slope() * volume.excess
+            + self.volume.remainder(&volume);
+        volume.barred(value)
+    }
+
+    pub fn moduli(&self) -> LameModuli {
+        lame_moduli::<D>(
+            &Slopes {
+                norm: self.norm.slope(),
+                cofactor: self.cofactor.slope(),
+                volume: self.volume.slope(),
+            },
+            &Curvatures {
+                norm: self.norm.curvature(0.0),
+                cofactor: self.cofactor.curvature(0.0),
+                volume: self.volume.curvature(&Volume::new(0.0)),
+            },
+        )
+    }
+}
+
+/// `W_,A = 2 f' A + 2 g' C + k' cof A`, for laws that are not stress free.
+#[inline(always)]
+pub(crate) fn stress<L: Lane, const D: usize>(
+    state: &Kinematics<L, D>,
+    slopes: &Slopes<L>,
+) -> Tensor<L, D> {
+    let along_cofactor = tensor::scale(&state.cofactor, slopes.volume);
+    let stress = tensor::scale_add(
+        &state.deformation_gradient,
+        slopes.norm.scale(2.0),
+        &along_cofactor,
+    );
+    tensor::scale_add(
+        &state.cofactor_norm_slope(),
+        slopes.cofactor.scale(2.0),
+        &stress,
+    )
+}
+
+/// `W_,AA[B] = 2 f' B + 4 f'' (A:B) A + 2 g' C'[B] + 4 g'' (C:B) C + k'' (cof A:B) cof A
+/// + k' (cof A)'[B]`.
+#[inline(always)]
+pub(crate) fn tangent<L: Lane, const D: usize>(
+    state: &Kinematics<L, D>,
+    slopes: &Slopes<L>,
+    curvatures: &Curvatures<L>,
+    cofactor_present: bool,
+    b: &Tensor<L, D>,
+) -> Tensor<L, D> {
+    let a = &state.deformation_gradient;
+    let cofactor_derivative = tensor::cofactor_derivative(a, b);
+    let mut out = tensor::scale(&cofactor_derivative, slopes.volume);
+    let along_cofactor = tensor::contract(&state.cofactor, b) * curvatures.volume;
+    out = tensor::scale_add(&state.cofactor, along_cofactor, &out);
+    out = tensor::scale_add(b, slopes.norm.scale(2.0), &out);
+    let along_a = (tensor::contract(a, b) * curvatures.norm).scale(4.0);
+    out = tensor::scale_add(a, along_a, &out);
+    if cofactor_present {
+        let derivative = state.cofactor_norm_slope_derivative(b, &cofactor_derivative);
+        out = tensor::scale_add(&derivative, slopes.cofactor.scale(2.0), &out);
+        let slope = state.cofactor_norm_slope();
+        let along_slope = (tensor::contract(&slope, b) * curvatures.cofactor).scale(4.0);
+        out = tensor::scale_add(&slope, along_slope, &out);
+    }
+    out
+}
+
+/// Moduli of the quadratic form of [`tangent`] at the identity, on symmetric matrices.
+///
+/// With `e` symmetric, `C'(1)[e] = 2 tr(e) 1` in 3D and `e` in 2D, `cof'(1)[e] = tr(e) 1 - e`.
+pub(crate) fn lame_moduli<const D: usize>(
+    slopes: &Slopes<f64>,
+    curvatures: &Curvatures<f64>,
+) -> LameModuli {
+    let d = D as f64;
+    let cofactor_shear = if D == 2 { slopes.cofactor } else { 0.0 };
+    LameModuli {
+        bulk_lambda: 4.0 * curvatures.norm
+            + 4.0 * (d - 1.0).powi(2) * curvatures.cofactor
+            + 4.0 * (d - 2.0) * slopes.cofactor
+            + curvatures.volume
+            + slopes.volume,
+        shear_modulus: slopes.norm + cofactor_shear - 0.5 * slopes.volume,
+    }
+}

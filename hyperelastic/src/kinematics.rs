@@ -1,0 +1,143 @@
+//! The geometry of one displacement gradient, arranged so that nothing of it cancels when the
+//! strain is small.
+
+use fe_grid::{Lane, Tensor, tensor};
+
+/// The determinant and what the volume terms need of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Volume<L> {
+    /// `det - 1`.
+    pub excess: L,
+    /// `det`.
+    pub determinant: L,
+    /// `1 / det`; NaN where the determinant is not positive, which carries on to the derivatives.
+    pub inverse: L,
+    /// `1 / det - 1`.
+    pub inverse_excess: L,
+}
+
+impl<L: Lane> Volume<L> {
+    #[inline(always)]
+    pub fn new(excess: L) -> Self {
+        let determinant = L::one() + excess;
+        let inverse = L::select(
+            L::zero().less(determinant),
+            L::one() / determinant,
+            L::splat(f64::NAN),
+        );
+        Self {
+            excess,
+            determinant,
+            inverse,
+            inverse_excess: -(excess * inverse),
+        }
+    }
+
+    /// The value where the determinant is positive, infinity elsewhere.
+    #[inline(always)]
+    pub fn barred(&self, value: L) -> L {
+        L::select(
+            L::zero().less(self.determinant),
+            value,
+            L::splat(f64::INFINITY),
+        )
+    }
+}
+
+/// `A = 1 + h`, its cofactor matrix and determinant, each with its excess over the identity's.
+#[derive(Clone, Copy)]
+pub(crate) struct Kinematics<L, const D: usize> {
+    /// `h`.
+    pub displacement_gradient: Tensor<L, D>,
+    /// `A`.
+    pub deformation_gradient: Tensor<L, D>,
+    /// `cof A - 1`.
+    pub cofactor_excess: Tensor<L, D>,
+    /// `cof A`.
+    pub cofactor: Tensor<L, D>,
+    /// `tr(cof A - 1) - (d-1) tr h`: `tr cof h` in 3D, zero in 2D.
+    pub cofactor_second_order: L,
+    /// `det A - 1 - tr h`.
+    pub volume_second_order: L,
+    /// The determinant.
+    pub volume: Volume<L>,
+}
+
+impl<L: Lane, const D: usize> Kinematics<L, D> {
+    #[inline(always)]
+    pub fn new(h: &Tensor<L, D>) -> Self {
+        let minors = tensor::cofactor(h);
+        let (cofactor_excess, cofactor_second_order) = if D == 2 {
+            (minors, L::zero())
+        } else {
+            (
+                tensor::add(&tensor::cofactor_derivative_at_identity(h), &minors),
+                tensor::trace(&minors),
+            )
+        };
+        let volume_second_order = cofactor_second_order + tensor::determinant_with(h, &minors);
+        Self {
+            displacement_gradient: *h,
+            deformation_gradient: tensor::add_identity(h),
+            cofactor: tensor::add_identity(&cofactor_excess),
+            cofactor_excess,
+            cofactor_second_order,
+            volume_second_order,
+            volume: Volume::new(tensor::trace(h) + volume_second_order),
+        }
+    }
+
+    /// `|A|^2 - d`.
+    #[inline(always)]
+    pub fn norm_excess(&self) -> L {
+        tensor::squared_norm_excess(&self.displacement_gradient)
+    }
+
+    /// `|cof A|^2 - d`.
+    #[inline(always)]
+    pub fn cofactor_norm_excess(&self) -> L {
+        tensor::squared_norm_excess(&self.cofactor_excess)
+    }
+
+    /// `C`, with `C : B = cof A : (cof A)'[B]`: half the derivative of `|cof A|^2`.
+    #[inline(always)]
+    pub fn cofactor_norm_slope(&self) -> Tensor<L, D> {
+        if D == 2 {
+            self.deformation_gradient
+        } else {
+            tensor::cofactor_derivative(&self.deformation_gradient, &self.cofactor)
+        }
+    }
+
+    /// `C - (d-1) cof A`, without cancellation for small `h`.
+    ///
+    /// In 3D `C = A x cof A` with the bilinear product of [`tensor::cofactor_derivative`];
+    /// both factors are expanded about the identity, where `1 x 1 = 2`.
+    #[inline(always)]
+    pub fn cofactor_norm_slope_excess(&self) -> Tensor<L, D> {
+        let (h, k) = (&self.displacement_gradient, &self.cofactor_excess);
+        if D == 2 {
+            return tensor::sub(h, k);
+        }
+        let linear = tensor::cofactor_derivative_at_identity(&tensor::add(h, k));
+        let linear = tensor::scale_add(k, L::splat(-2.0), &linear);
+        tensor::add(&linear, &tensor::cofactor_derivative(h, k))
+    }
+
+    /// Derivative of [`Self::cofactor_norm_slope`] in direction `b`, given that of the cofactor
+    /// matrix.
+    #[inline(always)]
+    pub fn cofactor_norm_slope_derivative(
+        &self,
+        b: &Tensor<L, D>,
+        cofactor_derivative: &Tensor<L, D>,
+    ) -> Tensor<L, D> {
+        if D == 2 {
+            return *b;
+        }
+        tensor::add(
+            &tensor::cofactor_derivative(b, &self.cofactor),
+            &tensor::cofactor_derivative(&self.deformation_gradient, cofactor_derivative),
+        )
+    }
+}

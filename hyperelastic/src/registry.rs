@@ -1,0 +1,191 @@
+//! From a name and two moduli to a law.
+//!
+//! To add a law: one file for it, one line in [`Family`]'s table, one in [`LawSpec::visit`].
+
+use crate::{
+    Inverse, LameModuli, LawError, LinearElasticity, LogDet, LogDetBarrier, Power, PowerExponents,
+    StoredEnergy,
+};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// A computation that is made for each law: called with the law that a [`LawSpec`] names.
+pub trait LawVisitor<const D: usize> {
+    /// What the computation returns.
+    type Output;
+    /// The computation for one law.
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output;
+}
+
+/// The laws that have a name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Family {
+    /// [`LogDet`].
+    LogDet,
+    /// [`LogDetBarrier`].
+    LogDetBarrier,
+    /// [`Power`] with a null Lagrangian in its volume function, for all moduli.
+    Power,
+    /// [`Power`] with a two-term volume function, for large `lambda / mu` only.
+    PowerTwoTerm,
+    /// [`LinearElasticity`].
+    Linear,
+}
+
+impl Family {
+    const TABLE: [(&'static str, Self); 5] = [
+        ("logdet", Self::LogDet),
+        ("logdet_barrier", Self::LogDetBarrier),
+        ("power", Self::Power),
+        ("power_two_term", Self::PowerTwoTerm),
+        ("linear", Self::Linear),
+    ];
+}
+
+/// A law by name: a family, or the inverse model of one (`"inverse:logdet"`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct LawName {
+    family: Family,
+    inverse: bool,
+}
+
+impl LawName {
+    const INVERSE: &'static str = "inverse:";
+
+    /// All names, in the order in which they are listed to a user.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let with = |inverse: bool| {
+            Family::TABLE
+                .into_iter()
+                .map(move |(_, family)| Self { family, inverse })
+        };
+        with(false).chain(with(true).filter(|name| name.family != Family::Linear))
+    }
+
+    /// The family.
+    pub fn family(self) -> Family {
+        self.family
+    }
+
+    /// Whether this is the inverse model.
+    pub fn is_inverse(self) -> bool {
+        self.inverse
+    }
+}
+
+impl Default for LawName {
+    /// `logdet`.
+    fn default() -> Self {
+        Self {
+            family: Family::LogDet,
+            inverse: false,
+        }
+    }
+}
+
+impl fmt::Display for LawName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.inverse {
+            f.write_str(Self::INVERSE)?;
+        }
+        let found = Family::TABLE.iter().find(|(_, x)| *x == self.family);
+        f.write_str(found.map_or("", |(name, _)| name))
+    }
+}
+
+impl FromStr for LawName {
+    type Err = LawError;
+    fn from_str(name: &str) -> Result<Self, LawError> {
+        Self::all()
+            .find(|known| known.to_string() == name)
+            .ok_or_else(|| LawError::UnknownLaw {
+                name: name.to_owned(),
+                known: Self::all()
+                    .map(|known| known.to_string())
+                    .collect::<Vec<_>>()
+                    .join(", "),
+            })
+    }
+}
+
+impl TryFrom<String> for LawName {
+    type Error = LawError;
+    fn try_from(name: String) -> Result<Self, LawError> {
+        name.parse()
+    }
+}
+
+impl From<LawName> for String {
+    fn from(name: LawName) -> Self {
+        name.to_string()
+    }
+}
+
+/// A law and its moduli, as a configuration states them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawSpec {
+    /// Which law.
+    pub law: LawName,
+    /// Its moduli.
+    pub moduli: LameModuli,
+}
+
+impl LawSpec {
+    /// The law of this name with these moduli.
+    ///
+    /// # Errors
+    /// [`LawError::UnknownLaw`] for an unknown name. The moduli are checked when the law is made.
+    pub fn new(name: &str, moduli: LameModuli) -> Result<Self, LawError> {
+        Ok(Self {
+            law: name.parse()?,
+            moduli,
+        })
+    }
+
+    /// Makes the law and hands it to the visitor.
+    ///
+    /// # Errors
+    /// Whatever the law's constructor refuses: moduli out of range, or below the law's bound.
+    pub fn visit<const D: usize, V: LawVisitor<D>>(
+        &self,
+        visitor: V,
+    ) -> Result<V::Output, LawError> {
+        let moduli = self.moduli;
+        Ok(match (self.law.family, self.law.inverse) {
+            (Family::LogDet, false) => visitor.visit(LogDet::<D>::new(moduli)?),
+            (Family::LogDet, true) => visitor.visit(Inverse::new(LogDet::<D>::new(moduli)?)),
+            (Family::LogDetBarrier, false) => visitor.visit(LogDetBarrier::<D>::new(moduli)?),
+            (Family::LogDetBarrier, true) => {
+                visitor.visit(Inverse::new(LogDetBarrier::<D>::new(moduli)?))
+            }
+            (Family::Power | Family::PowerTwoTerm, false) => {
+                visitor.visit(power::<D>(self.law.family, moduli)?)
+            }
+            (Family::Power | Family::PowerTwoTerm, true) => {
+                visitor.visit(Inverse::new(power::<D>(self.law.family, moduli)?))
+            }
+            // Linear elasticity has no inverse model: its name cannot be parsed.
+            (Family::Linear, _) => visitor.visit(LinearElasticity::<D>::new(moduli)?),
+        })
+    }
+}
+
+/// Both power laws are one type, so that a kernel is compiled for it once.
+fn power<const D: usize>(family: Family, moduli: LameModuli) -> Result<Power<D>, LawError> {
+    if family == Family::PowerTwoTerm {
+        // Small exponents keep the bound on lambda low.
+        let exponents = PowerExponents {
+            norm: D as f64,
+            cofactor: 2.0,
+            expansion: 2.0,
+            compression: 2.0,
+        };
+        Power::two_term(moduli, exponents, None)
+    } else {
+        Power::new(moduli)
+    }
+}
