@@ -1,1 +1,34 @@
 //! Signed distances, contours, surfaces and measures of 2D and 3D shapes.
+//!
+//! A shape is the set `{u > level}` of a scalar field on a grid. Its boundary is a
+//! [`Contour`]: oriented segments in 2D, oriented triangles in 3D, one type and one code for
+//! both. Signed distances are positive **inside** the object and measure the exact Euclidean
+//! distance to that contour.
+//!
+//! **Invariant:** nothing here minimises anything, and nothing reads or writes files.
+
+mod bvh;
+mod closest;
+mod components;
+pub mod contour;
+pub mod distance;
+mod error;
+mod extract;
+mod hausdorff;
+pub mod heaviside;
+pub mod measures;
+mod polyline;
+mod pseudonormal;
+mod quad;
+mod surface;
+mod vector;
+
+pub use components::{Components, connected_components, largest_component};
+pub use contour::Contour;
+pub use distance::{ContourDistance, Nearest, signed_distance};
+pub use error::LevelsetError;
+pub use extract::{BoxEdge, contour};
+pub use hausdorff::{Hausdorff, hausdorff};
+pub use heaviside::{Arctan, Compact};
+pub use measures::{Moments, dice, mask_volume};
+pub use polyline::Polyline;

@@ -1,0 +1,185 @@
+//! Distances between two boundaries.
+
+use rayon::prelude::*;
+
+use crate::contour::Contour;
+use crate::distance::ContourDistance;
+use crate::vector::{area_normal, norm, sub};
+use crate::{LevelsetError, Nearest};
+
+/// The maximum is found up to this share of the diameter of the first boundary.
+const TOLERANCE: f64 = 1e-6;
+/// Share of a boundary that lies within the reported percentile.
+const PERCENTILE: f64 = 0.95;
+/// Halvings of one segment or triangle, a bound on the work: 2^-24 of its length, or an area
+/// of 2^-24, is below the tolerance for every grid that fits a machine.
+const MAX_HALVINGS: u32 = 24;
+
+/// Distances of two boundaries from each other, in the unit of their coordinates. Each is the
+/// larger one of both directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hausdorff {
+    /// The Hausdorff distance: the farthest that any point of one boundary, corner or not, is
+    /// from the other (to 1e-6 of their diameter).
+    pub maximum: f64,
+    /// The distance within which 95 % of a boundary, by length or area, lies from the other.
+    pub percentile_95: f64,
+    /// The mean distance of the points of a boundary from the other.
+    pub mean: f64,
+}
+
+/// The symmetric Hausdorff distance of two boundaries, with its 95th percentile and the mean.
+///
+/// Percentile and mean measure each segment or triangle at its centroid, weighted by its size.
+///
+/// # Errors
+/// [`LevelsetError::EmptyContour`].
+pub fn hausdorff<const D: usize>(
+    a: &Contour<D>,
+    b: &Contour<D>,
+) -> Result<Hausdorff, LevelsetError> {
+    let (to_a, to_b) = (ContourDistance::new(a)?, ContourDistance::new(b)?);
+    let (there, back) = (directed(a, b, &to_b), directed(b, a, &to_a));
+    Ok(Hausdorff {
+        maximum: there.maximum.max(back.maximum),
+        percentile_95: there.percentile_95.max(back.percentile_95),
+        mean: there.mean.max(back.mean),
+    })
+}
+
+fn directed<const D: usize>(
+    from: &Contour<D>,
+    to: &Contour<D>,
+    distance: &ContourDistance<D>,
+) -> Hausdorff {
+    let corners: Vec<_> = from.all_corners().collect();
+    // A contour of degenerate simplices still has points: each then counts alike.
+    let floor = if from.perimeter() > 0.0 { 0.0 } else { 1.0 };
+    let mut samples: Vec<(f64, f64)> = corners
+        .par_iter()
+        .map(|c| {
+            let centroid = std::array::from_fn(|k| c.iter().map(|p| p[k]).sum::<f64>() / D as f64);
+            let size = norm(&area_normal(c)).max(floor);
+            (distance.nearest(centroid).distance, size)
+        })
+        .collect();
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = samples.iter().map(|s| s.1).sum();
+    let mean = samples.iter().map(|s| s.0 * s.1).sum::<f64>() / total;
+    let mut below = 0.0;
+    let percentile_95 = samples
+        .iter()
+        .find(|s| {
+            below += s.1;
+            below >= PERCENTILE * total
+        })
+        .map_or(0.0, |s| s.0);
+    Hausdorff {
+        maximum: farthest(from, &corners, to, distance),
+        percentile_95,
+        mean,
+    }
+}
+
+/// Largest distance of any point of `from`: branch and bound. The distance to one fixed convex
+/// simplex is a convex function, hence on a piece at most its largest value at the corners; so
+/// is, a fortiori, the distance to all.
+fn farthest<const D: usize>(
+    from: &Contour<D>,
+    corners: &[[[f64; D]; D]],
+    to: &Contour<D>,
+    distance: &ContourDistance<D>,
+) -> f64 {
+    let nearest: Vec<Nearest<D>> = from
+        .points()
+        .par_iter()
+        .map(|&p| distance.nearest(p))
+        .collect();
+    let used = from.simplices().iter().flatten().map(|&c| c as usize);
+    let start = used.map(|c| nearest[c].distance).fold(0.0, f64::max);
+    let tolerance = TOLERANCE * diameter(from);
+    let maxima: Vec<f64> = (0..corners.len())
+        .into_par_iter()
+        .map(|i| {
+            let ends = from.simplices()[i].map(|c| nearest[c as usize]);
+            let search = Search {
+                to,
+                distance,
+                tolerance,
+            };
+            search.refine(&corners[i], &ends, start, MAX_HALVINGS)
+        })
+        .collect();
+    maxima.into_iter().fold(start, f64::max)
+}
+
+struct Search<'a, const D: usize> {
+    to: &'a Contour<D>,
+    distance: &'a ContourDistance<D>,
+    tolerance: f64,
+}
+
+impl<const D: usize> Search<'_, D> {
+    /// The largest distance found on a piece, or `best` where that is larger.
+    fn refine(
+        &self,
+        corners: &[[f64; D]; D],
+        ends: &[Nearest<D>; D],
+        best: f64,
+        halvings: u32,
+    ) -> f64 {
+        let bound = ends
+            .iter()
+            .map(|end| self.bound(corners, end.simplex))
+            .fold(f64::INFINITY, f64::min);
+        if bound <= best + self.tolerance || halvings == 0 {
+            return best;
+        }
+        let (i, j) = longest_edge(corners);
+        let middle = std::array::from_fn(|k| 0.5 * (corners[i][k] + corners[j][k]));
+        let found = self.distance.nearest(middle);
+        let mut best = best.max(found.distance);
+        for replaced in [i, j] {
+            let (mut corners, mut ends) = (*corners, *ends);
+            corners[replaced] = middle;
+            ends[replaced] = found;
+            best = self.refine(&corners, &ends, best, halvings - 1);
+        }
+        best
+    }
+
+    /// Largest distance of the corners from one simplex of the other boundary.
+    fn bound(&self, corners: &[[f64; D]; D], simplex: usize) -> f64 {
+        let other = self.to.corners(simplex);
+        corners
+            .iter()
+            .map(|c| crate::closest::closest(&other, c).distance_squared.sqrt())
+            .fold(0.0, f64::max)
+    }
+}
+
+fn longest_edge<const D: usize>(corners: &[[f64; D]; D]) -> (usize, usize) {
+    let mut best = (0, 1, -1.0);
+    for i in 0..D {
+        for j in 0..i {
+            let length = norm(&sub(&corners[i], &corners[j]));
+            if length > best.2 {
+                best = (j, i, length);
+            }
+        }
+    }
+    (best.0, best.1)
+}
+
+fn diameter<const D: usize>(contour: &Contour<D>) -> f64 {
+    let mut sum = 0.0;
+    for k in 0..D {
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for p in contour.points() {
+            low = low.min(p[k]);
+            high = high.max(p[k]);
+        }
+        sum += (high - low).powi(2);
+    }
+    sum.sqrt()
+}

@@ -1,0 +1,144 @@
+//! Sizes, moments and overlap of shapes.
+
+use fe_grid::Field;
+use nalgebra::{SMatrix, SVector};
+
+use crate::contour::Contour;
+use crate::extract::check_finite;
+use crate::vector::{area_normal, dot};
+use crate::{LevelsetError, vector};
+
+/// Volume (area in 2D), centroid and second central moments of a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments<const D: usize> {
+    /// `V = int_O dx`.
+    pub volume: f64,
+    /// `c = (1/V) int_O x dx`.
+    pub centroid: SVector<f64, D>,
+    /// `(1/V) int_O (x - c)(x - c)^T dx`, symmetric.
+    pub covariance: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize> Moments<D> {
+    /// Exact moments of the polygon or polyhedron inside a closed contour: the sum over the
+    /// signed simplices that join each segment or triangle to one point.
+    ///
+    /// # Errors
+    /// [`LevelsetError::OpenContour`]; [`LevelsetError::EmptyContour`] where the contour
+    /// encloses nothing.
+    pub fn of_contour(contour: &Contour<D>) -> Result<Self, LevelsetError> {
+        if !contour.is_closed() {
+            return Err(LevelsetError::OpenContour);
+        }
+        // Any apex gives the same sums; one on the shape keeps the digits.
+        let Some(&apex) = contour.points().first() else {
+            return Err(LevelsetError::EmptyContour);
+        };
+        let (mut volume, mut first, mut second) = (
+            0.0,
+            SVector::<f64, D>::zeros(),
+            SMatrix::<f64, D, D>::zeros(),
+        );
+        let dim = D as f64;
+        for corners in contour.all_corners() {
+            let rays = corners.map(|c| vector::sub(&c, &apex));
+            let piece = dot(&rays[0], &area_normal(&corners)) / dim;
+            let mut sum = SVector::<f64, D>::zeros();
+            let mut squares = SMatrix::<f64, D, D>::zeros();
+            for ray in rays.map(SVector::from) {
+                sum += ray;
+                squares += ray * ray.transpose();
+            }
+            volume += piece;
+            first += sum * (piece / (dim + 1.0));
+            second += (squares + sum * sum.transpose()) * (piece / ((dim + 1.0) * (dim + 2.0)));
+        }
+        Self::from_sums(volume, first, second, SVector::from(apex))
+            .ok_or(LevelsetError::EmptyContour)
+    }
+
+    /// Moments of a density: `int w dx`, `int w x dx`, ... by the trapezoidal rule over the
+    /// nodes. With the indicator of a mask this is counting.
+    ///
+    /// # Errors
+    /// [`LevelsetError::NonFinite`]; [`LevelsetError::EmptyObject`] where the density sums to
+    /// nothing or less.
+    pub fn of_density(density: &Field<f64, D, 1>) -> Result<Self, LevelsetError> {
+        check_finite(density, 0.0)?;
+        let grid = density.grid();
+        let (mut volume, mut first, mut second) = (
+            0.0,
+            SVector::<f64, D>::zeros(),
+            SMatrix::<f64, D, D>::zeros(),
+        );
+        let middle = SVector::from(grid.extent()) / 2.0;
+        for (index, &weight) in density.as_slice().iter().enumerate() {
+            if weight == 0.0 {
+                continue;
+            }
+            let x = SVector::from(grid.position(grid.node(index))) - middle;
+            volume += weight;
+            first += x * weight;
+            second += x * x.transpose() * weight;
+        }
+        let moments = Self::from_sums(volume, first, second, middle);
+        let scaled = moments.map(|m| Self {
+            volume: m.volume * grid.cell_volume(),
+            ..m
+        });
+        scaled.ok_or(LevelsetError::EmptyObject { level: 0.0 })
+    }
+
+    /// Moments from plain sums about an origin; none without a positive volume.
+    fn from_sums(
+        volume: f64,
+        first: SVector<f64, D>,
+        second: SMatrix<f64, D, D>,
+        origin: SVector<f64, D>,
+    ) -> Option<Self> {
+        if volume <= 0.0 {
+            return None;
+        }
+        let mean = first / volume;
+        Some(Self {
+            volume,
+            centroid: origin + mean,
+            covariance: second / volume - mean * mean.transpose(),
+        })
+    }
+}
+
+/// Area or volume of the mask `{field > level}` by counting: `h^D` for every node inside.
+pub fn mask_volume<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> f64 {
+    let n_inside = field.as_slice().iter().filter(|&&v| v > level).count();
+    n_inside as f64 * field.grid().cell_volume()
+}
+
+/// Overlap of two objects, `2 |A and B| / (|A| + |B|)` by counting the nodes above the level
+/// of each: 1 for equal objects, 0 for disjoint ones.
+///
+/// # Errors
+/// [`LevelsetError::GridMismatch`]; [`LevelsetError::EmptyObject`] where both are empty.
+pub fn dice<const D: usize>(
+    a: &Field<f64, D, 1>,
+    level_a: f64,
+    b: &Field<f64, D, 1>,
+    level_b: f64,
+) -> Result<f64, LevelsetError> {
+    if a.grid() != b.grid() {
+        return Err(LevelsetError::GridMismatch {
+            left: a.grid().nodes_per_axis().to_vec(),
+            right: b.grid().nodes_per_axis().to_vec(),
+        });
+    }
+    let (mut n_both, mut n_sum) = (0usize, 0usize);
+    for (&u, &v) in a.as_slice().iter().zip(b.as_slice()) {
+        let (in_a, in_b) = (u > level_a, v > level_b);
+        n_both += usize::from(in_a && in_b);
+        n_sum += usize::from(in_a) + usize::from(in_b);
+    }
+    if n_sum == 0 {
+        return Err(LevelsetError::EmptyObject { level: level_a });
+    }
+    Ok(2.0 * n_both as f64 / n_sum as f64)
+}

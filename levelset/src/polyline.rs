@@ -1,0 +1,61 @@
+//! A 2D contour as curves.
+
+use std::collections::HashMap;
+
+use crate::Contour;
+
+/// A curve through points, with the object to its left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polyline {
+    /// The points in order; the first is not repeated at the end of a closed curve.
+    pub points: Vec<[f64; 2]>,
+    /// Whether the last point is joined to the first.
+    pub closed: bool,
+}
+
+impl Contour<2> {
+    /// The segments strung together: every segment belongs to exactly one curve. Open curves,
+    /// which start and end at the edge of the box, come first.
+    pub fn polylines(&self) -> Vec<Polyline> {
+        let mut leaving: HashMap<u32, Vec<usize>> = HashMap::new();
+        let mut balance: HashMap<u32, i64> = HashMap::new();
+        for (i, &[from, to]) in self.simplices().iter().enumerate().rev() {
+            leaving.entry(from).or_default().push(i);
+            *balance.entry(from).or_default() += 1;
+            *balance.entry(to).or_default() -= 1;
+        }
+        let mut curves = Vec::new();
+        let starts = |open: bool| {
+            let balance = &balance;
+            let list = self.simplices().iter().map(|s| s[0]);
+            list.filter(move |p| !open || balance[p] > 0)
+        };
+        for start in starts(true).chain(starts(false)) {
+            if let Some(curve) = self.follow(start, &mut leaving) {
+                curves.push(curve);
+            }
+        }
+        curves
+    }
+
+    /// The curve that leaves a point, until it comes back to it or can go no further.
+    fn follow(&self, start: u32, leaving: &mut HashMap<u32, Vec<usize>>) -> Option<Polyline> {
+        let mut points = Vec::new();
+        let mut here = start;
+        while let Some(segment) = leaving.get_mut(&here).and_then(Vec::pop) {
+            points.push(self.points()[here as usize]);
+            here = self.simplices()[segment][1];
+            if here == start {
+                break;
+            }
+        }
+        let closed = here == start;
+        if points.is_empty() {
+            return None;
+        }
+        if !closed {
+            points.push(self.points()[here as usize]);
+        }
+        Some(Polyline { points, closed })
+    }
+}
