@@ -38,6 +38,7 @@
 //! ```
 
 mod cauchy;
+mod corotational;
 mod dissipation;
 mod error;
 mod hypotheses;
@@ -55,8 +56,10 @@ mod scalar;
 mod seed_literal;
 mod stored_energy;
 mod terms;
+mod weighted;
 
 pub use cauchy::cauchy_stress;
+pub use corotational::{Corotational, polar_rotation};
 pub use dissipation::ViscousDissipation;
 pub use error::LawError;
 pub use hypotheses::{Growth, Hypotheses};
@@ -69,3 +72,4 @@ pub use power::{Power, PowerCoefficients, PowerExponents};
 pub use registry::{Family, LawName, LawSpec, LawVisitor};
 pub use seed_literal::{SeedLiteral, SeedParameters};
 pub use stored_energy::{PolyconvexForm, StoredEnergy};
+pub use weighted::WeightedElasticity;

@@ -1,0 +1,152 @@
+//! The corotational quadratic form: linear elasticity seen from the rotated cell.
+//!
+//! The Hessian of a frame-indifferent density at a rotation `R` is `W_,AA(R)[B]:B =
+//! 2 diss[R^T B]`. Taken at the rotation of the polar decomposition of the mean deformation
+//! gradient of a cell, it is a positive semidefinite stand-in for the Hessian at that gradient,
+//! exact for rigid motions and good for moderate strains, at `1 + D^2` numbers a cell. With a
+//! second part, `1/2 d . G d` with a symmetric matrix `G` a cell, it serves as the metric of
+//! minimisers for elastic energies with a further term in the deformation itself.
+
+use crate::LameModuli;
+use fe_grid::engine::MAX_CELL_DATA;
+use fe_grid::multigrid::CoefficientLaw;
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
+
+/// The quadratic law `k diss[R^T Dd] + 1/2 d . G d + r/2 (|d|^2 + |Dd|^2)` of a direction `d`.
+///
+/// Data of a cell: the stiffness `k`, the matrix `k R` row by row, and the upper triangle of `G`
+/// row by row.
+#[derive(Clone, Copy, Debug)]
+pub struct Corotational<const D: usize> {
+    /// Lamé moduli at stiffness 1.
+    pub moduli: LameModuli,
+    /// Coefficient `r` of the regularisation, which makes the form definite.
+    pub regularisation: f64,
+}
+
+impl<const D: usize> Corotational<D> {
+    /// Numbers per cell: the stiffness, `k R`, and `G`.
+    pub const CELL_DATA: usize = 1 + D * D + D * (D + 1) / 2;
+
+    /// Where entry `(i, j)`, `i <= j`, of `G` stands among the data of a cell.
+    #[inline(always)]
+    pub const fn mass_entry(i: usize, j: usize) -> usize {
+        1 + D * D + i * D + j - i * (i + 1) / 2
+    }
+}
+
+/// The rotation of the polar decomposition of a matrix; the identity where the matrix does not
+/// preserve orientation.
+#[inline(always)]
+pub fn polar_rotation<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D> {
+    let det = tensor::determinant(a);
+    let identity = tensor::add_identity(&tensor::zero::<L, D>());
+    let usable = L::splat(1e-6).less(det);
+    if D == 2 {
+        // The nearest rotation by (a00 + a11, a10 - a01), normalised: no iteration.
+        let (c, s) = (a[0][0] + a[1][1], a[1][0] - a[0][1]);
+        let inverse = L::one() / c.mul_add(c, s * s).sqrt();
+        let (c, s) = (L::select(usable, c * inverse, L::one()), L::select(usable, s * inverse, L::zero()));
+        let mut r = identity;
+        (r[0][0], r[0][1], r[1][0], r[1][1]) = (c, -s, s, c);
+        return r;
+    }
+    // Newton's iteration R <- (R + R^-T)/2 (Higham 1986), scaled once by the determinant so that
+    // it starts near.
+    let mut r = *a;
+    for i in 0..D {
+        for k in 0..D {
+            r[i][k] = L::select(usable, r[i][k], identity[i][k]);
+        }
+    }
+    for _ in 0..NEWTON_STEPS {
+        let inverse = tensor::inverse_transpose(&r);
+        r = tensor::scale(&tensor::add(&r, &inverse), L::splat(0.5));
+    }
+    r
+}
+
+/// Enough for singular values between 1/50 and 50: the first steps halve the larger, the last
+/// double the digits.
+const NEWTON_STEPS: usize = 11;
+
+impl<const D: usize> Reads for Corotational<D> {
+    const USES_VALUE: bool = true;
+    const USES_GRADIENT: bool = true;
+    const COEFFICIENTS: usize = 0;
+    const CELL_DATA: usize = Self::CELL_DATA;
+}
+
+impl<const D: usize> CellLaw<D, D> for Corotational<D> {
+    #[inline(always)]
+    fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
+        self.gradient(point).0
+    }
+
+    #[inline(always)]
+    fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
+        let state = Jet { value: point.value, gradient: point.gradient };
+        let flux = self.hessian_action(point, &state);
+        let mut twice = tensor::contract(&flux.gradient, &state.gradient);
+        for k in 0..D {
+            twice = flux.value[k].mul_add(state.value[k], twice);
+        }
+        (twice.scale(0.5), flux)
+    }
+
+    #[inline(always)]
+    fn hessian_action<L: Lane>(
+        &self,
+        point: &Point<L, D, D>,
+        direction: &Jet<L, D, D>,
+    ) -> Jet<L, D, D> {
+        let stiffness = point.cell[0];
+        let mut scaled = tensor::zero::<L, D>();
+        for i in 0..D {
+            for k in 0..D {
+                scaled[i][k] = point.cell[1 + i * D + k];
+            }
+        }
+        // k R sigma(R^T B) = (kR) sigma((kR)^T B) / k
+        let turned = tensor::transposed_product(&scaled, &direction.gradient);
+        let inverse = L::one() / stiffness;
+        let pressure = tensor::trace(&turned) * inverse.scale(self.moduli.bulk_lambda);
+        let shear = inverse.scale(self.moduli.shear_modulus);
+        let mut stress = tensor::zero::<L, D>();
+        for i in 0..D {
+            for k in 0..D {
+                stress[i][k] = (turned[i][k] + turned[k][i]) * shear;
+            }
+            stress[i][i] += pressure;
+        }
+        let regularisation = L::splat(self.regularisation);
+        let mut gradient = tensor::product(&scaled, &stress);
+        gradient = tensor::scale_add(&direction.gradient, regularisation, &gradient);
+        let mut value = [L::zero(); D];
+        for i in 0..D {
+            let mut sum = direction.value[i] * regularisation;
+            for j in 0..D {
+                let entry = Self::mass_entry(i.min(j), i.max(j));
+                sum = point.cell[entry].mul_add(direction.value[j], sum);
+            }
+            value[i] = sum;
+        }
+        Jet { value, gradient }
+    }
+}
+
+impl<const D: usize> CoefficientLaw<D, D> for Corotational<D> {
+    /// The mean of `k R` over the children is stiffness-weighted; its rotation is that of the
+    /// coarse cell, so that differently turned children do not soften it.
+    fn coarsen(&self, means: &mut [f64; MAX_CELL_DATA]) {
+        let stiffness = means[0];
+        let mean: Tensor<f64, D> =
+            std::array::from_fn(|i| std::array::from_fn(|k| means[1 + i * D + k] / stiffness));
+        let rotation = polar_rotation(&mean);
+        for i in 0..D {
+            for k in 0..D {
+                means[1 + i * D + k] = stiffness * rotation[i][k];
+            }
+        }
+    }
+}

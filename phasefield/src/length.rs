@@ -1,0 +1,51 @@
+//! The interface length of Ambrosio and Tortorelli,
+//! `L[v] = int epsilon |grad v|^2 + (v - 1)^2/(4 epsilon)`, without a factor one half: it tends
+//! to the length (area) of the interface.
+
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
+
+/// The density of `L` for a scalar field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InterfaceLength {
+    /// Interface width `epsilon`.
+    pub interface_width: f64,
+}
+
+impl Reads for InterfaceLength {
+    const USES_VALUE: bool = true;
+    const USES_GRADIENT: bool = true;
+    const COEFFICIENTS: usize = 0;
+    const CELL_DATA: usize = 0;
+}
+
+impl<const D: usize> CellLaw<D, 1> for InterfaceLength {
+    #[inline(always)]
+    fn value<L: Lane>(&self, point: &Point<L, D, 1>) -> L {
+        self.gradient(point).0
+    }
+
+    #[inline(always)]
+    fn gradient<L: Lane>(&self, point: &Point<L, D, 1>) -> (L, Jet<L, D, 1>) {
+        let state = Jet { value: [point.value[0] - L::one()], gradient: point.gradient };
+        let flux = self.hessian_action(point, &state);
+        let mut twice = state.value[0] * flux.value[0];
+        for k in 0..D {
+            twice = state.gradient[0][k].mul_add(flux.gradient[0][k], twice);
+        }
+        (twice.scale(0.5), flux)
+    }
+
+    #[inline(always)]
+    fn hessian_action<L: Lane>(
+        &self,
+        _point: &Point<L, D, 1>,
+        direction: &Jet<L, D, 1>,
+    ) -> Jet<L, D, 1> {
+        let mut flux = *direction;
+        flux.value[0] = direction.value[0].scale(0.5 / self.interface_width);
+        for k in 0..D {
+            flux.gradient[0][k] = direction.gradient[0][k].scale(2.0 * self.interface_width);
+        }
+        flux
+    }
+}

@@ -1,0 +1,66 @@
+//! The mismatch of a phase field `v_i` with the average phase field, seen through a deformation.
+//!
+//! ```text
+//! F = (1/epsilon) int (v o phi)^2 (1 - v_i)^2 + v_i^2 (1 - v o phi)^2
+//! ```
+//!
+//! is small where the zeros of `v o phi` and of `v_i` agree. It is quadratic in `v`:
+//! `F = (1/epsilon) int a (v o phi)^2 - 2 b (v o phi) + b` with `a = (1 - v_i)^2 + v_i^2` and
+//! `b = v_i^2`, which gives the normal equations for the average.
+
+use fe_grid::composition::MatchDensity;
+use fe_grid::engine::MAX_COEFFICIENTS;
+use fe_grid::scatter::PointWeights;
+use fe_grid::{Lane, Point, Reads};
+
+/// The density of `scale * F`, with coefficient 0 the phase field `v_i`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mismatch {
+    /// Interface width `epsilon`.
+    pub interface_width: f64,
+    /// Factor in front.
+    pub scale: f64,
+}
+
+impl Mismatch {
+    #[inline(always)]
+    fn factor<L: Lane>(&self) -> L {
+        L::splat(self.scale / self.interface_width)
+    }
+}
+
+impl MatchDensity for Mismatch {
+    const COEFFICIENTS: usize = 1;
+
+    #[inline(always)]
+    fn value<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> L {
+        let v = coefficient[0];
+        let (missing, surplus) = (s * (L::one() - v), v * (L::one() - s));
+        missing.mul_add(missing, surplus * surplus) * self.factor()
+    }
+
+    #[inline(always)]
+    fn derivatives<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> (L, L, L) {
+        let v = coefficient[0];
+        let twice = self.factor::<L>().scale(2.0);
+        let (missing, surplus) = ((L::one() - v) * (L::one() - v), v * v);
+        let slope = (missing * s - surplus * (L::one() - s)) * twice;
+        (self.value(s, coefficient), slope, (missing + surplus) * twice)
+    }
+}
+
+impl Reads for Mismatch {
+    const USES_VALUE: bool = true;
+    const USES_GRADIENT: bool = false;
+    const COEFFICIENTS: usize = 1;
+    const CELL_DATA: usize = 0;
+}
+
+impl<const D: usize> PointWeights<D> for Mismatch {
+    #[inline(always)]
+    fn weights<L: Lane>(&self, point: &Point<L, D, D>, _deformed: &[L; D]) -> (L, L) {
+        let v = point.coefficient[0];
+        let (missing, surplus) = ((L::one() - v) * (L::one() - v), v * v);
+        ((missing + surplus) * self.factor(), surplus * self.factor())
+    }
+}
