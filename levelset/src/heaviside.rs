@@ -22,23 +22,23 @@ impl Compact {
     }
 
     /// The half-width `w`.
-    pub fn half_width(&self) -> f64 {
+    pub fn half_width(self) -> f64 {
         self.half_width
     }
 
     /// `H(x)`, in `[0, 1]`.
-    pub fn value(&self, x: f64) -> f64 {
+    pub fn value(self, x: f64) -> f64 {
         let s = self.local(x);
         s * s * (3.0 - 2.0 * s)
     }
 
     /// `H'(x) = 6 s (1 - s)/(2 w)`.
-    pub fn derivative(&self, x: f64) -> f64 {
+    pub fn derivative(self, x: f64) -> f64 {
         let s = self.local(x);
         3.0 * s * (1.0 - s) / self.half_width
     }
 
-    fn local(&self, x: f64) -> f64 {
+    fn local(self, x: f64) -> f64 {
         (0.5 * (x / self.half_width + 1.0)).clamp(0.0, 1.0)
     }
 }
@@ -61,23 +61,23 @@ impl Arctan {
     }
 
     /// The width `epsilon`.
-    pub fn width(&self) -> f64 {
+    pub fn width(self) -> f64 {
         self.width
     }
 
     /// `H(x)`, in `(0, 1)`.
-    pub fn value(&self, x: f64) -> f64 {
+    pub fn value(self, x: f64) -> f64 {
         0.5 + (x / self.width).atan() / PI
     }
 
     /// `H'(x) = epsilon/(pi (epsilon^2 + x^2))`.
-    pub fn derivative(&self, x: f64) -> f64 {
+    pub fn derivative(self, x: f64) -> f64 {
         let s = x / self.width;
         1.0 / (PI * self.width * (1.0 + s * s))
     }
 
     /// `H''(x) = -2 epsilon x/(pi (epsilon^2 + x^2)^2)`.
-    pub fn second_derivative(&self, x: f64) -> f64 {
+    pub fn second_derivative(self, x: f64) -> f64 {
         let s = x / self.width;
         let below = 1.0 + s * s;
         -2.0 * s / (PI * self.width * self.width * below * below)

@@ -1,1 +1,10 @@
-//!  profiles, interface length and mismatch energies.
+//! Shapes as phase fields: profiles, interface length and mismatch energies.
+//!
+//! A phase field is 1 away from the boundary of a shape and falls to 0 on it, over a width
+//! `interface_width` on either side.
+
+mod error;
+pub mod profile;
+
+pub use error::PhaseFieldError;
+pub use profile::{ElasticWeight, Profile};

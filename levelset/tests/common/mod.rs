@@ -97,3 +97,17 @@ fn to_interior<const D: usize>(c: &[[f64; D]; D], p: &[f64; D]) -> f64 {
     let rest: [f64; D] = std::array::from_fn(|k| r[k] - s * u[k] - t * v[k]);
     dot(&rest, &rest).sqrt()
 }
+
+/// A file of the reference values: in the folder named by `SHAPESPACE_ORACLE`, or in
+/// `shared/oracle` beside the project. Says why where there is none.
+pub fn oracle(file: &str) -> Option<std::path::PathBuf> {
+    let named = std::env::var_os("SHAPESPACE_ORACLE").map(std::path::PathBuf::from);
+    let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let beside = here.ancestors().map(|d| d.join("shared/oracle"));
+    let found = named.into_iter().chain(beside).map(|d| d.join(file));
+    let found = found.into_iter().find(|p| p.is_file());
+    if found.is_none() {
+        println!("skipped: no {file}; set SHAPESPACE_ORACLE to the folder that holds it");
+    }
+    found
+}

@@ -1,0 +1,20 @@
+//! What can go wrong in this crate.
+
+/// Errors of phase fields.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PhaseFieldError {
+    /// A parameter is out of range.
+    #[error("{name} must be {expected}, found {value}")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The admissible values, in words.
+        expected: &'static str,
+        /// The value that was given.
+        value: f64,
+    },
+    /// A shape could not be represented.
+    #[error(transparent)]
+    Shape(#[from] levelset::LevelsetError),
+}
