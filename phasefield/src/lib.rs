@@ -4,7 +4,11 @@
 //! `interface_width` on either side.
 
 mod error;
+mod length;
+mod mismatch;
 pub mod profile;
 
 pub use error::PhaseFieldError;
+pub use length::InterfaceLength;
+pub use mismatch::Mismatch;
 pub use profile::{ElasticWeight, Profile};

@@ -1,0 +1,179 @@
+//! The lecture notes' algorithm: solve for the average, then a few gradient steps for each shape,
+//! and again.
+//!
+//! The gradient is taken in the inner product `(.,.) + sigma^2/2 (D., D.)`, inverted exactly, and
+//! the step length is doubled after a success and halved until Armijo's condition holds.
+
+use crate::{AverageError, AverageObjective, BoundaryCondition};
+use fe_grid::minimise::{
+    Control, Evaluation, Evaluations, Info, Iteration, Minimiser, Objective, Observer, Status,
+};
+use fe_grid::{Boundary, SpectralSolver, vector};
+
+/// Armijo's constant.
+const ARMIJO: f64 = 1e-4;
+/// Halvings of a step before a shape is left as it is until the next solve.
+const MAX_HALVINGS: usize = 30;
+
+/// Alternating descent; the parameters stand in the objective's.
+#[derive(Clone, Copy, Debug)]
+pub struct Alternating {
+    /// Most outer iterations.
+    pub max_iterations: usize,
+    /// Ends when five outer iterations lower the energy by less than this share of what it lies
+    /// above the floor.
+    pub tolerance: f64,
+    /// An energy that cannot be undercut.
+    pub energy_floor: f64,
+    /// Ends when the energy is this low.
+    pub target: Option<f64>,
+}
+
+struct Descent<const D: usize> {
+    inverse_metric: SpectralSolver<D>,
+    gradient: Vec<f64>,
+    direction: Vec<f64>,
+    trial: Vec<f64>,
+    steps: Vec<f64>,
+    evaluations: Evaluations,
+}
+
+impl<const D: usize> Minimiser<AverageObjective<D>> for Alternating {
+    fn minimise(
+        &self,
+        objective: &mut AverageObjective<D>,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Info, AverageError> {
+        let dim = objective.shape_dim();
+        let n = objective.dim() / dim;
+        let mut descent = Descent::new(objective, n);
+        let mut energies = Vec::new();
+        let mut norms = (0.0, 0.0);
+        let status = loop {
+            descent.evaluations.values += 1;
+            let Evaluation::Value(energy) = objective.value(x)? else {
+                break Status::InadmissibleStart;
+            };
+            energies.push(energy);
+            let iteration = Iteration {
+                iteration: energies.len() - 1,
+                energy,
+                gradient_norm: norms.1,
+                step_length: descent.steps.iter().fold(0.0, |a: f64, b| a.max(*b)),
+                evaluations: descent.evaluations,
+                x,
+            };
+            if observer.iteration(&iteration) == Control::Cancel {
+                break Status::Cancelled;
+            }
+            if self.target.is_some_and(|target| energy <= target) || self.stalled(&energies) {
+                break Status::EnergyTolerance;
+            }
+            if energies.len() > self.max_iterations {
+                break Status::MaxIterations;
+            }
+            let mut squared = 0.0;
+            for i in 0..n {
+                let steps = objective.params().descent_steps;
+                squared += descent.improve(objective, i, shape_mut(x, i, dim), steps)?;
+            }
+            norms.1 = squared.sqrt();
+            if energies.len() == 1 {
+                norms.0 = norms.1;
+            }
+        };
+        let iterations = energies.len().saturating_sub(1);
+        let evaluations = descent.evaluations;
+        let (first_gradient_norm, gradient_norm) = norms;
+        Ok(Info { status, iterations, evaluations, energies, first_gradient_norm, gradient_norm })
+    }
+}
+
+impl Alternating {
+    fn stalled(&self, energies: &[f64]) -> bool {
+        const WINDOW: usize = 5;
+        let last = energies[energies.len() - 1];
+        energies.len() > WINDOW
+            && energies[energies.len() - 1 - WINDOW] - last
+                <= self.tolerance * (last - self.energy_floor).abs()
+    }
+}
+
+fn shape_mut(x: &mut [f64], i: usize, dim: usize) -> &mut [f64] {
+    &mut x[i * dim..(i + 1) * dim]
+}
+
+impl<const D: usize> Descent<D> {
+    fn new(objective: &AverageObjective<D>, n_shapes: usize) -> Self {
+        let params = objective.params();
+        let boundary = match params.boundary {
+            BoundaryCondition::Natural => Boundary::Natural,
+            BoundaryCondition::Identity => Boundary::Dirichlet,
+        };
+        let half_square = 0.5 * params.filter_width.powi(2) * objective.grid().spacing();
+        let zeros = || vec![0.0; objective.shape_dim()];
+        Self {
+            inverse_metric: SpectralSolver::new(*objective.grid(), 1.0, half_square, boundary)
+                .with_components(D),
+            gradient: zeros(),
+            direction: zeros(),
+            trial: zeros(),
+            steps: vec![1.0; n_shapes],
+            evaluations: Evaluations::default(),
+        }
+    }
+
+    /// Gradient steps for one shape at a fixed average; returns the squared norm of its last
+    /// gradient in the metric.
+    fn improve(
+        &mut self,
+        objective: &mut AverageObjective<D>,
+        i: usize,
+        u: &mut [f64],
+        steps: usize,
+    ) -> Result<f64, AverageError> {
+        let mut squared = 0.0;
+        for _ in 0..steps {
+            objective.shape_evaluations += 1;
+            self.evaluations.gradients += 1;
+            let Some(terms) = objective.shape_energy(i, u, &mut self.gradient)? else { break };
+            let energy = objective.weigh(i, terms);
+            self.inverse_metric.solve_into(&self.gradient, &mut self.direction);
+            objective.hold_boundary(&mut self.direction);
+            squared = vector::dot(&self.gradient, &self.direction);
+            if squared <= 0.0 || !self.search(objective, i, u, energy, squared)? {
+                break;
+            }
+        }
+        Ok(squared)
+    }
+
+    /// Armijo's rule; `false` where no step lowers the energy.
+    fn search(
+        &mut self,
+        objective: &mut AverageObjective<D>,
+        i: usize,
+        u: &mut [f64],
+        energy: f64,
+        squared: f64,
+    ) -> Result<bool, AverageError> {
+        let mut step = 2.0 * self.steps[i];
+        for _ in 0..MAX_HALVINGS {
+            vector::add_scaled_into(u, -step, &self.direction, &mut self.trial);
+            if objective.admissible(&self.trial) {
+                objective.shape_evaluations += 1;
+                self.evaluations.values += 1;
+                if let Some(terms) = objective.shape_energy(i, &self.trial, &mut [])? {
+                    if objective.weigh(i, terms) <= energy - ARMIJO * step * squared {
+                        u.copy_from_slice(&self.trial);
+                        self.steps[i] = step;
+                        return Ok(true);
+                    }
+                }
+            }
+            step *= 0.5;
+        }
+        Ok(false)
+    }
+}

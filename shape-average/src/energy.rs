@@ -1,0 +1,38 @@
+//! The terms of the functional
+//!
+//! ```text
+//! E = sum_i lambda_i W_i[phi_i] + (gamma / n) sum_i F[v o phi_i, v_i] + mu_L L[v].
+//! ```
+
+/// The terms of the functional, without their weights, and their weighted sum.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// The functional.
+    pub total: f64,
+    /// Elastic energy `W_i` of each shape.
+    pub elastic: Vec<f64>,
+    /// Mismatch `F_i` of each shape.
+    pub mismatch: Vec<f64>,
+    /// Interface length `L` of the average.
+    pub length: f64,
+}
+
+/// The weights of the terms.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Weights {
+    /// `lambda_i`.
+    pub shapes: Vec<f64>,
+    /// `gamma / n`.
+    pub mismatch: f64,
+    /// `mu_L`.
+    pub length: f64,
+}
+
+impl Energy {
+    pub(crate) fn new(weights: &Weights, elastic: Vec<f64>, mismatch: Vec<f64>, length: f64) -> Self {
+        let elastic_sum: f64 = elastic.iter().zip(&weights.shapes).map(|(w, l)| w * l).sum();
+        let mismatch_sum: f64 = mismatch.iter().sum();
+        let total = elastic_sum + weights.mismatch * mismatch_sum + weights.length * length;
+        Self { total, elastic, mismatch, length }
+    }
+}

@@ -1,0 +1,54 @@
+//! What can go wrong in this crate.
+
+/// Errors of averages.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AverageError {
+    /// Fewer than one shape.
+    #[error("an average needs at least one shape")]
+    NoShapes,
+    /// Shapes on different grids.
+    #[error("shape {index} lies on another grid than the first")]
+    GridsDiffer {
+        /// Position of the shape.
+        index: usize,
+    },
+    /// A shape has no inside or no outside on the grid.
+    #[error("shape {index} is {what} on this grid")]
+    Degenerate {
+        /// Position of the shape.
+        index: usize,
+        /// `empty` or `full`.
+        what: &'static str,
+    },
+    /// A parameter is out of range.
+    #[error("{name} must be {expected}, found {value}")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The admissible values, in words.
+        expected: &'static str,
+        /// The value that was given.
+        value: f64,
+    },
+    /// Weights that are not a convex combination of the shapes.
+    #[error("{expected} weights, none negative and of sum 1, are needed; found {weights:?}")]
+    Weights {
+        /// Number of shapes.
+        expected: usize,
+        /// The weights that were given.
+        weights: Vec<f64>,
+    },
+    /// From the grid layer.
+    #[error(transparent)]
+    Grid(#[from] fe_grid::GridError),
+    /// From the laws.
+    #[error(transparent)]
+    Law(#[from] hyperelastic::LawError),
+    /// From the phase fields.
+    #[error(transparent)]
+    PhaseField(#[from] phasefield::PhaseFieldError),
+    /// From the shapes.
+    #[error(transparent)]
+    Shape(#[from] levelset::LevelsetError),
+}

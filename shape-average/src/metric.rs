@@ -1,0 +1,131 @@
+//! The metric of one shape's displacement: Gauss–Newton for the mismatch, corotational for the
+//! elastic energy, inverted by one multigrid cycle.
+
+use crate::{AverageParams, LevelShapes};
+use fe_grid::composition::{Interpolant, MatchDensity};
+use fe_grid::engine::MAX_CELL_DATA;
+use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::{
+    CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, probe_cells, tensor,
+};
+use hyperelastic::{Corotational, polar_rotation};
+use phasefield::Mismatch;
+
+/// Share of the void stiffness that regularises the metric.
+const REGULARISATION: f64 = 1e-3;
+/// A shape of weight zero still needs a definite metric.
+const LEAST_WEIGHT: f64 = 1e-6;
+
+/// The inverse metric of one shape.
+pub(crate) struct ShapeMetric<const D: usize> {
+    cycle: Multigrid<f32, Corotational<D>, D, D>,
+}
+
+impl<const D: usize> ShapeMetric<D> {
+    /// The metric at a displacement, for the weights of the elastic energy and of the mismatch.
+    pub fn new(
+        shapes: &LevelShapes<D>,
+        shape: usize,
+        params: &AverageParams,
+        (elastic_weight, mismatch_weight): (f64, f64),
+        average: &[f64],
+        displacement: &[f64],
+    ) -> Result<Self, GridError> {
+        let grid = *shapes.grid();
+        let elastic_weight = elastic_weight.max(LEAST_WEIGHT);
+        let probe = MetricProbe {
+            stiffness: elastic_weight,
+            void_stiffness: params.void_stiffness,
+            mismatch: Mismatch {
+                interface_width: shapes.interface_width(),
+                scale: mismatch_weight,
+            },
+            average: Interpolant::new(grid, average),
+        };
+        let coefficients =
+            [shapes.indicators[shape].as_slice(), shapes.phase_fields[shape].as_slice()];
+        let data = Data { coefficients: &coefficients, cells: &[] };
+        let cells = probe_cells(&grid, &probe, data, displacement);
+        let narrow = |data: Vec<f64>| data.into_iter().map(|x| x as f32).collect();
+        let law = Corotational {
+            moduli: params.law.moduli,
+            regularisation: REGULARISATION * params.void_stiffness * elastic_weight,
+        };
+        let cells = cells.into_iter().map(narrow).collect();
+        Ok(Self { cycle: Multigrid::new(grid, &law, cells, MultigridParams::default())? })
+    }
+}
+
+impl<const D: usize> LinearOperator for ShapeMetric<D> {
+    fn dim(&self) -> usize {
+        self.cycle.dim()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        self.cycle.apply_into(x, y);
+    }
+}
+
+/// The data of [`Corotational`] at a state: the mean stiffness of a cell, the rotation of its
+/// mean deformation gradient, and the mean of the Gauss–Newton matrix of the mismatch.
+struct MetricProbe<'a, const D: usize> {
+    stiffness: f64,
+    void_stiffness: f64,
+    mismatch: Mismatch,
+    average: Interpolant<'a, f64, D>,
+}
+
+impl<const D: usize> Reads for MetricProbe<'_, D> {
+    const USES_VALUE: bool = true;
+    const USES_GRADIENT: bool = true;
+    const COEFFICIENTS: usize = 2;
+    const CELL_DATA: usize = 0;
+}
+
+impl<const D: usize> CellProbe<D, D> for MetricProbe<'_, D> {
+    const OUTPUTS: usize = Corotational::<D>::CELL_DATA;
+
+    #[inline(always)]
+    fn probe<L: Lane>(&self, point: &Point<L, D, D>) -> [L; MAX_CELL_DATA] {
+        let mut out = [L::zero(); MAX_CELL_DATA];
+        let delta = self.void_stiffness;
+        let kappa = point.coefficient[0].mul_add(L::splat(1.0 - delta), L::splat(delta));
+        out[0] = kappa.scale(self.stiffness);
+        for i in 0..D {
+            for k in 0..D {
+                out[1 + i * D + k] = point.gradient[i][k];
+            }
+        }
+        let mut deformed = point.position;
+        for k in 0..D {
+            deformed[k] += point.value[k];
+        }
+        let (s, slope) = self.average.sample(&deformed);
+        let mut coefficient = point.coefficient;
+        coefficient[0] = point.coefficient[1];
+        let (_, _, curvature) = self.mismatch.derivatives(s, &coefficient);
+        for i in 0..D {
+            for j in i..D {
+                out[Corotational::<D>::mass_entry(i, j)] = curvature * slope[i] * slope[j];
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn finish<L: Lane>(&self, mut means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
+        let mut gradient = tensor::zero::<L, D>();
+        for i in 0..D {
+            for k in 0..D {
+                gradient[i][k] = means[1 + i * D + k];
+            }
+        }
+        let rotation = polar_rotation(&tensor::add_identity(&gradient));
+        for i in 0..D {
+            for k in 0..D {
+                means[1 + i * D + k] = rotation[i][k] * means[0];
+            }
+        }
+        means
+    }
+}

@@ -1,0 +1,327 @@
+//! The functional with the average eliminated.
+//!
+//! For fixed deformations the functional is a quadratic form in the average `v`; its minimiser
+//! solves the normal equations. What remains, `J(phi) = min_v E`, is a function of the
+//! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
+//! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
+
+use crate::energy::Weights;
+use crate::metric::ShapeMetric;
+use crate::{AverageError, AverageParams, BoundaryCondition, Energy, LevelShapes};
+use fe_grid::composition::{Interpolant, Matching};
+use fe_grid::minimise::{Evaluation, Objective};
+use fe_grid::scatter::{Background, Source, normal_equations};
+use fe_grid::{
+    Assembly, CgParams, CgScratch, Data, Diagonal, Grid, GridError, LinearOperator, certify,
+    conjugate_gradient,
+};
+use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
+use phasefield::{InterfaceLength, Mismatch};
+use rayon::prelude::*;
+
+/// Accuracy of the average: its error enters the energy squared.
+const AVERAGE_TOLERANCE: f64 = 1e-9;
+
+/// The reduced functional on one level.
+pub struct AverageObjective<const D: usize> {
+    shapes: LevelShapes<D>,
+    params: AverageParams,
+    weights: Weights,
+    /// The average `v`, the start of the next solve.
+    average: Vec<f64>,
+    energy: Energy,
+    metric: Vec<ShapeMetric<D>>,
+    scratch: CgScratch,
+    /// Evaluations of one shape's energy.
+    pub(crate) shape_evaluations: usize,
+    /// Iterations of all solves for the average.
+    pub(crate) average_iterations: usize,
+}
+
+impl<const D: usize> AverageObjective<D> {
+    /// The functional for shapes on a level, with a first guess at the average.
+    pub fn new(shapes: LevelShapes<D>, params: &AverageParams, average: Vec<f64>) -> Self {
+        let n = shapes.n_shapes();
+        assert_eq!(average.len(), shapes.grid().n_nodes());
+        let weights = Weights {
+            shapes: params.resolved_weights(n),
+            mismatch: params.mismatch_weight / n as f64,
+            length: params.resolved_length_weight(),
+        };
+        Self {
+            shapes,
+            params: params.clone(),
+            weights,
+            average,
+            energy: Energy::default(),
+            metric: Vec::new(),
+            scratch: CgScratch::default(),
+            shape_evaluations: 0,
+            average_iterations: 0,
+        }
+    }
+
+    /// The shapes.
+    pub fn shapes(&self) -> &LevelShapes<D> {
+        &self.shapes
+    }
+
+    /// The terms of the last evaluation.
+    pub fn energy(&self) -> &Energy {
+        &self.energy
+    }
+
+    /// The average of the last evaluation.
+    pub fn average(&self) -> &[f64] {
+        &self.average
+    }
+
+    pub(crate) fn grid(&self) -> &Grid<D> {
+        self.shapes.grid()
+    }
+
+    pub(crate) fn params(&self) -> &AverageParams {
+        &self.params
+    }
+
+    /// Numbers of one displacement.
+    pub(crate) fn shape_dim(&self) -> usize {
+        D * self.grid().n_nodes()
+    }
+
+    /// Whether all displacements keep the determinant up on all cells.
+    pub(crate) fn admissible(&self, x: &[f64]) -> bool {
+        let bound = self.params.min_determinant;
+        x.par_chunks(self.shape_dim()).all(|u| certify(self.grid(), u, bound).certified)
+    }
+
+    /// The minimiser `v` of the functional for fixed displacements.
+    ///
+    /// # Errors
+    /// [`GridError::NotPositiveDefinite`] where the normal equations are not definite, which
+    /// rounding alone can bring about.
+    pub fn solve_average(&mut self, x: &[f64]) -> Result<(), GridError> {
+        let rule = Mismatch {
+            interface_width: self.shapes.interface_width(),
+            scale: self.weights.mismatch,
+        };
+        let potential = self.weights.length / (4.0 * self.shapes.interface_width());
+        let background = Background {
+            mass: potential,
+            stiffness: self.weights.length * self.shapes.interface_width(),
+            load: potential,
+        };
+        let coefficients: Vec<[&[f64]; 1]> =
+            self.shapes.phase_fields.iter().map(|v| [v.as_slice()]).collect();
+        let sources: Vec<Source<'_, f64>> = x
+            .chunks_exact(self.shape_dim())
+            .zip(&coefficients)
+            .map(|(displacement, coefficients)| Source { displacement, coefficients })
+            .collect();
+        let (matrix, rhs) = normal_equations(self.grid(), &rule, &sources, background);
+        let jacobi = Diagonal::jacobi(matrix.diagonal())?;
+        let params = CgParams { relative_tolerance: AVERAGE_TOLERANCE, ..CgParams::default() };
+        let average = &mut self.average;
+        let info = conjugate_gradient(&matrix, &jacobi, &rhs, average, &params, &mut self.scratch)?;
+        self.average_iterations += info.iterations;
+        Ok(())
+    }
+
+    /// Elastic energy and mismatch of one shape for the present average; the gradient of their
+    /// weighted sum overwrites `gradient` unless that is empty.
+    pub(crate) fn shape_energy(
+        &self,
+        shape: usize,
+        displacement: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<ShapeEnergy, AverageError> {
+        let elastic = match self.elastic(shape, displacement, gradient)? {
+            Ok(value) => value,
+            Err(GridError::Inadmissible { .. }) => return Ok(None),
+            Err(error) => return Err(error.into()),
+        };
+        let density = Mismatch { interface_width: self.shapes.interface_width(), scale: 1.0 };
+        let law = Matching::new(density, Interpolant::new(*self.grid(), &self.average));
+        let coefficients = [self.shapes.phase_fields[shape].as_slice()];
+        let data = Data { coefficients: &coefficients, cells: &[] };
+        let assembly = Assembly::new(*self.grid(), &law, data);
+        if gradient.is_empty() {
+            return Ok(Some((elastic, assembly.value(displacement)?)));
+        }
+        let mut slope = vec![0.0; gradient.len()];
+        let mismatch = assembly.value_and_gradient_into(displacement, &mut slope)?;
+        let (elastic_weight, mismatch_weight) = (self.weights.shapes[shape], self.weights.mismatch);
+        for (g, s) in gradient.iter_mut().zip(&slope) {
+            *g = elastic_weight * *g + mismatch_weight * s;
+        }
+        self.hold_boundary(gradient);
+        Ok(Some((elastic, mismatch)))
+    }
+
+    fn elastic(
+        &self,
+        shape: usize,
+        displacement: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Result<f64, GridError>, LawError> {
+        let indicator = [self.shapes.indicators[shape].as_slice()];
+        self.params.law.visit(ElasticVisitor {
+            grid: *self.grid(),
+            data: Data { coefficients: &indicator, cells: &[] },
+            void_stiffness: self.params.void_stiffness,
+            displacement,
+            gradient,
+        })
+    }
+
+    /// Weighted energy of one shape.
+    pub(crate) fn weigh(&self, shape: usize, (elastic, mismatch): (f64, f64)) -> f64 {
+        self.weights.shapes[shape] * elastic + self.weights.mismatch * mismatch
+    }
+
+    /// Removes what would move a boundary that is held.
+    pub(crate) fn hold_boundary(&self, direction: &mut [f64]) {
+        if self.params.boundary == BoundaryCondition::Natural {
+            return;
+        }
+        let grid = *self.grid();
+        let n = grid.nodes_per_axis();
+        for component in direction.chunks_exact_mut(grid.n_nodes()) {
+            for (i, x) in component.iter_mut().enumerate() {
+                let node = grid.node(i);
+                if (0..D).any(|k| node[k] == 0 || node[k] + 1 == n[k]) {
+                    *x = 0.0;
+                }
+            }
+        }
+    }
+
+    /// The interface length of the present average.
+    pub(crate) fn length(&self) -> Result<f64, GridError> {
+        let law = InterfaceLength { interface_width: self.shapes.interface_width() };
+        Assembly::<_, f64, D, 1>::new(*self.grid(), &law, Data::default()).value(&self.average)
+    }
+
+    /// Solves for the average and collects all terms; the gradient overwrites `gradient` unless
+    /// that is empty.
+    pub(crate) fn evaluate(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, AverageError> {
+        if !self.admissible(x) {
+            return Ok(Evaluation::Inadmissible);
+        }
+        self.solve_average(x)?;
+        let n = self.shapes.n_shapes();
+        self.shape_evaluations += n;
+        let dim = self.shape_dim();
+        let terms: Result<Vec<ShapeEnergy>, AverageError> = if gradient.is_empty() {
+            (0..n).into_par_iter().map(|i| self.shape_energy(i, shape(x, i, dim), &mut [])).collect()
+        } else {
+            let parts = gradient.par_chunks_exact_mut(dim).enumerate();
+            parts.map(|(i, g)| self.shape_energy(i, shape(x, i, dim), g)).collect()
+        };
+        let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
+            return Ok(Evaluation::Inadmissible);
+        };
+        let (elastic, mismatch) = terms.into_iter().unzip();
+        self.energy = Energy::new(&self.weights, elastic, mismatch, self.length()?);
+        Ok(Evaluation::Value(self.energy.total))
+    }
+}
+
+/// Elastic energy and mismatch; none where the deformation folds.
+pub(crate) type ShapeEnergy = Option<(f64, f64)>;
+
+/// The displacement of one shape.
+pub(crate) fn shape(x: &[f64], i: usize, dim: usize) -> &[f64] {
+    &x[i * dim..(i + 1) * dim]
+}
+
+impl<const D: usize> Objective for AverageObjective<D> {
+    type Error = AverageError;
+
+    fn dim(&self) -> usize {
+        self.shapes.n_shapes() * self.shape_dim()
+    }
+
+    fn value_and_gradient(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, AverageError> {
+        self.evaluate(x, gradient)
+    }
+
+    fn value(&mut self, x: &[f64]) -> Result<Evaluation, AverageError> {
+        self.evaluate(x, &mut [])
+    }
+
+    fn apply_inverse_metric(
+        &mut self,
+        gradient: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), AverageError> {
+        let dim = self.shape_dim();
+        out.par_chunks_exact_mut(dim).enumerate().for_each(|(i, out)| {
+            self.metric[i].apply_into(shape(gradient, i, dim), out);
+            self.hold_boundary(out);
+        });
+        Ok(())
+    }
+
+    fn update_metric(&mut self, x: &[f64]) -> Result<(), AverageError> {
+        let dim = self.shape_dim();
+        // The old metric goes first: two at a time would double the memory.
+        self.metric.clear();
+        let metric: Result<Vec<_>, GridError> = (0..self.shapes.n_shapes())
+            .into_par_iter()
+            .map(|i| {
+                ShapeMetric::new(
+                    &self.shapes,
+                    i,
+                    &self.params,
+                    (self.weights.shapes[i], self.weights.mismatch),
+                    &self.average,
+                    shape(x, i, dim),
+                )
+            })
+            .collect();
+        self.metric = metric?;
+        Ok(())
+    }
+}
+
+/// Elastic energy of one shape under whatever law the parameters name.
+struct ElasticVisitor<'a, const D: usize> {
+    grid: Grid<D>,
+    data: Data<'a, f64>,
+    void_stiffness: f64,
+    displacement: &'a [f64],
+    gradient: &'a mut [f64],
+}
+
+impl<const D: usize> LawVisitor<D> for ElasticVisitor<'_, D> {
+    type Output = Result<f64, GridError>;
+
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output {
+        let law = WeightedElasticity { law, void_stiffness: self.void_stiffness };
+        let assembly = Assembly::new(self.grid, &law, self.data);
+        if self.gradient.is_empty() {
+            assembly.value(self.displacement)
+        } else {
+            assembly.value_and_gradient_into(self.displacement, self.gradient)
+        }
+    }
+}
+
+/// A law can be made from these parameters in `D` dimensions.
+pub(crate) fn check_law<const D: usize>(law: &LawSpec) -> Result<(), LawError> {
+    struct Nothing;
+    impl<const D: usize> LawVisitor<D> for Nothing {
+        type Output = ();
+        fn visit<W: StoredEnergy<D>>(self, _law: W) {}
+    }
+    law.visit::<D, _>(Nothing)
+}
