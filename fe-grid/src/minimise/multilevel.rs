@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::{Info, Minimiser, Objective, Observer, Status};
+use super::{Evaluations, Info, Minimiser, Objective, Observer, Status};
 
 /// A problem on several levels, coarsest first.
 pub trait LevelProblem {
@@ -72,6 +72,22 @@ pub struct Multilevel {
     /// All levels that were reached. There are fewer than the problem has where the observer
     /// cancelled or a level began with an inadmissible state; the last status tells.
     pub levels: Vec<LevelInfo>,
+}
+
+impl Multilevel {
+    /// The work done on all levels; an evaluation on a coarse level counts as much as another.
+    pub fn evaluations(&self) -> Evaluations {
+        let mut total = Evaluations::default();
+        for level in &self.levels {
+            total += level.info.evaluations;
+        }
+        total
+    }
+
+    /// How the last level ended, unless the problem has no levels.
+    pub fn status(&self) -> Option<Status> {
+        self.levels.last().map(|level| level.info.status)
+    }
 }
 
 /// Minimises on every level, coarsest first, and carries the state up.

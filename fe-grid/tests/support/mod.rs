@@ -46,7 +46,7 @@ pub fn oracle(name: &str) -> Option<serde_json::Value> {
         return None;
     };
     let path = folder.join(name);
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path:?}: {e}"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     Some(serde_json::from_str(&text).expect("reference values are JSON"))
 }
 
