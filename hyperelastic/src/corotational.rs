@@ -46,7 +46,10 @@ pub fn polar_rotation<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D>
         // The nearest rotation by (a00 + a11, a10 - a01), normalised: no iteration.
         let (c, s) = (a[0][0] + a[1][1], a[1][0] - a[0][1]);
         let inverse = L::one() / c.mul_add(c, s * s).sqrt();
-        let (c, s) = (L::select(usable, c * inverse, L::one()), L::select(usable, s * inverse, L::zero()));
+        let (c, s) = (
+            L::select(usable, c * inverse, L::one()),
+            L::select(usable, s * inverse, L::zero()),
+        );
         let mut r = identity;
         (r[0][0], r[0][1], r[1][0], r[1][1]) = (c, -s, s, c);
         return r;
@@ -85,7 +88,10 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
-        let state = Jet { value: point.value, gradient: point.gradient };
+        let state = Jet {
+            value: point.value,
+            gradient: point.gradient,
+        };
         let flux = self.hessian_action(point, &state);
         let mut twice = tensor::contract(&flux.gradient, &state.gradient);
         for k in 0..D {

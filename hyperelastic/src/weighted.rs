@@ -16,7 +16,10 @@ pub struct WeightedElasticity<W> {
 impl<W> WeightedElasticity<W> {
     #[inline(always)]
     fn weight<L: Lane>(&self, indicator: L) -> L {
-        indicator.mul_add(L::splat(1.0 - self.void_stiffness), L::splat(self.void_stiffness))
+        indicator.mul_add(
+            L::splat(1.0 - self.void_stiffness),
+            L::splat(self.void_stiffness),
+        )
     }
 }
 
@@ -38,7 +41,13 @@ impl<W: StoredEnergy<D>, const D: usize> CellLaw<D, D> for WeightedElasticity<W>
         let weight = self.weight(point.coefficient[0]);
         let (value, stress) = self.law.gradient(&point.gradient);
         let gradient = fe_grid::tensor::scale(&stress, weight);
-        (value * weight, Jet { value: [L::zero(); D], gradient })
+        (
+            value * weight,
+            Jet {
+                value: [L::zero(); D],
+                gradient,
+            },
+        )
     }
 
     #[inline(always)]
@@ -48,8 +57,13 @@ impl<W: StoredEnergy<D>, const D: usize> CellLaw<D, D> for WeightedElasticity<W>
         direction: &Jet<L, D, D>,
     ) -> Jet<L, D, D> {
         let weight = self.weight(point.coefficient[0]);
-        let change = self.law.hessian_action(&point.gradient, &direction.gradient);
+        let change = self
+            .law
+            .hessian_action(&point.gradient, &direction.gradient);
         let gradient = fe_grid::tensor::scale(&change, weight);
-        Jet { value: [L::zero(); D], gradient }
+        Jet {
+            value: [L::zero(); D],
+            gradient,
+        }
     }
 }

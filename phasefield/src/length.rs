@@ -26,7 +26,10 @@ impl<const D: usize> CellLaw<D, 1> for InterfaceLength {
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, 1>) -> (L, Jet<L, D, 1>) {
-        let state = Jet { value: [point.value[0] - L::one()], gradient: point.gradient };
+        let state = Jet {
+            value: [point.value[0] - L::one()],
+            gradient: point.gradient,
+        };
         let flux = self.hessian_action(point, &state);
         let mut twice = state.value[0] * flux.value[0];
         for k in 0..D {

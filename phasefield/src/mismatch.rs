@@ -45,7 +45,11 @@ impl MatchDensity for Mismatch {
         let twice = self.factor::<L>().scale(2.0);
         let (missing, surplus) = ((L::one() - v) * (L::one() - v), v * v);
         let slope = (missing * s - surplus * (L::one() - s)) * twice;
-        (self.value(s, coefficient), slope, (missing + surplus) * twice)
+        (
+            self.value(s, coefficient),
+            slope,
+            (missing + surplus) * twice,
+        )
     }
 }
 

@@ -47,7 +47,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for Alternating {
     ) -> Result<Info, AverageError> {
         let dim = objective.shape_dim();
         let n = objective.dim() / dim;
-        let mut descent = Descent::new(objective, n);
+        let mut descent = Descent::new(objective, n)?;
         let mut energies = Vec::new();
         let mut norms = (0.0, 0.0);
         let status = loop {
@@ -86,7 +86,14 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for Alternating {
         let iterations = energies.len().saturating_sub(1);
         let evaluations = descent.evaluations;
         let (first_gradient_norm, gradient_norm) = norms;
-        Ok(Info { status, iterations, evaluations, energies, first_gradient_norm, gradient_norm })
+        Ok(Info {
+            status,
+            iterations,
+            evaluations,
+            energies,
+            first_gradient_norm,
+            gradient_norm,
+        })
     }
 }
 
@@ -105,23 +112,24 @@ fn shape_mut(x: &mut [f64], i: usize, dim: usize) -> &mut [f64] {
 }
 
 impl<const D: usize> Descent<D> {
-    fn new(objective: &AverageObjective<D>, n_shapes: usize) -> Self {
+    fn new(objective: &AverageObjective<D>, n_shapes: usize) -> Result<Self, AverageError> {
         let params = objective.params();
         let boundary = match params.boundary {
             BoundaryCondition::Natural => Boundary::Natural,
             BoundaryCondition::Identity => Boundary::Dirichlet,
         };
         let half_square = 0.5 * params.filter_width.powi(2) * objective.grid().spacing();
+        let inverse_metric =
+            SpectralSolver::new(*objective.grid(), 1.0, half_square, boundary)?.with_components(D);
         let zeros = || vec![0.0; objective.shape_dim()];
-        Self {
-            inverse_metric: SpectralSolver::new(*objective.grid(), 1.0, half_square, boundary)
-                .with_components(D),
+        Ok(Self {
+            inverse_metric,
             gradient: zeros(),
             direction: zeros(),
             trial: zeros(),
             steps: vec![1.0; n_shapes],
             evaluations: Evaluations::default(),
-        }
+        })
     }
 
     /// Gradient steps for one shape at a fixed average; returns the squared norm of its last
@@ -137,9 +145,12 @@ impl<const D: usize> Descent<D> {
         for _ in 0..steps {
             objective.shape_evaluations += 1;
             self.evaluations.gradients += 1;
-            let Some(terms) = objective.shape_energy(i, u, &mut self.gradient)? else { break };
+            let Some(terms) = objective.shape_energy(i, u, &mut self.gradient)? else {
+                break;
+            };
             let energy = objective.weigh(i, terms);
-            self.inverse_metric.solve_into(&self.gradient, &mut self.direction);
+            self.inverse_metric
+                .solve_into(&self.gradient, &mut self.direction);
             objective.hold_boundary(&mut self.direction);
             squared = vector::dot(&self.gradient, &self.direction);
             if squared <= 0.0 || !self.search(objective, i, u, energy, squared)? {

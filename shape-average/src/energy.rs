@@ -29,10 +29,24 @@ pub(crate) struct Weights {
 }
 
 impl Energy {
-    pub(crate) fn new(weights: &Weights, elastic: Vec<f64>, mismatch: Vec<f64>, length: f64) -> Self {
-        let elastic_sum: f64 = elastic.iter().zip(&weights.shapes).map(|(w, l)| w * l).sum();
+    pub(crate) fn new(
+        weights: &Weights,
+        elastic: Vec<f64>,
+        mismatch: Vec<f64>,
+        length: f64,
+    ) -> Self {
+        let elastic_sum: f64 = elastic
+            .iter()
+            .zip(&weights.shapes)
+            .map(|(w, l)| w * l)
+            .sum();
         let mismatch_sum: f64 = mismatch.iter().sum();
         let total = elastic_sum + weights.mismatch * mismatch_sum + weights.length * length;
-        Self { total, elastic, mismatch, length }
+        Self {
+            total,
+            elastic,
+            mismatch,
+            length,
+        }
     }
 }

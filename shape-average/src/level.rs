@@ -31,8 +31,14 @@ impl<const D: usize> LevelShapes<D> {
         Ok(Self {
             grid,
             interface_width,
-            phase_fields: signed_distances.iter().map(|u| profile.phase_field(u)).collect(),
-            indicators: signed_distances.iter().map(|u| weight.indicator_field(u)).collect(),
+            phase_fields: signed_distances
+                .iter()
+                .map(|u| profile.phase_field(u))
+                .collect(),
+            indicators: signed_distances
+                .iter()
+                .map(|u| weight.indicator_field(u))
+                .collect(),
         })
     }
 
@@ -44,7 +50,12 @@ impl<const D: usize> LevelShapes<D> {
         indicators: Vec<Field<f64, D, 1>>,
     ) -> Self {
         assert_eq!(phase_fields.len(), indicators.len());
-        Self { grid, interface_width, phase_fields, indicators }
+        Self {
+            grid,
+            interface_width,
+            phase_fields,
+            indicators,
+        }
     }
 
     /// The grid.
@@ -64,9 +75,14 @@ impl<const D: usize> LevelShapes<D> {
 
     /// The least mismatch that all shapes together can have: `pi/2 - 1` a unit of interface.
     pub(crate) fn mismatch_floor(&self) -> f64 {
-        let law = InterfaceLength { interface_width: self.interface_width };
+        let law = InterfaceLength {
+            interface_width: self.interface_width,
+        };
         let assembly = Assembly::<_, f64, D, 1>::new(self.grid, &law, Data::default());
-        let lengths = self.phase_fields.iter().map(|v| assembly.value(v.as_slice()));
+        let lengths = self
+            .phase_fields
+            .iter()
+            .map(|v| assembly.value(v.as_slice()));
         // The interface length is finite for every field; a failure only loses the floor.
         phasefield::profile::MISMATCH_FLOOR * lengths.map(|l| l.unwrap_or(0.0)).sum::<f64>()
     }

@@ -1,1 +1,36 @@
 //! The elastic average of 2D and 3D shapes.
+//!
+//! Shapes `S_i`, boundaries of objects `O_i`, are deformed elastically to one common shape, the
+//! average, such that the energy stored in all deformations is least. With phase fields `v_i` of
+//! the shapes and `v` of the average, and `phi_i = id + u_i`,
+//!
+//! ```text
+//! E[v, (phi_i)] = sum_i lambda_i int kappa_i W(D phi_i)
+//!               + (gamma/n) sum_i (1/epsilon) int (v o phi_i)^2 (1-v_i)^2 + v_i^2 (1-v o phi_i)^2
+//!               + mu_L int epsilon |grad v|^2 + (v-1)^2/(4 epsilon)
+//! ```
+//!
+//! (Rumpf & Wirth, *A nonlinear elastic shape averaging approach*, SIAM J. Imaging Sci. 2009).
+//! [`average`] minimises it from coarse grids to fine, with `epsilon` proportional to the
+//! spacing; [`Solver`] chooses between the two algorithms.
+//!
+//! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files.
+
+mod alternating;
+mod energy;
+mod error;
+mod level;
+mod metric;
+mod objective;
+mod params;
+mod result;
+mod solve;
+
+pub use alternating::Alternating;
+pub use energy::Energy;
+pub use error::AverageError;
+pub use level::LevelShapes;
+pub use objective::AverageObjective;
+pub use params::{AverageParams, BoundaryCondition, Solver};
+pub use result::{AverageResult, LevelReport};
+pub use solve::average;

@@ -42,9 +42,14 @@ impl<const D: usize> ShapeMetric<D> {
             },
             average: Interpolant::new(grid, average),
         };
-        let coefficients =
-            [shapes.indicators[shape].as_slice(), shapes.phase_fields[shape].as_slice()];
-        let data = Data { coefficients: &coefficients, cells: &[] };
+        let coefficients = [
+            shapes.indicators[shape].as_slice(),
+            shapes.phase_fields[shape].as_slice(),
+        ];
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
         let cells = probe_cells(&grid, &probe, data, displacement);
         let narrow = |data: Vec<f64>| data.into_iter().map(|x| x as f32).collect();
         let law = Corotational {
@@ -52,7 +57,9 @@ impl<const D: usize> ShapeMetric<D> {
             regularisation: REGULARISATION * params.void_stiffness * elastic_weight,
         };
         let cells = cells.into_iter().map(narrow).collect();
-        Ok(Self { cycle: Multigrid::new(grid, &law, cells, MultigridParams::default())? })
+        Ok(Self {
+            cycle: Multigrid::new(grid, &law, cells, MultigridParams::default())?,
+        })
     }
 }
 

@@ -66,6 +66,11 @@ impl<const D: usize> AverageObjective<D> {
         &self.shapes
     }
 
+    /// The shapes, when the minimisation is over.
+    pub fn into_shapes(self) -> LevelShapes<D> {
+        self.shapes
+    }
+
     /// The terms of the last evaluation.
     pub fn energy(&self) -> &Energy {
         &self.energy
@@ -92,7 +97,8 @@ impl<const D: usize> AverageObjective<D> {
     /// Whether all displacements keep the determinant up on all cells.
     pub(crate) fn admissible(&self, x: &[f64]) -> bool {
         let bound = self.params.min_determinant;
-        x.par_chunks(self.shape_dim()).all(|u| certify(self.grid(), u, bound).certified)
+        x.par_chunks(self.shape_dim())
+            .all(|u| certify(self.grid(), u, bound).certified)
     }
 
     /// The minimiser `v` of the functional for fixed displacements.
@@ -111,16 +117,26 @@ impl<const D: usize> AverageObjective<D> {
             stiffness: self.weights.length * self.shapes.interface_width(),
             load: potential,
         };
-        let coefficients: Vec<[&[f64]; 1]> =
-            self.shapes.phase_fields.iter().map(|v| [v.as_slice()]).collect();
+        let coefficients: Vec<[&[f64]; 1]> = self
+            .shapes
+            .phase_fields
+            .iter()
+            .map(|v| [v.as_slice()])
+            .collect();
         let sources: Vec<Source<'_, f64>> = x
             .chunks_exact(self.shape_dim())
             .zip(&coefficients)
-            .map(|(displacement, coefficients)| Source { displacement, coefficients })
+            .map(|(displacement, coefficients)| Source {
+                displacement,
+                coefficients,
+            })
             .collect();
         let (matrix, rhs) = normal_equations(self.grid(), &rule, &sources, background);
         let jacobi = Diagonal::jacobi(matrix.diagonal())?;
-        let params = CgParams { relative_tolerance: AVERAGE_TOLERANCE, ..CgParams::default() };
+        let params = CgParams {
+            relative_tolerance: AVERAGE_TOLERANCE,
+            ..CgParams::default()
+        };
         let average = &mut self.average;
         let info = conjugate_gradient(&matrix, &jacobi, &rhs, average, &params, &mut self.scratch)?;
         self.average_iterations += info.iterations;
@@ -140,10 +156,16 @@ impl<const D: usize> AverageObjective<D> {
             Err(GridError::Inadmissible { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
-        let density = Mismatch { interface_width: self.shapes.interface_width(), scale: 1.0 };
+        let density = Mismatch {
+            interface_width: self.shapes.interface_width(),
+            scale: 1.0,
+        };
         let law = Matching::new(density, Interpolant::new(*self.grid(), &self.average));
         let coefficients = [self.shapes.phase_fields[shape].as_slice()];
-        let data = Data { coefficients: &coefficients, cells: &[] };
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
         let assembly = Assembly::new(*self.grid(), &law, data);
         if gradient.is_empty() {
             return Ok(Some((elastic, assembly.value(displacement)?)));
@@ -167,7 +189,10 @@ impl<const D: usize> AverageObjective<D> {
         let indicator = [self.shapes.indicators[shape].as_slice()];
         self.params.law.visit(ElasticVisitor {
             grid: *self.grid(),
-            data: Data { coefficients: &indicator, cells: &[] },
+            data: Data {
+                coefficients: &indicator,
+                cells: &[],
+            },
             void_stiffness: self.params.void_stiffness,
             displacement,
             gradient,
@@ -198,7 +223,9 @@ impl<const D: usize> AverageObjective<D> {
 
     /// The interface length of the present average.
     pub(crate) fn length(&self) -> Result<f64, GridError> {
-        let law = InterfaceLength { interface_width: self.shapes.interface_width() };
+        let law = InterfaceLength {
+            interface_width: self.shapes.interface_width(),
+        };
         Assembly::<_, f64, D, 1>::new(*self.grid(), &law, Data::default()).value(&self.average)
     }
 
@@ -217,10 +244,15 @@ impl<const D: usize> AverageObjective<D> {
         self.shape_evaluations += n;
         let dim = self.shape_dim();
         let terms: Result<Vec<ShapeEnergy>, AverageError> = if gradient.is_empty() {
-            (0..n).into_par_iter().map(|i| self.shape_energy(i, shape(x, i, dim), &mut [])).collect()
+            (0..n)
+                .into_par_iter()
+                .map(|i| self.shape_energy(i, shape(x, i, dim), &mut []))
+                .collect()
         } else {
             let parts = gradient.par_chunks_exact_mut(dim).enumerate();
-            parts.map(|(i, g)| self.shape_energy(i, shape(x, i, dim), g)).collect()
+            parts
+                .map(|(i, g)| self.shape_energy(i, shape(x, i, dim), g))
+                .collect()
         };
         let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
@@ -264,10 +296,12 @@ impl<const D: usize> Objective for AverageObjective<D> {
         out: &mut [f64],
     ) -> Result<(), AverageError> {
         let dim = self.shape_dim();
-        out.par_chunks_exact_mut(dim).enumerate().for_each(|(i, out)| {
-            self.metric[i].apply_into(shape(gradient, i, dim), out);
-            self.hold_boundary(out);
-        });
+        out.par_chunks_exact_mut(dim)
+            .enumerate()
+            .for_each(|(i, out)| {
+                self.metric[i].apply_into(shape(gradient, i, dim), out);
+                self.hold_boundary(out);
+            });
         Ok(())
     }
 
@@ -306,7 +340,10 @@ impl<const D: usize> LawVisitor<D> for ElasticVisitor<'_, D> {
     type Output = Result<f64, GridError>;
 
     fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output {
-        let law = WeightedElasticity { law, void_stiffness: self.void_stiffness };
+        let law = WeightedElasticity {
+            law,
+            void_stiffness: self.void_stiffness,
+        };
         let assembly = Assembly::new(self.grid, &law, self.data);
         if self.gradient.is_empty() {
             assembly.value(self.displacement)

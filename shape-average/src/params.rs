@@ -92,7 +92,9 @@ impl AverageParams {
 
     /// The weights that are in force for `n` shapes.
     pub fn resolved_weights(&self, n: usize) -> Vec<f64> {
-        self.weights.clone().unwrap_or_else(|| vec![1.0 / n as f64; n])
+        self.weights
+            .clone()
+            .unwrap_or_else(|| vec![1.0 / n as f64; n])
     }
 
     /// Checks all values for `n` shapes.
@@ -105,7 +107,11 @@ impl AverageParams {
             if value > 0.0 && value.is_finite() {
                 return Ok(());
             }
-            Err(AverageError::Parameter { name, expected: "a positive number", value })
+            Err(AverageError::Parameter {
+                name,
+                expected: "a positive number",
+                value,
+            })
         };
         positive("mismatch_weight", self.mismatch_weight)?;
         positive("length_weight", self.resolved_length_weight())?;
@@ -115,7 +121,15 @@ impl AverageParams {
         positive("min_determinant", self.min_determinant)?;
         positive("filter_width", self.filter_width)?;
         let within = |name, expected, value: f64, bound: f64| {
-            if value <= bound { Ok(()) } else { Err(AverageError::Parameter { name, expected, value }) }
+            if value <= bound {
+                Ok(())
+            } else {
+                Err(AverageError::Parameter {
+                    name,
+                    expected,
+                    value,
+                })
+            }
         };
         within("void_stiffness", "at most 1", self.void_stiffness, 1.0)?;
         within("min_determinant", "below 1", self.min_determinant, 0.9)?;
@@ -123,7 +137,10 @@ impl AverageParams {
             let sum: f64 = weights.iter().sum();
             let bad = weights.iter().any(|w| !(*w >= 0.0)) || (sum - 1.0).abs() > 1e-9;
             if weights.len() != n || bad {
-                return Err(AverageError::Weights { expected: n, weights: weights.clone() });
+                return Err(AverageError::Weights {
+                    expected: n,
+                    weights: weights.clone(),
+                });
             }
         }
         Ok(())

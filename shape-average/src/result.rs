@@ -1,0 +1,177 @@
+//! The result of an average.
+
+use crate::solve::{overall_status, worst_certificate};
+use crate::{AverageError, AverageParams, Energy, LevelShapes};
+use fe_grid::minimise::{Evaluations, LevelInfo, Status};
+use fe_grid::{Certificate, Field, InverseDeformation, ScalarField};
+use levelset::{BoxEdge, Hausdorff, contour, dice, hausdorff};
+use rayon::prelude::*;
+
+/// What happened on one level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelReport {
+    /// Nodes along each axis, `x` first.
+    pub nodes: Vec<usize>,
+    /// Interface width `epsilon`.
+    pub interface_width: f64,
+    /// How the minimiser ended.
+    pub status: Status,
+    /// Accepted steps.
+    pub iterations: usize,
+    /// What was computed.
+    pub evaluations: Evaluations,
+    /// Evaluations of one shape's energy, with or without gradient.
+    pub shape_evaluations: usize,
+    /// Conjugate-gradient iterations of all solves for the average.
+    pub average_iterations: usize,
+    /// The functional before the first and after every accepted step.
+    pub energies: Vec<f64>,
+    /// The terms at the end.
+    pub energy: Energy,
+    /// The worst deformation at the end.
+    pub certificate: Certificate,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+/// The average of a number of shapes, on the finest level.
+#[derive(Clone, Debug)]
+pub struct AverageResult<const D: usize> {
+    /// The average phase field `v`.
+    pub average: ScalarField<f64, D>,
+    /// Where the average object is: 1 inside, 0 outside. The weighted majority of the indicators
+    /// of the shapes, pushed forward by their deformations.
+    pub average_mask: ScalarField<f64, D>,
+    /// The weighted mean of those indicators, whose level 1/2 is the boundary of the average.
+    pub average_indicator: ScalarField<f64, D>,
+    /// Displacements `u_i`, `phi_i(x) = x + u_i(x)` maps shape `i` to the average.
+    pub displacements: Vec<Field<f64, D, D>>,
+    /// Signed distances of the shapes pushed forward, `d_i o phi_i^{-1}`: their zero levels are
+    /// the shapes' boundaries seen in the average.
+    pub pushed: Vec<ScalarField<f64, D>>,
+    /// Phase fields and indicators of the shapes.
+    pub shapes: LevelShapes<D>,
+    /// The terms of the functional.
+    pub energy: Energy,
+    /// The worst deformation.
+    pub certificate: Certificate,
+    /// Dice overlap of each pushed-forward shape with the average.
+    pub dice: Vec<f64>,
+    /// Distance of the boundaries of each pushed-forward shape and of the average; none where
+    /// one of the two has no boundary on the grid.
+    pub hausdorff: Vec<Option<Hausdorff>>,
+    /// What happened on each level, coarsest first.
+    pub levels: Vec<LevelReport>,
+    /// Converged, or the first level's reason why not.
+    pub status: Status,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+pub(crate) struct Timing {
+    pub levels: Vec<LevelInfo>,
+    pub seconds: f64,
+}
+
+impl<const D: usize> AverageResult<D> {
+    pub(crate) fn new(
+        signed_distances: &[Field<f64, D, 1>],
+        params: &AverageParams,
+        shapes: LevelShapes<D>,
+        x: &[f64],
+        average: Vec<f64>,
+        mut levels: Vec<LevelReport>,
+        timing: Timing,
+    ) -> Result<Self, AverageError> {
+        let grid = *shapes.grid();
+        let dim = D * grid.n_nodes();
+        for (report, info) in levels.iter_mut().zip(&timing.levels) {
+            report.seconds = info.seconds;
+        }
+        let displacements: Result<Vec<_>, _> = x
+            .chunks_exact(dim)
+            .map(|u| Field::from_vec(grid, u.to_vec()))
+            .collect();
+        let displacements = displacements?;
+        // A run that was cancelled ends on a coarser grid than that of the inputs.
+        let distances: Vec<ScalarField<f64, D>> = signed_distances
+            .iter()
+            .map(|d| ScalarField::from_fn(grid, |x| d.sample(x)))
+            .collect();
+        let far = -grid.extent().iter().fold(0.0f64, |a, &b| a.max(b));
+        let pushed: Vec<ScalarField<f64, D>> = displacements
+            .par_iter()
+            .zip(&distances)
+            .map(|(u, d)| InverseDeformation::new(u).push_forward(d, far))
+            .collect();
+        let weights = params.resolved_weights(signed_distances.len());
+        let average_indicator = majority(&pushed, &weights)?;
+        let inside = |x: f64| if x > 0.5 { 1.0 } else { 0.0 };
+        let mask = average_indicator
+            .as_slice()
+            .iter()
+            .map(|&x| inside(x))
+            .collect();
+        let average_mask = ScalarField::from_vec(grid, mask)?;
+        let measures: Result<Vec<_>, AverageError> = pushed
+            .par_iter()
+            .map(|d| measure(d, &average_indicator))
+            .collect();
+        let (dice, hausdorff) = measures?.into_iter().unzip();
+        Ok(Self {
+            average: ScalarField::from_vec(grid, average)?,
+            average_mask,
+            average_indicator,
+            displacements,
+            pushed,
+            energy: levels.last().map(|l| l.energy.clone()).unwrap_or_default(),
+            certificate: worst_certificate(&grid, x),
+            dice,
+            hausdorff,
+            status: overall_status(&levels),
+            levels,
+            shapes,
+            seconds: timing.seconds,
+        })
+    }
+
+    /// Evaluations of one shape's energy on all levels.
+    pub fn shape_evaluations(&self) -> usize {
+        self.levels.iter().map(|l| l.shape_evaluations).sum()
+    }
+
+    /// Mean Dice overlap.
+    pub fn mean_dice(&self) -> f64 {
+        self.dice.iter().sum::<f64>() / self.dice.len() as f64
+    }
+}
+
+/// Weighted mean of the indicators of signed distances, each with a ramp one spacing wide, so
+/// that a tie of two shapes ends half way between their boundaries.
+fn majority<const D: usize>(
+    pushed: &[ScalarField<f64, D>],
+    weights: &[f64],
+) -> Result<ScalarField<f64, D>, AverageError> {
+    let grid = *pushed[0].grid();
+    let inverse_h = 1.0 / grid.spacing();
+    let mean = (0..grid.n_nodes())
+        .map(|i| {
+            let ramp =
+                |d: &ScalarField<f64, D>| (0.5 + d.as_slice()[i] * inverse_h).clamp(0.0, 1.0);
+            pushed.iter().zip(weights).map(|(d, w)| w * ramp(d)).sum()
+        })
+        .collect();
+    Ok(ScalarField::from_vec(grid, mean)?)
+}
+
+/// Overlap and distance of a pushed-forward shape with the average.
+fn measure<const D: usize>(
+    pushed: &ScalarField<f64, D>,
+    indicator: &ScalarField<f64, D>,
+) -> Result<(f64, Option<Hausdorff>), AverageError> {
+    let overlap = dice(pushed, 0.0, indicator, 0.5)?;
+    let own = contour(pushed, 0.0, BoxEdge::Open);
+    let average = contour(indicator, 0.5, BoxEdge::Open);
+    let distance = own.and_then(|own| hausdorff(&own, &average?)).ok();
+    Ok((overlap, distance))
+}

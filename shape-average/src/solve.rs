@@ -1,0 +1,264 @@
+//! From coarse levels to fine.
+
+use crate::alternating::Alternating;
+use crate::objective::check_law;
+use crate::result::{AverageResult, LevelReport, Timing};
+use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Solver};
+use fe_grid::minimise::{
+    Info, LbfgsParams, LevelProblem, Minimiser, Observer, Status, Stopping, minimise_levels,
+};
+use fe_grid::transfer::{inject_into, prolong_into};
+use fe_grid::{Certificate, Field, Grid, certify};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Iterations over which the fall of the energy is judged.
+const ENERGY_WINDOW: usize = 5;
+/// Blends to the identity that are tried where a deformation is not admissible on a finer level.
+const REPAIRS: u32 = 40;
+
+/// The average of shapes given by their signed distances (positive inside) on one grid.
+///
+/// The observer hears of every level and iteration and may cancel; what has been reached by then
+/// is the result.
+///
+/// # Errors
+/// [`AverageError`] for parameters out of range, shapes on different grids, shapes without
+/// inside or outside, and solvers that break down. Not to converge is not an error: the status
+/// of the levels says so.
+pub fn average<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let first = signed_distances.first().ok_or(AverageError::NoShapes)?;
+    params.check(signed_distances.len())?;
+    check_law::<D>(&params.law)?;
+    for (index, shape) in signed_distances.iter().enumerate() {
+        if shape.grid() != first.grid() {
+            return Err(AverageError::GridsDiffer { index });
+        }
+        let inside = shape.as_slice().iter().filter(|&&u| u > 0.0).count();
+        if inside == 0 || inside == shape.as_slice().len() {
+            let what = if inside == 0 { "empty" } else { "full" };
+            return Err(AverageError::Degenerate { index, what });
+        }
+    }
+    let start = Instant::now();
+    let mut problem = Levels::new(signed_distances, params)?;
+    let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
+    let minimiser = |_| LevelMinimiser {
+        params: params.clone(),
+    };
+    let solution = minimise_levels(&mut problem, minimiser, vec![0.0; dim], observer)?;
+    let timing = Timing {
+        levels: solution.levels,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    problem.into_result(signed_distances, &solution.x, timing)
+}
+
+/// The minimiser that the parameters name, with the stopping rule of a level.
+struct LevelMinimiser {
+    params: AverageParams,
+}
+
+impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
+    fn minimise(
+        &self,
+        objective: &mut AverageObjective<D>,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Info, AverageError> {
+        let n = objective.shapes().n_shapes() as f64;
+        // The interface of a discrete phase field is a little shorter than the shape's.
+        let floor = 0.9 * self.params.mismatch_weight / n * objective.shapes().mismatch_floor();
+        match self.params.solver {
+            Solver::Lbfgs => {
+                let stopping = Stopping {
+                    relative_gradient: 0.0,
+                    relative_energy: self.params.tolerance,
+                    energy_window: ENERGY_WINDOW,
+                    energy_floor: floor,
+                    max_iterations: self.params.max_iterations,
+                };
+                LbfgsParams {
+                    stopping,
+                    ..LbfgsParams::default()
+                }
+                .minimise(objective, x, observer)
+            }
+            Solver::Descent => Alternating {
+                max_iterations: self.params.max_iterations,
+                tolerance: self.params.tolerance,
+                energy_floor: floor,
+                target: None,
+            }
+            .minimise(objective, x, observer),
+        }
+    }
+}
+
+/// The levels of an average.
+struct Levels<'a, const D: usize> {
+    params: &'a AverageParams,
+    /// Coarsest first.
+    grids: Vec<Grid<D>>,
+    shapes: Vec<Option<LevelShapes<D>>>,
+    average: Vec<f64>,
+    reports: Vec<LevelReport>,
+    finest: Option<LevelShapes<D>>,
+}
+
+impl<'a, const D: usize> Levels<'a, D> {
+    fn new(
+        signed_distances: &[Field<f64, D, 1>],
+        params: &'a AverageParams,
+    ) -> Result<Self, AverageError> {
+        let grids = signed_distances[0].grid().hierarchy(params.coarsest_nodes);
+        let mut shapes = Vec::with_capacity(grids.len());
+        let mut distances = signed_distances.to_vec();
+        for (depth, grid) in grids.iter().enumerate().rev() {
+            if depth + 1 < grids.len() {
+                // Nodes of a coarse grid are nodes of the fine one: the exact distance there.
+                distances = distances.iter().map(|u| inject(grid, u)).collect();
+            }
+            shapes.push(Some(LevelShapes::new(*grid, &distances, params)?));
+        }
+        shapes.reverse();
+        let average = vec![1.0; grids[0].n_nodes()];
+        Ok(Self {
+            params,
+            grids,
+            shapes,
+            average,
+            reports: Vec::new(),
+            finest: None,
+        })
+    }
+
+    fn into_result(
+        self,
+        signed_distances: &[Field<f64, D, 1>],
+        x: &[f64],
+        timing: Timing,
+    ) -> Result<AverageResult<D>, AverageError> {
+        let (shapes, reports) = (self.finest, self.reports);
+        // A level that was cancelled is the last.
+        let shapes = shapes.ok_or(AverageError::NoShapes)?;
+        AverageResult::new(
+            signed_distances,
+            self.params,
+            shapes,
+            x,
+            self.average,
+            reports,
+            timing,
+        )
+    }
+}
+
+fn inject<const D: usize>(grid: &Grid<D>, fine: &Field<f64, D, 1>) -> Field<f64, D, 1> {
+    let mut coarse = Field::zeros(*grid);
+    inject_into(grid, fine.as_slice(), coarse.as_mut_slice());
+    coarse
+}
+
+impl<const D: usize> LevelProblem for Levels<'_, D> {
+    type Error = AverageError;
+    type Objective = AverageObjective<D>;
+
+    fn n_levels(&self) -> usize {
+        self.grids.len()
+    }
+
+    fn objective(&mut self, level: usize) -> Result<AverageObjective<D>, AverageError> {
+        let shapes = self.shapes[level].take().ok_or(AverageError::NoShapes)?;
+        let average = std::mem::take(&mut self.average);
+        Ok(AverageObjective::new(shapes, self.params, average))
+    }
+
+    fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Vec<f64>, AverageError> {
+        let (coarse, fine) = (&self.grids[level], &self.grids[level + 1]);
+        let dim = D * coarse.n_nodes();
+        let mut finer = vec![0.0; x.len() / dim * D * fine.n_nodes()];
+        finer
+            .par_chunks_exact_mut(D * fine.n_nodes())
+            .zip(x.par_chunks_exact(dim))
+            .for_each(|(finer, x)| prolong_into(coarse, x, finer));
+        let mut average = vec![0.0; fine.n_nodes()];
+        prolong_into(coarse, &self.average, &mut average);
+        self.average = average;
+        Ok(finer)
+    }
+
+    /// Nested spaces leave the determinant as it was; a state that came from elsewhere is drawn
+    /// to the identity, shape by shape, until it is admissible.
+    fn repair(&mut self, level: usize, x: &mut [f64]) -> Result<(), AverageError> {
+        let grid = &self.grids[level];
+        let bound = self.params.min_determinant;
+        x.par_chunks_exact_mut(D * grid.n_nodes()).for_each(|u| {
+            for _ in 0..REPAIRS {
+                if certify(grid, u, bound).certified {
+                    return;
+                }
+                for u in &mut *u {
+                    *u *= 0.9;
+                }
+            }
+            u.fill(0.0);
+        });
+        Ok(())
+    }
+
+    fn finish_level(
+        &mut self,
+        _level: usize,
+        objective: AverageObjective<D>,
+        x: &[f64],
+        info: &Info,
+    ) -> Result<(), AverageError> {
+        let mut objective = objective;
+        // The last evaluation may have been a trial that was refused.
+        let energy = match objective.evaluate(x, &mut [])? {
+            fe_grid::minimise::Evaluation::Value(_) => objective.energy().clone(),
+            fe_grid::minimise::Evaluation::Inadmissible => Energy::default(),
+        };
+        let grid = *objective.grid();
+        self.reports.push(LevelReport {
+            nodes: grid.nodes_per_axis().to_vec(),
+            interface_width: objective.shapes().interface_width(),
+            status: info.status,
+            iterations: info.iterations,
+            evaluations: info.evaluations,
+            shape_evaluations: objective.shape_evaluations - objective.shapes().n_shapes(),
+            average_iterations: objective.average_iterations,
+            energies: info.energies.clone(),
+            energy,
+            certificate: worst_certificate(&grid, x),
+            seconds: 0.0,
+        });
+        self.average = objective.average().to_vec();
+        self.finest = Some(objective.into_shapes());
+        Ok(())
+    }
+}
+
+/// The certificate of the worst of all displacements, for a determinant above zero.
+pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Certificate {
+    let certificates: Vec<Certificate> = x
+        .par_chunks_exact(D * grid.n_nodes())
+        .map(|u| certify(grid, u, 0.0))
+        .collect();
+    let worst = certificates
+        .iter()
+        .copied()
+        .reduce(|a, b| if b.min_det < a.min_det { b } else { a });
+    worst.unwrap_or_else(|| certify(grid, &vec![0.0; D * grid.n_nodes()], 0.0))
+}
+
+/// Whether all levels ended as they should.
+pub(crate) fn overall_status(reports: &[LevelReport]) -> Status {
+    let bad = reports.iter().map(|r| r.status).find(|s| !s.converged());
+    bad.unwrap_or(Status::EnergyTolerance)
+}
