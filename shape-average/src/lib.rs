@@ -1,1 +1,3 @@
 //! The elastic average of 2D and 3D shapes.
+
+pub mod align;
