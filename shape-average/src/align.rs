@@ -29,12 +29,16 @@ pub use motion::RigidMotion;
 /// Nodes a side of the coarse and the fine set of sample nodes. Coarse in 3D, where nodes are
 /// many and rotations too.
 const COARSE_NODES: [usize; 2] = [65, 21];
-const FINE_NODES: [usize; 2] = [257, 65];
+const FINE_NODES: [usize; 2] = [257, 49];
 /// Starts refined on the coarse nodes, and of these on the fine ones.
 const N_COARSE: usize = 12;
 const N_FINE: usize = 3;
+/// Coarse minima this many times worse than the best one are not refined further.
+const HOPELESS: f64 = 1.5;
 /// Rounds of a group against its mean; the second seldom moves anything.
 const ROUNDS: usize = 2;
+/// A round that turns no shape by more than this, in radians, is the last.
+const SETTLED: f64 = 2e-3;
 /// Differences within this share count as equal, and the smaller rotation is taken.
 const TIE: f64 = 1e-3;
 /// Half-width of the smoothed indicator, in spacings of the sample nodes.
@@ -87,7 +91,7 @@ pub fn align_to<const D: usize>(
     moving: &Field<f64, D, 1>,
 ) -> Result<Alignment<D>, AlignError> {
     let shapes = [reference, moving];
-    check_grids(&shapes)?;
+    check_shapes(&shapes)?;
     let target = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
     target.align(moving, None).map_err(|source| at(1, source))
 }
@@ -105,14 +109,21 @@ pub fn align_to<const D: usize>(
 pub fn align_group<const D: usize>(
     shapes: &[&Field<f64, D, 1>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    check_grids(shapes)?;
+    check_shapes(shapes)?;
     let first = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
     let mut found = align_each(&first, shapes, &vec![None; shapes.len()])?;
     for _ in 0..if shapes.len() > 2 { ROUNDS } else { 0 } {
         let motions: Vec<_> = found.iter().map(|a| a.motion).collect();
         let mean = Target::new(shapes, &motions)?;
-        let known: Vec<_> = motions.into_iter().map(Some).collect();
+        let known: Vec<_> = motions.iter().copied().map(Some).collect();
         found = align_each(&mean, shapes, &known)?;
+        let turns = found.iter().zip(&motions);
+        if turns.fold(0.0, |t, (a, m)| {
+            f64::max(t, a.motion.after(&m.inverse()).angle())
+        }) < SETTLED
+        {
+            break;
+        }
     }
     let back = found[0].motion.inverse();
     for alignment in &mut found {
@@ -140,19 +151,25 @@ fn at(shape: usize, source: LevelsetError) -> AlignError {
     AlignError::Shape { shape, source }
 }
 
-fn check_grids<const D: usize>(shapes: &[&Field<f64, D, 1>]) -> Result<(), AlignError> {
+fn check_shapes<const D: usize>(shapes: &[&Field<f64, D, 1>]) -> Result<(), AlignError> {
     let Some(first) = shapes.first() else {
         return Err(AlignError::NoShapes);
     };
-    let different = shapes.iter().position(|s| s.grid() != first.grid());
-    match different {
-        None => Ok(()),
-        Some(shape) => Err(AlignError::GridMismatch {
-            shape,
-            expected: first.grid().nodes_per_axis().to_vec(),
-            found: shapes[shape].grid().nodes_per_axis().to_vec(),
-        }),
+    for (i, shape) in shapes.iter().enumerate() {
+        if shape.grid() != first.grid() {
+            return Err(AlignError::GridMismatch {
+                shape: i,
+                expected: first.grid().nodes_per_axis().to_vec(),
+                found: shape.grid().nodes_per_axis().to_vec(),
+            });
+        }
+        if let Some(bad) = shape.as_slice().iter().position(|v| !v.is_finite()) {
+            let node = shape.grid().node(bad).to_vec();
+            let value = shape.as_slice()[bad];
+            return Err(at(i, LevelsetError::NonFinite { node, value }));
+        }
     }
+    Ok(())
 }
 
 /// What shapes are aligned to: the mean indicator of some shapes, at two resolutions.
@@ -195,6 +212,8 @@ impl<const D: usize> Target<D> {
         let chosen = distinct(&scored, starts::SEPARATION, N_COARSE);
         let mut refined: Vec<_> = chosen.iter().map(|pose| coarse.refine(pose)).collect();
         refined.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let worst = HOPELESS * refined[0].0;
+        refined.retain(|r| r.0 <= worst);
         let chosen = distinct(&refined, starts::SEPARATION, N_FINE);
         let fine = Matching::new(&self.fine, shape)?;
         let refined: Vec<_> = chosen.iter().map(|pose| fine.refine(pose)).collect();

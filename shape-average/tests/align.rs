@@ -245,8 +245,10 @@ fn bad_input_is_named() {
         align_group(&[&good, &good, &empty]).unwrap_err(),
         AlignError::Shape { shape: 2, .. }
     ));
+    // Also at a node that no sample reads.
+    let good = Field::<f64, 2, 1>::from_fn(Grid::dyadic(9), |x| [blob::<2>(x.into())]);
     let mut spoilt = good.clone();
-    spoilt.as_mut_slice()[40] = f64::NAN;
+    spoilt.as_mut_slice()[1] = f64::NAN;
     assert!(matches!(
         align_to(&good, &spoilt).unwrap_err(),
         AlignError::Shape { shape: 1, .. }

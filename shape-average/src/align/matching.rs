@@ -300,3 +300,52 @@ fn gradient<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> [f64; D] {
     }
     slope
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball and a smaller one beside it, as a smooth function that is positive inside.
+    fn pair<const D: usize>(grid: Grid<D>, offset: f64) -> Field<f64, D, 1> {
+        Field::from_fn(grid, |x| {
+            let at = |c: f64, r: f64| {
+                let d2: f64 = (0..D).map(|k| (x[k] - c - 0.05 * k as f64).powi(2)).sum();
+                r * r - d2
+            };
+            [at(0.4 + offset, 0.2).max(at(0.62 + offset, 0.12))]
+        })
+    }
+
+    fn check_gradient<const D: usize>(n: usize) {
+        let grid = Grid::<D>::cube(n);
+        let (fixed, shape) = (pair(grid, 0.0), pair(grid, 0.04));
+        let step = Compact::new(0.03).unwrap();
+        let still = [(&fixed, RigidMotion::identity())];
+        let target = Indicator::mean(&still, grid, step).unwrap();
+        let matching = Matching::new(&target, &shape).unwrap();
+        let start = matching.centred(plane_rotation(0, 1, 0.3));
+        let system = matching.linearise(&start);
+        assert!((system.value - matching.difference(&start)).abs() < 1e-12 * system.value);
+        for k in 0..system.rhs.len() {
+            // Few nodes cross a kink of the interpolant within so short a step.
+            let h = 1e-7;
+            let mut along = DVector::zeros(system.rhs.len());
+            along[k] = h;
+            let ahead = matching.difference(&moved(&start, &along));
+            let behind = matching.difference(&moved(&start, &-along));
+            let slope = (ahead - behind) / (2.0 * h);
+            let expected = 2.0 * system.rhs[k];
+            let scale = 2.0 * system.rhs.amax();
+            assert!(
+                (slope - expected).abs() < 1e-5 * scale,
+                "{k}: {slope} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_linearisation_is_the_gradient_of_the_difference() {
+        check_gradient::<2>(33);
+        check_gradient::<3>(17);
+    }
+}
