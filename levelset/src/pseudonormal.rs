@@ -11,9 +11,9 @@ use std::collections::HashMap;
 
 use crate::vector::{add_scaled, angle, area_normal, dot, norm, sub};
 
-/// A simplex flatter than this (measure over squared, or plain, longest side) has no reliable
-/// normal: coordinates are rounded at 1e-16, so that a direction is good to 1e-8 here.
-const SLIVER: f64 = 1e-8;
+/// A segment shorter, or a triangle less high, than this share of the largest coordinate has no
+/// reliable normal: coordinates are rounded at 1e-16 of it, so that a direction is good to 1e-6.
+const SLIVER: f64 = 1e-10;
 /// Cosines below this are left to the winding number.
 const UNDECIDED: f64 = 1e-6;
 
@@ -43,7 +43,12 @@ impl<const D: usize> Sum<D> {
 impl<const D: usize> Pseudonormals<D> {
     pub(crate) fn new(simplices: &[[[f64; D]; D]]) -> Self {
         let ids = merge_points(simplices);
-        let face: Vec<_> = simplices.iter().map(unit_normal).collect();
+        let coordinates = simplices.iter().flatten().flatten();
+        let least_height = SLIVER * coordinates.fold(0.0, |m: f64, x| m.max(x.abs()));
+        let face: Vec<_> = simplices
+            .iter()
+            .map(|corners| unit_normal(corners, least_height))
+            .collect();
         let empty = Sum(Some([0.0; D]));
         let n_points = ids.iter().flatten().max().map_or(0, |&m| m as usize + 1);
         let mut at_point = vec![empty; n_points];
@@ -149,15 +154,17 @@ fn opposite<const D: usize>(ids: &[u32; D], corner: usize) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-fn unit_normal<const D: usize>(corners: &[[f64; D]; D]) -> Option<[f64; D]> {
+/// The normal of a segment at least so long, or a triangle at least so high.
+fn unit_normal<const D: usize>(corners: &[[f64; D]; D], least_height: f64) -> Option<[f64; D]> {
     let normal = area_normal(corners);
     let measure = norm(&normal);
-    let longest = (0..D)
-        .map(|c| norm(&sub(&corners[c], &corners[(c + 1) % D])))
-        .fold(0.0, f64::max);
-    let size = if D == 2 { 1.0 } else { longest * longest };
-    let is_sliver = measure <= SLIVER * size || longest <= SLIVER * SLIVER;
-    (!is_sliver).then(|| normal.map(|x| x / measure))
+    let height = if D == 2 {
+        measure
+    } else {
+        let sides = (0..D).map(|c| norm(&sub(&corners[c], &corners[(c + 1) % D])));
+        2.0 * measure / sides.fold(f64::MIN_POSITIVE, f64::max)
+    };
+    (height > least_height).then(|| normal.map(|x| x / measure))
 }
 
 fn corner_weight<const D: usize>(corners: &[[f64; D]; D], corner: usize) -> f64 {

@@ -4,7 +4,7 @@ mod common;
 
 use common::{ball, brute_force, noise};
 use fe_grid::{Field, Grid};
-use levelset::{BoxEdge, ContourDistance, LevelsetError, contour, signed_distance};
+use levelset::{BoxEdge, Contour, ContourDistance, LevelsetError, contour, signed_distance};
 use proptest::prelude::*;
 
 /// Distances are differences of coordinates of size 1: a few roundings of 1e-16 each, taken
@@ -192,6 +192,42 @@ fn slivers_do_not_turn_the_sign() {
             }
         }
     }
+}
+
+/// A pyramid whose tip is a triangle of the size of rounding errors, turned inside out by them.
+#[test]
+fn a_tip_folded_by_rounding_does_not_turn_the_sign() {
+    let tiny = 1e-15;
+    let points = vec![
+        [0.1, 0.1, 0.1],
+        [0.9, 0.1, 0.1],
+        [0.1, 0.9, 0.1],
+        [0.3, 0.3, 0.6],
+        [0.3, 0.3 + tiny, 0.6],
+        [0.3 + tiny, 0.3, 0.6],
+    ];
+    let simplices = vec![
+        [0, 2, 1],
+        [3, 4, 5],
+        [0, 1, 4],
+        [0, 4, 3],
+        [1, 2, 5],
+        [1, 5, 4],
+        [2, 0, 3],
+        [2, 3, 5],
+    ];
+    let pyramid = Contour::new(points, simplices).unwrap();
+    assert!(pyramid.is_closed());
+    let distance = ContourDistance::new(&pyramid).unwrap();
+    for [x, y, z] in [
+        [0.3, 0.3, 0.7],
+        [0.31, 0.3, 0.65],
+        [0.3, 0.32, 0.9],
+        [0.29, 0.29, 0.62],
+    ] {
+        assert!(distance.signed_distance([x, y, z]) < 0.0, "{x} {y} {z}");
+    }
+    assert!(distance.signed_distance([0.3, 0.3, 0.3]) > 0.0);
 }
 
 #[test]

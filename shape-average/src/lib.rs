@@ -16,6 +16,7 @@
 //!
 //! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files.
 
+pub mod align;
 mod alternating;
 mod energy;
 mod error;

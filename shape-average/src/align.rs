@@ -1,0 +1,247 @@
+//! Rigid prealignment: shapes moved onto each other before they are compared elastically.
+//!
+//! Shapes are signed distances on one grid, positive inside. A [`RigidMotion`] maps **input
+//! coordinates to aligned coordinates**, `y = R x + t` with a proper rotation `R`: a mirrored
+//! shape is never mirrored back.
+//!
+//! The motion of a shape minimises the squared difference of smoothed indicators
+//!
+//! `int (H(u(R^T (y - t))) - I(y))^2 dy`,
+//!
+//! with `H` a compact step of half-width two cells and `I` the indicator of the reference. Its
+//! many local minima are met by many starts: centroid on centroid, with the rotations that
+//! bring principal axes onto each other (four in 2D, all 24 proper assignments in 3D, equal
+//! moments included), none at all, and an even covering of all rotations. All are scored on a
+//! coarse set of nodes; the best distinct ones are refined by Levenberg-Marquardt steps, first
+//! there, then on finer nodes. Among equally good ones the smallest rotation wins.
+
+mod matching;
+mod motion;
+mod starts;
+
+use fe_grid::Field;
+use levelset::{Compact, LevelsetError};
+use rayon::prelude::*;
+
+use matching::{Indicator, Matching, Pose, thinned};
+pub use motion::RigidMotion;
+
+/// Nodes a side of the coarse and the fine set of sample nodes. Coarse in 3D, where nodes are
+/// many and rotations too.
+const COARSE_NODES: [usize; 2] = [65, 21];
+const FINE_NODES: [usize; 2] = [257, 49];
+/// Starts refined on the coarse nodes, and of these on the fine ones.
+const N_COARSE: usize = 12;
+const N_FINE: usize = 3;
+/// Coarse minima this many times worse than the best one are not refined further.
+const HOPELESS: f64 = 1.5;
+/// Rounds of a group against its mean; the second seldom moves anything.
+const ROUNDS: usize = 2;
+/// A round that turns no shape by more than this, in radians, is the last.
+const SETTLED: f64 = 2e-3;
+/// Differences within this share count as equal, and the smaller rotation is taken.
+const TIE: f64 = 1e-3;
+/// Half-width of the smoothed indicator, in spacings of the sample nodes.
+const HALF_WIDTH: f64 = 2.0;
+
+/// Errors of the alignment.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AlignError {
+    /// Nothing to align.
+    #[error("there is no shape to align")]
+    NoShapes,
+    /// Shapes on different grids.
+    #[error("shape {shape} has a grid of {found:?} nodes, the first one {expected:?}")]
+    GridMismatch {
+        /// Position of the shape.
+        shape: usize,
+        /// Nodes of the first shape's grid, `x` first.
+        expected: Vec<usize>,
+        /// Nodes of this shape's grid, `x` first.
+        found: Vec<usize>,
+    },
+    /// A shape that is empty or not finite.
+    #[error("shape {shape}: {source}")]
+    Shape {
+        /// Position of the shape.
+        shape: usize,
+        /// What is wrong with it.
+        source: LevelsetError,
+    },
+}
+
+/// The motion found for a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Alignment<const D: usize> {
+    /// From input coordinates to aligned coordinates.
+    pub motion: RigidMotion<D>,
+    /// What is left: the squared difference of the indicators over the sum of their squares, 0
+    /// for equal shapes, 1 for disjoint ones.
+    pub mismatch: f64,
+}
+
+/// The motion that brings the shape `moving` onto the shape `reference`, both given as signed
+/// distances on one grid.
+///
+/// # Errors
+/// [`AlignError`]; the reference counts as shape 0, the moving one as shape 1.
+pub fn align_to<const D: usize>(
+    reference: &Field<f64, D, 1>,
+    moving: &Field<f64, D, 1>,
+) -> Result<Alignment<D>, AlignError> {
+    let shapes = [reference, moving];
+    check_shapes(&shapes)?;
+    let target = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
+    target.align(moving, None).map_err(|source| at(1, source))
+}
+
+/// The motions that bring a group of shapes onto each other, given as signed distances on one
+/// grid. The first shape stays where it is, with the identity as its motion.
+///
+/// All shapes are aligned to the first; then each in turn to the mean of the indicators of all,
+/// so that what the first shape lacks or has too much of does not decide. (This alternation of
+/// mean and motions, generalised Procrustes analysis, never increases the sum of squared
+/// differences from the mean.)
+///
+/// # Errors
+/// [`AlignError`].
+pub fn align_group<const D: usize>(
+    shapes: &[&Field<f64, D, 1>],
+) -> Result<Vec<Alignment<D>>, AlignError> {
+    check_shapes(shapes)?;
+    let first = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
+    let mut found = align_each(&first, shapes, &vec![None; shapes.len()])?;
+    for _ in 0..if shapes.len() > 2 { ROUNDS } else { 0 } {
+        let motions: Vec<_> = found.iter().map(|a| a.motion).collect();
+        let mean = Target::new(shapes, &motions)?;
+        let known: Vec<_> = motions.iter().copied().map(Some).collect();
+        found = align_each(&mean, shapes, &known)?;
+        let turns = found.iter().zip(&motions);
+        if turns.fold(0.0, |t, (a, m)| {
+            f64::max(t, a.motion.after(&m.inverse()).angle())
+        }) < SETTLED
+        {
+            break;
+        }
+    }
+    let back = found[0].motion.inverse();
+    for alignment in &mut found {
+        alignment.motion = back.after(&alignment.motion);
+    }
+    found[0].motion = RigidMotion::identity();
+    Ok(found)
+}
+
+fn align_each<const D: usize>(
+    target: &Target<D>,
+    shapes: &[&Field<f64, D, 1>],
+    motions: &[Option<RigidMotion<D>>],
+) -> Result<Vec<Alignment<D>>, AlignError> {
+    let found: Vec<_> = shapes
+        .par_iter()
+        .zip(motions)
+        .enumerate()
+        .map(|(i, (shape, known))| target.align(shape, *known).map_err(|e| at(i, e)))
+        .collect();
+    found.into_iter().collect()
+}
+
+fn at(shape: usize, source: LevelsetError) -> AlignError {
+    AlignError::Shape { shape, source }
+}
+
+fn check_shapes<const D: usize>(shapes: &[&Field<f64, D, 1>]) -> Result<(), AlignError> {
+    let Some(first) = shapes.first() else {
+        return Err(AlignError::NoShapes);
+    };
+    for (i, shape) in shapes.iter().enumerate() {
+        if shape.grid() != first.grid() {
+            return Err(AlignError::GridMismatch {
+                shape: i,
+                expected: first.grid().nodes_per_axis().to_vec(),
+                found: shape.grid().nodes_per_axis().to_vec(),
+            });
+        }
+        if let Some(bad) = shape.as_slice().iter().position(|v| !v.is_finite()) {
+            let node = shape.grid().node(bad).to_vec();
+            let value = shape.as_slice()[bad];
+            return Err(at(i, LevelsetError::NonFinite { node, value }));
+        }
+    }
+    Ok(())
+}
+
+/// What shapes are aligned to: the mean indicator of some shapes, at two resolutions.
+struct Target<const D: usize> {
+    coarse: Indicator<D>,
+    fine: Indicator<D>,
+}
+
+impl<const D: usize> Target<D> {
+    /// The mean of shapes under their motions.
+    fn new(shapes: &[&Field<f64, D, 1>], motions: &[RigidMotion<D>]) -> Result<Self, AlignError> {
+        let dim = usize::from(D == 3);
+        let moved: Vec<_> = shapes.iter().zip(motions).map(|(s, m)| (*s, *m)).collect();
+        let mean = |n_nodes: usize| -> Result<Indicator<D>, LevelsetError> {
+            let nodes = thinned(shapes[0].grid(), n_nodes)?;
+            let step = Compact::new(HALF_WIDTH * nodes.spacing())?;
+            Indicator::mean(&moved, nodes, step)
+        };
+        let mean = |n_nodes| mean(n_nodes).map_err(|e| at(0, e));
+        Ok(Self {
+            coarse: mean(COARSE_NODES[dim])?,
+            fine: mean(FINE_NODES[dim])?,
+        })
+    }
+
+    /// The best motion of a shape; `known` is a motion to start from besides all others.
+    fn align(
+        &self,
+        shape: &Field<f64, D, 1>,
+        known: Option<RigidMotion<D>>,
+    ) -> Result<Alignment<D>, LevelsetError> {
+        let coarse = Matching::new(&self.coarse, shape)?;
+        let mut scored: Vec<(f64, Pose<D>)> = starts::rotations(&coarse)
+            .into_iter()
+            .map(|rotation| coarse.centred(rotation))
+            .chain(known.map(|m| coarse.pose(&m)))
+            .map(|pose| (coarse.difference(&pose), pose))
+            .collect();
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let chosen = distinct(&scored, starts::SEPARATION, N_COARSE);
+        let mut refined: Vec<_> = chosen.iter().map(|pose| coarse.refine(pose)).collect();
+        refined.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let worst = HOPELESS * refined[0].0;
+        refined.retain(|r| r.0 <= worst);
+        let chosen = distinct(&refined, starts::SEPARATION, N_FINE);
+        let fine = Matching::new(&self.fine, shape)?;
+        let refined: Vec<_> = chosen.iter().map(|pose| fine.refine(pose)).collect();
+        let least = refined.iter().map(|r| r.0).fold(f64::INFINITY, f64::min);
+        let best = refined
+            .iter()
+            .filter(|r| r.0 <= least * (1.0 + TIE) + f64::MIN_POSITIVE)
+            .min_by(|a, b| a.1.turn().total_cmp(&b.1.turn()))
+            .unwrap_or(&refined[0]);
+        Ok(Alignment {
+            motion: fine.motion(&best.1),
+            mismatch: fine.relative(best.0),
+        })
+    }
+}
+
+/// The first poses of a sorted list of which no two are within an angle of each other.
+fn distinct<const D: usize>(
+    sorted: &[(f64, Pose<D>)],
+    separation: [f64; 2],
+    n_most: usize,
+) -> Vec<Pose<D>> {
+    let least = separation[usize::from(D == 3)];
+    let mut chosen: Vec<Pose<D>> = Vec::new();
+    for (_, pose) in sorted {
+        if chosen.len() < n_most && chosen.iter().all(|other| pose.angle_to(other) > least) {
+            chosen.push(*pose);
+        }
+    }
+    chosen
+}

@@ -1,0 +1,351 @@
+//! The difference of a moved shape from a target, and its minimisation.
+
+use fe_grid::{Field, Grid, locate};
+use levelset::{Compact, LevelsetError, Moments};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+
+use super::motion::{RigidMotion, angle_between, extended};
+use super::starts::plane_rotation;
+
+/// Steps of one refinement; most end after five to ten.
+const MAX_STEPS: usize = 40;
+/// A refinement ends when a step moves no point by more than this share of the spacing.
+const SMALLEST_STEP: f64 = 1e-4;
+
+/// The smoothed indicator of a target at the sample nodes of a coarser grid.
+pub(super) struct Indicator<const D: usize> {
+    values: Field<f64, D, 1>,
+    step: Compact,
+    moments: Moments<D>,
+}
+
+impl<const D: usize> Indicator<D> {
+    /// The mean indicator of moved signed distances on one grid, at given sample nodes.
+    pub(super) fn mean(
+        moved: &[(&Field<f64, D, 1>, RigidMotion<D>)],
+        nodes: Grid<D>,
+        step: Compact,
+    ) -> Result<Self, LevelsetError> {
+        let share = 1.0 / moved.len() as f64;
+        let values = Field::from_fn(nodes, |y| {
+            let sum: f64 = moved
+                .iter()
+                .map(|(u, motion)| step.value(extended(u, &motion.map_back(y))))
+                .sum();
+            [share * sum]
+        });
+        let moments = Moments::of_density(&values)?;
+        Ok(Self {
+            values,
+            step,
+            moments,
+        })
+    }
+}
+
+/// Every `k`-th node of a grid, at most about `n_nodes` along its longest side, as a grid that
+/// covers the box.
+pub(super) fn thinned<const D: usize>(
+    grid: &Grid<D>,
+    n_nodes: usize,
+) -> Result<Grid<D>, LevelsetError> {
+    let cells = grid.cells_per_axis();
+    let longest = cells.into_iter().max().unwrap_or(1);
+    let every = longest.div_ceil(n_nodes - 1);
+    let thin = cells.map(|c| c.div_ceil(every) + 1);
+    Ok(Grid::with_nodes(thin, every as f64 * grid.spacing())?)
+}
+
+/// A position of a shape: turned about its own centroid, which is put to `centre`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pose<const D: usize> {
+    rotation: SMatrix<f64, D, D>,
+    centre: SVector<f64, D>,
+}
+
+impl<const D: usize> Pose<D> {
+    /// Angle of the rotation.
+    pub(super) fn turn(&self) -> f64 {
+        angle_between(&self.rotation, &SMatrix::identity())
+    }
+
+    pub(super) fn angle_to(&self, other: &Self) -> f64 {
+        angle_between(&self.rotation, &other.rotation)
+    }
+}
+
+/// A shape to be moved onto a target.
+pub(super) struct Matching<'a, const D: usize> {
+    target: &'a Indicator<D>,
+    shape: &'a Field<f64, D, 1>,
+    moments: Moments<D>,
+    norm_squared: f64,
+}
+
+impl<'a, const D: usize> Matching<'a, D> {
+    pub(super) fn new(
+        target: &'a Indicator<D>,
+        shape: &'a Field<f64, D, 1>,
+    ) -> Result<Self, LevelsetError> {
+        let still = [(shape, RigidMotion::identity())];
+        let own = Indicator::mean(&still, *target.values.grid(), target.step)?;
+        let squares = |f: &Field<f64, D, 1>| f.as_slice().iter().map(|v| v * v).sum::<f64>();
+        Ok(Self {
+            target,
+            shape,
+            moments: own.moments,
+            norm_squared: squares(&own.values) + squares(&target.values),
+        })
+    }
+
+    pub(super) fn target_covariance(&self) -> SMatrix<f64, D, D> {
+        self.target.moments.covariance
+    }
+
+    pub(super) fn shape_covariance(&self) -> SMatrix<f64, D, D> {
+        self.moments.covariance
+    }
+
+    /// The pose of a rotation with the centroids on each other.
+    pub(super) fn centred(&self, rotation: SMatrix<f64, D, D>) -> Pose<D> {
+        Pose {
+            rotation,
+            centre: self.target.moments.centroid,
+        }
+    }
+
+    pub(super) fn pose(&self, motion: &RigidMotion<D>) -> Pose<D> {
+        Pose {
+            rotation: *motion.rotation(),
+            centre: motion.rotation() * self.moments.centroid + motion.translation(),
+        }
+    }
+
+    pub(super) fn motion(&self, pose: &Pose<D>) -> RigidMotion<D> {
+        let translation = pose.centre - pose.rotation * self.moments.centroid;
+        RigidMotion::from_parts(pose.rotation, translation)
+    }
+
+    /// A difference as a share of the sum of both indicators' squares.
+    pub(super) fn relative(&self, difference: f64) -> f64 {
+        difference / self.norm_squared
+    }
+
+    /// Sum over the nodes of the squared difference of the indicators.
+    pub(super) fn difference(&self, pose: &Pose<D>) -> f64 {
+        let motion = self.motion(pose);
+        let nodes = self.target.values.grid();
+        let mut sum = 0.0;
+        for (index, target) in self.target.values.as_slice().iter().enumerate() {
+            let y = nodes.position(nodes.node(index));
+            let u = extended(self.shape, &motion.map_back(y));
+            sum += (self.target.step.value(u) - target).powi(2);
+        }
+        sum
+    }
+
+    /// The minimum near a pose, by Levenberg-Marquardt steps: the difference and the pose.
+    pub(super) fn refine(&self, start: &Pose<D>) -> (f64, Pose<D>) {
+        let (mut pose, mut damping) = (*start, 1e-3);
+        let mut system = self.linearise(&pose);
+        let enough = SMALLEST_STEP * self.target.values.grid().spacing();
+        // Points of the shape lie about this far from its centroid.
+        let radius = self.moments.covariance.trace().sqrt();
+        for _ in 0..MAX_STEPS {
+            let Some(step) = system.step(damping) else {
+                break;
+            };
+            let trial = moved(&pose, &step);
+            let tried = self.linearise(&trial);
+            let shifts = step.iter().take(D).map(|s| s.abs());
+            let turns = step.iter().skip(D).map(|s| s.abs() * radius);
+            let size = shifts.chain(turns).fold(0.0, f64::max);
+            if tried.value < system.value {
+                (pose, system) = (trial, tried);
+                damping = (damping / 10.0f64).max(1e-9);
+            } else {
+                damping *= 10.0;
+            }
+            if size < enough || damping > 1e6 {
+                break;
+            }
+        }
+        (system.value, pose)
+    }
+
+    /// The difference and its Gauss-Newton system at a pose.
+    ///
+    /// With `z = R^T (y - p) + c` and `g = H'(u(z)) R grad u(z)`, the residual `H(u(z)) - I(y)`
+    /// changes by `-g . dp` for a shift and by `-(g_j q_i - g_i q_j)`, `q = y - p`, for a turn
+    /// from axis `i` to axis `j`.
+    fn linearise(&self, pose: &Pose<D>) -> System {
+        let motion = self.motion(pose);
+        let nodes = self.target.values.grid();
+        let planes = planes::<D>();
+        let n = D + planes.len();
+        let mut system = System::zeros(n);
+        let mut slope = vec![0.0; n];
+        for (index, target) in self.target.values.as_slice().iter().enumerate() {
+            let y = nodes.position(nodes.node(index));
+            let z = motion.map_back(y);
+            let u = extended(self.shape, &z);
+            let residual = self.target.step.value(u) - target;
+            system.value += residual * residual;
+            let rate = self.target.step.derivative(u);
+            if rate == 0.0 {
+                continue;
+            }
+            let g = pose.rotation * SVector::from(gradient(self.shape, &z)) * rate;
+            let q = SVector::from(y) - pose.centre;
+            for k in 0..D {
+                slope[k] = -g[k];
+            }
+            for (k, &(i, j)) in planes.iter().enumerate() {
+                slope[D + k] = -(g[j] * q[i] - g[i] * q[j]);
+            }
+            system.add(residual, &slope);
+        }
+        system
+    }
+}
+
+/// Planes of rotation: pairs of axes.
+fn planes<const D: usize>() -> Vec<(usize, usize)> {
+    (0..D).flat_map(|j| (0..j).map(move |i| (i, j))).collect()
+}
+
+/// A pose after a step: shifts along the axes, then turns in the planes.
+fn moved<const D: usize>(pose: &Pose<D>, step: &DVector<f64>) -> Pose<D> {
+    let mut rotation = pose.rotation;
+    for (k, &(i, j)) in planes::<D>().iter().enumerate() {
+        rotation = plane_rotation(i, j, step[D + k]) * rotation;
+    }
+    Pose {
+        rotation,
+        centre: pose.centre + SVector::from_fn(|k, _| step[k]),
+    }
+}
+
+/// `sum r^2` with `J^T r` and `J^T J`.
+struct System {
+    value: f64,
+    rhs: DVector<f64>,
+    matrix: DMatrix<f64>,
+}
+
+impl System {
+    fn zeros(n: usize) -> Self {
+        Self {
+            value: 0.0,
+            rhs: DVector::zeros(n),
+            matrix: DMatrix::zeros(n, n),
+        }
+    }
+
+    fn add(&mut self, residual: f64, slope: &[f64]) {
+        for i in 0..slope.len() {
+            self.rhs[i] += residual * slope[i];
+            for j in 0..=i {
+                let product = slope[i] * slope[j];
+                self.matrix[(i, j)] += product;
+                if j < i {
+                    self.matrix[(j, i)] += product;
+                }
+            }
+        }
+    }
+
+    /// The damped step; none where nothing changes the difference.
+    fn step(&self, damping: f64) -> Option<DVector<f64>> {
+        let n = self.rhs.len();
+        let mut damped = self.matrix.clone();
+        // A direction without any effect, such as a disk's turn, gets a floor to stand on.
+        let floor = 1e-9 * self.matrix.trace() / n as f64;
+        for i in 0..n {
+            damped[(i, i)] += damping * self.matrix[(i, i)] + floor;
+        }
+        let solved = damped.cholesky()?.solve(&self.rhs);
+        solved.iter().all(|x| x.is_finite()).then(|| -solved)
+    }
+}
+
+/// The gradient of the multilinear interpolant; beyond the box, where the distance falls away
+/// from it, only its part along the box.
+fn gradient<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> [f64; D] {
+    let grid = u.grid();
+    let (cell, local) = locate(grid, *x);
+    let (base, strides, extent) = (grid.node_index(cell), grid.strides(), grid.extent());
+    let values = u.as_slice();
+    let mut slope = [0.0; D];
+    for corner in 0..1usize << D {
+        let offset: usize = (0..D).map(|k| (corner >> k & 1) * strides[k]).sum();
+        for (axis, s) in slope.iter_mut().enumerate() {
+            let mut weight = 1.0 / grid.spacing();
+            for k in 0..D {
+                let high = corner >> k & 1 == 1;
+                weight *= match (k == axis, high) {
+                    (true, true) => 1.0,
+                    (true, false) => -1.0,
+                    (false, true) => local[k],
+                    (false, false) => 1.0 - local[k],
+                };
+            }
+            *s += weight * values[base + offset];
+        }
+    }
+    for k in 0..D {
+        if x[k] < 0.0 || x[k] > extent[k] {
+            slope[k] = 0.0;
+        }
+    }
+    slope
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball and a smaller one beside it, as a smooth function that is positive inside.
+    fn pair<const D: usize>(grid: Grid<D>, offset: f64) -> Field<f64, D, 1> {
+        Field::from_fn(grid, |x| {
+            let at = |c: f64, r: f64| {
+                let d2: f64 = (0..D).map(|k| (x[k] - c - 0.05 * k as f64).powi(2)).sum();
+                r * r - d2
+            };
+            [at(0.4 + offset, 0.2).max(at(0.62 + offset, 0.12))]
+        })
+    }
+
+    fn check_gradient<const D: usize>(n: usize) {
+        let grid = Grid::<D>::cube(n);
+        let (fixed, shape) = (pair(grid, 0.0), pair(grid, 0.04));
+        let step = Compact::new(0.03).unwrap();
+        let still = [(&fixed, RigidMotion::identity())];
+        let target = Indicator::mean(&still, grid, step).unwrap();
+        let matching = Matching::new(&target, &shape).unwrap();
+        let start = matching.centred(plane_rotation(0, 1, 0.3));
+        let system = matching.linearise(&start);
+        assert!((system.value - matching.difference(&start)).abs() < 1e-12 * system.value);
+        for k in 0..system.rhs.len() {
+            // Few nodes cross a kink of the interpolant within so short a step.
+            let h = 1e-7;
+            let mut along = DVector::zeros(system.rhs.len());
+            along[k] = h;
+            let ahead = matching.difference(&moved(&start, &along));
+            let behind = matching.difference(&moved(&start, &-along));
+            let slope = (ahead - behind) / (2.0 * h);
+            let expected = 2.0 * system.rhs[k];
+            let scale = 2.0 * system.rhs.amax();
+            assert!(
+                (slope - expected).abs() < 1e-5 * scale,
+                "{k}: {slope} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_linearisation_is_the_gradient_of_the_difference() {
+        check_gradient::<2>(33);
+        check_gradient::<3>(17);
+    }
+}

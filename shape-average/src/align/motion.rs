@@ -1,0 +1,128 @@
+//! Rigid motions.
+
+use fe_grid::Field;
+use levelset::Contour;
+use nalgebra::{SMatrix, SVector};
+
+/// A proper rigid motion `y = R x + t` from input coordinates `x` to aligned coordinates `y`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidMotion<const D: usize> {
+    rotation: SMatrix<f64, D, D>,
+    translation: SVector<f64, D>,
+}
+
+impl<const D: usize> RigidMotion<D> {
+    /// The motion with rotation `R` and translation `t`, or none where `R` is not a proper
+    /// rotation (`R^T R = 1` to 1e-9, `det R > 0`).
+    pub fn new(rotation: SMatrix<f64, D, D>, translation: SVector<f64, D>) -> Option<Self> {
+        let skewed = (rotation.transpose() * rotation - SMatrix::identity()).norm();
+        let proper = skewed < 1e-9 && determinant(&rotation) > 0.0;
+        let finite = translation.iter().all(|x| x.is_finite());
+        (proper && finite).then_some(Self {
+            rotation,
+            translation,
+        })
+    }
+
+    /// A motion whose rotation is one by construction.
+    pub(super) fn from_parts(rotation: SMatrix<f64, D, D>, translation: SVector<f64, D>) -> Self {
+        Self {
+            rotation,
+            translation,
+        }
+    }
+
+    /// No motion.
+    pub fn identity() -> Self {
+        Self {
+            rotation: SMatrix::identity(),
+            translation: SVector::zeros(),
+        }
+    }
+
+    /// The rotation `R`.
+    pub fn rotation(&self) -> &SMatrix<f64, D, D> {
+        &self.rotation
+    }
+
+    /// The translation `t`, in the unit of the coordinates.
+    pub fn translation(&self) -> &SVector<f64, D> {
+        &self.translation
+    }
+
+    /// The angle of the rotation, in radians, in `[0, pi]`.
+    pub fn angle(&self) -> f64 {
+        angle_between(&self.rotation, &SMatrix::identity())
+    }
+
+    /// Aligned coordinates of a point given in input coordinates.
+    pub fn map(&self, x: [f64; D]) -> [f64; D] {
+        (self.rotation * SVector::from(x) + self.translation).into()
+    }
+
+    /// Input coordinates of a point given in aligned coordinates.
+    pub fn map_back(&self, y: [f64; D]) -> [f64; D] {
+        (self.rotation.transpose() * (SVector::from(y) - self.translation)).into()
+    }
+
+    /// The motion from aligned to input coordinates.
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self {
+            rotation,
+            translation: -(rotation * self.translation),
+        }
+    }
+
+    /// The motion that does `first`, then this one.
+    pub fn after(&self, first: &Self) -> Self {
+        Self {
+            rotation: self.rotation * first.rotation,
+            translation: self.rotation * first.translation + self.translation,
+        }
+    }
+
+    /// A signed distance in aligned coordinates: `u'(y) = u(R^T (y - t))` at every node of its
+    /// grid, by multilinear interpolation; beyond the box `u` falls with the distance from it.
+    /// Where the contour is at hand, the distance to its image ([`RigidMotion::apply_to_contour`])
+    /// is exact.
+    pub fn apply(&self, signed_distance: &Field<f64, D, 1>) -> Field<f64, D, 1> {
+        Field::from_fn(*signed_distance.grid(), |y| {
+            [extended(signed_distance, &self.map_back(y))]
+        })
+    }
+
+    /// A contour in aligned coordinates.
+    pub fn apply_to_contour(&self, contour: &Contour<D>) -> Contour<D> {
+        contour.transformed(&self.rotation, &self.translation)
+    }
+}
+
+/// The signed distance `u` at any point: `u(c) - |x - c|` with `c` the nearest point of the box.
+pub(super) fn extended<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> f64 {
+    let extent = u.grid().extent();
+    let outside: f64 = (0..D)
+        .map(|k| (x[k] - x[k].clamp(0.0, extent[k])).powi(2))
+        .sum();
+    u.sample(*x)[0] - outside.sqrt()
+}
+
+/// The angle, in `[0, pi]`, of the rotation between two rotations of `D = 2` or `3` dimensions:
+/// `|R - S|_F = 2 sqrt 2 sin(angle/2)` in both.
+pub(super) fn angle_between<const D: usize>(r: &SMatrix<f64, D, D>, s: &SMatrix<f64, D, D>) -> f64 {
+    let chord = (r - s).norm() / (2.0 * std::f64::consts::SQRT_2);
+    2.0 * chord.min(1.0).asin()
+}
+
+/// `det` for `D = 2, 3`, by expansion along the first row.
+pub(super) fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
+    if D == 2 {
+        return m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)];
+    }
+    (0..3)
+        .map(|j| {
+            let (k, l) = ((j + 1) % 3, (j + 2) % 3);
+            m[(0, j)] * (m[(1, k)] * m[(2, l)] - m[(1, l)] * m[(2, k)])
+        })
+        .sum()
+}

@@ -1,0 +1,141 @@
+//! Rotations to start from.
+
+use std::f64::consts::{SQRT_2, TAU};
+
+use nalgebra::{DMatrix, SMatrix};
+
+use super::matching::Matching;
+use super::motion::determinant;
+
+/// Angles of the even covering in 2D: every three degrees, twelve to a period of a star with
+/// ten arms.
+const N_ANGLES: usize = 120;
+/// Rotations of the even covering in 3D, about 25 degrees from each other.
+const N_ROTATIONS: usize = 360;
+/// Starts closer than this (2D, 3D), in radians, fall into one minimum.
+pub(super) const SEPARATION: [f64; 2] = [0.08, 0.3];
+
+/// No rotation; those that bring the principal axes of the shape onto those of its target, in
+/// every order and direction; and an even covering of all rotations.
+pub(super) fn rotations<const D: usize>(matching: &Matching<'_, D>) -> Vec<SMatrix<f64, D, D>> {
+    let target = principal_axes(&matching.target_covariance());
+    let shape = principal_axes(&matching.shape_covariance());
+    let mut list = vec![SMatrix::identity()];
+    list.extend(axis_assignments().map(|s| target * s * shape.transpose()));
+    list.extend(covering());
+    list
+}
+
+/// Principal axes as the columns of a proper rotation, largest moment first.
+fn principal_axes<const D: usize>(covariance: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+    let dynamic = DMatrix::from_fn(D, D, |i, j| covariance[(i, j)]);
+    let eigen = dynamic.symmetric_eigen();
+    let mut order: Vec<usize> = (0..D).collect();
+    order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+    let mut axes = SMatrix::from_fn(|i, j| eigen.eigenvectors[(i, order[j])]);
+    if determinant(&axes) < 0.0 {
+        for i in 0..D {
+            axes[(i, D - 1)] = -axes[(i, D - 1)];
+        }
+    }
+    axes
+}
+
+/// All rotations that map coordinate axes to coordinate axes: 4 in 2D, 24 in 3D.
+fn axis_assignments<const D: usize>() -> impl Iterator<Item = SMatrix<f64, D, D>> {
+    let orders = (0..D.pow(D as u32))
+        .map(|code| -> [usize; D] { std::array::from_fn(|k| code / D.pow(k as u32) % D) });
+    let permutations = orders.filter(|order| (0..D).all(|axis| order.contains(&axis)));
+    let signed = permutations.flat_map(|order| (0..1usize << D).map(move |signs| (order, signs)));
+    signed
+        .map(|(order, signs)| {
+            SMatrix::from_fn(|i, j| {
+                let sign = if signs >> j & 1 == 1 { -1.0 } else { 1.0 };
+                if order[j] == i { sign } else { 0.0 }
+            })
+        })
+        .filter(|m| determinant(m) > 0.0)
+}
+
+/// Rotations spread evenly over all rotations.
+fn covering<const D: usize>() -> Vec<SMatrix<f64, D, D>> {
+    if D == 2 {
+        return (1..N_ANGLES)
+            .map(|i| plane_rotation(0, 1, TAU * i as f64 / N_ANGLES as f64))
+            .collect();
+    }
+    (0..N_ROTATIONS).map(spiral).collect()
+}
+
+/// Rotation by an angle in the plane of two axes, from the first towards the second.
+pub(super) fn plane_rotation<const D: usize>(
+    from: usize,
+    to: usize,
+    angle: f64,
+) -> SMatrix<f64, D, D> {
+    let mut r = SMatrix::identity();
+    let (sin, cos) = angle.sin_cos();
+    r[(from, from)] = cos;
+    r[(to, to)] = cos;
+    r[(to, from)] = sin;
+    r[(from, to)] = -sin;
+    r
+}
+
+/// One point of a spiral through the unit quaternions, as a rotation: M. Alexa,
+/// *Super-Fibonacci spirals: fast, low-discrepancy sampling of SO(3)*, CVPR 2022.
+fn spiral<const D: usize>(i: usize) -> SMatrix<f64, D, D> {
+    /// The positive root of `x^4 = x + 4`.
+    const PSI: f64 = 1.533_751_168_755_204_3;
+    let s = i as f64 + 0.5;
+    let t = s / N_ROTATIONS as f64;
+    let (inner, outer) = (t.sqrt(), (1.0 - t).sqrt());
+    let (alpha, beta) = (TAU * s / SQRT_2, TAU * s / PSI);
+    let (x, y) = (inner * alpha.sin(), inner * alpha.cos());
+    let (z, w) = (outer * beta.sin(), outer * beta.cos());
+    let rows = [
+        [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y - z * w),
+            2.0 * (x * z + y * w),
+        ],
+        [
+            2.0 * (x * y + z * w),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z - x * w),
+        ],
+        [
+            2.0 * (x * z - y * w),
+            2.0 * (y * z + x * w),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
+    ];
+    SMatrix::from_fn(|i, j| rows[i][j])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::align::motion::angle_between;
+
+    #[test]
+    fn coverings_are_rotations_and_leave_no_gap() {
+        fn check<const D: usize>(n: usize, n_axes: usize, gap: f64) {
+            let list = covering::<D>();
+            assert_eq!(list.len(), n);
+            assert_eq!(axis_assignments::<D>().count(), n_axes);
+            for r in list.iter().copied().chain(axis_assignments()) {
+                assert!((r.transpose() * r - SMatrix::identity()).norm() < 1e-13);
+                assert!((determinant(&r) - 1.0).abs() < 1e-13);
+            }
+            // Rotations far from the list itself: products of its members.
+            for (i, a) in list.iter().enumerate() {
+                let probe = a * list[(7 * i + 3) % list.len()];
+                let near = list.iter().map(|r| angle_between(r, &probe));
+                assert!(near.fold(f64::INFINITY, f64::min) < gap);
+            }
+        }
+        check::<2>(N_ANGLES - 1, 4, 3.01f64.to_radians());
+        check::<3>(N_ROTATIONS, 24, 35f64.to_radians());
+    }
+}
