@@ -12,7 +12,8 @@ pub fn cauchy_stress<L: Lane, const D: usize>(
     h: &Tensor<L, D>,
     first_piola: &Tensor<L, D>,
 ) -> Tensor<L, D> {
-    let volume = Volume::new(tensor::determinant_excess(h));
-    let kirchhoff = tensor::product_transposed(first_piola, &tensor::add_identity(h));
+    let a = tensor::add_identity(h);
+    let volume = Volume::of_determinant(tensor::determinant(&a));
+    let kirchhoff = tensor::product_transposed(first_piola, &a);
     tensor::scale(&kirchhoff, volume.inverse)
 }

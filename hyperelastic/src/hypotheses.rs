@@ -42,6 +42,10 @@ impl Growth {
 
 /// The hypotheses that the theory asks of a density, each answered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "a list of independent yes-or-no answers"
+)]
 pub struct Hypotheses {
     /// 2 or 3.
     pub dimension: usize,

@@ -145,6 +145,6 @@ impl<const D: usize, W: PolyconvexForm<D>> PolyconvexForm<D> for Inverse<W> {
             &tensor::scale(&tensor::transpose(a), inverse),
             inverse,
         );
-        Volume::new(determinant - 1.0).barred(determinant * value)
+        Volume::of_determinant(determinant).barred(determinant * value)
     }
 }

@@ -100,7 +100,7 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
     ) -> f64 {
         let excess = |a: &Tensor<f64, D>| tensor::contract(a, a) - D as f64;
         let (x, y) = (excess(a), excess(cofactor));
-        let volume = Volume::new(determinant - 1.0);
+        let volume = Volume::of_determinant(determinant);
         let value = self.norm.slope() * x
             + self.norm.remainder(x)
             + self.cofactor.slope() * y
@@ -120,7 +120,7 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
             &Curvatures {
                 norm: self.norm.curvature(0.0),
                 cofactor: self.cofactor.curvature(0.0),
-                volume: self.volume.curvature(&Volume::new(0.0)),
+                volume: self.volume.curvature(&Volume::of_determinant(1.0)),
             },
         )
     }

@@ -17,9 +17,14 @@ pub(crate) struct Volume<L> {
 }
 
 impl<L: Lane> Volume<L> {
+    /// From the determinant of `1 + h`, and `det - 1` summed from `h` without cancellation.
+    ///
+    /// The sum has the digits where it is small. Elsewhere the determinant itself has them: that
+    /// of a matrix with a vanishing row is exactly zero, while the sum is a rounding error.
     #[inline(always)]
-    pub fn new(excess: L) -> Self {
-        let determinant = L::one() + excess;
+    pub fn new(determinant: L, small_excess: L) -> Self {
+        let small = small_excess.abs().less(L::splat(0.5));
+        let excess = L::select(small, small_excess, determinant - L::one());
         let inverse = L::select(
             L::zero().less(determinant),
             L::one() / determinant,
@@ -31,6 +36,12 @@ impl<L: Lane> Volume<L> {
             inverse,
             inverse_excess: -(excess * inverse),
         }
+    }
+
+    /// From the determinant alone.
+    #[inline(always)]
+    pub fn of_determinant(determinant: L) -> Self {
+        Self::new(determinant, determinant - L::one())
     }
 
     /// The value where the determinant is positive, infinity elsewhere.
@@ -76,14 +87,17 @@ impl<L: Lane, const D: usize> Kinematics<L, D> {
             )
         };
         let volume_second_order = cofactor_second_order + tensor::determinant_with(h, &minors);
+        let deformation_gradient = tensor::add_identity(h);
+        let cofactor = tensor::cofactor(&deformation_gradient);
+        let determinant = tensor::determinant_with(&deformation_gradient, &cofactor);
         Self {
             displacement_gradient: *h,
-            deformation_gradient: tensor::add_identity(h),
-            cofactor: tensor::add_identity(&cofactor_excess),
+            deformation_gradient,
+            cofactor,
             cofactor_excess,
             cofactor_second_order,
             volume_second_order,
-            volume: Volume::new(tensor::trace(h) + volume_second_order),
+            volume: Volume::new(determinant, tensor::trace(h) + volume_second_order),
         }
     }
 

@@ -111,14 +111,13 @@ fn scalar_power_remainder(x: f64, k: f64) -> f64 {
     sum
 }
 
-/// `x - ln(1 + x)` for `x > -1`, without cancellation where `x` is small; NaN where `1 + x` is
-/// not positive.
+/// `x - ln(1 + x)`, without cancellation where `x` is small, given `total = 1 + x` as well; NaN
+/// where the total is not positive.
 ///
 /// With `1 + x = m 2^e`, `m` in `[1/sqrt 2, sqrt 2)`, `ln m = 2 (s + s^3 p)` is the series of
 /// `artanh` in `s = (m-1)/(m+1)`. For `e = 0` then `m = 1 + x`, and `x - 2 s = x s` exactly.
 #[inline(always)]
-pub(crate) fn excess_minus_logarithm<L: Lane>(x: L) -> L {
-    let total = L::one() + x;
+pub(crate) fn excess_minus_logarithm<L: Lane>(x: L, total: L) -> L {
     let (m, e) = total.split_exponent();
     let big = L::splat(std::f64::consts::SQRT_2).less(m);
     let m = L::select(big, m.scale(0.5), m);
@@ -155,18 +154,18 @@ mod tests {
     fn logarithm_keeps_its_digits() {
         for x in [1e-12, -1e-9, 1e-6, -1e-3, 0.01, -0.05, 0.1] {
             let expected = logarithm_series(x);
-            let found = excess_minus_logarithm(x);
+            let found = excess_minus_logarithm(x, 1.0 + x);
             // A handful of roundings.
             assert!((found - expected).abs() <= 2e-15 * expected, "{x}: {found}");
         }
         for x in [-0.999, -0.5, -0.2, 0.4, 0.5, 3.0, 1e6] {
             let expected = x - f64::ln_1p(x);
-            let found = excess_minus_logarithm(x);
+            let found = excess_minus_logarithm(x, 1.0 + x);
             assert!((found - expected).abs() <= 4e-15 * expected, "{x}: {found}");
         }
-        assert!(excess_minus_logarithm::<f64>(-1.0).is_nan());
-        assert!(excess_minus_logarithm::<f64>(-1.5).is_nan());
-        assert!(excess_minus_logarithm(f64::NAN).is_nan());
+        assert!(excess_minus_logarithm::<f64>(-1.0, 1.0 + -1.0).is_nan());
+        assert!(excess_minus_logarithm::<f64>(-1.5, 1.0 + -1.5).is_nan());
+        assert!(excess_minus_logarithm(f64::NAN, f64::NAN).is_nan());
     }
 
     #[test]

@@ -149,7 +149,7 @@ impl<const D: usize> StoredEnergy<D> for SeedLiteral<D> {
     /// prestressed, and then rotations cost energy too.
     fn moduli(&self) -> LameModuli {
         let shifted = D as f64 - 3.0;
-        let volume = Volume::new(0.0);
+        let volume = Volume::of_determinant(1.0);
         lame_moduli::<D>(
             &self.slopes(shifted, shifted, &volume),
             &self.curvatures(shifted, shifted, &volume),

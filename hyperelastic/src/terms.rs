@@ -167,7 +167,7 @@ impl VolumeTerm for LogVolume {
         let x = volume.excess;
         (x * x).mul_add(
             L::splat(0.25 * self.bulk_lambda),
-            excess_minus_logarithm(x).scale(self.logarithm()),
+            excess_minus_logarithm(x, volume.determinant).scale(self.logarithm()),
         )
     }
     #[inline(always)]

@@ -7,8 +7,20 @@ use hyperelastic::{
     PowerExponents,
 };
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 pub type Matrix<const D: usize> = Tensor<f64, D>;
+
+/// Half the usual number of cases (`PROPTEST_CASES` raises it), since many laws go through each;
+/// failures are kept in a file of the crate.
+pub fn config(failures: &'static str) -> ProptestConfig {
+    let usual = ProptestConfig::default();
+    ProptestConfig {
+        cases: usual.cases / 2,
+        failure_persistence: Some(Box::new(FileFailurePersistence::Direct(failures))),
+        ..usual
+    }
+}
 
 pub fn moduli(bulk_lambda: f64, shear_modulus: f64) -> LameModuli {
     LameModuli::new(bulk_lambda, shear_modulus).unwrap()
