@@ -40,7 +40,7 @@ pub struct AverageArgs {
     pub solver: Solver,
     /// Weights of the shapes, adding up to 1 [default: all equal].
     #[arg(long, value_name = "W,W,..", value_delimiter = ',', value_parser = finite,
-          allow_negative_numbers = true)]
+          allow_hyphen_values = true)]
     pub weights: Vec<f64>,
     /// Law of the elastic material.
     #[arg(long, value_enum, default_value_t)]

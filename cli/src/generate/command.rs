@@ -37,7 +37,7 @@ struct Common {
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     rotate: f64,
     /// Move by X,Y or X,Y,Z.
-    #[arg(long, value_delimiter = ',', allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     shift: Vec<f64>,
 }
 
@@ -77,7 +77,7 @@ enum ShapeCommand {
     /// A cross of four arms, the left and the right one bent.
     Cross {
         /// Bends of the left and the right arm in degrees.
-        #[arg(long, value_delimiter = ',', num_args = 1..=2, allow_negative_numbers = true,
+        #[arg(long, value_delimiter = ',', allow_hyphen_values = true,
               value_parser = finite, default_values_t = [0.0, 0.0])]
         angle: Vec<f64>,
         #[command(flatten)]
@@ -290,11 +290,20 @@ fn shape<const D: usize>(
             axes[..radii.len()].copy_from_slice(radii);
             Box::new(Ellipsoid { radii: axes })
         }
-        ShapeCommand::Cross { angle, .. } => Box::new(Cross {
-            arm: 0.33,
-            width: 0.11,
-            bend: [angle[0], angle[angle.len() - 1]],
-        }),
+        ShapeCommand::Cross { angle, .. } => {
+            let allowed = angle.len() <= 2 && angle.iter().all(|a| a.abs() <= 90.0);
+            checked(
+                allowed,
+                "--angle",
+                angle[0],
+                "give two bends from -90 to 90 degrees",
+            )?;
+            Box::new(Cross {
+                arm: 0.33,
+                width: 0.11,
+                bend: [angle[0], angle[angle.len() - 1]],
+            })
+        }
         ShapeCommand::Star { pins, pin, .. } => Box::new(Star {
             pins: *pins as usize,
             radius: 0.17,

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub enum InputError {
     /// The file cannot be opened or read.
-    #[error("cannot read '{}': {source}", path.display())]
+    #[error("cannot read '{}'", path.display())]
     #[diagnostic(help("check that the path is right and that the file may be read"))]
     Unreadable {
         /// The file.

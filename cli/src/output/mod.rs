@@ -33,7 +33,7 @@ pub enum OutputError {
         path: PathBuf,
     },
     /// The system refuses.
-    #[error("cannot write '{}': {source}", path.display())]
+    #[error("cannot write '{}'", path.display())]
     #[diagnostic(help("check the free space and the permissions of the folder"))]
     Unwritable {
         /// The file or folder.
