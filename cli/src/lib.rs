@@ -6,3 +6,4 @@ pub mod error;
 pub mod generate;
 pub mod input;
 pub mod output;
+pub mod picture;

@@ -142,14 +142,14 @@ struct BowedB {
 
 impl BowedB {
     fn draw(&self) -> Vec<Pen> {
+        // The outer arcs overlap in the middle bar, so that the notch between them is shallow.
         let half = 0.5 * self.bar;
-        // The bowls overlap by the thickness of the middle bar, and the notch between them is
-        // where the outer arcs meet the waist.
-        let upper = self.bowl(0.0, self.waist, self.upper);
-        let lower = self.bowl(self.waist, 1.0, self.lower);
+        let upper = self.bowl(0.0, self.waist + half, self.upper);
+        let lower = self.bowl(self.waist - half, 1.0, self.lower);
+        let (leave, enter) = upper.meets(&lower);
         let outer = Pen::start([-self.serif, 0.0])
-            .arc(upper.centre, upper.outer, -90.0, 90.0)
-            .arc(lower.centre, lower.outer, -90.0, 90.0)
+            .arc(upper.centre, upper.outer, -90.0, leave)
+            .arc(lower.centre, lower.outer, enter, 90.0)
             .line([-self.serif, 1.0]);
         let outer = if self.serif > 0.0 {
             outer
@@ -189,6 +189,32 @@ impl BowedB {
 struct Bowl {
     centre: [f64; 2],
     outer: [f64; 2],
+}
+
+impl Bowl {
+    /// Angles on this arc and on a lower one at which they meet, by bisection.
+    fn meets(&self, lower: &Self) -> (f64, f64) {
+        let seen_from_lower = |angle: f64| -> [f64; 2] {
+            let (sin, cos) = angle.to_radians().sin_cos();
+            let point = [
+                self.centre[0] + self.outer[0] * cos,
+                self.centre[1] + self.outer[1] * sin,
+            ];
+            std::array::from_fn(|k| (point[k] - lower.centre[k]) / lower.outer[k])
+        };
+        let (mut outside, mut inside) = (0.0, 90.0);
+        for _ in 0..50 {
+            let middle = 0.5 * (outside + inside);
+            let [x, y] = seen_from_lower(middle);
+            if x.hypot(y) > 1.0 {
+                outside = middle;
+            } else {
+                inside = middle;
+            }
+        }
+        let [x, y] = seen_from_lower(inside);
+        (inside, y.atan2(x).to_degrees())
+    }
 }
 
 #[cfg(test)]
