@@ -1,7 +1,6 @@
 //! One report for everything that can go wrong, and the exit code that goes with it.
 
 use std::io::Write;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::input::InputError;
@@ -86,14 +85,6 @@ pub enum CliError {
         /// What to try.
         remedy: String,
     },
-    /// The masks under this path are fine, but what is asked for is not there yet.
-    #[error("the output '{}' was not made: {reason}", path.display())]
-    NotMade {
-        /// The output.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
 }
 
 fn normalised_help(normalised: &[f64]) -> String {
@@ -109,7 +100,6 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Computation { .. }
-            | Self::NotMade { .. }
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure
             }

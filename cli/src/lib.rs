@@ -7,3 +7,4 @@ pub mod generate;
 pub mod input;
 pub mod output;
 pub mod picture;
+pub mod progress;

@@ -75,34 +75,34 @@ impl NumberType {
     /// The numbers in double precision.
     pub(super) fn decode(self, bytes: &[u8], little_endian: bool) -> Vec<f64> {
         macro_rules! numbers {
-            ($type:ty) => {
+            ($type:ty, $convert:expr) => {
                 bytes
                     .chunks_exact(size_of::<$type>())
                     .map(|chunk| {
                         let mut raw = [0; size_of::<$type>()];
                         raw.copy_from_slice(chunk);
-                        let number = if little_endian {
+                        let convert = $convert;
+                        convert(if little_endian {
                             <$type>::from_le_bytes(raw)
                         } else {
                             <$type>::from_be_bytes(raw)
-                        };
-                        number as f64
+                        })
                     })
                     .collect()
             };
         }
         match self {
             Self::Bool => bytes.iter().map(|&b| f64::from(u8::from(b != 0))).collect(),
-            Self::U8 => numbers!(u8),
-            Self::I8 => numbers!(i8),
-            Self::U16 => numbers!(u16),
-            Self::I16 => numbers!(i16),
-            Self::U32 => numbers!(u32),
-            Self::I32 => numbers!(i32),
-            Self::U64 => numbers!(u64),
-            Self::I64 => numbers!(i64),
-            Self::F32 => numbers!(f32),
-            Self::F64 => numbers!(f64),
+            Self::U8 => numbers!(u8, f64::from),
+            Self::I8 => numbers!(i8, f64::from),
+            Self::U16 => numbers!(u16, f64::from),
+            Self::I16 => numbers!(i16, f64::from),
+            Self::U32 => numbers!(u32, f64::from),
+            Self::I32 => numbers!(i32, f64::from),
+            Self::U64 => numbers!(u64, |x: u64| x as f64),
+            Self::I64 => numbers!(i64, |x: i64| x as f64),
+            Self::F32 => numbers!(f32, f64::from),
+            Self::F64 => numbers!(f64, std::convert::identity),
         }
     }
 }

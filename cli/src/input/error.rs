@@ -121,15 +121,15 @@ pub enum InputError {
         value: f64,
     },
     /// An intensity image where labels are expected.
-    #[error("'{}' is not a mask: it has more than {most} different numbers", path.display())]
+    #[error("'{}' is not a mask: it has {levels} grey levels, and neighbours mostly differ", path.display())]
     #[diagnostic(help(
-        "this looks like an intensity image; give its segmentation, or choose one label by --label"
+        "this looks like a scan; give its segmentation, or choose one label by --label N"
     ))]
-    TooManyLabels {
+    Intensities {
         /// The file.
         path: PathBuf,
-        /// The most that is taken for labels.
-        most: usize,
+        /// Different numbers found, up to a limit.
+        levels: usize,
     },
     /// No value reaches the level of the object.
     #[error("'{}' holds an empty shape: no value reaches half of full white (the largest is {largest})", path.display())]

@@ -263,7 +263,7 @@ pub(crate) mod tests {
     fn an_array_of_the_grid_size_stays_as_it_is() {
         let mut image = block([9, 9], [1.0; 2], [1, 1], [2, 8]);
         image.plain_array = true;
-        let frame = fit_frames(&[image.clone()], 9)[0];
+        let frame = fit_frames(std::slice::from_ref(&image), 9)[0];
         assert_eq!(frame.rule(), FrameRule::AsIs);
         assert_eq!(frame.to_unit([8.0, 4.0]), [1.0, 0.5]);
         assert_eq!(fit_frames(&[image], 17)[0].rule(), FrameRule::Shared);

@@ -6,8 +6,10 @@ use std::path::Path;
 use super::decode::{Meaning, Samples, check_size};
 use super::{AnyImage, Image, InputError, LEVEL, ReadOptions};
 
+/// Up to so many different numbers are taken for labels in any case.
+const SURE_LABELS: usize = 32;
 /// More different numbers than this are no labels.
-const MOST_LABELS: usize = 255;
+const MOST_LABELS: usize = 4096;
 /// Values may leave `[0, 1]` by rounding: single precision of a resampled mask.
 const RANGE_SLACK: f64 = 1e-6;
 
@@ -169,20 +171,26 @@ fn out_of_range(samples: &Samples, path: &Path) -> InputError {
     }
 }
 
+/// Makes every label the object. Many different numbers of which neighbours mostly differ are no
+/// labels but intensities.
 fn merge_labels(values: &mut [f64], path: &Path) -> Result<(), InputError> {
     let mut labels = BTreeSet::new();
-    let mut last = 0.0;
+    let (mut pairs, mut equal, mut last) = (0usize, 0usize, 0.0);
     for &v in values.iter() {
-        if v != 0.0 && v != last {
-            labels.insert(v as i64);
-            last = v;
-            if labels.len() > MOST_LABELS {
-                return Err(InputError::TooManyLabels {
-                    path: path.into(),
-                    most: MOST_LABELS,
-                });
+        if v != 0.0 {
+            if v != last && labels.len() <= MOST_LABELS {
+                labels.insert(v as i64);
             }
+            pairs += usize::from(last != 0.0);
+            equal += usize::from(v == last);
         }
+        last = v;
+    }
+    if labels.len() > MOST_LABELS || (labels.len() > SURE_LABELS && 2 * equal < pairs) {
+        return Err(InputError::Intensities {
+            path: path.into(),
+            levels: labels.len(),
+        });
     }
     threshold(values, |v| v != 0.0);
     Ok(())
@@ -287,7 +295,7 @@ mod tests {
         let many: Vec<f64> = (0..600).map(f64::from).collect();
         assert!(matches!(
             error(&many, Meaning::Labels, None),
-            InputError::TooManyLabels { .. }
+            InputError::Intensities { .. }
         ));
     }
 }

@@ -105,7 +105,9 @@ impl Layout {
         let (slope, shift) = (f64::from(header.scl_slope), f64::from(header.scl_inter));
         let scaled = slope != 0.0 && slope.is_finite() && shift.is_finite();
         if scaled && (slope, shift) != (1.0, 0.0) {
-            values.iter_mut().for_each(|v| *v = slope * *v + shift);
+            for v in &mut values {
+                *v = slope * *v + shift;
+            }
         }
         let spacing = (0..self.size.len())
             .map(|k| f64::from(header.pixdim[k + 1]))

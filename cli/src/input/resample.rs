@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn the_area_of_a_block_is_kept_when_downsampling() {
         let image = block([200, 160], [1.0, 1.0], [30, 40], [149, 99]);
-        let frame = fit_frames(&[image.clone()], 33)[0];
+        let frame = fit_frames(std::slice::from_ref(&image), 33)[0];
         let field = resample(&image, &frame, Grid::cube(33));
         let area: f64 = field.as_slice().iter().sum::<f64>() / (32.0 * 32.0);
         // 120 x 60 samples, the longer side becoming .7: boxes tile the plane, so no share is lost.
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn upsampling_reproduces_linear_images() {
         let mut image = block([5, 4, 3], [1.0, 1.0, 1.0], [1, 1, 1], [3, 2, 1]);
-        let frame = fit_frames(&[image.clone()], 33)[0];
+        let frame = fit_frames(std::slice::from_ref(&image), 33)[0];
         let linear = |s: [f64; 3]| 0.1 + 0.05 * s[0] + 0.1 * s[1] - 0.04 * s[2];
         for index in 0..image.values.len() {
             image.values[index] = linear(image.sample(index).map(|i| i as f64));

@@ -118,7 +118,7 @@ fn numbers(data: DecodingResult, bits: u8, width: usize) -> (Vec<f64>, Meaning) 
         DecodingResult::U16(v) => (wide(v), Meaning::Grey(65535.0)),
         DecodingResult::U32(v) => (wide(v), Meaning::Labels),
         DecodingResult::U64(v) => (v.into_iter().map(|x| x as f64).collect(), Meaning::Labels),
-        DecodingResult::F16(v) => (v.into_iter().map(|x| x.to_f64()).collect(), real),
+        DecodingResult::F16(v) => (wide(v), real),
         DecodingResult::F32(v) => (wide(v), real),
         DecodingResult::F64(v) => (v, real),
         DecodingResult::I8(v) => (wide(v), Meaning::Labels),

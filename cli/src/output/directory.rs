@@ -77,9 +77,12 @@ impl ResultDir {
 /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
 pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let parent = check_target(target)?;
-    let mut file = tempfile::Builder::new()
-        .prefix(".shapespace-")
-        .permissions(usual_permissions())
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".shapespace-");
+    // Temporary files are private; this one becomes a usual file, which the system's mask narrows.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder
         .tempfile_in(&parent)
         .map_err(OutputError::at(target))?;
     file.write_all(bytes).map_err(OutputError::at(target))?;
@@ -93,18 +96,6 @@ pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
         }
     })?;
     Ok(())
-}
-
-/// The permissions of a new file, which the system's mask then narrows.
-fn usual_permissions() -> fs::Permissions {
-    #[cfg(unix)]
-    {
-        std::os::unix::fs::PermissionsExt::from_mode(0o666)
-    }
-    #[cfg(not(unix))]
-    {
-        fs::metadata(".").map_or_else(|_| unreachable!(), |m| m.permissions())
-    }
 }
 
 /// The folder a target is to be made in.

@@ -1,6 +1,7 @@
 //! VTK image files (`.vti`) for ParaView: an XML header, then the numbers as appended raw binary,
 //! little endian, each array led by its length in bytes (8 bytes).
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -96,9 +97,11 @@ impl<const D: usize> VtiFile<D> {
         let mut offset = 0;
         let mut arrays = String::new();
         for array in &self.arrays {
-            arrays += &format!(
+            // Writing into a string cannot fail.
+            let _ = writeln!(
+                arrays,
                 "        <DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{}\" \
-                 format=\"appended\" offset=\"{offset}\"/>\n",
+                 format=\"appended\" offset=\"{offset}\"/>",
                 escaped(&array.name),
                 array.components,
             );

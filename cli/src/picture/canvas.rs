@@ -147,9 +147,7 @@ fn crossings(curves: &[Vec<[f32; 2]>], height: f32) -> Vec<f32> {
 /// Adds to every pixel of a row the part of it that lies between two places.
 fn cover_span(share: &mut [f32], from: f32, to: f32, weight: f32) {
     let (from, to) = (from.max(0.0), to.min(share.len() as f32));
-    if !(from < to) {
-        return;
-    }
+    // An empty range for NaN and for spans beside the row.
     for x in from as usize..(to.ceil() as usize).min(share.len()) {
         let part = to.min(x as f32 + 1.0) - from.max(x as f32);
         share[x] += weight * part.clamp(0.0, 1.0);
@@ -174,8 +172,9 @@ impl Cover {
             let values = || points.iter().map(|p| p[k]);
             let low = values().fold(f32::INFINITY, f32::min) - reach;
             let high = values().fold(f32::NEG_INFINITY, f32::max) + reach;
-            // Also false for no points and for NaN.
-            if !(low < most as f32 && high > 0.0) {
+            // Neither holds for NaN, and no points give an infinite range.
+            let touches = low < most as f32 && high > 0.0;
+            if !touches {
                 return None;
             }
             corner[k] = low.max(0.0) as usize;

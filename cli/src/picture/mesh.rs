@@ -152,7 +152,8 @@ impl Buffer {
     fn triangle(&mut self, corners: [[f64; 3]; 3], normals: [[f64; 3]; 3]) {
         let [a, b, c] = corners;
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        if !(area.abs() > 1e-12) {
+        let seen = area.abs() > 1e-12;
+        if !seen {
             return;
         }
         let range = |k: usize| {

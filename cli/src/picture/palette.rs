@@ -18,7 +18,7 @@ const FIRST: [Colour; 8] = [
 pub fn colour(index: usize) -> Colour {
     FIRST.get(index).copied().unwrap_or_else(|| {
         let hue = (0.08 + 0.618_034 * index as f32).fract();
-        let lightness = if index % 2 == 0 { 0.40 } else { 0.50 };
+        let lightness = if index.is_multiple_of(2) { 0.40 } else { 0.50 };
         hsl(hue, 0.52, lightness)
     })
 }

@@ -42,7 +42,8 @@ impl Place {
 }
 
 pub fn npy_f64(shape: &[usize], values: &[f64]) -> Vec<u8> {
-    let sides: String = shape.iter().map(|n| format!("{n}, ")).collect();
+    let sides: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    let sides = sides.join(", ");
     let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({sides}), }}\n");
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend((header.len() as u16).to_le_bytes());
