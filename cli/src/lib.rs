@@ -1,1 +1,10 @@
 //! The `shapespace` command line as a library: files in, results out.
+
+pub mod args;
+pub mod average;
+pub mod error;
+pub mod generate;
+pub mod input;
+pub mod output;
+pub mod picture;
+pub mod progress;

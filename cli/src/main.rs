@@ -1,3 +1,15 @@
 //! The `shapespace` program.
 
-fn main() {}
+use std::process::ExitCode;
+
+use clap::Parser;
+
+fn main() -> ExitCode {
+    match shapespace::args::run(&shapespace::args::Cli::parse()) {
+        Ok(()) => shapespace::error::Exit::Success.into(),
+        Err(error) => {
+            error.report();
+            error.exit().into()
+        }
+    }
+}

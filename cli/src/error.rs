@@ -1,0 +1,128 @@
+//! One report for everything that can go wrong, and the exit code that goes with it.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use crate::input::InputError;
+use crate::output::OutputError;
+
+/// What the program tells the shell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Exit {
+    /// All went well.
+    Success = 0,
+    /// The computation or the system failed.
+    Failure = 1,
+    /// The inputs or options cannot be used.
+    BadInput = 2,
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> Self {
+        Self::from(exit as u8)
+    }
+}
+
+/// Why a command ended early.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[non_exhaustive]
+pub enum CliError {
+    /// An input cannot be used.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Input(#[from] InputError),
+    /// An output cannot be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Output(#[from] OutputError),
+    /// Fewer inputs than a command needs.
+    #[error("'{command}' needs at least {needed} masks, found {found}")]
+    #[diagnostic(help("name the mask files after the command"))]
+    TooFewInputs {
+        /// The command.
+        command: &'static str,
+        /// Inputs it needs.
+        needed: usize,
+        /// Inputs given.
+        found: usize,
+    },
+    /// Weights of the wrong number.
+    #[error("--weights has {found} numbers for {expected} masks")]
+    #[diagnostic(help("give one weight for each mask, in the same order, or leave --weights out"))]
+    WeightCount {
+        /// Masks.
+        expected: usize,
+        /// Weights.
+        found: usize,
+    },
+    /// Weights that do not add up to 1.
+    #[error("the weights add up to {sum}, not to 1")]
+    #[diagnostic(help("{}", normalised_help(normalised)))]
+    WeightSum {
+        /// Their sum.
+        sum: f64,
+        /// The weights divided by their sum, where it is positive.
+        normalised: Vec<f64>,
+    },
+    /// An option that is out of its range.
+    #[error("{option} {value} is not allowed")]
+    #[diagnostic(help("{remedy}"))]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// The value given.
+        value: String,
+        /// What is allowed.
+        remedy: String,
+    },
+    /// A computation failed.
+    #[error("{message}")]
+    #[diagnostic(help("{remedy}"))]
+    Computation {
+        /// What failed.
+        message: String,
+        /// What to try.
+        remedy: String,
+    },
+}
+
+fn normalised_help(normalised: &[f64]) -> String {
+    if normalised.is_empty() {
+        return "weights must not be negative and must add up to 1".into();
+    }
+    let numbers: Vec<String> = normalised.iter().map(|w| format!("{w:.6}")).collect();
+    format!("divided by their sum they are {}", numbers.join(","))
+}
+
+impl CliError {
+    /// The exit code of this error.
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::Computation { .. }
+            | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
+                Exit::Failure
+            }
+            _ => Exit::BadInput,
+        }
+    }
+
+    /// Writes the report to standard error. Paths are never broken across lines.
+    pub fn report(&self) {
+        let theme = if std::io::IsTerminal::is_terminal(&std::io::stderr()) {
+            miette::GraphicalTheme::unicode()
+        } else {
+            miette::GraphicalTheme::unicode_nocolor()
+        };
+        let handler = miette::GraphicalReportHandler::new_themed(theme)
+            .with_width(100)
+            .with_break_words(false)
+            .with_links(false);
+        let mut text = String::new();
+        if handler.render_report(&mut text, self).is_err() {
+            text = self.to_string();
+        }
+        // Nothing is left to be done where standard error itself cannot be written.
+        let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
+    }
+}

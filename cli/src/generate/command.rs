@@ -1,0 +1,372 @@
+//! `shapespace generate`: the options, and the files they make.
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use fe_grid::{Grid, ScalarField};
+use image::{GrayImage, ImageFormat};
+
+use super::family::letters;
+use super::{Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star};
+use super::{area_share, family, letter};
+use crate::error::CliError;
+use crate::output::npy::{Precision, field_to, write_field};
+use crate::output::{OutputError, ResultDir, write_new_file};
+
+/// Draw a shape, or a family of shapes, that needs no data.
+#[derive(Debug, Args)]
+pub struct GenerateArgs {
+    #[command(subcommand)]
+    shape: ShapeCommand,
+}
+
+/// Where a shape is put and how it is written.
+#[derive(Clone, Debug, Args)]
+struct Common {
+    /// File to write: .npy, or .png for a flat shape. For a family: a new directory.
+    #[arg(short, long, value_name = "PATH")]
+    output: PathBuf,
+    /// Nodes a side [default: 129, in 3D 65].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16385))]
+    grid: Option<u32>,
+    /// Dimension.
+    #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(2..=3))]
+    dimension: u32,
+    /// Turn by an angle in degrees, from x towards y.
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+    rotate: f64,
+    /// Move by X,Y or X,Y,Z.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
+    shift: Vec<f64>,
+}
+
+/// What to draw. All lengths are parts of the unit box.
+#[derive(Clone, Debug, Subcommand)]
+enum ShapeCommand {
+    /// A bar of two arms that meet at an angle; 180 is straight.
+    Bar {
+        /// Inner angle in degrees.
+        #[arg(long, default_value_t = 180.0, value_parser = finite)]
+        angle: f64,
+        /// Length of both arms together.
+        #[arg(long, default_value_t = 0.6, value_parser = positive)]
+        length: f64,
+        /// Width.
+        #[arg(long, default_value_t = 0.12, value_parser = positive)]
+        width: f64,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// A disk, or a ball.
+    Disk {
+        /// Radius.
+        #[arg(long, default_value_t = 0.25, value_parser = positive)]
+        radius: f64,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// An ellipse, or an ellipsoid.
+    Ellipse {
+        /// Semi-axes, one for each dimension.
+        #[arg(long, value_delimiter = ',', value_parser = positive, default_values_t = [0.35, 0.2])]
+        radii: Vec<f64>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// A cross of four arms, the left and the right one bent.
+    Cross {
+        /// Bends of the left and the right arm in degrees.
+        #[arg(long, value_delimiter = ',', allow_hyphen_values = true,
+              value_parser = finite, default_values_t = [0.0, 0.0])]
+        angle: Vec<f64>,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// A disk with pins.
+    Star {
+        /// Number of pins.
+        #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=64))]
+        pins: u32,
+        /// How far the first pin is moved towards the second, in degrees.
+        #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
+        pin: f64,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// A letter.
+    Letter {
+        /// The letter; b2 and b3 are other drawings of b.
+        #[arg(ignore_case = true)]
+        letter: Letter,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// A smooth random shape.
+    Blob {
+        /// Seed: the same seed gives the same shape.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        /// How much the radius varies, from 0 to .9.
+        #[arg(long, default_value_t = 0.3, value_parser = finite)]
+        roughness: f64,
+        #[command(flatten)]
+        common: Common,
+    },
+    /// Several shapes of one kind, one file each.
+    Family {
+        /// Which ones.
+        family: Family,
+        /// Seed of the random ones.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+        #[command(flatten)]
+        common: Common,
+    },
+}
+
+/// A number that is neither infinite nor NaN.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err("a finite number is needed".into()),
+    }
+}
+
+/// A finite number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        number if number > 0.0 => Ok(number),
+        _ => Err("a number above 0 is needed".into()),
+    }
+}
+
+/// Draws what is asked for and returns the files written.
+///
+/// # Errors
+/// [`CliError`] for options out of range and outputs that cannot be written.
+pub fn run_generate(args: &GenerateArgs) -> Result<Vec<PathBuf>, CliError> {
+    let common = args.shape.common();
+    if common.dimension == 2 {
+        run::<2>(
+            &args.shape,
+            common,
+            &|which| Some(Box::new(letter(which))),
+            letters,
+        )
+    } else {
+        run::<3>(&args.shape, common, &|_| None, Vec::new)
+    }
+}
+
+impl ShapeCommand {
+    fn common(&self) -> &Common {
+        match self {
+            Self::Bar { common, .. }
+            | Self::Disk { common, .. }
+            | Self::Ellipse { common, .. }
+            | Self::Cross { common, .. }
+            | Self::Star { common, .. }
+            | Self::Letter { common, .. }
+            | Self::Blob { common, .. }
+            | Self::Family { common, .. } => common,
+        }
+    }
+}
+
+type AnyShape<const D: usize> = Box<dyn Implicit<D>>;
+
+/// Letters are flat, so that the two dimensions bring their own way to draw them.
+fn run<const D: usize>(
+    command: &ShapeCommand,
+    common: &Common,
+    draw_letter: &dyn Fn(Letter) -> Option<AnyShape<D>>,
+    letters: fn() -> Vec<Member<D>>,
+) -> Result<Vec<PathBuf>, CliError> {
+    let grid = grid::<D>(common)?;
+    let centre = centre::<D>(common)?;
+    let sampled = |shape: &AnyShape<D>| {
+        area_share(
+            &Placed {
+                shape: shape.as_ref(),
+                rotation: common.rotate,
+                centre,
+            },
+            grid,
+        )
+    };
+    if let ShapeCommand::Family {
+        family: which,
+        seed,
+        ..
+    } = command
+    {
+        let members = family::<D>(*which, *seed).unwrap_or_else(letters);
+        if members.is_empty() {
+            return Err(flat_only("letters"));
+        }
+        let directory = ResultDir::create(&common.output)?;
+        for member in &members {
+            let path = directory.file(format!("{}.npy", member.name));
+            write_field(&path, &sampled(&member.shape), Precision::Double)?;
+        }
+        let target = directory.commit()?;
+        return Ok(members
+            .iter()
+            .map(|member| target.join(format!("{}.npy", member.name)))
+            .collect());
+    }
+    let shape = shape::<D>(command, draw_letter)?;
+    write_shape(&common.output, || sampled(&shape))?;
+    Ok(vec![common.output.clone()])
+}
+
+fn grid<const D: usize>(common: &Common) -> Result<Grid<D>, CliError> {
+    let nodes = common
+        .grid
+        .map_or(if D == 2 { 129 } else { 65 }, |n| n as usize);
+    let most = if D == 2 { 16385 } else { 513 };
+    if nodes > most {
+        return Err(CliError::Option {
+            option: "--grid",
+            value: nodes.to_string(),
+            remedy: format!("at most {most} nodes a side are drawn in {D}D"),
+        });
+    }
+    Ok(Grid::cube(nodes))
+}
+
+fn centre<const D: usize>(common: &Common) -> Result<[f64; D], CliError> {
+    if common.shift.is_empty() {
+        return Ok([0.5; D]);
+    }
+    let shift = <[f64; D]>::try_from(common.shift.clone()).map_err(|shift| CliError::Option {
+        option: "--shift",
+        value: format!("{shift:?}"),
+        remedy: format!("give {D} numbers, separated by commas"),
+    })?;
+    Ok(shift.map(|x| 0.5 + x))
+}
+
+fn flat_only(what: &str) -> CliError {
+    CliError::Option {
+        option: "--dimension",
+        value: "3".into(),
+        remedy: format!("{what} are drawn flat: leave the option out"),
+    }
+}
+
+fn shape<const D: usize>(
+    command: &ShapeCommand,
+    draw_letter: &dyn Fn(Letter) -> Option<AnyShape<D>>,
+) -> Result<AnyShape<D>, CliError> {
+    Ok(match command {
+        ShapeCommand::Bar {
+            angle,
+            length,
+            width,
+            ..
+        } => {
+            let allowed = (20.0..=340.0).contains(angle);
+            checked(
+                allowed,
+                "--angle",
+                *angle,
+                "bars bend to inner angles from 20 to 340 degrees",
+            )?;
+            Box::new(Bar::new(*length, *width, *angle))
+        }
+        ShapeCommand::Disk { radius, .. } => Box::new(Ellipsoid {
+            radii: [*radius; D],
+        }),
+        ShapeCommand::Ellipse { radii, .. } => {
+            let mut axes = [radii[radii.len() - 1]; D];
+            checked(
+                radii.len() <= D,
+                "--radii",
+                radii.len() as f64,
+                "give one semi-axis for each dimension",
+            )?;
+            axes[..radii.len()].copy_from_slice(radii);
+            Box::new(Ellipsoid { radii: axes })
+        }
+        ShapeCommand::Cross { angle, .. } => {
+            let allowed = angle.len() <= 2 && angle.iter().all(|a| a.abs() <= 90.0);
+            checked(
+                allowed,
+                "--angle",
+                angle[0],
+                "give two bends from -90 to 90 degrees",
+            )?;
+            Box::new(Cross {
+                arm: 0.33,
+                width: 0.11,
+                bend: [angle[0], angle[angle.len() - 1]],
+            })
+        }
+        ShapeCommand::Star { pins, pin, .. } => Box::new(Star {
+            pins: *pins as usize,
+            radius: 0.17,
+            reach: 0.34,
+            width: 0.07,
+            first_pin: *pin,
+        }),
+        ShapeCommand::Blob {
+            seed, roughness, ..
+        } => {
+            let allowed = (0.0..=0.9).contains(roughness);
+            checked(allowed, "--roughness", *roughness, "from 0 to .9")?;
+            Box::new(Blob::<D>::new(0.24, *roughness, *seed))
+        }
+        ShapeCommand::Letter { letter, .. } => {
+            draw_letter(*letter).ok_or_else(|| flat_only("letters"))?
+        }
+        // The caller has handled families.
+        ShapeCommand::Family { .. } => return Err(flat_only("families")),
+    })
+}
+
+fn checked(allowed: bool, option: &'static str, value: f64, remedy: &str) -> Result<(), CliError> {
+    if allowed {
+        return Ok(());
+    }
+    Err(CliError::Option {
+        option,
+        value: value.to_string(),
+        remedy: remedy.into(),
+    })
+}
+
+fn write_shape<const D: usize>(
+    path: &Path,
+    draw: impl FnOnce() -> ScalarField<f64, D>,
+) -> Result<(), CliError> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let mut bytes = Vec::new();
+    match extension.as_deref() {
+        Some("npy") => {
+            field_to(&mut bytes, &draw(), Precision::Double).map_err(OutputError::at(path))?;
+        }
+        Some("png") if D == 2 => bytes = png(path, &draw())?,
+        _ => return Err(OutputError::Format { path: path.into() }.into()),
+    }
+    Ok(write_new_file(path, &bytes)?)
+}
+
+/// An 8-bit grey picture, row 0 at the top being `y = 0`.
+fn png<const D: usize>(path: &Path, field: &ScalarField<f64, D>) -> Result<Vec<u8>, OutputError> {
+    let nodes = field.grid().nodes_per_axis();
+    let grey = field
+        .as_slice()
+        .iter()
+        .map(|v| (255.0 * v).round() as u8)
+        .collect();
+    let failed = OutputError::at(path);
+    let picture = GrayImage::from_raw(nodes[0] as u32, nodes[1] as u32, grey)
+        .ok_or_else(|| failed(std::io::Error::other("a picture has two axes")))?;
+    let mut bytes = Cursor::new(Vec::new());
+    picture
+        .write_to(&mut bytes, ImageFormat::Png)
+        .map_err(|error| failed(std::io::Error::other(error)))?;
+    Ok(bytes.into_inner())
+}

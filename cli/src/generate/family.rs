@@ -1,0 +1,91 @@
+//! Several shapes of one kind that vary in one way.
+
+use super::{Bar, Blob, Cross, Ellipsoid, Implicit, Letter, Random, Star, letter};
+
+/// A family of shapes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Family {
+    /// A straight bar and a bent one.
+    Bars,
+    /// Disks of radius .2 and .3.
+    Disks,
+    /// Crosses whose side arms bend in their own ways.
+    Crosses,
+    /// Stars with one pin at different places.
+    Stars,
+    /// The three drawings of the letter B.
+    Letters,
+    /// Smooth random shapes.
+    Blobs,
+}
+
+/// A shape of a family and its name.
+pub struct Member<const D: usize> {
+    /// File name without extension.
+    pub name: String,
+    /// The shape about the origin.
+    pub shape: Box<dyn Implicit<D>>,
+}
+
+/// The shapes of a family that exist in every dimension, or `None` for flat ones in 3D.
+pub fn family<const D: usize>(family: Family, seed: u64) -> Option<Vec<Member<D>>> {
+    Some(match family {
+        Family::Bars => numbered("bar", [180.0, 118.0], |angle| {
+            Box::new(Bar::new(0.6, 0.12, angle))
+        }),
+        Family::Disks => numbered("disk", [0.2, 0.3], |radius| {
+            Box::new(Ellipsoid { radii: [radius; D] })
+        }),
+        Family::Crosses => {
+            let bends = [[-35.0, 20.0], [0.0, -30.0], [30.0, 30.0], [15.0, -10.0]];
+            numbered("cross", bends, |bend| {
+                Box::new(Cross {
+                    arm: 0.33,
+                    width: 0.11,
+                    bend,
+                })
+            })
+        }
+        Family::Stars => numbered("star", [-20.0, 0.0, 20.0], |first_pin| {
+            Box::new(Star {
+                pins: 5,
+                radius: 0.17,
+                reach: 0.34,
+                width: 0.07,
+                first_pin,
+            })
+        }),
+        Family::Blobs => {
+            let mut seeds = Random::new(seed);
+            let seeds: Vec<u64> = (0..5).map(|_| (seeds.uniform() * 1e15) as u64).collect();
+            numbered("blob", seeds, |seed| {
+                Box::new(Blob::<D>::new(0.24, 0.3, seed))
+            })
+        }
+        Family::Letters => return None,
+    })
+}
+
+/// The three drawings of the letter B.
+pub(super) fn letters() -> Vec<Member<2>> {
+    numbered(
+        "letter",
+        [Letter::B, Letter::SerifB, Letter::LightB],
+        |which| Box::new(letter(which)),
+    )
+}
+
+fn numbered<const D: usize, P>(
+    name: &str,
+    parameters: impl IntoIterator<Item = P>,
+    shape: impl Fn(P) -> Box<dyn Implicit<D>>,
+) -> Vec<Member<D>> {
+    parameters
+        .into_iter()
+        .enumerate()
+        .map(|(i, parameter)| Member {
+            name: format!("{name}_{i:03}"),
+            shape: shape(parameter),
+        })
+        .collect()
+}

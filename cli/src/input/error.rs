@@ -1,0 +1,197 @@
+//! What can be wrong with an input, and what to do about it.
+
+use std::io;
+use std::path::PathBuf;
+
+/// A mask that cannot be used. Positions are indices in the order of the array as stored, the
+/// last one being `x`.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[non_exhaustive]
+pub enum InputError {
+    /// The file cannot be opened or read.
+    #[error("cannot read '{}'", path.display())]
+    #[diagnostic(help("check that the path is right and that the file may be read"))]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The name does not tell a known format.
+    #[error("'{}' has no known image format", path.display())]
+    #[diagnostic(help(
+        "use .png, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii or .nii.gz, and name the file so"
+    ))]
+    UnknownFormat {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The bytes are not what the format asks for.
+    #[error("'{}' is not a readable {format} file: {reason}", path.display())]
+    #[diagnostic(help("open the file in the program it came from and export it again"))]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// Name of the format.
+        format: &'static str,
+        /// Why.
+        reason: String,
+    },
+    /// The file holds less than its header promises.
+    #[error(
+        "'{}' is cut off: its header promises {expected} bytes of data, {found} are there",
+        path.display()
+    )]
+    #[diagnostic(help("copy or download the file again"))]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Bytes promised.
+        expected: u64,
+        /// Bytes found.
+        found: u64,
+    },
+    /// More values than can be worked on.
+    #[error("'{}' claims {} values, more than {} are not read", path.display(), size_text(size), super::MAX_VALUES)]
+    #[diagnostic(help("crop or downsample the image to what the shape needs"))]
+    TooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Values along each axis.
+        size: Vec<u64>,
+    },
+    /// Neither a picture nor a volume.
+    #[error("'{}' has {found} axes; a mask has two or three", path.display())]
+    #[diagnostic(help("store one picture [y][x] or one volume [z][y][x] per file"))]
+    Axes {
+        /// The file.
+        path: PathBuf,
+        /// Axes found.
+        found: usize,
+    },
+    /// Too few samples along an axis.
+    #[error("'{}' has {} values; every axis needs at least two", path.display(), size_text(size))]
+    #[diagnostic(help("give an image with at least two samples along every axis"))]
+    TooSmall {
+        /// The file.
+        path: PathBuf,
+        /// Values along each axis, as stored.
+        size: Vec<u64>,
+    },
+    /// A colour picture.
+    #[error("'{}' is a colour picture, not a mask", path.display())]
+    #[diagnostic(help(
+        "segment the object first and save it white on black, or as a cut-out with transparency"
+    ))]
+    Colour {
+        /// The file.
+        path: PathBuf,
+    },
+    /// NaN or an infinite number.
+    #[error("'{}' holds {value} at index {position:?}", path.display())]
+    #[diagnostic(help("replace values that are not finite numbers, for instance by 0"))]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// The value.
+        value: f64,
+        /// Where.
+        position: Vec<usize>,
+    },
+    /// A floating-point value outside `[0, 1]`.
+    #[error("'{}' is not a mask: the value {value} at index {position:?} is outside [0, 1]", path.display())]
+    #[diagnostic(help(
+        "scale the values to [0, 1] with 1 inside the object, or save a mask of 0 and 1"
+    ))]
+    OutOfRange {
+        /// The file.
+        path: PathBuf,
+        /// The value.
+        value: f64,
+        /// Where.
+        position: Vec<usize>,
+    },
+    /// All values are the same, and neither 0 nor full.
+    #[error("'{}' is not a mask: all values are {value}", path.display())]
+    #[diagnostic(help("give a mask with the object at 1 (or 255) and the background at 0"))]
+    Constant {
+        /// The file.
+        path: PathBuf,
+        /// The value.
+        value: f64,
+    },
+    /// An intensity image where labels are expected.
+    #[error("'{}' is not a mask: it has {levels} grey levels, and neighbours mostly differ", path.display())]
+    #[diagnostic(help(
+        "this looks like a scan; give its segmentation, or choose one label by --label N"
+    ))]
+    Intensities {
+        /// The file.
+        path: PathBuf,
+        /// Different numbers found, up to a limit.
+        levels: usize,
+    },
+    /// No value reaches the level of the object.
+    #[error("'{}' holds an empty shape: no value reaches half of full white (the largest is {largest})", path.display())]
+    #[diagnostic(help(
+        "the object must be at or near 1 (or 255); in a label image choose the object by --label N"
+    ))]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// Largest value, full white being 1.
+        largest: f64,
+    },
+    /// Every value reaches the level of the object.
+    #[error("'{}' holds a full shape: the object covers the whole image", path.display())]
+    #[diagnostic(help("the background must be at or near 0; is the mask inverted?"))]
+    Full {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The label does not occur.
+    #[error("'{}' has no label {label}; its labels are {present:?}", path.display())]
+    #[diagnostic(help("give one of the labels that occur to --label, or leave the option out"))]
+    LabelMissing {
+        /// The file.
+        path: PathBuf,
+        /// The label asked for.
+        label: i64,
+        /// Labels that occur, the smallest ones.
+        present: Vec<i64>,
+    },
+    /// A label is asked for where the numbers are not integers.
+    #[error("'{}' holds {value} at index {position:?}, so it is no label image", path.display())]
+    #[diagnostic(help("leave --label out, or give an image of whole numbers"))]
+    NotLabels {
+        /// The file.
+        path: PathBuf,
+        /// The value.
+        value: f64,
+        /// Where.
+        position: Vec<usize>,
+    },
+    /// A voxel size that is not a positive number.
+    #[error("'{}' states the voxel size {spacing:?}; it must be positive", path.display())]
+    #[diagnostic(help("write the voxel size in millimetres into the header (pixdim)"))]
+    Spacing {
+        /// The file.
+        path: PathBuf,
+        /// Spacing along each axis, `x` first.
+        spacing: Vec<f64>,
+    },
+    /// Pictures among volumes.
+    #[error("'{}' is a picture, but '{}' is a volume", flat.display(), solid.display())]
+    #[diagnostic(help("give masks that all have two axes, or all three"))]
+    MixedDimensions {
+        /// A file with two axes.
+        flat: PathBuf,
+        /// A file with three axes.
+        solid: PathBuf,
+    },
+}
+
+fn size_text(size: &[u64]) -> String {
+    let sides: Vec<_> = size.iter().map(u64::to_string).collect();
+    sides.join(" x ")
+}

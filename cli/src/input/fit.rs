@@ -1,0 +1,338 @@
+//! Placing images in the unit box.
+//!
+//! Three rules, in this order:
+//!
+//! 1. An array (`.npy`) of exactly as many samples a side as the grid has nodes stands for nodal
+//!    values and is used as it is ([`FrameRule::AsIs`]).
+//! 2. Images of one size and one spacing whose objects together take up little more room than
+//!    the largest object alone (at most [`SHARED_ROOM`] times its longest side) keep their
+//!    positions: one transform puts the common bounding box into the middle
+//!    ([`FrameRule::Shared`]).
+//! 3. Otherwise each object's bounding box is put into the middle ([`FrameRule::Centred`]).
+//!
+//! Rules 2 and 3 use one scale for all images, so that relative sizes are kept: the longest side
+//! of the largest bounding box becomes `1 - 2 MARGIN`. Aspect and voxel spacing are kept always.
+//! The box of a sample reaches half a spacing to both sides.
+
+use serde::{Deserialize, Serialize};
+
+use super::Image;
+
+/// Objects are put into `[MARGIN, 1 - MARGIN]^D`.
+pub const MARGIN: f64 = 0.15;
+/// How much longer than the largest object the common bounding box may be for rule 2.
+pub const SHARED_ROOM: f64 = 1.25;
+
+/// The rule by which an image was placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameRule {
+    /// Samples are nodes.
+    AsIs,
+    /// One transform for all images.
+    Shared,
+    /// One scale for all images, each object in the middle.
+    Centred,
+}
+
+/// From sample indices to the unit box:
+/// `unit = scale * (sample * spacing + origin) + offset` along every axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "FrameRecord", try_from = "FrameRecord")]
+pub struct FrameTransform<const D: usize> {
+    scale: f64,
+    spacing: [f64; D],
+    origin: [f64; D],
+    offset: [f64; D],
+    rule: FrameRule,
+}
+
+impl<const D: usize> FrameTransform<D> {
+    /// The rule that made it.
+    pub fn rule(&self) -> FrameRule {
+        self.rule
+    }
+
+    /// Unit-box length of one length unit of the file.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Unit-box length of one sample along each axis.
+    pub fn sample_size(&self) -> [f64; D] {
+        self.spacing.map(|h| self.scale * h)
+    }
+
+    /// Unit-box position of a (fractional) sample index.
+    pub fn to_unit(&self, sample: [f64; D]) -> [f64; D] {
+        std::array::from_fn(|k| {
+            self.scale * (sample[k] * self.spacing[k] + self.origin[k]) + self.offset[k]
+        })
+    }
+
+    /// Sample index of a point of the unit box.
+    pub fn to_sample(&self, unit: [f64; D]) -> [f64; D] {
+        let physical = self.to_physical(unit);
+        std::array::from_fn(|k| (physical[k] - self.origin[k]) / self.spacing[k])
+    }
+
+    /// Position in the file's length units of a point of the unit box.
+    pub fn to_physical(&self, unit: [f64; D]) -> [f64; D] {
+        std::array::from_fn(|k| (unit[k] - self.offset[k]) / self.scale)
+    }
+}
+
+/// The form in which a transform is written to files.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrameRecord {
+    rule: FrameRule,
+    scale: f64,
+    spacing: Vec<f64>,
+    origin: Vec<f64>,
+    offset: Vec<f64>,
+}
+
+impl<const D: usize> From<FrameTransform<D>> for FrameRecord {
+    fn from(frame: FrameTransform<D>) -> Self {
+        Self {
+            rule: frame.rule,
+            scale: frame.scale,
+            spacing: frame.spacing.to_vec(),
+            origin: frame.origin.to_vec(),
+            offset: frame.offset.to_vec(),
+        }
+    }
+}
+
+/// A written transform that cannot be one of this dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a frame transform needs a positive scale and positive spacings, one number for each axis")]
+pub struct FrameRecordError;
+
+impl<const D: usize> TryFrom<FrameRecord> for FrameTransform<D> {
+    type Error = FrameRecordError;
+
+    fn try_from(record: FrameRecord) -> Result<Self, FrameRecordError> {
+        let axes = |numbers: Vec<f64>| <[f64; D]>::try_from(numbers).map_err(|_| FrameRecordError);
+        let frame = Self {
+            rule: record.rule,
+            scale: record.scale,
+            spacing: axes(record.spacing)?,
+            origin: axes(record.origin)?,
+            offset: axes(record.offset)?,
+        };
+        let positive = |x: &f64| *x > 0.0 && x.is_finite();
+        if positive(&frame.scale) && frame.spacing.iter().all(positive) {
+            Ok(frame)
+        } else {
+            Err(FrameRecordError)
+        }
+    }
+}
+
+/// Lower and upper corner of a box in the file's length units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Bounds<const D: usize> {
+    low: [f64; D],
+    high: [f64; D],
+}
+
+impl<const D: usize> Bounds<D> {
+    /// The box of an image's object; that of the whole image where there is no object.
+    fn of_object(image: &Image<D>) -> Self {
+        let samples = image
+            .object_bounds()
+            .unwrap_or_else(|| image.size.map(|n| [0, n - 1]));
+        let edge = |k: usize, i: f64| image.origin[k] + i * image.spacing[k];
+        Self {
+            low: std::array::from_fn(|k| edge(k, samples[k][0] as f64 - 0.5)),
+            high: std::array::from_fn(|k| edge(k, samples[k][1] as f64 + 0.5)),
+        }
+    }
+
+    fn union(self, other: Self) -> Self {
+        Self {
+            low: std::array::from_fn(|k| self.low[k].min(other.low[k])),
+            high: std::array::from_fn(|k| self.high[k].max(other.high[k])),
+        }
+    }
+
+    fn longest(&self) -> f64 {
+        (0..D).fold(0.0, |side, k| f64::max(side, self.high[k] - self.low[k]))
+    }
+
+    fn centre(&self) -> [f64; D] {
+        std::array::from_fn(|k| 0.5 * (self.low[k] + self.high[k]))
+    }
+}
+
+/// The transforms that place images in the unit box, for a grid of `nodes` a side.
+pub fn fit_frames<const D: usize>(images: &[Image<D>], nodes: usize) -> Vec<FrameTransform<D>> {
+    let as_is = |image: &Image<D>| image.plain_array && image.size == [nodes; D];
+    let free: Vec<&Image<D>> = images.iter().filter(|image| !as_is(image)).collect();
+    let boxes: Vec<Bounds<D>> = free.iter().map(|image| Bounds::of_object(image)).collect();
+    let mut placed = place(&free, &boxes).into_iter();
+    images
+        .iter()
+        .filter_map(|image| {
+            if as_is(image) {
+                Some(nodal_frame(nodes))
+            } else {
+                placed.next()
+            }
+        })
+        .collect()
+}
+
+fn nodal_frame<const D: usize>(nodes: usize) -> FrameTransform<D> {
+    FrameTransform {
+        scale: 1.0 / (nodes - 1) as f64,
+        spacing: [1.0; D],
+        origin: [0.0; D],
+        offset: [0.0; D],
+        rule: FrameRule::AsIs,
+    }
+}
+
+fn place<const D: usize>(images: &[&Image<D>], boxes: &[Bounds<D>]) -> Vec<FrameTransform<D>> {
+    let Some(common) = boxes.iter().copied().reduce(Bounds::union) else {
+        return Vec::new();
+    };
+    let largest = boxes
+        .iter()
+        .fold(0.0, |side, b| f64::max(side, b.longest()));
+    let same_lattice = images
+        .iter()
+        .all(|image| image.size == images[0].size && image.spacing == images[0].spacing);
+    let shared = same_lattice && common.longest() <= SHARED_ROOM * largest;
+    let (rule, room) = if shared {
+        (FrameRule::Shared, common.longest())
+    } else {
+        (FrameRule::Centred, largest)
+    };
+    let scale = (1.0 - 2.0 * MARGIN) / room;
+    images
+        .iter()
+        .zip(boxes)
+        .map(|(image, own)| {
+            let centre = if shared { common } else { *own }.centre();
+            FrameTransform {
+                scale,
+                spacing: image.spacing,
+                origin: image.origin,
+                offset: centre.map(|c| 0.5 - scale * c),
+                rule,
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    /// An image with a full box between two samples.
+    pub(crate) fn block<const D: usize>(
+        size: [usize; D],
+        spacing: [f64; D],
+        low: [usize; D],
+        high: [usize; D],
+    ) -> Image<D> {
+        let mut image = Image {
+            values: vec![0.0; size.iter().product()],
+            size,
+            spacing,
+            origin: [0.0; D],
+            path: "block".into(),
+            affine: None,
+            plain_array: false,
+        };
+        for index in 0..image.values.len() {
+            let sample = image.sample(index);
+            if (0..D).all(|k| sample[k] >= low[k] && sample[k] <= high[k]) {
+                image.values[index] = 1.0;
+            }
+        }
+        image
+    }
+
+    #[test]
+    fn an_array_of_the_grid_size_stays_as_it_is() {
+        let mut image = block([9, 9], [1.0; 2], [1, 1], [2, 8]);
+        image.plain_array = true;
+        let frame = fit_frames(std::slice::from_ref(&image), 9)[0];
+        assert_eq!(frame.rule(), FrameRule::AsIs);
+        assert_eq!(frame.to_unit([8.0, 4.0]), [1.0, 0.5]);
+        assert_eq!(fit_frames(&[image], 17)[0].rule(), FrameRule::Shared);
+    }
+
+    #[test]
+    fn images_of_one_frame_keep_their_positions() {
+        let images = [
+            block([40, 30], [1.0; 2], [5, 5], [24, 9]),
+            block([40, 30], [1.0; 2], [7, 6], [26, 10]),
+        ];
+        let frames = fit_frames(&images, 65);
+        assert_eq!(frames[0].rule(), FrameRule::Shared);
+        assert_eq!(frames[0], frames[1]);
+        // The common box is 22 samples wide, from edge 4.5 to edge 26.5.
+        assert_relative_eq!(frames[0].to_unit([4.5, 7.5])[0], 0.15, epsilon = 1e-14);
+        assert_relative_eq!(frames[0].to_unit([26.5, 7.5])[0], 0.85, epsilon = 1e-14);
+    }
+
+    #[test]
+    fn images_of_several_frames_share_one_scale() {
+        let images = [
+            block([40, 30, 20], [1.0, 1.0, 2.0], [5, 5, 5], [14, 9, 14]),
+            block([50, 30, 20], [0.5; 3], [5, 5, 5], [24, 9, 9]),
+        ];
+        let frames = fit_frames(&images, 65);
+        assert_eq!(frames[0].rule(), FrameRule::Centred);
+        assert_relative_eq!(frames[0].scale(), 0.7 / 20.0, epsilon = 1e-15);
+        assert_eq!(frames[0].scale(), frames[1].scale());
+        for (centre, frame) in [([9.5, 7.0, 9.5], frames[0]), ([14.5, 7.0, 7.0], frames[1])] {
+            for x in frame.to_unit(centre) {
+                assert_relative_eq!(x, 0.5, epsilon = 1e-14);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_object_lands_inside_the_margin_and_frames_invert(
+            corners in prop::collection::vec((0usize..20, 0usize..20, 0usize..20, 0usize..20), 1..5),
+            spacing in prop::array::uniform2(0.1..10.0f64),
+            point in prop::array::uniform2(-1.0..2.0f64),
+        ) {
+            let images: Vec<_> = corners
+                .iter()
+                .map(|&(a, b, c, d)| {
+                    block([20, 20], spacing, [a.min(c), b.min(d)], [a.max(c), b.max(d)])
+                })
+                .collect();
+            for (image, frame) in images.iter().zip(fit_frames(&images, 33)) {
+                let bounds = image.object_bounds().unwrap();
+                for corner in [
+                    bounds.map(|b| b[0] as f64 - 0.5),
+                    bounds.map(|b| b[1] as f64 + 0.5),
+                ] {
+                    for x in frame.to_unit(corner) {
+                        // Rounding of one division and three sums.
+                        prop_assert!((0.15 - 1e-12..=0.85 + 1e-12).contains(&x));
+                    }
+                }
+                let back = frame.to_unit(frame.to_sample(point));
+                for k in 0..2 {
+                    prop_assert!((back[k] - point[k]).abs() < 1e-12);
+                }
+                let text = serde_json::to_string(&frame).unwrap();
+                let read: FrameTransform<2> = serde_json::from_str(&text).unwrap();
+                prop_assert_eq!(read, frame);
+                prop_assert!(serde_json::from_str::<FrameTransform<3>>(&text).is_err());
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Masks in: files of several formats become images with values in `[0, 1]`.
+//!
+//! **Axes.** An array is stored as `[y][x]` or `[z][y][x]`, the last axis running fastest. The
+//! last axis is `x`: axis 0 of an [`Image`]. Row 0 of a picture file is `y = 0`, so that the `y`
+//! axis points down in a picture and a `.npy` array and a PNG of the same numbers are the same
+//! image. NIfTI volumes are stored `i` fastest, and `i` is `x`.
+//!
+//! **Values.** The object is where the value reaches 1/2; see [`ReadOptions`] for how the numbers
+//! of a file become values.
+
+mod decode;
+mod error;
+pub mod fit;
+mod mask;
+mod nifti;
+mod npy;
+mod raster;
+mod resample;
+mod tiff;
+
+use std::path::{Path, PathBuf};
+
+pub use error::InputError;
+pub use resample::{ContourDistance, distance_on_grid, resample};
+
+/// No input may have more values than this (2 GiB in double precision).
+pub const MAX_VALUES: u64 = 1 << 28;
+
+/// The value that separates the object from the rest.
+pub const LEVEL: f64 = 0.5;
+
+/// How the numbers of a file become values in `[0, 1]`.
+///
+/// Without a label: numbers of exactly two levels become 0 and 1; 8-bit and 16-bit images are
+/// divided by their full range (numbers that are only 0 and 1 stay); floating-point numbers must
+/// lie in `[0, 1]` already. In volumes of integers every number but 0 is the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// The object is where the number equals this label.
+    pub label: Option<i64>,
+}
+
+/// A sampled image with values in `[0, 1]`. Sample `i` stands for the box of one spacing about
+/// the point `origin + i * spacing`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image<const D: usize> {
+    /// The values, `x` fastest.
+    pub values: Vec<f64>,
+    /// Samples along each axis, `x` first.
+    pub size: [usize; D],
+    /// Distance of neighbouring samples along each axis, in the units of the file.
+    pub spacing: [f64; D],
+    /// Position of sample 0.
+    pub origin: [f64; D],
+    /// The file.
+    pub path: PathBuf,
+    /// Sample indices to world coordinates (rows of a 3x4 matrix) where the file states them.
+    pub affine: Option<[[f64; 4]; 3]>,
+    /// Whether the values are the file's own numbers, so that they may stand for nodal values.
+    pub plain_array: bool,
+}
+
+impl<const D: usize> Image<D> {
+    /// Position in memory of a sample.
+    pub fn index(&self, sample: [usize; D]) -> usize {
+        (0..D)
+            .rev()
+            .fold(0, |index, k| index * self.size[k] + sample[k])
+    }
+
+    /// The sample at a position in memory.
+    pub fn sample(&self, mut index: usize) -> [usize; D] {
+        self.size.map(|n| {
+            let i = index % n;
+            index /= n;
+            i
+        })
+    }
+
+    /// First and last sample of the object along each axis, or `None` where there is no object.
+    pub fn object_bounds(&self) -> Option<[[usize; 2]; D]> {
+        let mut bounds: Option<[[usize; 2]; D]> = None;
+        for (index, &value) in self.values.iter().enumerate() {
+            if value >= LEVEL {
+                let sample = self.sample(index);
+                let bounds = bounds.get_or_insert_with(|| sample.map(|i| [i, i]));
+                for k in 0..D {
+                    bounds[k] = [bounds[k][0].min(sample[k]), bounds[k][1].max(sample[k])];
+                }
+            }
+        }
+        bounds
+    }
+}
+
+/// An image of either dimension.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyImage {
+    /// A picture.
+    D2(Image<2>),
+    /// A volume.
+    D3(Image<3>),
+}
+
+impl AnyImage {
+    /// The number of axes.
+    pub fn dimension(&self) -> usize {
+        match self {
+            Self::D2(_) => 2,
+            Self::D3(_) => 3,
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::D2(image) => &image.path,
+            Self::D3(image) => &image.path,
+        }
+    }
+}
+
+/// Images of one dimension.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyImages {
+    /// Pictures.
+    D2(Vec<Image<2>>),
+    /// Volumes.
+    D3(Vec<Image<3>>),
+}
+
+/// Reads one mask.
+///
+/// # Errors
+/// [`InputError`] names the file, what is wrong with it and what to do.
+pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputError> {
+    let bytes = std::fs::read(path).map_err(|source| InputError::Unreadable {
+        path: path.into(),
+        source,
+    })?;
+    decode_image(&bytes, path, options)
+}
+
+/// Reads one mask from the bytes of a file; the name tells the format.
+///
+/// # Errors
+/// As [`read_image`].
+pub fn decode_image(
+    bytes: &[u8],
+    path: &Path,
+    options: &ReadOptions,
+) -> Result<AnyImage, InputError> {
+    let name = path
+        .file_name()
+        .map(|name| name.to_string_lossy().to_lowercase())
+        .unwrap_or_default();
+    let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
+    let samples = match extension {
+        "npy" => npy::decode(bytes, path),
+        "nii" => nifti::decode(bytes, path),
+        "gz" if name.ends_with(".nii.gz") => nifti::decode_compressed(bytes, path),
+        "tif" | "tiff" => tiff::decode(bytes, path),
+        "png" | "pgm" | "pbm" | "ppm" | "pnm" | "bmp" => raster::decode(bytes, path, extension),
+        _ => Err(InputError::UnknownFormat { path: path.into() }),
+    }?;
+    mask::into_image(samples, path, options)
+}
+
+/// Reads masks that all have the same number of axes.
+///
+/// # Errors
+/// As [`read_image`], and [`InputError::MixedDimensions`].
+pub fn read_images(paths: &[PathBuf], options: &ReadOptions) -> Result<AnyImages, InputError> {
+    let images = paths
+        .iter()
+        .map(|path| read_image(path, options))
+        .collect::<Result<Vec<_>, _>>()?;
+    let (mut flat, mut solid) = (Vec::new(), Vec::new());
+    for image in images {
+        match image {
+            AnyImage::D2(image) => flat.push(image),
+            AnyImage::D3(image) => solid.push(image),
+        }
+    }
+    match (flat.first(), solid.first()) {
+        (Some(flat), Some(solid)) => Err(InputError::MixedDimensions {
+            flat: flat.path.clone(),
+            solid: solid.path.clone(),
+        }),
+        (None, Some(_)) => Ok(AnyImages::D3(solid)),
+        _ => Ok(AnyImages::D2(flat)),
+    }
+}

@@ -1,0 +1,289 @@
+//! NIfTI-1 volumes, plain or compressed.
+
+use std::io::Read;
+use std::path::Path;
+
+use ::nifti::{Endianness, NiftiHeader, NiftiType};
+use flate2::bufread::MultiGzDecoder;
+
+use super::InputError;
+use super::decode::{Meaning, NumberType, Samples, check_size, take};
+
+const HEADER_BYTES: usize = 348;
+/// Extensions between header and data may not be longer than this.
+const MAX_OFFSET: f32 = (1 << 26) as f32;
+
+/// Reads an uncompressed volume.
+pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
+    let header = parse_header(bytes, path)?;
+    let layout = Layout::new(&header, path)?;
+    let data = bytes.get(layout.offset..).unwrap_or(&[]);
+    let data = take(data, layout.data_bytes(), path)?;
+    layout.decode(data, &header, path)
+}
+
+/// Reads a compressed volume; no more is unpacked than the header asks for.
+pub(super) fn decode_compressed(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
+    let head = unpack(bytes, HEADER_BYTES, path)?;
+    let layout = Layout::new(&parse_header(&head, path)?, path)?;
+    decode(
+        &unpack(bytes, layout.offset + layout.data_bytes(), path)?,
+        path,
+    )
+}
+
+fn unpack(bytes: &[u8], most: usize, path: &Path) -> Result<Vec<u8>, InputError> {
+    let mut unpacked = Vec::new();
+    let result = MultiGzDecoder::new(bytes)
+        .take(most as u64)
+        .read_to_end(&mut unpacked);
+    match result {
+        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
+            Err(InputError::Truncated {
+                path: path.into(),
+                expected: most as u64,
+                found: unpacked.len() as u64,
+            })
+        }
+        Err(error) => Err(malformed(path, &error.to_string())),
+        Ok(_) => Ok(unpacked),
+    }
+}
+
+fn malformed(path: &Path, reason: &str) -> InputError {
+    InputError::Malformed {
+        path: path.into(),
+        format: "NIfTI",
+        reason: reason.into(),
+    }
+}
+
+fn parse_header(bytes: &[u8], path: &Path) -> Result<NiftiHeader, InputError> {
+    let bytes = take(bytes, HEADER_BYTES, path)?;
+    let header = NiftiHeader::from_reader(bytes).map_err(|e| malformed(path, &e.to_string()))?;
+    if header.sizeof_hdr != HEADER_BYTES as i32 {
+        return Err(malformed(path, "its header does not state its own length"));
+    }
+    Ok(header)
+}
+
+/// Where the numbers are and how many.
+struct Layout {
+    size: Vec<usize>,
+    count: usize,
+    offset: usize,
+    numbers: NumberType,
+}
+
+impl Layout {
+    fn new(header: &NiftiHeader, path: &Path) -> Result<Self, InputError> {
+        let dim = header.dim().map_err(|e| malformed(path, &e.to_string()))?;
+        let mut size: Vec<u64> = dim.iter().map(|&n| n.into()).collect();
+        while size.len() > 2 && size.last() == Some(&1) {
+            size.pop();
+        }
+        let count = check_size(&size, path)?;
+        let offset = header.vox_offset;
+        if !(HEADER_BYTES as f32..=MAX_OFFSET).contains(&offset) {
+            return Err(malformed(path, &format!("its data start at byte {offset}")));
+        }
+        Ok(Self {
+            size: size.into_iter().map(|n| n as usize).collect(),
+            count,
+            offset: offset as usize,
+            numbers: number_type(header, path)?,
+        })
+    }
+
+    fn data_bytes(&self) -> usize {
+        self.count * self.numbers.width()
+    }
+
+    fn decode(self, data: &[u8], header: &NiftiHeader, path: &Path) -> Result<Samples, InputError> {
+        let little_endian = header.endianness == Endianness::Little;
+        let mut values = self.numbers.decode(data, little_endian);
+        let (slope, shift) = (f64::from(header.scl_slope), f64::from(header.scl_inter));
+        let scaled = slope != 0.0 && slope.is_finite() && shift.is_finite();
+        if scaled && (slope, shift) != (1.0, 0.0) {
+            for v in &mut values {
+                *v = slope * *v + shift;
+            }
+        }
+        let spacing = (0..self.size.len())
+            .map(|k| f64::from(header.pixdim[k + 1]))
+            .collect();
+        let meaning = match self.numbers {
+            NumberType::F32 | NumberType::F64 => Meaning::Real { labels: true },
+            _ if scaled && (slope.fract(), shift.fract()) != (0.0, 0.0) => {
+                Meaning::Real { labels: true }
+            }
+            _ => Meaning::Labels,
+        };
+        Ok(Samples {
+            values,
+            size: self.size,
+            meaning,
+            spacing,
+            affine: affine(header, path)?,
+            plain_array: false,
+        })
+    }
+}
+
+fn number_type(header: &NiftiHeader, path: &Path) -> Result<NumberType, InputError> {
+    let stated = header
+        .data_type()
+        .map_err(|e| malformed(path, &e.to_string()))?;
+    Ok(match stated {
+        NiftiType::Uint8 => NumberType::U8,
+        NiftiType::Int8 => NumberType::I8,
+        NiftiType::Uint16 => NumberType::U16,
+        NiftiType::Int16 => NumberType::I16,
+        NiftiType::Uint32 => NumberType::U32,
+        NiftiType::Int32 => NumberType::I32,
+        NiftiType::Uint64 => NumberType::U64,
+        NiftiType::Int64 => NumberType::I64,
+        NiftiType::Float32 => NumberType::F32,
+        NiftiType::Float64 => NumberType::F64,
+        other => return Err(malformed(path, &format!("it holds {other:?} numbers"))),
+    })
+}
+
+/// Voxel indices to world coordinates: the sform where stated, else the qform (quaternion,
+/// handedness `pixdim[0]`), as the NIfTI-1 standard defines them.
+fn affine(header: &NiftiHeader, path: &Path) -> Result<Option<[[f64; 4]; 3]>, InputError> {
+    let matrix = if header.sform_code > 0 {
+        [header.srow_x, header.srow_y, header.srow_z].map(|row| row.map(f64::from))
+    } else if header.qform_code > 0 {
+        quaternion_affine(header)
+    } else {
+        return Ok(None);
+    };
+    if matrix.iter().flatten().all(|x| x.is_finite()) {
+        Ok(Some(matrix))
+    } else {
+        Err(malformed(path, "its orientation is not a finite matrix"))
+    }
+}
+
+fn quaternion_affine(header: &NiftiHeader) -> [[f64; 4]; 3] {
+    let [b, c, d] = [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from);
+    let a = (1.0 - b * b - c * c - d * d).max(0.0).sqrt();
+    let rotation = [
+        [
+            a * a + b * b - c * c - d * d,
+            2.0 * (b * c - a * d),
+            2.0 * (b * d + a * c),
+        ],
+        [
+            2.0 * (b * c + a * d),
+            a * a + c * c - b * b - d * d,
+            2.0 * (c * d - a * b),
+        ],
+        [
+            2.0 * (b * d - a * c),
+            2.0 * (c * d + a * b),
+            a * a + d * d - b * b - c * c,
+        ],
+    ];
+    let handedness = if header.pixdim[0] < 0.0 { -1.0 } else { 1.0 };
+    let spacing = [
+        f64::from(header.pixdim[1]),
+        f64::from(header.pixdim[2]),
+        handedness * f64::from(header.pixdim[3]),
+    ];
+    let shift = [header.quatern_x, header.quatern_y, header.quatern_z].map(f64::from);
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            if j < 3 {
+                rotation[i][j] * spacing[j]
+            } else {
+                shift[i]
+            }
+        })
+    })
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::super::{AnyImage, ReadOptions, decode_image};
+    use super::*;
+    use std::io::Write;
+
+    /// A little-endian file of `u8` labels.
+    pub(crate) fn file(size: [u16; 3], pixdim: [f32; 3], labels: &[u8]) -> Vec<u8> {
+        let mut bytes = vec![0u8; 352];
+        bytes[..4].copy_from_slice(&348i32.to_le_bytes());
+        let dims = [3, size[0], size[1], size[2], 1, 1, 1, 1];
+        for (k, n) in dims.iter().enumerate() {
+            bytes[40 + 2 * k..42 + 2 * k].copy_from_slice(&n.to_le_bytes());
+        }
+        bytes[70..72].copy_from_slice(&2i16.to_le_bytes());
+        bytes[72..74].copy_from_slice(&8i16.to_le_bytes());
+        for (k, h) in [1.0, pixdim[0], pixdim[1], pixdim[2]].iter().enumerate() {
+            bytes[76 + 4 * k..80 + 4 * k].copy_from_slice(&f32::to_le_bytes(*h));
+        }
+        bytes[108..112].copy_from_slice(&352f32.to_le_bytes());
+        bytes[344..348].copy_from_slice(b"n+1\0");
+        bytes.extend(labels);
+        bytes
+    }
+
+    fn volume(bytes: &[u8], name: &str, label: Option<i64>) -> super::super::Image<3> {
+        match decode_image(bytes, Path::new(name), &ReadOptions { label }).unwrap() {
+            AnyImage::D3(image) => image,
+            AnyImage::D2(_) => panic!("a volume was given"),
+        }
+    }
+
+    #[test]
+    fn labels_and_spacing_are_read_plain_and_compressed() {
+        let labels = [0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 2];
+        let plain = file([3, 2, 2], [1.0, 1.5, 2.0], &labels);
+        let image = volume(&plain, "v.nii", None);
+        assert_eq!(image.size, [3, 2, 2]);
+        assert_eq!(image.spacing, [1.0, 1.5, 2.0]);
+        assert_eq!(image.values.iter().sum::<f64>(), 3.0);
+        assert_eq!(image.values[image.index([2, 1, 1])], 1.0);
+        let two = volume(&plain, "v.nii", Some(2));
+        assert_eq!(two.values.iter().sum::<f64>(), 2.0);
+        let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        packer.write_all(&plain).unwrap();
+        let packed = packer.finish().unwrap();
+        assert_eq!(volume(&packed, "v.nii.gz", None).values, image.values);
+        let cut = decode_image(
+            &packed[..packed.len() / 2],
+            Path::new("v.nii.gz"),
+            &ReadOptions::default(),
+        );
+        assert!(matches!(cut, Err(InputError::Truncated { .. })), "{cut:?}");
+    }
+
+    #[test]
+    fn a_bad_voxel_size_is_refused() {
+        for h in [0.0, -1.0, f32::NAN] {
+            let bytes = file([2, 2, 2], [1.0, h, 1.0], &[0, 1, 0, 0, 0, 0, 0, 0]);
+            let result = decode_image(&bytes, Path::new("v.nii"), &ReadOptions::default());
+            assert!(
+                matches!(result, Err(InputError::Spacing { .. })),
+                "{result:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_half_turn_quaternion_gives_its_matrix() {
+        let header = NiftiHeader {
+            quatern_d: 1.0,
+            pixdim: [-1.0, 2.0, 3.0, 4.0, 1.0, 1.0, 1.0, 1.0],
+            quatern_x: 5.0,
+            ..NiftiHeader::default()
+        };
+        let expected = [
+            [-2.0, 0.0, 0.0, 5.0],
+            [0.0, -3.0, 0.0, 0.0],
+            [0.0, 0.0, -4.0, 0.0],
+        ];
+        assert_eq!(quaternion_affine(&header), expected);
+    }
+}

@@ -1,0 +1,162 @@
+//! Result directories and files that appear under their names only when they are complete.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use super::OutputError;
+
+/// A result directory in the making: a hidden sibling of its target. [`ResultDir::commit`] gives
+/// it its name; without that it is removed.
+#[derive(Debug)]
+pub struct ResultDir {
+    target: PathBuf,
+    staging: TempDir,
+    inner: PathBuf,
+}
+
+impl ResultDir {
+    /// Checks that a directory of this name can be made.
+    ///
+    /// # Errors
+    /// [`OutputError::Exists`], [`OutputError::NoParent`].
+    pub fn check(target: &Path) -> Result<(), OutputError> {
+        check_target(target).map(drop)
+    }
+
+    /// Begins a directory.
+    ///
+    /// # Errors
+    /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
+    pub fn create(target: &Path) -> Result<Self, OutputError> {
+        let parent = check_target(target)?;
+        let staging = tempfile::Builder::new()
+            .prefix(".shapespace-")
+            .tempdir_in(&parent)
+            .map_err(OutputError::at(target))?;
+        // The temporary directory itself is private; one made inside has the usual permissions.
+        let inner = staging.path().join("result");
+        fs::create_dir(&inner).map_err(OutputError::at(target))?;
+        Ok(Self {
+            target: target.into(),
+            staging,
+            inner,
+        })
+    }
+
+    /// Where to write a file that will be in the directory.
+    pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.inner.join(name)
+    }
+
+    /// The directory's final name.
+    pub fn target(&self) -> &Path {
+        &self.target
+    }
+
+    /// Gives the directory its name.
+    ///
+    /// # Errors
+    /// [`OutputError::Exists`] where the name has been taken in the meantime,
+    /// [`OutputError::Unwritable`].
+    pub fn commit(self) -> Result<PathBuf, OutputError> {
+        check_target(&self.target)?;
+        fs::rename(&self.inner, &self.target).map_err(OutputError::at(&self.target))?;
+        self.staging
+            .close()
+            .map_err(OutputError::at(&self.target))?;
+        Ok(self.target)
+    }
+}
+
+/// Writes one file that must not exist yet.
+///
+/// # Errors
+/// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
+pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let parent = check_target(target)?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".shapespace-");
+    // Temporary files are private; this one becomes a usual file, which the system's mask narrows.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder
+        .tempfile_in(&parent)
+        .map_err(OutputError::at(target))?;
+    file.write_all(bytes).map_err(OutputError::at(target))?;
+    file.persist_noclobber(target).map_err(|failure| {
+        if failure.error.kind() == std::io::ErrorKind::AlreadyExists {
+            OutputError::Exists {
+                path: target.into(),
+            }
+        } else {
+            OutputError::at(target)(failure.error)
+        }
+    })?;
+    Ok(())
+}
+
+/// The folder a target is to be made in.
+fn check_target(target: &Path) -> Result<PathBuf, OutputError> {
+    if fs::symlink_metadata(target).is_ok() {
+        return Err(OutputError::Exists {
+            path: target.into(),
+        });
+    }
+    let parent = match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    if parent.is_dir() {
+        Ok(parent.into())
+    } else {
+        Err(OutputError::NoParent {
+            path: parent.into(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_directory_appears_complete_or_not_at_all() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("out");
+        let dropped = ResultDir::create(&target).unwrap();
+        fs::write(dropped.file("half"), "x").unwrap();
+        assert!(!target.exists());
+        drop(dropped);
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+
+        let kept = ResultDir::create(&target).unwrap();
+        fs::write(kept.file("whole"), "x").unwrap();
+        assert_eq!(kept.commit().unwrap(), target);
+        assert_eq!(fs::read_to_string(target.join("whole")).unwrap(), "x");
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+        assert!(matches!(
+            ResultDir::create(&target),
+            Err(OutputError::Exists { .. })
+        ));
+        assert!(matches!(
+            ResultDir::create(&place.path().join("no/where")),
+            Err(OutputError::NoParent { .. })
+        ));
+    }
+
+    #[test]
+    fn a_file_is_never_overwritten() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("a.bin");
+        write_new_file(&target, b"one").unwrap();
+        assert!(matches!(
+            write_new_file(&target, b"two"),
+            Err(OutputError::Exists { .. })
+        ));
+        assert_eq!(fs::read(&target).unwrap(), b"one");
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+    }
+}

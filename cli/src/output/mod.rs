@@ -1,0 +1,70 @@
+//! Results out: a directory that appears as a whole or not at all, and the formats in it.
+
+mod directory;
+pub mod energy;
+mod json;
+pub mod npy;
+pub mod stl;
+pub mod vti;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use directory::{ResultDir, write_new_file};
+pub use json::write_json;
+
+/// A result that cannot be written.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The target exists.
+    #[error("the output '{}' exists already", path.display())]
+    #[diagnostic(help(
+        "choose another name, or move the old results away; nothing is overwritten"
+    ))]
+    Exists {
+        /// The target.
+        path: PathBuf,
+    },
+    /// The folder of the target does not exist.
+    #[error("the folder '{}' for the output does not exist", path.display())]
+    #[diagnostic(help("create it first, or choose another place"))]
+    NoParent {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The system refuses.
+    #[error("cannot write '{}'", path.display())]
+    #[diagnostic(help("check the free space and the permissions of the folder"))]
+    Unwritable {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The name does not tell a known format.
+    #[error("cannot write '{}' in this format", path.display())]
+    #[diagnostic(help("name the file .npy, or .png for a picture"))]
+    Format {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A result is not a finite number.
+    #[error("the result '{key}' is not a finite number")]
+    #[diagnostic(help("this is a fault of the program; please report it with the inputs"))]
+    NotFinite {
+        /// Where in the results.
+        key: String,
+    },
+}
+
+impl OutputError {
+    /// For `map_err` on the errors of one file.
+    pub fn at(path: &Path) -> impl Fn(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |source| Self::Unwritable {
+            path: path.clone(),
+            source,
+        }
+    }
+}

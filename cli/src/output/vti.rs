@@ -1,0 +1,169 @@
+//! VTK image files (`.vti`) for ParaView: an XML header, then the numbers as appended raw binary,
+//! little endian, each array led by its length in bytes (8 bytes).
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use fe_grid::{Element, Field, Grid};
+
+use super::OutputError;
+use super::npy::Precision;
+
+/// Fields on the nodes of one grid, to be written together.
+pub struct VtiFile<const D: usize> {
+    grid: Grid<D>,
+    precision: Precision,
+    arrays: Vec<PointArray>,
+}
+
+struct PointArray {
+    name: String,
+    components: usize,
+    bytes: Vec<u8>,
+}
+
+impl<const D: usize> VtiFile<D> {
+    /// A file without fields yet.
+    pub fn new(grid: Grid<D>, precision: Precision) -> Self {
+        Self {
+            grid,
+            precision,
+            arrays: Vec::new(),
+        }
+    }
+
+    /// Adds a field; vectors in the plane get a third component 0, as VTK vectors have three.
+    ///
+    /// # Panics
+    /// If the field is on another grid.
+    pub fn field<T: Element, const M: usize>(mut self, name: &str, field: &Field<T, D, M>) -> Self {
+        assert_eq!(*field.grid(), self.grid, "a field of another grid");
+        let components = if M == 2 { 3 } else { M };
+        let mut bytes = Vec::new();
+        for node in 0..self.grid.n_nodes() {
+            let values = field.at(node);
+            for c in 0..components {
+                let value = values.get(c).copied().unwrap_or(0.0);
+                match self.precision {
+                    Precision::Single => bytes.extend((value as f32).to_le_bytes()),
+                    Precision::Double => bytes.extend(value.to_le_bytes()),
+                }
+            }
+        }
+        self.arrays.push(PointArray {
+            name: name.to_owned(),
+            components,
+            bytes,
+        });
+        self
+    }
+
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// [`OutputError::Unwritable`].
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        let file = File::create(path).map_err(OutputError::at(path))?;
+        let mut writer = BufWriter::new(file);
+        self.write_to(&mut writer)
+            .and_then(|()| writer.flush())
+            .map_err(OutputError::at(path))
+    }
+
+    /// The same into any writer.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_to(&self, mut writer: impl Write) -> io::Result<()> {
+        writer.write_all(self.header().as_bytes())?;
+        for array in &self.arrays {
+            writer.write_all(&(array.bytes.len() as u64).to_le_bytes())?;
+            writer.write_all(&array.bytes)?;
+        }
+        writer.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
+    }
+
+    fn header(&self) -> String {
+        let nodes = self.grid.nodes_per_axis();
+        let last = |k: usize| nodes.get(k).map_or(0, |n| n - 1);
+        let extent = format!("0 {} 0 {} 0 {}", last(0), last(1), last(2));
+        let h = self.grid.spacing();
+        let kind = match self.precision {
+            Precision::Single => "Float32",
+            Precision::Double => "Float64",
+        };
+        let mut offset = 0;
+        let mut arrays = String::new();
+        for array in &self.arrays {
+            // Writing into a string cannot fail.
+            let _ = writeln!(
+                arrays,
+                "        <DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{}\" \
+                 format=\"appended\" offset=\"{offset}\"/>",
+                escaped(&array.name),
+                array.components,
+            );
+            offset += 8 + array.bytes.len();
+        }
+        format!(
+            "<?xml version=\"1.0\"?>\n\
+             <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\">\n  \
+             <ImageData WholeExtent=\"{extent}\" Origin=\"0 0 0\" Spacing=\"{h} {h} {h}\">\n    \
+             <Piece Extent=\"{extent}\">\n      <PointData>\n{arrays}      </PointData>\n    \
+             </Piece>\n  </ImageData>\n  <AppendedData encoding=\"raw\">\n_"
+        )
+    }
+}
+
+fn escaped(name: &str) -> String {
+    name.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fe_grid::{ScalarField, VectorField};
+
+    #[test]
+    fn arrays_lie_where_the_header_says() {
+        let grid = Grid::<2>::with_nodes([4, 3], 0.5).unwrap();
+        let scalar = ScalarField::<f64, 2>::from_fn(grid, |x| [x[0] - x[1]]);
+        let vector = VectorField::<f64, 2>::identity(grid);
+        let mut bytes = Vec::new();
+        VtiFile::new(grid, Precision::Double)
+            .field("a<b", &scalar)
+            .field("position", &vector)
+            .write_to(&mut bytes)
+            .unwrap();
+        let marker = b"encoding=\"raw\">\n_";
+        let start = bytes
+            .windows(marker.len())
+            .position(|w| w == marker)
+            .unwrap()
+            + marker.len();
+        let header = std::str::from_utf8(&bytes[..start]).unwrap();
+        assert!(header.contains("WholeExtent=\"0 3 0 2 0 0\""), "{header}");
+        assert!(header.contains("Name=\"a&lt;b\" NumberOfComponents=\"1\""));
+        assert!(header.contains("NumberOfComponents=\"3\" format=\"appended\" offset=\"104\""));
+        let number = |at: usize| f64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+        let length = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+        assert_eq!(length(start), 12 * 8);
+        for node in 0..12 {
+            assert_eq!(number(start + 8 + 8 * node), scalar.at(node)[0]);
+        }
+        let second = start + 104;
+        assert_eq!(length(second), 36 * 8);
+        for node in 0..12 {
+            let [x, y] = vector.at(node);
+            for (c, value) in [x, y, 0.0].into_iter().enumerate() {
+                assert_eq!(number(second + 8 + 8 * (3 * node + c)), value);
+            }
+        }
+        assert!(bytes[second + 8 + 36 * 8..].starts_with(b"\n  </AppendedData>"));
+    }
+}

@@ -1,0 +1,321 @@
+//! Shaded views of surfaces: an own small rasteriser with a depth buffer.
+
+use super::{Canvas, Colour, WHITE, mix};
+
+/// Samples a pixel along each axis.
+const SAMPLES: usize = 3;
+
+/// A surface of triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface<'a> {
+    /// Points.
+    pub vertices: &'a [[f64; 3]],
+    /// Corners of the triangles, counterclockwise as seen from outside.
+    pub triangles: &'a [[usize; 3]],
+}
+
+/// Where the eye is, far away: angles in degrees about the `z` axis, which points up, and over
+/// the horizon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Angle from the `x` axis towards the `y` axis.
+    pub azimuth: f64,
+    /// Height over the horizon.
+    pub elevation: f64,
+}
+
+/// A ball that is shown as the largest disk of a tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Its middle.
+    pub centre: [f64; 3],
+    /// Its radius.
+    pub radius: f64,
+}
+
+impl Bounds {
+    /// A ball around surfaces, about the middle of their bounding box.
+    pub fn of<'a>(surfaces: impl IntoIterator<Item = Surface<'a>> + Clone) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for vertex in surfaces.clone().into_iter().flat_map(|s| s.vertices) {
+            for k in 0..3 {
+                low[k] = low[k].min(vertex[k]);
+                high[k] = high[k].max(vertex[k]);
+            }
+        }
+        if low[0] > high[0] {
+            return Self {
+                centre: [0.5; 3],
+                radius: 0.5,
+            };
+        }
+        let centre: [f64; 3] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
+        let radius = surfaces
+            .into_iter()
+            .flat_map(|s| s.vertices)
+            .fold(1e-9, |radius, &vertex| {
+                f64::max(radius, norm(sub(vertex, centre)))
+            });
+        Self { centre, radius }
+    }
+}
+
+impl View {
+    /// Right, up and towards the eye.
+    fn axes(self) -> [[f64; 3]; 3] {
+        let (sa, ca) = self.azimuth.to_radians().sin_cos();
+        let (se, ce) = self.elevation.to_radians().sin_cos();
+        [
+            [-sa, ca, 0.0],
+            [-se * ca, -se * sa, ce],
+            [ce * ca, ce * sa, se],
+        ]
+    }
+}
+
+impl Surface<'_> {
+    /// A square picture of the surface on white.
+    pub fn render(&self, view: View, bounds: Bounds, colour: Colour, side: usize) -> Canvas {
+        let buffer = self.rasterise(view, bounds, side * SAMPLES);
+        let mut canvas = Canvas::new(side, side);
+        for y in 0..side {
+            for x in 0..side {
+                let mut sum = [0.0; 3];
+                for k in 0..SAMPLES * SAMPLES {
+                    let (i, j) = (x * SAMPLES + k % SAMPLES, y * SAMPLES + k / SAMPLES);
+                    let sample = buffer.shade(i, j, colour);
+                    sum = std::array::from_fn(|c| sum[c] + sample[c]);
+                }
+                let mean = sum.map(|c| c / (SAMPLES * SAMPLES) as f32);
+                canvas.blend(x, y, mean, 1.0);
+            }
+        }
+        canvas
+    }
+
+    fn rasterise(&self, view: View, bounds: Bounds, side: usize) -> Buffer {
+        let axes = view.axes();
+        let scale = 0.5 * side as f64 / (1.04 * bounds.radius);
+        let turned = |v: [f64; 3]| axes.map(|axis| dot(axis, v));
+        let corners: Vec<[f64; 3]> = self
+            .vertices
+            .iter()
+            .map(|&vertex| {
+                let [x, y, z] = turned(sub(vertex, bounds.centre));
+                let half = 0.5 * side as f64;
+                [half + scale * x, half - scale * y, scale * z]
+            })
+            .collect();
+        let normals: Vec<[f64; 3]> = self.normals().into_iter().map(turned).collect();
+        let mut buffer = Buffer::new(side);
+        for triangle in self.triangles {
+            if triangle.iter().all(|&v| v < corners.len()) {
+                buffer.triangle(triangle.map(|v| corners[v]), triangle.map(|v| normals[v]));
+            }
+        }
+        buffer
+    }
+
+    /// Normals at the vertices: means of those of the triangles, weighted by area.
+    fn normals(&self) -> Vec<[f64; 3]> {
+        let mut normals = vec![[0.0; 3]; self.vertices.len()];
+        for triangle in self.triangles {
+            if triangle.iter().any(|&v| v >= normals.len()) {
+                continue;
+            }
+            let [a, b, c] = triangle.map(|v| self.vertices[v]);
+            let normal = cross(sub(b, a), sub(c, a));
+            for &v in triangle {
+                normals[v] = std::array::from_fn(|k| normals[v][k] + normal[k]);
+            }
+        }
+        normals
+    }
+}
+
+/// Depth and normal of the nearest surface at every sample.
+struct Buffer {
+    side: usize,
+    depth: Vec<f64>,
+    normal: Vec<[f32; 3]>,
+}
+
+impl Buffer {
+    fn new(side: usize) -> Self {
+        Self {
+            side,
+            depth: vec![f64::NEG_INFINITY; side * side],
+            normal: vec![[0.0; 3]; side * side],
+        }
+    }
+
+    fn triangle(&mut self, corners: [[f64; 3]; 3], normals: [[f64; 3]; 3]) {
+        let [a, b, c] = corners;
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        let seen = area.abs() > 1e-12;
+        if !seen {
+            return;
+        }
+        let range = |k: usize| {
+            let values = corners.map(|p| p[k]);
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min) - 0.5;
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 0.5;
+            let inside = |v: f64| v.clamp(0.0, self.side as f64) as usize;
+            inside(low.floor())..inside(high.ceil())
+        };
+        let (columns, rows) = (range(0), range(1));
+        for j in rows {
+            for i in columns.clone() {
+                let (x, y) = (i as f64 + 0.5, j as f64 + 0.5);
+                let part = |p: [f64; 3], q: [f64; 3]| {
+                    ((p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x)) / area
+                };
+                let weights = [part(b, c), part(c, a), part(a, b)];
+                if weights.iter().any(|w| *w < 0.0) {
+                    continue;
+                }
+                let depth: f64 = (0..3).map(|k| weights[k] * corners[k][2]).sum();
+                let at = j * self.side + i;
+                if depth > self.depth[at] {
+                    self.depth[at] = depth;
+                    self.normal[at] = std::array::from_fn(|c| {
+                        (0..3).map(|k| weights[k] * normals[k][c]).sum::<f64>() as f32
+                    });
+                }
+            }
+        }
+    }
+
+    /// A soft light from above left, a weaker one from the right, sky light, a faint highlight
+    /// and darker rims (Blinn 1977).
+    fn shade(&self, i: usize, j: usize, colour: Colour) -> Colour {
+        let at = j * self.side + i;
+        if self.depth[at] == f64::NEG_INFINITY {
+            return WHITE;
+        }
+        let n = self.normal[at];
+        let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt().max(1e-30);
+        // Surfaces are lit from both sides, so that a wrong orientation is no black hole.
+        let side = if n[2] < 0.0 { -length } else { length };
+        let n = n.map(|x| x / side);
+        let against = |l: [f32; 3]| (n[0] * l[0] + n[1] * l[1] + n[2] * l[2]).max(0.0);
+        let diffuse = 0.42
+            + 0.10 * n[1]
+            + 0.52 * against([-0.40, 0.56, 0.73])
+            + 0.16 * against([0.80, 0.10, 0.59]);
+        // Half way between the first light and the eye.
+        let highlight = 0.22 * against([-0.215, 0.301, 0.929]).powi(40);
+        let rim = 0.25 * (1.0 - n[2]).powi(3);
+        let lit = colour.map(|c| (c * diffuse * (1.0 - rim)).min(1.0));
+        mix(lit, WHITE, highlight)
+    }
+}
+
+fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| a[k] - b[k])
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+}
+
+fn norm(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Vertices and triangles of the surface `|x - 1/2| = radius(direction)`.
+    pub fn star_surface(
+        radius: impl Fn([f64; 3]) -> f64,
+        n: usize,
+    ) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
+        let (rows, columns) = (n, 2 * n);
+        let mut vertices = Vec::new();
+        for j in 0..=rows {
+            for i in 0..columns {
+                let polar = std::f64::consts::PI * j as f64 / rows as f64;
+                let (sa, ca) = (std::f64::consts::PI * i as f64 / n as f64).sin_cos();
+                let d = [polar.sin() * ca, polar.sin() * sa, polar.cos()];
+                vertices.push(d.map(|x| 0.5 + radius(d) * x));
+            }
+        }
+        let mut triangles = Vec::new();
+        for j in 0..rows {
+            for i in 0..columns {
+                let at = |i: usize, j: usize| j * columns + i % columns;
+                triangles.push([at(i, j), at(i, j + 1), at(i + 1, j + 1)]);
+                triangles.push([at(i, j), at(i + 1, j + 1), at(i + 1, j)]);
+            }
+        }
+        (vertices, triangles)
+    }
+
+    #[test]
+    fn a_ball_is_a_disk_of_the_right_size_brightest_at_the_upper_left() {
+        let (vertices, triangles) = star_surface(|_| 0.25, 48);
+        let ball = Surface {
+            vertices: &vertices,
+            triangles: &triangles,
+        };
+        let bounds = Bounds {
+            centre: [0.5; 3],
+            radius: 0.5,
+        };
+        let view = View {
+            azimuth: 30.0,
+            elevation: 20.0,
+        };
+        let canvas = ball.render(view, bounds, [0.2, 0.4, 0.7], 120);
+        let covered = (0..120 * 120)
+            .filter(|k| canvas.pixel(k % 120, k / 120)[0] < 0.99)
+            .count() as f64;
+        let radius = 60.0 * 0.25 / (1.04 * 0.5);
+        // Pixels partly covered count as well: half a pixel of rim.
+        let most = std::f64::consts::PI * (radius + 1.0f64).powi(2);
+        let least = std::f64::consts::PI * (radius - 0.5f64).powi(2);
+        assert!(
+            covered > least && covered < most,
+            "{covered} {least} {most}"
+        );
+        let bright = canvas.pixel(52, 50)[2];
+        assert!(bright > canvas.pixel(78, 74)[2] + 0.1);
+    }
+
+    #[test]
+    fn the_nearer_surface_hides_the_farther() {
+        let vertices = [
+            [0.2, -1.0, -1.0],
+            [0.2, 1.0, -1.0],
+            [0.2, 0.0, 1.0],
+            [-0.2, -1.0, -1.0],
+            [-0.2, 1.0, -1.0],
+            [-0.2, 0.0, 1.0],
+        ];
+        // Seen from +x; the second triangle is turned, so that its normal tells it.
+        let surface = Surface {
+            vertices: &vertices,
+            triangles: &[[3, 4, 5], [0, 1, 2]],
+        };
+        let bounds = Bounds {
+            centre: [0.0; 3],
+            radius: 1.5,
+        };
+        let buffer = surface.rasterise(
+            View {
+                azimuth: 0.0,
+                elevation: 0.0,
+            },
+            bounds,
+            60,
+        );
+        let middle = buffer.depth[30 * 60 + 30];
+        assert!((middle - 0.2 * 30.0 / 1.56).abs() < 1e-9, "{middle}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Pictures of results: plain arrays, polylines and meshes in, PNG out.
+//!
+//! The `y` axis of flat shapes points down, as in the input pictures (see [`crate::input`]).
+
+mod canvas;
+mod mesh;
+mod palette;
+mod sheet2;
+mod sheet3;
+mod text;
+
+pub use canvas::Canvas;
+pub use mesh::{Bounds, Surface, View};
+pub use palette::colour;
+pub use sheet2::{ContactSheet, Curve, ShapeTile};
+pub use sheet3::SurfaceSheet;
+
+/// Red, green and blue in `[0, 1]`, as stored in the file (sRGB).
+pub type Colour = [f32; 3];
+
+const WHITE: Colour = [1.0; 3];
+/// Text and the outline of the average.
+const INK: Colour = [0.13, 0.15, 0.18];
+/// Labels.
+const GREY: Colour = [0.42, 0.45, 0.49];
+/// Frames.
+const PALE: Colour = [0.86, 0.87, 0.89];
+
+/// A colour between two others.
+fn mix(a: Colour, b: Colour, t: f32) -> Colour {
+    std::array::from_fn(|k| a[k] + t * (b[k] - a[k]))
+}
+
+/// Tiles of equal size in rows, centred; gives the upper left corner of every tile.
+struct Rows {
+    columns: usize,
+    count: usize,
+    tile: usize,
+    /// Height of a row: tile, label and gap.
+    pitch: usize,
+}
+
+/// Space between tiles, and at the border.
+const GAP: usize = 18;
+/// Height of the line of text under a tile.
+const LABEL: usize = 22;
+
+impl Rows {
+    /// Rows of tiles that fill the width, a tile being no wider than `most`.
+    fn fill(count: usize, width: usize, most: usize) -> Self {
+        let columns = match count {
+            0..=6 => count.max(1),
+            7 | 8 => 4,
+            9 | 10 => 5,
+            _ => count.div_ceil(count.div_ceil(8)).max(6),
+        };
+        let tile = ((width - GAP * (columns - 1)) / columns).min(most);
+        Self {
+            columns,
+            count,
+            tile,
+            pitch: tile + LABEL + GAP,
+        }
+    }
+
+    fn height(&self) -> usize {
+        self.count.div_ceil(self.columns) * self.pitch
+    }
+
+    fn corner(&self, index: usize, width: usize) -> [usize; 2] {
+        let (row, column) = (index / self.columns, index % self.columns);
+        let in_row = self.columns.min(self.count - row * self.columns);
+        let used = in_row * self.tile + (in_row - 1) * GAP;
+        [
+            (width - used) / 2 + column * (self.tile + GAP),
+            row * self.pitch,
+        ]
+    }
+}

@@ -1,0 +1,192 @@
+//! The picture of a flat average: the inputs, the average, and the warped inputs over it.
+
+use super::{Canvas, Colour, GAP, GREY, INK, LABEL, PALE, Rows, WHITE, colour, mix, text};
+
+const WIDTH: usize = 920;
+const MOST_TILE: usize = 300;
+const TEXT: f32 = 9.0;
+
+/// A line in unit-box coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Its points.
+    pub points: Vec<[f64; 2]>,
+    /// Whether the last point is joined to the first.
+    pub closed: bool,
+}
+
+/// A shape to be shown in one tile.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapeTile<'a> {
+    /// Text under the tile.
+    pub label: &'a str,
+    /// Its boundary; the object is what lies inside an odd number of these curves.
+    pub outline: &'a [Curve],
+}
+
+/// Everything in the picture of a flat average.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactSheet<'a> {
+    /// The inputs.
+    pub inputs: &'a [ShapeTile<'a>],
+    /// The average.
+    pub average: ShapeTile<'a>,
+    /// The outlines of the inputs warped onto the average, in the order of the inputs.
+    pub warped: &'a [Vec<Curve>],
+}
+
+impl ContactSheet<'_> {
+    /// Draws the picture.
+    pub fn draw(&self) -> Canvas {
+        let inner = WIDTH - 2 * GAP;
+        let rows = Rows::fill(self.inputs.len(), inner, MOST_TILE);
+        let large = (inner - GAP) / 2;
+        let height = GAP + rows.height() + large + LABEL + GAP;
+        let mut canvas = Canvas::new(WIDTH, height);
+        for (i, input) in self.inputs.iter().enumerate() {
+            let [x, y] = rows.corner(i, inner);
+            let tile = Tile::new([GAP + x, GAP + y], rows.tile);
+            let line = (rows.tile as f32 / 150.0).clamp(1.2, 2.0);
+            tile.fill(&mut canvas, input.outline, mix(WHITE, colour(i), 0.28));
+            tile.curves(&mut canvas, input.outline, line, colour(i));
+            tile.finish(&mut canvas, input.label);
+        }
+        let y = GAP + rows.height();
+        let fill = mix(WHITE, INK, 0.22);
+        let average = Tile::new([GAP, y], large);
+        average.fill(&mut canvas, self.average.outline, fill);
+        average.curves(&mut canvas, self.average.outline, 2.2, INK);
+        average.finish(&mut canvas, self.average.label);
+        let over = Tile::new([GAP + large + GAP, y], large);
+        over.fill(&mut canvas, self.average.outline, mix(WHITE, INK, 0.10));
+        for (i, curves) in self.warped.iter().enumerate() {
+            over.curves(&mut canvas, curves, 1.6, colour(i));
+        }
+        over.finish(&mut canvas, "inputs warped onto the average");
+        canvas
+    }
+}
+
+/// The unit box on the canvas.
+struct Tile {
+    corner: [usize; 2],
+    side: usize,
+}
+
+impl Tile {
+    fn new(corner: [usize; 2], side: usize) -> Self {
+        Self { corner, side }
+    }
+
+    fn fill(&self, canvas: &mut Canvas, curves: &[Curve], fill: Colour) {
+        let curves: Vec<_> = curves.iter().map(|curve| self.pixels(curve)).collect();
+        canvas.fill(&curves, fill);
+    }
+
+    fn curves(&self, canvas: &mut Canvas, curves: &[Curve], width: f32, colour: Colour) {
+        for curve in curves {
+            canvas.line(&self.pixels(curve), curve.closed, width, colour);
+        }
+    }
+
+    fn pixels(&self, curve: &Curve) -> Vec<[f32; 2]> {
+        let scale = self.side as f32;
+        curve
+            .points
+            .iter()
+            .map(|p| std::array::from_fn(|k| self.corner[k] as f32 + p[k] as f32 * scale))
+            .collect()
+    }
+
+    fn finish(&self, canvas: &mut Canvas, label: &str) {
+        canvas.frame(self.corner, [self.side; 2], PALE);
+        let side = self.side as f32;
+        let middle = [
+            self.corner[0] as f32 + 0.5 * side,
+            (self.corner[1] + self.side + 8) as f32,
+        ];
+        text::centred(canvas, label, middle, TEXT, side, GREY);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{Letter, Outline, letter};
+
+    fn curves(outline: &Outline) -> Vec<Curve> {
+        outline
+            .curves()
+            .iter()
+            .map(|points| Curve {
+                points: points.iter().map(|p| p.map(|x| x + 0.5)).collect(),
+                closed: true,
+            })
+            .collect()
+    }
+
+    /// Set `SHAPESPACE_PICTURES` to a folder to look at the picture.
+    fn keep(canvas: &Canvas, name: &str) {
+        if let Ok(folder) = std::env::var("SHAPESPACE_PICTURES") {
+            canvas
+                .write_png(&std::path::Path::new(&folder).join(name))
+                .unwrap();
+        }
+    }
+
+    #[test]
+    fn every_shape_has_its_tile_in_its_colour() {
+        let which = [
+            Letter::A,
+            Letter::B,
+            Letter::SerifB,
+            Letter::LightB,
+            Letter::C,
+            Letter::M,
+            Letter::O,
+            Letter::U,
+            Letter::X,
+        ];
+        let outlines: Vec<Outline> = which.iter().map(|&l| letter(l)).collect();
+        let lines: Vec<_> = outlines.iter().map(curves).collect();
+        let names: Vec<String> = (0..9).map(|i| format!("letter_{i:03}.npy")).collect();
+        let inputs: Vec<_> = (0..9)
+            .map(|i| ShapeTile {
+                label: &names[i],
+                outline: &lines[i],
+            })
+            .collect();
+        let sheet = ContactSheet {
+            inputs: &inputs,
+            average: ShapeTile {
+                label: "average",
+                outline: &lines[1],
+            },
+            warped: &lines,
+        };
+        let canvas = sheet.draw();
+        keep(&canvas, "sheet2.png");
+        let two = ContactSheet {
+            inputs: &inputs[1..3],
+            warped: &lines[..2],
+            ..sheet
+        };
+        keep(&two.draw(), "sheet2_two.png");
+        // The stem of the B, second tile: its fill is a tint of its colour.
+        let rows = Rows::fill(9, WIDTH - 2 * GAP, MOST_TILE);
+        let [x, y] = rows.corner(1, WIDTH - 2 * GAP);
+        let stem = canvas.pixel(
+            GAP + x + (0.32 * rows.tile as f64) as usize,
+            GAP + y + rows.tile / 2,
+        );
+        let tint = mix(WHITE, colour(1), 0.28);
+        assert!(
+            (0..3).all(|k| (stem[k] - tint[k]).abs() < 1e-5),
+            "{stem:?} {tint:?}"
+        );
+        // The stem of the average, and the space beside it.
+        let [w, h] = canvas.size();
+        assert!(canvas.pixel(w / 4 - 60, h - 240)[0] < 0.9);
+        assert!(canvas.pixel(w / 4 - 200, h - 240)[0] == 1.0);
+    }
+}

@@ -1,0 +1,126 @@
+//! The picture of an average in space: three large views of it over one view of each input.
+
+use super::{
+    Bounds, Canvas, Colour, GAP, GREY, LABEL, PALE, Rows, Surface, View, colour, mix, text,
+};
+
+const WIDTH: usize = 1080;
+const MOST_TILE: usize = 240;
+const TEXT: f32 = 9.0;
+const VIEWS: [(View, &str); 3] = [
+    (
+        View {
+            azimuth: -60.0,
+            elevation: 22.0,
+        },
+        "average",
+    ),
+    (
+        View {
+            azimuth: 30.0,
+            elevation: 22.0,
+        },
+        "from the right",
+    ),
+    (
+        View {
+            azimuth: -60.0,
+            elevation: 78.0,
+        },
+        "from above",
+    ),
+];
+/// Warm stone: neutral between the inputs' colours.
+const STONE: Colour = [0.80, 0.77, 0.72];
+
+/// Everything in the picture of an average in space.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceSheet<'a> {
+    /// The inputs with their names.
+    pub inputs: &'a [(&'a str, Surface<'a>)],
+    /// The average.
+    pub average: Surface<'a>,
+}
+
+impl SurfaceSheet<'_> {
+    /// Draws the picture. All tiles have the same scale relative to their size.
+    pub fn draw(&self) -> Canvas {
+        let inner = WIDTH - 2 * GAP;
+        let large = (inner - 2 * GAP) / 3;
+        let rows = Rows::fill(self.inputs.len(), inner, MOST_TILE);
+        let top = GAP + large + LABEL + GAP;
+        let mut canvas = Canvas::new(WIDTH, top + rows.height());
+        let bounds = Bounds::of(
+            self.inputs
+                .iter()
+                .map(|(_, surface)| *surface)
+                .chain([self.average]),
+        );
+        for (k, (view, label)) in VIEWS.into_iter().enumerate() {
+            let corner = [GAP + k * (large + GAP), GAP];
+            let picture = self.average.render(view, bounds, STONE, large);
+            place(&mut canvas, &picture, corner, label);
+        }
+        for (i, (label, surface)) in self.inputs.iter().enumerate() {
+            let [x, y] = rows.corner(i, inner);
+            let tint = mix(colour(i), STONE, 0.25).map(|c| (1.15 * c).min(1.0));
+            let picture = surface.render(VIEWS[0].0, bounds, tint, rows.tile);
+            place(&mut canvas, &picture, [GAP + x, top + y], label);
+        }
+        canvas
+    }
+}
+
+fn place(canvas: &mut Canvas, picture: &Canvas, corner: [usize; 2], label: &str) {
+    canvas.paste(picture, corner);
+    canvas.frame(corner, picture.size(), PALE);
+    let side = picture.size()[0] as f32;
+    let middle = [
+        corner[0] as f32 + 0.5 * side,
+        (corner[1] + picture.size()[1] + 8) as f32,
+    ];
+    text::centred(canvas, label, middle, TEXT, side, GREY);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::mesh::tests::star_surface;
+    use super::*;
+
+    #[test]
+    fn every_tile_shows_its_surface() {
+        let lobes = |a: f64| {
+            move |d: [f64; 3]| {
+                0.24 * (1.0 + a * (3.0 * d[0] + 1.0).sin() * (2.0 * d[1]).cos() + 0.2 * d[2])
+            }
+        };
+        let meshes: Vec<_> = [0.1, 0.3, 0.5, -0.3]
+            .map(|a| star_surface(lobes(a), 60))
+            .into();
+        let surfaces: Vec<Surface> = meshes
+            .iter()
+            .map(|(vertices, triangles)| Surface {
+                vertices,
+                triangles,
+            })
+            .collect();
+        let inputs: Vec<_> = surfaces[1..].iter().map(|s| ("blob.nii.gz", *s)).collect();
+        let canvas = SurfaceSheet {
+            inputs: &inputs,
+            average: surfaces[0],
+        }
+        .draw();
+        if let Ok(folder) = std::env::var("SHAPESPACE_PICTURES") {
+            canvas
+                .write_png(&std::path::Path::new(&folder).join("sheet3.png"))
+                .unwrap();
+        }
+        let large = (WIDTH - 4 * GAP) / 3;
+        for k in 0..3 {
+            let middle = canvas.pixel(GAP + k * (large + GAP) + large / 2, GAP + large / 2);
+            assert!(middle != [1.0; 3]);
+            // The corner of a tile is white.
+            assert_eq!(canvas.pixel(GAP + k * (large + GAP) + 3, GAP + 3), [1.0; 3]);
+        }
+    }
+}

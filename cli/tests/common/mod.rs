@@ -1,0 +1,83 @@
+//! A folder of its own for each test, and small files of every format, byte by byte.
+
+#![allow(dead_code, reason = "not every test program uses every helper")]
+
+use std::io::Cursor;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+/// A temporary folder in which the program runs.
+pub struct Place(tempfile::TempDir);
+
+impl Place {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+
+    /// Names in the folder, hidden ones too.
+    pub fn listing(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    pub fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_shapespace"))
+            .args(arguments)
+            .current_dir(self.0.path())
+            .output()
+            .unwrap()
+    }
+}
+
+pub fn npy_f64(shape: &[usize], values: &[f64]) -> Vec<u8> {
+    let sides: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    let sides = sides.join(", ");
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({sides}), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+pub fn grey_png(width: u32, height: u32, grey: &[u8]) -> Vec<u8> {
+    let picture = image::GrayImage::from_raw(width, height, grey.to_vec()).unwrap();
+    let mut bytes = Cursor::new(Vec::new());
+    picture
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .unwrap();
+    bytes.into_inner()
+}
+
+/// A little-endian NIfTI-1 file of `u8` labels.
+pub fn nifti(size: [u16; 3], pixdim: [f32; 3], labels: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![0u8; 352];
+    bytes[..4].copy_from_slice(&348i32.to_le_bytes());
+    for (k, n) in [3, size[0], size[1], size[2], 1, 1, 1, 1]
+        .iter()
+        .enumerate()
+    {
+        bytes[40 + 2 * k..42 + 2 * k].copy_from_slice(&n.to_le_bytes());
+    }
+    bytes[70..72].copy_from_slice(&2i16.to_le_bytes());
+    bytes[72..74].copy_from_slice(&8i16.to_le_bytes());
+    for (k, h) in [1.0, pixdim[0], pixdim[1], pixdim[2]].iter().enumerate() {
+        bytes[76 + 4 * k..80 + 4 * k].copy_from_slice(&f32::to_le_bytes(*h));
+    }
+    bytes[108..112].copy_from_slice(&352f32.to_le_bytes());
+    bytes[344..348].copy_from_slice(b"n+1\0");
+    bytes.extend(labels);
+    bytes
+}
