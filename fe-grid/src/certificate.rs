@@ -80,15 +80,12 @@ impl LayerBounds {
 
     fn include(&mut self, bound: f64, corner: f64, cell: usize) {
         // NaN counts as the worst that can be.
-        if !(bound >= self.bound) {
+        let worst_if_nan = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
+        let bound = worst_if_nan(bound);
+        if bound < self.bound {
             (self.bound, self.cell) = (bound, cell);
         }
-        if !(corner >= self.corner) {
-            self.corner = corner;
-        }
-        if bound.is_nan() {
-            self.bound = f64::NEG_INFINITY;
-        }
+        self.corner = self.corner.min(worst_if_nan(corner));
     }
 }
 

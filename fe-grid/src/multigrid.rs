@@ -199,6 +199,12 @@ where
             });
     }
 
+    fn update_residual(&self, s: &mut Scratch<T>) {
+        self.apply_into(&s.x, &mut s.product);
+        s.residual.copy_from_slice(&s.b);
+        subtract_from(&s.product, &mut s.residual);
+    }
+
     /// Improves `x`, whose residual `b - A x` is given, by a Chebyshev polynomial. `product` and
     /// `update` are scratch; the residual is not kept up to date.
     fn smooth(&self, s: &mut Scratch<T>, params: &MultigridParams) {
@@ -302,20 +308,14 @@ where
         s.x.fill(T::default());
         s.residual.copy_from_slice(&s.b);
         level.smooth(s, &self.params);
-        self.update_residual(level, s);
+        level.update_residual(s);
         let coarse_grid = self.levels[depth + 1].grid;
         restrict_into(&coarse_grid, &s.residual, &mut coarser[0].b);
         self.cycle(depth + 1, coarser);
         prolong_into(&coarse_grid, &coarser[0].x, &mut s.update);
         add_into(&s.update, &mut s.x);
-        self.update_residual(level, s);
+        level.update_residual(s);
         level.smooth(s, &self.params);
-    }
-
-    fn update_residual(&self, level: &Level<T, F, D, M>, s: &mut Scratch<T>) {
-        level.apply_into(&s.x, &mut s.product);
-        s.residual.copy_from_slice(&s.b);
-        subtract_from(&s.product, &mut s.residual);
     }
 }
 

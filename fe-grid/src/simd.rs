@@ -61,15 +61,15 @@ where
 {
     #[cfg(target_arch = "x86_64")]
     {
-        if level == SimdLevel::Widest {
-            if let Some(simd) = pulp::x86::V4::try_new() {
-                return Simd::vectorize(simd, Run(kernel, PhantomData));
-            }
+        if level == SimdLevel::Widest
+            && let Some(simd) = pulp::x86::V4::try_new()
+        {
+            return Simd::vectorize(simd, Run(kernel, PhantomData));
         }
-        if level >= SimdLevel::Wide256 {
-            if let Some(simd) = pulp::x86::V3::try_new() {
-                return Simd::vectorize(simd, Run(kernel, PhantomData));
-            }
+        if level >= SimdLevel::Wide256
+            && let Some(simd) = pulp::x86::V3::try_new()
+        {
+            return Simd::vectorize(simd, Run(kernel, PhantomData));
         }
     }
     #[cfg(not(target_arch = "x86_64"))]

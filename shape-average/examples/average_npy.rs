@@ -32,6 +32,24 @@ fn run<const D: usize>(arrays: Vec<Vec<f64>>, n: usize, params: &AverageParams) 
             l.certificate.min_det
         );
     }
+    if let Ok(dir) = std::env::var("DUMP") {
+        let write = |name: String, data: &[f64]| {
+            let bytes: Vec<u8> = data.iter().flat_map(|x| x.to_le_bytes()).collect();
+            std::fs::write(format!("{dir}/{name}"), bytes).unwrap();
+        };
+        write("average".into(), result.average.as_slice());
+        write("indicator".into(), result.average_indicator.as_slice());
+        for (i, u) in result.displacements.iter().enumerate() {
+            write(format!("u{i}"), u.as_slice());
+            write(format!("p{i}"), result.pushed[i].as_slice());
+            write(format!("v{i}"), result.shapes.phase_fields[i].as_slice());
+            println!(
+                "shape {i}: {:?} dice {}",
+                fe_grid::certify(&grid, u.as_slice(), 0.0),
+                result.dice[i]
+            );
+        }
+    }
     println!(
         "total {:.2}s dice {:.4} min {:.4} {:?}",
         result.seconds,
@@ -80,8 +98,8 @@ fn main() {
         arrays.push(data);
     }
     if shape.len() == 2 {
-        run::<2>(arrays, shape[0] as usize, &params)
+        run::<2>(arrays, shape[0] as usize, &params);
     } else {
-        run::<3>(arrays, shape[0] as usize, &params)
+        run::<3>(arrays, shape[0] as usize, &params);
     }
 }

@@ -175,12 +175,12 @@ impl<const D: usize> Descent<D> {
             if objective.admissible(&self.trial) {
                 objective.shape_evaluations += 1;
                 self.evaluations.values += 1;
-                if let Some(terms) = objective.shape_energy(i, &self.trial, &mut [])? {
-                    if objective.weigh(i, terms) <= energy - ARMIJO * step * squared {
-                        u.copy_from_slice(&self.trial);
-                        self.steps[i] = step;
-                        return Ok(true);
-                    }
+                let terms = objective.shape_energy(i, &self.trial, &mut [])?;
+                let bound = energy - ARMIJO * step * squared;
+                if terms.is_some_and(|terms| objective.weigh(i, terms) <= bound) {
+                    u.copy_from_slice(&self.trial);
+                    self.steps[i] = step;
+                    return Ok(true);
                 }
             }
             step *= 0.5;

@@ -35,7 +35,8 @@ impl<const D: usize> ShapeMetric<D> {
         let elastic_weight = elastic_weight.max(LEAST_WEIGHT);
         let probe = MetricProbe {
             stiffness: elastic_weight,
-            void_stiffness: std::env::var("MV").map_or(params.void_stiffness, |v| v.parse().unwrap()),
+            void_stiffness: std::env::var("MV")
+                .map_or(params.void_stiffness, |v| v.parse().unwrap()),
             mismatch: Mismatch {
                 interface_width: shapes.interface_width(),
                 scale: mismatch_weight,

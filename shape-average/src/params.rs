@@ -135,7 +135,7 @@ impl AverageParams {
         within("min_determinant", "below 1", self.min_determinant, 0.9)?;
         if let Some(weights) = &self.weights {
             let sum: f64 = weights.iter().sum();
-            let bad = weights.iter().any(|w| !(*w >= 0.0)) || (sum - 1.0).abs() > 1e-9;
+            let bad = weights.iter().any(|w| w.is_nan() || *w < 0.0) || (sum - 1.0).abs() > 1e-9;
             if weights.len() != n || bad {
                 return Err(AverageError::Weights {
                     expected: n,

@@ -81,7 +81,7 @@ impl<const D: usize> AverageResult<D> {
         x: &[f64],
         average: Vec<f64>,
         mut levels: Vec<LevelReport>,
-        timing: Timing,
+        timing: &Timing,
     ) -> Result<Self, AverageError> {
         let grid = *shapes.grid();
         let dim = D * grid.n_nodes();

@@ -55,7 +55,7 @@ pub fn average<const D: usize>(
         levels: solution.levels,
         seconds: start.elapsed().as_secs_f64(),
     };
-    problem.into_result(signed_distances, &solution.x, timing)
+    problem.into_result(signed_distances, &solution.x, &timing)
 }
 
 /// The minimiser that the parameters name, with the stopping rule of a level.
@@ -141,7 +141,7 @@ impl<'a, const D: usize> Levels<'a, D> {
         self,
         signed_distances: &[Field<f64, D, 1>],
         x: &[f64],
-        timing: Timing,
+        timing: &Timing,
     ) -> Result<AverageResult<D>, AverageError> {
         let (shapes, reports) = (self.finest, self.reports);
         // A level that was cancelled is the last.
