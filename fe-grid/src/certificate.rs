@@ -36,9 +36,42 @@ pub fn certify<T: Element, const D: usize>(
     threshold: f64,
 ) -> Certificate {
     assert_eq!(displacement.len(), D * grid.n_nodes());
+    let mut total = LayerBounds::none();
+    for bounds in bound_layers(grid, displacement, threshold) {
+        total.include(bounds.bound, bounds.corner, bounds.cell);
+    }
+    Certificate {
+        certified: total.bound > threshold,
+        min_det: total.bound,
+        min_corner_det: total.corner,
+        cell: total.cell,
+    }
+}
+
+/// The cells whose bound of the determinant does not exceed a threshold, in order.
+///
+/// # Panics
+/// If the displacement does not have `D` components of the grid.
+pub fn violations<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    displacement: &[T],
+    threshold: f64,
+) -> Vec<usize> {
+    assert_eq!(displacement.len(), D * grid.n_nodes());
+    bound_layers(grid, displacement, threshold)
+        .into_iter()
+        .flat_map(|layer| layer.violations)
+        .collect()
+}
+
+fn bound_layers<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    displacement: &[T],
+    threshold: f64,
+) -> Vec<LayerBounds> {
     let layers = grid.cells_per_axis()[D - 1];
     let per_layer = grid.n_cells() / layers;
-    let found: Vec<LayerBounds> = (0..layers)
+    (0..layers)
         .into_par_iter()
         .with_min_len(2048usize.div_ceil(per_layer))
         .map(|layer| {
@@ -50,23 +83,15 @@ pub fn certify<T: Element, const D: usize>(
             };
             T::dispatch(SimdLevel::active(), kernel)
         })
-        .collect();
-    let mut total = LayerBounds::none();
-    for bounds in found {
-        total.include(bounds.bound, bounds.corner, bounds.cell);
-    }
-    Certificate {
-        certified: total.bound > threshold,
-        min_det: total.bound,
-        min_corner_det: total.corner,
-        cell: total.cell,
-    }
+        .collect()
 }
 
 struct LayerBounds {
     bound: f64,
     corner: f64,
     cell: usize,
+    /// Cells whose bound does not exceed the threshold.
+    violations: Vec<usize>,
 }
 
 impl LayerBounds {
@@ -75,6 +100,7 @@ impl LayerBounds {
             bound: f64::INFINITY,
             corner: f64::INFINITY,
             cell: 0,
+            violations: Vec::new(),
         }
     }
 
@@ -120,7 +146,11 @@ impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
                     let map = map.map(|c| c.map(Element::to_f64));
                     bound = refined_bound::<D>(&map, self.threshold, MAX_SPLITS);
                 }
-                total.include(bound, corner, first_cell(self.grid, row) + i);
+                let cell = first_cell(self.grid, row) + i;
+                total.include(bound, corner, cell);
+                if bound.is_nan() || bound <= self.threshold {
+                    total.violations.push(cell);
+                }
             }
         }
         total

@@ -13,7 +13,7 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{Background, Source, normal_equations};
 use fe_grid::{
     Assembly, CgParams, CgScratch, Data, Diagonal, Grid, GridError, LinearOperator, certify,
-    conjugate_gradient,
+    conjugate_gradient, restrain_step,
 };
 use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
 use phasefield::{InterfaceLength, Mismatch};
@@ -301,6 +301,22 @@ impl<const D: usize> Objective for AverageObjective<D> {
             .for_each(|(i, out)| {
                 self.metric[i].apply_into(shape(gradient, i, dim), out);
                 self.hold_boundary(out);
+            });
+        Ok(())
+    }
+
+    fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), AverageError> {
+        let dim = self.shape_dim();
+        direction
+            .par_chunks_exact_mut(dim)
+            .enumerate()
+            .for_each(|(i, step)| {
+                restrain_step(
+                    self.grid(),
+                    shape(x, i, dim),
+                    step,
+                    self.params.min_determinant,
+                );
             });
         Ok(())
     }

@@ -45,6 +45,17 @@ impl<'a, O: Objective> Counted<'a, O> {
         self.objective.update_metric(x)
     }
 
+    /// Keeps `x + direction` admissible; returns the slope of the energy along what is left.
+    pub(super) fn restrain(
+        &mut self,
+        x: &[f64],
+        gradient: &[f64],
+        direction: &mut [f64],
+    ) -> Result<f64, O::Error> {
+        self.objective.restrain(x, direction)?;
+        Ok(dot(gradient, direction))
+    }
+
     /// `direction = -P gradient`; returns the slope of the energy along it.
     pub(super) fn steepest_descent(
         &mut self,

@@ -95,7 +95,7 @@ impl<O: Objective> Run<'_, O> {
             if let Some(status) = monitor.judge(x, energy, slope, step_length, evaluations) {
                 return Ok(status);
             }
-            let Some(step) = self.step(x, energy, slope)? else {
+            let Some(step) = self.step(x, energy)? else {
                 return Ok(Status::LineSearchFailed);
             };
             let new = (&self.trial[..], &self.new_gradient[..]);
@@ -128,22 +128,30 @@ impl<O: Objective> Run<'_, O> {
         self.restart()
     }
 
+    /// Steepest descent in the objective's metric, with the memory dropped.
     fn restart(&mut self) -> Result<f64, O::Error> {
         self.pairs.clear();
         self.objective
             .steepest_descent(&self.gradient, &mut self.direction)
     }
 
-    fn step(&mut self, x: &[f64], energy: f64, slope: f64) -> Result<Option<Step>, O::Error> {
-        let step = self.search(x, energy, slope)?;
+    /// A step along the direction; where there is none, once more from the memory's start.
+    fn step(&mut self, x: &[f64], energy: f64) -> Result<Option<Step>, O::Error> {
+        let step = self.search(x, energy)?;
         if step.is_some() || self.pairs.is_empty() {
             return Ok(step);
         }
-        let slope = self.restart()?;
-        self.search(x, energy, slope)
+        self.restart()?;
+        self.search(x, energy)
     }
 
-    fn search(&mut self, x: &[f64], energy: f64, slope: f64) -> Result<Option<Step>, O::Error> {
+    fn search(&mut self, x: &[f64], energy: f64) -> Result<Option<Step>, O::Error> {
+        let slope = self
+            .objective
+            .restrain(x, &self.gradient, &mut self.direction)?;
+        if slope.is_nan() || slope >= 0.0 {
+            return Ok(None);
+        }
         let start = Start {
             x,
             energy,

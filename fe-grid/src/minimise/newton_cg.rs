@@ -105,7 +105,8 @@ impl<O: SecondOrder> Run<'_, O> {
                 forcing = self.next_forcing(forcing, size / last);
             }
             last_size = Some(size);
-            let slope = self.newton_direction(x, forcing, squared_size)?;
+            self.newton_direction(x, forcing, squared_size)?;
+            let slope = self.objective.restrain(x, &self.gradient, &mut self.direction)?;
             let start = Start {
                 x,
                 energy,

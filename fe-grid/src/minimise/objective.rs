@@ -54,6 +54,17 @@ pub trait Objective {
         Ok(())
     }
 
+    /// Shortens the parts of a direction that would leave the admissible states, so that
+    /// `x + direction` is admissible where possible. The rest of the direction stays as it is:
+    /// one part that is stuck does not hold up the others. The default does nothing.
+    ///
+    /// # Errors
+    /// Whatever makes it pointless to go on.
+    fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), Self::Error> {
+        let _ = (x, direction);
+        Ok(())
+    }
+
     /// Makes `P` anew for the state `x`. It stays as it is until the next call.
     ///
     /// # Errors
