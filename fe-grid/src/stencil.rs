@@ -3,7 +3,7 @@
 //! Of each pair of couplings one is stored: `(3^D + 1) / 2` nodal arrays, for the offset zero
 //! and the offsets that come after it in memory.
 
-use crate::engine::element::{MAX_CORNERS, shape_derivative, shape_value};
+use crate::engine::element::{GAUSS, MAX_CORNERS, shape_derivative, shape_value};
 use crate::linear::LinearOperator;
 use crate::scatter::Background;
 use crate::{Grid, GridError, Lane, LaneKernel, SimdLevel};
@@ -185,9 +185,12 @@ pub(crate) fn constant_element<const D: usize>(
     for a in 0..1 << D {
         for b in 0..1 << D {
             for q in 0..1 << D {
-                let mass = shape_value::<D>(a, q) * shape_value::<D>(b, q);
+                let mass = shape_value::<D>(a, q, GAUSS) * shape_value::<D>(b, q, GAUSS);
                 let stiffness: f64 = (0..D)
-                    .map(|k| shape_derivative::<D>(a, q, k) * shape_derivative::<D>(b, q, k))
+                    .map(|k| {
+                        shape_derivative::<D>(a, q, k, GAUSS)
+                            * shape_derivative::<D>(b, q, k, GAUSS)
+                    })
                     .sum();
                 element[a][b] += weight
                     * (background.mass * mass + background.stiffness * inverse_h2 * stiffness);

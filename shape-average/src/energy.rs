@@ -15,6 +15,9 @@ pub struct Energy {
     pub mismatch: Vec<f64>,
     /// Interface length `L` of the average.
     pub length: f64,
+    /// The barrier against folding, which the minimiser adds to the functional: zero where all
+    /// determinants lie above its onset.
+    pub barrier: f64,
 }
 
 /// The weights of the terms.
@@ -28,13 +31,27 @@ pub(crate) struct Weights {
     pub length: f64,
 }
 
+/// What one shape adds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ShapeTerms {
+    /// Elastic energy.
+    pub elastic: f64,
+    /// Mismatch.
+    pub mismatch: f64,
+    /// Barrier against folding, with its weight.
+    pub barrier: f64,
+}
+
 impl Energy {
-    pub(crate) fn new(
-        weights: &Weights,
-        elastic: Vec<f64>,
-        mismatch: Vec<f64>,
-        length: f64,
-    ) -> Self {
+    /// What the minimiser lowers.
+    pub fn objective(&self) -> f64 {
+        self.total + self.barrier
+    }
+
+    pub(crate) fn new(weights: &Weights, terms: &[ShapeTerms], length: f64) -> Self {
+        let elastic: Vec<f64> = terms.iter().map(|t| t.elastic).collect();
+        let mismatch: Vec<f64> = terms.iter().map(|t| t.mismatch).collect();
+        let barrier = terms.iter().map(|t| t.barrier).sum();
         let elastic_sum: f64 = elastic
             .iter()
             .zip(&weights.shapes)
@@ -47,6 +64,7 @@ impl Energy {
             elastic,
             mismatch,
             length,
+            barrier,
         }
     }
 }

@@ -5,22 +5,25 @@
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
-use crate::energy::Weights;
+use crate::energy::{ShapeTerms, Weights};
 use crate::metric::ShapeMetric;
 use crate::{AverageError, AverageParams, BoundaryCondition, Energy, LevelShapes};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{Background, Source, normal_equations};
 use fe_grid::{
-    Assembly, CgParams, CgScratch, Data, Diagonal, Grid, GridError, LinearOperator, certify,
-    conjugate_gradient, restrain_step,
+    Assembly, CellLaw, CgParams, CgScratch, Data, Diagonal, Grid, GridError, LinearOperator,
+    certify, conjugate_gradient, restrain_step, vector,
 };
-use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
+use hyperelastic::{FoldBarrier, LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
 use phasefield::{InterfaceLength, Mismatch};
 use rayon::prelude::*;
 
 /// Accuracy of the average: its error enters the energy squared.
 const AVERAGE_TOLERANCE: f64 = 1e-9;
+
+/// The barrier is felt by corners whose determinant is below this.
+const BARRIER_ONSET: f64 = 0.2;
 
 /// The reduced functional on one level.
 pub struct AverageObjective<const D: usize> {
@@ -143,41 +146,54 @@ impl<const D: usize> AverageObjective<D> {
         Ok(())
     }
 
-    /// Elastic energy and mismatch of one shape for the present average; the gradient of their
-    /// weighted sum overwrites `gradient` unless that is empty.
+    /// The terms of one shape for the present average, none where its deformation folds; the
+    /// gradient of their weighted sum overwrites `gradient` unless that is empty.
     pub(crate) fn shape_energy(
         &self,
         shape: usize,
         displacement: &[f64],
         gradient: &mut [f64],
-    ) -> Result<ShapeEnergy, AverageError> {
+    ) -> Result<Option<ShapeTerms>, AverageError> {
+        let grid = *self.grid();
         let elastic = match self.elastic(shape, displacement, gradient)? {
             Ok(value) => value,
             Err(GridError::Inadmissible { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
+        vector::scale(self.weights.shapes[shape], gradient);
         let density = Mismatch {
             interface_width: self.shapes.interface_width(),
             scale: 1.0,
         };
-        let law = Matching::new(density, Interpolant::new(*self.grid(), &self.average));
+        let law = Matching::new(density, Interpolant::new(grid, &self.average));
         let coefficients = [self.shapes.phase_fields[shape].as_slice()];
         let data = Data {
             coefficients: &coefficients,
             cells: &[],
         };
-        let assembly = Assembly::new(*self.grid(), &law, data);
-        if gradient.is_empty() {
-            return Ok(Some((elastic, assembly.value(displacement)?)));
-        }
         let mut slope = vec![0.0; gradient.len()];
-        let mismatch = assembly.value_and_gradient_into(displacement, &mut slope)?;
-        let (elastic_weight, mismatch_weight) = (self.weights.shapes[shape], self.weights.mismatch);
-        for (g, s) in gradient.iter_mut().zip(&slope) {
-            *g = elastic_weight * *g + mismatch_weight * s;
-        }
+        let matching = Assembly::new(grid, &law, data);
+        let mismatch = value_or_gradient(&matching, displacement, &mut slope)?;
+        vector::axpy(self.weights.mismatch, &slope, gradient);
+        let barrier = self.barrier();
+        let barrier = Assembly::new(grid, &barrier, Data::default());
+        let barrier = value_or_gradient(&barrier, displacement, &mut slope)?;
+        vector::axpy(1.0, &slope, gradient);
         self.hold_boundary(gradient);
-        Ok(Some((elastic, mismatch)))
+        Ok(Some(ShapeTerms {
+            elastic,
+            mismatch,
+            barrier,
+        }))
+    }
+
+    /// The barrier against folding.
+    pub(crate) fn barrier(&self) -> FoldBarrier {
+        let n = self.shapes.n_shapes() as f64;
+        FoldBarrier {
+            weight: self.params.void_stiffness / n,
+            onset: BARRIER_ONSET,
+        }
     }
 
     fn elastic(
@@ -200,8 +216,9 @@ impl<const D: usize> AverageObjective<D> {
     }
 
     /// Weighted energy of one shape.
-    pub(crate) fn weigh(&self, shape: usize, (elastic, mismatch): (f64, f64)) -> f64 {
-        self.weights.shapes[shape] * elastic + self.weights.mismatch * mismatch
+    pub(crate) fn weigh(&self, shape: usize, terms: ShapeTerms) -> f64 {
+        let elastic = self.weights.shapes[shape] * terms.elastic;
+        elastic + self.weights.mismatch * terms.mismatch + terms.barrier
     }
 
     /// Removes what would move a boundary that is held.
@@ -243,7 +260,7 @@ impl<const D: usize> AverageObjective<D> {
         let n = self.shapes.n_shapes();
         self.shape_evaluations += n;
         let dim = self.shape_dim();
-        let terms: Result<Vec<ShapeEnergy>, AverageError> = if gradient.is_empty() {
+        let terms: Result<Vec<_>, AverageError> = if gradient.is_empty() {
             (0..n)
                 .into_par_iter()
                 .map(|i| self.shape_energy(i, shape(x, i, dim), &mut []))
@@ -257,14 +274,23 @@ impl<const D: usize> AverageObjective<D> {
         let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
         };
-        let (elastic, mismatch) = terms.into_iter().unzip();
-        self.energy = Energy::new(&self.weights, elastic, mismatch, self.length()?);
-        Ok(Evaluation::Value(self.energy.total))
+        self.energy = Energy::new(&self.weights, &terms, self.length()?);
+        Ok(Evaluation::Value(self.energy.objective()))
     }
 }
 
-/// Elastic energy and mismatch; none where the deformation folds.
-pub(crate) type ShapeEnergy = Option<(f64, f64)>;
+/// The energy of a law, with its gradient unless that is empty.
+fn value_or_gradient<F: CellLaw<D, D>, const D: usize>(
+    assembly: &Assembly<'_, F, f64, D, D>,
+    displacement: &[f64],
+    gradient: &mut [f64],
+) -> Result<f64, GridError> {
+    if gradient.is_empty() {
+        assembly.value(displacement)
+    } else {
+        assembly.value_and_gradient_into(displacement, gradient)
+    }
+}
 
 /// The displacement of one shape.
 pub(crate) fn shape(x: &[f64], i: usize, dim: usize) -> &[f64] {
@@ -361,11 +387,7 @@ impl<const D: usize> LawVisitor<D> for ElasticVisitor<'_, D> {
             void_stiffness: self.void_stiffness,
         };
         let assembly = Assembly::new(self.grid, &law, self.data);
-        if self.gradient.is_empty() {
-            assembly.value(self.displacement)
-        } else {
-            assembly.value_and_gradient_into(self.displacement, self.gradient)
-        }
+        value_or_gradient(&assembly, self.displacement, self.gradient)
     }
 }
 

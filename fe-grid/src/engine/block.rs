@@ -1,11 +1,11 @@
 //! A block of neighbouring cells of a row, one a lane, with all that is read in them.
 
-use super::element::{MAX_CORNERS, differences, gauss_coordinate, interpolate};
+use super::element::{MAX_CORNERS, differences, interpolate, point_coordinate};
 use super::rows::{Row, first_cell, gather, iota};
 use super::{Data, Jet, MAX_CELL_DATA, MAX_COEFFICIENTS, Point, Reads};
 use crate::{Element, Grid, Lane};
 
-/// Values and gradients of a nodal field of `M` components at the Gauss points of a block.
+/// Values and gradients of a nodal field of `M` components at the quadrature points of a block.
 #[derive(Clone, Copy)]
 pub(crate) struct Evaluated<L, const D: usize, const M: usize> {
     value: [[L; MAX_CORNERS]; M],
@@ -30,21 +30,21 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
             let mut corners = gather::<T, L, D>(grid, &field[m * n..(m + 1) * n], row, i);
             if R::USES_GRADIENT {
                 for k in 0..D {
-                    at.gradient[m][k] = differences::<L, D>(&corners, k);
+                    at.gradient[m][k] = differences::<L, D>(&corners, k, R::POINT_OFFSET);
                     for g in &mut at.gradient[m][k] {
                         *g *= inverse_h;
                     }
                 }
             }
             if R::USES_VALUE {
-                interpolate::<L, D>(&mut corners);
+                interpolate::<L, D>(&mut corners, R::POINT_OFFSET);
                 at.value[m] = corners;
             }
         }
         at
     }
 
-    /// Value and gradient at Gauss point `q`.
+    /// Value and gradient at quadrature point `q`.
     #[inline(always)]
     pub fn jet(&self, q: usize) -> Jet<L, D, M> {
         let mut jet = Jet::zero();
@@ -66,6 +66,7 @@ pub(crate) struct Block<L, const D: usize, const M: usize> {
     first_x: L,
     row: Row,
     spacing: f64,
+    offset: f64,
 }
 
 impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
@@ -85,7 +86,7 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
         let mut coefficient = [[L::zero(); MAX_CORNERS]; MAX_COEFFICIENTS];
         for f in 0..R::COEFFICIENTS {
             coefficient[f] = gather::<T, L, D>(grid, data.coefficients[f], row, i);
-            interpolate::<L, D>(&mut coefficient[f]);
+            interpolate::<L, D>(&mut coefficient[f], R::POINT_OFFSET);
         }
         let start = first_cell(grid, row);
         let mut cell = [L::zero(); MAX_CELL_DATA];
@@ -99,17 +100,19 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
             first_x: iota::<L>() + L::splat(i as f64),
             row,
             spacing: grid.spacing(),
+            offset: R::POINT_OFFSET,
         }
     }
 
-    /// What a law sees at Gauss point `q`.
+    /// What a law sees at quadrature point `q`.
     #[inline(always)]
     pub fn point(&self, q: usize) -> Point<L, D, M> {
         let Jet { value, gradient } = self.state.jet(q);
         let mut position = [L::zero(); D];
-        position[0] = (self.first_x + L::splat(gauss_coordinate(q, 0))).scale(self.spacing);
+        position[0] =
+            (self.first_x + L::splat(point_coordinate(self.offset, q, 0))).scale(self.spacing);
         for k in 1..D {
-            let cells = self.row[k - 1] as f64 + gauss_coordinate(q, k);
+            let cells = self.row[k - 1] as f64 + point_coordinate(self.offset, q, k);
             position[k] = L::splat(cells * self.spacing);
         }
         let mut coefficient = [L::zero(); MAX_COEFFICIENTS];

@@ -18,7 +18,7 @@ pub(super) const HESSIAN: u8 = 2;
 /// Block diagonal of the Hessian: `M * M` numbers a node.
 pub(super) const DIAGONAL: u8 = 3;
 
-/// Fluxes of one component: values at all Gauss points, gradients along each axis.
+/// Fluxes of one component: values at all quadrature points, gradients along each axis.
 type Fluxes<L, const D: usize> = ([L; MAX_CORNERS], [[L; MAX_CORNERS]; D]);
 
 /// The work on one slab.
@@ -35,7 +35,7 @@ pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, c
 
 /// What a slab found.
 pub(super) struct SlabResult {
-    /// Sum of the densities at the Gauss points, not yet times the weight.
+    /// Sum of the densities at the quadrature points, not yet times the weight.
     pub sum: f64,
     /// First cell with a density that is not finite.
     pub inadmissible: Option<usize>,
@@ -87,7 +87,7 @@ where
     F: CellLaw<D, M>,
     T: Element,
 {
-    /// One row of cells: densities summed over the Gauss points into `row_values`, and the
+    /// One row of cells: densities summed over the quadrature points into `row_values`, and the
     /// derivative with respect to every corner into `parts`, `[corner][output][cell]`.
     #[inline(always)]
     fn row<L: Lane<Element = T>>(&self, row: Row, row_values: &mut [T], parts: &mut [T]) {
@@ -172,10 +172,11 @@ where
             let mut own = [[L::zero(); M]; M];
             for q in 0..1 << D {
                 let p = block.point(q);
-                let value = L::splat(shape_value::<D>(c, q));
+                let value = L::splat(shape_value::<D>(c, q, F::POINT_OFFSET));
                 let mut slope = [L::zero(); D];
                 for k in 0..D {
-                    slope[k] = L::splat(shape_derivative::<D>(c, q, k)) * inverse_h;
+                    slope[k] =
+                        L::splat(shape_derivative::<D>(c, q, k, F::POINT_OFFSET)) * inverse_h;
                 }
                 for m in 0..M {
                     let mut d = Jet::zero();
@@ -227,7 +228,7 @@ where
     }
 }
 
-/// Fluxes at the Gauss points to contributions at the corners.
+/// Fluxes at the quadrature points to contributions at the corners.
 #[inline(always)]
 fn integrate<F: CellLaw<D, M>, L: Lane, const D: usize, const M: usize>(
     fluxes: &Fluxes<L, D>,
@@ -237,7 +238,7 @@ fn integrate<F: CellLaw<D, M>, L: Lane, const D: usize, const M: usize>(
     let mut corners = [L::zero(); MAX_CORNERS];
     if F::USES_GRADIENT {
         for k in 0..D {
-            add_differences_transposed::<L, D>(fluxes.1[k], k, &mut corners);
+            add_differences_transposed::<L, D>(fluxes.1[k], k, &mut corners, F::POINT_OFFSET);
         }
         for c in &mut corners {
             *c *= inverse_h;
@@ -245,7 +246,7 @@ fn integrate<F: CellLaw<D, M>, L: Lane, const D: usize, const M: usize>(
     }
     if F::USES_VALUE {
         let mut values = fluxes.0;
-        interpolate::<L, D>(&mut values);
+        interpolate::<L, D>(&mut values, F::POINT_OFFSET);
         for c in 0..1 << D {
             corners[c] += values[c];
         }

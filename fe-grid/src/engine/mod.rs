@@ -21,6 +21,7 @@ pub(crate) mod rows;
 pub(crate) mod slabs;
 
 pub use assembly::Assembly;
+pub use element::{CORNERS, GAUSS};
 pub use probe::probe_cells;
 
 use crate::{Element, Lane};
@@ -77,6 +78,9 @@ pub trait Reads: Sync {
     const COEFFICIENTS: usize;
     /// Number of data per cell read.
     const CELL_DATA: usize;
+    /// Distance of the quadrature points from the faces of the cell, in units of the cell: the
+    /// Gauss rule unless said otherwise, [`CORNERS`] for the trapezoid rule.
+    const POINT_OFFSET: f64 = GAUSS;
 }
 
 /// A pointwise density `f(u, Du; x, coefficients, cell data)` for an unknown of `M` components.

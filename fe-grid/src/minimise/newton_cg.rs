@@ -106,7 +106,9 @@ impl<O: SecondOrder> Run<'_, O> {
             }
             last_size = Some(size);
             self.newton_direction(x, forcing, squared_size)?;
-            let slope = self.objective.restrain(x, &self.gradient, &mut self.direction)?;
+            let slope = self
+                .objective
+                .restrain(x, &self.gradient, &mut self.direction)?;
             let start = Start {
                 x,
                 energy,
