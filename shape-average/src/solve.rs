@@ -14,6 +14,11 @@ use std::time::Instant;
 
 /// Iterations over which the fall of the energy is judged.
 const ENERGY_WINDOW: usize = 5;
+/// Pairs of the L-BFGS memory: the metric carries most of the curvature, and pairs are what needs
+/// memory (five are as good as thirty on hands and stars).
+const HISTORY: usize = 5;
+/// Iterations after which the metric is made anew.
+const METRIC_INTERVAL: usize = 8;
 /// Blends to the identity that are tried where a deformation is not admissible on a finer level.
 const REPAIRS: u32 = 40;
 
@@ -83,6 +88,8 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
                     max_iterations: self.params.max_iterations,
                 };
                 LbfgsParams {
+                    metric_interval: METRIC_INTERVAL,
+                    history: HISTORY,
                     stopping,
                     ..LbfgsParams::default()
                 }
