@@ -12,7 +12,7 @@ use crate::engine::{Assembly, CellLaw, Data, MAX_CELL_DATA};
 use crate::linear::LinearOperator;
 use crate::pool::Pool;
 use crate::transfer::{average_cells, prolong_into, restrict_into};
-use crate::{Element, Grid, GridError};
+use crate::{Element, Grid, GridError, Lane, LaneKernel, SimdLevel};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
@@ -183,20 +183,24 @@ where
     /// `y = D^{-1} x` with the diagonal blocks.
     fn precondition_into(&self, x: &[T], y: &mut [T]) {
         let n = self.grid.n_nodes();
-        y.par_chunks_mut(CHUNK)
-            .enumerate()
-            .with_min_len(4)
-            .for_each(|(chunk, out)| {
-                for (j, out) in out.iter_mut().enumerate() {
-                    let position = chunk * CHUNK + j;
-                    let (r, i) = (position / n, position % n);
-                    let mut s = self.inverse_blocks[r * M * n + i] * x[i];
-                    for m in 1..M {
-                        s = self.inverse_blocks[(r * M + m) * n + i].mul_add(x[m * n + i], s);
-                    }
-                    *out = s;
-                }
-            });
+        for (r, row) in y.chunks_exact_mut(n).enumerate() {
+            row.par_chunks_mut(CHUNK)
+                .enumerate()
+                .with_min_len(4)
+                .for_each(|(chunk, out)| {
+                    let start = chunk * CHUNK;
+                    let blocks = &self.inverse_blocks[r * M * n..(r + 1) * M * n];
+                    T::dispatch(
+                        SimdLevel::active(),
+                        BlockRow::<T, M> {
+                            blocks,
+                            x,
+                            start,
+                            out,
+                        },
+                    );
+                });
+        }
     }
 
     fn update_residual(&self, s: &mut Scratch<T>) {
@@ -347,6 +351,37 @@ where
                 }
             },
         );
+    }
+}
+
+/// One row of the diagonal blocks times a vector, for the nodes from `start` on.
+struct BlockRow<'a, T, const M: usize> {
+    /// `[m][node]`.
+    blocks: &'a [T],
+    /// `[m][node]`.
+    x: &'a [T],
+    start: usize,
+    out: &'a mut [T],
+}
+
+impl<T: Element, const M: usize> LaneKernel<T> for BlockRow<'_, T, M> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) {
+        let n = self.x.len() / M;
+        let end = self.out.len();
+        let mut i = 0;
+        while i < end {
+            let part =
+                |v: &[T], m: usize| L::load(&v[m * n + self.start + i..m * n + self.start + end]);
+            let mut sum = part(self.blocks, 0) * part(self.x, 0);
+            for m in 1..M {
+                sum = part(self.blocks, m).mul_add(part(self.x, m), sum);
+            }
+            sum.store(&mut self.out[i..]);
+            i += L::COUNT;
+        }
     }
 }
 

@@ -125,7 +125,7 @@ fn layer_ranges<T: Element, const D: usize>(
                 let start = first_node(grid, row, c);
                 let plane = row[D - 2] + (c >> (D - 1) & 1);
                 for &u in &last[start..start + nodes[0]] {
-                    let y = u.to_f64().mul_add(inverse_h, plane as f64);
+                    let y = u.to_f64() * inverse_h + plane as f64;
                     range = [range[0].min(y), range[1].max(y)];
                 }
             }

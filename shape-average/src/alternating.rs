@@ -145,7 +145,10 @@ impl<const D: usize> Descent<D> {
         for _ in 0..steps {
             objective.shape_evaluations += 1;
             self.evaluations.gradients += 1;
-            let Some(terms) = objective.shape_energy(i, u, &mut self.gradient)? else {
+            let Some(corner) = objective.admissible(u) else {
+                break;
+            };
+            let Some(terms) = objective.shape_energy(i, u, corner, &mut self.gradient)? else {
                 break;
             };
             let energy = objective.weigh(i, terms);
@@ -172,10 +175,10 @@ impl<const D: usize> Descent<D> {
         let mut step = 2.0 * self.steps[i];
         for _ in 0..MAX_HALVINGS {
             vector::add_scaled_into(u, -step, &self.direction, &mut self.trial);
-            if objective.admissible(&self.trial) {
+            if let Some(corner) = objective.admissible(&self.trial) {
                 objective.shape_evaluations += 1;
                 self.evaluations.values += 1;
-                let terms = objective.shape_energy(i, &self.trial, &mut [])?;
+                let terms = objective.shape_energy(i, &self.trial, corner, &mut [])?;
                 let bound = energy - ARMIJO * step * squared;
                 if terms.is_some_and(|terms| objective.weigh(i, terms) <= bound) {
                     u.copy_from_slice(&self.trial);

@@ -20,7 +20,7 @@ use phasefield::{InterfaceLength, Mismatch};
 use rayon::prelude::*;
 
 /// Accuracy of the average: its error enters the energy squared.
-const AVERAGE_TOLERANCE: f64 = 1e-9;
+const AVERAGE_TOLERANCE: f64 = 1e-7;
 
 /// The barrier is felt by corners whose determinant is below this.
 const BARRIER_ONSET: f64 = 0.2;
@@ -97,11 +97,11 @@ impl<const D: usize> AverageObjective<D> {
         D * self.grid().n_nodes()
     }
 
-    /// Whether all displacements keep the determinant up on all cells.
-    pub(crate) fn admissible(&self, x: &[f64]) -> bool {
-        let bound = self.params.min_determinant;
-        x.par_chunks(self.shape_dim())
-            .all(|u| certify(self.grid(), u, bound).certified)
+    /// The smallest determinant at a corner, where the displacement of a shape keeps the
+    /// determinant up on all cells.
+    pub(crate) fn admissible(&self, displacement: &[f64]) -> Option<f64> {
+        let certificate = certify(self.grid(), displacement, self.params.min_determinant);
+        certificate.certified.then_some(certificate.min_corner_det)
     }
 
     /// The minimiser `v` of the functional for fixed displacements.
@@ -147,11 +147,13 @@ impl<const D: usize> AverageObjective<D> {
     }
 
     /// The terms of one shape for the present average, none where its deformation folds; the
-    /// gradient of their weighted sum overwrites `gradient` unless that is empty.
+    /// gradient of their weighted sum overwrites `gradient` unless that is empty. `min_corner` is
+    /// what [`Self::admissible`] said.
     pub(crate) fn shape_energy(
         &self,
         shape: usize,
         displacement: &[f64],
+        min_corner: f64,
         gradient: &mut [f64],
     ) -> Result<Option<ShapeTerms>, AverageError> {
         let grid = *self.grid();
@@ -175,10 +177,13 @@ impl<const D: usize> AverageObjective<D> {
         let matching = Assembly::new(grid, &law, data);
         let mismatch = value_or_gradient(&matching, displacement, &mut slope)?;
         vector::axpy(self.weights.mismatch, &slope, gradient);
-        let barrier = self.barrier();
-        let barrier = Assembly::new(grid, &barrier, Data::default());
-        let barrier = value_or_gradient(&barrier, displacement, &mut slope)?;
-        vector::axpy(1.0, &slope, gradient);
+        let mut barrier = 0.0;
+        if min_corner < BARRIER_ONSET {
+            let law = self.barrier();
+            let assembly = Assembly::new(grid, &law, Data::default());
+            barrier = value_or_gradient(&assembly, displacement, &mut slope)?;
+            vector::axpy(1.0, &slope, gradient);
+        }
         self.hold_boundary(gradient);
         Ok(Some(ShapeTerms {
             elastic,
@@ -253,23 +258,25 @@ impl<const D: usize> AverageObjective<D> {
         x: &[f64],
         gradient: &mut [f64],
     ) -> Result<Evaluation, AverageError> {
-        if !self.admissible(x) {
+        let dim = self.shape_dim();
+        let corners: Vec<Option<f64>> = x
+            .par_chunks_exact(dim)
+            .map(|u| self.admissible(u))
+            .collect();
+        let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
-        }
+        };
         self.solve_average(x)?;
         let n = self.shapes.n_shapes();
         self.shape_evaluations += n;
-        let dim = self.shape_dim();
+        let energy = |i: usize, gradient: &mut [f64]| {
+            self.shape_energy(i, shape(x, i, dim), corners[i], gradient)
+        };
         let terms: Result<Vec<_>, AverageError> = if gradient.is_empty() {
-            (0..n)
-                .into_par_iter()
-                .map(|i| self.shape_energy(i, shape(x, i, dim), &mut []))
-                .collect()
+            (0..n).into_par_iter().map(|i| energy(i, &mut [])).collect()
         } else {
             let parts = gradient.par_chunks_exact_mut(dim).enumerate();
-            parts
-                .map(|(i, g)| self.shape_energy(i, shape(x, i, dim), g))
-                .collect()
+            parts.map(|(i, gradient)| energy(i, gradient)).collect()
         };
         let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
