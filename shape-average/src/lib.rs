@@ -24,6 +24,7 @@ mod level;
 mod metric;
 mod objective;
 mod params;
+mod partial;
 mod result;
 mod solve;
 

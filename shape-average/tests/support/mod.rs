@@ -1,0 +1,96 @@
+//! Shared by the integration tests.
+#![allow(dead_code, reason = "every test binary uses a part of it")]
+
+pub mod angle;
+pub mod shapes;
+
+use fe_grid::ScalarField;
+use fe_grid::minimise::Silent;
+use shape_average::{AverageParams, AverageResult, average};
+use std::path::PathBuf;
+
+/// Largest absolute value.
+pub fn max_abs(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |a, b| a.max(b.abs()))
+}
+
+/// Largest difference of two vectors.
+pub fn distance(x: &[f64], y: &[f64]) -> f64 {
+    assert_eq!(x.len(), y.len());
+    let differences = x.iter().zip(y).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, f64::max)
+}
+
+/// Runs `work` on a pool of so many threads.
+pub fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    pool.expect("threads can be started").install(work)
+}
+
+/// A file of reference values in `SHAPESPACE_ORACLE` or in `shared/oracle` of a folder above, or
+/// `None` (with the reason printed) where there is no such folder.
+pub fn oracle(name: &str) -> Option<serde_json::Value> {
+    let given = std::env::var_os("SHAPESPACE_ORACLE").map(PathBuf::from);
+    let folder = given.or_else(|| {
+        PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+            .ancestors()
+            .map(|above| above.join("shared/oracle"))
+            .find(|folder| folder.is_dir())
+    });
+    let Some(folder) = folder else {
+        eprintln!("skipped: no folder of reference values (set SHAPESPACE_ORACLE)");
+        return None;
+    };
+    let path = folder.join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    Some(serde_json::from_str(&text).expect("reference values are JSON"))
+}
+
+/// The average, checked for what holds for every average.
+pub fn run<const D: usize>(
+    shapes: &[ScalarField<f64, D>],
+    params: &AverageParams,
+) -> AverageResult<D> {
+    let result = average(shapes, params, &mut Silent).unwrap();
+    check_always(&result, shapes.len(), params);
+    result
+}
+
+/// What holds for every average.
+fn check_always<const D: usize>(result: &AverageResult<D>, n: usize, params: &AverageParams) {
+    assert!(result.certificate.certified);
+    assert!(result.certificate.min_det > params.min_determinant);
+    assert_eq!((result.displacements.len(), result.dice.len()), (n, n));
+    for level in &result.levels {
+        assert!(level.certificate.certified);
+        assert!(level.energies.windows(2).all(|w| w[1] <= w[0]), "{level:?}");
+        assert_eq!(level.energies.len(), level.iterations + 1);
+        // The terms that are reported add up to the energy that was minimised.
+        let last = level.energies[level.iterations];
+        assert!((level.energy.total - last).abs() <= 1e-8 * last);
+        let weights = params.resolved_weights(n);
+        let elastic: f64 = level
+            .energy
+            .elastic
+            .iter()
+            .zip(&weights)
+            .map(|(w, l)| w * l)
+            .sum();
+        let mismatch: f64 = level.energy.mismatch.iter().sum();
+        let total = elastic
+            + params.mismatch_weight / n as f64 * mismatch
+            + params.resolved_length_weight() * level.energy.length;
+        assert!((total - level.energy.total).abs() <= 1e-12 * total);
+    }
+    println!(
+        "{:?} dice {:?} iterations {:?} {:.2}s",
+        result.status,
+        result.dice,
+        result
+            .levels
+            .iter()
+            .map(|l| l.iterations)
+            .collect::<Vec<_>>(),
+        result.seconds
+    );
+}
