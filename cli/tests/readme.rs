@@ -90,7 +90,7 @@ fn assert_names_a_picture(place: &Place, output: &Output) {
     let printed = String::from_utf8(printed).unwrap();
     let last = printed.lines().rfind(|line| !line.trim().is_empty());
     let mut words = last.expect("something is printed").split_whitespace();
-    let picture = words.find(|word| word.ends_with(".png"));
+    let picture = words.find(|word| Path::new(word).extension().is_some_and(|e| e == "png"));
     let picture = place.path(picture.expect("the last line names a picture"));
     let (width, height) = image::image_dimensions(&picture).unwrap();
     assert!(width > 100 && height > 100, "{width} x {height}");
