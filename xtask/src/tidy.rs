@@ -7,8 +7,10 @@
 //!   that says why it cannot happen.
 //! - Crates depend on each other along the arrows of `ARCHITECTURE.md` only.
 //! - Every crate carries the licence of the workspace.
+//! - Links between the documents lead somewhere.
 
 mod code;
+mod links;
 mod manifest;
 
 use std::fmt;
@@ -84,6 +86,7 @@ fn check(root: &Path) -> io::Result<Vec<Finding>> {
     let architecture = read(Path::new("ARCHITECTURE.md"))?;
     let members = manifest::members(&workspace);
     let mut findings = manifest::check_workspace(&workspace, &architecture, root);
+    findings.extend(links::check(root)?);
     for member in &members {
         let path = Path::new(member).join("Cargo.toml");
         let text = read(&path)?;

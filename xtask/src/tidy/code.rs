@@ -31,8 +31,8 @@ fn quiet_length(text: &str, at: usize) -> usize {
     if rest.starts_with("/*") {
         return block_comment_length(rest);
     }
-    if rest.starts_with('"') {
-        return 1 + string_length(&rest[1..]);
+    if let Some(opened) = rest.strip_prefix('"') {
+        return 1 + string_length(opened);
     }
     if rest.starts_with('\'') {
         return character_length(rest);

@@ -13,16 +13,17 @@ const LICENCE: &str = "MIT OR Apache-2.0";
 const LICENCE_FILES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
 
 /// The keys of the sections whose name satisfies a condition, with their values.
-fn entries<'a>(text: &'a str, section: impl Fn(&str) -> bool) -> Vec<(&'a str, &'a str)> {
+fn entries(text: &str, section: impl Fn(&str) -> bool) -> Vec<(&str, &str)> {
     let mut inside = false;
     let mut found = Vec::new();
     for line in text.lines().map(str::trim) {
         if let Some(name) = line.strip_prefix('[').and_then(|l| l.strip_suffix(']')) {
             inside = section(name);
-        } else if inside && !line.starts_with('#') {
-            if let Some((key, value)) = line.split_once('=') {
-                found.push((key.trim(), value.trim()));
-            }
+        } else if inside
+            && !line.starts_with('#')
+            && let Some((key, value)) = line.split_once('=')
+        {
+            found.push((key.trim(), value.trim()));
         }
     }
     found
