@@ -8,3 +8,8 @@ pub mod input;
 pub mod output;
 pub mod picture;
 pub mod progress;
+
+/// The examples of the README, as documentation tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct ReadmeExamples;

@@ -1,0 +1,227 @@
+//! The house rules that no compiler checks.
+//!
+//! - Every source file begins with a `//!` that says what it is for, and is no longer than
+//!   [`MAX_LINES`].
+//! - Nothing is left unfinished or switched off ([`FORBIDDEN`]).
+//! - What may panic ([`PANICS`]) stands in tests, benchmarks and examples only, or beside a comment
+//!   that says why it cannot happen.
+//! - Crates depend on each other along the arrows of `ARCHITECTURE.md` only.
+//! - Every crate carries the licence of the workspace.
+//! - Links between the documents lead somewhere.
+
+mod code;
+mod links;
+mod manifest;
+
+use std::fmt;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use code::{blanked, without_tests};
+
+/// The longest file allowed, in lines.
+const MAX_LINES: usize = 600;
+/// What no file may hold, in code.
+const FORBIDDEN: [&str; 4] = ["dbg!", "todo!", "unimplemented!", "#[ignore"];
+/// What needs a reason outside tests.
+const PANICS: [&str; 2] = [".unwrap()", ".expect("];
+/// Folders of a crate in which a panic is a failed test.
+const TEST_FOLDERS: [&str; 3] = ["tests", "benches", "examples"];
+
+/// A rule that is broken somewhere.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// The file, relative to the root.
+    path: PathBuf,
+    /// The line, counted from 1, where one line is to blame.
+    line: Option<usize>,
+    /// What is wrong.
+    message: String,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": {}", self.message)
+    }
+}
+
+/// Checks the tree that this program was built from, and lists what is wrong.
+pub fn run() -> ExitCode {
+    match check(&root()) {
+        Ok(findings) if findings.is_empty() => {
+            println!("tidy");
+            ExitCode::SUCCESS
+        }
+        Ok(findings) => {
+            for finding in &findings {
+                eprintln!("{finding}");
+            }
+            ExitCode::FAILURE
+        }
+        Err(error) => {
+            eprintln!("the tree cannot be read: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The folder of the workspace.
+fn root() -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    here.parent().unwrap_or(here).into()
+}
+
+fn check(root: &Path) -> io::Result<Vec<Finding>> {
+    let read = |name: &Path| {
+        fs::read_to_string(root.join(name))
+            .map_err(|e| io::Error::new(e.kind(), format!("{}: {e}", name.display())))
+    };
+    let workspace = read(Path::new("Cargo.toml"))?;
+    let architecture = read(Path::new("ARCHITECTURE.md"))?;
+    let members = manifest::members(&workspace);
+    let mut findings = manifest::check_workspace(&workspace, &architecture, root);
+    findings.extend(links::check(root)?);
+    for member in &members {
+        let path = Path::new(member).join("Cargo.toml");
+        let text = read(&path)?;
+        findings.extend(manifest::check_member(
+            &text,
+            &path,
+            &members,
+            &architecture,
+        ));
+        let mut sources = Vec::new();
+        collect_sources(&root.join(member), &mut sources)?;
+        sources.sort();
+        for source in sources {
+            let path = source.strip_prefix(root).unwrap_or(&source);
+            findings.extend(check_source(path, &read(path)?));
+        }
+    }
+    Ok(findings)
+}
+
+/// All Rust files under a folder, without build outputs.
+fn collect_sources(folder: &Path, sources: &mut Vec<PathBuf>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            if path.file_name().is_some_and(|name| name != "target") {
+                collect_sources(&path, sources)?;
+            }
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            sources.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// Checks one Rust file, whose path begins with the folder of its crate.
+fn check_source(path: &Path, text: &str) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut report = |line: Option<usize>, message: String| {
+        let path = path.into();
+        findings.push(Finding {
+            path,
+            line,
+            message,
+        });
+    };
+    if !text.starts_with("//!") {
+        report(Some(1), "no `//!` says what the file is for".into());
+    }
+    let n_lines = text.lines().count();
+    if n_lines > MAX_LINES {
+        report(None, format!("{n_lines} lines, more than {MAX_LINES}"));
+    }
+    let code = blanked(text);
+    for (i, line) in code.lines().enumerate() {
+        for word in FORBIDDEN.iter().filter(|word| line.contains(**word)) {
+            report(Some(i + 1), format!("{word} has to go"));
+        }
+    }
+    let folder = path.components().nth(1);
+    if folder.is_some_and(|f| TEST_FOLDERS.iter().any(|t| f.as_os_str() == *t)) {
+        return findings;
+    }
+    let lines: Vec<&str> = text.lines().collect();
+    for (i, line) in without_tests(&code).lines().enumerate() {
+        let commented = |i: usize| lines.get(i).is_some_and(|line| has_comment(line));
+        let excused = commented(i) || (i > 0 && commented(i - 1));
+        for word in PANICS.iter().filter(|word| line.contains(**word)) {
+            if !excused {
+                let message = format!("{word} without a comment that says why it cannot fail");
+                report(Some(i + 1), message);
+            }
+        }
+    }
+    findings
+}
+
+/// Whether a line has a comment; documentation does not count.
+fn has_comment(line: &str) -> bool {
+    line.match_indices("//").any(|(i, _)| {
+        let rest = &line[i + 2..];
+        !rest.starts_with(['/', '!']) && !line[..i].ends_with([':', '/'])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tree_is_tidy() {
+        let findings = check(&root()).unwrap();
+        let lines: Vec<String> = findings.iter().map(ToString::to_string).collect();
+        assert!(lines.is_empty(), "\n{}", lines.join("\n"));
+    }
+
+    fn messages(path: &str, text: &str) -> Vec<String> {
+        let findings = check_source(Path::new(path), text);
+        findings.into_iter().map(|f| f.message).collect()
+    }
+
+    #[test]
+    fn a_file_says_what_it_is_for_and_stays_short() {
+        assert!(messages("a/src/b.rs", "//! Says it.\n").is_empty());
+        assert_eq!(messages("a/src/b.rs", "fn f() {}\n").len(), 1);
+        let long = format!("//! Long.\n{}", "\n".repeat(MAX_LINES));
+        assert_eq!(messages("a/src/b.rs", &long).len(), 1);
+    }
+
+    #[test]
+    fn nothing_is_left_unfinished() {
+        for word in FORBIDDEN {
+            let text = format!("//! Doc.\nfn f() {{ {word} }}\n");
+            assert_eq!(messages("a/src/b.rs", &text).len(), 1, "{word}");
+            let quoted = format!("//! Doc.\nconst S: &str = \"{word}\"; // {word}\n");
+            assert!(messages("a/src/b.rs", &quoted).is_empty(), "{word}");
+        }
+    }
+
+    #[test]
+    fn panics_need_a_reason_outside_tests() {
+        for word in PANICS {
+            let bare = format!("//! Doc.\nfn f() {{\n    g(){word}\n}}\n");
+            assert_eq!(messages("a/src/b.rs", &bare).len(), 1, "{word}");
+            assert!(messages("a/tests/b.rs", &bare).is_empty());
+            let inside = format!("//! Doc.\n#[cfg(test)]\nmod tests {{\n    g(){word}\n}}\n");
+            assert!(messages("a/src/b.rs", &inside).is_empty());
+            let after = format!("{inside}fn f() {{\n    g(){word}\n}}\n");
+            assert_eq!(messages("a/src/b.rs", &after).len(), 1);
+            let above = format!("//! Doc.\nfn f() {{\n    // Never empty.\n    g(){word}\n}}\n");
+            assert!(messages("a/src/b.rs", &above).is_empty());
+            let beside = format!("//! Doc.\nfn f() {{\n    g(){word} // never empty\n}}\n");
+            assert!(messages("a/src/b.rs", &beside).is_empty());
+            let documented = format!("//! Doc.\n/// Doc.\nfn f() {{ g(){word} }}\n");
+            assert_eq!(messages("a/src/b.rs", &documented).len(), 1);
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! What the `Cargo.toml` files have to say: arrows between crates, and licences.
+//!
+//! Only as much of the format is read as the manifests of a workspace use: sections, and one key
+//! a line.
+
+use std::path::Path;
+
+use super::Finding;
+
+/// The licence of every crate.
+const LICENCE: &str = "MIT OR Apache-2.0";
+/// Its texts.
+const LICENCE_FILES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
+
+/// The keys of the sections whose name satisfies a condition, with their values.
+fn entries(text: &str, section: impl Fn(&str) -> bool) -> Vec<(&str, &str)> {
+    let mut inside = false;
+    let mut found = Vec::new();
+    for line in text.lines().map(str::trim) {
+        if let Some(name) = line.strip_prefix('[').and_then(|l| l.strip_suffix(']')) {
+            inside = section(name);
+        } else if inside
+            && !line.starts_with('#')
+            && let Some((key, value)) = line.split_once('=')
+        {
+            found.push((key.trim(), value.trim()));
+        }
+    }
+    found
+}
+
+/// The crates of the workspace.
+pub fn members(workspace: &str) -> Vec<String> {
+    let listed = entries(workspace, |section| section == "workspace");
+    let list = listed.iter().find(|(key, _)| *key == "members");
+    let quoted = list.map_or("", |(_, value)| value).split('"');
+    quoted.skip(1).step_by(2).map(Into::into).collect()
+}
+
+/// The crates that a crate may use, by the table in the description of the architecture: rows
+/// `` | `crate` | `used`, `used` | ``.
+fn allowed(architecture: &str, member: &str) -> Option<Vec<String>> {
+    let first = format!("| `{member}` |");
+    let row = architecture.lines().find(|line| line.starts_with(&first))?;
+    let cell = row[first.len()..].split('|').next()?;
+    let names = cell.split('`').skip(1).step_by(2);
+    Some(names.map(Into::into).collect())
+}
+
+/// Checks what concerns the workspace as a whole.
+pub fn check_workspace(workspace: &str, architecture: &str, root: &Path) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut report = |path: &str, message: String| {
+        findings.push(Finding {
+            path: path.into(),
+            line: None,
+            message,
+        });
+    };
+    let licence = entries(workspace, |section| section == "workspace.package");
+    if !licence.contains(&("license", &format!("\"{LICENCE}\""))) {
+        report("Cargo.toml", format!("the licence is not {LICENCE}"));
+    }
+    for file in LICENCE_FILES {
+        if !root.join(file).is_file() {
+            report(file, "the text of the licence is missing".into());
+        }
+    }
+    let members = members(workspace);
+    if members.is_empty() {
+        report("Cargo.toml", "the workspace lists no crates".into());
+    }
+    for member in members {
+        if allowed(architecture, &member).is_none() {
+            let message = format!("the table of arrows has no row for {member}");
+            report("ARCHITECTURE.md", message);
+        }
+    }
+    findings
+}
+
+/// Checks the arrows and the licence of one crate.
+pub fn check_member(
+    text: &str,
+    path: &Path,
+    members: &[String],
+    architecture: &str,
+) -> Vec<Finding> {
+    let member = path
+        .parent()
+        .map_or(String::new(), |p| p.display().to_string());
+    let mut messages = Vec::new();
+    let package = entries(text, |section| section == "package");
+    if !package.contains(&("license.workspace", "true")) {
+        messages.push("the licence is not the workspace's".into());
+    }
+    let allowed = allowed(architecture, &member).unwrap_or_default();
+    let dependencies = entries(text, |section| section.ends_with("dependencies"));
+    for (key, _) in dependencies {
+        let name = key.split('.').next().unwrap_or(key).trim_matches('"');
+        // The folder `cli` holds the crate `shapespace`.
+        let folder = if name == "shapespace" { "cli" } else { name };
+        if members.iter().any(|m| m == folder) && !allowed.iter().any(|a| a == folder) {
+            messages.push(format!("{member} must not depend on {folder}"));
+        }
+    }
+    messages
+        .into_iter()
+        .map(|message| Finding {
+            path: path.into(),
+            line: None,
+            message,
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WORKSPACE: &str = "[workspace]\nmembers = [\"low\", \"high\"]\n\
+                             [workspace.package]\nlicense = \"MIT OR Apache-2.0\"\n";
+    const ARROWS: &str = "| crate | uses |\n|---|---|\n| `low` | – |\n| `high` | `low` |\n";
+
+    fn check(folder: &str, text: &str) -> Vec<String> {
+        let path = Path::new(folder).join("Cargo.toml");
+        let findings = check_member(text, &path, &members(WORKSPACE), ARROWS);
+        findings.into_iter().map(|f| f.message).collect()
+    }
+
+    #[test]
+    fn arrows_point_down_only() {
+        assert_eq!(members(WORKSPACE), ["low", "high"]);
+        let package = "[package]\nlicense.workspace = true\n";
+        let uses = |name: &str| format!("{package}[dependencies]\n{name}.workspace = true\n");
+        assert!(check("high", &uses("low")).is_empty());
+        assert!(check("high", &uses("serde")).is_empty());
+        assert_eq!(check("low", &uses("high")).len(), 1);
+        let tested = format!("{package}[dev-dependencies]\nhigh = {{ path = \"../high\" }}\n");
+        assert_eq!(check("low", &tested).len(), 1);
+    }
+
+    #[test]
+    fn licences_are_the_workspace_s() {
+        assert_eq!(check("low", "[package]\nlicense = \"GPL-3.0\"\n").len(), 1);
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        assert!(check_workspace(WORKSPACE, ARROWS, &root).is_empty());
+        let other = WORKSPACE.replace("MIT", "BSD");
+        assert_eq!(check_workspace(&other, ARROWS, &root).len(), 1);
+        assert_eq!(check_workspace(WORKSPACE, "", &root).len(), 2);
+    }
+}
