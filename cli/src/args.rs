@@ -1,11 +1,14 @@
 //! The command line.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use hyperelastic::LawName;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 use crate::average::run_average;
-use crate::error::CliError;
+use crate::demo::{DemoArgs, run_demo};
+use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
 
 /// Averages of 2D and 3D shapes.
@@ -20,6 +23,7 @@ pub struct Cli {
 enum Command {
     /// The elastic average of two or more shapes given as masks.
     Average(Box<AverageArgs>),
+    Demo(DemoArgs),
     Generate(GenerateArgs),
 }
 
@@ -42,9 +46,9 @@ pub struct AverageArgs {
     #[arg(long, value_name = "W,W,..", value_delimiter = ',', value_parser = finite,
           allow_hyphen_values = true)]
     pub weights: Vec<f64>,
-    /// Law of the elastic material.
-    #[arg(long, value_enum, default_value_t)]
-    pub law: Law,
+    /// Law of the elastic material; "inverse:..." is its inverse model.
+    #[arg(long, value_name = "LAW", default_value_t, value_parser = laws())]
+    pub law: LawName,
     /// First Lame modulus.
     #[arg(long, default_value_t = 1.0, value_parser = positive)]
     pub lambda: f64,
@@ -74,6 +78,12 @@ pub struct AverageArgs {
     pub threads: Option<u32>,
 }
 
+/// The names of all laws.
+fn laws() -> impl TypedValueParser<Value = LawName> {
+    let names: Vec<String> = LawName::all().map(|law| law.to_string()).collect();
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<LawName>())
+}
+
 /// How the energy is minimised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -85,22 +95,6 @@ pub enum Solver {
     Descent,
 }
 
-/// Law of the elastic material.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[value(rename_all = "snake_case")]
-pub enum Law {
-    /// Quadratic with a logarithm of the determinant.
-    #[default]
-    Logdet,
-    /// The same with a barrier of powers of the determinant.
-    LogdetBarrier,
-    /// Powers of the gradient, its cofactor and its determinant.
-    Power,
-    /// The inverse model of `logdet`.
-    InverseLogdet,
-}
-
 /// Alignment of the shapes before averaging.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -108,7 +102,7 @@ pub enum Align {
     /// The shapes stay as they are placed.
     #[default]
     None,
-    /// Each shape is turned and moved onto the first.
+    /// The shapes are turned and moved onto each other.
     Rigid,
 }
 
@@ -127,14 +121,15 @@ pub enum Boundary {
 ///
 /// # Errors
 /// [`CliError`], which tells the exit code and reports itself.
-pub fn run(cli: &Cli) -> Result<(), CliError> {
+pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Average(args) => run_average(args),
+        Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {
                 eprintln!("wrote {}", path.display());
             }
-            Ok(())
+            Ok(Exit::Success)
         }
     }
 }

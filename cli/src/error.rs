@@ -1,6 +1,7 @@
 //! One report for everything that can go wrong, and the exit code that goes with it.
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use crate::input::InputError;
@@ -16,6 +17,8 @@ pub enum Exit {
     Failure = 1,
     /// The inputs or options cannot be used.
     BadInput = 2,
+    /// The user pressed Ctrl-C; what had been reached is written.
+    Interrupted = 130,
 }
 
 impl From<Exit> for ExitCode {
@@ -76,6 +79,39 @@ pub enum CliError {
         /// What is allowed.
         remedy: String,
     },
+    /// A law that does not exist for the moduli.
+    #[error("--law {law} cannot be used: {source}")]
+    #[diagnostic(help("change --lambda or --mu, or choose another law; logdet takes all of them"))]
+    Law {
+        /// The law.
+        law: String,
+        /// Why.
+        source: hyperelastic::LawError,
+    },
+    /// A shape that no node of the grid sees.
+    #[error("no node of {nodes} a side lies inside the object of '{}'", path.display())]
+    #[diagnostic(help("ask for a finer grid with --grid, or crop the image to the object"))]
+    LostOnGrid {
+        /// The file.
+        path: PathBuf,
+        /// Nodes a side.
+        nodes: usize,
+    },
+    /// An input without a usable boundary.
+    #[error("'{}' has no usable boundary: {source}", path.display())]
+    #[diagnostic(help("check the mask: the object must be a region brighter than 1/2"))]
+    Shape {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: levelset::LevelsetError,
+    },
+    /// The average cannot be computed.
+    #[error("the average cannot be computed: {0}")]
+    #[diagnostic(help(
+        "try --mismatch-weight .1 or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
+    ))]
+    Average(#[from] shape_average::AverageError),
     /// A computation failed.
     #[error("{message}")]
     #[diagnostic(help("{remedy}"))]
@@ -85,6 +121,12 @@ pub enum CliError {
         /// What to try.
         remedy: String,
     },
+}
+
+impl From<fe_grid::GridError> for CliError {
+    fn from(error: fe_grid::GridError) -> Self {
+        Self::Average(error.into())
+    }
 }
 
 fn normalised_help(normalised: &[f64]) -> String {
@@ -100,6 +142,7 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::Computation { .. }
+            | Self::Average(_)
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure
             }

@@ -2,6 +2,7 @@
 
 pub mod args;
 pub mod average;
+pub mod demo;
 pub mod error;
 pub mod generate;
 pub mod input;

@@ -6,7 +6,7 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     match shapespace::args::run(&shapespace::args::Cli::parse()) {
-        Ok(()) => shapespace::error::Exit::Success.into(),
+        Ok(exit) => exit.into(),
         Err(error) => {
             error.report();
             error.exit().into()

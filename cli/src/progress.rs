@@ -1,6 +1,6 @@
-//! Progress on standard error, hidden where that is no terminal.
+//! Progress on standard error: a moving line, or plain lines where that is no terminal.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,31 +10,33 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
+    /// Whether notes go to standard error as plain lines, there being no moving line.
+    plain: bool,
 }
 
 impl Progress {
-    /// Shows progress where standard error is a terminal.
+    /// Shows progress on standard error; only notes where that is no terminal.
     pub fn stderr() -> Self {
         if std::io::stderr().is_terminal() {
-            Self::on(ProgressDrawTarget::stderr())
+            Self::on(ProgressDrawTarget::stderr(), false)
         } else {
-            Self::hidden()
+            Self::on(ProgressDrawTarget::hidden(), true)
         }
     }
 
     /// Shows nothing.
     pub fn hidden() -> Self {
-        Self::on(ProgressDrawTarget::hidden())
+        Self::on(ProgressDrawTarget::hidden(), false)
     }
 
-    fn on(target: ProgressDrawTarget) -> Self {
+    fn on(target: ProgressDrawTarget, plain: bool) -> Self {
         let bar = ProgressBar::with_draw_target(None, target);
         // The template is a constant that parses; the plain style is as good where it does not.
         if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}  {msg}  {elapsed}") {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(120));
-        Self { bar }
+        Self { bar, plain }
     }
 
     /// A stage begins, such as `reading` or `65 nodes a side`.
@@ -53,6 +55,10 @@ impl Progress {
 
     /// Leaves a line above the moving one.
     pub fn note(&self, text: impl AsRef<str>) {
+        if self.plain {
+            // A closed standard error is no reason to stop.
+            let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
+        }
         self.bar.println(text);
     }
 

@@ -63,6 +63,15 @@ impl<const D: usize> FrameTransform<D> {
         self.spacing.map(|h| self.scale * h)
     }
 
+    /// The frame with everything drawn towards the middle of the box by a factor.
+    pub fn shrunk(&self, factor: f64) -> Self {
+        Self {
+            scale: factor * self.scale,
+            offset: self.offset.map(|x| 0.5 + factor * (x - 0.5)),
+            ..*self
+        }
+    }
+
     /// Unit-box position of a (fractional) sample index.
     pub fn to_unit(&self, sample: [f64; D]) -> [f64; D] {
         std::array::from_fn(|k| {

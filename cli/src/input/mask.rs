@@ -78,13 +78,13 @@ fn check_two_sides(values: &[f64], path: &Path) -> Result<(), InputError> {
             value: smallest,
         });
     }
-    if largest < LEVEL {
+    if largest <= LEVEL {
         return Err(InputError::Empty {
             path: path.into(),
             largest,
         });
     }
-    if smallest >= LEVEL {
+    if smallest > LEVEL {
         return Err(InputError::Full { path: path.into() });
     }
     Ok(())

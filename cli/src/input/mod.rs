@@ -5,7 +5,7 @@
 //! axis points down in a picture and a `.npy` array and a PNG of the same numbers are the same
 //! image. NIfTI volumes are stored `i` fastest, and `i` is `x`.
 //!
-//! **Values.** The object is where the value reaches 1/2; see [`ReadOptions`] for how the numbers
+//! **Values.** The object is where the value exceeds 1/2; see [`ReadOptions`] for how the numbers
 //! of a file become values.
 
 mod decode;
@@ -81,7 +81,7 @@ impl<const D: usize> Image<D> {
     pub fn object_bounds(&self) -> Option<[[usize; 2]; D]> {
         let mut bounds: Option<[[usize; 2]; D]> = None;
         for (index, &value) in self.values.iter().enumerate() {
-            if value >= LEVEL {
+            if value > LEVEL {
                 let sample = self.sample(index);
                 let bounds = bounds.get_or_insert_with(|| sample.map(|i| [i, i]));
                 for k in 0..D {

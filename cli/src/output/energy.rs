@@ -24,15 +24,22 @@ pub struct EnergyPoint {
     pub evaluations: usize,
     /// The functional.
     pub total: f64,
-    /// Its elastic part, with weights.
+    /// Its parts, where they are known.
+    pub parts: Option<EnergyParts>,
+}
+
+/// The parts of the functional, with their weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnergyParts {
+    /// Elastic.
     pub elastic: f64,
-    /// Its mismatch part, with weights.
+    /// Mismatch.
     pub mismatch: f64,
-    /// Its length part, with weights.
+    /// Length.
     pub length: f64,
 }
 
-/// Writes `energy.csv`: one line a point.
+/// Writes `energy.csv`: one line a point; parts that are not known are left empty.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -42,8 +49,15 @@ pub fn write_energy_table(path: &Path, points: &[EnergyPoint]) -> Result<(), Out
         // Writing into a string cannot fail.
         let _ = writeln!(
             text,
-            "{},{},{},{:e},{:e},{:e},{:e}",
-            p.nodes, p.iteration, p.evaluations, p.total, p.elastic, p.mismatch, p.length
+            "{},{},{},{:e},{}",
+            p.nodes,
+            p.iteration,
+            p.evaluations,
+            p.total,
+            p.parts.map_or_else(
+                || ",,".to_owned(),
+                |p| format!("{:e},{:e},{:e}", p.elastic, p.mismatch, p.length)
+            )
         );
     }
     fs::write(path, text).map_err(OutputError::at(path))
@@ -101,12 +115,12 @@ fn descents(points: &[EnergyPoint]) -> Vec<Series> {
 }
 
 fn parts(points: &[EnergyPoint]) -> Vec<Series> {
-    let part = |k: usize, label: &str, value: fn(&EnergyPoint) -> f64| Series {
+    let part = |k: usize, label: &str, value: fn(&EnergyParts) -> f64| Series {
         label: label.into(),
         colour: colour(k),
         points: points
             .iter()
-            .map(|p| (p.evaluations as f64, value(p)))
+            .filter_map(|p| Some((p.evaluations as f64, value(p.parts.as_ref()?))))
             .filter(|(_, value)| *value > 0.0 && value.is_finite())
             .collect(),
     };
@@ -209,9 +223,11 @@ mod tests {
                     iteration,
                     evaluations,
                     total: 0.52 + rest,
-                    elastic: 0.01 - 0.2 * rest,
-                    mismatch: 0.51 + 1.2 * rest,
-                    length: 2e-4,
+                    parts: (iteration % 2 == 0).then_some(EnergyParts {
+                        elastic: 0.01 - 0.2 * rest,
+                        mismatch: 0.51 + 1.2 * rest,
+                        length: 2e-4,
+                    }),
                 });
             }
         }
@@ -239,10 +255,12 @@ mod tests {
             assert!(text.contains(word), "{word}");
         }
         assert!(!text.contains("NaN") && !text.contains("inf"));
-        // 60 points below, three parts each; above, the last of each of 4 grids has no logarithm.
-        assert_eq!(text.matches("<circle").count(), 180 + 56);
+        // Eight points of each of 4 grids below, three parts each; above, the last of each of 4
+        // grids has no logarithm.
+        assert_eq!(text.matches("<circle").count(), 96 + 56);
         let rows = fs::read_to_string(&table).unwrap();
         assert_eq!(rows.lines().count(), 61);
+        assert!(rows.lines().nth(2).unwrap().ends_with(",,,"));
         let total: f64 = rows
             .lines()
             .nth(1)

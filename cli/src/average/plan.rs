@@ -1,9 +1,11 @@
-//! `shapespace average`: from the options to a checked plan.
+//! From the options to a checked plan.
 
 use fe_grid::Grid;
+use hyperelastic::{LameModuli, LawName, LawSpec, LawVisitor, StoredEnergy};
 use serde::Serialize;
+use shape_average::{AverageParams, BoundaryCondition};
 
-use crate::args::{Align, AverageArgs, Boundary, Law, Solver};
+use crate::args::{Align, AverageArgs, Boundary, Solver};
 use crate::error::CliError;
 use crate::input::fit::{FrameTransform, fit_frames};
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
@@ -20,7 +22,7 @@ pub struct Parameters {
     /// The minimiser.
     pub solver: Solver,
     /// The law.
-    pub law: Law,
+    pub law: LawName,
     /// First Lame modulus.
     pub lambda: f64,
     /// Second Lame modulus.
@@ -76,51 +78,115 @@ pub fn plan_average(args: &AverageArgs) -> Result<AnyPlan, CliError> {
             found: args.inputs.len(),
         });
     }
-    let weights = weights(&args.weights, args.inputs.len())?;
+    // Weights are checked first: reading may take long.
+    weights(&args.weights, args.inputs.len())?;
     let options = ReadOptions { label: args.label };
     match read_images(&args.inputs, &options)? {
-        AnyImages::D2(images) => plan(images, weights, args, 129, 4097).map(AnyPlan::D2),
-        AnyImages::D3(images) => plan(images, weights, args, 65, 513).map(AnyPlan::D3),
+        AnyImages::D2(images) => plan_images(images, args).map(AnyPlan::D2),
+        AnyImages::D3(images) => plan_images(images, args).map(AnyPlan::D3),
     }
 }
 
-/// Runs `shapespace average`.
+/// Places images and checks all options.
 ///
 /// # Errors
 /// As [`plan_average`].
-pub fn run_average(args: &AverageArgs) -> Result<(), CliError> {
-    plan_average(args).map(drop)
-}
-
-fn plan<const D: usize>(
+pub fn plan_images<const D: usize>(
     images: Vec<Image<D>>,
-    weights: Vec<f64>,
     args: &AverageArgs,
-    usual_nodes: usize,
-    most_nodes: usize,
 ) -> Result<AveragePlan<D>, CliError> {
+    let (usual_nodes, most_nodes) = if D == 2 { (129, 4097) } else { (65, 513) };
     let nodes = args.grid.unwrap_or(usual_nodes);
     check_nodes(nodes, most_nodes)?;
-    let grid = Grid::cube(nodes);
+    let weights = weights(&args.weights, images.len())?;
     Ok(AveragePlan {
         frames: fit_frames(&images, nodes),
         images,
-        grid,
-        parameters: Parameters {
-            grid: nodes,
-            solver: args.solver,
-            law: args.law,
-            lambda: args.lambda,
-            mu: args.mu,
-            mismatch_weight: args.mismatch_weight,
-            length_weight: args.length_weight.unwrap_or(1e-4 * args.mismatch_weight),
-            interface_width: 2.0 * grid.spacing(),
-            void_stiffness: args.void_stiffness,
-            weights,
-            align: args.align,
-            boundary: args.boundary,
-        },
+        grid: Grid::cube(nodes),
+        parameters: parameters::<D>(args, nodes, weights)?,
     })
+}
+
+impl Parameters {
+    /// The same as the average takes them.
+    pub fn average_params(&self) -> AverageParams {
+        AverageParams {
+            law: self.law_spec(),
+            mismatch_weight: self.mismatch_weight,
+            length_weight: Some(self.length_weight),
+            void_stiffness: self.void_stiffness,
+            weights: Some(self.weights.clone()),
+            solver: match self.solver {
+                Solver::Lbfgs => shape_average::Solver::Lbfgs,
+                Solver::Descent => shape_average::Solver::Descent,
+            },
+            boundary: match self.boundary {
+                Boundary::Natural => BoundaryCondition::Natural,
+                Boundary::Identity => BoundaryCondition::Identity,
+            },
+            ..AverageParams::default()
+        }
+    }
+
+    fn law_spec(&self) -> LawSpec {
+        LawSpec {
+            law: self.law,
+            moduli: LameModuli {
+                bulk_lambda: self.lambda,
+                shear_modulus: self.mu,
+            },
+        }
+    }
+
+    /// Finds out now what the average would refuse after all inputs are read.
+    fn check<const D: usize>(&self) -> Result<(), CliError> {
+        self.law_spec()
+            .visit::<D, _>(Nothing)
+            .map_err(|error| CliError::Law {
+                law: self.law.to_string(),
+                source: error,
+            })?;
+        if self.void_stiffness > 1.0 {
+            return Err(CliError::Option {
+                option: "--void-stiffness",
+                value: self.void_stiffness.to_string(),
+                remedy: "the void is no stiffer than the object, which has 1; try 1e-4".into(),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// Asks only whether a law can be made.
+struct Nothing;
+
+impl<const D: usize> LawVisitor<D> for Nothing {
+    type Output = ();
+    fn visit<W: StoredEnergy<D>>(self, _law: W) {}
+}
+
+/// Checks the options and completes them.
+fn parameters<const D: usize>(
+    args: &AverageArgs,
+    nodes: usize,
+    weights: Vec<f64>,
+) -> Result<Parameters, CliError> {
+    let parameters = Parameters {
+        grid: nodes,
+        solver: args.solver,
+        law: args.law,
+        lambda: args.lambda,
+        mu: args.mu,
+        mismatch_weight: args.mismatch_weight,
+        length_weight: args.length_weight.unwrap_or(1e-4 * args.mismatch_weight),
+        interface_width: 2.0 * Grid::<D>::cube(nodes).spacing(),
+        void_stiffness: args.void_stiffness,
+        weights,
+        align: args.align,
+        boundary: args.boundary,
+    };
+    parameters.check::<D>()?;
+    Ok(parameters)
 }
 
 fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {

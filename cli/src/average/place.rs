@@ -1,0 +1,167 @@
+//! Rigid alignment of the inputs.
+//!
+//! All shapes are brought onto one of them, the reference, which keeps its own orientation: the
+//! shape whose size and spread are nearest to those of all others (least sum of distances of
+//! `(V^(1/d), sqrt(tr C), (tr C^2)^(1/4))`, with volume `V` and covariance `C`; these do not
+//! depend on position and orientation). Motions are found on signed distances on a grid of
+//! moderate size and applied to the boundaries themselves.
+//!
+//! Where aligned shapes then reach out of [`ROOM`], all are moved together to the middle, and, if
+//! that is not enough, made smaller by one factor, which the frames record.
+
+use levelset::{Contour, ContourDistance, Moments};
+use nalgebra::{SMatrix, SVector};
+use rayon::prelude::*;
+use serde::Serialize;
+use shape_average::align::{RigidMotion, align_group};
+
+use super::shapes::Input;
+use crate::error::CliError;
+
+/// Nodes a side of the grids on which motions are found, in 2D and 3D.
+const NODES: [usize; 2] = [65, 33];
+/// Aligned shapes stay between these coordinates: room for the void around them.
+const ROOM: [f64; 2] = [0.08, 0.92];
+
+/// How a shape was aligned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Alignment<const D: usize> {
+    /// From the frame's unit box to aligned coordinates, also in the unit box.
+    pub motion: RigidMotion<D>,
+    /// Squared difference of the indicators that is left, over the sum of their squares.
+    pub mismatch: f64,
+    /// Whether the others were aligned to this shape.
+    pub reference: bool,
+}
+
+/// The form in which an alignment is written: `aligned = rotation unit + translation`.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct AlignmentRecord {
+    rotation: Vec<Vec<f64>>,
+    translation: Vec<f64>,
+    angle_degrees: f64,
+    mismatch: f64,
+    reference: bool,
+}
+
+impl<const D: usize> Alignment<D> {
+    pub fn record(&self) -> AlignmentRecord {
+        let rotation = self.motion.rotation();
+        AlignmentRecord {
+            rotation: (0..D)
+                .map(|i| (0..D).map(|j| rotation[(i, j)]).collect())
+                .collect(),
+            translation: self.motion.translation().iter().copied().collect(),
+            angle_degrees: self.motion.angle().to_degrees(),
+            mismatch: self.mismatch,
+            reference: self.reference,
+        }
+    }
+}
+
+/// Aligns the boundaries of all inputs.
+///
+/// # Errors
+/// [`CliError::Computation`] where a shape is too small to be aligned.
+pub(super) fn align<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliError> {
+    let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
+    let reference = reference(&contours)?;
+    let mut order: Vec<usize> = (0..inputs.len()).collect();
+    order.swap(0, reference);
+    let grid = fe_grid::Grid::<D>::cube(NODES[usize::from(D == 3)]);
+    let distances: Result<Vec<_>, CliError> = order
+        .iter()
+        .map(|&i| {
+            Ok(ContourDistance::new(contours[i])
+                .map_err(failed)?
+                .sample(grid))
+        })
+        .collect();
+    let distances = distances?;
+    let found =
+        align_group(&distances.iter().collect::<Vec<_>>()).map_err(|error| failed(error))?;
+    for (position, &i) in order.iter().enumerate() {
+        let input = &mut inputs[i];
+        input.contour = found[position].motion.apply_to_contour(&input.contour);
+        input.alignment = Some(Alignment {
+            motion: found[position].motion,
+            mismatch: found[position].mismatch,
+            reference: position == 0,
+        });
+    }
+    keep_inside(inputs);
+    Ok(())
+}
+
+fn failed(error: impl std::fmt::Display) -> CliError {
+    CliError::Computation {
+        message: format!("the shapes cannot be aligned: {error}"),
+        remedy: "leave out --align, or leave out shapes that are much smaller than the rest".into(),
+    }
+}
+
+/// Position of the shape nearest to all others in size and spread.
+fn reference<const D: usize>(contours: &[&Contour<D>]) -> Result<usize, CliError> {
+    let lengths: Result<Vec<[f64; 3]>, CliError> = contours
+        .par_iter()
+        .map(|contour| {
+            let moments = Moments::of_contour(contour).map_err(failed)?;
+            let c: SMatrix<f64, D, D> = moments.covariance;
+            let square = (c * c).trace();
+            Ok([
+                moments.volume.powf(1.0 / D as f64),
+                c.trace().max(0.0).sqrt(),
+                square.sqrt().sqrt(),
+            ])
+        })
+        .collect();
+    let lengths = lengths?;
+    let apart = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
+        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    };
+    let sums = lengths
+        .iter()
+        .map(|a| lengths.iter().map(|b| apart(a, b)).sum::<f64>());
+    let best = sums
+        .enumerate()
+        .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    Ok(best.map_or(0, |(index, _)| index))
+}
+
+/// Moves all shapes together, and shrinks them if need be, so that none leaves the room.
+fn keep_inside<const D: usize>(inputs: &mut [Input<D>]) {
+    let (low, high) = bounds(inputs);
+    if (0..D).all(|k| low[k] >= ROOM[0] && high[k] <= ROOM[1]) {
+        return;
+    }
+    let longest = (0..D).fold(0.0, |side, k| f64::max(side, high[k] - low[k]));
+    let factor = ((ROOM[1] - ROOM[0]) / longest).min(1.0);
+    let middle = SVector::<f64, D>::repeat(0.5);
+    let centre = SVector::<f64, D>::from_fn(|k, _| 0.5 * (low[k] + high[k]));
+    for input in inputs {
+        let into = |p: [f64; D]| (middle + (SVector::from(p) - centre) * factor).into();
+        input.contour = input.contour.map(into);
+        input.volume *= factor.powi(D as i32);
+        input.frame = input.frame.shrunk(factor);
+        if let Some(alignment) = &mut input.alignment {
+            // y = m + f (R x + t - c) in the shrunk coordinates x' = m + f (x - m).
+            let rotation = *alignment.motion.rotation();
+            let shift = alignment.motion.translation() - centre;
+            let translation = middle + shift * factor + rotation * middle * (factor - 1.0);
+            if let Some(motion) = RigidMotion::new(rotation, translation) {
+                alignment.motion = motion;
+            }
+        }
+    }
+}
+
+fn bounds<const D: usize>(inputs: &[Input<D>]) -> ([f64; D], [f64; D]) {
+    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for p in inputs.iter().flat_map(|input| input.contour.points()) {
+        for k in 0..D {
+            low[k] = low[k].min(p[k]);
+            high[k] = high[k].max(p[k]);
+        }
+    }
+    (low, high)
+}

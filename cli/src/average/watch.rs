@@ -1,0 +1,177 @@
+//! Progress of the minimisation, and Ctrl-C.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::Instant;
+
+use fe_grid::minimise::{Control, Iteration, Observer};
+
+use crate::error::Exit;
+use crate::progress::Progress;
+
+/// One accepted step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Course {
+    /// Level, counted from the coarsest.
+    pub level: usize,
+    /// Nodes a side.
+    pub nodes: usize,
+    /// Accepted steps on this level so far.
+    pub iteration: usize,
+    /// Evaluations of the functional on all levels so far.
+    pub evaluations: usize,
+    /// The functional.
+    pub energy: f64,
+}
+
+const RUNNING: u8 = 0;
+const ASKED: u8 = 1;
+const WRITING: u8 = 2;
+/// A process has one handler of Ctrl-C, hence one state.
+static STATE: AtomicU8 = AtomicU8::new(RUNNING);
+
+/// The wish to stop: Ctrl-C once ends the minimisation and writes what is reached, twice ends the
+/// program at once. While results are written it waits for their end.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interrupt;
+
+impl Interrupt {
+    /// Listens from now on. Where the system does not let us, Ctrl-C ends the program as usual.
+    pub fn listen() -> Self {
+        let _ = ctrlc::set_handler(|| {
+            let asked = STATE.compare_exchange(RUNNING, ASKED, Ordering::SeqCst, Ordering::SeqCst);
+            if asked == Err(ASKED) {
+                std::process::exit(i32::from(Exit::Interrupted as u8));
+            }
+        });
+        Self
+    }
+
+    fn asked(self) -> bool {
+        STATE.load(Ordering::SeqCst) == ASKED
+    }
+
+    /// The results are being written.
+    pub fn writing(self) {
+        STATE.store(WRITING, Ordering::SeqCst);
+    }
+}
+
+/// Shows every iteration, keeps the course of the energy, and cancels when asked to.
+pub(super) struct Watch<'a> {
+    progress: &'a Progress,
+    interrupt: Interrupt,
+    /// Nodes a side of every level, coarsest first.
+    nodes: Vec<usize>,
+    course: Vec<Course>,
+    level: usize,
+    /// Evaluations on the levels before.
+    before: usize,
+    begin: Instant,
+}
+
+impl<'a> Watch<'a> {
+    pub fn new(progress: &'a Progress, interrupt: Interrupt, nodes: Vec<usize>) -> Self {
+        Self {
+            progress,
+            interrupt,
+            nodes,
+            course: Vec::new(),
+            level: 0,
+            before: 0,
+            begin: Instant::now(),
+        }
+    }
+
+    /// The course of the energy; the last level gets its line.
+    pub fn finish(self) -> Vec<Course> {
+        self.level_done();
+        self.course
+    }
+
+    fn title(&self) -> String {
+        let nodes = self.nodes.get(self.level).copied().unwrap_or(0);
+        format!(
+            "level {} of {}, {nodes} nodes a side",
+            self.level + 1,
+            self.nodes.len()
+        )
+    }
+
+    fn level_done(&self) {
+        let Some(last) = self.course.last() else {
+            return;
+        };
+        self.progress.note(format!(
+            "{}: {} iterations, energy {:.6e}, {:.1} s",
+            self.title(),
+            last.iteration,
+            last.energy,
+            self.begin.elapsed().as_secs_f64()
+        ));
+    }
+}
+
+impl Observer for Watch<'_> {
+    fn level(&mut self, level: usize, _n_levels: usize, _dim: usize) {
+        if level > 0 {
+            self.level_done();
+        }
+        self.level = level;
+        self.before = self.course.last().map_or(0, |point| point.evaluations);
+        self.begin = Instant::now();
+        self.progress.stage(self.title());
+    }
+
+    fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
+        let evaluations = self.before + iteration.evaluations.energies();
+        self.course.push(Course {
+            level: self.level,
+            nodes: self.nodes.get(self.level).copied().unwrap_or(0),
+            iteration: iteration.iteration,
+            evaluations,
+            energy: iteration.energy,
+        });
+        self.progress
+            .iteration(iteration.iteration, evaluations, iteration.energy);
+        if self.interrupt.asked() {
+            Control::Cancel
+        } else {
+            Control::Continue
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fe_grid::minimise::Evaluations;
+
+    #[test]
+    fn evaluations_add_up_over_the_levels() {
+        let progress = Progress::hidden();
+        let mut watch = Watch::new(&progress, Interrupt, vec![9, 17]);
+        let mut step = |level: Option<usize>, iteration, gradients| {
+            if let Some(level) = level {
+                watch.level(level, 2, 100);
+            }
+            watch.iteration(&Iteration {
+                iteration,
+                energy: 1.0,
+                gradient_norm: 1.0,
+                step_length: 1.0,
+                evaluations: Evaluations {
+                    gradients,
+                    ..Evaluations::default()
+                },
+                x: &[],
+            })
+        };
+        assert_eq!(step(Some(0), 0, 1), Control::Continue);
+        step(None, 1, 3);
+        step(Some(1), 0, 1);
+        step(None, 1, 2);
+        let course = watch.finish();
+        let seen: Vec<_> = course.iter().map(|c| (c.nodes, c.evaluations)).collect();
+        assert_eq!(seen, [(9, 1), (9, 3), (17, 4), (17, 5)]);
+    }
+}

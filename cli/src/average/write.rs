@@ -1,0 +1,176 @@
+//! The files of a result directory.
+
+use fe_grid::{Field, ScalarField};
+use levelset::{BoxEdge, Contour, Moments, contour};
+
+use super::draw::{Draw, Pictures};
+use super::record::ResultRecord;
+use super::{Course, Outcome, numbered, short_name};
+use crate::error::CliError;
+use crate::input::Image;
+use crate::output::energy::{EnergyParts, EnergyPoint, write_energy_plot, write_energy_table};
+use crate::output::npy::{Precision, write_field, write_mask};
+use crate::output::vti::VtiFile;
+use crate::output::{OutputError, ResultDir, write_json};
+
+/// Writes everything, `result.json` last, and returns what is in it.
+///
+/// # Errors
+/// [`CliError`]; the directory is not complete then.
+pub(super) fn write_all<const D: usize>(
+    directory: &ResultDir,
+    outcome: Outcome<D>,
+) -> Result<ResultRecord<D>, CliError>
+where
+    Pictures: Draw<D>,
+{
+    write_arrays(directory, &outcome)?;
+    write_vti(directory, &outcome)?;
+    write_energy(directory, &outcome)?;
+    let outline = average_outline(&outcome)?;
+    Pictures::picture(&outcome, &outline)?.write_png(&directory.file("average.png"))?;
+    let surface = Pictures::surface(directory, &outcome, &outline)?;
+    let record = ResultRecord::new(&outcome, Moments::of_contour(&outline), surface);
+    write_json(&directory.file("result.json"), &record)?;
+    Ok(record)
+}
+
+/// Writes drawn inputs to the folder `inputs`.
+///
+/// # Errors
+/// [`CliError::Output`].
+pub(super) fn write_inputs<const D: usize>(
+    directory: &ResultDir,
+    images: &[Image<D>],
+) -> Result<(), CliError> {
+    let folder = directory.file("inputs");
+    std::fs::create_dir(&folder).map_err(OutputError::at(&folder))?;
+    for image in images {
+        let grid = fe_grid::Grid::with_nodes(image.size, 1.0)?;
+        let field = ScalarField::from_vec(grid, image.values.clone())?;
+        write_field(
+            &folder.join(short_name(&image.path)),
+            &field,
+            Precision::Double,
+        )?;
+    }
+    Ok(())
+}
+
+/// The boundary of the average; the faces of the box close it.
+fn average_outline<const D: usize>(outcome: &Outcome<D>) -> Result<Contour<D>, CliError> {
+    let indicator = &outcome.result.average_indicator;
+    Ok(contour(indicator, 0.5, BoxEdge::Closed).map_err(shape_average::AverageError::from)?)
+}
+
+fn write_arrays<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+) -> Result<(), CliError> {
+    let result = &outcome.result;
+    let grid = *result.average.grid();
+    write_field(
+        &directory.file("average.npy"),
+        &result.average,
+        Precision::Double,
+    )?;
+    let mask: Vec<bool> = result
+        .average_mask
+        .as_slice()
+        .iter()
+        .map(|&x| x > 0.5)
+        .collect();
+    write_mask(
+        &directory.file("average_mask.npy"),
+        &mask,
+        &grid.nodes_per_axis(),
+    )?;
+    for (i, displacement) in result.displacements.iter().enumerate() {
+        let path = directory.file(numbered("deformation", i));
+        write_field(&path, &deformation(displacement), Precision::Double)?;
+    }
+    let shapes = &result.shapes;
+    for (i, phase_field) in shapes.phase_fields.iter().enumerate() {
+        let path = directory.file(numbered("phasefield", i));
+        write_field(&path, phase_field, Precision::Double)?;
+    }
+    let stiffness = outcome.parameters.void_stiffness;
+    for (i, indicator) in shapes.indicators.iter().enumerate() {
+        let mut weight = indicator.clone();
+        for x in weight.as_mut_slice() {
+            *x = (1.0 - stiffness) * *x + stiffness;
+        }
+        write_field(
+            &directory.file(numbered("weight", i)),
+            &weight,
+            Precision::Double,
+        )?;
+    }
+    Ok(())
+}
+
+/// Deformed positions `x + u(x)`.
+fn deformation<const D: usize>(displacement: &Field<f64, D, D>) -> Field<f64, D, D> {
+    let mut positions = Field::identity(*displacement.grid());
+    for (x, u) in positions
+        .as_mut_slice()
+        .iter_mut()
+        .zip(displacement.as_slice())
+    {
+        *x += u;
+    }
+    positions
+}
+
+fn write_vti<const D: usize>(directory: &ResultDir, outcome: &Outcome<D>) -> Result<(), CliError> {
+    let result = &outcome.result;
+    let mut file = VtiFile::new(*result.average.grid(), Precision::Single)
+        .field("average", &result.average)
+        .field("mask", &result.average_mask);
+    for (i, displacement) in result.displacements.iter().enumerate() {
+        file = file.field(&format!("displacement_{i:03}"), displacement);
+    }
+    Ok(file.write(&directory.file("average.vti"))?)
+}
+
+fn write_energy<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+) -> Result<(), CliError> {
+    let points = energy_points(outcome);
+    write_energy_table(&directory.file("energy.csv"), &points)?;
+    Ok(write_energy_plot(&directory.file("energy.svg"), &points)?)
+}
+
+/// The course of the energy; its parts are known at the end of each level.
+fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
+    let course = &outcome.course;
+    let is_last = |i: usize, point: &Course| {
+        course
+            .get(i + 1)
+            .is_none_or(|next| next.level != point.level)
+    };
+    let point = |(i, point): (usize, &Course)| EnergyPoint {
+        nodes: point.nodes,
+        iteration: point.iteration,
+        evaluations: point.evaluations,
+        total: point.energy,
+        parts: is_last(i, point)
+            .then(|| parts(outcome, point.level))
+            .flatten(),
+    };
+    course.iter().enumerate().map(point).collect()
+}
+
+/// The weighted parts of the energy at the end of a level.
+fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<EnergyParts> {
+    let energy = &outcome.result.levels.get(level)?.energy;
+    let p = &outcome.parameters;
+    let elastic = energy.elastic.iter().zip(&p.weights).map(|(e, w)| e * w);
+    let n = p.weights.len() as f64;
+    Some(EnergyParts {
+        elastic: elastic.sum(),
+        mismatch: p.mismatch_weight / n * energy.mismatch.iter().sum::<f64>(),
+        length: p.length_weight * energy.length,
+    })
+}

@@ -1,0 +1,80 @@
+//! `shapespace demo`: the average of shapes that the program draws itself.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use fe_grid::Grid;
+use hyperelastic::LawName;
+
+use crate::args::{Align, AverageArgs, Boundary, Solver};
+use crate::average::run_drawn;
+use crate::error::{CliError, Exit};
+use crate::generate::{Family, Placed, area_share, family};
+use crate::input::Image;
+
+/// Nodes a side.
+const NODES: usize = 129;
+/// Name of the directory where none is given; numbers follow where it exists.
+const NAME: &str = "shapespace-demo";
+
+/// Average built-in shapes: a first look that needs no data.
+#[derive(Clone, Debug, Args)]
+pub struct DemoArgs {
+    /// New directory for the results [default: shapespace-demo, or the next free number].
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Number of threads [default: all cores].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+}
+
+/// Runs `shapespace demo`.
+///
+/// # Errors
+/// [`CliError`]; then nothing has been written.
+pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
+    let output = args.output.clone().unwrap_or_else(free_name);
+    let grid = Grid::<2>::cube(NODES);
+    let members = family::<2>(Family::Crosses, 1).unwrap_or_default();
+    let images: Vec<Image<2>> = members
+        .iter()
+        .map(|member| Image {
+            values: area_share(&Placed::centred(member.shape.as_ref()), grid).into_vec(),
+            size: grid.nodes_per_axis(),
+            spacing: [1.0; 2],
+            origin: [0.0; 2],
+            path: output.join("inputs").join(format!("{}.npy", member.name)),
+            affine: None,
+            plain_array: true,
+        })
+        .collect();
+    run_drawn(
+        images,
+        &AverageArgs {
+            inputs: Vec::new(),
+            output,
+            grid: Some(NODES),
+            solver: Solver::default(),
+            weights: Vec::new(),
+            law: LawName::default(),
+            lambda: 1.0,
+            mu: 1.0,
+            mismatch_weight: 1.0,
+            length_weight: None,
+            void_stiffness: 1e-4,
+            align: Align::default(),
+            boundary: Boundary::default(),
+            label: None,
+            threads: args.threads,
+        },
+    )
+}
+
+/// The first name that no file has.
+fn free_name() -> PathBuf {
+    let names = std::iter::once(NAME.to_owned()).chain((2..).map(|k| format!("{NAME}-{k}")));
+    let mut free = names
+        .map(PathBuf::from)
+        .filter(|path| path.symlink_metadata().is_err());
+    free.next().unwrap_or_else(|| NAME.into())
+}
