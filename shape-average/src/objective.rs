@@ -88,6 +88,10 @@ impl<const D: usize> AverageObjective<D> {
         self.shapes.grid()
     }
 
+    pub(crate) fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
     pub(crate) fn params(&self) -> &AverageParams {
         &self.params
     }

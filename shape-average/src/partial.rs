@@ -3,13 +3,14 @@
 use crate::objective::shape;
 use crate::{AverageError, AverageObjective, Energy};
 use fe_grid::minimise::Objective;
+use fe_grid::{Assembly, Data, vector};
 
 impl<const D: usize> AverageObjective<D> {
     /// All terms at displacements `x` and at [`AverageObjective::average`] as it is, not solved
-    /// for anew; the partial derivative by `x` overwrites `gradient` unless that is empty. None
-    /// where a deformation folds.
+    /// for anew; the partial derivative of [`Energy::total`] by `x`, without the barrier,
+    /// overwrites `gradient` unless that is empty. None where a deformation folds.
     ///
-    /// At the average that minimises the functional for `x`, this derivative is that of the
+    /// At the average that minimises the functional for `x`, this is also the derivative of the
     /// reduced functional.
     ///
     /// # Errors
@@ -25,21 +26,24 @@ impl<const D: usize> AverageObjective<D> {
         assert_eq!(x.len(), self.dim());
         assert!(gradient.is_empty() || gradient.len() == x.len());
         let dim = self.shape_dim();
-        let mut energy = Energy {
-            length: self.length()?,
-            ..Energy::default()
-        };
-        energy.total = self.params().resolved_length_weight() * energy.length;
         let mut gradients = gradient.chunks_exact_mut(dim);
+        let mut terms = Vec::with_capacity(self.shapes().n_shapes());
         for i in 0..self.shapes().n_shapes() {
             let gradient = gradients.next().unwrap_or_default();
-            let Some(terms) = self.shape_energy(i, shape(x, i, dim), gradient)? else {
+            let displacement = shape(x, i, dim);
+            let Some(of_shape) = self.shape_energy(i, displacement, gradient)? else {
                 return Ok(None);
             };
-            energy.total += self.weigh(i, terms);
-            energy.elastic.push(terms.0);
-            energy.mismatch.push(terms.1);
+            terms.push(of_shape);
+            if !gradient.is_empty() && of_shape.barrier > 0.0 {
+                let barrier = self.barrier();
+                let barrier = Assembly::new(*self.grid(), &barrier, Data::default());
+                let mut slope = vec![0.0; dim];
+                barrier.value_and_gradient_into(displacement, &mut slope)?;
+                self.hold_boundary(&mut slope);
+                vector::axpy(-1.0, &slope, gradient);
+            }
         }
-        Ok(Some(energy))
+        Ok(Some(Energy::new(self.weights(), &terms, self.length()?)))
     }
 }

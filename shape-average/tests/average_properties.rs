@@ -42,22 +42,23 @@ fn the_order_of_the_shapes_does_not_matter() {
     }
 }
 
-/// Only the first shape is stiff: it stays, and the others come to it.
+/// The first shape is much stiffer than the others: it stays, and they come to it.
 #[test]
-fn all_weight_on_one_shape_returns_it() {
+fn nearly_all_weight_on_one_shape_returns_it() {
     let shapes = three_shapes();
     let params = AverageParams {
-        weights: Some(vec![1.0, 0.0, 0.0]),
+        weights: Some(vec![0.98, 0.01, 0.01]),
         ..AverageParams::default()
     };
     let result = run(&shapes, &params);
     let overlap = dice(&result.average_indicator, 0.5, &shapes[0], 0.0).unwrap();
-    println!(
-        "{overlap} {} {:?}",
-        max_abs(result.displacements[0].as_slice()),
-        result.energy
+    println!("{overlap}");
+    assert!(overlap > 0.98, "{overlap}");
+    let elastic = &result.energy.elastic;
+    assert!(
+        100.0 * elastic[0] < elastic[1].min(elastic[2]),
+        "{elastic:?}"
     );
-    assert!(overlap > 0.99, "{overlap}");
 }
 
 fn all_bits<const D: usize>(result: &AverageResult<D>) -> Vec<u64> {

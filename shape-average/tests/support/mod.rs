@@ -67,7 +67,7 @@ fn check_always<const D: usize>(result: &AverageResult<D>, n: usize, params: &Av
         assert_eq!(level.energies.len(), level.iterations + 1);
         // The terms that are reported add up to the energy that was minimised.
         let last = level.energies[level.iterations];
-        assert!((level.energy.total - last).abs() <= 1e-8 * last);
+        assert!((level.energy.objective() - last).abs() <= 1e-8 * last);
         let weights = params.resolved_weights(n);
         let elastic: f64 = level
             .energy
