@@ -128,7 +128,6 @@ fn identical_shapes_stay_where_they_are() {
     // In the soft void the discrete interface costs a little less when it is stretched, which is
     // no part of the shape.
     let inside = largest(&result, |d| d >= 0.0, &shape);
-    println!("{inside}");
     assert!(inside < 1e-3);
     assert_eq!(result.mean_dice(), 1.0);
 }

@@ -1,0 +1,52 @@
+//! Tables in Markdown.
+
+use std::fmt;
+
+/// Rows of cells under a heading.
+pub struct Table {
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with these columns.
+    pub fn new<const N: usize>(columns: [&str; N]) -> Self {
+        Self {
+            rows: vec![columns.map(String::from).to_vec()],
+        }
+    }
+
+    /// Adds a row; said on the error stream at once, as the rest may take its time.
+    pub fn row<const N: usize>(&mut self, cells: [String; N]) {
+        eprintln!("  {}", cells.join(" | "));
+        self.rows.push(cells.into());
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, row) in self.rows.iter().enumerate() {
+            writeln!(f, "| {} |", row.join(" | "))?;
+            if i == 0 {
+                writeln!(f, "|{}", "---|".repeat(row.len()))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A cell that is marked where it is not as asked.
+pub fn checked(text: String, good: bool) -> String {
+    if good { text } else { format!("{text} **!**") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_markdown() {
+        let mut table = Table::new(["a", "b"]);
+        table.row(["1".into(), checked("2".into(), false)]);
+        assert_eq!(table.to_string(), "| a | b |\n|---|---|\n| 1 | 2 **!** |\n");
+    }
+}
