@@ -5,6 +5,7 @@
 //! make the result directory, [`draw`] its picture, [`summary`] the closing words.
 
 mod draw;
+mod label;
 mod place;
 mod plan;
 mod record;
@@ -136,12 +137,6 @@ where
 fn level_nodes<const D: usize>(grid: Grid<D>, coarsest: usize) -> Vec<usize> {
     let hierarchy = grid.hierarchy(coarsest);
     hierarchy.iter().map(|g| g.nodes_per_axis()[0]).collect()
-}
-
-/// The last part of a path, for labels.
-fn short_name(path: &std::path::Path) -> String {
-    let name = path.file_name().map(|name| name.to_string_lossy());
-    name.map_or_else(|| path.display().to_string(), std::borrow::Cow::into_owned)
 }
 
 /// Names of the files that belong to one shape, `kind_000.npy` and so on.

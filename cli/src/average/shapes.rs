@@ -11,8 +11,9 @@ use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, ContourDistance, contour, signed_distance};
 use rayon::prelude::*;
 
+use super::AveragePlan;
+use super::label::labels;
 use super::place::{Alignment, align};
-use super::{AveragePlan, short_name};
 use crate::args::Align;
 use crate::error::CliError;
 use crate::input::fit::{FrameRule, FrameTransform};
@@ -52,10 +53,12 @@ pub(super) fn prepare<const D: usize>(
         parameters,
     } = plan;
     progress.stage("finding boundaries");
+    let paths: Vec<_> = images.iter().map(|image| image.path.as_path()).collect();
     let inputs: Result<Vec<_>, CliError> = images
         .par_iter()
         .zip(&frames)
-        .map(|(image, frame)| input(image, *frame))
+        .zip(labels(&paths))
+        .map(|((image, frame), name)| input(image, *frame, name))
         .collect();
     let mut inputs = inputs?;
     if parameters.align == Align::Rigid {
@@ -71,7 +74,11 @@ pub(super) fn prepare<const D: usize>(
     Ok((inputs, distances?))
 }
 
-fn input<const D: usize>(image: &Image<D>, frame: FrameTransform<D>) -> Result<Input<D>, CliError> {
+fn input<const D: usize>(
+    image: &Image<D>,
+    frame: FrameTransform<D>,
+    name: String,
+) -> Result<Input<D>, CliError> {
     let contour = boundary(image, &frame)?;
     let volume = levelset::Moments::of_contour(&contour)
         .map_err(|source| CliError::Shape {
@@ -81,7 +88,7 @@ fn input<const D: usize>(image: &Image<D>, frame: FrameTransform<D>) -> Result<I
         .volume;
     Ok(Input {
         path: image.path.clone(),
-        name: short_name(&image.path),
+        name,
         size: image.size,
         affine: image.affine,
         frame,
@@ -212,7 +219,7 @@ mod tests {
             (20.3 - r + 0.5).clamp(0.0, 1.0)
         });
         let frame = fit_frames(std::slice::from_ref(&disk), 129)[0];
-        let found = input(&disk, frame).unwrap();
+        let found = input(&disk, frame, String::new()).unwrap();
         let radius = 20.3 * 0.5 * frame.scale();
         // The polygon's chords of one sample: a share of 1/(8 r^2) = 3e-4 less, at most twice.
         let share = found.volume / (std::f64::consts::PI * radius * radius);
