@@ -1,8 +1,8 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
-//! [`plan`] reads and checks, [`shapes`] turns masks into boundaries and signed distances,
-//! [`place`] aligns them, [`watch`] shows progress and hears Ctrl-C, [`record`] and [`write`]
-//! make the result directory, [`draw`] its picture, [`summary`] the closing words.
+//! `plan` reads and checks, `shapes` turns masks into boundaries and signed distances, `place`
+//! aligns them, `watch` shows progress and hears Ctrl-C, `record` and `write` make the result
+//! directory, `draw` its picture, `label` the names in it, `summary` the closing words.
 
 mod draw;
 mod label;
@@ -122,7 +122,7 @@ where
     if let Some(drawn) = drawn {
         write::write_inputs(&directory, &drawn)?;
     }
-    let record = write::write_all(&directory, outcome)?;
+    let record = write::write_all(&directory, &outcome)?;
     let target = directory.commit()?;
     progress.finish();
     summary::print(&record, &target);

@@ -19,18 +19,18 @@ use crate::output::{OutputError, ResultDir, write_json};
 /// [`CliError`]; the directory is not complete then.
 pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: Outcome<D>,
+    outcome: &Outcome<D>,
 ) -> Result<ResultRecord<D>, CliError>
 where
     Pictures: Draw<D>,
 {
-    write_arrays(directory, &outcome)?;
-    write_vti(directory, &outcome)?;
-    write_energy(directory, &outcome)?;
-    let outline = average_outline(&outcome)?;
-    Pictures::picture(&outcome, &outline)?.write_png(&directory.file("average.png"))?;
-    let surface = Pictures::surface(directory, &outcome, &outline)?;
-    let record = ResultRecord::new(&outcome, Moments::of_contour(&outline), surface);
+    write_arrays(directory, outcome)?;
+    write_vti(directory, outcome)?;
+    write_energy(directory, outcome)?;
+    let outline = average_outline(outcome)?;
+    Pictures::picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
+    let surface = Pictures::surface(directory, outcome, &outline)?;
+    let record = ResultRecord::new(outcome, Moments::of_contour(&outline), surface);
     write_json(&directory.file("result.json"), &record)?;
     Ok(record)
 }
