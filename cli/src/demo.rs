@@ -1,4 +1,4 @@
-//! `shapespace demo`: the average of shapes that the program draws itself.
+//! `shapespace demo`: the average of three letters that the program draws itself.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use hyperelastic::LawName;
 use crate::args::{Align, AverageArgs, Boundary, Solver};
 use crate::average::run_drawn;
 use crate::error::{CliError, Exit};
-use crate::generate::{Family, Placed, area_share, family};
+use crate::generate::{Placed, area_share, letters};
 use crate::input::Image;
 
 /// Nodes a side.
@@ -35,8 +35,7 @@ pub struct DemoArgs {
 pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(free_name);
     let grid = Grid::<2>::cube(NODES);
-    let members = family::<2>(Family::Crosses, 1).unwrap_or_default();
-    let images: Vec<Image<2>> = members
+    let images: Vec<Image<2>> = letters()
         .iter()
         .map(|member| Image {
             values: area_share(&Placed::centred(member.shape.as_ref()), grid).into_vec(),

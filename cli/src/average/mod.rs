@@ -1,10 +1,11 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
-//! [`plan`] reads and checks, [`shapes`] turns masks into boundaries and signed distances,
-//! [`place`] aligns them, [`watch`] shows progress and hears Ctrl-C, [`record`] and [`write`]
-//! make the result directory, [`draw`] its picture, [`summary`] the closing words.
+//! `plan` reads and checks, `shapes` turns masks into boundaries and signed distances, `place`
+//! aligns them, `watch` shows progress and hears Ctrl-C, `record` and `write` make the result
+//! directory, `draw` its picture, `label` the names in it, `summary` the closing words.
 
 mod draw;
+mod label;
 mod place;
 mod plan;
 mod record;
@@ -121,7 +122,7 @@ where
     if let Some(drawn) = drawn {
         write::write_inputs(&directory, &drawn)?;
     }
-    let record = write::write_all(&directory, outcome)?;
+    let record = write::write_all(&directory, &outcome)?;
     let target = directory.commit()?;
     progress.finish();
     summary::print(&record, &target);
@@ -136,12 +137,6 @@ where
 fn level_nodes<const D: usize>(grid: Grid<D>, coarsest: usize) -> Vec<usize> {
     let hierarchy = grid.hierarchy(coarsest);
     hierarchy.iter().map(|g| g.nodes_per_axis()[0]).collect()
-}
-
-/// The last part of a path, for labels.
-fn short_name(path: &std::path::Path) -> String {
-    let name = path.file_name().map(|name| name.to_string_lossy());
-    name.map_or_else(|| path.display().to_string(), std::borrow::Cow::into_owned)
 }
 
 /// Names of the files that belong to one shape, `kind_000.npy` and so on.

@@ -78,8 +78,7 @@ pub(super) fn align<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliEr
         })
         .collect();
     let distances = distances?;
-    let found =
-        align_group(&distances.iter().collect::<Vec<_>>()).map_err(|error| failed(error))?;
+    let found = align_group(&distances.iter().collect::<Vec<_>>()).map_err(failed)?;
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
         input.contour = found[position].motion.apply_to_contour(&input.contour);
@@ -164,4 +163,82 @@ fn bounds<const D: usize>(inputs: &[Input<D>]) -> ([f64; D], [f64; D]) {
         }
     }
     (low, high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::fit::{fit_frames, tests::block};
+    use crate::input::{Image, boundary};
+
+    fn input<const D: usize>(image: &Image<D>) -> Input<D> {
+        let frame = fit_frames(std::slice::from_ref(image), 33)[0];
+        let contour = boundary(image, &frame).unwrap();
+        Input {
+            path: image.path.clone(),
+            name: String::new(),
+            size: image.size,
+            affine: None,
+            frame,
+            alignment: None,
+            volume: Moments::of_contour(&contour).unwrap().volume,
+            contour,
+        }
+    }
+
+    /// The record tells where every sample went: frame, then motion.
+    fn check_record<const D: usize>(image: &Image<D>, input: &Input<D>) {
+        let motion = input.alignment.unwrap().motion;
+        let drawn = boundary(image, &input.frame).unwrap();
+        let moved = motion.apply_to_contour(&drawn);
+        for (a, b) in moved.points().iter().zip(input.contour.points()) {
+            for k in 0..D {
+                // Rounding of a few sums of numbers up to one.
+                assert!((a[k] - b[k]).abs() < 1e-13, "{a:?} {b:?}");
+            }
+        }
+        let volume = Moments::of_contour(&moved).unwrap().volume;
+        assert!((volume / input.volume - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn long_shapes_that_are_turned_stay_inside_and_are_recorded() {
+        // A diagonal bar becomes longer than the box when its frame is turned upright.
+        let upright = block([40, 40], [1.0; 2], [18, 2], [21, 37]);
+        let mut diagonal = block([40, 40], [1.0; 2], [0, 0], [0, 0]);
+        for index in 0..diagonal.values.len() {
+            let [x, y] = diagonal.sample(index).map(|i| i as f64 - 19.5);
+            let inside = (x - y).abs() < 3.0 && (x + y).abs() < 34.0;
+            diagonal.values[index] = f64::from(u8::from(inside));
+        }
+        let mut inputs = vec![input(&upright), input(&diagonal)];
+        let before = inputs[1].frame.scale();
+        align(&mut inputs).unwrap();
+        check_record(&upright, &inputs[0]);
+        check_record(&diagonal, &inputs[1]);
+        let shrunk = inputs[1].frame.scale() / before;
+        assert!(shrunk < 0.99, "{shrunk}");
+        assert_eq!(shrunk, inputs[0].frame.scale() / before);
+        let (low, high) = bounds(&inputs);
+        for k in 0..2 {
+            assert!(low[k] >= ROOM[0] - 1e-12 && high[k] <= ROOM[1] + 1e-12);
+        }
+        assert_eq!(
+            inputs
+                .iter()
+                .filter(|i| i.alignment.unwrap().reference)
+                .count(),
+            1
+        );
+    }
+
+    #[test]
+    fn the_reference_is_of_middling_size() {
+        let images = [[8, 31], [12, 27], [10, 29], [4, 35], [11, 28]]
+            .map(|[a, b]| block([40, 40, 40], [1.0; 3], [a; 3], [b; 3]));
+        let frame = fit_frames(&images, 33)[0];
+        let contours = images.map(|image| boundary(&image, &frame).unwrap());
+        let found = reference(&contours.each_ref()).unwrap();
+        assert_eq!(found, 2);
+    }
 }

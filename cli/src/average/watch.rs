@@ -19,7 +19,7 @@ pub(super) struct Course {
     pub iteration: usize,
     /// Evaluations of the functional on all levels so far.
     pub evaluations: usize,
-    /// The functional.
+    /// What the minimiser lowers.
     pub energy: f64,
 }
 
@@ -32,7 +32,7 @@ static STATE: AtomicU8 = AtomicU8::new(RUNNING);
 /// The wish to stop: Ctrl-C once ends the minimisation and writes what is reached, twice ends the
 /// program at once. While results are written it waits for their end.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Interrupt;
+pub(super) struct Interrupt(&'static AtomicU8);
 
 impl Interrupt {
     /// Listens from now on. Where the system does not let us, Ctrl-C ends the program as usual.
@@ -43,16 +43,16 @@ impl Interrupt {
                 std::process::exit(i32::from(Exit::Interrupted as u8));
             }
         });
-        Self
+        Self(&STATE)
     }
 
     fn asked(self) -> bool {
-        STATE.load(Ordering::SeqCst) == ASKED
+        self.0.load(Ordering::SeqCst) == ASKED
     }
 
     /// The results are being written.
     pub fn writing(self) {
-        STATE.store(WRITING, Ordering::SeqCst);
+        self.0.store(WRITING, Ordering::SeqCst);
     }
 }
 
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn evaluations_add_up_over_the_levels() {
         let progress = Progress::hidden();
-        let mut watch = Watch::new(&progress, Interrupt, vec![9, 17]);
+        let mut watch = Watch::new(&progress, Interrupt(&STATE), vec![9, 17]);
         let mut step = |level: Option<usize>, iteration, gradients| {
             if let Some(level) = level {
                 watch.level(level, 2, 100);

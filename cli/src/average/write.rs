@@ -5,7 +5,7 @@ use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::draw::{Draw, Pictures};
 use super::record::ResultRecord;
-use super::{Course, Outcome, numbered, short_name};
+use super::{Course, Outcome, numbered};
 use crate::error::CliError;
 use crate::input::Image;
 use crate::output::energy::{EnergyParts, EnergyPoint, write_energy_plot, write_energy_table};
@@ -19,18 +19,18 @@ use crate::output::{OutputError, ResultDir, write_json};
 /// [`CliError`]; the directory is not complete then.
 pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: Outcome<D>,
+    outcome: &Outcome<D>,
 ) -> Result<ResultRecord<D>, CliError>
 where
     Pictures: Draw<D>,
 {
-    write_arrays(directory, &outcome)?;
-    write_vti(directory, &outcome)?;
-    write_energy(directory, &outcome)?;
-    let outline = average_outline(&outcome)?;
-    Pictures::picture(&outcome, &outline)?.write_png(&directory.file("average.png"))?;
-    let surface = Pictures::surface(directory, &outcome, &outline)?;
-    let record = ResultRecord::new(&outcome, Moments::of_contour(&outline), surface);
+    write_arrays(directory, outcome)?;
+    write_vti(directory, outcome)?;
+    write_energy(directory, outcome)?;
+    let outline = average_outline(outcome)?;
+    Pictures::picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
+    let surface = Pictures::surface(directory, outcome, &outline)?;
+    let record = ResultRecord::new(outcome, Moments::of_contour(&outline), surface);
     write_json(&directory.file("result.json"), &record)?;
     Ok(record)
 }
@@ -48,11 +48,8 @@ pub(super) fn write_inputs<const D: usize>(
     for image in images {
         let grid = fe_grid::Grid::with_nodes(image.size, 1.0)?;
         let field = ScalarField::from_vec(grid, image.values.clone())?;
-        write_field(
-            &folder.join(short_name(&image.path)),
-            &field,
-            Precision::Double,
-        )?;
+        let name = image.path.file_name().unwrap_or_default();
+        write_field(&folder.join(name), &field, Precision::Double)?;
     }
     Ok(())
 }

@@ -7,9 +7,8 @@ use clap::{Args, Subcommand};
 use fe_grid::{Grid, ScalarField};
 use image::{GrayImage, ImageFormat};
 
-use super::family::letters;
 use super::{Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star};
-use super::{area_share, family, letter};
+use super::{area_share, family, letter, letters};
 use crate::error::CliError;
 use crate::output::npy::{Precision, field_to, write_field};
 use crate::output::{OutputError, ResultDir, write_new_file};

@@ -67,7 +67,7 @@ pub fn family<const D: usize>(family: Family, seed: u64) -> Option<Vec<Member<D>
 }
 
 /// The three drawings of the letter B.
-pub(super) fn letters() -> Vec<Member<2>> {
+pub fn letters() -> Vec<Member<2>> {
     numbered(
         "letter",
         [Letter::B, Letter::SerifB, Letter::LightB],

@@ -15,7 +15,7 @@ use fe_grid::{Grid, ScalarField};
 use rayon::prelude::*;
 
 pub use blob::Blob;
-pub use family::{Family, Member, family};
+pub use family::{Family, Member, family, letters};
 pub use letter::{Letter, letter};
 pub use outline::{Outline, Pen};
 pub use solid::{Bar, Cross, Ellipsoid, Star};

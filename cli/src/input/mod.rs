@@ -8,6 +8,7 @@
 //! **Values.** The object is where the value exceeds 1/2; see [`ReadOptions`] for how the numbers
 //! of a file become values.
 
+mod boundary;
 mod decode;
 mod error;
 pub mod fit;
@@ -15,13 +16,12 @@ mod mask;
 mod nifti;
 mod npy;
 mod raster;
-mod resample;
 mod tiff;
 
 use std::path::{Path, PathBuf};
 
+pub use boundary::boundary;
 pub use error::InputError;
-pub use resample::{ContourDistance, distance_on_grid, resample};
 
 /// No input may have more values than this (2 GiB in double precision).
 pub const MAX_VALUES: u64 = 1 << 28;

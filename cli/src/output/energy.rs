@@ -22,7 +22,7 @@ pub struct EnergyPoint {
     pub iteration: usize,
     /// Evaluations of the functional so far, on all grids.
     pub evaluations: usize,
-    /// The functional.
+    /// The functional, or what else the minimiser lowers.
     pub total: f64,
     /// Its parts, where they are known.
     pub parts: Option<EnergyParts>,

@@ -11,20 +11,21 @@ use fe_grid::{Element, Field, Grid};
 use super::OutputError;
 use super::npy::Precision;
 
-/// Fields on the nodes of one grid, to be written together.
-pub struct VtiFile<const D: usize> {
+/// Fields on the nodes of one grid, to be written together. Nothing is copied.
+pub struct VtiFile<'a, const D: usize> {
     grid: Grid<D>,
     precision: Precision,
-    arrays: Vec<PointArray>,
+    arrays: Vec<PointArray<'a>>,
 }
 
-struct PointArray {
+struct PointArray<'a> {
     name: String,
     components: usize,
-    bytes: Vec<u8>,
+    /// The value of a component at a node.
+    value: Box<dyn Fn(usize, usize) -> f64 + 'a>,
 }
 
-impl<const D: usize> VtiFile<D> {
+impl<'a, const D: usize> VtiFile<'a, D> {
     /// A file without fields yet.
     pub fn new(grid: Grid<D>, precision: Precision) -> Self {
         Self {
@@ -38,24 +39,23 @@ impl<const D: usize> VtiFile<D> {
     ///
     /// # Panics
     /// If the field is on another grid.
-    pub fn field<T: Element, const M: usize>(mut self, name: &str, field: &Field<T, D, M>) -> Self {
+    pub fn field<T: Element, const M: usize>(
+        mut self,
+        name: &str,
+        field: &'a Field<T, D, M>,
+    ) -> Self {
         assert_eq!(*field.grid(), self.grid, "a field of another grid");
-        let components = if M == 2 { 3 } else { M };
-        let mut bytes = Vec::new();
-        for node in 0..self.grid.n_nodes() {
-            let values = field.at(node);
-            for c in 0..components {
-                let value = values.get(c).copied().unwrap_or(0.0);
-                match self.precision {
-                    Precision::Single => bytes.extend((value as f32).to_le_bytes()),
-                    Precision::Double => bytes.extend(value.to_le_bytes()),
-                }
-            }
-        }
+        let n = self.grid.n_nodes();
         self.arrays.push(PointArray {
             name: name.to_owned(),
-            components,
-            bytes,
+            components: if M == 2 { 3 } else { M },
+            value: Box::new(move |node, c| {
+                if c < M {
+                    field.as_slice()[c * n + node].to_f64()
+                } else {
+                    0.0
+                }
+            }),
         });
         self
     }
@@ -79,10 +79,27 @@ impl<const D: usize> VtiFile<D> {
     pub fn write_to(&self, mut writer: impl Write) -> io::Result<()> {
         writer.write_all(self.header().as_bytes())?;
         for array in &self.arrays {
-            writer.write_all(&(array.bytes.len() as u64).to_le_bytes())?;
-            writer.write_all(&array.bytes)?;
+            writer.write_all(&(self.length(array) as u64).to_le_bytes())?;
+            for node in 0..self.grid.n_nodes() {
+                for c in 0..array.components {
+                    let value = (array.value)(node, c);
+                    match self.precision {
+                        Precision::Single => writer.write_all(&(value as f32).to_le_bytes())?,
+                        Precision::Double => writer.write_all(&value.to_le_bytes())?,
+                    }
+                }
+            }
         }
         writer.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
+    }
+
+    /// Bytes of an array.
+    fn length(&self, array: &PointArray) -> usize {
+        let number = match self.precision {
+            Precision::Single => 4,
+            Precision::Double => 8,
+        };
+        number * array.components * self.grid.n_nodes()
     }
 
     fn header(&self) -> String {
@@ -105,7 +122,7 @@ impl<const D: usize> VtiFile<D> {
                 escaped(&array.name),
                 array.components,
             );
-            offset += 8 + array.bytes.len();
+            offset += 8 + self.length(array);
         }
         format!(
             "<?xml version=\"1.0\"?>\n\

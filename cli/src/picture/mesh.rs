@@ -2,6 +2,8 @@
 
 use super::{Canvas, Colour, WHITE, mix};
 
+/// Room around the disk of the bounds.
+const MARGIN: f64 = 1.12;
 /// Samples a pixel along each axis.
 const SAMPLES: usize = 3;
 
@@ -34,13 +36,15 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// A ball around surfaces, about the middle of their bounding box.
-    pub fn of<'a>(surfaces: impl IntoIterator<Item = Surface<'a>> + Clone) -> Self {
+    /// A ball whose disk just covers the square around what is seen of the surfaces.
+    pub fn seen<'a>(view: View, surfaces: impl IntoIterator<Item = Surface<'a>>) -> Self {
+        let axes = view.axes();
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for vertex in surfaces.clone().into_iter().flat_map(|s| s.vertices) {
+        for vertex in surfaces.into_iter().flat_map(|s| s.vertices) {
             for k in 0..3 {
-                low[k] = low[k].min(vertex[k]);
-                high[k] = high[k].max(vertex[k]);
+                let x = dot(axes[k], *vertex);
+                low[k] = low[k].min(x);
+                high[k] = high[k].max(x);
             }
         }
         if low[0] > high[0] {
@@ -49,18 +53,40 @@ impl Bounds {
                 radius: 0.5,
             };
         }
-        let centre: [f64; 3] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
-        let radius = surfaces
-            .into_iter()
-            .flat_map(|s| s.vertices)
-            .fold(1e-9, |radius, &vertex| {
-                f64::max(radius, norm(sub(vertex, centre)))
-            });
-        Self { centre, radius }
+        let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
+        Self {
+            centre: std::array::from_fn(|c| (0..3).map(|k| middle[k] * axes[k][c]).sum()),
+            radius: (0.5 * (high[0] - low[0]).max(high[1] - low[1])).max(1e-9),
+        }
     }
 }
 
 impl View {
+    /// From this height, the side from which most of a surface is seen: the direction, in steps
+    /// of 15 degrees, in which it has the largest shadow (each part counted as often as a ray
+    /// crosses it).
+    pub fn broadside(surface: Surface<'_>, elevation: f64) -> Self {
+        let towards = |azimuth: f64| Self { azimuth, elevation };
+        let shadow = |view: Self| -> f64 {
+            let [_, _, eye] = view.axes();
+            surface.area_vectors().map(|n| dot(n, eye).abs()).sum()
+        };
+        // Opposite sides have nearly the same shadow; the front is where y is small.
+        let views = (0..12).map(|k| towards(f64::from(k).mul_add(15.0, -165.0)));
+        views
+            .map(|view| (shadow(view), view))
+            .reduce(|best, next| if next.0 > best.0 { next } else { best })
+            .map_or(towards(-60.0), |(_, view)| view)
+    }
+
+    /// The view from an angle further to the right.
+    pub fn turned(self, angle: f64) -> Self {
+        Self {
+            azimuth: self.azimuth + angle,
+            ..self
+        }
+    }
+
     /// Right, up and towards the eye.
     fn axes(self) -> [[f64; 3]; 3] {
         let (sa, ca) = self.azimuth.to_radians().sin_cos();
@@ -95,7 +121,7 @@ impl Surface<'_> {
 
     fn rasterise(&self, view: View, bounds: Bounds, side: usize) -> Buffer {
         let axes = view.axes();
-        let scale = 0.5 * side as f64 / (1.04 * bounds.radius);
+        let scale = 0.5 * side as f64 / (MARGIN * bounds.radius);
         let turned = |v: [f64; 3]| axes.map(|axis| dot(axis, v));
         let corners: Vec<[f64; 3]> = self
             .vertices
@@ -114,6 +140,15 @@ impl Surface<'_> {
             }
         }
         buffer
+    }
+
+    /// Normals of the triangles that have all their corners, twice their area long.
+    fn area_vectors(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let whole = |t: &&[usize; 3]| t.iter().all(|&v| v < self.vertices.len());
+        self.triangles.iter().filter(whole).map(|triangle| {
+            let [a, b, c] = triangle.map(|v| self.vertices[v]);
+            cross(sub(b, a), sub(c, a))
+        })
     }
 
     /// Normals at the vertices: means of those of the triangles, weighted by area.
@@ -223,10 +258,6 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
 }
 
-fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -276,7 +307,7 @@ pub(super) mod tests {
         let covered = (0..120 * 120)
             .filter(|k| canvas.pixel(k % 120, k / 120)[0] < 0.99)
             .count() as f64;
-        let radius = 60.0 * 0.25 / (1.04 * 0.5);
+        let radius = 60.0 * 0.25 / (MARGIN * 0.5);
         // Pixels partly covered count as well: half a pixel of rim.
         let most = std::f64::consts::PI * (radius + 1.0f64).powi(2);
         let least = std::f64::consts::PI * (radius - 0.5f64).powi(2);
@@ -316,6 +347,9 @@ pub(super) mod tests {
             60,
         );
         let middle = buffer.depth[30 * 60 + 30];
-        assert!((middle - 0.2 * 30.0 / 1.56).abs() < 1e-9, "{middle}");
+        assert!(
+            (middle - 0.2 * 30.0 / (1.5 * MARGIN)).abs() < 1e-9,
+            "{middle}"
+        );
     }
 }

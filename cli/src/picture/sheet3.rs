@@ -7,29 +7,8 @@ use super::{
 const WIDTH: usize = 1080;
 const MOST_TILE: usize = 240;
 const TEXT: f32 = 9.0;
-const VIEWS: [(View, &str); 3] = [
-    (
-        View {
-            azimuth: -60.0,
-            elevation: 22.0,
-        },
-        "average",
-    ),
-    (
-        View {
-            azimuth: 30.0,
-            elevation: 22.0,
-        },
-        "from the right",
-    ),
-    (
-        View {
-            azimuth: -60.0,
-            elevation: 78.0,
-        },
-        "from above",
-    ),
-];
+/// Height of the eye, in degrees.
+const ELEVATION: f64 = 22.0;
 /// Warm stone: neutral between the inputs' colours.
 const STONE: Colour = [0.80, 0.77, 0.72];
 
@@ -43,28 +22,36 @@ pub struct SurfaceSheet<'a> {
 }
 
 impl SurfaceSheet<'_> {
-    /// Draws the picture. All tiles have the same scale relative to their size.
+    /// Draws the picture. The average is seen first from its broad side, and so are the inputs,
+    /// which all have one scale.
     pub fn draw(&self) -> Canvas {
         let inner = WIDTH - 2 * GAP;
         let large = (inner - 2 * GAP) / 3;
         let rows = Rows::fill(self.inputs.len(), inner, MOST_TILE);
         let top = GAP + large + LABEL + GAP;
         let mut canvas = Canvas::new(WIDTH, top + rows.height());
-        let bounds = Bounds::of(
-            self.inputs
-                .iter()
-                .map(|(_, surface)| *surface)
-                .chain([self.average]),
-        );
-        for (k, (view, label)) in VIEWS.into_iter().enumerate() {
+        let front = View::broadside(self.average, ELEVATION);
+        let above = View {
+            elevation: 78.0,
+            ..front
+        };
+        let views = [
+            (front, "average"),
+            (front.turned(90.0), "from the right"),
+            (above, "from above"),
+        ];
+        for (k, (view, label)) in views.into_iter().enumerate() {
             let corner = [GAP + k * (large + GAP), GAP];
+            let bounds = Bounds::seen(view, [self.average]);
             let picture = self.average.render(view, bounds, STONE, large);
             place(&mut canvas, &picture, corner, label);
         }
+        let inputs = self.inputs.iter().map(|(_, surface)| *surface);
+        let bounds = Bounds::seen(front, inputs);
         for (i, (label, surface)) in self.inputs.iter().enumerate() {
             let [x, y] = rows.corner(i, inner);
             let tint = mix(colour(i), STONE, 0.25).map(|c| (1.15 * c).min(1.0));
-            let picture = surface.render(VIEWS[0].0, bounds, tint, rows.tile);
+            let picture = surface.render(front, bounds, tint, rows.tile);
             place(&mut canvas, &picture, [GAP + x, top + y], label);
         }
         canvas

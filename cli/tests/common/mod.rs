@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "not every test program uses every helper")]
 
 use std::io::Cursor;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// A temporary folder in which the program runs.
@@ -80,4 +80,57 @@ pub fn nifti(size: [u16; 3], pixdim: [f32; 3], labels: &[u8]) -> Vec<u8> {
     bytes[344..348].copy_from_slice(b"n+1\0");
     bytes.extend(labels);
     bytes
+}
+
+/// The standard output of a run that must succeed.
+pub fn succeeded(run: &Output) -> String {
+    let report = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(0), "{report}");
+    String::from_utf8(run.stdout.clone()).unwrap()
+}
+
+/// A result directory.
+pub struct Results {
+    folder: PathBuf,
+    pub json: serde_json::Value,
+}
+
+impl Results {
+    pub fn read(folder: &Path) -> Self {
+        let text = std::fs::read(folder.join("result.json")).unwrap();
+        Self {
+            folder: folder.into(),
+            json: serde_json::from_slice(&text).unwrap(),
+        }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The number at a place such as `/energy/total`.
+    pub fn number(&self, place: &str) -> f64 {
+        let value = self.json.pointer(place).and_then(serde_json::Value::as_f64);
+        value.unwrap_or_else(|| panic!("no number at {place}"))
+    }
+
+    /// The numbers of a list.
+    pub fn numbers(&self, place: &str) -> Vec<f64> {
+        let list = self.json.pointer(place).and_then(|v| v.as_array()).unwrap();
+        list.iter().map(|v| v.as_f64().unwrap()).collect()
+    }
+
+    /// Shape and values of an array of doubles.
+    pub fn array(&self, name: &str) -> (Vec<u64>, Vec<f64>) {
+        let bytes = std::fs::read(self.path(name)).unwrap();
+        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+        (file.shape().to_vec(), file.into_vec().unwrap())
+    }
+
+    /// Shape and values of an array of bytes.
+    pub fn mask(&self, name: &str) -> (Vec<u64>, Vec<u8>) {
+        let bytes = std::fs::read(self.path(name)).unwrap();
+        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+        (file.shape().to_vec(), file.into_vec().unwrap())
+    }
 }

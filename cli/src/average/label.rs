@@ -1,0 +1,111 @@
+//! Short names of the inputs, for the picture.
+
+use std::path::Path;
+
+/// Longest label that fits under the tiles of many inputs.
+const SHORT: usize = 12;
+
+/// Names that tell paths apart: the file names without their endings; where two are equal, with
+/// the folder before them; where they are long, without what they all begin and end with.
+pub(super) fn labels(paths: &[&Path]) -> Vec<String> {
+    let plain: Vec<String> = paths.iter().map(|path| stem(path)).collect();
+    let names = if all_differ(&plain) {
+        plain
+    } else {
+        paths.iter().map(|path| with_folder(path)).collect()
+    };
+    if names.len() < 2 || names.iter().all(|name| name.chars().count() <= SHORT) {
+        return names;
+    }
+    let (head, tail) = (common(&names, false), common(&names, true));
+    let short: Vec<String> = names
+        .iter()
+        .map(|name| {
+            let length = name.chars().count();
+            name.chars()
+                .take(length.saturating_sub(tail))
+                .skip(head)
+                .collect()
+        })
+        .collect();
+    if all_differ(&short) && short.iter().all(|name| !name.is_empty()) {
+        short
+    } else {
+        names
+    }
+}
+
+fn all_differ(names: &[String]) -> bool {
+    let mut sorted: Vec<&String> = names.iter().collect();
+    sorted.sort();
+    sorted.windows(2).all(|pair| pair[0] != pair[1])
+}
+
+fn stem(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let name = name.to_string_lossy();
+    let lower = name.to_lowercase();
+    let ending = [".nii.gz", ".nii", ".npy", ".png", ".pgm", ".pbm", ".ppm"]
+        .into_iter()
+        .chain([".pnm", ".bmp", ".tif", ".tiff"])
+        .find(|ending| lower.ends_with(ending));
+    // Endings are plain letters: what is before them ends at a boundary of characters.
+    name.get(..name.len() - ending.map_or(0, str::len))
+        .unwrap_or(&name)
+        .to_owned()
+}
+
+fn with_folder(path: &Path) -> String {
+    let folder = path.parent().and_then(Path::file_name);
+    match folder {
+        Some(folder) => format!("{}/{}", folder.to_string_lossy(), stem(path)),
+        None => stem(path),
+    }
+}
+
+/// Characters that all names have in common at one end, as far as the last one that is neither
+/// letter nor digit: numbers and words stay whole.
+fn common(names: &[String], at_end: bool) -> usize {
+    let characters = |name: &String| -> Vec<char> {
+        if at_end {
+            name.chars().rev().collect()
+        } else {
+            name.chars().collect()
+        }
+    };
+    let first = characters(&names[0]);
+    let shared = names[1..].iter().fold(first.len(), |shared, name| {
+        let pairs = first.iter().zip(characters(name));
+        shared.min(pairs.take_while(|(a, b)| **a == *b).count())
+    });
+    let whole = first[..shared].iter().rposition(|c| !c.is_alphanumeric());
+    whole.map_or(0, |last| last + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(paths: &[&str], expected: &[&str]) {
+        let paths: Vec<&Path> = paths.iter().map(|path| Path::new(*path)).collect();
+        assert_eq!(labels(&paths), expected);
+    }
+
+    #[test]
+    fn labels_tell_inputs_apart() {
+        check(&["a/bar_000.npy", "b/bent.PNG"], &["bar_000", "bent"]);
+        check(
+            &["x/hippocampus_001.nii.gz", "x/hippocampus_013.nii.gz"],
+            &["001", "013"],
+        );
+        check(
+            &["/g/DejaVuSans-Bold/A.png", "/g/DejaVuSerif/A.png"],
+            &["DejaVuSans-Bold", "DejaVuSerif"],
+        );
+        check(&["m.npy", "m.npy"], &["m", "m"]);
+        check(
+            &["averylongname.npy", "averylongname.npy"],
+            &["averylongname", "averylongname"],
+        );
+    }
+}

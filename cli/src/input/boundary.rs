@@ -1,0 +1,99 @@
+//! The boundary of a mask.
+
+use fe_grid::{Grid, ScalarField};
+use levelset::{BoxEdge, Contour, LevelsetError, contour};
+
+use super::fit::FrameTransform;
+use super::{Image, LEVEL};
+
+/// The boundary of a mask's object in the unit box: the contour of level 1/2 between the samples
+/// at their own resolution, so that nothing is lost where they are finer than a grid, and grey
+/// edges keep their sub-sample position. Beyond its samples an image is background, so that the
+/// boundary is always closed.
+///
+/// # Errors
+/// [`LevelsetError::EmptyObject`] where no value exceeds 1/2, [`LevelsetError::NonFinite`] where
+/// a value is not finite; masks that were read have neither fault.
+pub fn boundary<const D: usize>(
+    image: &Image<D>,
+    frame: &FrameTransform<D>,
+) -> Result<Contour<D>, LevelsetError> {
+    let bounds = image
+        .object_bounds()
+        .ok_or(LevelsetError::EmptyObject { level: LEVEL })?;
+    // One sample around the object is all that its boundary depends on.
+    let window = Grid::with_nodes(bounds.map(|[low, high]| high - low + 3), 1.0)
+        .expect("three nodes or more along every axis, spacing 1");
+    let mut field = ScalarField::zeros(window);
+    for (index, value) in field.as_mut_slice().iter_mut().enumerate() {
+        // Sample numbers plus one: the window may begin one before the first sample.
+        let node = window.node(index);
+        let next: [usize; D] = std::array::from_fn(|k| node[k] + bounds[k][0]);
+        if (0..D).all(|k| (1..=image.size[k]).contains(&next[k])) {
+            *value = image.values[image.index(next.map(|i| i - 1))];
+        }
+    }
+    let drawn = contour(&field, LEVEL, BoxEdge::Closed)?;
+    let first = bounds.map(|[low, _]| low as f64 - 1.0);
+    Ok(drawn.map(|p| frame.to_unit(std::array::from_fn(|k| p[k] + first[k]))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fit::{fit_frames, tests::block};
+    use super::*;
+    use approx::assert_relative_eq;
+    use levelset::Moments;
+
+    #[test]
+    fn a_block_at_the_border_of_its_image_has_its_own_box() {
+        // The object fills the image but for one layer, and the image is two samples thick.
+        let image = block([20, 10, 2], [1.0, 1.0, 3.0], [1, 0, 0], [19, 9, 1]);
+        let frame = fit_frames(std::slice::from_ref(&image), 33)[0];
+        let drawn = boundary(&image, &frame).unwrap();
+        assert!(drawn.is_closed());
+        // 19 x 10 x 6 lengths, the longest side becoming .7.
+        for (k, side) in [19.0, 10.0, 6.0]
+            .map(|n| 0.7 * n / 19.0)
+            .into_iter()
+            .enumerate()
+        {
+            let axis = || drawn.points().iter().map(|p| p[k]);
+            let (low, high) = (axis().fold(1.0, f64::min), axis().fold(0.0, f64::max));
+            assert_relative_eq!(low, 0.5 - 0.5 * side, epsilon = 1e-12);
+            assert_relative_eq!(high, 0.5 + 0.5 * side, epsilon = 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_grey_disk_keeps_its_area() {
+        let mut image = block([64, 64], [0.5, 0.5], [0, 0], [0, 0]);
+        for index in 0..image.values.len() {
+            let [x, y] = image.sample(index).map(|i| i as f64);
+            image.values[index] = (20.8 - (x - 30.2).hypot(y - 33.1)).clamp(0.0, 1.0);
+        }
+        let frame = fit_frames(std::slice::from_ref(&image), 129)[0];
+        let area = Moments::of_contour(&boundary(&image, &frame).unwrap())
+            .unwrap()
+            .volume;
+        let radius = 20.3 * 0.5 * frame.scale();
+        // Chords of about one sample take a share of up to 1/(6 r^2) = 4e-4 away.
+        let share = area / (std::f64::consts::PI * radius * radius);
+        assert!((1.0 - 6e-4..1.0 + 1e-4).contains(&share), "{share}");
+    }
+
+    #[test]
+    fn a_single_sample_has_a_boundary_and_no_sample_has_none() {
+        let image = block([5, 5], [1.0; 2], [2, 2], [2, 2]);
+        let frame = fit_frames(std::slice::from_ref(&image), 9)[0];
+        assert_eq!(boundary(&image, &frame).unwrap().simplices().len(), 4);
+        let empty = Image {
+            values: vec![0.5; 25],
+            ..image
+        };
+        assert!(matches!(
+            boundary(&empty, &frame),
+            Err(LevelsetError::EmptyObject { .. })
+        ));
+    }
+}
