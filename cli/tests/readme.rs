@@ -80,7 +80,8 @@ fn promised_files(text: &str) -> Vec<String> {
     let (section, _) = section.split_once("\n## ").unwrap();
     let rows = section.lines().filter(|line| line.starts_with("| `"));
     rows.filter(|row| !row.contains("3D only"))
-        .map(|row| row.split('`').nth(1).unwrap().to_owned())
+        .flat_map(|row| row.split('|').nth(1).unwrap().split('`').skip(1).step_by(2))
+        .map(str::to_owned)
         .collect()
 }
 
@@ -129,6 +130,7 @@ fn blocks_and_tables_are_found() {
     assert!(commands(&text).contains(&"cargo test --workspace".to_owned()));
     let promised = promised_files(&text);
     assert!(promised.contains(&"result.json".to_owned()));
+    assert!(promised.contains(&"energy.csv".to_owned()));
     assert!(!promised.contains(&"average.stl".to_owned()));
     assert_eq!(arguments("shapespace a b"), Some(vec!["a", "b"]));
     assert_eq!(arguments("rm -r x"), None);

@@ -66,7 +66,8 @@ impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
         Self { grid, field }
     }
 
-    /// Value and gradient at one point a lane.
+    /// Value and gradient at one point a lane. Outside the box: the value at its nearest point,
+    /// and no derivative across the face.
     #[inline(always)]
     pub fn sample<L: Lane>(&self, position: &[L; D]) -> (L, [L; D]) {
         let at = locate_lanes(&self.grid, position);

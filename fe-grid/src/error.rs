@@ -37,7 +37,7 @@ pub enum GridError {
     NotPositiveDefinite {
         /// The curvature found.
         curvature: f64,
-        /// Iteration in which it was found.
+        /// Iteration in which it was found; 0 also where the operator was looked at before any.
         iteration: usize,
     },
 }

@@ -1,9 +1,9 @@
 //! Lanes: the numbers a pointwise formula is evaluated in.
 //!
 //! A law written once, generic over [`Lane`], runs on a plain `f64` or `f32` in a test and on a
-//! vector of neighbouring cells in production. Every operation is elementwise and correctly
-//! rounded (fused multiply-add included), so that a lane of any width gives the bits that the
-//! scalar formula gives.
+//! vector of neighbouring cells in production. Every basic operation is elementwise and correctly
+//! rounded (fused multiply-add included), and the others are made of these, so that a lane of any
+//! width gives the bits that the scalar formula gives.
 
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 

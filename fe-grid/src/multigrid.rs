@@ -244,8 +244,15 @@ where
 {
     /// Builds the levels for coefficients per cell on the finest grid.
     ///
+    /// Cells are halved in number along every axis while that is possible and the level has more
+    /// than [`MultigridParams::direct_unknowns`] unknowns; the last level is factorised as a dense
+    /// matrix, so that sides of `2^L + 1` nodes are what this is made for.
+    ///
     /// # Errors
     /// [`GridError::NotPositiveDefinite`] where the operator is not.
+    ///
+    /// # Panics
+    /// If there are not as many coefficients as the law reads, or one has the wrong length.
     pub fn new(
         grid: Grid<D>,
         law: &F,

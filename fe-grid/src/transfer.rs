@@ -126,6 +126,9 @@ pub fn inject_into<T: Element, const D: usize>(
 }
 
 /// Means of cell data over the `2^D` cells of a coarse cell.
+///
+/// # Panics
+/// If there is not one number for each cell of the fine grid.
 pub fn average_cells<T: Element, const D: usize>(coarse_grid: &Grid<D>, fine: &[T]) -> Vec<T> {
     let fine_grid = coarse_grid.finer();
     assert_eq!(fine.len(), fine_grid.n_cells());

@@ -15,6 +15,11 @@
 //! | [`LinearElasticity`] | `linear` | all |
 //! | [`SeedLiteral`] | – | for value checks |
 //!
+//! Beside the laws stand [`ViscousDissipation`], with which they are consistent, and
+//! [`cauchy_stress`]. [`WeightedElasticity`] makes a law an energy of the cell engine, for an object
+//! in a soft void; [`Corotational`] is the quadratic form that metrics for such energies are made
+//! of, and [`FoldBarrier`] keeps the corners of cells from folding.
+//!
 //! **Invariants:** no law ever sees a mesh; nothing here does input or output; everything that a
 //! law calls is inlined and uses lane arithmetic only, so that the instruction set chosen at run
 //! time reaches it.

@@ -65,7 +65,8 @@ pub struct PowerCoefficients {
 /// * [`Power::two_term`], `Gamma = a3 (D^-s + beta D^r)`, the form of the lecture notes, with
 ///   `beta = (s - M/a3) / r`; polyconvex only where `beta >= 0`, which bounds `lambda` from below.
 ///
-/// Both are polyconvex with their minimum exactly on the rotations.
+/// As these constructors make them, both are polyconvex with their minimum exactly on the
+/// rotations.
 ///
 /// # Why the minimum is on the rotations
 /// By the inequality of the means `|A|^2 >= d D^(2/d)` and `|cof A|^2 >= d D^(2(d-1)/d)`, with

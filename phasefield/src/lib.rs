@@ -2,6 +2,20 @@
 //!
 //! A phase field is 1 away from the boundary of a shape and falls to 0 on it, over a width
 //! `interface_width` on either side.
+//!
+//! **Invariant:** a phase field is made from a signed distance, never from a mask, so that its
+//! width is what it is said to be.
+//!
+//! ```
+//! use phasefield::{ElasticWeight, Profile};
+//! let interface_width = 0.01;
+//! let profile = Profile::new(interface_width)?;
+//! assert_eq!(profile.value(0.0), 0.0);
+//! assert!(profile.value(-0.1) > 0.99);
+//! let weight = ElasticWeight::new(interface_width, 1e-4)?;
+//! assert_eq!((weight.value(0.1), weight.value(-0.1)), (1.0, 1e-4));
+//! # Ok::<(), phasefield::PhaseFieldError>(())
+//! ```
 
 mod error;
 mod length;

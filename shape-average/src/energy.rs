@@ -7,7 +7,7 @@
 /// The terms of the functional, without their weights, and their weighted sum.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energy {
-    /// The functional.
+    /// The functional: the weighted sum of the terms, without the barrier.
     pub total: f64,
     /// Elastic energy `W_i` of each shape.
     pub elastic: Vec<f64>,

@@ -42,7 +42,10 @@ impl<const D: usize> LevelShapes<D> {
         })
     }
 
-    /// Shapes whose phase fields and indicators come from elsewhere.
+    /// Shapes whose phase fields and indicators come from elsewhere, on this grid.
+    ///
+    /// # Panics
+    /// If there are not as many indicators as phase fields.
     pub fn from_fields(
         grid: Grid<D>,
         interface_width: f64,

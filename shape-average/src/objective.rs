@@ -43,6 +43,9 @@ pub struct AverageObjective<const D: usize> {
 
 impl<const D: usize> AverageObjective<D> {
     /// The functional for shapes on a level, with a first guess at the average.
+    ///
+    /// # Panics
+    /// If the guess does not have one number a node.
     pub fn new(shapes: LevelShapes<D>, params: &AverageParams, average: Vec<f64>) -> Self {
         let n = shapes.n_shapes();
         assert_eq!(average.len(), shapes.grid().n_nodes());

@@ -37,7 +37,7 @@ pub struct AverageParams {
     /// Weight `mu_L` of the length of the average's interface; `1e-4` times the mismatch weight
     /// where it is not given.
     pub length_weight: Option<f64>,
-    /// Stiffness `delta` of the void, relative to the object.
+    /// Stiffness `delta` of the void, relative to the object; above 0, at most 1.
     pub void_stiffness: f64,
     /// Interface width `epsilon` of the phase fields on every level, in grid spacings.
     pub interface_cells: f64,
@@ -54,7 +54,7 @@ pub struct AverageParams {
     pub tolerance: f64,
     /// Most iterations on a level.
     pub max_iterations: usize,
-    /// Every accepted deformation has a determinant above this on all cells.
+    /// Every accepted deformation has a determinant above this on all cells; at most 0.9.
     pub min_determinant: f64,
     /// Descent only: width `sigma` of the filter in the `H^1` inner product
     /// `(.,.) + sigma^2/2 (D., D.)`, in units of the square root of the grid spacing.

@@ -53,7 +53,7 @@ pub struct AverageResult<const D: usize> {
     pub shapes: LevelShapes<D>,
     /// The terms of the functional.
     pub energy: Energy,
-    /// The worst deformation.
+    /// The worst deformation: certified where the determinant is positive on all cells of all.
     pub certificate: Certificate,
     /// Dice overlap of each pushed-forward shape with the average.
     pub dice: Vec<f64>,

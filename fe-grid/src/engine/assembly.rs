@@ -61,7 +61,11 @@ where
     /// The energy of a state.
     ///
     /// # Errors
-    /// [`GridError::Inadmissible`] where the density is not finite.
+    /// [`GridError::Inadmissible`] where the density is not finite, with the first such cell in
+    /// memory order.
+    ///
+    /// # Panics
+    /// If the state does not have `M` numbers a node; so for all methods here.
     pub fn value(&self, state: &[T]) -> Result<f64, GridError> {
         let results = self.run::<VALUE>(state, &[], &mut [], 0);
         self.total(&results)
@@ -81,7 +85,8 @@ where
         self.total(&results)
     }
 
-    /// The Hessian at a state applied to a direction.
+    /// The Hessian at a state applied to a direction. Where the state is not admissible, the
+    /// result is meaningless.
     pub fn hessian_action_into(&self, state: &[T], direction: &[T], out: &mut [T]) {
         assert_eq!(direction.len(), M * self.grid.n_nodes());
         self.run::<HESSIAN>(state, direction, out, M);

@@ -62,6 +62,9 @@ where
 
 /// The mean over every cell of a formula of the state: [`CellProbe::OUTPUTS`] arrays of one
 /// number a cell.
+///
+/// # Panics
+/// If the state does not have `M` numbers a node, or if data that the formula reads are missing.
 pub fn probe_cells<F, T, const D: usize, const M: usize>(
     grid: &Grid<D>,
     probe: &F,

@@ -10,7 +10,7 @@ pub struct Stopping {
     /// Stop where the energy fell by less than this share of its excess over
     /// [`Stopping::energy_floor`] in [`Stopping::energy_window`] iterations.
     pub relative_energy: f64,
-    /// Iterations over which the fall of the energy is judged.
+    /// Iterations over which the fall of the energy is judged. 0: it is not.
     pub energy_window: usize,
     /// A part of the energy that no state is without; only the rest counts in
     /// [`Stopping::relative_energy`].

@@ -31,6 +31,10 @@ pub enum Boundary {
 
 /// The inverse of `mass_coefficient M + stiffness_coefficient L` for multilinear elements.
 ///
+/// Mass `M` and stiffness `L` on a uniform grid are diagonal in the basis of the DCT-I (natural
+/// boundary, with the rows of boundary nodes doubled) or of the DST-I (zero values). Their symbols
+/// along one axis are `h (4 + 2 cos theta)/6` and `(2 - 2 cos theta)/h`, `theta = pi k/(n-1)`.
+///
 /// An application costs `O(n log n)` and is exact up to rounding. Two lines at a time share one
 /// complex transform, in fixed pairs: the result does not depend on the number of threads.
 pub struct SpectralSolver<const D: usize> {
