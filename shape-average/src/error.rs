@@ -21,6 +21,14 @@ pub enum AverageError {
         /// `empty` or `full`.
         what: &'static str,
     },
+    /// A signed distance is not a number everywhere.
+    #[error("the signed distance of shape {index} is not finite at node {node}")]
+    NotFinite {
+        /// Position of the shape.
+        index: usize,
+        /// Position in memory of the node.
+        node: usize,
+    },
     /// A parameter is out of range.
     #[error("{name} must be {expected}, found {value}")]
     Parameter {

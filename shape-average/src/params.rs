@@ -50,7 +50,7 @@ pub struct AverageParams {
     /// Nodes along the longest side of the coarsest level.
     pub coarsest_nodes: usize,
     /// A level ends when five iterations lower the energy by less than this share of what it
-    /// lies above the least possible mismatch.
+    /// lies above the least possible mismatch, or when the next promises less than a tenth of it.
     pub tolerance: f64,
     /// Most iterations on a level.
     pub max_iterations: usize,
@@ -75,7 +75,7 @@ impl Default for AverageParams {
             solver: Solver::default(),
             boundary: BoundaryCondition::default(),
             coarsest_nodes: 9,
-            tolerance: 1e-4,
+            tolerance: 2e-4,
             max_iterations: 100,
             min_determinant: 1e-3,
             filter_width: 10f64.sqrt(),

@@ -14,6 +14,9 @@ use std::time::Instant;
 
 /// Iterations over which the fall of the energy is judged.
 const ENERGY_WINDOW: usize = 5;
+/// A direction that promises less than this share of the tolerance ends a level: levels that the
+/// coarser ones have settled need no steps, and equal shapes stay exactly where they are.
+const DECREMENT: f64 = 0.1;
 /// Pairs of the L-BFGS memory: the metric carries most of the curvature, and pairs are what needs
 /// memory (five are as good as thirty on hands and stars).
 const HISTORY: usize = 5;
@@ -42,6 +45,9 @@ pub fn average<const D: usize>(
     for (index, shape) in signed_distances.iter().enumerate() {
         if shape.grid() != first.grid() {
             return Err(AverageError::GridsDiffer { index });
+        }
+        if let Some(node) = shape.as_slice().iter().position(|u| !u.is_finite()) {
+            return Err(AverageError::NotFinite { index, node });
         }
         let inside = shape.as_slice().iter().filter(|&&u| u > 0.0).count();
         if inside == 0 || inside == shape.as_slice().len() {
@@ -82,6 +88,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
             Solver::Lbfgs => {
                 let stopping = Stopping {
                     relative_gradient: 0.0,
+                    relative_decrement: DECREMENT * self.params.tolerance,
                     relative_energy: self.params.tolerance,
                     energy_window: ENERGY_WINDOW,
                     energy_floor: floor,

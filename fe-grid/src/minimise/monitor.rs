@@ -7,6 +7,9 @@ use super::{Control, Evaluations, Info, Iteration, Observer, Status};
 pub struct Stopping {
     /// Stop where `sqrt(g · P g)` in the method's inverse metric is this share of its first value.
     pub relative_gradient: f64,
+    /// Ends when half the slope along the next direction, which is what the direction promises to
+    /// gain, is below this share of `|E - energy_floor|`. 0: never.
+    pub relative_decrement: f64,
     /// Stop where the energy fell by less than this share of its excess over
     /// [`Stopping::energy_floor`] in [`Stopping::energy_window`] iterations.
     pub relative_energy: f64,
@@ -23,6 +26,7 @@ impl Default for Stopping {
     fn default() -> Self {
         Self {
             relative_gradient: 1e-6,
+            relative_decrement: 0.0,
             relative_energy: 1e-9,
             energy_window: 5,
             energy_floor: 0.0,
@@ -89,6 +93,10 @@ impl<'a> Monitor<'a> {
         }
         if slope.is_nan() || slope > 0.0 {
             return Some(Status::IndefiniteMetric);
+        }
+        let above = (energy - self.stopping.energy_floor).abs();
+        if -0.5 * slope <= self.stopping.relative_decrement * above {
+            return Some(Status::GradientTolerance);
         }
         let tolerance = self.stopping.relative_gradient * info.first_gradient_norm;
         if info.gradient_norm <= tolerance {
