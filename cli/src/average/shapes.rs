@@ -108,6 +108,7 @@ fn distance<const D: usize>(
     };
     let distance = if input.frame.rule() == FrameRule::AsIs && input.alignment.is_none() {
         let nodal = ScalarField::from_vec(grid, image.values.clone())
+            // The rule is chosen only for images of exactly the grid's size.
             .expect("as many samples as nodes, by the rule");
         signed_distance(&nodal, LEVEL).map_err(failed)?
     } else {

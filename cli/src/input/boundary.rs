@@ -23,6 +23,7 @@ pub fn boundary<const D: usize>(
         .ok_or(LevelsetError::EmptyObject { level: LEVEL })?;
     // One sample around the object is all that its boundary depends on.
     let window = Grid::with_nodes(bounds.map(|[low, high]| high - low + 3), 1.0)
+        // Bounds of an object hold at least one sample: the window has three or more.
         .expect("three nodes or more along every axis, spacing 1");
     let mut field = ScalarField::zeros(window);
     for (index, value) in field.as_mut_slice().iter_mut().enumerate() {
