@@ -68,13 +68,13 @@ impl<const D: usize> CellLaw<D, D> for Solid {
     }
 }
 
-/// A smooth displacement that does not fold, `.03 sin(...)` in each component.
+/// A smooth displacement that does not fold, `.01 sin(...)` in each component.
 pub fn displacement<T: Element, const D: usize>(grid: &Grid<D>) -> Vec<T> {
     let n = grid.n_nodes();
     let wave = |i: usize| {
         let x = grid.position(grid.node(i % n));
         let phase: f64 = (0..D).map(|k| (k + 1 + i / n) as f64 * x[k]).sum();
-        T::from_f64(0.03 * (4.0 * phase).sin())
+        T::from_f64(0.01 * (4.0 * phase).sin())
     };
     (0..D * n).map(wave).collect()
 }
