@@ -45,7 +45,12 @@ pub trait Lane:
     fn less(self, other: Self) -> Self::Mask;
     /// `mask ? yes : no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// `(m, e)` with `self = m 2^e` and `m` in `[1, 2)`, for positive normal numbers.
+    /// `(m, e)` with `self = m 2^e` and `m` between `1/sqrt 2` and `sqrt 2`, for positive normal
+    /// numbers.
+    ///
+    /// In the bits of a number the exponent stands above the mantissa. Adding the distance from
+    /// `1/sqrt 2` to 1 before they are taken apart, and `1/sqrt 2` to the mantissa after it, moves
+    /// the seam between two exponents from 1 to `1/sqrt 2`.
     fn split_exponent(self) -> (Self, Self);
     /// The first [`Lane::COUNT`] numbers of a slice; missing entries are zero.
     fn load(source: &[Self::Element]) -> Self;
@@ -100,25 +105,47 @@ pub trait Lane:
     #[inline(always)]
     fn ln_of_one_plus(self, excess: Self) -> Self {
         let (m, e) = self.split_exponent();
-        let big = Self::splat(std::f64::consts::SQRT_2).less(m);
-        let m = Self::select(big, m.scale(0.5), m);
-        let e = Self::select(big, e + Self::one(), e);
-        let unscaled = Self::splat(-0.5).less(e);
-        let unscaled_too = e.less(Self::splat(0.5));
-        let f = m - Self::one();
-        let f = Self::select(unscaled, Self::select(unscaled_too, excess, f), f);
+        let unscaled = e.abs().less(Self::splat(0.5));
+        let f = Self::select(unscaled, excess, m - Self::one());
         let s = f / (f + Self::splat(2.0));
         let z = s * s;
-        let series = <Self::Element as Element>::ARTANH_SERIES;
-        let mut p = Self::splat(series[0]);
-        for &c in &series[1..] {
-            p = p.mul_add(z, Self::splat(c));
-        }
         // 2 s (1 + z p): the leading term is kept apart so that it is not rounded twice.
         let two_s = s + s;
-        let tail = (two_s * z).mul_add(p, two_s);
+        let tail = (two_s * z).mul_add(z.artanh_excess(), two_s);
         let value = e.mul_add(Self::splat(std::f64::consts::LN_2), tail);
         Self::select(Self::zero().less(self), value, Self::splat(f64::NAN))
+    }
+
+    /// `(artanh(s)/s - 1)/s^2` for `self = s^2`, `|s| <= (sqrt 2 - 1)/(sqrt 2 + 1)`: what the
+    /// logarithm of a number in `[1/sqrt 2, sqrt 2)` needs beyond its leading term.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn artanh_excess(self) -> Self {
+        self.polynomial(<Self::Element as Element>::ARTANH_EXCESS)
+    }
+
+    /// The polynomial with these coefficients, at most eight, constant first. Neighbouring terms
+    /// are put together in pairs, so that few operations wait for each other (Estrin's scheme).
+    #[inline(always)]
+    fn polynomial(self, coefficients: &'static [f64]) -> Self {
+        let mut terms = [Self::zero(); 8];
+        for (term, &c) in terms.iter_mut().zip(coefficients) {
+            *term = Self::splat(c);
+        }
+        let mut power = self;
+        let mut n = coefficients.len();
+        for _ in 0..3 {
+            for i in 0..4 {
+                if 2 * i + 1 < n {
+                    terms[i] = terms[2 * i + 1].mul_add(power, terms[2 * i]);
+                } else if 2 * i < n {
+                    terms[i] = terms[2 * i];
+                }
+            }
+            n = n.div_ceil(2);
+            power = power * power;
+        }
+        terms[0]
     }
 
     /// `self^p` for non-negative entries. Integers and half-integers up to 64 are products and
@@ -177,8 +204,12 @@ pub trait Element:
 {
     /// `1.5 * 2^p` with `p` mantissa bits: adding it rounds to an integer.
     const ROUNDING_MAGIC: f64;
-    /// Series of `artanh(s)/s - 1` divided by `s^2`, highest power first.
-    const ARTANH_SERIES: &'static [f64];
+    /// `1/sqrt 2`, where [`Lane::split_exponent`] passes from one exponent to the next.
+    const SEAM: Self;
+    /// Coefficients in `s^2` of `(artanh(s)/s - 1)/s^2`, constant first: interpolation in the
+    /// Chebyshev points of `s^2` up to `((sqrt 2 - 1)/(sqrt 2 + 1))^2`. The error in the logarithm
+    /// is below a tenth of a unit in the last place.
+    const ARTANH_EXCESS: &'static [f64];
     /// Rounds from double precision.
     fn from_f64(x: f64) -> Self;
     /// Widens to double precision.
@@ -239,11 +270,13 @@ macro_rules! scalar_lane {
             }
             #[inline(always)]
             fn split_exponent(self) -> (Self, Self) {
-                let bits = self.to_bits();
-                let ones = ((1.0 as $t).to_bits() >> $mantissa) as i32;
+                let one = (1.0 as $t).to_bits();
+                let seam = <$t as Element>::SEAM.to_bits();
+                let moved = self.to_bits().wrapping_add(one - seam);
+                let mantissa = (moved & ((1 << $mantissa) - 1)) + seam;
                 let width = <$bits>::BITS - 1 - $mantissa;
-                let exponent = ((bits >> $mantissa) & ((1 << width) - 1)) as i32 - ones;
-                let mantissa = (bits & ((1 << $mantissa) - 1)) | (1.0 as $t).to_bits();
+                let biased = ((moved >> $mantissa) & ((1 << width) - 1)) as i32;
+                let exponent = biased - (one >> $mantissa) as i32;
                 (<$t>::from_bits(mantissa), exponent as $t)
             }
             #[inline(always)]
@@ -260,7 +293,8 @@ macro_rules! scalar_lane {
 
         impl Element for $t {
             const ROUNDING_MAGIC: f64 = $magic;
-            const ARTANH_SERIES: &'static [f64] = $series;
+            const SEAM: Self = std::f64::consts::FRAC_1_SQRT_2 as $t;
+            const ARTANH_EXCESS: &'static [f64] = $series;
             #[inline(always)]
             fn from_f64(x: f64) -> Self {
                 x as $t
@@ -283,16 +317,13 @@ scalar_lane!(
     52,
     6755399441055744.0,
     &[
-        1.0 / 21.0,
-        1.0 / 19.0,
-        1.0 / 17.0,
-        1.0 / 15.0,
-        1.0 / 13.0,
-        1.0 / 11.0,
-        1.0 / 9.0,
-        1.0 / 7.0,
-        1.0 / 5.0,
-        1.0 / 3.0
+        0.3333333333333335,
+        0.19999999999949752,
+        0.14285714312987743,
+        0.1111110556739754,
+        0.09091444562630861,
+        0.07665860800278021,
+        0.07308224842521703
     ]
 );
 scalar_lane!(
@@ -300,5 +331,5 @@ scalar_lane!(
     u32,
     23,
     12582912.0,
-    &[1.0 / 9.0, 1.0 / 7.0, 1.0 / 5.0, 1.0 / 3.0]
+    &[0.3333334251978793, 0.1999439028301099, 0.14789974695986394]
 );

@@ -239,14 +239,15 @@ impl<S: Simd> Lane for Wide64<S> {
     #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {
         let s = token::<S>();
-        let bits: S::u64s = cast(self.0);
-        let mantissa = s.or_u64s(
-            s.and_u64s(bits, s.splat_u64s((1 << 52) - 1)),
-            s.splat_u64s(1.0f64.to_bits()),
+        let (one, seam) = (1.0f64.to_bits(), f64::SEAM.to_bits());
+        let moved = s.add_u64s(cast(self.0), s.splat_u64s(one - seam));
+        let mantissa = s.add_u64s(
+            s.and_u64s(moved, s.splat_u64s((1 << 52) - 1)),
+            s.splat_u64s(seam),
         );
         // There is no shift of 64-bit lanes: shift the 32-bit halves and keep the upper one, the
         // exponent times 2^32; or-ing the bits of 2^52 makes it the float 2^52 + e 2^32.
-        let halves = s.wrapping_dyn_shr_u32s(cast(bits), s.splat_u32s(20));
+        let halves = s.wrapping_dyn_shr_u32s(cast(moved), s.splat_u32s(20));
         let upper = s.and_u64s(cast(halves), s.splat_u64s(0x7ff << 32));
         let shifted: S::f64s = cast(s.or_u64s(upper, s.splat_u64s((2.0f64).powi(52).to_bits())));
         let bias = s.splat_f64s((2.0f64).powi(52) + 1023.0 * (2.0f64).powi(32));
@@ -296,13 +297,14 @@ impl<S: Simd> Lane for Wide32<S> {
     #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {
         let s = token::<S>();
-        let bits: S::u32s = cast(self.0);
-        let mantissa = s.or_u32s(
-            s.and_u32s(bits, s.splat_u32s((1 << 23) - 1)),
-            s.splat_u32s(1.0f32.to_bits()),
+        let (one, seam) = (1.0f32.to_bits(), f32::SEAM.to_bits());
+        let moved = s.add_u32s(cast(self.0), s.splat_u32s(one - seam));
+        let mantissa = s.add_u32s(
+            s.and_u32s(moved, s.splat_u32s((1 << 23) - 1)),
+            s.splat_u32s(seam),
         );
         let shifted = s.and_u32s(
-            s.wrapping_dyn_shr_u32s(bits, s.splat_u32s(23)),
+            s.wrapping_dyn_shr_u32s(moved, s.splat_u32s(23)),
             s.splat_u32s(0xff),
         );
         let float: S::f32s = cast(s.or_u32s(shifted, s.splat_u32s((2.0f32).powi(23).to_bits())));

@@ -227,6 +227,27 @@ pub fn squared_norm_excess<L: Lane, const D: usize>(h: &Tensor<L, D>) -> L {
     trace(h).mul_add(L::splat(2.0), contract(h, h))
 }
 
+/// `cof(1 + h) - 1` without cancellation for small `h`, given `cof h`.
+///
+/// In 2D the cofactor matrix is linear; in 3D `cof(1 + h) = 1 + tr(h) 1 - h^T + cof h`.
+#[inline(always)]
+pub fn cofactor_excess<L: Lane, const D: usize>(
+    h: &Tensor<L, D>,
+    cofactor: &Tensor<L, D>,
+) -> Tensor<L, D> {
+    let mut c = *cofactor;
+    if D == 3 {
+        let trace = trace(h);
+        for i in 0..D {
+            for k in 0..D {
+                c[i][k] -= h[k][i];
+            }
+            c[i][i] += trace;
+        }
+    }
+    c
+}
+
 /// `a - b`.
 #[inline(always)]
 pub fn sub<L: Lane, const D: usize>(a: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {

@@ -45,7 +45,7 @@ fn inverted<L: Lane, const D: usize>(state: &Kinematics<L, D>) -> (Tensor<L, D>,
 impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
     #[inline(always)]
     fn value<L: Lane>(&self, h: &Tensor<L, D>) -> L {
-        let state = Kinematics::new(h);
+        let state = Kinematics::new(h, false);
         let (_, g) = inverted(&state);
         let volume = &state.volume;
         volume.barred(volume.determinant * self.base.value(&g))
@@ -53,7 +53,7 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, h: &Tensor<L, D>) -> (L, Tensor<L, D>) {
-        let state = Kinematics::new(h);
+        let state = Kinematics::new(h, false);
         let (m, g) = inverted(&state);
         let (w, s) = self.base.gradient(&g);
         let pulled = tensor::product(&tensor::product(&state.cofactor, &s), &m);
@@ -64,7 +64,7 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
 
     #[inline(always)]
     fn hessian_action<L: Lane>(&self, h: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {
-        let state = Kinematics::new(h);
+        let state = Kinematics::new(h, false);
         let (m, g) = inverted(&state);
         let c = &state.cofactor;
         let (w, s) = self.base.gradient(&g);

@@ -39,7 +39,9 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
             L::splat(self.norm.slope()),
             state.volume_second_order.scale(self.volume.slope()),
         );
-        value += self.norm.remainder(state.norm_excess());
+        if self.norm.curved() {
+            value += self.norm.remainder(state.norm_excess());
+        }
         if self.cofactor.present() {
             let k = &state.cofactor_excess;
             let quadratic = tensor::contract(k, k)
@@ -53,29 +55,39 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
 
     #[inline(always)]
     pub fn value<L: Lane>(&self, h: &Tensor<L, D>) -> L {
-        self.value_at(&Kinematics::new(h))
+        self.value_at(&Kinematics::new(h, K::LOGARITHM))
     }
 
+    /// Value and stress, both times a weight. `2 f' (h - (cof A - 1)) + 2 g' C + c cof A`, less
+    /// what cancels by the choice of slopes, gathered in powers of `h` and `cof A - 1`.
     #[inline(always)]
-    pub fn gradient<L: Lane>(&self, h: &Tensor<L, D>) -> (L, Tensor<L, D>) {
-        let state = Kinematics::new(h);
+    pub fn weighted_gradient<L: Lane>(&self, h: &Tensor<L, D>, weight: L) -> (L, Tensor<L, D>) {
+        let state = Kinematics::new(h, K::LOGARITHM);
         let norm = self.norm.slope_excess(state.norm_excess());
-        let mut along_cofactor = self.volume.slope_excess(&state.volume) + (norm + norm);
-        let norm_slope = (L::splat(self.norm.slope()) + norm).scale(2.0);
-        let mut stress = tensor::scale(&tensor::sub(h, &state.cofactor_excess), norm_slope);
+        let mut along_cofactor = self.volume.slope_excess(&state.volume);
+        if self.norm.curved() {
+            along_cofactor += norm + norm;
+        }
+        let norm_slope = (L::splat(self.norm.slope()) + norm).scale(2.0) * weight;
+        let mut stress = tensor::scale(h, norm_slope);
         if self.cofactor.present() {
             let excess = self.cofactor.slope_excess(state.cofactor_norm_excess());
             along_cofactor = excess.mul_add(L::splat(2.0 * (D as f64 - 1.0)), along_cofactor);
-            let slope = (L::splat(self.cofactor.slope()) + excess).scale(2.0);
+            let slope = (L::splat(self.cofactor.slope()) + excess).scale(2.0) * weight;
             stress = tensor::scale_add(&state.cofactor_norm_slope_excess(), slope, &stress);
         }
-        let stress = tensor::scale_add(&state.cofactor, along_cofactor, &stress);
-        (self.value_at(&state), stress)
+        along_cofactor *= weight;
+        let along_excess = along_cofactor - norm_slope;
+        let mut stress = tensor::scale_add(&state.cofactor_excess, along_excess, &stress);
+        for i in 0..D {
+            stress[i][i] += along_cofactor;
+        }
+        (self.value_at(&state) * weight, stress)
     }
 
     #[inline(always)]
     pub fn hessian_action<L: Lane>(&self, h: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {
-        let state = Kinematics::new(h);
+        let state = Kinematics::new(h, false);
         let x = state.norm_excess();
         let y = state.cofactor_norm_excess();
         let slopes = Slopes {

@@ -1,6 +1,7 @@
 //! The geometry of one displacement gradient, arranged so that nothing of it cancels when the
 //! strain is small.
 
+use crate::scalar::{LogarithmParts, is_small};
 use fe_grid::{Lane, Tensor, tensor};
 
 /// The determinant and what the volume terms need of it.
@@ -14,34 +15,50 @@ pub(crate) struct Volume<L> {
     pub inverse: L,
     /// `1 / det - 1`.
     pub inverse_excess: L,
+    /// `det - 1 - ln det`; without meaning where the determinant is not positive, and zero where
+    /// nobody asked for it.
+    pub excess_minus_logarithm: L,
 }
 
 impl<L: Lane> Volume<L> {
-    /// From the determinant of `1 + h`, and `det - 1` summed from `h` without cancellation.
+    /// From the determinant of `1 + h`, and `det - 1` summed from `h` without cancellation;
+    /// `logarithm` says whether the logarithm is wanted as well.
     ///
     /// The sum has the digits where it is small. Elsewhere the determinant itself has them: that
     /// of a matrix with a vanishing row is exactly zero, while the sum is a rounding error.
+    ///
+    /// The logarithm needs a quotient `a / b` beside `1 / det`. Both come out of the one division
+    /// `1 / (b det)`.
     #[inline(always)]
-    pub fn new(determinant: L, small_excess: L) -> Self {
-        let small = small_excess.abs().less(L::splat(0.5));
+    pub fn new(determinant: L, small_excess: L, logarithm: bool) -> Self {
+        let small = is_small(small_excess);
         let excess = L::select(small, small_excess, determinant - L::one());
-        let inverse = L::select(
-            L::zero().less(determinant),
-            L::one() / determinant,
-            L::splat(f64::NAN),
-        );
+        let (inverse, excess_minus_logarithm) = if logarithm {
+            let parts = LogarithmParts::new(excess, small, determinant);
+            let both = L::one() / (parts.denominator * determinant);
+            let quotient = (parts.numerator * determinant) * both;
+            (
+                parts.denominator * both,
+                parts.excess_minus_logarithm(excess, quotient),
+            )
+        } else {
+            (L::one() / determinant, L::zero())
+        };
+        let positive = L::zero().less(determinant);
+        let inverse = L::select(positive, inverse, L::splat(f64::NAN));
         Self {
             excess,
             determinant,
             inverse,
             inverse_excess: -(excess * inverse),
+            excess_minus_logarithm,
         }
     }
 
     /// From the determinant alone.
     #[inline(always)]
     pub fn of_determinant(determinant: L) -> Self {
-        Self::new(determinant, determinant - L::one())
+        Self::new(determinant, determinant - L::one(), true)
     }
 
     /// The value where the determinant is positive, infinity elsewhere.
@@ -75,18 +92,17 @@ pub(crate) struct Kinematics<L, const D: usize> {
 }
 
 impl<L: Lane, const D: usize> Kinematics<L, D> {
+    /// Of a displacement gradient; `logarithm` says whether that of the determinant is wanted.
     #[inline(always)]
-    pub fn new(h: &Tensor<L, D>) -> Self {
+    pub fn new(h: &Tensor<L, D>, logarithm: bool) -> Self {
         let minors = tensor::cofactor(h);
-        let (cofactor_excess, cofactor_second_order) = if D == 2 {
-            (minors, L::zero())
-        } else {
-            (
-                tensor::add(&tensor::cofactor_derivative_at_identity(h), &minors),
-                tensor::trace(&minors),
-            )
-        };
-        let volume_second_order = cofactor_second_order + tensor::determinant_with(h, &minors);
+        let cofactor_excess = tensor::cofactor_excess(h, &minors);
+        let mut volume_second_order = tensor::determinant_with(h, &minors);
+        let mut cofactor_second_order = L::zero();
+        if D == 3 {
+            cofactor_second_order = tensor::trace(&minors);
+            volume_second_order += cofactor_second_order;
+        }
         let deformation_gradient = tensor::add_identity(h);
         let cofactor = tensor::cofactor(&deformation_gradient);
         let determinant = tensor::determinant_with(&deformation_gradient, &cofactor);
@@ -97,7 +113,11 @@ impl<L: Lane, const D: usize> Kinematics<L, D> {
             cofactor_excess,
             cofactor_second_order,
             volume_second_order,
-            volume: Volume::new(determinant, tensor::trace(h) + volume_second_order),
+            volume: Volume::new(
+                determinant,
+                tensor::trace(h) + volume_second_order,
+                logarithm,
+            ),
         }
     }
 

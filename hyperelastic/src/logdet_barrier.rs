@@ -80,7 +80,11 @@ impl<const D: usize> StoredEnergy<D> for LogDetBarrier<D> {
     }
     #[inline(always)]
     fn gradient<L: Lane>(&self, h: &Tensor<L, D>) -> (L, Tensor<L, D>) {
-        self.terms.gradient(h)
+        self.weighted_gradient(h, L::one())
+    }
+    #[inline(always)]
+    fn weighted_gradient<L: Lane>(&self, h: &Tensor<L, D>, weight: L) -> (L, Tensor<L, D>) {
+        self.terms.weighted_gradient(h, weight)
     }
     #[inline(always)]
     fn hessian_action<L: Lane>(&self, h: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {

@@ -125,12 +125,12 @@ fn shifted_power_curvature<L: Lane>(x: L, n: u32) -> L {
 impl<const D: usize> StoredEnergy<D> for SeedLiteral<D> {
     #[inline(always)]
     fn value<L: Lane>(&self, h: &Tensor<L, D>) -> L {
-        self.value_at(&Kinematics::new(h))
+        self.value_at(&Kinematics::new(h, false))
     }
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, h: &Tensor<L, D>) -> (L, Tensor<L, D>) {
-        let state = Kinematics::new(h);
+        let state = Kinematics::new(h, false);
         let (x, y) = shifted_norms(&state);
         let slopes = self.slopes(x, y, &state.volume);
         (self.value_at(&state), stress(&state, &slopes))
@@ -138,7 +138,7 @@ impl<const D: usize> StoredEnergy<D> for SeedLiteral<D> {
 
     #[inline(always)]
     fn hessian_action<L: Lane>(&self, h: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {
-        let state = Kinematics::new(h);
+        let state = Kinematics::new(h, false);
         let (x, y) = shifted_norms(&state);
         let slopes = self.slopes(x, y, &state.volume);
         let curvatures = self.curvatures(x, y, &state.volume);

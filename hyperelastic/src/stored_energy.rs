@@ -1,7 +1,7 @@
 //! What every law answers.
 
 use crate::{Hypotheses, LameModuli};
-use fe_grid::{Lane, Tensor};
+use fe_grid::{Lane, Tensor, tensor};
 
 /// A stored energy density `W`, as a function of the displacement gradient `h = Dphi - 1`.
 ///
@@ -17,6 +17,14 @@ pub trait StoredEnergy<const D: usize>: Copy + Send + Sync + std::fmt::Debug + '
 
     /// Value and first Piola–Kirchhoff stress `W_,A(1 + h)`.
     fn gradient<L: Lane>(&self, h: &Tensor<L, D>) -> (L, Tensor<L, D>);
+
+    /// `w W(1 + h)` and `w W_,A(1 + h)`. A law that is made of a few matrices weights their
+    /// coefficients instead of the entries of the stress.
+    #[inline(always)]
+    fn weighted_gradient<L: Lane>(&self, h: &Tensor<L, D>, weight: L) -> (L, Tensor<L, D>) {
+        let (value, stress) = self.gradient(h);
+        (value * weight, tensor::scale(&stress, weight))
+    }
 
     /// `W_,AA(1 + h)[b]`, the derivative of the stress in direction `b`.
     fn hessian_action<L: Lane>(&self, h: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D>;

@@ -5,7 +5,7 @@
 //! `f'(x) = slope + slope_excess(x)`, and `f''(x) = curvature(x)`.
 
 use crate::kinematics::Volume;
-use crate::scalar::{excess_minus_logarithm, power_excess, power_remainder};
+use crate::scalar::{power_excess, power_remainder};
 use fe_grid::Lane;
 use std::fmt::Debug;
 
@@ -13,6 +13,11 @@ use std::fmt::Debug;
 pub(crate) trait NormTerm: Copy + Send + Sync + Debug + 'static {
     /// False where the function is zero, so that its part of the work can be left out.
     fn present(&self) -> bool;
+    /// False where the function is linear, so that its remainder and slope excess are zero.
+    #[inline(always)]
+    fn curved(&self) -> bool {
+        self.present()
+    }
     /// `f'(0)`.
     fn slope(&self) -> f64;
     /// `f(x) - f'(0) x`.
@@ -25,6 +30,8 @@ pub(crate) trait NormTerm: Copy + Send + Sync + Debug + 'static {
 
 /// A function of `det A - 1`.
 pub(crate) trait VolumeTerm: Copy + Send + Sync + Debug + 'static {
+    /// Whether [`VolumeTerm::remainder`] reads the logarithm of the determinant.
+    const LOGARITHM: bool;
     /// `f'(0)`.
     fn slope(&self) -> f64;
     /// `f(x) - f'(0) x`.
@@ -72,6 +79,10 @@ impl NormTerm for SquaredNorm {
     #[inline(always)]
     fn present(&self) -> bool {
         true
+    }
+    #[inline(always)]
+    fn curved(&self) -> bool {
+        false
     }
     #[inline(always)]
     fn slope(&self) -> f64 {
@@ -158,6 +169,7 @@ impl LogVolume {
 }
 
 impl VolumeTerm for LogVolume {
+    const LOGARITHM: bool = true;
     #[inline(always)]
     fn slope(&self) -> f64 {
         -self.shear_modulus
@@ -167,7 +179,7 @@ impl VolumeTerm for LogVolume {
         let x = volume.excess;
         (x * x).mul_add(
             L::splat(0.25 * self.bulk_lambda),
-            excess_minus_logarithm(x, volume.determinant).scale(self.logarithm()),
+            volume.excess_minus_logarithm.scale(self.logarithm()),
         )
     }
     #[inline(always)]
@@ -198,6 +210,7 @@ pub(crate) struct PowerVolume {
 }
 
 impl VolumeTerm for PowerVolume {
+    const LOGARITHM: bool = false;
     #[inline(always)]
     fn slope(&self) -> f64 {
         self.slope
@@ -239,6 +252,7 @@ pub(crate) struct BarrierVolume {
 }
 
 impl VolumeTerm for BarrierVolume {
+    const LOGARITHM: bool = true;
     #[inline(always)]
     fn slope(&self) -> f64 {
         self.logarithmic.slope()

@@ -39,10 +39,9 @@ impl<W: StoredEnergy<D>, const D: usize> CellLaw<D, D> for WeightedElasticity<W>
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
         let weight = self.weight(point.coefficient[0]);
-        let (value, stress) = self.law.gradient(&point.gradient);
-        let gradient = fe_grid::tensor::scale(&stress, weight);
+        let (value, gradient) = self.law.weighted_gradient(&point.gradient, weight);
         (
-            value * weight,
+            value,
             Jet {
                 value: [L::zero(); D],
                 gradient,
