@@ -5,8 +5,9 @@
 //! Bernstein coefficients bound it from below, and where that bound does not suffice the cell is
 //! split, which brings bound and minimum together quadratically.
 
+use crate::engine::block::component_rows;
 use crate::engine::element::MAX_CORNERS;
-use crate::engine::rows::{Row, first_cell, gather, rows_of_layer};
+use crate::engine::rows::{NodeRows, block_starts, first_cell, rows_of_layer};
 use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
 use rayon::prelude::*;
 
@@ -131,18 +132,17 @@ impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
         let (mut bounds, mut corners) = (vec![T::default(); length], vec![T::default(); length]);
         let mut total = LayerBounds::none();
         for row in rows_of_layer(self.grid, self.layer) {
-            let mut i = 0;
-            while i < length {
-                let map = self.corner_positions::<L>(row, i);
+            let nodes = component_rows::<T, D, D>(self.grid, self.displacement, row);
+            for i in block_starts::<L>(length) {
+                let map = self.corner_positions::<L>(&nodes, i);
                 let (bound, corner) = determinant_bounds::<L, D>(&map);
                 bound.store(&mut bounds[i..]);
                 corner.store(&mut corners[i..]);
-                i += L::COUNT;
             }
             for i in 0..length {
                 let (mut bound, corner) = (bounds[i].to_f64(), corners[i].to_f64());
                 if D == 3 && bound <= self.threshold && corner > self.threshold {
-                    let map = self.corner_positions::<T>(row, i);
+                    let map = self.corner_positions::<T>(&nodes, i);
                     let map = map.map(|c| c.map(Element::to_f64));
                     bound = refined_bound::<D>(&map, self.threshold, MAX_SPLITS);
                 }
@@ -161,13 +161,15 @@ impl<T: Element, const D: usize> BoundKernel<'_, T, D> {
     /// Deformed corners of the cells from `i` on, in units of the spacing and relative to the
     /// first corner of each cell.
     #[inline(always)]
-    fn corner_positions<L: Lane<Element = T>>(&self, row: Row, i: usize) -> [[L; MAX_CORNERS]; D] {
-        let n = self.grid.n_nodes();
+    fn corner_positions<L: Lane<Element = T>>(
+        &self,
+        nodes: &[NodeRows<'_, T>; D],
+        i: usize,
+    ) -> [[L; MAX_CORNERS]; D] {
         let inverse_h = L::splat(1.0 / self.grid.spacing());
         let mut map = [[L::zero(); MAX_CORNERS]; D];
         for k in 0..D {
-            let component = &self.displacement[k * n..(k + 1) * n];
-            map[k] = gather::<T, L, D>(self.grid, component, row, i);
+            map[k] = nodes[k].corners::<L, D>(i);
             let first = map[k][0];
             for c in 0..1 << D {
                 let own = L::splat((c >> k & 1) as f64);

@@ -56,12 +56,10 @@ impl<const D: usize> ShapeMetric<D> {
             cells: &[],
         };
         let cells = probe_cells(&grid, &probe, data, displacement);
-        let narrow = |data: Vec<f64>| data.into_iter().map(|x| x as f32).collect();
         let law = Corotational {
             moduli: params.law.moduli,
             regularisation: REGULARISATION * probe.void_stiffness * elastic_weight,
         };
-        let cells = cells.into_iter().map(narrow).collect();
         Ok(Self {
             cycle: Multigrid::new(grid, &law, cells, MultigridParams::default())?,
         })

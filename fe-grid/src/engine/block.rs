@@ -1,47 +1,53 @@
 //! A block of neighbouring cells of a row, one a lane, with all that is read in them.
 
-use super::element::{MAX_CORNERS, differences, interpolate, point_coordinate};
-use super::rows::{Row, first_cell, gather, iota};
+use super::element::{
+    MAX_CORNERS, MAX_FACE_CORNERS, differences, face_corner, interpolate, point_coordinate,
+};
+use super::rows::{NodeRows, Row, first_cell, iota};
 use super::{Data, Jet, MAX_CELL_DATA, MAX_COEFFICIENTS, Point, Reads};
 use crate::{Element, Grid, Lane};
 
 /// Values and gradients of a nodal field of `M` components at the quadrature points of a block.
-#[derive(Clone, Copy)]
+///
+/// It is made once and read into again and again: the arrays are too large to be handed around.
+#[repr(C, align(64))]
 pub(crate) struct Evaluated<L, const D: usize, const M: usize> {
     value: [[L; MAX_CORNERS]; M],
-    gradient: [[[L; MAX_CORNERS]; D]; M],
+    gradient: [[[L; MAX_FACE_CORNERS]; D]; M],
 }
 
 impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self {
+            value: [[L::zero(); MAX_CORNERS]; M],
+            gradient: [[[L::zero(); MAX_FACE_CORNERS]; D]; M],
+        }
+    }
+
     /// Gathers and evaluates what a formula reads of a field, from cell `i` of a row on.
     #[inline(always)]
-    pub fn read<R: Reads, T: Element>(grid: &Grid<D>, field: &[T], row: Row, i: usize) -> Self
-    where
+    pub fn read<R: Reads, T: Element>(
+        &mut self,
+        components: &[NodeRows<'_, T>; M],
+        i: usize,
+        inverse_h: f64,
+    ) where
         L: Lane<Element = T>,
     {
-        let n = grid.n_nodes();
-        let inverse_h = L::splat(1.0 / grid.spacing());
-        let zero = [L::zero(); MAX_CORNERS];
-        let mut at = Self {
-            value: [zero; M],
-            gradient: [[zero; D]; M],
-        };
         for m in 0..M {
-            let mut corners = gather::<T, L, D>(grid, &field[m * n..(m + 1) * n], row, i);
+            let mut corners = components[m].corners::<L, D>(i);
             if R::USES_GRADIENT {
                 for k in 0..D {
-                    at.gradient[m][k] = differences::<L, D>(&corners, k, R::POINT_OFFSET);
-                    for g in &mut at.gradient[m][k] {
-                        *g *= inverse_h;
-                    }
+                    self.gradient[m][k] =
+                        differences::<L, D>(&corners, k, inverse_h, R::POINT_OFFSET);
                 }
             }
             if R::USES_VALUE {
-                interpolate::<L, D>(&mut corners, R::POINT_OFFSET);
-                at.value[m] = corners;
+                interpolate::<L, D>(&mut corners, 1.0, R::POINT_OFFSET);
+                self.value[m] = corners;
             }
         }
-        at
     }
 
     /// Value and gradient at quadrature point `q`.
@@ -51,14 +57,55 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
         for m in 0..M {
             jet.value[m] = self.value[m][q];
             for k in 0..D {
-                jet.gradient[m][k] = self.gradient[m][k][q & !(1 << k)];
+                jet.gradient[m][k] = self.gradient[m][k][face_corner(q, k)];
             }
         }
         jet
     }
 }
 
-/// The unknown and the data of a block.
+/// The nodes around a row of cells, of every component of a field.
+#[inline(always)]
+pub(crate) fn component_rows<'a, T: Element, const D: usize, const M: usize>(
+    grid: &Grid<D>,
+    field: &'a [T],
+    row: Row,
+) -> [NodeRows<'a, T>; M] {
+    let n = grid.n_nodes();
+    std::array::from_fn(|m| NodeRows::new(grid, &field[m * n..(m + 1) * n], row))
+}
+
+/// All that a formula reads in a row of cells.
+pub(crate) struct RowData<'a, T, const D: usize, const M: usize> {
+    state: [NodeRows<'a, T>; M],
+    coefficients: [NodeRows<'a, T>; MAX_COEFFICIENTS],
+    cells: [&'a [T]; MAX_CELL_DATA],
+    row: Row,
+}
+
+impl<'a, T: Element, const D: usize, const M: usize> RowData<'a, T, D, M> {
+    #[inline(always)]
+    pub fn new<R: Reads>(grid: &Grid<D>, state: &'a [T], data: &Data<'a, T>, row: Row) -> Self {
+        let mut coefficients = [NodeRows::none(); MAX_COEFFICIENTS];
+        for f in 0..R::COEFFICIENTS {
+            coefficients[f] = NodeRows::new(grid, data.coefficients[f], row);
+        }
+        let (start, length) = (first_cell(grid, row), grid.cells_per_axis()[0]);
+        let mut cells: [&[T]; MAX_CELL_DATA] = [&[]; MAX_CELL_DATA];
+        for f in 0..R::CELL_DATA {
+            cells[f] = &data.cells[f][start..start + length];
+        }
+        Self {
+            state: component_rows(grid, state, row),
+            coefficients,
+            cells,
+            row,
+        }
+    }
+}
+
+/// The unknown and the data of a block. The order of the fields keeps registers within cache lines.
+#[repr(C, align(64))]
 pub(crate) struct Block<L, const D: usize, const M: usize> {
     state: Evaluated<L, D, M>,
     coefficient: [[L; MAX_CORNERS]; MAX_COEFFICIENTS],
@@ -70,44 +117,58 @@ pub(crate) struct Block<L, const D: usize, const M: usize> {
 }
 
 impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
-    /// Gathers and evaluates what a formula reads, from cell `i` of a row on.
+    /// A block of a grid that nothing has been read into.
     #[inline(always)]
-    pub fn read<R: Reads, T: Element>(
-        grid: &Grid<D>,
-        state: &[T],
-        data: &Data<'_, T>,
-        row: Row,
-        i: usize,
-    ) -> Self
-    where
-        L: Lane<Element = T>,
-    {
-        let length = grid.cells_per_axis()[0];
-        let mut coefficient = [[L::zero(); MAX_CORNERS]; MAX_COEFFICIENTS];
-        for f in 0..R::COEFFICIENTS {
-            coefficient[f] = gather::<T, L, D>(grid, data.coefficients[f], row, i);
-            interpolate::<L, D>(&mut coefficient[f], R::POINT_OFFSET);
-        }
-        let start = first_cell(grid, row);
-        let mut cell = [L::zero(); MAX_CELL_DATA];
-        for f in 0..R::CELL_DATA {
-            cell[f] = L::load(&data.cells[f][start + i..start + length]);
-        }
+    pub fn zero<R: Reads>(grid: &Grid<D>) -> Self {
         Self {
-            state: Evaluated::read::<R, T>(grid, state, row, i),
-            coefficient,
-            cell,
-            first_x: iota::<L>() + L::splat(i as f64),
-            row,
+            state: Evaluated::zero(),
+            coefficient: [[L::zero(); MAX_CORNERS]; MAX_COEFFICIENTS],
+            cell: [L::zero(); MAX_CELL_DATA],
+            first_x: L::zero(),
+            row: [0, 0],
             spacing: grid.spacing(),
             offset: R::POINT_OFFSET,
         }
+    }
+
+    /// Gathers and evaluates what a formula reads, from cell `i` of a row on.
+    #[inline(always)]
+    pub fn read<R: Reads, T: Element>(&mut self, data: &RowData<'_, T, D, M>, i: usize)
+    where
+        L: Lane<Element = T>,
+    {
+        for f in 0..R::COEFFICIENTS {
+            let mut corners = data.coefficients[f].corners::<L, D>(i);
+            interpolate::<L, D>(&mut corners, 1.0, R::POINT_OFFSET);
+            self.coefficient[f] = corners;
+        }
+        for f in 0..R::CELL_DATA {
+            self.cell[f] = L::load(&data.cells[f][i..]);
+        }
+        self.state.read::<R, T>(&data.state, i, 1.0 / self.spacing);
+        self.first_x = iota::<L>() + L::splat(i as f64);
+        self.row = data.row;
     }
 
     /// What a law sees at quadrature point `q`.
     #[inline(always)]
     pub fn point(&self, q: usize) -> Point<L, D, M> {
         let Jet { value, gradient } = self.state.jet(q);
+        let mut coefficient = [L::zero(); MAX_COEFFICIENTS];
+        for f in 0..MAX_COEFFICIENTS {
+            coefficient[f] = self.coefficient[f][q];
+        }
+        Point {
+            position: self.position(q),
+            value,
+            gradient,
+            coefficient,
+            cell: self.cell,
+        }
+    }
+
+    #[inline(always)]
+    fn position(&self, q: usize) -> [L; D] {
         let mut position = [L::zero(); D];
         position[0] =
             (self.first_x + L::splat(point_coordinate(self.offset, q, 0))).scale(self.spacing);
@@ -115,16 +176,6 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
             let cells = self.row[k - 1] as f64 + point_coordinate(self.offset, q, k);
             position[k] = L::splat(cells * self.spacing);
         }
-        let mut coefficient = [L::zero(); MAX_COEFFICIENTS];
-        for f in 0..MAX_COEFFICIENTS {
-            coefficient[f] = self.coefficient[f][q];
-        }
-        Point {
-            position,
-            value,
-            gradient,
-            coefficient,
-            cell: self.cell,
-        }
+        position
     }
 }

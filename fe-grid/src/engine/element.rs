@@ -27,84 +27,108 @@ pub fn point_coordinate(offset: f64, q: usize, k: usize) -> f64 {
     }
 }
 
-/// Interpolation along axis `k` from the two sides to the two points. The matrix is
+/// Corners of a face: derivatives along an axis do not vary along it, so that one number for each
+/// corner of the face across the axis holds them.
+pub const MAX_FACE_CORNERS: usize = 4;
+
+/// The corner of the face across axis `k` that a corner of the cell lies on or above: the bits of
+/// `c` without bit `k`.
+#[inline(always)]
+pub const fn face_corner(c: usize, k: usize) -> usize {
+    let low = (1 << k) - 1;
+    (c & low) | (c >> 1 & !low)
+}
+
+/// The corner of the cell on the lower face across axis `k`, from its number on the face.
+#[inline(always)]
+const fn cell_corner(f: usize, k: usize) -> usize {
+    let low = (1 << k) - 1;
+    (f & low) | (f & !low) << 1
+}
+
+/// Interpolation from the corners to the points along `AXES` axes, less a factor `near` an axis.
+///
+/// Along one axis `near low + far high` and `far low + near high` are `near` times
+/// `low + r high` and `high + r low`, `r = far / near`: one fused operation each. The factors of
+/// all axes are left to the caller, who has something to multiply with anyway. The matrix is
 /// symmetric, so that this is also the transposed operation.
 #[inline(always)]
-pub fn interpolate_axis<L: Lane, const D: usize>(v: &mut [L; MAX_CORNERS], k: usize, offset: f64) {
-    let (near, far) = (L::splat(1.0 - offset), L::splat(offset));
-    for c in 0..1 << D {
-        if c >> k & 1 == 0 {
-            let (low, high) = (v[c], v[c | 1 << k]);
-            v[c] = high.mul_add(far, low * near);
-            v[c | 1 << k] = high.mul_add(near, low * far);
-        }
-    }
-}
-
-/// Values at the quadrature points from values at the corners, and its own transpose.
-#[inline(always)]
-pub fn interpolate<L: Lane, const D: usize>(v: &mut [L; MAX_CORNERS], offset: f64) {
-    for k in 0..D {
-        interpolate_axis::<L, D>(v, k, offset);
-    }
-}
-
-/// Differences along axis `k` at the quadrature points from values at the corners. They do not vary
-/// along `k`: only the entries with bit `k` unset are meant.
-#[inline(always)]
-pub fn differences<L: Lane, const D: usize>(
-    corners: &[L; MAX_CORNERS],
-    k: usize,
-    offset: f64,
-) -> [L; MAX_CORNERS] {
-    let mut v = *corners;
-    for c in 0..1 << D {
-        if c >> k & 1 == 0 {
-            v[c] = corners[c | 1 << k] - corners[c];
-        }
-    }
-    interpolate_other_axes::<L, D>(&mut v, k, offset);
-    v
-}
-
-/// Interpolation along all axes but `k` of the entries with bit `k` unset.
-#[inline(always)]
-fn interpolate_other_axes<L: Lane, const D: usize>(
-    v: &mut [L; MAX_CORNERS],
-    k: usize,
-    offset: f64,
-) {
-    let (near, far) = (L::splat(1.0 - offset), L::splat(offset));
-    for j in 0..D {
-        if j == k {
-            continue;
-        }
-        for c in 0..1 << D {
-            if c >> k & 1 == 0 && c >> j & 1 == 0 {
-                let (low, high) = (v[c], v[c | 1 << j]);
-                v[c] = high.mul_add(far, low * near);
-                v[c | 1 << j] = high.mul_add(near, low * far);
+fn interpolate_unscaled<L: Lane, const N: usize>(v: &mut [L; N], axes: usize, offset: f64) {
+    let ratio = L::splat(offset / (1.0 - offset));
+    for k in 0..axes {
+        for c in 0..1 << axes {
+            if c >> k & 1 == 0 {
+                let (low, high) = (v[c], v[c | 1 << k]);
+                v[c] = high.mul_add(ratio, low);
+                v[c | 1 << k] = low.mul_add(ratio, high);
             }
         }
     }
 }
 
-/// Transpose of [`differences`]: adds to the corners what belongs to the fluxes along axis `k`,
-/// which stand in the entries with bit `k` unset.
+/// What [`interpolate_unscaled`] leaves out along `axes` axes.
 #[inline(always)]
-pub fn add_differences_transposed<L: Lane, const D: usize>(
-    mut flux: [L; MAX_CORNERS],
-    k: usize,
-    corners: &mut [L; MAX_CORNERS],
-    offset: f64,
-) {
-    interpolate_other_axes::<L, D>(&mut flux, k, offset);
+fn interpolation_scale(axes: usize, offset: f64) -> f64 {
+    (0..axes).fold(1.0, |scale, _| scale * (1.0 - offset))
+}
+
+/// Values at the quadrature points, times `factor`, from values at the corners; and its own
+/// transpose.
+#[inline(always)]
+pub fn interpolate<L: Lane, const D: usize>(v: &mut [L; MAX_CORNERS], factor: f64, offset: f64) {
+    interpolate_unscaled(v, D, offset);
+    let scale = L::splat(factor * interpolation_scale(D, offset));
     for c in 0..1 << D {
-        if c >> k & 1 == 0 {
-            corners[c] -= flux[c];
-            corners[c | 1 << k] += flux[c];
+        v[c] *= scale;
+    }
+}
+
+/// Differences along axis `k` at the quadrature points, times `factor`, from values at the
+/// corners, one for each point of the face across the axis.
+#[inline(always)]
+pub fn differences<L: Lane, const D: usize>(
+    corners: &[L; MAX_CORNERS],
+    k: usize,
+    factor: f64,
+    offset: f64,
+) -> [L; MAX_FACE_CORNERS] {
+    let scale = L::splat(factor * interpolation_scale(D - 1, offset));
+    let mut v = [L::zero(); MAX_FACE_CORNERS];
+    for f in 0..1 << (D - 1) {
+        let c = cell_corner(f, k);
+        v[f] = (corners[c | 1 << k] - corners[c]) * scale;
+    }
+    interpolate_unscaled(&mut v, D - 1, offset);
+    v
+}
+
+/// Transpose of [`differences`] for all axes at once: the corner values that belong to the fluxes
+/// along each axis, times `factor`.
+#[inline(always)]
+pub fn differences_transposed<L: Lane, const D: usize>(
+    fluxes: &[[L; MAX_FACE_CORNERS]; D],
+    factor: f64,
+    offset: f64,
+) -> [L; MAX_CORNERS] {
+    let mut corners = [L::zero(); MAX_CORNERS];
+    for k in 0..D {
+        let mut flux = fluxes[k];
+        interpolate_unscaled(&mut flux, D - 1, offset);
+        for c in 0..1 << D {
+            let f = flux[face_corner(c, k)];
+            corners[c] = match (k, c >> k & 1) {
+                (0, 0) => -f,
+                (0, _) => f,
+                (_, 0) => corners[c] - f,
+                _ => corners[c] + f,
+            };
         }
     }
+    let scale = L::splat(factor * interpolation_scale(D - 1, offset));
+    for c in 0..1 << D {
+        corners[c] *= scale;
+    }
+    corners
 }
 
 /// Shape function of corner `c` at quadrature point `q`.

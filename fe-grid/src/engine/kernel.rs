@@ -1,13 +1,14 @@
 //! The work on one slab of cells: rows side by side in lanes.
 
-use super::block::{Block, Evaluated};
+use super::block::{Block, Evaluated, RowData, component_rows};
 use super::element::{
-    MAX_CORNERS, add_differences_transposed, interpolate, shape_derivative, shape_value,
+    MAX_CORNERS, MAX_FACE_CORNERS, differences_transposed, face_corner, interpolate,
+    shape_derivative, shape_value,
 };
-use super::rows::{Row, first_cell, rows_of_layer};
+use super::rows::{NodeRows, Row, block_starts, first_cell, rows_of_layer};
 use super::slabs::Slab;
-use super::{CellLaw, Data, Jet};
-use crate::{Element, Grid, Lane, LaneKernel};
+use super::{CellLaw, Data, Jet, Reads};
+use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES};
 
 /// Value only.
 pub(super) const VALUE: u8 = 0;
@@ -19,7 +20,7 @@ pub(super) const HESSIAN: u8 = 2;
 pub(super) const DIAGONAL: u8 = 3;
 
 /// Fluxes of one component: values at all quadrature points, gradients along each axis.
-type Fluxes<L, const D: usize> = ([L; MAX_CORNERS], [[L; MAX_CORNERS]; D]);
+type Fluxes<L, const D: usize> = ([L; MAX_CORNERS], [[L; MAX_FACE_CORNERS]; D]);
 
 /// The work on one slab.
 pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, const MODE: u8> {
@@ -31,6 +32,28 @@ pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, c
     /// The direction of a Hessian action; otherwise empty.
     pub direction: &'a [T],
     pub slab: Slab<'a, T>,
+}
+
+/// What the work on a block of cells fills in and reads again.
+///
+/// It is aligned to cache lines. With it on the stack, the compiler aligns the whole frame, and
+/// registers that it has to put there for a while do not straddle two lines either.
+#[repr(C, align(64))]
+struct Scratch<L, const D: usize, const M: usize> {
+    block: Block<L, D, M>,
+    direction: Evaluated<L, D, M>,
+    fluxes: [Fluxes<L, D>; M],
+}
+
+impl<L: Lane, const D: usize, const M: usize> Scratch<L, D, M> {
+    #[inline(always)]
+    fn new<R: Reads>(grid: &Grid<D>) -> Self {
+        Self {
+            block: Block::zero::<R>(grid),
+            direction: Evaluated::zero(),
+            fluxes: [([L::zero(); MAX_CORNERS], [[L::zero(); MAX_FACE_CORNERS]; D]); M],
+        }
+    }
 }
 
 /// What a slab found.
@@ -54,17 +77,21 @@ where
         let outputs = if MODE == DIAGONAL { M * M } else { M };
         let length = self.grid.cells_per_axis()[0];
         let mut row_values = vec![T::default(); length];
-        let mut parts = match MODE {
+        let mut memory = match MODE {
             VALUE => Vec::new(),
-            _ => vec![T::default(); (1 << D) * outputs * length],
+            _ => vec![T::default(); (1 << D) * outputs * part_stride(length) + 2 * MAX_LANES],
         };
+        // Registers that lie within one cache line are written faster.
+        let first = memory.as_ptr().align_offset(CACHE_LINE);
+        let parts = memory.get_mut(first..).unwrap_or_default();
+        let mut scratch = Scratch::new::<F>(self.grid);
         let mut result = SlabResult {
             sum: 0.0,
             inadmissible: None,
         };
         for layer in self.slab.layers.clone() {
             for row in rows_of_layer(self.grid, layer) {
-                self.row::<L>(row, &mut row_values, &mut parts);
+                self.row::<L>(row, &mut scratch, &mut row_values, parts);
                 if MODE <= GRADIENT {
                     let sum = ordered_sum(&row_values);
                     result.sum += sum;
@@ -74,7 +101,7 @@ where
                     }
                 }
                 if MODE != VALUE {
-                    self.scatter(layer, row, &parts, outputs);
+                    self.scatter::<L>(layer, row, parts, outputs);
                 }
             }
         }
@@ -88,33 +115,46 @@ where
     T: Element,
 {
     /// One row of cells: densities summed over the quadrature points into `row_values`, and the
-    /// derivative with respect to every corner into `parts`, `[corner][output][cell]`.
+    /// derivative with respect to every corner into `parts`, `[corner][output][cell]`, each row
+    /// between places that stay zero.
     #[inline(always)]
-    fn row<L: Lane<Element = T>>(&self, row: Row, row_values: &mut [T], parts: &mut [T]) {
+    fn row<L: Lane<Element = T>>(
+        &self,
+        row: Row,
+        scratch: &mut Scratch<L, D, M>,
+        row_values: &mut [T],
+        parts: &mut [T],
+    ) {
         let length = self.grid.cells_per_axis()[0];
-        let inverse_h = L::splat(1.0 / self.grid.spacing());
+        let stride = part_stride(length);
+        let inverse_h = 1.0 / self.grid.spacing();
         let weight = self.grid.cell_volume() / f64::from(1u32 << D);
-        let zero = [L::zero(); MAX_CORNERS];
-        let mut i = 0;
-        while i < length {
-            let block = Block::<L, D, M>::read::<F, T>(self.grid, self.state, &self.data, row, i);
+        let Scratch {
+            block,
+            direction,
+            fluxes,
+        } = scratch;
+        let nodes = RowData::new::<F>(self.grid, self.state, &self.data, row);
+        let direction_nodes = match MODE {
+            HESSIAN => component_rows(self.grid, self.direction, row),
+            _ => [NodeRows::none(); M],
+        };
+        for i in block_starts::<L>(length) {
+            block.read::<F, T>(&nodes, i);
             if MODE == DIAGONAL {
-                self.diagonal::<L>(&block, parts, i, weight, inverse_h);
-                i += L::COUNT;
+                self.diagonal::<L>(block, parts, i, weight, L::splat(inverse_h));
                 continue;
             }
-            let direction = match MODE {
-                HESSIAN => Some(Evaluated::<L, D, M>::read::<F, T>(
-                    self.grid,
-                    self.direction,
-                    row,
-                    i,
-                )),
-                _ => None,
-            };
+            if MODE == HESSIAN {
+                direction.read::<F, T>(&direction_nodes, i, inverse_h);
+            }
+            if F::USES_GRADIENT {
+                for flux in fluxes.iter_mut() {
+                    flux.1 = [[L::zero(); MAX_FACE_CORNERS]; D];
+                }
+            }
             let mut sum = L::zero();
-            let mut fluxes: [Fluxes<L, D>; M] = [(zero, [zero; D]); M];
-            for q in 0..1 << D {
+            for q in 0..1usize << D {
                 let p = block.point(q);
                 let flux = match MODE {
                     VALUE => {
@@ -126,10 +166,7 @@ where
                         sum += value;
                         flux
                     }
-                    _ => {
-                        let d = direction.as_ref().map_or(Jet::zero(), |d| d.jet(q));
-                        self.law.hessian_action(&p, &d)
-                    }
+                    _ => self.law.hessian_action(&p, &direction.jet(q)),
                 };
                 for m in 0..M {
                     if F::USES_VALUE {
@@ -137,7 +174,7 @@ where
                     }
                     if F::USES_GRADIENT {
                         for k in 0..D {
-                            fluxes[m].1[k][q & !(1 << k)] += flux.gradient[m][k];
+                            fluxes[m].1[k][face_corner(q, k)] += flux.gradient[m][k];
                         }
                     }
                 }
@@ -147,17 +184,18 @@ where
             }
             if MODE != VALUE {
                 for m in 0..M {
-                    let corners = integrate::<F, L, D, M>(&fluxes[m], weight, inverse_h);
-                    for c in 0..1 << D {
-                        corners[c].store(&mut parts[(c * M + m) * length..][i..length]);
+                    let corners = integrate::<F, L, D>(&fluxes[m], weight, inverse_h);
+                    let rows_of_corners = parts.chunks_exact_mut(M * stride);
+                    for (corner, targets) in corners.iter().take(1 << D).zip(rows_of_corners) {
+                        let row = &mut targets[m * stride + MAX_LANES..][..length];
+                        corner.store(&mut row[i..]);
                     }
                 }
             }
-            i += L::COUNT;
         }
     }
 
-    /// The `M` x `M` block that every corner has with itself.
+    /// The `M` x `M` block that every corner of the cells from `i` on has with itself.
     #[inline(always)]
     fn diagonal<L: Lane<Element = T>>(
         &self,
@@ -194,8 +232,10 @@ where
             }
             for r in 0..M {
                 for m in 0..M {
-                    let target = &mut parts[(c * M * M + r * M + m) * length..][i..length];
-                    own[r][m].scale(weight).store(target);
+                    let start = (c * M * M + r * M + m) * part_stride(length) + MAX_LANES;
+                    own[r][m]
+                        .scale(weight)
+                        .store(&mut parts[start..][i..length]);
                 }
             }
         }
@@ -203,9 +243,15 @@ where
 
     /// Adds the corner parts of a row of cells to the node rows around it.
     #[inline(always)]
-    fn scatter(&mut self, layer: usize, row: Row, parts: &[T], outputs: usize) {
+    fn scatter<L: Lane<Element = T>>(
+        &mut self,
+        layer: usize,
+        row: Row,
+        parts: &[T],
+        outputs: usize,
+    ) {
         let n = self.grid.nodes_per_axis();
-        let length = n[0] - 1;
+        let stride = part_stride(n[0] - 1);
         let plane = if D == 3 { n[0] * n[1] } else { n[0] };
         for side in 0..1usize << (D - 1) {
             // Corner bits beyond x: in three dimensions row, then layer; in two, layer only.
@@ -216,43 +262,45 @@ where
             };
             for m in 0..outputs {
                 let target = &mut self.slab.plane(m, layer, up, plane)[start..start + n[0]];
-                let low = &parts[(2 * side * outputs + m) * length..][..length];
-                let high = &parts[((2 * side + 1) * outputs + m) * length..][..length];
-                target[0] += low[0];
-                target[length] += high[length - 1];
-                for ((t, &l), &h) in target[1..length].iter_mut().zip(&low[1..]).zip(high) {
-                    *t += l + h;
+                // Node `i` is the lower corner of cell `i` and the upper corner of cell `i - 1`.
+                let low = &parts[(2 * side * outputs + m) * stride + MAX_LANES..];
+                let high = &parts[((2 * side + 1) * outputs + m) * stride + MAX_LANES - 1..];
+                for i in (0..n[0]).step_by(L::COUNT) {
+                    let both = L::load(&low[i..]) + L::load(&high[i..]);
+                    (L::load(&target[i..]) + both).store(&mut target[i..]);
                 }
             }
         }
     }
 }
 
+/// Bytes of a cache line.
+pub(crate) const CACHE_LINE: usize = 64;
+
+/// Places of a row of parts: whole registers for the cells, with zeros before and after them.
+#[inline(always)]
+fn part_stride(length: usize) -> usize {
+    (length + 1).next_multiple_of(MAX_LANES) + MAX_LANES
+}
+
 /// Fluxes at the quadrature points to contributions at the corners.
 #[inline(always)]
-fn integrate<F: CellLaw<D, M>, L: Lane, const D: usize, const M: usize>(
+fn integrate<R: Reads, L: Lane, const D: usize>(
     fluxes: &Fluxes<L, D>,
     weight: f64,
-    inverse_h: L,
+    inverse_h: f64,
 ) -> [L; MAX_CORNERS] {
-    let mut corners = [L::zero(); MAX_CORNERS];
-    if F::USES_GRADIENT {
-        for k in 0..D {
-            add_differences_transposed::<L, D>(fluxes.1[k], k, &mut corners, F::POINT_OFFSET);
-        }
-        for c in &mut corners {
-            *c *= inverse_h;
-        }
-    }
-    if F::USES_VALUE {
+    let mut corners = if R::USES_GRADIENT {
+        differences_transposed::<L, D>(&fluxes.1, weight * inverse_h, R::POINT_OFFSET)
+    } else {
+        [L::zero(); MAX_CORNERS]
+    };
+    if R::USES_VALUE {
         let mut values = fluxes.0;
-        interpolate::<L, D>(&mut values, F::POINT_OFFSET);
+        interpolate::<L, D>(&mut values, weight, R::POINT_OFFSET);
         for c in 0..1 << D {
             corners[c] += values[c];
         }
-    }
-    for c in &mut corners {
-        *c = c.scale(weight);
     }
     corners
 }

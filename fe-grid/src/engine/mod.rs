@@ -15,7 +15,7 @@
 mod assembly;
 pub(crate) mod block;
 pub(crate) mod element;
-mod kernel;
+pub(crate) mod kernel;
 mod probe;
 pub(crate) mod rows;
 pub(crate) mod slabs;

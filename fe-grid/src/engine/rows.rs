@@ -36,21 +36,52 @@ pub(crate) fn first_node<const D: usize>(grid: &Grid<D>, [j, k]: Row, c: usize) 
     }
 }
 
-/// Corner values of the cells `i, i+1, ...` of a row, zero beyond its end.
-#[inline(always)]
-pub(crate) fn gather<T: Element, L: Lane<Element = T>, const D: usize>(
-    grid: &Grid<D>,
-    field: &[T],
-    row: Row,
-    i: usize,
-) -> [L; MAX_CORNERS] {
-    let length = grid.cells_per_axis()[0];
-    let mut corners = [L::zero(); MAX_CORNERS];
-    for c in 0..1 << D {
-        let start = first_node(grid, row, c) + (c & 1);
-        corners[c] = L::load(&field[start + i..start + length]);
+/// The rows of nodes around a row of cells: one slice for each corner of the face across `x`.
+#[derive(Clone, Copy)]
+pub(crate) struct NodeRows<'a, T>([&'a [T]; MAX_CORNERS / 2]);
+
+impl<'a, T: Element> NodeRows<'a, T> {
+    #[inline(always)]
+    pub fn new<const D: usize>(grid: &Grid<D>, field: &'a [T], row: Row) -> Self {
+        let nodes = grid.nodes_per_axis()[0];
+        let mut rows = [field; MAX_CORNERS / 2];
+        for (side, nodes_of_side) in rows.iter_mut().enumerate().take(1 << (D - 1)) {
+            *nodes_of_side = &field[first_node(grid, row, 2 * side)..][..nodes];
+        }
+        Self(rows)
     }
-    corners
+
+    /// No rows, for fields that nothing is read from.
+    pub fn none() -> Self {
+        Self([&[]; MAX_CORNERS / 2])
+    }
+
+    /// Corner values of the cells `i, i+1, ...`; without meaning in lanes beyond the last cell.
+    #[inline(always)]
+    pub fn corners<L: Lane<Element = T>, const D: usize>(&self, i: usize) -> [L; MAX_CORNERS] {
+        let mut corners = [L::zero(); MAX_CORNERS];
+        for side in 0..1 << (D - 1) {
+            let nodes = &self.0[side][i..];
+            // The same twice: in the first case all loads are whole, which one comparison shows.
+            if nodes.len() > L::COUNT {
+                corners[2 * side] = L::load(nodes);
+                corners[2 * side + 1] = L::load(&nodes[1..]);
+            } else {
+                corners[2 * side] = L::load(nodes);
+                corners[2 * side + 1] = L::load(nodes.get(1..).unwrap_or(&[]));
+            }
+        }
+        corners
+    }
+}
+
+/// The first cells of the blocks that a row of cells is worked in. The last block is moved back
+/// to end with the row where it can be, so that whole registers are read and written; cells that
+/// are then visited twice get the same numbers twice.
+#[inline(always)]
+pub(crate) fn block_starts<L: Lane>(length: usize) -> impl Iterator<Item = usize> {
+    let last = length.saturating_sub(L::COUNT);
+    (0..length).step_by(L::COUNT).map(move |i| i.min(last))
 }
 
 /// `0, 1, 2, ...` across the lanes.
