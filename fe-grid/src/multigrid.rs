@@ -43,6 +43,10 @@ impl Default for MultigridParams {
     }
 }
 
+/// Levels of more unknowns take the upper end of the spectrum from the next coarser level. It is
+/// a number of the element: refinement does not move it, and jumps of the coefficients hardly do.
+const SPECTRUM_UNKNOWNS: usize = 150_000;
+
 struct Level<T, F, const D: usize, const M: usize> {
     grid: Grid<D>,
     law: F,
@@ -120,8 +124,8 @@ where
         Some(Self::new(grid, self.law.clone(), cells))
     }
 
-    /// Inverts the diagonal blocks and estimates the spectrum.
-    fn prepare(&mut self) -> Result<(), GridError> {
+    /// Inverts the diagonal blocks.
+    fn invert_blocks(&mut self) -> Result<(), GridError> {
         let n = self.grid.n_nodes();
         let mut blocks = vec![T::default(); M * M * n];
         let cells: Vec<&[T]> = self.cells.iter().map(Vec::as_slice).collect();
@@ -131,23 +135,8 @@ where
         };
         let zero = vec![T::default(); M * n];
         Assembly::new(self.grid, &self.law, data).block_diagonal_into(&zero, &mut blocks);
-        for i in 0..n {
-            let block = DMatrix::from_fn(M, M, |r, m| blocks[(r * M + m) * n + i].to_f64());
-            let curvature = block.diagonal().min();
-            let inverse = Cholesky::new(block)
-                .ok_or(GridError::NotPositiveDefinite {
-                    curvature,
-                    iteration: 0,
-                })?
-                .inverse();
-            for r in 0..M {
-                for m in 0..M {
-                    blocks[(r * M + m) * n + i] = T::from_f64(inverse[(r, m)]);
-                }
-            }
-        }
+        invert_blocks::<T, M>(&mut blocks)?;
         self.inverse_blocks = blocks;
-        self.spectral_bound = self.estimate_spectrum();
         Ok(())
     }
 
@@ -205,8 +194,7 @@ where
 
     fn update_residual(&self, s: &mut Scratch<T>) {
         self.apply_into(&s.x, &mut s.product);
-        s.residual.copy_from_slice(&s.b);
-        subtract_from(&s.product, &mut s.residual);
+        difference(&s.b, &s.product, &mut s.residual);
     }
 
     /// Improves `x`, whose residual `b - A x` is given, by a Chebyshev polynomial. `product` and
@@ -271,8 +259,15 @@ where
                 None => break,
             }
         }
-        for level in &mut levels {
-            level.prepare()?;
+        // From the coarsest up: where a level is large, its spectrum is that of the next coarser.
+        let mut bound = None;
+        for level in levels.iter_mut().rev() {
+            level.invert_blocks()?;
+            level.spectral_bound = match bound {
+                Some(bound) if level.n_unknowns() > SPECTRUM_UNKNOWNS => bound,
+                _ => level.estimate_spectrum(),
+            };
+            bound = Some(level.spectral_bound);
         }
         let direct = factorise(&levels[levels.len() - 1])?;
         Ok(Self {
@@ -361,6 +356,89 @@ where
     }
 }
 
+/// Replaces symmetric blocks `[r M + m][node]` by their inverses: Gauss-Jordan elimination, with
+/// the nodes in the lanes.
+fn invert_blocks<T: Element, const M: usize>(blocks: &mut [T]) -> Result<(), GridError> {
+    let n = blocks.len() / (M * M);
+    let mut entries: Vec<&mut [T]> = blocks.chunks_exact_mut(n).collect();
+    let mut tasks: Vec<Vec<&mut [T]>> = (0..n.div_ceil(CHUNK)).map(|_| Vec::new()).collect();
+    for entry in entries.drain(..) {
+        for (task, part) in tasks.iter_mut().zip(entry.chunks_mut(CHUNK)) {
+            task.push(part);
+        }
+    }
+    let pivots: Vec<f64> = tasks
+        .into_par_iter()
+        .map(|entries| T::dispatch(SimdLevel::active(), InvertBlocks::<T, M> { entries }))
+        .collect();
+    match pivots
+        .into_iter()
+        .find(|pivot| pivot.is_nan() || *pivot <= 0.0)
+    {
+        Some(curvature) => Err(GridError::NotPositiveDefinite {
+            curvature,
+            iteration: 0,
+        }),
+        None => Ok(()),
+    }
+}
+
+struct InvertBlocks<'a, T, const M: usize> {
+    /// Entries of the blocks of some nodes, `[r M + m][node]`.
+    entries: Vec<&'a mut [T]>,
+}
+
+impl<T: Element, const M: usize> LaneKernel<T> for InvertBlocks<'_, T, M> {
+    /// The smallest pivot; a pivot that is not a positive number comes first.
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(mut self) -> f64 {
+        let n = self.entries[0].len();
+        let mut smallest = f64::INFINITY;
+        let mut pivots = vec![T::default(); n];
+        for i in (0..n).step_by(L::COUNT) {
+            let mut a: [[L; M]; M] = std::array::from_fn(|r| {
+                std::array::from_fn(|m| L::load(&self.entries[r * M + m][i..]))
+            });
+            let mut least = L::splat(f64::INFINITY);
+            for p in 0..M {
+                let pivot = a[p][p];
+                // A comparison with NaN is false, so that NaN becomes the least.
+                least = L::select(least.less(pivot), least, pivot);
+                let inverse = L::one() / pivot;
+                a[p][p] = L::one();
+                for m in 0..M {
+                    a[p][m] *= inverse;
+                }
+                for r in 0..M {
+                    if r != p {
+                        let factor = -a[r][p];
+                        a[r][p] = L::zero();
+                        for m in 0..M {
+                            a[r][m] = a[p][m].mul_add(factor, a[r][m]);
+                        }
+                    }
+                }
+            }
+            least.store(&mut pivots[i..]);
+            for r in 0..M {
+                for m in 0..M {
+                    a[r][m].store(&mut self.entries[r * M + m][i..]);
+                }
+            }
+        }
+        for pivot in pivots {
+            let pivot = pivot.to_f64();
+            if pivot.is_nan() {
+                return pivot;
+            }
+            smallest = smallest.min(pivot);
+        }
+        smallest
+    }
+}
+
 /// One row of the diagonal blocks times a vector, for the nodes from `start` on.
 struct BlockRow<'a, T, const M: usize> {
     /// `[m][node]`.
@@ -439,6 +517,18 @@ fn add_into<T: Element>(x: &[T], y: &mut [T]) {
 
 fn subtract_from<T: Element>(x: &[T], y: &mut [T]) {
     zip(x, y, |x, y| *y -= x);
+}
+
+/// `z = x - y`.
+fn difference<T: Element>(x: &[T], y: &[T], z: &mut [T]) {
+    z.par_chunks_mut(CHUNK)
+        .zip(x.par_chunks(CHUNK).zip(y.par_chunks(CHUNK)))
+        .with_min_len(4)
+        .for_each(|(z, (x, y))| {
+            for (z, (&x, &y)) in z.iter_mut().zip(x.iter().zip(y)) {
+                *z = x - y;
+            }
+        });
 }
 
 /// `y = keep y + step x`.

@@ -25,8 +25,8 @@ pub fn prolong_into<T: Element, const D: usize>(
     assert_eq!(components * coarse_grid.n_nodes(), coarse.len());
     assert_eq!(components * coarse_grid.finer().n_nodes(), fine.len());
     let mut current = coarse.to_vec();
-    // The slowest axis first: the arrays stay small while lines are short.
-    for k in (0..D).rev() {
+    // The fastest axis first, where there is no row to work on at a time: the array is small then.
+    for k in 0..D {
         let inner: usize = sizes[..k].iter().product();
         let (n, m) = (sizes[k], fine_sizes[k]);
         let half = T::from_f64(0.5);
@@ -73,7 +73,8 @@ pub fn restrict_into<T: Element, const D: usize>(
     assert_eq!(components * coarse_grid.finer().n_nodes(), fine.len());
     let half = T::from_f64(0.5);
     let mut buffer: Option<Vec<T>> = None;
-    for k in 0..D {
+    // The fastest axis last, for the same reason.
+    for k in (0..D).rev() {
         let inner: usize = sizes[..k].iter().product();
         let (n, m) = (sizes[k], coarse_sizes[k]);
         let source: &[T] = buffer.as_deref().unwrap_or(fine);
