@@ -17,9 +17,10 @@
 //! fall into it; a cell receives its points in the order of the sources, whatever the threads.
 
 use crate::composition::locate_lanes;
-use crate::engine::block::Block;
+use crate::engine::block::{Block, RowData};
 use crate::engine::element::MAX_CORNERS;
-use crate::engine::rows::{Row, first_node, rows_of_layer};
+use crate::engine::kernel::CACHE_LINE;
+use crate::engine::rows::{Row, block_starts, first_node, rows_of_layer};
 use crate::engine::slabs::{Slab, over_slabs};
 use crate::engine::{Data, Point, Reads};
 use crate::stencil::{SymmetricStencil, half_offsets};
@@ -29,7 +30,7 @@ use rayon::prelude::*;
 /// Below this number of cells everything stays on one thread.
 const PARALLEL_CELLS: usize = 1024;
 /// `3^D` moments and `2^D` linear moments, at most.
-const MAX_MOMENTS: usize = 27 + MAX_CORNERS;
+const MAX_PRODUCTS: usize = 9;
 
 /// The two numbers that a quadrature point scatters.
 pub trait PointWeights<const D: usize>: Reads {
@@ -144,7 +145,8 @@ struct SlabTask<'a, T: Element, P, const D: usize> {
     slab: Slab<'a, f64>,
 }
 
-/// Points of one row of cells: cells, local coordinates and weights, `[quantity][point][cell]`.
+/// Points of one row of cells, `[quantity][point][cell]`: the number of the cell that a point
+/// falls into, counted from the first of the slab, the local coordinates there, and the weights.
 struct RowPoints<T> {
     data: Vec<T>,
     length: usize,
@@ -157,12 +159,15 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
     fn run<L: Lane<Element = T>>(mut self) {
         let cells = self.grid.cells_per_axis();
         let per_layer: usize = cells[..D - 1].iter().product();
-        let stride = 3usize.pow(D as u32) + (1 << D);
+        let stride = moment_stride(D as u32);
         let layers = self.slab.layers.clone();
-        let mut moments = vec![0.0; layers.len() * per_layer * stride];
+        let count = layers.len() * per_layer * stride;
+        let mut memory = vec![0.0; count + CACHE_LINE];
+        let first = memory.as_ptr().align_offset(CACHE_LINE);
+        let moments = memory.get_mut(first..first + count).unwrap_or_default();
         let length = cells[0];
         let mut points = RowPoints {
-            data: vec![T::default(); (2 * D + 2) * (1 << D) * length],
+            data: vec![T::default(); (D + 3) * (1 << D) * length],
             length,
         };
         let n_layers = cells[D - 1] as f64;
@@ -179,6 +184,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
         } else {
             layers.end as f64 + margin
         };
+        let mut block = Block::<L, D, D>::zero::<P>(self.grid);
         for (source, ranges) in self.sources.iter().zip(self.ranges) {
             let mut row_number = 0;
             for layer in 0..cells[D - 1] {
@@ -186,13 +192,13 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
                     let [least, most] = ranges[row_number];
                     row_number += 1;
                     if least <= high && most >= low {
-                        self.evaluate::<L>(source, row, &mut points);
-                        accumulate::<T, D>(self.grid, &points, &layers, &mut moments);
+                        self.evaluate::<L>(source, row, &mut block, &mut points);
+                        accumulate::<T, D>(&points, moments);
                     }
                 }
             }
         }
-        self.finish(&moments, stride);
+        self.finish(moments, stride);
     }
 }
 
@@ -202,6 +208,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
         &self,
         source: &Source<'_, T>,
         row: Row,
+        block: &mut Block<L, D, D>,
         points: &mut RowPoints<T>,
     ) {
         let weight = L::splat(self.grid.cell_volume() / f64::from(1u32 << D));
@@ -210,10 +217,11 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
             cells: &[],
         };
         let length = points.length;
-        let mut i = 0;
-        while i < length {
-            let block =
-                Block::<L, D, D>::read::<P, T>(self.grid, source.displacement, &data, row, i);
+        let cells = self.grid.cells_per_axis();
+        let first_layer = L::splat(self.slab.layers.start as f64);
+        let nodes = RowData::new::<P>(self.grid, source.displacement, &data, row);
+        for i in block_starts::<L>(length) {
+            block.read::<P, T>(&nodes, i);
             for q in 0..1usize << D {
                 let p = block.point(q);
                 let mut deformed = p.position;
@@ -228,16 +236,18 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
                     x.store(&mut points.data[start + i..start + length]);
                     quantity += 1;
                 };
-                for k in 0..D {
-                    put(at.cell[k]);
+                // Whole numbers, exact while the slab has fewer cells than the mantissa has values.
+                let mut cell = at.cell[D - 1] - first_layer;
+                for k in (0..D - 1).rev() {
+                    cell = cell.mul_add(L::splat(cells[k] as f64), at.cell[k]);
                 }
+                put(cell);
                 for k in 0..D {
                     put(at.local[k]);
                 }
                 put(a * weight);
                 put(b * weight);
             }
-            i += L::COUNT;
         }
     }
 
@@ -249,63 +259,60 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
         let pairs = corner_pairs::<D>();
         let rhs = half_offsets::<D>().len();
         let load = self.background.load * self.grid.cell_volume() / f64::from(1u32 << D);
-        let products = 3usize.pow(D as u32);
-        let mut blocks = moments.chunks_exact(stride);
+        let products = first_moments(D as u32);
+        let length = n[0] - 1;
+        let mut rows = moments.chunks_exact(stride * length);
         for layer in self.slab.layers.clone() {
-            for row in rows_of_layer(self.grid, layer) {
+            for (row, blocks) in rows_of_layer(self.grid, layer).zip(&mut rows) {
                 let y = if D == 3 { row[0] } else { 0 };
-                let row_blocks = blocks.by_ref().take(n[0] - 1);
-                for (x, block) in row_blocks.enumerate() {
-                    for pair in &pairs {
-                        let a = pair.corner;
-                        let start = if D == 3 { (y + (a >> 1 & 1)) * n[0] } else { 0 };
-                        let target = self.slab.plane(pair.offset, layer, a >> (D - 1), plane);
-                        target[start + x + (a & 1)] +=
-                            block[pair.moment] + self.element[a][pair.other];
+                let mut add = |output: usize, a: usize, moment: usize, constant: f64| {
+                    let start = if D == 3 { (y + (a >> 1 & 1)) * n[0] } else { 0 } + (a & 1);
+                    let target = self.slab.plane(output, layer, a >> (D - 1), plane);
+                    let blocks = blocks.chunks_exact(stride);
+                    for (t, block) in target[start..start + length].iter_mut().zip(blocks) {
+                        *t += block[moment] + constant;
                     }
-                    for a in 0..1usize << D {
-                        let start = if D == 3 { (y + (a >> 1 & 1)) * n[0] } else { 0 };
-                        let target = self.slab.plane(rhs, layer, a >> (D - 1), plane);
-                        target[start + x + (a & 1)] += block[products + a] + load;
-                    }
+                };
+                for pair in &pairs {
+                    let a = pair.corner;
+                    add(pair.offset, a, pair.moment, self.element[a][pair.other]);
+                }
+                for a in 0..1usize << D {
+                    add(rhs, a, products + a, load);
                 }
             }
         }
     }
 }
 
-/// Adds the points of a row to the moments of the cells of a slab.
+/// Adds the points of a row to the moments of the cells of a slab; other points are left out.
 #[inline(always)]
-fn accumulate<T: Element, const D: usize>(
-    grid: &Grid<D>,
-    points: &RowPoints<T>,
-    layers: &std::ops::Range<usize>,
-    moments: &mut [f64],
-) {
-    let cells = grid.cells_per_axis();
-    let products = 3usize.pow(D as u32);
-    let stride = products + (1 << D);
-    let length = points.length;
-    for i in 0..length {
+fn accumulate<T: Element, const D: usize>(points: &RowPoints<T>, moments: &mut [f64]) {
+    let stride = moment_stride(D as u32);
+    let n_cells = (moments.len() / stride) as f64;
+    let n_points = points.length << D;
+    let quantity = |k: usize| &points.data[k * n_points..(k + 1) * n_points];
+    let (cells, first, second) = (quantity(0), quantity(D + 1), quantity(D + 2));
+    let locals: [&[T]; D] = std::array::from_fn(|k| quantity(k + 1));
+    for i in 0..points.length {
         for q in 0..1usize << D {
-            let get =
-                |quantity: usize| points.data[(quantity * (1 << D) + q) * length + i].to_f64();
-            let layer = get(D - 1) as usize;
-            if !layers.contains(&layer) {
+            let point = q * points.length + i;
+            let cell = cells[point].to_f64();
+            if !(0.0..n_cells).contains(&cell) {
                 continue;
             }
-            let mut cell = layer - layers.start;
-            for k in (0..D - 1).rev() {
-                cell = cell * cells[k] + get(k) as usize;
-            }
-            let block = &mut moments[cell * stride..(cell + 1) * stride];
-            let (a, b) = (get(2 * D), get(2 * D + 1));
-            let mut quadratic = [0.0; 27];
-            let mut linear = [0.0; MAX_CORNERS];
+            let block = &mut moments[cell as usize * stride..][..stride];
+            let (a, b) = (first[point].to_f64(), second[point].to_f64());
+            let s = locals[0][point].to_f64();
+            let r = 1.0 - s;
+            let (along_x, line) = ([r * r, r * s, s * s, 0.0], [r, s]);
+            // The products of the other axes.
+            let mut quadratic = [0.0; MAX_PRODUCTS];
+            let mut linear = [0.0; MAX_CORNERS / 2];
             (quadratic[0], linear[0]) = (a, b);
             let (mut n_quadratic, mut n_linear) = (1, 1);
-            for k in 0..D {
-                let s = get(D + k);
+            for k in 1..D {
+                let s = locals[k][point].to_f64();
                 let r = 1.0 - s;
                 for j in 0..n_quadratic {
                     let base = quadratic[j];
@@ -321,14 +328,30 @@ fn accumulate<T: Element, const D: usize>(
                 n_quadratic *= 3;
                 n_linear *= 2;
             }
-            for (m, x) in block[..products].iter_mut().zip(&quadratic) {
-                *m += x;
+            let (squares, loads) = block.split_at_mut(first_moments(D as u32));
+            for (row, q) in squares.chunks_exact_mut(4).zip(quadratic) {
+                for (moment, x) in row.iter_mut().zip(along_x) {
+                    *moment += q * x;
+                }
             }
-            for (m, x) in block[products..].iter_mut().zip(&linear) {
-                *m += x;
+            for (row, l) in loads.chunks_exact_mut(2).zip(linear).take(1 << (D - 1)) {
+                for (moment, x) in row.iter_mut().zip(line) {
+                    *moment += l * x;
+                }
             }
         }
     }
+}
+
+/// Numbers a cell: rows of three second moments along `x`, filled up to four, and the first
+/// moments of the corners; whole cache lines.
+const fn moment_stride(d: u32) -> usize {
+    (first_moments(d) + (1 << d)).next_multiple_of(CACHE_LINE / size_of::<f64>())
+}
+
+/// Where the first moments stand among the numbers of a cell.
+const fn first_moments(d: u32) -> usize {
+    4 * 3usize.pow(d - 1)
 }
 
 /// A pair of corners of a cell whose difference is one of the stored offsets.
@@ -347,9 +370,8 @@ fn corner_pairs<const D: usize>() -> Vec<CornerPair> {
             let bit = |c: usize, k: usize| (c >> k & 1) as isize;
             let difference: [isize; D] = std::array::from_fn(|k| bit(other, k) - bit(corner, k));
             if let Some(offset) = offsets.iter().position(|o| *o == difference) {
-                let moment = (0..D)
-                    .rev()
-                    .fold(0, |m, k| 3 * m + (bit(corner, k) + bit(other, k)) as usize);
+                let digit = |k: usize| (bit(corner, k) + bit(other, k)) as usize;
+                let moment = 4 * (1..D).rev().fold(0, |m, k| 3 * m + digit(k)) + digit(0);
                 pairs.push(CornerPair {
                     corner,
                     other,
@@ -359,6 +381,5 @@ fn corner_pairs<const D: usize>() -> Vec<CornerPair> {
             }
         }
     }
-    debug_assert!(pairs.iter().all(|p| p.moment < MAX_MOMENTS));
     pairs
 }
