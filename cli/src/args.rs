@@ -42,6 +42,14 @@ pub struct AverageArgs {
     /// How the energy is minimised.
     #[arg(long, value_enum, default_value_t)]
     pub solver: Solver,
+    /// A level ends when five iterations lower the energy's excess over the least possible
+    /// mismatch by less than this share.
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-4, value_parser = positive)]
+    pub tolerance: f64,
+    /// Most iterations on a level.
+    #[arg(long, value_name = "N", default_value_t = 100,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_iterations: u32,
     /// Weights of the shapes, adding up to 1 [default: all equal].
     #[arg(long, value_name = "W,W,..", value_delimiter = ',', value_parser = finite,
           allow_hyphen_values = true)]

@@ -54,6 +54,8 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             output,
             grid: Some(NODES),
             solver: Solver::default(),
+            tolerance: 1e-4,
+            max_iterations: 100,
             weights: Vec::new(),
             law: LawName::default(),
             lambda: 1.0,

@@ -36,9 +36,25 @@ pub fn certify<T: Element, const D: usize>(
     displacement: &[T],
     threshold: f64,
 ) -> Certificate {
+    certify_below(grid, displacement, threshold, f64::INFINITY)
+}
+
+/// Like [`certify`], but exact only where the determinant may be `detail` or less. Cells of which
+/// an estimate shows that it is larger stand with that estimate, which costs a fifth:
+/// `min_det` and `min_corner_det` are exact where they do not exceed `detail`, and otherwise
+/// lower bounds above it.
+///
+/// # Panics
+/// If the displacement does not have `D` components of the grid.
+pub fn certify_below<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    displacement: &[T],
+    threshold: f64,
+    detail: f64,
+) -> Certificate {
     assert_eq!(displacement.len(), D * grid.n_nodes());
     let mut total = LayerBounds::none();
-    for bounds in bound_layers(grid, displacement, threshold) {
+    for bounds in bound_layers(grid, displacement, threshold, detail.max(threshold)) {
         total.include(bounds.bound, bounds.corner, bounds.cell);
     }
     Certificate {
@@ -59,7 +75,7 @@ pub fn violations<T: Element, const D: usize>(
     threshold: f64,
 ) -> Vec<usize> {
     assert_eq!(displacement.len(), D * grid.n_nodes());
-    bound_layers(grid, displacement, threshold)
+    bound_layers(grid, displacement, threshold, threshold)
         .into_iter()
         .flat_map(|layer| layer.violations)
         .collect()
@@ -69,6 +85,7 @@ fn bound_layers<T: Element, const D: usize>(
     grid: &Grid<D>,
     displacement: &[T],
     threshold: f64,
+    detail: f64,
 ) -> Vec<LayerBounds> {
     let layers = grid.cells_per_axis()[D - 1];
     let per_layer = grid.n_cells() / layers;
@@ -81,6 +98,7 @@ fn bound_layers<T: Element, const D: usize>(
                 displacement,
                 layer,
                 threshold,
+                detail,
             };
             T::dispatch(SimdLevel::active(), kernel)
         })
@@ -121,6 +139,8 @@ struct BoundKernel<'a, T, const D: usize> {
     displacement: &'a [T],
     layer: usize,
     threshold: f64,
+    /// Above this an estimate of the determinant is enough.
+    detail: f64,
 }
 
 impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
@@ -135,9 +155,24 @@ impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
             let nodes = component_rows::<T, D, D>(self.grid, self.displacement, row);
             for i in block_starts::<L>(length) {
                 let map = self.corner_positions::<L>(&nodes, i);
-                let (bound, corner) = determinant_bounds::<L, D>(&map);
-                bound.store(&mut bounds[i..]);
-                corner.store(&mut corners[i..]);
+                // In two dimensions an estimate is no cheaper than the determinant.
+                if D == 2 || self.detail == f64::INFINITY {
+                    let (bound, corner) = determinant_bounds::<L, D>(&map);
+                    bound.store(&mut bounds[i..]);
+                    corner.store(&mut corners[i..]);
+                    continue;
+                }
+                let estimate = determinant_estimate::<L, D>(&map);
+                estimate.store(&mut bounds[i..]);
+                estimate.store(&mut corners[i..]);
+                let end = (i + L::COUNT).min(length);
+                let enough = |x: &T| x.to_f64() > self.detail;
+                if !bounds[i..end].iter().all(enough) {
+                    let enough = L::splat(self.detail).less(estimate);
+                    let (bound, corner) = determinant_bounds::<L, D>(&map);
+                    L::select(enough, estimate, bound).store(&mut bounds[i..]);
+                    L::select(enough, estimate, corner).store(&mut corners[i..]);
+                }
             }
             for i in 0..length {
                 let (mut bound, corner) = (bounds[i].to_f64(), corners[i].to_f64());
@@ -178,6 +213,42 @@ impl<T: Element, const D: usize> BoundKernel<'_, T, D> {
         }
         map
     }
+}
+
+/// A lower bound of the determinant of a trilinear map given by its corners. With `1 + G` the
+/// gradient, `det(1 + G) = 1 + tr G + (tr^2 G - tr G^2) / 2 + det G` is at least
+/// `1 + tr G - |G|^2 / 2 - |G|^3 / 3^(3/2)`; every column of `G` lies in the convex hull of its
+/// values at the four edges along its axis, which bounds trace and norm.
+#[inline(always)]
+fn determinant_estimate<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> L {
+    const DETERMINANT_SHARE: f64 = 0.192_450_089_729_875_26;
+    let mut trace = L::zero();
+    let mut squared_norm = L::zero();
+    let mut all_squares = L::zero();
+    for k in 0..D {
+        let mut least = L::splat(f64::INFINITY);
+        let mut largest = L::zero();
+        for c in (0..1usize << D).filter(|c| c >> k & 1 == 0) {
+            let mut squares = L::zero();
+            for m in 0..D {
+                let mut entry = map[m][c | 1 << k] - map[m][c];
+                if m == k {
+                    entry -= L::one();
+                    least = entry.min(least);
+                }
+                squares = entry.mul_add(entry, squares);
+            }
+            largest = squares.max(largest);
+            all_squares += squares;
+        }
+        trace += least;
+        squared_norm += largest;
+    }
+    let higher = squared_norm
+        .sqrt()
+        .mul_add(L::splat(DETERMINANT_SHARE), L::splat(0.5));
+    // Minima and maxima pass over NaN, which must not go unseen.
+    all_squares.scale(0.0) + L::one() + trace - squared_norm * higher
 }
 
 /// Smallest Bernstein coefficient and smallest corner value of the determinant of a multilinear

@@ -7,8 +7,7 @@
 
 use crate::engine::element::MAX_CORNERS;
 use crate::field::Field;
-use crate::{Grid, ScalarField};
-use nalgebra::{SMatrix, SVector};
+use crate::{Element, Grid, Lane, LaneKernel, ScalarField, SimdLevel, tensor};
 use rayon::prelude::*;
 
 /// Newton's method is stopped at this residual, in units of the spacing.
@@ -30,15 +29,15 @@ impl<const D: usize> InverseDeformation<D> {
     pub fn new(displacement: &Field<f64, D, D>) -> Self {
         let grid = *displacement.grid();
         let layers = grid.cells_per_axis()[D - 1];
-        let per_layer = grid.n_cells() / layers;
         let found: Vec<Vec<(usize, [f64; D])>> = (0..layers)
             .into_par_iter()
             .map(|layer| {
-                let mut found = Vec::new();
-                for cell in layer * per_layer..(layer + 1) * per_layer {
-                    search_cell(&grid, displacement, grid.cell(cell), &mut found);
-                }
-                found
+                let search = LayerSearch {
+                    grid: &grid,
+                    displacement,
+                    layer,
+                };
+                f64::dispatch(SimdLevel::active(), search)
             })
             .collect();
         // The first cell in memory order wins, whatever the threads.
@@ -70,7 +69,36 @@ impl<const D: usize> InverseDeformation<D> {
     }
 }
 
+/// The search in one layer of cells.
+struct LayerSearch<'a, const D: usize> {
+    grid: &'a Grid<D>,
+    displacement: &'a Field<f64, D, D>,
+    layer: usize,
+}
+
+impl<const D: usize> LaneKernel<f64> for LayerSearch<'_, D> {
+    type Output = Vec<(usize, [f64; D])>;
+
+    /// Every node is a search of its own: only the fused operations of the instruction set are
+    /// used, not its lanes.
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) -> Self::Output {
+        let per_layer = self.grid.n_cells() / self.grid.cells_per_axis()[D - 1];
+        let mut found = Vec::with_capacity(per_layer + per_layer / 4);
+        for cell in self.layer * per_layer..(self.layer + 1) * per_layer {
+            search_cell(
+                self.grid,
+                self.displacement,
+                self.grid.cell(cell),
+                &mut found,
+            );
+        }
+        found
+    }
+}
+
 /// Appends the nodes in the image of a cell with the points that are mapped to them.
+#[inline(always)]
 fn search_cell<const D: usize>(
     grid: &Grid<D>,
     displacement: &Field<f64, D, D>,
@@ -81,7 +109,7 @@ fn search_cell<const D: usize>(
     let strides = grid.strides();
     let base = grid.node_index(cell);
     // Deformed corners in units of the spacing.
-    let mut corners = [SVector::<f64, D>::zeros(); MAX_CORNERS];
+    let mut corners = [[0.0; D]; MAX_CORNERS];
     let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
     for c in 0..1usize << D {
         let index = base + (0..D).map(|k| (c >> k & 1) * strides[k]).sum::<usize>();
@@ -104,85 +132,155 @@ fn search_cell<const D: usize>(
         }
     });
     let total: usize = count.iter().product();
+    if total == 0 {
+        return;
+    }
+    let frame = CentreFrame::new(&corners);
     for mut code in 0..total {
         let node: [usize; D] = std::array::from_fn(|k| {
             let i = first[k] + code % count[k];
             code /= count[k];
             i
         });
-        let target = SVector::from_fn(|k, _| node[k] as f64);
-        if let Some(local) = invert_cell(&corners, &target) {
+        let target = node.map(|i| i as f64);
+        let Some(start) = frame.start(&target) else {
+            continue;
+        };
+        if let Some(local) = invert_cell(&corners, &target, start) {
             let x = std::array::from_fn(|k| (cell[k] as f64 + local[k]) * h);
             found.push((grid.node_index(node), x));
         }
     }
 }
 
-/// Solves the multilinear map of a cell for a target; none where the solution is not in the cell.
-fn invert_cell<const D: usize>(
-    corners: &[SVector<f64, D>; MAX_CORNERS],
-    target: &SVector<f64, D>,
-) -> Option<SVector<f64, D>> {
-    let mut local = SVector::<f64, D>::repeat(0.5);
-    for _ in 0..40 {
-        let (value, jacobian) = evaluate_cell(corners, &local);
-        let residual = target - value;
-        let small = residual.amax() <= TOLERANCE * (1.0 + target.amax());
-        let step = solve(&jacobian, &residual)?;
-        // Far outside the cell the map may fold: steps stay near it.
-        let next = (local + step).map(|s| s.clamp(-0.5, 1.5));
-        let moved = (next - local).amax();
-        local = next;
-        if small || moved <= 1e-15 {
-            break;
-        }
-    }
-    let (value, _) = evaluate_cell(corners, &local);
-    let inside = local
-        .iter()
-        .all(|&s| (-OVERLAP..=1.0 + OVERLAP).contains(&s));
-    let solved = (target - value).amax() <= 100.0 * TOLERANCE * (1.0 + target.amax());
-    (inside && solved).then_some(local)
+/// The affine map that a cell's map is close to at its centre. The image of the cell lies in the
+/// convex hull of its corners, so that most nodes of the bounding box that are not in the image
+/// are recognised by being outside the corners' box in these coordinates.
+struct CentreFrame<const D: usize> {
+    centre: [f64; D],
+    /// Inverse of the Jacobian at the centre; none where it is singular.
+    inverse: Option<[[f64; D]; D]>,
+    low: [f64; D],
+    high: [f64; D],
 }
 
-fn evaluate_cell<const D: usize>(
-    corners: &[SVector<f64, D>; MAX_CORNERS],
-    local: &SVector<f64, D>,
-) -> (SVector<f64, D>, SMatrix<f64, D, D>) {
-    let mut value = SVector::<f64, D>::zeros();
-    let mut jacobian = SMatrix::<f64, D, D>::zeros();
-    for c in 0..1usize << D {
-        let side = |k: usize| {
-            if c >> k & 1 == 1 {
-                local[k]
-            } else {
-                1.0 - local[k]
-            }
+impl<const D: usize> CentreFrame<D> {
+    #[inline(always)]
+    fn new(corners: &[[f64; D]; MAX_CORNERS]) -> Self {
+        let (centre, jacobian) = evaluate_cell(corners, &[0.5; D]);
+        let mut frame = Self {
+            centre,
+            inverse: inverse(&jacobian),
+            low: [f64::INFINITY; D],
+            high: [f64::NEG_INFINITY; D],
         };
-        let weight: f64 = (0..D).map(side).product();
-        value += corners[c] * weight;
-        for k in 0..D {
-            let others: f64 = (0..D).filter(|&j| j != k).map(side).product();
-            let sign = if c >> k & 1 == 1 { 1.0 } else { -1.0 };
-            let column = jacobian.column(k) + corners[c] * (sign * others);
-            jacobian.set_column(k, &column);
+        for corner in &corners[..1 << D] {
+            if let Some(local) = frame.local(corner) {
+                for k in 0..D {
+                    frame.low[k] = frame.low[k].min(local[k] - OVERLAP);
+                    frame.high[k] = frame.high[k].max(local[k] + OVERLAP);
+                }
+            }
         }
+        frame
+    }
+
+    #[inline(always)]
+    fn local(&self, y: &[f64; D]) -> Option<[f64; D]> {
+        let inverse = self.inverse.as_ref()?;
+        let offset: [f64; D] = std::array::from_fn(|k| y[k] - self.centre[k]);
+        Some(apply(inverse, &offset))
+    }
+
+    /// Where to start the search for a target; none where it is not in the cell's image.
+    #[inline(always)]
+    fn start(&self, target: &[f64; D]) -> Option<[f64; D]> {
+        let Some(local) = self.local(target) else {
+            return Some([0.5; D]);
+        };
+        let outside = (0..D).any(|k| local[k] < self.low[k] || local[k] > self.high[k]);
+        (!outside).then(|| local.map(|s| (s + 0.5).clamp(0.0, 1.0)))
+    }
+}
+
+/// Solves the multilinear map of a cell for a target; none where the solution is not in the cell.
+#[inline(always)]
+fn invert_cell<const D: usize>(
+    corners: &[[f64; D]; MAX_CORNERS],
+    target: &[f64; D],
+    start: [f64; D],
+) -> Option<[f64; D]> {
+    let mut local = start;
+    let tolerance = TOLERANCE * (1.0 + largest(target));
+    let mut small = false;
+    for _ in 0..40 {
+        let (value, jacobian) = evaluate_cell(corners, &local);
+        let residual: [f64; D] = std::array::from_fn(|k| target[k] - value[k]);
+        let size = largest(&residual);
+        if small {
+            // The step after the small residual was the last.
+            let inside = local
+                .iter()
+                .all(|&s| (-OVERLAP..=1.0 + OVERLAP).contains(&s));
+            return (inside && size <= 100.0 * tolerance).then_some(local);
+        }
+        let step = apply(&inverse(&jacobian)?, &residual);
+        // Far outside the cell the map may fold: steps stay near it.
+        let next: [f64; D] = std::array::from_fn(|k| (local[k] + step[k]).clamp(-0.5, 1.5));
+        let moved: [f64; D] = std::array::from_fn(|k| next[k] - local[k]);
+        small = size <= tolerance || largest(&moved) <= 1e-15;
+        local = next;
+    }
+    None
+}
+
+#[inline(always)]
+fn largest<const D: usize>(x: &[f64; D]) -> f64 {
+    x.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
+}
+
+/// Value and Jacobian of the multilinear map of a cell; one axis after the other halves the
+/// corners, and derivatives taken so far go along.
+#[inline(always)]
+fn evaluate_cell<const D: usize>(
+    corners: &[[f64; D]; MAX_CORNERS],
+    local: &[f64; D],
+) -> ([f64; D], [[f64; D]; D]) {
+    let mut value = [0.0; D];
+    let mut jacobian = [[0.0; D]; D];
+    for m in 0..D {
+        let mut v: [f64; MAX_CORNERS] = std::array::from_fn(|c| corners[c][m]);
+        let mut slope = [[0.0; MAX_CORNERS]; D];
+        for k in 0..D {
+            for c in 0..(1usize << D) >> (k + 1) {
+                for s in &mut slope[..k] {
+                    s[c] = (s[2 * c + 1] - s[2 * c]).mul_add(local[k], s[2 * c]);
+                }
+                slope[k][c] = v[2 * c + 1] - v[2 * c];
+                v[c] = slope[k][c].mul_add(local[k], v[2 * c]);
+            }
+        }
+        value[m] = v[0];
+        jacobian[m] = std::array::from_fn(|k| slope[k][0]);
     }
     (value, jacobian)
 }
 
-/// Cramer's rule through the cofactor matrix.
-fn solve<const D: usize>(
-    jacobian: &SMatrix<f64, D, D>,
-    rhs: &SVector<f64, D>,
-) -> Option<SVector<f64, D>> {
-    let a: [[f64; D]; D] = std::array::from_fn(|i| std::array::from_fn(|k| jacobian[(i, k)]));
-    let cofactor = crate::tensor::cofactor(&a);
-    let determinant = crate::tensor::determinant_with(&a, &cofactor);
-    if determinant.abs() < 1e-300 {
+/// The inverse matrix by its cofactors; none where the determinant vanishes.
+#[inline(always)]
+fn inverse<const D: usize>(a: &[[f64; D]; D]) -> Option<[[f64; D]; D]> {
+    let cofactor = tensor::cofactor(a);
+    let determinant = tensor::determinant_with(a, &cofactor);
+    if determinant.is_nan() || determinant.abs() < 1e-300 {
         return None;
     }
-    Some(SVector::from_fn(|k, _| {
-        (0..D).map(|i| cofactor[i][k] * rhs[i]).sum::<f64>() / determinant
+    let scale = 1.0 / determinant;
+    Some(std::array::from_fn(|i| {
+        std::array::from_fn(|k| cofactor[k][i] * scale)
     }))
+}
+
+#[inline(always)]
+fn apply<const D: usize>(a: &[[f64; D]; D], x: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|i| (1..D).fold(a[i][0] * x[0], |sum, k| a[i][k].mul_add(x[k], sum)))
 }

@@ -53,7 +53,7 @@ pub mod tensor;
 pub mod transfer;
 pub mod vector;
 
-pub use certificate::{Certificate, certify, violations};
+pub use certificate::{Certificate, certify, certify_below, violations};
 pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_cells};
 pub use error::GridError;
 pub use field::{Field, ScalarField, VectorField, locate};

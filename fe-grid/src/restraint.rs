@@ -5,7 +5,7 @@
 //! not fold others.
 
 use crate::certificate::violations;
-use crate::{Grid, certify};
+use crate::{Grid, certify_below};
 
 /// Rounds of local damping before the whole step is shortened.
 const LOCAL_ROUNDS: usize = 12;
@@ -52,7 +52,7 @@ pub fn restrain_step<const D: usize>(
     }
     for _ in 0..GLOBAL_ROUNDS {
         add(displacement, step, &mut trial);
-        if certify(grid, &trial, threshold).certified {
+        if certify_below(grid, &trial, threshold, threshold).certified {
             return;
         }
         scale(step, 0.5);

@@ -23,6 +23,7 @@ use crate::engine::kernel::CACHE_LINE;
 use crate::engine::rows::{Row, block_starts, first_node, rows_of_layer};
 use crate::engine::slabs::{Slab, over_slabs};
 use crate::engine::{Data, Point, Reads};
+use crate::pool::Pool;
 use crate::stencil::{SymmetricStencil, half_offsets};
 use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
 use rayon::prelude::*;
@@ -70,38 +71,90 @@ pub fn normal_equations<T: Element, P: PointWeights<D>, const D: usize>(
     sources: &[Source<'_, T>],
     background: Background,
 ) -> (SymmetricStencil<D>, Vec<f64>) {
-    let n = grid.n_nodes();
-    for source in sources {
-        assert_eq!(source.displacement.len(), D * n);
-        assert!(source.coefficients.len() >= P::COEFFICIENTS);
-        const { assert!(P::USES_VALUE && P::CELL_DATA == 0) };
+    let mut equations = NormalEquations::new(*grid);
+    equations.assemble(rule, sources, background);
+    (equations.matrix, equations.rhs)
+}
+
+/// Normal equations with the memory to assemble them again and again.
+#[derive(Debug)]
+pub struct NormalEquations<const D: usize> {
+    matrix: SymmetricStencil<D>,
+    rhs: Vec<f64>,
+    /// Matrix and right-hand side, one after the other.
+    out: Vec<f64>,
+    moments: Pool<Vec<f64>>,
+}
+
+impl<const D: usize> NormalEquations<D> {
+    /// Empty equations: zero.
+    pub fn new(grid: Grid<D>) -> Self {
+        let n = grid.n_nodes();
+        let half = half_offsets::<D>().len();
+        Self {
+            matrix: SymmetricStencil::from_parts(grid, vec![0.0; half * n]),
+            rhs: vec![0.0; n],
+            out: Vec::new(),
+            moments: Pool::new(),
+        }
     }
-    let ranges: Vec<Vec<[f64; 2]>> = sources.iter().map(|s| layer_ranges(grid, s)).collect();
-    let half = half_offsets::<D>().len();
-    let mut out = vec![0.0; (half + 1) * n];
-    let element = crate::stencil::constant_element::<D>(grid, background);
-    over_slabs(
-        grid,
-        half + 1,
-        &mut out,
-        grid.n_cells() >= PARALLEL_CELLS,
-        |slab| {
-            T::dispatch(
-                SimdLevel::active(),
-                SlabTask {
-                    grid,
-                    rule,
-                    sources,
-                    ranges: &ranges,
-                    element: &element,
-                    background,
-                    slab,
-                },
-            );
-        },
-    );
-    let rhs = out.split_off(half * n);
-    (SymmetricStencil::from_parts(*grid, out), rhs)
+
+    /// The matrix.
+    pub fn matrix(&self) -> &SymmetricStencil<D> {
+        &self.matrix
+    }
+
+    /// The right-hand side.
+    pub fn rhs(&self) -> &[f64] {
+        &self.rhs
+    }
+
+    /// Assembles as [`normal_equations`] does.
+    ///
+    /// # Panics
+    /// If a source does not fit the grid.
+    pub fn assemble<T: Element, P: PointWeights<D>>(
+        &mut self,
+        rule: &P,
+        sources: &[Source<'_, T>],
+        background: Background,
+    ) {
+        let grid = *self.matrix.grid();
+        let n = grid.n_nodes();
+        for source in sources {
+            assert_eq!(source.displacement.len(), D * n);
+            assert!(source.coefficients.len() >= P::COEFFICIENTS);
+            const { assert!(P::USES_VALUE && P::CELL_DATA == 0) };
+        }
+        let ranges: Vec<Vec<[f64; 2]>> = sources.iter().map(|s| layer_ranges(&grid, s)).collect();
+        let half = half_offsets::<D>().len();
+        let element = crate::stencil::constant_element::<D>(&grid, background);
+        let mut out = std::mem::take(&mut self.out);
+        out.clear();
+        out.resize((half + 1) * n, 0.0);
+        let parallel = grid.n_cells() >= PARALLEL_CELLS;
+        let moments = &self.moments;
+        over_slabs(&grid, half + 1, &mut out, parallel, |slab| {
+            moments.with(Vec::new, |moments| {
+                T::dispatch(
+                    SimdLevel::active(),
+                    SlabTask {
+                        grid: &grid,
+                        rule,
+                        sources,
+                        ranges: &ranges,
+                        element: &element,
+                        background,
+                        moments,
+                        slab,
+                    },
+                );
+            });
+        });
+        self.rhs.copy_from_slice(&out[half * n..]);
+        out.truncate(half * n);
+        self.out = self.matrix.replace(out);
+    }
 }
 
 /// For every row of cells, the smallest and largest deformed coordinate along the last axis, in
@@ -142,6 +195,8 @@ struct SlabTask<'a, T: Element, P, const D: usize> {
     ranges: &'a [Vec<[f64; 2]>],
     element: &'a [[f64; MAX_CORNERS]; MAX_CORNERS],
     background: Background,
+    /// Memory for the moments.
+    moments: &'a mut Vec<f64>,
     slab: Slab<'a, f64>,
 }
 
@@ -159,10 +214,12 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
     fn run<L: Lane<Element = T>>(mut self) {
         let cells = self.grid.cells_per_axis();
         let per_layer: usize = cells[..D - 1].iter().product();
-        let stride = moment_stride(D as u32);
+        let stride = const { moment_stride(D as u32) };
         let layers = self.slab.layers.clone();
         let count = layers.len() * per_layer * stride;
-        let mut memory = vec![0.0; count + CACHE_LINE];
+        let mut memory = std::mem::take(self.moments);
+        memory.clear();
+        memory.resize(count + CACHE_LINE, 0.0);
         let first = memory.as_ptr().align_offset(CACHE_LINE);
         let moments = memory.get_mut(first..first + count).unwrap_or_default();
         let length = cells[0];
@@ -170,20 +227,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
             data: vec![T::default(); (D + 3) * (1 << D) * length],
             length,
         };
-        let n_layers = cells[D - 1] as f64;
-        // Points beyond the box belong to its outermost layers. The margin covers the rounding
-        // of the coordinates in single precision.
-        let margin = 1e-4 * n_layers;
-        let low = if layers.start == 0 {
-            f64::NEG_INFINITY
-        } else {
-            layers.start as f64 - margin
-        };
-        let high = if layers.end == cells[D - 1] {
-            f64::INFINITY
-        } else {
-            layers.end as f64 + margin
-        };
+        let (low, high) = self.slab.reach(cells[D - 1]);
         let mut block = Block::<L, D, D>::zero::<P>(self.grid);
         for (source, ranges) in self.sources.iter().zip(self.ranges) {
             let mut row_number = 0;
@@ -199,6 +243,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
             }
         }
         self.finish(moments, stride);
+        *self.moments = memory;
     }
 }
 
@@ -259,7 +304,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
         let pairs = corner_pairs::<D>();
         let rhs = half_offsets::<D>().len();
         let load = self.background.load * self.grid.cell_volume() / f64::from(1u32 << D);
-        let products = first_moments(D as u32);
+        let products = const { first_moments(D as u32) };
         let length = n[0] - 1;
         let mut rows = moments.chunks_exact(stride * length);
         for layer in self.slab.layers.clone() {
@@ -288,7 +333,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
 /// Adds the points of a row to the moments of the cells of a slab; other points are left out.
 #[inline(always)]
 fn accumulate<T: Element, const D: usize>(points: &RowPoints<T>, moments: &mut [f64]) {
-    let stride = moment_stride(D as u32);
+    let stride = const { moment_stride(D as u32) };
     let n_cells = (moments.len() / stride) as f64;
     let n_points = points.length << D;
     let quantity = |k: usize| &points.data[k * n_points..(k + 1) * n_points];
@@ -328,15 +373,15 @@ fn accumulate<T: Element, const D: usize>(points: &RowPoints<T>, moments: &mut [
                 n_quadratic *= 3;
                 n_linear *= 2;
             }
-            let (squares, loads) = block.split_at_mut(first_moments(D as u32));
+            let (squares, loads) = block.split_at_mut(const { first_moments(D as u32) });
             for (row, q) in squares.chunks_exact_mut(4).zip(quadratic) {
                 for (moment, x) in row.iter_mut().zip(along_x) {
-                    *moment += q * x;
+                    *moment = x.mul_add(q, *moment);
                 }
             }
             for (row, l) in loads.chunks_exact_mut(2).zip(linear).take(1 << (D - 1)) {
                 for (moment, x) in row.iter_mut().zip(line) {
-                    *moment += l * x;
+                    *moment = x.mul_add(l, *moment);
                 }
             }
         }

@@ -33,6 +33,12 @@ impl<const D: usize> SymmetricStencil<D> {
         Self { grid, coupling }
     }
 
+    /// Exchanges the couplings.
+    pub(crate) fn replace(&mut self, coupling: Vec<f64>) -> Vec<f64> {
+        assert_eq!(coupling.len(), self.coupling.len());
+        std::mem::replace(&mut self.coupling, coupling)
+    }
+
     /// The grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid

@@ -4,7 +4,7 @@ mod support;
 
 use fe_grid::composition::Interpolant;
 use fe_grid::transfer::{average_cells, inject_into, prolong_into, restrict_into};
-use fe_grid::{Field, Grid, InverseDeformation, ScalarField, certify, tensor};
+use fe_grid::{Field, Grid, InverseDeformation, ScalarField, certify, certify_below, tensor};
 use proptest::prelude::*;
 use support::{noise, smooth_displacement};
 
@@ -60,6 +60,30 @@ proptest! {
             // A refusal is justified by a corner, or up to what six splits of a cell leave open.
             let justified = certificate.min_corner_det <= 1e-3 || sampled < 0.1;
             prop_assert!(justified, "{} but refused", sampled);
+        }
+    }
+
+    #[test]
+    fn the_estimate_decides_as_the_exact_bound_does(
+        seed in 0u64..1000,
+        size in 0.0f64..0.3,
+        detail in 1e-3f64..0.9,
+    ) {
+        let grid = Grid::<3>::with_nodes([11, 9, 6], 0.1).unwrap();
+        let u = smooth_displacement(&grid, size, seed);
+        let exact = certify(&grid, &u, 1e-3);
+        let quick = certify_below(&grid, &u, 1e-3, detail);
+        prop_assert_eq!(exact.certified, quick.certified);
+        if exact.min_det > detail {
+            // An estimate is a lower bound; where it is not above the detail it is not used.
+            prop_assert!(detail < quick.min_det && quick.min_det <= exact.min_det + 1e-12);
+        } else {
+            prop_assert_eq!(exact.min_det, quick.min_det);
+        }
+        if exact.min_corner_det <= detail {
+            prop_assert_eq!(exact.min_corner_det, quick.min_corner_det);
+        } else {
+            prop_assert!(quick.min_corner_det > detail);
         }
     }
 
@@ -128,6 +152,7 @@ fn a_fold_is_found() {
     assert!(!certificate.certified && certificate.min_det < 0.0);
     u[5] = f64::NAN;
     assert!(!certify(&grid, &u, 0.0).certified);
+    assert!(!certify_below(&grid, &u, 0.0, 0.2).certified);
 }
 
 #[test]

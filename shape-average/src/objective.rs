@@ -10,10 +10,10 @@ use crate::metric::ShapeMetric;
 use crate::{AverageError, AverageParams, BoundaryCondition, Energy, LevelShapes};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
-use fe_grid::scatter::{Background, Source, normal_equations};
+use fe_grid::scatter::{Background, NormalEquations, Source};
 use fe_grid::{
     Assembly, CellLaw, CgParams, CgScratch, Data, Diagonal, Grid, GridError, LinearOperator,
-    certify, conjugate_gradient, restrain_step, vector,
+    certify_below, conjugate_gradient, restrain_step,
 };
 use hyperelastic::{FoldBarrier, LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
 use phasefield::{InterfaceLength, Mismatch};
@@ -34,6 +34,7 @@ pub struct AverageObjective<const D: usize> {
     average: Vec<f64>,
     energy: Energy,
     metric: Vec<ShapeMetric<D>>,
+    equations: NormalEquations<D>,
     scratch: CgScratch,
     /// Evaluations of one shape's energy.
     pub(crate) shape_evaluations: usize,
@@ -54,6 +55,7 @@ impl<const D: usize> AverageObjective<D> {
             mismatch: params.mismatch_weight / n as f64,
             length: params.resolved_length_weight(),
         };
+        let equations = NormalEquations::new(*shapes.grid());
         Self {
             shapes,
             params: params.clone(),
@@ -61,6 +63,7 @@ impl<const D: usize> AverageObjective<D> {
             average,
             energy: Energy::default(),
             metric: Vec::new(),
+            equations,
             scratch: CgScratch::default(),
             shape_evaluations: 0,
             average_iterations: 0,
@@ -104,10 +107,15 @@ impl<const D: usize> AverageObjective<D> {
         D * self.grid().n_nodes()
     }
 
-    /// The smallest determinant at a corner, where the displacement of a shape keeps the
-    /// determinant up on all cells.
+    /// The smallest determinant at a corner, or a lower bound above the onset of the barrier,
+    /// where the displacement of a shape keeps the determinant up on all cells.
     pub(crate) fn admissible(&self, displacement: &[f64]) -> Option<f64> {
-        let certificate = certify(self.grid(), displacement, self.params.min_determinant);
+        let certificate = certify_below(
+            self.grid(),
+            displacement,
+            self.params.min_determinant,
+            BARRIER_ONSET,
+        );
         certificate.certified.then_some(certificate.min_corner_det)
     }
 
@@ -141,14 +149,22 @@ impl<const D: usize> AverageObjective<D> {
                 coefficients,
             })
             .collect();
-        let (matrix, rhs) = normal_equations(self.grid(), &rule, &sources, background);
+        self.equations.assemble(&rule, &sources, background);
+        let matrix = self.equations.matrix();
         let jacobi = Diagonal::jacobi(matrix.diagonal())?;
         let params = CgParams {
             relative_tolerance: AVERAGE_TOLERANCE,
             ..CgParams::default()
         };
         let average = &mut self.average;
-        let info = conjugate_gradient(&matrix, &jacobi, &rhs, average, &params, &mut self.scratch)?;
+        let info = conjugate_gradient(
+            matrix,
+            &jacobi,
+            self.equations.rhs(),
+            average,
+            &params,
+            &mut self.scratch,
+        )?;
         self.average_iterations += info.iterations;
         Ok(())
     }
@@ -164,12 +180,12 @@ impl<const D: usize> AverageObjective<D> {
         gradient: &mut [f64],
     ) -> Result<Option<ShapeTerms>, AverageError> {
         let grid = *self.grid();
+        gradient.fill(0.0);
         let elastic = match self.elastic(shape, displacement, gradient)? {
             Ok(value) => value,
             Err(GridError::Inadmissible { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
-        vector::scale(self.weights.shapes[shape], gradient);
         let density = Mismatch {
             interface_width: self.shapes.interface_width(),
             scale: 1.0,
@@ -180,16 +196,13 @@ impl<const D: usize> AverageObjective<D> {
             coefficients: &coefficients,
             cells: &[],
         };
-        let mut slope = vec![0.0; gradient.len()];
         let matching = Assembly::new(grid, &law, data);
-        let mismatch = value_or_gradient(&matching, displacement, &mut slope)?;
-        vector::axpy(self.weights.mismatch, &slope, gradient);
+        let mismatch = value_or_gradient(&matching, displacement, self.weights.mismatch, gradient)?;
         let mut barrier = 0.0;
         if min_corner < BARRIER_ONSET {
             let law = self.barrier();
             let assembly = Assembly::new(grid, &law, Data::default());
-            barrier = value_or_gradient(&assembly, displacement, &mut slope)?;
-            vector::axpy(1.0, &slope, gradient);
+            barrier = value_or_gradient(&assembly, displacement, 1.0, gradient)?;
         }
         self.hold_boundary(gradient);
         Ok(Some(ShapeTerms {
@@ -223,6 +236,7 @@ impl<const D: usize> AverageObjective<D> {
             },
             void_stiffness: self.params.void_stiffness,
             displacement,
+            factor: self.weights.shapes[shape],
             gradient,
         })
     }
@@ -293,16 +307,17 @@ impl<const D: usize> AverageObjective<D> {
     }
 }
 
-/// The energy of a law, with its gradient unless that is empty.
+/// The energy of a law; `factor` times its gradient is added to `gradient` unless that is empty.
 fn value_or_gradient<F: CellLaw<D, D>, const D: usize>(
     assembly: &Assembly<'_, F, f64, D, D>,
     displacement: &[f64],
+    factor: f64,
     gradient: &mut [f64],
 ) -> Result<f64, GridError> {
     if gradient.is_empty() {
         assembly.value(displacement)
     } else {
-        assembly.value_and_gradient_into(displacement, gradient)
+        assembly.value_and_gradient_add(displacement, factor, gradient)
     }
 }
 
@@ -389,6 +404,8 @@ struct ElasticVisitor<'a, const D: usize> {
     data: Data<'a, f64>,
     void_stiffness: f64,
     displacement: &'a [f64],
+    /// A factor of the gradient.
+    factor: f64,
     gradient: &'a mut [f64],
 }
 
@@ -401,7 +418,7 @@ impl<const D: usize> LawVisitor<D> for ElasticVisitor<'_, D> {
             void_stiffness: self.void_stiffness,
         };
         let assembly = Assembly::new(self.grid, &law, self.data);
-        value_or_gradient(&assembly, self.displacement, self.gradient)
+        value_or_gradient(&assembly, self.displacement, self.factor, self.gradient)
     }
 }
 

@@ -21,6 +21,10 @@ pub struct Parameters {
     pub grid: usize,
     /// The minimiser.
     pub solver: Solver,
+    /// Tolerance of a level.
+    pub tolerance: f64,
+    /// Most iterations of a level.
+    pub max_iterations: u32,
     /// The law.
     pub law: LawName,
     /// First Lame modulus.
@@ -120,6 +124,8 @@ impl Parameters {
                 Solver::Lbfgs => shape_average::Solver::Lbfgs,
                 Solver::Descent => shape_average::Solver::Descent,
             },
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations as usize,
             boundary: match self.boundary {
                 Boundary::Natural => BoundaryCondition::Natural,
                 Boundary::Identity => BoundaryCondition::Identity,
@@ -174,6 +180,8 @@ fn parameters<const D: usize>(
     let parameters = Parameters {
         grid: nodes,
         solver: args.solver,
+        tolerance: args.tolerance,
+        max_iterations: args.max_iterations,
         law: args.law,
         lambda: args.lambda,
         mu: args.mu,

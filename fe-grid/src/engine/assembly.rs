@@ -67,7 +67,7 @@ where
     /// # Panics
     /// If the state does not have `M` numbers a node; so for all methods here.
     pub fn value(&self, state: &[T]) -> Result<f64, GridError> {
-        let results = self.run::<VALUE>(state, &[], &mut [], 0);
+        let results = self.run::<VALUE>(state, &[], 1.0, &mut [], 0);
         self.total(&results)
     }
 
@@ -81,7 +81,22 @@ where
         state: &[T],
         gradient: &mut [T],
     ) -> Result<f64, GridError> {
-        let results = self.run::<GRADIENT>(state, &[], gradient, M);
+        gradient.fill(T::default());
+        self.value_and_gradient_add(state, 1.0, gradient)
+    }
+
+    /// The energy of a state; `factor` times its gradient is added to `gradient`.
+    ///
+    /// # Errors
+    /// [`GridError::Inadmissible`] where the density is not finite; the gradient is then
+    /// meaningless.
+    pub fn value_and_gradient_add(
+        &self,
+        state: &[T],
+        factor: f64,
+        gradient: &mut [T],
+    ) -> Result<f64, GridError> {
+        let results = self.run::<GRADIENT>(state, &[], factor, gradient, M);
         self.total(&results)
     }
 
@@ -89,13 +104,15 @@ where
     /// result is meaningless.
     pub fn hessian_action_into(&self, state: &[T], direction: &[T], out: &mut [T]) {
         assert_eq!(direction.len(), M * self.grid.n_nodes());
-        self.run::<HESSIAN>(state, direction, out, M);
+        out.fill(T::default());
+        self.run::<HESSIAN>(state, direction, 1.0, out, M);
     }
 
     /// The diagonal of the Hessian in blocks of `M` x `M`, row by row: entry `(r, m)` of the
     /// block of node `i` stands at `(r M + m) n_nodes + i`.
     pub fn block_diagonal_into(&self, state: &[T], out: &mut [T]) {
-        self.run::<DIAGONAL>(state, &[], out, M * M);
+        out.fill(T::default());
+        self.run::<DIAGONAL>(state, &[], 1.0, out, M * M);
     }
 
     fn total(&self, results: &[SlabResult]) -> Result<f64, GridError> {
@@ -110,6 +127,7 @@ where
         &self,
         state: &[T],
         direction: &[T],
+        factor: f64,
         out: &mut [T],
         outputs: usize,
     ) -> Vec<SlabResult> {
@@ -122,6 +140,7 @@ where
                 data: self.data,
                 state,
                 direction,
+                factor,
                 slab,
             };
             T::dispatch(self.level, kernel)

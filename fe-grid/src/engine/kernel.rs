@@ -31,6 +31,8 @@ pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, c
     pub state: &'a [T],
     /// The direction of a Hessian action; otherwise empty.
     pub direction: &'a [T],
+    /// A factor of the derivatives.
+    pub factor: f64,
     pub slab: Slab<'a, T>,
 }
 
@@ -128,7 +130,7 @@ where
         let length = self.grid.cells_per_axis()[0];
         let stride = part_stride(length);
         let inverse_h = 1.0 / self.grid.spacing();
-        let weight = self.grid.cell_volume() / f64::from(1u32 << D);
+        let weight = self.factor * self.grid.cell_volume() / f64::from(1u32 << D);
         let Scratch {
             block,
             direction,

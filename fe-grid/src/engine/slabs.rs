@@ -26,10 +26,28 @@ impl<T> Slab<'_, T> {
         let start = (layer + up - self.layers.start) * plane;
         &mut self.planes[output][start..start + plane]
     }
+
+    /// The coordinates along the last axis, in units of the spacing, of points that may belong to
+    /// a layer of this slab, where there are `n_layers` in all. Points beyond the box belong to
+    /// its outermost layers. The margin covers the rounding of coordinates in single precision.
+    pub fn reach(&self, n_layers: usize) -> (f64, f64) {
+        let margin = 1e-4 * n_layers as f64;
+        let low = if self.layers.start == 0 {
+            f64::NEG_INFINITY
+        } else {
+            self.layers.start as f64 - margin
+        };
+        let high = if self.layers.end == n_layers {
+            f64::INFINITY
+        } else {
+            self.layers.end as f64 + margin
+        };
+        (low, high)
+    }
 }
 
-/// Runs `work` on every slab of the grid. `out` holds `outputs` nodal arrays one after the other
-/// and is set to zero first; results come in the order of the slabs.
+/// Runs `work` on every slab of the grid. `out` holds `outputs` nodal arrays one after the other,
+/// to which the slabs add; results come in the order of the slabs.
 pub(crate) fn over_slabs<T: Element, R: Send, const D: usize>(
     grid: &Grid<D>,
     outputs: usize,
@@ -41,7 +59,6 @@ pub(crate) fn over_slabs<T: Element, R: Send, const D: usize>(
     assert_eq!(out.len(), outputs * n);
     let layers = layers(grid);
     let plane = n / grid.nodes_per_axis()[D - 1];
-    out.fill(T::default());
     let mut tops = vec![T::default(); (layers.len() - 1) * outputs * plane];
     let mut slabs = split(out, &layers, n, plane);
     for (i, top) in tops.chunks_exact_mut(plane).enumerate() {
