@@ -55,6 +55,8 @@ macro_rules! quadratic_law {
         }
 
         impl<const D: usize, const M: usize> CellLaw<D, M> for $law {
+            const UNIFORM_HESSIAN: bool = true;
+
             #[inline(always)]
             fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
                 self.gradient(point).0

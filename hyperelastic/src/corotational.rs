@@ -81,6 +81,8 @@ impl<const D: usize> Reads for Corotational<D> {
 }
 
 impl<const D: usize> CellLaw<D, D> for Corotational<D> {
+    const UNIFORM_HESSIAN: bool = true;
+
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
         self.gradient(point).0

@@ -8,8 +8,12 @@ use common::{
 };
 use fe_grid::engine::{MAX_CELL_DATA, MAX_COEFFICIENTS};
 use fe_grid::multigrid::CoefficientLaw;
-use fe_grid::{CellLaw, Element, Jet, Lane, LaneKernel, Point, SimdLevel, Tensor, tensor};
-use hyperelastic::{Corotational, LogDet, StoredEnergy, ViscousDissipation, polar_rotation};
+use fe_grid::{
+    Assembly, CellLaw, Data, Element, Grid, Jet, Lane, LaneKernel, Point, SimdLevel, Tensor, tensor,
+};
+use hyperelastic::{
+    Corotational, LameModuli, LogDet, StoredEnergy, ViscousDissipation, polar_rotation,
+};
 use proptest::prelude::*;
 
 /// Rounding of a rotation that has been found by iteration.
@@ -340,4 +344,53 @@ proptest! {
         check_coarsening(&rotation::<2>(a), tilt);
         check_coarsening(&rotation::<3>(a), tilt);
     }
+}
+
+/// The blocks that the engine takes from moments, since the form is the same all over a cell, are
+/// those of its Hessian action.
+fn check_block_diagonal<const D: usize>(nodes: [usize; D]) {
+    let grid = Grid::with_nodes(nodes, 0.1).unwrap();
+    let (n, count) = (grid.n_nodes(), Corotational::<D>::CELL_DATA);
+    let wave = |i: usize| ((i * 7919 + 13) % 1009) as f64 / 1009.0;
+    let cells: Vec<Vec<f64>> = (0..count)
+        .map(|f| {
+            let entry = |i: usize| wave(f * grid.n_cells() + i) + f64::from(u8::from(f == 0));
+            (0..grid.n_cells()).map(entry).collect()
+        })
+        .collect();
+    let cells: Vec<&[f64]> = cells.iter().map(Vec::as_slice).collect();
+    let law = Corotational::<D> {
+        moduli: LameModuli {
+            bulk_lambda: 1.3,
+            shear_modulus: 0.7,
+        },
+        regularisation: 0.2,
+    };
+    let data = Data {
+        coefficients: &[],
+        cells: &cells,
+    };
+    let assembly = Assembly::new(grid, &law, data);
+    let zero = vec![0.0; D * n];
+    let mut blocks = vec![0.0; D * D * n];
+    assembly.block_diagonal_into(&zero, &mut blocks);
+    let (mut unit, mut column) = (zero.clone(), zero.clone());
+    for node in [0, n / 3, n - 1] {
+        for m in 0..D {
+            unit[m * n + node] = 1.0;
+            assembly.hessian_action_into(&zero, &unit, &mut column);
+            unit[m * n + node] = 0.0;
+            for r in 0..D {
+                let (a, b) = (column[r * n + node], blocks[(r * D + m) * n + node]);
+                // The same sum in another order.
+                assert!((a - b).abs() <= 1e-13 * column[m * n + node], "{a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn block_diagonal_from_moments() {
+    check_block_diagonal([6, 4]);
+    check_block_diagonal([4, 5, 3]);
 }

@@ -141,10 +141,16 @@ where
             HESSIAN => component_rows(self.grid, self.direction, row),
             _ => [NodeRows::none(); M],
         };
+        let mut moments = [[[0.0; MAX_JET]; MAX_JET]; MAX_CORNERS];
+        if MODE == DIAGONAL {
+            for c in 0..1 << D {
+                moments[c] = corner_moments::<D>(c, F::POINT_OFFSET);
+            }
+        }
         for i in block_starts::<L>(length) {
             block.read::<F, T>(&nodes, i);
             if MODE == DIAGONAL {
-                self.diagonal::<L>(block, parts, i, weight, L::splat(inverse_h));
+                self.diagonal::<L>(block, &moments, parts, i, weight, L::splat(inverse_h));
                 continue;
             }
             if MODE == HESSIAN {
@@ -202,13 +208,20 @@ where
     fn diagonal<L: Lane<Element = T>>(
         &self,
         block: &Block<L, D, M>,
+        moments: &[Moments; MAX_CORNERS],
         parts: &mut [T],
         i: usize,
         weight: f64,
         inverse_h: L,
     ) {
         let length = self.grid.cells_per_axis()[0];
+        let columns = F::UNIFORM_HESSIAN.then(|| self.columns(block, inverse_h));
         for c in 0..1 << D {
+            if let Some(columns) = &columns {
+                let own = uniform_block::<L, D, M>(columns, &moments[c]);
+                self.store_block(&own, parts, c, i, weight, length);
+                continue;
+            }
             let mut own = [[L::zero(); M]; M];
             for q in 0..1 << D {
                 let p = block.point(q);
@@ -232,15 +245,58 @@ where
                     }
                 }
             }
-            for r in 0..M {
-                for m in 0..M {
-                    let start = (c * M * M + r * M + m) * part_stride(length) + MAX_LANES;
-                    own[r][m]
-                        .scale(weight)
-                        .store(&mut parts[start..][i..length]);
-                }
+            self.store_block(&own, parts, c, i, weight, length);
+        }
+    }
+
+    #[inline(always)]
+    fn store_block<L: Lane<Element = T>>(
+        &self,
+        own: &[[L; M]; M],
+        parts: &mut [T],
+        c: usize,
+        i: usize,
+        weight: f64,
+        length: usize,
+    ) {
+        for r in 0..M {
+            for m in 0..M {
+                let start = (c * M * M + r * M + m) * part_stride(length) + MAX_LANES;
+                own[r][m]
+                    .scale(weight)
+                    .store(&mut parts[start..][i..length]);
             }
         }
+    }
+
+    /// What a Hessian that is the same all over a cell makes of unit jets: for every component,
+    /// of the unit value and of the unit slopes on the reference cell, which are `1/h`.
+    #[inline(always)]
+    fn columns<L: Lane<Element = T>>(
+        &self,
+        block: &Block<L, D, M>,
+        inverse_h: L,
+    ) -> [[Jet<L, D, M>; MAX_JET]; M] {
+        let p = block.point(0);
+        let mut columns = [[Jet::zero(); MAX_JET]; M];
+        for m in 0..M {
+            for entry in 0..=D {
+                let mut unit = Jet::zero();
+                if entry == 0 {
+                    unit.value[m] = L::one();
+                } else {
+                    unit.gradient[m][entry - 1] = inverse_h;
+                }
+                let mut flux = self.law.hessian_action(&p, &unit);
+                for r in 0..M {
+                    for k in 0..D {
+                        flux.gradient[r][k] *= inverse_h;
+                    }
+                }
+                columns[m][entry] = flux;
+            }
+        }
+        columns
     }
 
     /// Adds the corner parts of a row of cells to the node rows around it.
@@ -274,6 +330,57 @@ where
             }
         }
     }
+}
+
+/// Entries of a jet of one component: the value and the slopes.
+const MAX_JET: usize = 4;
+
+/// Second moments over the quadrature points of a corner's shape function and its slopes on the
+/// reference cell.
+type Moments = [[f64; MAX_JET]; MAX_JET];
+
+fn corner_moments<const D: usize>(c: usize, offset: f64) -> Moments {
+    let shape = |q: usize, entry: usize| {
+        if entry == 0 {
+            shape_value::<D>(c, q, offset)
+        } else {
+            shape_derivative::<D>(c, q, entry - 1, offset)
+        }
+    };
+    let mut moments = [[0.0; MAX_JET]; MAX_JET];
+    for left in 0..=D {
+        for right in 0..=D {
+            moments[left][right] = (0..1 << D).map(|q| shape(q, left) * shape(q, right)).sum();
+        }
+    }
+    moments
+}
+
+/// The block that a corner has with itself, summed over the quadrature points, where the Hessian
+/// is the same at all of them.
+#[inline(always)]
+fn uniform_block<L: Lane, const D: usize, const M: usize>(
+    columns: &[[Jet<L, D, M>; MAX_JET]; M],
+    moments: &Moments,
+) -> [[L; M]; M] {
+    let mut own = [[L::zero(); M]; M];
+    for left in 0..=D {
+        for right in 0..=D {
+            let moment = L::splat(moments[left][right]);
+            for r in 0..M {
+                for m in 0..M {
+                    let flux = &columns[m][right];
+                    let entry = if left == 0 {
+                        flux.value[r]
+                    } else {
+                        flux.gradient[r][left - 1]
+                    };
+                    own[r][m] = entry.mul_add(moment, own[r][m]);
+                }
+            }
+        }
+    }
+    own
 }
 
 /// Bytes of a cache line.

@@ -88,6 +88,10 @@ pub trait Reads: Sync {
 /// All methods are `#[inline(always)]`, as is everything they call. A density that is not finite
 /// marks the state as inadmissible.
 pub trait CellLaw<const D: usize, const M: usize>: Reads {
+    /// Whether the second derivative is the same all over a cell: a quadratic density whose
+    /// coefficients are constants or cell data.
+    const UNIFORM_HESSIAN: bool = false;
+
     /// The density.
     fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L;
 
