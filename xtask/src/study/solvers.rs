@@ -11,8 +11,8 @@ use shape_average::{
 };
 use shapespace::generate::{Family, family};
 
-use super::table::{Table, checked};
 use super::{Outcome, Section, shapes};
+use crate::table::{Table, checked};
 
 /// Most iterations that are asked for on a level.
 pub const ITERATIONS: usize = 40;
