@@ -2,6 +2,8 @@
 
 #[cfg(feature = "bench")]
 mod bench;
+#[cfg(any(feature = "bench", feature = "study"))]
+mod descent;
 #[cfg(feature = "study")]
 mod study;
 #[cfg(any(feature = "bench", feature = "study"))]

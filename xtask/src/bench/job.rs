@@ -9,7 +9,9 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::Outcome;
+use super::averages::AverageJob;
 use super::case::Case;
+use super::descents::DescentJob;
 
 /// A piece of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -21,6 +23,10 @@ pub enum Job {
         /// How often.
         times: usize,
     },
+    /// Takes an average.
+    Average(Box<AverageJob>),
+    /// Descends to given energies.
+    Descent(DescentJob),
 }
 
 /// The hidden task that a child runs.
@@ -45,6 +51,8 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
             }
             print(&times)
         }
+        Job::Average(job) => print(&job.run()?),
+        Job::Descent(job) => print(&job.run()?),
     }
 }
 

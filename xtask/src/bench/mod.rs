@@ -5,10 +5,13 @@
 //! machine disturbs them little; what is compared is measured in turn, in one run.
 
 mod anchor;
+mod averages;
 mod baseline;
 mod case;
 mod check;
 mod clock;
+mod descents;
+mod fit;
 mod flops;
 mod job;
 mod kernels;
@@ -16,7 +19,11 @@ mod limits;
 mod machine;
 mod measure;
 mod output;
+mod peers;
 mod plot;
+mod reference;
+mod scaling;
+mod shapes;
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -45,6 +52,9 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Task {
     Kernels(kernels::Arguments),
+    Scaling(scaling::Arguments),
+    Peers(peers::Arguments),
+    Reference(reference::Arguments),
     #[command(hide = true)]
     Job(job::Arguments),
 }
@@ -58,6 +68,9 @@ pub fn run(arguments: &[String]) -> ExitCode {
     };
     let outcome = match (arguments.task, arguments.check) {
         (Some(Task::Kernels(arguments)), _) => kernels::run(&arguments),
+        (Some(Task::Scaling(arguments)), _) => scaling::run(&arguments),
+        (Some(Task::Peers(arguments)), _) => peers::run(&arguments),
+        (Some(Task::Reference(arguments)), _) => reference::run(&arguments),
         (Some(Task::Job(arguments)), _) => job::run(&arguments),
         (None, true) => check::run(arguments.bless),
         (None, false) => Err("a task or --check is needed (bench --help)".into()),

@@ -36,7 +36,7 @@ struct Section {
     table: Table,
 }
 
-type Outcome<T> = Result<T, Box<dyn Error>>;
+type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// What was asked for.
 struct Options {
