@@ -225,7 +225,7 @@ impl Observer for Recorder {
 
 /// The shapes on all levels as the authors' code sees them, coarsest first. On levels without
 /// phase fields of theirs stand our exact profiles of the same width.
-fn authors_levels<const D: usize>(
+pub fn authors_levels<const D: usize>(
     distances: &[ScalarField<f64, D>],
     params: &AverageParams,
     phase_fields: &[PathBuf],
@@ -240,7 +240,8 @@ fn authors_levels<const D: usize>(
         }
         let mut shapes = LevelShapes::new(*grid, &own, params)?;
         if level == finest && !phase_fields.is_empty() {
-            shapes.phase_fields = phase_fields.iter().map(nodal).collect::<Outcome<_>>()?;
+            let given = phase_fields.iter().map(|file| nodal(file));
+            shapes.phase_fields = given.collect::<Outcome<_>>()?;
         }
         let weight = |d: f64| indicator(d, grid.spacing(), params.void_stiffness);
         shapes.indicators = own

@@ -1,6 +1,7 @@
 //! The kernels that are measured, on grids of any size: one catalogue for times and for counts of
 //! instructions.
 
+use std::f64::consts::TAU;
 use std::fmt;
 use std::hint::black_box;
 
@@ -397,13 +398,13 @@ fn functional<const D: usize>(case: Case, grid: Grid<D>) -> Outcome<Kernel> {
     })
 }
 
-/// The anchor's state, `.05 sin(6.28 x + c) cos(6.28 y + 2 c) sin(3.1 z + .3)` in component `c`;
-/// the last factor in 3D only. It does not fold.
+/// The anchor's state, `.05 sin(2 pi x + c) cos(2 pi y + 2 c) sin(3.1 z + .3)` in component `c`; the
+/// last factor in 3D only. It does not fold.
 fn displacement<T: Element, const D: usize>(grid: &Grid<D>) -> Vec<T> {
     let n = grid.n_nodes();
     let wave = |i: usize| {
         let (x, c) = (grid.position(grid.node(i % n)), (i / n) as f64);
-        let flat = 0.05 * (6.28 * x[0] + c).sin() * (6.28 * x[1] + 2.0 * c).cos();
+        let flat = 0.05 * (TAU * x[0] + c).sin() * (TAU * x[1] + 2.0 * c).cos();
         let depth = x.get(2).map_or(1.0, |z| (3.1 * z + 0.3).sin());
         T::from_f64(flat * depth)
     };

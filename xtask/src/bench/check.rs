@@ -5,7 +5,7 @@
 //! depend on the load of the machine. Valgrind knows no AVX-512, so that the copies for 256-bit
 //! vectors are counted.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use super::baseline::{Baseline, compare};
@@ -23,15 +23,15 @@ const VECTORS: &str = "256";
 /// Counts, and compares or writes the baseline.
 pub fn run(bless: bool) -> Outcome<()> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(FOLDER);
-    let counter = Counter::find()?;
+    let counter = counter_version()?;
     let mut counted = Baseline {
         compiler: machine::compiler(),
-        counter: counter.version.clone(),
+        counter,
         vectors: VECTORS.into(),
         instructions: std::collections::BTreeMap::new(),
     };
     for case in cases() {
-        let instructions = counter.one_run(case)?;
+        let instructions = one_run(case)?;
         eprintln!("  {case}: {instructions}");
         counted.instructions.insert(case.to_string(), instructions);
     }
@@ -89,45 +89,37 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// The program that counts.
-struct Counter {
-    version: String,
+/// The name and version of the program that counts.
+fn counter_version() -> Outcome<String> {
+    let output = Command::new("valgrind").arg("--version").output();
+    let output = output.map_err(|error| {
+        format!("bench --check counts with valgrind, which cannot be started: {error}")
+    })?;
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-impl Counter {
-    fn find() -> Outcome<Self> {
-        let output = Command::new("valgrind").arg("--version").output();
-        let output = output.map_err(|error| {
-            format!("bench --check counts with valgrind, which cannot be started: {error}")
-        })?;
-        Ok(Self {
-            version: String::from_utf8_lossy(&output.stdout).trim().to_owned(),
-        })
-    }
+/// Instructions of one run of a kernel.
+fn one_run(case: Case) -> Outcome<u64> {
+    let (once, thrice) = (runs(case, 1)?, runs(case, 3)?);
+    Ok(thrice.saturating_sub(once) / 2)
+}
 
-    fn one_run(&self, case: Case) -> Outcome<u64> {
-        let (once, thrice) = (self.runs(case, 1)?, self.runs(case, 3)?);
-        Ok(thrice.saturating_sub(once) / 2)
-    }
-
-    /// Instructions of a child that runs a kernel a number of times.
-    fn runs(&self, case: Case, times: usize) -> Outcome<u64> {
-        let job = Job::Repeat {
-            case: case.to_string(),
-            times,
-        };
-        let program: PathBuf = Job::program()?;
-        let output = Command::new("valgrind")
-            .args(["--tool=cachegrind", "--cache-sim=no"])
-            .arg("--cachegrind-out-file=/dev/null")
-            .arg(program)
-            .args(job.arguments()?)
-            .env("SHAPESPACE_SIMD", VECTORS)
-            .output()?;
-        let said = String::from_utf8_lossy(&output.stderr);
-        let counted = instructions(&said).filter(|_| output.status.success());
-        counted.ok_or_else(|| format!("valgrind did not count {case}:\n{said}").into())
-    }
+/// Instructions of a child that runs a kernel a number of times.
+fn runs(case: Case, times: usize) -> Outcome<u64> {
+    let job = Job::Repeat {
+        case: case.to_string(),
+        times,
+    };
+    let output = Command::new("valgrind")
+        .args(["--tool=cachegrind", "--cache-sim=no"])
+        .arg("--cachegrind-out-file=/dev/null")
+        .arg(Job::program()?)
+        .args(job.arguments()?)
+        .env("SHAPESPACE_SIMD", VECTORS)
+        .output()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let counted = instructions(&said).filter(|_| output.status.success());
+    counted.ok_or_else(|| format!("valgrind did not count {case}:\n{said}").into())
 }
 
 /// The number after `I refs:` of what cachegrind says.

@@ -12,6 +12,7 @@ use super::Outcome;
 use super::averages::AverageJob;
 use super::case::Case;
 use super::descents::DescentJob;
+use super::score::ScoreJob;
 
 /// A piece of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -27,6 +28,8 @@ pub enum Job {
     Average(Box<AverageJob>),
     /// Descends to given energies.
     Descent(DescentJob),
+    /// Scores a state.
+    Score(ScoreJob),
 }
 
 /// The hidden task that a child runs.
@@ -53,6 +56,7 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
         }
         Job::Average(job) => print(&job.run()?),
         Job::Descent(job) => print(&job.run()?),
+        Job::Score(job) => print(&job.run()?),
     }
 }
 

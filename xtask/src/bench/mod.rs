@@ -23,6 +23,7 @@ mod peers;
 mod plot;
 mod reference;
 mod scaling;
+mod score;
 mod shapes;
 
 use std::error::Error;

@@ -12,6 +12,7 @@ use shape_average::AverageParams;
 
 use super::averages::{AUTHORS_VOID, AverageJob, AverageReport, Fields};
 use super::job::Job;
+use super::score::{Score, ScoreJob};
 use super::shapes::Source;
 use super::{Outcome, machine, output};
 use crate::table::{Table, checked};
@@ -137,6 +138,8 @@ struct Run {
     functional: &'static str,
     report: AverageReport,
     their_seconds: Option<f64>,
+    /// Their state after the long run by our evaluation of the functional, where they left it.
+    their_state: Option<Score>,
     /// Our processor time when `J` was first as low as theirs: of the usual run, and of the long.
     seconds_to: [Option<f64>; 2],
 }
@@ -207,16 +210,14 @@ fn measure(case: &Case, inputs: &Path, own: bool) -> Outcome<Run> {
                 .collect(),
         }
     };
-    let mut params = AverageParams::default();
-    if !own {
-        params.mismatch_weight = 1.0;
-        params.length_weight = Some(1e-4);
-        params.interface_cells = 2.0;
-        params.void_stiffness = AUTHORS_VOID;
-        if case.phase_fields {
-            params.tolerance = BAR_TOLERANCE;
-        }
-    }
+    let params = match (own, case.phase_fields) {
+        (true, _) => AverageParams::default(),
+        (false, false) => their_params(),
+        (false, true) => AverageParams {
+            tolerance: BAR_TOLERANCE,
+            ..their_params()
+        },
+    };
     let job = Job::Average(Box::new(AverageJob {
         source: Source::Arrays(case.shapes.iter().map(place).collect()),
         params,
@@ -225,14 +226,54 @@ fn measure(case: &Case, inputs: &Path, own: bool) -> Outcome<Run> {
     }));
     let report: AverageReport = job.in_child()?;
     let values = case.theirs.functional.filter(|_| !own);
+    let their_state = if values.is_some() {
+        scored(case, inputs)?
+    } else {
+        None
+    };
     let reached = |value: Option<f64>| value.and_then(|v| report.cpu_at(v));
     Ok(Run {
         case: case.name,
         functional: functional(case, own),
         seconds_to: [reached(values.map(|v| v.0)), reached(values.map(|v| v.1))],
         their_seconds: case.theirs.seconds,
+        their_state,
         report,
     })
+}
+
+/// The parameters of the authors' functional.
+fn their_params() -> AverageParams {
+    AverageParams {
+        mismatch_weight: 1.0,
+        length_weight: Some(1e-4),
+        interface_cells: 2.0,
+        void_stiffness: AUTHORS_VOID,
+        ..AverageParams::default()
+    }
+}
+
+/// Their last state, where the inputs hold it.
+fn scored(case: &Case, inputs: &Path) -> Outcome<Option<Score>> {
+    let nodes = case.shapes[0].rsplit('_').next().unwrap_or_default();
+    let average = inputs.join(format!("ref_average_bars_{nodes}.npy"));
+    if !average.is_file() {
+        return Ok(None);
+    }
+    let files = |prefix: &str| -> Vec<PathBuf> {
+        let names = case.shapes.iter();
+        names
+            .map(|s| inputs.join(format!("{prefix}{s}.npy")))
+            .collect()
+    };
+    let job = Job::Score(ScoreJob {
+        source: Source::Arrays(files("")),
+        params: their_params(),
+        phase_fields: files("phasefield_"),
+        displacements: files("ref_displacement_"),
+        average,
+    });
+    Ok(Some(job.in_child()?))
 }
 
 fn case_of<'a>(run: &Run, all: &'a [Case]) -> Option<&'a Case> {
@@ -248,6 +289,7 @@ fn bars(report: &Report, all: &[Case]) -> Table {
         "our s to it",
         "ratio",
         "J of their long run",
+        "their last state, scored here",
         "our s to it",
         "our J in the end",
         "sum W",
@@ -275,6 +317,10 @@ fn bars(report: &Report, all: &[Case]) -> Table {
                 |x| checked(format!("{x:.1}"), x >= FASTER),
             ),
             format!("{long:.6}"),
+            run.their_state.as_ref().map_or_else(
+                || "–".to_owned(),
+                |s| format!("{:.6}, best v {:.6}", s.functional, s.functional_at_best),
+            ),
             seconds(run.seconds_to[1]),
             checked(format!("{:.6}", r.functional), r.functional <= long),
             format!("{:.7}", r.elastic),

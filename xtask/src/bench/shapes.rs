@@ -1,6 +1,6 @@
 //! The shapes that averages are timed on: drawn, or read from arrays.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fe_grid::{Grid, ScalarField};
 use levelset::signed_distance;
@@ -51,7 +51,10 @@ impl Source {
                     area_share(&Placed::centred(blob), Grid::cube(*nodes))
                 })
                 .collect(),
-            Self::Arrays(files) => files.iter().map(nodal).collect::<Outcome<_>>()?,
+            Self::Arrays(files) => files
+                .iter()
+                .map(|file| nodal(file))
+                .collect::<Outcome<_>>()?,
         };
         let distances = inside.iter().map(|field| signed_distance(field, LEVEL));
         Ok(distances.collect::<Result<_, _>>()?)
@@ -59,7 +62,7 @@ impl Source {
 }
 
 /// Nodal values from a file.
-pub fn nodal<const D: usize>(file: &PathBuf) -> Outcome<ScalarField<f64, D>> {
+pub fn nodal<const D: usize>(file: &Path) -> Outcome<ScalarField<f64, D>> {
     let (size, values) = match read_image(file, &ReadOptions::default())? {
         AnyImage::D2(image) => (image.size.to_vec(), image.values),
         AnyImage::D3(image) => (image.size.to_vec(), image.values),
