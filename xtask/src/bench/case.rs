@@ -275,8 +275,8 @@ fn mass_stiffness<T: Element, const D: usize>(case: Case, grid: Grid<D>) -> Kern
     };
     let x: Vec<T> = displacement::<T, D>(&grid)[..grid.n_nodes()].to_vec();
     let mut y = x.clone();
-    let flops = per_point::<_, D, 1>(&law, Verb::Hessian);
-    let kernel = case.kernel(grid, "DoF", 2.0, Some(flops));
+    // Memory is its limit; how many operations it takes is its own affair.
+    let kernel = case.kernel(grid, "DoF", 2.0, None);
     let run = move || {
         let assembly = Assembly::<_, T, D, 1>::new(grid, &law, Data::default());
         assembly.hessian_action_into(black_box(&x), &x, &mut y);

@@ -19,6 +19,16 @@ pub fn spread(points: &[(f64, f64)]) -> Option<f64> {
     Some(ratios().reduce(f64::max)? / least)
 }
 
+/// How much faster than in proportion `y` grows at most, from a point to one with a larger `x`:
+/// the largest `(y_j / x_j) / (y_i / x_i)` of `x_i < x_j`.
+pub fn beyond_linear(points: &[(f64, f64)]) -> Option<f64> {
+    let pairs = points
+        .iter()
+        .flat_map(|a| points.iter().map(move |b| (a, b)));
+    let growing = pairs.filter(|(a, b)| a.0 < b.0);
+    growing.map(|(a, b)| b.1 / b.0 * a.0 / a.1).reduce(f64::max)
+}
+
 /// The middle value, or the mean of the two in the middle; NaN of nothing.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
@@ -48,6 +58,10 @@ mod tests {
         assert_eq!(spread(&[(1.0, 2.0), (4.0, 8.0)]), Some(1.0));
         assert_eq!(spread(&[(1.0, 2.0), (4.0, 12.0), (2.0, 3.0)]), Some(2.0));
         assert_eq!(spread(&[]), None);
+        let points = [(1.0, 2.0), (2.0, 3.0), (4.0, 12.0), (8.0, 8.0)];
+        assert_eq!(beyond_linear(&points), Some(2.0));
+        assert_eq!(beyond_linear(&[(1.0, 4.0), (2.0, 4.0)]), Some(0.5));
+        assert_eq!(beyond_linear(&points[..1]), None);
     }
 
     #[test]

@@ -140,8 +140,9 @@ struct Run {
     their_seconds: Option<f64>,
     /// Their state after the long run by our evaluation of the functional, where they left it.
     their_state: Option<Score>,
-    /// Our processor time when `J` was first as low as theirs: of the usual run, and of the long.
-    seconds_to: [Option<f64>; 2],
+    /// Our processor time when `J` was first as low as theirs: of the usual run, of the long, and
+    /// of their last state with the best average by our evaluation.
+    seconds_to: [Option<f64>; 3],
 }
 
 #[derive(Serialize)]
@@ -235,7 +236,12 @@ fn measure(case: &Case, inputs: &Path, own: bool) -> Outcome<Run> {
     Ok(Run {
         case: case.name,
         functional: functional(case, own),
-        seconds_to: [reached(values.map(|v| v.0)), reached(values.map(|v| v.1))],
+        seconds_to: [
+            values.map(|v| v.0),
+            values.map(|v| v.1),
+            their_state.as_ref().map(|s| s.functional_at_best),
+        ]
+        .map(reached),
         their_seconds: case.theirs.seconds,
         their_state,
         report,
@@ -289,8 +295,9 @@ fn bars(report: &Report, all: &[Case]) -> Table {
         "our s to it",
         "ratio",
         "J of their long run",
-        "their last state, scored here",
         "our s to it",
+        "their last state scored here, and with the best v",
+        "our s to that",
         "our J in the end",
         "sum W",
         "sum F",
@@ -317,11 +324,15 @@ fn bars(report: &Report, all: &[Case]) -> Table {
                 |x| checked(format!("{x:.1}"), x >= FASTER),
             ),
             format!("{long:.6}"),
+            seconds(run.seconds_to[1]),
             run.their_state.as_ref().map_or_else(
                 || "–".to_owned(),
-                |s| format!("{:.6}, best v {:.6}", s.functional, s.functional_at_best),
+                |s| format!("{:.6}, {:.6}", s.functional, s.functional_at_best),
             ),
-            seconds(run.seconds_to[1]),
+            match &run.their_state {
+                Some(_) => seconds(run.seconds_to[2]),
+                None => "–".into(),
+            },
             checked(format!("{:.6}", r.functional), r.functional <= long),
             format!("{:.7}", r.elastic),
             format!("{:.5}", r.mismatch),
