@@ -13,7 +13,7 @@ use super::measure::{Repetitions, Seconds, least_seconds};
 /// for the registers.
 const CHAINS: usize = 12;
 /// Steps of every chain in a repetition.
-const STEPS: usize = 1_000_000;
+const STEPS: usize = 4_000_000;
 /// Sizes of the three arrays of the triad together, in MiB: from the near caches to memory.
 pub const TRIAD_MEBIBYTES: [f64; 4] = [0.5, 5.0, 50.0, 768.0];
 

@@ -129,20 +129,22 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
     if !script.is_file() {
         return Err(format!("there is no '{}' (--peers)", script.display()).into());
     }
-    let mut measured = Vec::new();
-    let chosen = cases();
-    let chosen = chosen.iter().filter(|c| c.name.contains(&arguments.only));
-    for case in chosen {
-        match measure(case, arguments, &script) {
-            Ok(case) => measured.push(case),
-            Err(error) => eprintln!("{}: left out: {error}", case.name),
-        }
-    }
-    let report = Report {
+    let mut report = Report {
         machine: machine::Machine::this(),
         threads: arguments.threads,
-        cases: measured,
+        cases: Vec::new(),
     };
+    let chosen = cases();
+    for case in chosen.iter().filter(|c| c.name.contains(&arguments.only)) {
+        match measure(case, arguments, &script) {
+            Ok(case) => report.cases.push(case),
+            Err(error) => eprintln!("{}: left out: {error}", case.name),
+        }
+        // A case takes minutes: what there is stays, whatever becomes of the next.
+        if let Some(folder) = &arguments.output {
+            output::write_json(folder, "peers.json", &report)?;
+        }
+    }
     println!(
         "{}, {} threads a program\n\n{}",
         report.machine,
@@ -150,7 +152,6 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
         table(&report)
     );
     if let Some(folder) = &arguments.output {
-        output::write_json(folder, "peers.json", &report)?;
         output::write(folder, "peers.svg", &chart(&report)?)?;
     }
     if report.cases.is_empty() {
