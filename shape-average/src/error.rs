@@ -29,6 +29,15 @@ pub enum AverageError {
         /// Position in memory of the node.
         node: usize,
     },
+    /// Levels that a caller gave do not fit.
+    #[error(
+        "level {level} must hold all shapes on a grid of half the spacing of the one before it, \
+         and the last on that of the signed distances"
+    )]
+    Levels {
+        /// The level, counted from the coarsest.
+        level: usize,
+    },
     /// A parameter is out of range.
     #[error("{name} must be {expected}, found {value}")]
     Parameter {

@@ -56,4 +56,4 @@ pub use level::LevelShapes;
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Solver};
 pub use result::{AverageResult, LevelReport};
-pub use solve::average;
+pub use solve::{average, average_on_levels};

@@ -39,6 +39,46 @@ pub fn average<const D: usize>(
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
+    check(signed_distances, params)?;
+    let start = Instant::now();
+    let levels = levels_of(signed_distances, params)?;
+    solve(signed_distances, levels, params, start, observer)
+}
+
+/// The average of shapes whose phase fields and indicators the caller gives on every level,
+/// coarsest first; the signed distances are those on the finest and serve to measure the result.
+///
+/// What the parameters say of interface widths and of the coarsest level is not used.
+///
+/// # Errors
+/// Those of [`average`], and [`AverageError::Levels`] where the levels do not fit each other or
+/// the signed distances.
+pub fn average_on_levels<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    levels: Vec<LevelShapes<D>>,
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let start = Instant::now();
+    let first = check(signed_distances, params)?;
+    let mut finer = Some(*first.grid());
+    for (level, shapes) in levels.iter().enumerate().rev() {
+        if Some(*shapes.grid()) != finer || shapes.n_shapes() != signed_distances.len() {
+            return Err(AverageError::Levels { level });
+        }
+        finer = shapes.grid().coarser();
+    }
+    if levels.is_empty() {
+        return Err(AverageError::Levels { level: 0 });
+    }
+    solve(signed_distances, levels, params, start, observer)
+}
+
+/// Looks at all inputs and gives the first.
+fn check<'a, const D: usize>(
+    signed_distances: &'a [Field<f64, D, 1>],
+    params: &AverageParams,
+) -> Result<&'a Field<f64, D, 1>, AverageError> {
     let first = signed_distances.first().ok_or(AverageError::NoShapes)?;
     params.check(signed_distances.len())?;
     check_law::<D>(&params.law)?;
@@ -55,8 +95,17 @@ pub fn average<const D: usize>(
             return Err(AverageError::Degenerate { index, what });
         }
     }
-    let start = Instant::now();
-    let mut problem = Levels::new(signed_distances, params)?;
+    Ok(first)
+}
+
+fn solve<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    levels: Vec<LevelShapes<D>>,
+    params: &AverageParams,
+    start: Instant,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let mut problem = Levels::new(levels, params);
     let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
     let minimiser = |_| LevelMinimiser {
         params: params.clone(),
@@ -125,30 +174,16 @@ struct Levels<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Levels<'a, D> {
-    fn new(
-        signed_distances: &[Field<f64, D, 1>],
-        params: &'a AverageParams,
-    ) -> Result<Self, AverageError> {
-        let grids = signed_distances[0].grid().hierarchy(params.coarsest_nodes);
-        let mut shapes = Vec::with_capacity(grids.len());
-        let mut distances = signed_distances.to_vec();
-        for (depth, grid) in grids.iter().enumerate().rev() {
-            if depth + 1 < grids.len() {
-                // Nodes of a coarse grid are nodes of the fine one: the exact distance there.
-                distances = distances.iter().map(|u| inject(grid, u)).collect();
-            }
-            shapes.push(Some(LevelShapes::new(*grid, &distances, params)?));
-        }
-        shapes.reverse();
-        let average = vec![1.0; grids[0].n_nodes()];
-        Ok(Self {
+    fn new(levels: Vec<LevelShapes<D>>, params: &'a AverageParams) -> Self {
+        let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
+        Self {
             params,
+            average: vec![1.0; grids[0].n_nodes()],
             grids,
-            shapes,
-            average,
+            shapes: levels.into_iter().map(Some).collect(),
             reports: Vec::new(),
             finest: None,
-        })
+        }
     }
 
     fn into_result(
@@ -170,6 +205,25 @@ impl<'a, const D: usize> Levels<'a, D> {
             timing,
         )
     }
+}
+
+/// The shapes on all levels, coarsest first.
+fn levels_of<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    params: &AverageParams,
+) -> Result<Vec<LevelShapes<D>>, AverageError> {
+    let grids = signed_distances[0].grid().hierarchy(params.coarsest_nodes);
+    let mut levels = Vec::with_capacity(grids.len());
+    let mut distances = signed_distances.to_vec();
+    for (depth, grid) in grids.iter().enumerate().rev() {
+        if depth + 1 < grids.len() {
+            // Nodes of a coarse grid are nodes of the fine one: the exact distance there.
+            distances = distances.iter().map(|u| inject(grid, u)).collect();
+        }
+        levels.push(LevelShapes::new(*grid, &distances, params)?);
+    }
+    levels.reverse();
+    Ok(levels)
 }
 
 fn inject<const D: usize>(grid: &Grid<D>, fine: &Field<f64, D, 1>) -> Field<f64, D, 1> {

@@ -1,7 +1,13 @@
 //! Development tasks: `cargo xtask NAME`.
 
+#[cfg(feature = "bench")]
+mod bench;
+#[cfg(any(feature = "bench", feature = "study"))]
+mod descent;
 #[cfg(feature = "study")]
 mod study;
+#[cfg(any(feature = "bench", feature = "study"))]
+mod table;
 mod tidy;
 
 use std::process::ExitCode;
@@ -9,13 +15,21 @@ use std::process::ExitCode;
 /// The tasks, one file each.
 const TASKS: &str = "tasks:
   tidy   check the rules that no compiler checks
-  study  measure averages of built-in and real shapes (study --help)";
+  study  measure averages of built-in and real shapes (study --help)
+  bench  measure speed: kernels, averages, other programs (bench --help)";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
-    match arguments.next().as_deref() {
+    let task = arguments.next();
+    let rest: Vec<String> = arguments.collect();
+    match task.as_deref() {
         Some("tidy") => tidy::run(),
-        Some("study") => study(&arguments.collect::<Vec<_>>()),
+        #[cfg(feature = "study")]
+        Some("study") => study::run(&rest),
+        #[cfg(feature = "bench")]
+        Some("bench") => bench::run(&rest),
+        #[allow(unreachable_patterns, reason = "reached where the feature is off")]
+        Some(task @ ("study" | "bench")) => rebuilt(task, &rest),
         Some(other) => {
             eprintln!("there is no task {other}\n{TASKS}");
             ExitCode::from(2)
@@ -27,26 +41,12 @@ fn main() -> ExitCode {
     }
 }
 
-#[cfg(feature = "study")]
-fn study(arguments: &[String]) -> ExitCode {
-    study::run(arguments)
-}
-
-/// Builds this program again with all that the study needs, and runs that.
-#[cfg(not(feature = "study"))]
-fn study(arguments: &[String]) -> ExitCode {
+/// Builds this program again with all that a task needs, the feature of its name, and runs that.
+fn rebuilt(task: &str, arguments: &[String]) -> ExitCode {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = std::process::Command::new(cargo)
-        .args([
-            "run",
-            "--release",
-            "--package",
-            "xtask",
-            "--features",
-            "study",
-            "--",
-            "study",
-        ])
+        .args(["run", "--release", "--package", "xtask", "--features"])
+        .args([task, "--", task])
         .args(arguments)
         .status();
     match status {

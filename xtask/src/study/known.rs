@@ -8,8 +8,8 @@ use levelset::Moments;
 use shape_average::{AverageParams, AverageResult, average};
 
 use super::angle::{indicator, inner_angle};
-use super::table::{Table, checked};
 use super::{Outcome, Section, shapes};
+use crate::table::{Table, checked};
 
 const GRIDS: [usize; 2] = [65, 129];
 

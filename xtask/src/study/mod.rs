@@ -9,14 +9,13 @@ mod known;
 mod real;
 mod shapes;
 mod solvers;
-mod table;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use table::Table;
+use crate::table::Table;
 
 const HELP: &str = "cargo xtask study [SECTION ...] [--shared DIR] [--write]
 
@@ -37,7 +36,7 @@ struct Section {
     table: Table,
 }
 
-type Outcome<T> = Result<T, Box<dyn Error>>;
+type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// What was asked for.
 struct Options {

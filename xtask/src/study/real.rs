@@ -6,8 +6,8 @@ use std::process::Command;
 use serde_json::Value;
 
 use super::solvers::ITERATIONS;
-use super::table::{Table, checked};
 use super::{Outcome, Section, root};
+use crate::table::{Table, checked};
 
 /// Sets of files, the options that they need, and the grids.
 struct Set {

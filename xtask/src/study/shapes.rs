@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use fe_grid::{Grid, ScalarField};
-use levelset::signed_distance;
+use levelset::{ContourDistance, signed_distance};
 use shape_average::align::align_group;
 use shapespace::generate::{Bar, Ellipsoid, Implicit, Placed, area_share};
 use shapespace::input::fit::fit_frames;
-use shapespace::input::{AnyImages, LEVEL, ReadOptions, read_images, resample};
+use shapespace::input::{AnyImages, LEVEL, ReadOptions, boundary, read_images};
 
 use super::Outcome;
 
@@ -46,7 +46,8 @@ pub fn aligned_files(files: &[PathBuf], nodes: usize) -> Outcome<Vec<ScalarField
     let grid = Grid::cube(nodes);
     let mut distances = Vec::new();
     for (image, frame) in images.iter().zip(fit_frames(&images, nodes)) {
-        distances.push(signed_distance(&resample(image, &frame, grid), LEVEL)?);
+        let contour = boundary(image, &frame)?;
+        distances.push(ContourDistance::new(&contour)?.sample(grid));
     }
     aligned(&distances)
 }

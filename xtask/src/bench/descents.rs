@@ -1,0 +1,92 @@
+//! The notes' descent in a process of its own, to the energies that the default solver reached.
+
+use fe_grid::ScalarField;
+use serde::{Deserialize, Serialize};
+use shape_average::AverageParams;
+
+use super::Outcome;
+use super::averages::CurvePoint;
+use super::clock::{peak_mebibytes, process_seconds};
+use super::shapes::Source;
+use crate::descent::{LevelDescent, MULTIPLES};
+
+/// A descent to be made, on one thread.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct DescentJob {
+    /// The shapes.
+    pub source: Source,
+    /// Parameters.
+    pub params: AverageParams,
+    /// For every level, coarsest first, the energy to come down to and the evaluations that the
+    /// other solver took.
+    pub levels: Vec<(f64, usize)>,
+}
+
+/// What a descent took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DescentReport {
+    /// Processor seconds of the whole process.
+    pub cpu: f64,
+    /// The most memory in use, in MiB.
+    pub peak_mebibytes: f64,
+    /// Coarsest first.
+    pub levels: Vec<DescentLevel>,
+    /// Energies over time.
+    pub curve: Vec<CurvePoint>,
+}
+
+/// What it did on a level.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DescentLevel {
+    /// Evaluations of one shape's energy.
+    pub evaluations: usize,
+    /// Whether the energy was reached.
+    pub reached: bool,
+    /// How far it was still above, as a share of the drop from the undeformed shapes, after each
+    /// of [`MULTIPLES`] times the evaluations of the other solver.
+    pub above: [f64; MULTIPLES.len()],
+}
+
+impl DescentJob {
+    /// Descends in this process.
+    pub fn run(&self) -> Outcome<DescentReport> {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .use_current_thread()
+            .build_global()?;
+        match self.source.dimension()? {
+            2 => self.descend(&self.source.distances::<2>()?),
+            _ => self.descend(&self.source.distances::<3>()?),
+        }
+    }
+
+    fn descend<const D: usize>(&self, shapes: &[ScalarField<f64, D>]) -> Outcome<DescentReport> {
+        let mut descent = LevelDescent::new(shapes, &self.params);
+        let mut curve = Vec::new();
+        let mut levels = Vec::new();
+        for (level, &(target, unit)) in self.levels.iter().enumerate() {
+            let mut note = |energy| {
+                curve.push(CurvePoint {
+                    cpu: process_seconds(),
+                    level,
+                    energy,
+                });
+            };
+            let found = descent.descend(level, target, unit, &mut note)?;
+            let drop = found.undeformed - target;
+            let above =
+                |energy: Option<f64>| ((energy.unwrap_or(found.energy) - target) / drop).max(0.0);
+            levels.push(DescentLevel {
+                evaluations: found.evaluations,
+                reached: found.reached,
+                above: found.passed.map(above),
+            });
+        }
+        Ok(DescentReport {
+            cpu: process_seconds(),
+            peak_mebibytes: peak_mebibytes(),
+            levels,
+            curve,
+        })
+    }
+}

@@ -1,0 +1,91 @@
+//! What this program does as a child of itself: one piece of work, with its own memory and its own
+//! processor time, that ends with one line of JSON.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use clap::Args;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use super::Outcome;
+use super::averages::AverageJob;
+use super::case::Case;
+use super::descents::DescentJob;
+use super::score::ScoreJob;
+
+/// A piece of work.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Job {
+    /// Runs a kernel a number of times, for whoever counts its instructions.
+    Repeat {
+        /// The kernel.
+        case: String,
+        /// How often.
+        times: usize,
+    },
+    /// Takes an average.
+    Average(Box<AverageJob>),
+    /// Descends to given energies.
+    Descent(DescentJob),
+    /// Scores a state.
+    Score(ScoreJob),
+}
+
+/// The hidden task that a child runs.
+#[derive(Args)]
+pub struct Arguments {
+    /// The job, as JSON.
+    job: String,
+}
+
+/// Does the job and prints what comes of it.
+pub fn run(arguments: &Arguments) -> Outcome<()> {
+    match serde_json::from_str(&arguments.job)? {
+        Job::Repeat { case, times } => {
+            // No other thread, so that nobody waits and the count does not vary.
+            rayon::ThreadPoolBuilder::new()
+                .num_threads(1)
+                .use_current_thread()
+                .build_global()?;
+            let mut kernel = case.parse::<Case>()?.prepare()?;
+            for _ in 0..times {
+                (kernel.run)();
+            }
+            print(&times)
+        }
+        Job::Average(job) => print(&job.run()?),
+        Job::Descent(job) => print(&job.run()?),
+        Job::Score(job) => print(&job.run()?),
+    }
+}
+
+fn print(result: &impl Serialize) -> Outcome<()> {
+    println!("{}", serde_json::to_string(result)?);
+    Ok(())
+}
+
+impl Job {
+    /// The program of this process.
+    pub fn program() -> Outcome<PathBuf> {
+        Ok(std::env::current_exe()?)
+    }
+
+    /// The arguments after the program's name that make a child do this job.
+    pub fn arguments(&self) -> Outcome<[String; 3]> {
+        let job = serde_json::to_string(self)?;
+        Ok(["bench".into(), "job".into(), job])
+    }
+
+    /// Does the job in a child and gives what it printed.
+    pub fn in_child<R: DeserializeOwned>(&self) -> Outcome<R> {
+        let output = Command::new(Self::program()?)
+            .args(self.arguments()?)
+            .stderr(std::process::Stdio::inherit())
+            .output()?;
+        if !output.status.success() {
+            return Err(format!("a child ended with {}: {self:?}", output.status).into());
+        }
+        Ok(serde_json::from_slice(&output.stdout)?)
+    }
+}
