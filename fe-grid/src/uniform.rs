@@ -15,15 +15,23 @@
 //! mirrored there. So all rows are worked on alike, and the rows inside a plane, which lie one
 //! after the other in memory, as one long row whose places at the ends are set afterwards.
 
+use crate::engine::kernel::CACHE_LINE;
+use crate::engine::rows::block_starts;
 use crate::linear::LinearOperator;
 use crate::operators::MassStiffness;
-use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
+use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES, SimdLevel};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Numbers that are worked on at a time, at least one row: they and their neighbours stay in the
 /// innermost cache.
-const STRETCH: usize = 1024;
-/// Rows of a two-dimensional grid that one task works on; in three dimensions it is a plane.
+const STRETCH: usize = 520;
+/// Bytes of the part of a plane that is worked on through all planes of a task: it and its like in
+/// the neighbouring planes and in the product stay in the second cache.
+const BLOCK: usize = 1 << 17;
+/// Planes that one task works on.
+const TASK_PLANES: usize = 16;
+/// Rows that one task works on in two dimensions.
 const TASK_ROWS: usize = 16;
 /// Fewer nodes are not worth waking a second thread for.
 const PARALLEL_NODES: usize = 16384;
@@ -76,6 +84,7 @@ impl Weights {
         weights
     }
 
+    #[inline(always)]
     fn scaled(self, factor: f64) -> Self {
         Self {
             own: self.own.map(|w| w * factor),
@@ -121,34 +130,27 @@ impl<const D: usize> UniformOperator<D> {
 
     fn component_into<T: Element>(&self, x: &[T], y: &mut [T]) {
         let nodes = self.grid.nodes_per_axis();
-        let (width, height) = (nodes[0], nodes[1]);
-        let task_rows = if D == 3 { height } else { TASK_ROWS };
+        let [width, height] = [nodes[0], nodes[1]];
+        let chunk = width
+            * if D == 3 {
+                TASK_PLANES * height
+            } else {
+                TASK_ROWS
+            };
         let room = || vec![T::default(); work_space(width)];
         let work = |room: &mut Vec<T>, (task, out): (usize, &mut [T])| {
-            let (first_row, plane, weights) = if D == 3 {
-                let ends = usize::from(task == 0 || task + 1 == nodes[D - 1]);
-                (0, task, self.weights.scaled(0.5f64.powi(ends as i32)))
-            } else {
-                (task * task_rows, 0, self.weights)
-            };
-            let size = width * height;
-            let plane_at = |k: usize| &x[k * size..(k + 1) * size];
-            let beyond = match D {
-                3 => mirrored(plane, nodes[D - 1]).map(plane_at),
-                _ => [plane_at(0); 2],
-            };
-            let kernel = PlaneKernel::<T, D> {
-                own: plane_at(plane),
-                beyond,
-                size: [width, height],
-                first_row,
-                weights,
+            let kernel = TaskKernel::<T, D> {
+                nodes: Nodes {
+                    x,
+                    size: [width, height, if D == 3 { nodes[D - 1] } else { 1 }],
+                },
+                weights: self.weights,
+                first_row: task * (chunk / width),
                 room,
                 out,
             };
             T::dispatch(self.level, kernel);
         };
-        let chunk = task_rows * width;
         if self.grid.n_nodes() < PARALLEL_NODES {
             let mut room = room();
             for task in y.chunks_mut(chunk).enumerate() {
@@ -173,152 +175,198 @@ impl<const D: usize> LinearOperator for UniformOperator<D> {
 }
 
 /// The neighbours of a place among `n`; at an end the one inside, twice.
+#[inline(always)]
 fn mirrored(i: usize, n: usize) -> [usize; 2] {
     let (below, above) = (i.checked_sub(1), Some(i + 1).filter(|&i| i < n));
     // One of the two exists: an axis has two nodes at least.
     [below.or(above).unwrap_or(i), above.or(below).unwrap_or(i)]
 }
 
-/// Rows in a stretch.
+/// Most rows of a stretch.
+#[inline(always)]
 fn stretch_rows(width: usize) -> usize {
     (STRETCH / width).max(1)
 }
 
-/// Numbers of work space: a stretch between two zeros, and the ends of its rows.
+/// Numbers of work space: a stretch twice, with places before and after it that stay zero, and
+/// with whole registers that begin at cache lines.
 fn work_space(width: usize) -> usize {
-    let rows = stretch_rows(width);
-    rows * width + 2 + 2 * rows
+    2 * sums_stride(width) + MAX_LANES
 }
 
-/// Some rows of a plane of the product.
-struct PlaneKernel<'a, T, const D: usize> {
-    /// The plane of `x` that the rows lie in.
-    own: &'a [T],
-    /// The planes before and behind it, not read in two dimensions.
-    beyond: [&'a [T]; 2],
-    /// Nodes along `x` and `y`.
-    size: [usize; 2],
-    first_row: usize,
+#[inline(always)]
+fn sums_stride(width: usize) -> usize {
+    (stretch_rows(width) * width).next_multiple_of(MAX_LANES) + 2 * MAX_LANES
+}
+
+/// The nodal numbers, as rows along `x`.
+struct Nodes<'a, T, const D: usize> {
+    x: &'a [T],
+    /// Nodes along `x`, `y` and `z`; one along `z` in two dimensions.
+    size: [usize; 3],
+}
+
+/// Some planes of the product, or in two dimensions some rows.
+struct TaskKernel<'a, T, const D: usize> {
+    nodes: Nodes<'a, T, D>,
     weights: Weights,
+    /// The first row, counted through all planes.
+    first_row: usize,
     room: &'a mut [T],
     out: &'a mut [T],
 }
 
-impl<'a, T: Element, const D: usize> LaneKernel<T> for PlaneKernel<'a, T, D> {
+impl<T: Element, const D: usize> LaneKernel<T> for TaskKernel<'_, T, D> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane<Element = T>>(self) {
-        let [width, height] = self.size;
-        let most = stretch_rows(width);
-        let (beside, ends) = self.room.split_at_mut(most * width + 2);
-        let end = self.first_row + self.out.len() / width;
-        let mut out = self.out;
-        let mut row = self.first_row;
-        while row < end {
-            // The outermost rows stand for themselves: their neighbours are mirrored.
-            let outermost = row == 0 || row + 1 == height;
-            let rows = if outermost {
-                1
-            } else {
-                most.min(end - row).min(height - 1 - row)
-            };
-            let length = rows * width;
-            let weights = self.weights.scaled(if outermost { 0.5 } else { 1.0 });
-            let [below, above] = mirrored(row, height);
-            let places = [row, below, above].map(|row| row * width);
-            let parts = |plane: &'a [T]| places.map(|p| &plane[p..p + length]);
-            let (stretch, rest) = out.split_at_mut(length);
-            let beside = &mut beside[..length + 2];
-            beside[0] = T::default();
-            beside[length + 1] = T::default();
-            let inner = &mut beside[1..=length];
-            let own = parts(self.own);
-            let beyond = self.beyond.map(parts);
-            combine_rows::<L, T, D>(own, beyond, weights, stretch, inner);
-            combine_places::<L, T>(width, beside, &mut ends[..2 * rows], stretch);
-            out = rest;
-            row += rows;
-        }
-    }
-}
-
-/// Rows `[itself, below, above]` of the own plane and of those beyond it, added with the weights
-/// of a node's own place and of the places beside it.
-#[inline(always)]
-fn combine_rows<L: Lane<Element = T>, T: Element, const D: usize>(
-    own: [&[T]; 3],
-    beyond: [[&[T]; 3]; 2],
-    weights: Weights,
-    own_sums: &mut [T],
-    beside_sums: &mut [T],
-) {
-    let length = own_sums.len();
-    let own = own.map(|row| &row[..length]);
-    let beyond = beyond.map(|rows| rows.map(|row| &row[..length]));
-    let beside_sums = &mut beside_sums[..length];
-    let own_weights = weights.own.map(L::splat);
-    let beside_weights = weights.beside.map(L::splat);
-    let mut block = |from: usize, to: usize| {
-        let load = |row: &[T]| L::load(&row[from..to]);
-        let itself = load(own[0]);
-        let mut near = load(own[1]) + load(own[2]);
-        let mut far = L::zero();
-        if D == 3 {
-            let [before, behind] = beyond;
-            near += load(before[0]) + load(behind[0]);
-            far = (load(before[1]) + load(before[2])) + (load(behind[1]) + load(behind[2]));
-        }
-        let sum = |w: [L; 3]| {
-            let sum = near.mul_add(w[1], itself * w[0]);
-            if D == 3 { far.mul_add(w[2], sum) } else { sum }
+        let [width, height, depth] = self.nodes.size;
+        let aligned = self.room.as_ptr().align_offset(CACHE_LINE);
+        let room = self.room.get_mut(aligned..).unwrap_or_default();
+        let (own_sums, beside_sums) = room.split_at_mut(sums_stride(width));
+        let end_row = self.first_row + self.out.len() / width;
+        let (rows, planes) = if D == 3 {
+            (0..height, self.first_row / height..end_row / height)
+        } else {
+            (self.first_row..end_row, 0..1)
         };
-        sum(own_weights).store(&mut own_sums[from..to]);
-        sum(beside_weights).store(&mut beside_sums[from..to]);
-    };
-    let mut i = 0;
-    while i + L::COUNT <= length {
-        block(i, i + L::COUNT);
-        i += L::COUNT;
-    }
-    if i < length {
-        block(i, length);
+        let at_once = (BLOCK / (width * size_of::<T>())).max(1);
+        for block in rows.clone().step_by(at_once) {
+            let block = block..rows.end.min(block + at_once);
+            for plane in planes.clone() {
+                let mut row = block.start;
+                while row < block.end {
+                    let count = stretch(row, block.end, height, width);
+                    // Outermost rows and planes have half of the weights.
+                    let ends = u8::from(row == 0 || row + 1 == height)
+                        + u8::from(D == 3 && (plane == 0 || plane + 1 == depth));
+                    let weights = self.weights.scaled([1.0, 0.5, 0.25][usize::from(ends)]);
+                    let length = count * width;
+                    beside_sums[MAX_LANES - 1] = T::default();
+                    beside_sums[MAX_LANES + length] = T::default();
+                    let beside = &mut beside_sums[MAX_LANES..MAX_LANES + length];
+                    let own = &mut own_sums[..length];
+                    self.nodes.add_rows::<L>(row, plane, weights, own, beside);
+                    let start = (plane * height + row - self.first_row) * width;
+                    let out = &mut self.out[start..start + length];
+                    add_places::<L, T>(width, own, &beside_sums[MAX_LANES - 1..], out);
+                    row += count;
+                }
+            }
+        }
     }
 }
 
-/// Adds the places beside every place to it. `out` holds the sums for the own places, `beside`
-/// those for the places beside, between two zeros; `ends` is work space for two numbers a row.
+/// How many rows from `row` on are worked on at a time. The outermost rows, whose neighbours are
+/// mirrored, stand for themselves.
 #[inline(always)]
-fn combine_places<L: Lane<Element = T>, T: Element>(
+fn stretch(row: usize, end: usize, height: usize, width: usize) -> usize {
+    if row == 0 || row + 1 == height {
+        1
+    } else {
+        stretch_rows(width).min(end - row).min(height - 1 - row)
+    }
+}
+
+impl<T: Element, const D: usize> Nodes<'_, T, D> {
+    /// Adds the rows around every row of a stretch, which begins at row `first` of a plane, with
+    /// the weights of a node's own place and of the places beside it.
+    ///
+    /// A few columns at a time go through all rows: what a row adds to the next two outputs is
+    /// still at hand then.
+    #[inline(always)]
+    fn add_rows<L: Lane<Element = T>>(
+        &self,
+        first: usize,
+        plane: usize,
+        weights: Weights,
+        own_sums: &mut [T],
+        beside_sums: &mut [T],
+    ) {
+        let [width, height, depth] = self.size;
+        let count = own_sums.len() / width;
+        let own_weights = weights.own.map(L::splat);
+        let beside_weights = weights.beside.map(L::splat);
+        // Only a stretch of one row has its neighbours mirrored.
+        let below = mirrored(first, height)[0];
+        let above = mirrored(first + count - 1, height)[1];
+        let area = width * height;
+        let beyond = if D == 3 {
+            mirrored(plane, depth)
+        } else {
+            [0; 2]
+        };
+        let planes = [plane, beyond[0], beyond[1]].map(|p| &self.x[p * area..(p + 1) * area]);
+        for x in block_starts::<L>(width) {
+            let columns = |row: usize| row * width + x..row * width + width.min(x + L::COUNT);
+            let mut before = add_planes::<L, T, D>(&planes, columns(below));
+            let mut here = add_planes::<L, T, D>(&planes, columns(first));
+            for r in 0..count {
+                let next = if r + 1 < count { first + r + 1 } else { above };
+                let behind = add_planes::<L, T, D>(&planes, columns(next));
+                let near = (before[0] + behind[0]) + here[1];
+                let sums = [here[0], near, before[1] + behind[1]];
+                weigh::<L, D>(sums, own_weights).store(&mut own_sums[columns(r)]);
+                weigh::<L, D>(sums, beside_weights).store(&mut beside_sums[columns(r)]);
+                before = here;
+                here = behind;
+            }
+        }
+    }
+}
+
+/// Some places of a row: those of the own plane, and the sum of those of the planes beyond.
+#[inline(always)]
+fn add_planes<L: Lane<Element = T>, T: Element, const D: usize>(
+    [own, before, behind]: &[&[T]; 3],
+    places: Range<usize>,
+) -> [L; 2] {
+    let own = L::load(&own[places.clone()]);
+    if D == 3 {
+        [
+            own,
+            L::load(&before[places.clone()]) + L::load(&behind[places]),
+        ]
+    } else {
+        [own, L::zero()]
+    }
+}
+
+#[inline(always)]
+fn weigh<L: Lane, const D: usize>([itself, near, far]: [L; 3], weights: [L; 3]) -> L {
+    let sum = near.mul_add(weights[1], itself * weights[0]);
+    if D == 3 {
+        far.mul_add(weights[2], sum)
+    } else {
+        sum
+    }
+}
+
+/// Adds the sums for a node's own place and for the places beside it. `beside` begins with the
+/// place before the first.
+#[inline(always)]
+fn add_places<L: Lane<Element = T>, T: Element>(
     width: usize,
+    own: &[T],
     beside: &[T],
-    ends: &mut [T],
     out: &mut [T],
 ) {
-    let half = T::from_f64(0.5);
-    let last = width - 1;
-    for (r, end) in ends.chunks_exact_mut(2).enumerate() {
-        // `beside` is shifted by one.
-        let first = r * width;
-        end[0] = half * out[first] + beside[first + 2];
-        end[1] = half * out[first + last] + beside[first + last];
-    }
     let length = out.len();
     let (before, behind) = (&beside[..length], &beside[2..length + 2]);
-    let mut block = |from: usize, to: usize| {
-        let sum = L::load(&out[from..to]) + L::load(&before[from..to]);
-        (sum + L::load(&behind[from..to])).store(&mut out[from..to]);
-    };
-    let mut i = 0;
-    while i + L::COUNT <= length {
-        block(i, i + L::COUNT);
-        i += L::COUNT;
+    let own = &own[..length];
+    let rows = own
+        .chunks(L::COUNT)
+        .zip(before.chunks(L::COUNT))
+        .zip(behind.chunks(L::COUNT));
+    for (out, ((own, before), behind)) in out.chunks_mut(L::COUNT).zip(rows) {
+        (L::load(own) + L::load(before) + L::load(behind)).store(out);
     }
-    if i < length {
-        block(i, length);
-    }
-    for (row, end) in out.chunks_exact_mut(width).zip(ends.chunks_exact(2)) {
-        row[0] = end[0];
-        row[last] = end[1];
+    let half = T::from_f64(0.5);
+    let last = width - 1;
+    for (r, row) in out.chunks_exact_mut(width).enumerate() {
+        let first = r * width;
+        row[0] = half * own[first] + behind[first];
+        row[last] = half * own[first + last] + before[first + last];
     }
 }
