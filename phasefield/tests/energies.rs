@@ -83,7 +83,12 @@ impl<const D: usize> Edge<D> {
             interface_width: self.width,
         };
         let assembly = Assembly::<_, f64, D, 1>::new(self.grid, &law, Data::default());
-        assembly.value(self.phase_field.as_slice()).unwrap() / self.size()
+        let phase_field = self.phase_field.as_slice();
+        let length = assembly.value(phase_field).unwrap();
+        // A sum over nodes in place of one over quadrature points.
+        let applied = law.of(&self.grid, phase_field);
+        assert!((applied - length).abs() < 1e-11 * length, "{applied} {length}");
+        length / self.size()
     }
 
     /// What the closed forms are for: unmatched, matched, best match, length.

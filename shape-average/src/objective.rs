@@ -265,11 +265,11 @@ impl<const D: usize> AverageObjective<D> {
     }
 
     /// The interface length of the present average.
-    pub(crate) fn length(&self) -> Result<f64, GridError> {
-        let law = InterfaceLength {
+    pub(crate) fn length(&self) -> f64 {
+        let length = InterfaceLength {
             interface_width: self.shapes.interface_width(),
         };
-        Assembly::<_, f64, D, 1>::new(*self.grid(), &law, Data::default()).value(&self.average)
+        length.of(self.grid(), &self.average)
     }
 
     /// Solves for the average and collects all terms; the gradient overwrites `gradient` unless
@@ -302,7 +302,7 @@ impl<const D: usize> AverageObjective<D> {
         let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
         };
-        self.energy = Energy::new(&self.weights, &terms, self.length()?);
+        self.energy = Energy::new(&self.weights, &terms, self.length());
         Ok(Evaluation::Value(self.energy.objective()))
     }
 }
