@@ -31,6 +31,7 @@
 //! # Ok::<(), fe_grid::GridError>(())
 //! ```
 
+mod buffer;
 mod certificate;
 pub mod composition;
 pub mod csr;
@@ -55,6 +56,7 @@ pub mod transfer;
 mod uniform;
 pub mod vector;
 
+pub use buffer::{Buffer, Storage};
 pub use certificate::{Certificate, certify, certify_below, violations};
 pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_cells};
 pub use error::GridError;
