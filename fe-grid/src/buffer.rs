@@ -87,6 +87,19 @@ impl<T: Element> DerefMut for Buffer<T> {
     }
 }
 
+impl<T: Element> Clone for Buffer<T> {
+    /// The same numbers in memory.
+    fn clone(&self) -> Self {
+        self.to_vec().into()
+    }
+}
+
+impl<T: Element> PartialEq for Buffer<T> {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
 impl<T: Element> From<Vec<T>> for Buffer<T> {
     fn from(vector: Vec<T>) -> Self {
         Self(Place::Memory(vector))

@@ -106,6 +106,7 @@ impl<O: Objective> Run<'_, O> {
             let threshold = self.params.curvature_threshold;
             self.pairs.push(new, (x, &self.gradient), threshold);
             copy_into(&self.trial, x);
+            self.direction.rest();
             std::mem::swap(&mut self.gradient, &mut self.new_gradient);
             (energy, step_length) = (step.energy, step.length);
             let interval = self.params.metric_interval;
@@ -126,6 +127,7 @@ impl<O: Objective> Run<'_, O> {
         self.pairs.second_loop(&mut self.direction);
         scale(-1.0, &mut self.direction);
         let slope = dot(&self.gradient, &self.direction);
+        self.gradient.rest();
         if slope < 0.0 || self.pairs.is_empty() {
             return Ok(slope);
         }
