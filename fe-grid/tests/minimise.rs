@@ -562,7 +562,9 @@ fn the_memory_knows_no_units() {
         let mut x = vec![0.0; 40];
         let info = run(&lbfgs(), &mut problem, &mut x);
         assert_eq!(info.status, Status::GradientTolerance);
-        x.iter_mut().for_each(|x| *x /= unit);
+        for x in &mut x {
+            *x /= unit;
+        }
         (x, info.iterations)
     };
     let usual = minimised(0);
