@@ -10,7 +10,6 @@ use fe_grid::minimise::{
     Control, DescentParams, Evaluation, Evaluations, Info, Iteration, LbfgsParams, LineSearch,
     Minimiser, NewtonCgParams, Objective, Observer, Silent, Status, Stopping,
 };
-use fe_grid::{Buffer, Element, GridError, Storage};
 use objectives::{Barrier, DoubleWells, Quadratic, Rosenbrock};
 use support::{distance, noise, on_threads};
 
@@ -496,80 +495,6 @@ fn same_bits_on_any_number_of_threads() {
     assert!(bits(1, &lbfgs) == bits(2, &lbfgs));
     assert!(bits(1, &newton_cg) == bits(2, &newton_cg));
     assert!(bits(1, &descent) == bits(2, &descent));
-}
-
-/// A problem whose minimiser keeps its vectors in files of a folder.
-struct InFiles {
-    problem: Quadratic,
-    storage: Storage,
-}
-
-impl Objective for InFiles {
-    type Error = GridError;
-
-    fn dim(&self) -> usize {
-        self.problem.dim()
-    }
-
-    fn value_and_gradient(&mut self, x: &[f64], g: &mut [f64]) -> Result<Evaluation, GridError> {
-        let Ok(evaluation) = self.problem.value_and_gradient(x, g);
-        Ok(evaluation)
-    }
-
-    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, GridError> {
-        self.storage.zeros(len)
-    }
-}
-
-#[test]
-fn same_bits_in_memory_and_in_files() {
-    let dim = 50_000;
-    let folder = tempfile::tempdir().unwrap();
-    let minimised = |storage: Storage| {
-        let mut problem = InFiles {
-            problem: quadratic(dim, 100.0, false),
-            storage,
-        };
-        let params = LbfgsParams {
-            history: 3,
-            stopping: by_gradient(1e-8, 12),
-            ..lbfgs()
-        };
-        let mut x = vec![0.0; dim];
-        let info = params.minimise(&mut problem, &mut x, &mut Silent);
-        info.map(|info| (x, info.energies))
-    };
-    let in_memory = minimised(Storage::Memory).unwrap();
-    assert!(in_memory == minimised(Storage::Folder(folder.path().into())).unwrap());
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    let nowhere = folder.path().join("nowhere");
-    assert!(matches!(
-        minimised(Storage::Folder(nowhere.clone())),
-        Err(GridError::Spill { folder, .. }) if folder == nowhere
-    ));
-}
-
-/// Pairs are kept in single precision, of a range of 1e38 up and down; a change of units by a
-/// power of two, which is exact, must not be seen at all.
-#[test]
-fn the_memory_knows_no_units() {
-    let minimised = |exponent: i32| {
-        let unit = 2f64.powi(exponent);
-        let mut problem = quadratic(40, 1e3, false);
-        for c in &mut problem.minimum {
-            *c *= unit;
-        }
-        let mut x = vec![0.0; 40];
-        let info = run(&lbfgs(), &mut problem, &mut x);
-        assert_eq!(info.status, Status::GradientTolerance);
-        for x in &mut x {
-            *x /= unit;
-        }
-        (x, info.iterations)
-    };
-    let usual = minimised(0);
-    assert!(usual.1 > 10);
-    assert!(usual == minimised(200) && usual == minimised(-200));
 }
 
 /// The work done on a fixed problem: a method that gets slower fails here. A count may change
