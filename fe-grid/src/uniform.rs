@@ -28,9 +28,9 @@ use std::ops::Range;
 const STRETCH: usize = 520;
 /// Bytes of the part of a plane that is worked on through all planes of a task: it and its like in
 /// the neighbouring planes and in the product stay in the second cache.
-const BLOCK: usize = 1 << 17;
+const BLOCK: usize = 1 << 18;
 /// Planes that one task works on.
-const TASK_PLANES: usize = 16;
+const TASK_PLANES: usize = 8;
 /// Rows that one task works on in two dimensions.
 const TASK_ROWS: usize = 16;
 /// Fewer nodes are not worth waking a second thread for.
