@@ -1,8 +1,8 @@
 //! How much memory an average needs, known before it begins.
 //!
 //! Every array whose size grows with the grid is counted, at the size that it has on the finest
-//! level. What exists for a while only (the normal equations, work space of an evaluation, of a
-//! multigrid cycle) is counted once, by its largest: one is gone when the next comes. The program
+//! level. What exists for a while only (in an evaluation, in a multigrid cycle, in a damped step) is
+//! counted once, by its largest: one is gone when the next comes. The program
 //! around it, boundaries of shapes and pictures are not counted.
 
 use crate::solve::HISTORY;
@@ -29,9 +29,9 @@ pub struct MemoryEstimate {
     pub history: u64,
     /// The metrics of all shapes, or in files the state that they are made of.
     pub metric: u64,
-    /// The average and the vectors of its solver.
+    /// The average, its normal equations and the vectors of their solver.
     pub average: u64,
-    /// What is needed for a while, at its largest.
+    /// Work space of the multigrid cycles, and what is needed for a while, at its largest.
     pub temporary: u64,
     /// What the result needs when it is put together, instead of all but the shapes and the
     /// displacements.
@@ -65,13 +65,21 @@ pub fn memory_estimate<const D: usize>(
         // The direction, the gradient and the trial state of one shape, and a spectral solve.
         (3 * sizes.d * sizes.field + 2 * sizes.field, 0, 0)
     };
-    let average = 5 * sizes.field + if spilled && lbfgs { sizes.field } else { 0 };
-    let work_space = match (lbfgs, spilled) {
-        (false, _) => 0,
-        (true, false) => sizes.at_once * sizes.cycle(),
-        (true, true) => sizes.cycle() + metric + sizes.metric_building(),
+    // The average, four vectors of its solver and the diagonal.
+    let solver = 6 * sizes.field + if spilled && lbfgs { sizes.field } else { 0 };
+    let average = solver + sizes.equations();
+    let (work_space, transfer) = match (lbfgs, spilled) {
+        (false, _) => (0, 0),
+        (true, false) => (
+            sizes.at_once * sizes.cycle(),
+            sizes.at_once * sizes.transfer(),
+        ),
+        (true, true) => (
+            sizes.cycle(),
+            metric + sizes.metric_building().max(sizes.transfer()),
+        ),
     };
-    let temporary = sizes.temporary().max(work_space);
+    let temporary = work_space + sizes.temporary().max(transfer);
     // Of every shape the displacement, the signed distance and what it is pushed forward to;
     // while an inverse is made, the points that were found.
     let result = state + n * 2 * sizes.field + sizes.at_once * 10 * sizes.field;
@@ -154,22 +162,36 @@ impl<const D: usize> Sizes<D> {
         (self.d * self.field + self.d * self.d * planes) * SINGLE / DOUBLE
     }
 
-    /// Five vectors a level, and those of the transfer.
+    /// Five vectors a level, which are kept.
     fn cycle(&self) -> u64 {
-        let transfer = 3 * self.d * self.field / 2 * SINGLE / DOUBLE;
-        5 * SINGLE * self.d * self.nodes() + transfer
+        5 * SINGLE * self.d * self.nodes()
     }
 
-    /// The larger of: normal equations, with moments of the cells of a slab a thread; slopes of
-    /// the shapes that are worked on; a damped step.
-    fn temporary(&self) -> u64 {
-        let couplings = 3u64.pow(D as u32).div_ceil(2) + 1;
-        let with_shared = |bytes: u64| (bytes as f64 * (1.0 + self.shared_planes)) as u64;
+    /// Vectors half way between two levels.
+    fn transfer(&self) -> u64 {
+        3 * self.d * self.field / 2 * SINGLE / DOUBLE
+    }
+
+    /// Couplings, room for the right-hand side behind them, that side itself, and moments of the
+    /// cells of a slab a thread.
+    fn equations(&self) -> u64 {
         let moments = (4 * 3u64.pow(D as u32 - 1) + (1 << D)).next_multiple_of(8) * DOUBLE;
         let slabs = self.threads * moments * self.slab_cells.min(self.n_cells);
-        let equations = with_shared(couplings * self.field) + self.field + slabs;
-        let slopes = self.at_once * with_shared(self.d * self.field);
+        (self.outputs() + 1) * self.field + slabs
+    }
+
+    /// The larger of: planes that the slabs of the normal equations share; the same for gradients
+    /// of the shapes that are worked on; a damped step.
+    fn temporary(&self) -> u64 {
+        let shared = |bytes: u64| (bytes as f64 * self.shared_planes) as u64;
+        let equations = shared(self.outputs() * self.field);
+        let gradients = self.at_once * shared(self.d * self.field);
         let restraint = self.at_once * (self.d + 1) * self.field;
-        equations.max(slopes).max(restraint)
+        equations.max(gradients).max(restraint)
+    }
+
+    /// Nodal arrays of the normal equations.
+    fn outputs(&self) -> u64 {
+        3u64.pow(D as u32).div_ceil(2) + 1
     }
 }
