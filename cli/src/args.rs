@@ -6,7 +6,7 @@ use hyperelastic::LawName;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-use crate::average::run_average;
+use crate::average::{bytes, run_average};
 use crate::demo::{DemoArgs, run_demo};
 use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
@@ -84,6 +84,10 @@ pub struct AverageArgs {
     /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+    /// Most memory to use, such as 4GiB or 500MB; what does not fit goes to temporary files beside
+    /// the output, or in TMPDIR. The results do not depend on it.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub memory: Option<u64>,
 }
 
 /// The names of all laws.

@@ -67,6 +67,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             boundary: Boundary::default(),
             label: None,
             threads: args.threads,
+            memory: None,
         },
     )
 }

@@ -111,7 +111,26 @@ pub enum CliError {
     #[diagnostic(help(
         "try --mismatch-weight .1 or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
     ))]
-    Average(#[from] shape_average::AverageError),
+    Average(shape_average::AverageError),
+    /// There is no room for temporary files.
+    #[error("{0}")]
+    #[diagnostic(help(
+        "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
+    ))]
+    Spill(fe_grid::GridError),
+    /// There is too little memory, even with temporary files.
+    #[error("--memory {} is too little for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::average::format_bytes(*limit), crate::average::format_bytes(*needed))]
+    #[diagnostic(help("allow more, or ask for a coarser --grid"))]
+    Memory {
+        /// What is allowed.
+        limit: u64,
+        /// What is needed.
+        needed: u64,
+        /// Shapes.
+        shapes: usize,
+        /// Nodes a side.
+        nodes: usize,
+    },
     /// A computation failed.
     #[error("{message}")]
     #[diagnostic(help("{remedy}"))]
@@ -123,9 +142,20 @@ pub enum CliError {
     },
 }
 
+impl From<shape_average::AverageError> for CliError {
+    fn from(error: shape_average::AverageError) -> Self {
+        match error {
+            shape_average::AverageError::Grid(spill @ fe_grid::GridError::Spill { .. }) => {
+                Self::Spill(spill)
+            }
+            other => Self::Average(other),
+        }
+    }
+}
+
 impl From<fe_grid::GridError> for CliError {
     fn from(error: fe_grid::GridError) -> Self {
-        Self::Average(error.into())
+        shape_average::AverageError::from(error).into()
     }
 }
 
@@ -143,6 +173,7 @@ impl CliError {
         match self {
             Self::Computation { .. }
             | Self::Average(_)
+            | Self::Spill(_)
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure
             }

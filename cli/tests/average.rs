@@ -4,7 +4,7 @@ mod common;
 
 use common::{Place, Results, npy_f64, succeeded};
 
-const KEYS: [&str; 19] = [
+const KEYS: [&str; 20] = [
     "average",
     "certificate",
     "dice",
@@ -17,6 +17,7 @@ const KEYS: [&str; 19] = [
     "iterations",
     "levels",
     "mean_dice",
+    "memory_estimate",
     "nodes",
     "parameters",
     "seconds",
@@ -488,4 +489,39 @@ fn ctrl_c_writes_what_is_reached() {
     assert!(nodes < 1025);
     check(&results, 4, &[nodes, nodes]);
     assert_eq!(place.listing(), ["crosses", "out"]);
+}
+
+/// What does not fit into the memory that is allowed goes to files, which nobody sees; the results
+/// are the same.
+#[test]
+fn memory_is_saved_when_asked_for() {
+    let place = Place::new();
+    let inputs = drawn(&place, "crosses", "2", "33");
+    let plain = averaged(&place, &inputs, &["--grid", "33"], "plain");
+    let needed = plain.number("/memory_estimate/memory");
+    assert!(plain.number("/memory_estimate/files") == 0.0);
+    let limit = (needed - 1.0).to_string();
+    let spilled = averaged(
+        &place,
+        &inputs,
+        &["--grid", "33", "--memory", &limit],
+        "spilled",
+    );
+    assert!(spilled.number("/memory_estimate/memory") < needed);
+    assert!(spilled.number("/memory_estimate/files") > 0.0);
+    for array in ["average.npy", "deformation_001.npy"] {
+        assert!(plain.array(array) == spilled.array(array), "{array}");
+    }
+    assert_eq!(place.listing(), ["crosses", "plain", "spilled"]);
+
+    let mut arguments = vec!["average", "-o", "none", "--grid", "33", "--memory", "9kB"];
+    arguments.extend(inputs.iter().map(String::as_str));
+    let refused = place.run(&arguments);
+    let report = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{report}");
+    assert!(
+        report.contains("--memory") && report.contains("--grid"),
+        "{report}"
+    );
+    assert_eq!(place.listing(), ["crosses", "plain", "spilled"]);
 }

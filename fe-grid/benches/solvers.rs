@@ -1,4 +1,4 @@
-//! Times of the linear solvers: exact solves by transforms, a multigrid cycle.
+//! Times of the linear solvers: mass and stiffness, exact solves by transforms, a multigrid cycle.
 
 mod support;
 
@@ -6,9 +6,34 @@ use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fe_grid::multigrid::{Multigrid, MultigridParams};
-use fe_grid::operators::WeightedMassStiffness;
-use fe_grid::{Boundary, Grid, LinearOperator, SpectralSolver};
+use fe_grid::operators::{MassStiffness, WeightedMassStiffness};
+use fe_grid::{Boundary, Element, Grid, LinearOperator, SpectralSolver, UniformOperator};
 use support::{displacement, nodes, stiffness};
+
+fn uniform_of<T: Element, const D: usize>(c: &mut Criterion, name: &str, n: usize) {
+    let grid = Grid::<D>::cube(n);
+    let x = &displacement::<T, D>(&grid)[..grid.n_nodes()];
+    let mut out = vec![T::default(); x.len()];
+    let operator = UniformOperator::new(
+        grid,
+        MassStiffness {
+            mass: 1.0,
+            stiffness: 0.1,
+        },
+    );
+    let mut group = c.benchmark_group(format!("uniform/{D}D/{name}"));
+    group.throughput(Throughput::Elements(grid.n_nodes() as u64));
+    group.bench_function(BenchmarkId::new("product", n), |b| {
+        b.iter(|| operator.product_into(black_box(x), &mut out));
+    });
+}
+
+fn uniform(c: &mut Criterion) {
+    uniform_of::<f64, 2>(c, "f64", nodes(1025, 17));
+    uniform_of::<f32, 2>(c, "f32", nodes(1025, 17));
+    uniform_of::<f64, 3>(c, "f64", nodes(129, 7));
+    uniform_of::<f32, 3>(c, "f32", nodes(129, 7));
+}
 
 fn spectral_of<const D: usize>(c: &mut Criterion, n: usize) {
     let grid = Grid::<D>::cube(n);
@@ -64,5 +89,5 @@ fn multigrid(c: &mut Criterion) {
     multigrid_of::<3>(c, nodes(65, 9));
 }
 
-criterion_group!(solvers, spectral, multigrid);
+criterion_group!(solvers, uniform, spectral, multigrid);
 criterion_main!(solvers);

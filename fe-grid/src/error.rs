@@ -1,5 +1,7 @@
 //! What can go wrong in this crate.
 
+use std::path::PathBuf;
+
 /// Errors of grids, fields and solvers.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -29,6 +31,16 @@ pub enum GridError {
     Inadmissible {
         /// Position in memory of the cell.
         cell: usize,
+    },
+    /// A temporary file for a long vector cannot be made.
+    #[error("no room for {bytes} bytes in a temporary file in '{}': {reason}", folder.display())]
+    Spill {
+        /// The folder.
+        folder: PathBuf,
+        /// Size of the file.
+        bytes: u64,
+        /// What the system says.
+        reason: String,
     },
     /// A linear solver met an operator that is not positive definite.
     #[error(

@@ -5,7 +5,8 @@
 //!   [`Assembly`] gives its integral, gradient and Hessian action on a grid.
 //! - Deformations: fields seen through one ([`composition`], [`scatter`]), its inverse
 //!   ([`InverseDeformation`]), and the [`Certificate`] that it does not fold.
-//! - Linear systems: [`conjugate_gradient`], [`SpectralSolver`], [`multigrid`].
+//! - Linear systems: [`UniformOperator`], [`conjugate_gradient`], [`SpectralSolver`],
+//!   [`multigrid`].
 //! - Minimisation: [`minimise`], from coarse levels to fine.
 //!
 //! Everything holds for `D = 2` and `D = 3` alike. Elements are multilinear, with two quadrature
@@ -30,6 +31,7 @@
 //! # Ok::<(), fe_grid::GridError>(())
 //! ```
 
+mod buffer;
 mod certificate;
 pub mod composition;
 pub mod csr;
@@ -51,8 +53,10 @@ mod spectral;
 pub mod stencil;
 pub mod tensor;
 pub mod transfer;
+mod uniform;
 pub mod vector;
 
+pub use buffer::{Buffer, Storage};
 pub use certificate::{Certificate, certify, certify_below, violations};
 pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_cells};
 pub use error::GridError;
@@ -66,3 +70,4 @@ pub use restraint::restrain_step;
 pub use simd::SimdLevel;
 pub use spectral::{Boundary, SpectralSolver};
 pub use tensor::Tensor;
+pub use uniform::UniformOperator;

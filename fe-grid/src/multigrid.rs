@@ -15,6 +15,7 @@ use crate::transfer::{average_cells, prolong_into, restrict_into};
 use crate::{Element, Grid, GridError, Lane, LaneKernel, SimdLevel};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// A quadratic law all of whose coefficients are numbers per cell.
 pub trait CoefficientLaw<const D: usize, const M: usize>: CellLaw<D, M> + Clone {
@@ -66,13 +67,24 @@ struct Scratch<T> {
     product: Vec<T>,
 }
 
+/// Vectors that cycles work with. Cycles on the same grid may share them: there are as many sets
+/// as cycles run at the same time.
+#[derive(Clone)]
+pub struct WorkSpace<T>(Arc<Pool<Vec<Scratch<T>>>>);
+
+impl<T> Default for WorkSpace<T> {
+    fn default() -> Self {
+        Self(Arc::new(Pool::new()))
+    }
+}
+
 /// One V-cycle from zero, as a linear operator: an approximate inverse.
 pub struct Multigrid<T: Element, F, const D: usize, const M: usize> {
     /// Finest first.
     levels: Vec<Level<T, F, D, M>>,
     direct: Cholesky<f64, Dyn>,
     params: MultigridParams,
-    pool: Pool<Vec<Scratch<T>>>,
+    work_space: WorkSpace<T>,
 }
 
 impl<T, F, const D: usize, const M: usize> Level<T, F, D, M>
@@ -274,8 +286,14 @@ where
             levels,
             direct,
             params,
-            pool: Pool::new(),
+            work_space: WorkSpace::default(),
         })
+    }
+
+    /// The same with work space that is shared.
+    pub fn with_work_space(mut self, work_space: WorkSpace<T>) -> Self {
+        self.work_space = work_space;
+        self
     }
 
     /// The operator itself on the finest level, in the storage precision.
@@ -297,6 +315,11 @@ where
                 }
             })
             .collect()
+    }
+
+    fn fits(&self, scratch: &[Scratch<T>]) -> bool {
+        let sizes = self.levels.iter().map(Level::n_unknowns);
+        scratch.iter().map(|s| s.x.len()).eq(sizes)
     }
 
     /// One V-cycle from zero on a level: `x` from `b`.
@@ -341,9 +364,13 @@ where
             y.fill(0.0);
             return;
         }
-        self.pool.with(
+        self.work_space.0.with(
             || self.scratch(),
             |scratch| {
+                // It may have been left by a cycle on another grid.
+                if !self.fits(scratch) {
+                    *scratch = self.scratch();
+                }
                 for (b, v) in scratch[0].b.iter_mut().zip(x) {
                     *b = T::from_f64(v / largest);
                 }

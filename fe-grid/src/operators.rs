@@ -5,7 +5,8 @@ use crate::Lane;
 use crate::engine::{CellLaw, Jet, MAX_CELL_DATA, Point, Reads};
 use crate::multigrid::CoefficientLaw;
 
-/// Constant coefficients.
+/// Constant coefficients. [`UniformOperator`](crate::UniformOperator) applies `m M + s L` many
+/// times faster than the cell engine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassStiffness {
     /// Coefficient `m` of the mass matrix.

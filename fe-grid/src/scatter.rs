@@ -81,8 +81,6 @@ pub fn normal_equations<T: Element, P: PointWeights<D>, const D: usize>(
 pub struct NormalEquations<const D: usize> {
     matrix: SymmetricStencil<D>,
     rhs: Vec<f64>,
-    /// Matrix and right-hand side, one after the other.
-    out: Vec<f64>,
     moments: Pool<Vec<f64>>,
 }
 
@@ -91,10 +89,12 @@ impl<const D: usize> NormalEquations<D> {
     pub fn new(grid: Grid<D>) -> Self {
         let n = grid.n_nodes();
         let half = half_offsets::<D>().len();
+        // While they are assembled, the right-hand side lies behind the matrix.
+        let mut coupling = vec![0.0; (half + 1) * n];
+        coupling.truncate(half * n);
         Self {
-            matrix: SymmetricStencil::from_parts(grid, vec![0.0; half * n]),
+            matrix: SymmetricStencil::from_parts(grid, coupling),
             rhs: vec![0.0; n],
-            out: Vec::new(),
             moments: Pool::new(),
         }
     }
@@ -129,8 +129,7 @@ impl<const D: usize> NormalEquations<D> {
         let ranges: Vec<Vec<[f64; 2]>> = sources.iter().map(|s| layer_ranges(&grid, s)).collect();
         let half = half_offsets::<D>().len();
         let element = crate::stencil::constant_element::<D>(&grid, background);
-        let mut out = std::mem::take(&mut self.out);
-        out.clear();
+        let mut out = self.matrix.take();
         out.resize((half + 1) * n, 0.0);
         let parallel = grid.n_cells() >= PARALLEL_CELLS;
         let moments = &self.moments;
@@ -153,7 +152,7 @@ impl<const D: usize> NormalEquations<D> {
         });
         self.rhs.copy_from_slice(&out[half * n..]);
         out.truncate(half * n);
-        self.out = self.matrix.replace(out);
+        self.matrix.restore(out);
     }
 }
 

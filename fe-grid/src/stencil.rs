@@ -33,10 +33,14 @@ impl<const D: usize> SymmetricStencil<D> {
         Self { grid, coupling }
     }
 
-    /// Exchanges the couplings.
-    pub(crate) fn replace(&mut self, coupling: Vec<f64>) -> Vec<f64> {
-        assert_eq!(coupling.len(), self.coupling.len());
-        std::mem::replace(&mut self.coupling, coupling)
+    /// The memory of the couplings, for new ones: [`Self::restore`] has to follow.
+    pub(crate) fn take(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.coupling)
+    }
+
+    /// Sets the couplings.
+    pub(crate) fn restore(&mut self, coupling: Vec<f64>) {
+        *self = Self::from_parts(self.grid, coupling);
     }
 
     /// The grid.

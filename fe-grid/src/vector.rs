@@ -4,6 +4,7 @@
 //! sums are added one after the other: who computed a chunk leaves no trace. Nothing here
 //! allocates.
 
+use crate::Element;
 use rayon::prelude::*;
 
 /// Numbers in a chunk.
@@ -15,11 +16,11 @@ const MAX_PARTIALS: usize = 512;
 /// Independent sums inside a chunk, so that the additions can overlap.
 const ACCUMULATORS: usize = 8;
 
-/// `x · y`.
+/// `x · y`, of vectors in either precision; products and sums are taken in double precision.
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+pub fn dot<T: Element, U: Element>(x: &[T], y: &[U]) -> f64 {
     assert_eq!(x.len(), y.len());
     reduce(
         x.len(),
@@ -29,7 +30,7 @@ pub fn dot(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// Euclidean norm of `x`.
-pub fn norm(x: &[f64]) -> f64 {
+pub fn norm<T: Element>(x: &[T]) -> f64 {
     dot(x, x).sqrt()
 }
 
@@ -45,6 +46,22 @@ pub fn max_abs(x: &[f64]) -> f64 {
         |from, to| {
             let magnitudes = x[from..to].iter().map(|v| v.abs());
             magnitudes.fold(0.0, larger)
+        },
+        larger,
+    )
+}
+
+/// Largest absolute value of `x - y`, NaN where any entry is NaN.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn max_abs_difference(x: &[f64], y: &[f64]) -> f64 {
+    assert_eq!(x.len(), y.len());
+    reduce(
+        x.len(),
+        |from, to| {
+            let pairs = x[from..to].iter().zip(&y[from..to]);
+            pairs.map(|(u, v)| (u - v).abs()).fold(0.0, larger)
         },
         larger,
     )
@@ -75,15 +92,15 @@ pub fn scale(a: f64, y: &mut [f64]) {
     });
 }
 
-/// `y = y + a x`.
+/// `y = y + a x`, of an `x` in either precision.
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
+pub fn axpy<T: Element>(a: f64, x: &[T], y: &mut [f64]) {
     assert_eq!(x.len(), y.len());
     update(y, |from, part| {
         for (v, u) in part.iter_mut().zip(&x[from..]) {
-            *v += a * u;
+            *v += a * u.to_f64();
         }
     });
 }
@@ -129,6 +146,20 @@ pub fn subtract_into(x: &[f64], y: &[f64], out: &mut [f64]) {
     });
 }
 
+/// `out = a (x - y)`, rounded to the precision of `out`.
+///
+/// # Panics
+/// If the lengths differ.
+pub fn scaled_difference_into<T: Element>(a: f64, x: &[f64], y: &[f64], out: &mut [T]) {
+    assert_eq!(x.len(), out.len());
+    assert_eq!(y.len(), out.len());
+    update(out, |from, part| {
+        for ((v, u), w) in part.iter_mut().zip(&x[from..]).zip(&y[from..]) {
+            *v = T::from_f64(a * (u - w));
+        }
+    });
+}
+
 /// `out_j = x_j y_j`.
 ///
 /// # Panics
@@ -169,7 +200,7 @@ fn reduce(
 }
 
 /// Runs `change(from, part)` on all parts of `y`, where `from` is the place of the part.
-fn update(y: &mut [f64], change: impl Fn(usize, &mut [f64]) + Sync) {
+fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
     if y.len() < SERIAL_BELOW {
         change(0, y);
         return;
@@ -180,15 +211,15 @@ fn update(y: &mut [f64], change: impl Fn(usize, &mut [f64]) + Sync) {
         .for_each(|(c, part)| change(c * CHUNK, part));
 }
 
-fn dot_chunk(x: &[f64], y: &[f64]) -> f64 {
+fn dot_chunk<T: Element, U: Element>(x: &[T], y: &[U]) -> f64 {
     let mut partials = [0.0; ACCUMULATORS];
     let (xs, ys) = (x.chunks_exact(ACCUMULATORS), y.chunks_exact(ACCUMULATORS));
     let rest: f64 = (xs.remainder().iter().zip(ys.remainder()))
-        .map(|(a, b)| a * b)
+        .map(|(a, b)| a.to_f64() * b.to_f64())
         .sum();
     for (a, b) in xs.zip(ys) {
         for i in 0..ACCUMULATORS {
-            partials[i] += a[i] * b[i];
+            partials[i] += a[i].to_f64() * b[i].to_f64();
         }
     }
     partials.iter().sum::<f64>() + rest

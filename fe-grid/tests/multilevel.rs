@@ -10,7 +10,7 @@ use fe_grid::minimise::{
     minimise_levels,
 };
 use fe_grid::{
-    Boundary, Field, Grid, GridError, LinearOperator, ScalarField, SpectralSolver, vector,
+    Boundary, Buffer, Field, Grid, GridError, LinearOperator, ScalarField, SpectralSolver, vector,
 };
 use support::distance;
 
@@ -107,10 +107,10 @@ impl LevelProblem for Levels {
         DoubleWell::new(self.grids[level])
     }
 
-    fn prolong(&mut self, level: usize, u: &[f64]) -> Result<Vec<f64>, GridError> {
+    fn prolong(&mut self, level: usize, u: &[f64]) -> Result<Buffer<f64>, GridError> {
         let coarse: ScalarField<f64, 2> = Field::from_vec(self.grids[level], u.to_vec())?;
         let fine = Field::<f64, 2, 1>::from_fn(self.grids[level + 1], |x| coarse.sample(x));
-        Ok(fine.into_vec())
+        Ok(fine.into_vec().into())
     }
 
     fn repair(&mut self, level: usize, u: &mut [f64]) -> Result<(), GridError> {

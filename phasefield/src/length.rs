@@ -2,13 +2,32 @@
 //! `L[v] = int epsilon |grad v|^2 + (v - 1)^2/(4 epsilon)`, without a factor one half: it tends
 //! to the length (area) of the interface.
 
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
+use fe_grid::operators::MassStiffness;
+use fe_grid::{CellLaw, Grid, Jet, Lane, Point, Reads, UniformOperator, vector};
 
 /// The density of `L` for a scalar field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InterfaceLength {
     /// Interface width `epsilon`.
     pub interface_width: f64,
+}
+
+impl InterfaceLength {
+    /// `L[v]` of a nodal field: `w · (epsilon L + M / (4 epsilon)) w` for `w = v - 1`.
+    ///
+    /// # Panics
+    /// If the field has not one number a node.
+    pub fn of<const D: usize>(&self, grid: &Grid<D>, field: &[f64]) -> f64 {
+        let coefficients = MassStiffness {
+            mass: 0.25 / self.interface_width,
+            stiffness: self.interface_width,
+        };
+        assert_eq!(field.len(), grid.n_nodes());
+        let excess: Vec<f64> = field.iter().map(|v| v - 1.0).collect();
+        let mut product = vec![0.0; excess.len()];
+        UniformOperator::new(*grid, coefficients).product_into(&excess, &mut product);
+        vector::dot(&excess, &product)
+    }
 }
 
 impl Reads for InterfaceLength {

@@ -83,7 +83,15 @@ impl<const D: usize> Edge<D> {
             interface_width: self.width,
         };
         let assembly = Assembly::<_, f64, D, 1>::new(self.grid, &law, Data::default());
-        assembly.value(self.phase_field.as_slice()).unwrap() / self.size()
+        let phase_field = self.phase_field.as_slice();
+        let length = assembly.value(phase_field).unwrap();
+        // A sum over nodes in place of one over quadrature points.
+        let applied = law.of(&self.grid, phase_field);
+        assert!(
+            (applied - length).abs() < 1e-11 * length,
+            "{applied} {length}"
+        );
+        length / self.size()
     }
 
     /// What the closed forms are for: unmatched, matched, best match, length.
@@ -304,7 +312,9 @@ fn check_length<const D: usize>(cells: usize) {
     );
     assert!(dot(&action, &d) > 0.0);
     // Nothing but the constant one has no length.
-    assert_eq!(assembly.value(&vec![1.0; v.len()]).unwrap(), 0.0);
+    assert_eq!(law.of(&grid, &vec![1.0; v.len()]), 0.0);
+    let applied = law.of(&grid, &v);
+    assert!((applied - value).abs() < 1e-12 * value, "{applied} {value}");
 }
 
 #[test]

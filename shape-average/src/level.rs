@@ -1,7 +1,7 @@
 //! The shapes on one level: phase fields and elastic weights of the level's interface width.
 
 use crate::{AverageError, AverageParams};
-use fe_grid::{Assembly, Data, Field, Grid};
+use fe_grid::{Field, Grid};
 use phasefield::{ElasticWeight, InterfaceLength, Profile};
 
 /// The data of all shapes on one grid.
@@ -78,15 +78,13 @@ impl<const D: usize> LevelShapes<D> {
 
     /// The least mismatch that all shapes together can have: `pi/2 - 1` a unit of interface.
     pub(crate) fn mismatch_floor(&self) -> f64 {
-        let law = InterfaceLength {
+        let length = InterfaceLength {
             interface_width: self.interface_width,
         };
-        let assembly = Assembly::<_, f64, D, 1>::new(self.grid, &law, Data::default());
         let lengths = self
             .phase_fields
             .iter()
-            .map(|v| assembly.value(v.as_slice()));
-        // The interface length is finite for every field; a failure only loses the floor.
-        phasefield::profile::MISMATCH_FLOOR * lengths.map(|l| l.unwrap_or(0.0)).sum::<f64>()
+            .map(|v| length.of(&self.grid, v.as_slice()));
+        phasefield::profile::MISMATCH_FLOOR * lengths.sum::<f64>()
     }
 }

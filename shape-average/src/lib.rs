@@ -16,7 +16,8 @@
 //! zero unless a corner of a cell comes near to folding ([`Energy::barrier`]). [`align`] turns and
 //! moves shapes onto each other beforehand.
 //!
-//! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files.
+//! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files
+//! but the temporary ones that [`AverageParams::storage`] may ask for.
 //!
 //! ```
 //! use fe_grid::minimise::Silent;
@@ -42,6 +43,7 @@ mod alternating;
 mod energy;
 mod error;
 mod level;
+mod memory;
 mod metric;
 mod objective;
 mod params;
@@ -53,6 +55,7 @@ pub use alternating::Alternating;
 pub use energy::Energy;
 pub use error::AverageError;
 pub use level::LevelShapes;
+pub use memory::{MemoryEstimate, memory_estimate};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Solver};
 pub use result::{AverageResult, LevelReport};

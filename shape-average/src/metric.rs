@@ -4,7 +4,7 @@
 use crate::{AverageParams, LevelShapes};
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_CELL_DATA;
-use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
 use fe_grid::{
     CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, probe_cells, tensor,
 };
@@ -42,6 +42,7 @@ impl<const D: usize> ShapeMetric<D> {
         (elastic_weight, mismatch_weight): (f64, f64),
         average: &[f64],
         displacement: &[f64],
+        work_space: &WorkSpace<f32>,
     ) -> Result<Self, GridError> {
         let grid = *shapes.grid();
         let elastic_weight = elastic_weight.max(LEAST_WEIGHT);
@@ -67,8 +68,9 @@ impl<const D: usize> ShapeMetric<D> {
             moduli: params.law.moduli,
             regularisation: REGULARISATION * probe.void_stiffness * elastic_weight,
         };
+        let cycle = Multigrid::new(grid, &law, cells, CYCLE)?;
         Ok(Self {
-            cycle: Multigrid::new(grid, &law, cells, CYCLE)?,
+            cycle: cycle.with_work_space(work_space.clone()),
         })
     }
 }

@@ -10,10 +10,11 @@ use crate::metric::ShapeMetric;
 use crate::{AverageError, AverageParams, BoundaryCondition, Energy, LevelShapes};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
+use fe_grid::multigrid::WorkSpace;
 use fe_grid::scatter::{Background, NormalEquations, Source};
 use fe_grid::{
-    Assembly, CellLaw, CgParams, CgScratch, Data, Diagonal, Grid, GridError, LinearOperator,
-    certify_below, conjugate_gradient, restrain_step,
+    Assembly, Buffer, CellLaw, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
+    LinearOperator, Storage, certify_below, conjugate_gradient, restrain_step, vector,
 };
 use hyperelastic::{FoldBarrier, LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
 use phasefield::{InterfaceLength, Mismatch};
@@ -25,6 +26,14 @@ const AVERAGE_TOLERANCE: f64 = 1e-7;
 /// The barrier is felt by corners whose determinant is below this.
 const BARRIER_ONSET: f64 = 0.2;
 
+/// The metrics of all shapes.
+enum Metric<const D: usize> {
+    /// As they are applied.
+    Kept(Vec<ShapeMetric<D>>),
+    /// The state that they are made of, where there is no room for more than one at a time.
+    Remade { x: Buffer<f64>, average: Vec<f64> },
+}
+
 /// The reduced functional on one level.
 pub struct AverageObjective<const D: usize> {
     shapes: LevelShapes<D>,
@@ -33,7 +42,9 @@ pub struct AverageObjective<const D: usize> {
     /// The average `v`, the start of the next solve.
     average: Vec<f64>,
     energy: Energy,
-    metric: Vec<ShapeMetric<D>>,
+    metric: Metric<D>,
+    /// For the multigrid cycles of all shapes.
+    work_space: WorkSpace<f32>,
     equations: NormalEquations<D>,
     scratch: CgScratch,
     /// Evaluations of one shape's energy.
@@ -62,7 +73,8 @@ impl<const D: usize> AverageObjective<D> {
             weights,
             average,
             energy: Energy::default(),
-            metric: Vec::new(),
+            metric: Metric::Kept(Vec::new()),
+            work_space: WorkSpace::default(),
             equations,
             scratch: CgScratch::default(),
             shape_evaluations: 0,
@@ -247,6 +259,24 @@ impl<const D: usize> AverageObjective<D> {
         elastic + self.weights.mismatch * terms.mismatch + terms.barrier
     }
 
+    /// The metric of one shape at a state.
+    fn shape_metric(
+        &self,
+        shape: usize,
+        average: &[f64],
+        displacement: &[f64],
+    ) -> Result<ShapeMetric<D>, GridError> {
+        ShapeMetric::new(
+            &self.shapes,
+            shape,
+            &self.params,
+            (self.weights.shapes[shape], self.weights.mismatch),
+            average,
+            displacement,
+            &self.work_space,
+        )
+    }
+
     /// Removes what would move a boundary that is held.
     pub(crate) fn hold_boundary(&self, direction: &mut [f64]) {
         if self.params.boundary == BoundaryCondition::Natural {
@@ -265,11 +295,11 @@ impl<const D: usize> AverageObjective<D> {
     }
 
     /// The interface length of the present average.
-    pub(crate) fn length(&self) -> Result<f64, GridError> {
-        let law = InterfaceLength {
+    pub(crate) fn length(&self) -> f64 {
+        let length = InterfaceLength {
             interface_width: self.shapes.interface_width(),
         };
-        Assembly::<_, f64, D, 1>::new(*self.grid(), &law, Data::default()).value(&self.average)
+        length.of(self.grid(), &self.average)
     }
 
     /// Solves for the average and collects all terms; the gradient overwrites `gradient` unless
@@ -293,8 +323,12 @@ impl<const D: usize> AverageObjective<D> {
         let energy = |i: usize, gradient: &mut [f64]| {
             self.shape_energy(i, shape(x, i, dim), corners[i], gradient)
         };
+        let in_turn = self.params.storage != Storage::Memory;
         let terms: Result<Vec<_>, AverageError> = if gradient.is_empty() {
             (0..n).into_par_iter().map(|i| energy(i, &mut [])).collect()
+        } else if in_turn {
+            let parts = gradient.chunks_exact_mut(dim).enumerate();
+            parts.map(|(i, gradient)| energy(i, gradient)).collect()
         } else {
             let parts = gradient.par_chunks_exact_mut(dim).enumerate();
             parts.map(|(i, gradient)| energy(i, gradient)).collect()
@@ -302,7 +336,7 @@ impl<const D: usize> AverageObjective<D> {
         let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
         };
-        self.energy = Energy::new(&self.weights, &terms, self.length()?);
+        self.energy = Energy::new(&self.weights, &terms, self.length());
         Ok(Evaluation::Value(self.energy.objective()))
     }
 }
@@ -351,12 +385,24 @@ impl<const D: usize> Objective for AverageObjective<D> {
         out: &mut [f64],
     ) -> Result<(), AverageError> {
         let dim = self.shape_dim();
-        out.par_chunks_exact_mut(dim)
-            .enumerate()
-            .for_each(|(i, out)| {
-                self.metric[i].apply_into(shape(gradient, i, dim), out);
-                self.hold_boundary(out);
-            });
+        let apply = |i: usize, metric: &ShapeMetric<D>, out: &mut [f64]| {
+            metric.apply_into(shape(gradient, i, dim), out);
+            self.hold_boundary(out);
+        };
+        match &self.metric {
+            Metric::Kept(metrics) => out
+                .par_chunks_exact_mut(dim)
+                .zip(metrics)
+                .enumerate()
+                .for_each(|(i, (out, metric))| apply(i, metric, out)),
+            Metric::Remade { x, average } => {
+                for (i, out) in out.chunks_exact_mut(dim).enumerate() {
+                    let metric = self.shape_metric(i, average, shape(x, i, dim))?;
+                    apply(i, &metric, out);
+                }
+                x.rest();
+            }
+        }
         Ok(())
     }
 
@@ -379,22 +425,31 @@ impl<const D: usize> Objective for AverageObjective<D> {
     fn update_metric(&mut self, x: &[f64]) -> Result<(), AverageError> {
         let dim = self.shape_dim();
         // The old metric goes first: two at a time would double the memory.
-        self.metric.clear();
+        let old = std::mem::replace(&mut self.metric, Metric::Kept(Vec::new()));
+        if self.params.storage != Storage::Memory {
+            let mut copy = match old {
+                Metric::Remade { x, .. } => x,
+                Metric::Kept(_) => self.params.storage.zeros(x.len())?,
+            };
+            vector::copy_into(x, &mut copy);
+            copy.rest();
+            self.metric = Metric::Remade {
+                x: copy,
+                average: self.average.clone(),
+            };
+            return Ok(());
+        }
+        drop(old);
         let metric: Result<Vec<_>, GridError> = (0..self.shapes.n_shapes())
             .into_par_iter()
-            .map(|i| {
-                ShapeMetric::new(
-                    &self.shapes,
-                    i,
-                    &self.params,
-                    (self.weights.shapes[i], self.weights.mismatch),
-                    &self.average,
-                    shape(x, i, dim),
-                )
-            })
+            .map(|i| self.shape_metric(i, &self.average, shape(x, i, dim)))
             .collect();
-        self.metric = metric?;
+        self.metric = Metric::Kept(metric?);
         Ok(())
+    }
+
+    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
+        Ok(self.params.storage.zeros(len)?)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Parameters of an average.
 
 use crate::AverageError;
+use fe_grid::Storage;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
@@ -61,6 +62,11 @@ pub struct AverageParams {
     pub filter_width: f64,
     /// Descent only: gradient steps for each shape between two solves for the average.
     pub descent_steps: usize,
+    /// Where the vectors of the minimiser are kept. In a folder, shapes are worked on one after
+    /// the other, and the metric of each is made anew whenever it is applied. No result depends
+    /// on it.
+    #[serde(skip)]
+    pub storage: Storage,
 }
 
 impl Default for AverageParams {
@@ -80,6 +86,7 @@ impl Default for AverageParams {
             min_determinant: 1e-3,
             filter_width: 10f64.sqrt(),
             descent_steps: 10,
+            storage: Storage::Memory,
         }
     }
 }

@@ -8,7 +8,7 @@ use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Status, Stopping, minimise_levels,
 };
 use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Certificate, Field, Grid, certify};
+use fe_grid::{Buffer, Certificate, Field, Grid, certify};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -19,7 +19,7 @@ const ENERGY_WINDOW: usize = 5;
 const DECREMENT: f64 = 0.1;
 /// Pairs of the L-BFGS memory: the metric carries most of the curvature, and pairs are what needs
 /// memory (five are as good as thirty on hands and stars).
-const HISTORY: usize = 5;
+pub(crate) const HISTORY: usize = 5;
 /// Iterations after which the metric is made anew.
 const METRIC_INTERVAL: usize = 8;
 /// Blends to the identity that are tried where a deformation is not admissible on a finer level.
@@ -246,10 +246,11 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         Ok(AverageObjective::new(shapes, self.params, average))
     }
 
-    fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Vec<f64>, AverageError> {
+    fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Buffer<f64>, AverageError> {
         let (coarse, fine) = (&self.grids[level], &self.grids[level + 1]);
         let dim = D * coarse.n_nodes();
-        let mut finer = vec![0.0; x.len() / dim * D * fine.n_nodes()];
+        let size = x.len() / dim * D * fine.n_nodes();
+        let mut finer = self.params.storage.zeros(size)?;
         finer
             .par_chunks_exact_mut(D * fine.n_nodes())
             .zip(x.par_chunks_exact(dim))

@@ -1,11 +1,12 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
 //! `plan` reads and checks, `shapes` turns masks into boundaries and signed distances, `place`
-//! aligns them, `watch` shows progress and hears Ctrl-C, `record` and `write` make the result
+//! aligns them, `memory` sees to it that there is room, `watch` shows progress and hears Ctrl-C, `record` and `write` make the result
 //! directory, `draw` its picture, `label` the names in it, `summary` the closing words.
 
 mod draw;
 mod label;
+mod memory;
 mod place;
 mod plan;
 mod record;
@@ -18,7 +19,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use fe_grid::Grid;
-use shape_average::{AverageResult, average};
+use shape_average::{AverageResult, MemoryEstimate, average};
 
 use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
@@ -26,9 +27,11 @@ use crate::input::Image;
 use crate::output::ResultDir;
 use crate::progress::Progress;
 use draw::{Draw, Pictures};
+use memory::provide;
 use shapes::{Input, prepare};
 use watch::{Course, Interrupt, Watch};
 
+pub(crate) use memory::{bytes, format_bytes};
 pub use plan::{AnyPlan, AveragePlan, Parameters, plan_average, plan_images};
 
 /// Everything there is to tell about an average.
@@ -37,6 +40,7 @@ struct Outcome<const D: usize> {
     parameters: Parameters,
     result: AverageResult<D>,
     course: Vec<Course>,
+    memory: MemoryEstimate,
     start: Instant,
 }
 
@@ -51,8 +55,8 @@ pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
     in_pool(args.threads, || {
         progress.stage(format!("reading {} masks", args.inputs.len()));
         match plan_average(args)? {
-            AnyPlan::D2(plan) => run_plan(plan, &args.output, &progress, interrupt, start, None),
-            AnyPlan::D3(plan) => run_plan(plan, &args.output, &progress, interrupt, start, None),
+            AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start, None),
+            AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start, None),
         }
     })
 }
@@ -66,7 +70,7 @@ pub(crate) fn run_drawn(images: Vec<Image<2>>, args: &AverageArgs) -> Result<Exi
     in_pool(args.threads, || {
         let drawn = images.clone();
         let plan = plan_images(images, args)?;
-        run_plan(plan, &args.output, &progress, interrupt, start, Some(drawn))
+        run_plan(plan, args, &progress, interrupt, start, Some(drawn))
     })
 }
 
@@ -87,7 +91,7 @@ fn in_pool<T: Send>(
 
 fn run_plan<const D: usize>(
     plan: AveragePlan<D>,
-    output: &std::path::Path,
+    args: &AverageArgs,
     progress: &Progress,
     interrupt: Interrupt,
     start: Instant,
@@ -96,11 +100,14 @@ fn run_plan<const D: usize>(
 where
     Pictures: Draw<D>,
 {
+    let output = args.output.as_path();
     // A folder that cannot be written to is better known before the computation than after it.
     ResultDir::create(output).map(drop)?;
     let (grid, parameters) = (plan.grid, plan.parameters.clone());
+    let mut params = parameters.average_params();
+    let n = plan.images.len();
+    let memory = provide(&mut params, n, grid, args, progress)?;
     let (inputs, distances) = prepare(plan, progress)?;
-    let params = parameters.average_params();
     let mut watch = Watch::new(
         progress,
         interrupt,
@@ -114,6 +121,7 @@ where
         parameters,
         result,
         course,
+        memory,
         start,
     };
     progress.stage("writing");

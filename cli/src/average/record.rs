@@ -3,7 +3,7 @@
 use fe_grid::minimise::Status;
 use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
-use shape_average::{AverageResult, Energy, LevelReport};
+use shape_average::{AverageResult, Energy, LevelReport, MemoryEstimate};
 
 use super::place::AlignmentRecord;
 use super::shapes::Input;
@@ -41,6 +41,8 @@ pub(super) struct ResultRecord<const D: usize> {
     pub seconds: f64,
     /// Of these, the minimisation.
     pub solver_seconds: f64,
+    /// Bytes by purpose, as they were estimated before.
+    pub memory_estimate: MemoryEstimate,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub peak_memory_bytes: Option<u64>,
 }
@@ -172,6 +174,7 @@ impl<const D: usize> ResultRecord<D> {
             surface,
             seconds: outcome.start.elapsed().as_secs_f64(),
             solver_seconds: result.seconds,
+            memory_estimate: outcome.memory,
             peak_memory_bytes: peak_memory(),
         }
     }

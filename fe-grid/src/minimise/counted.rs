@@ -2,6 +2,7 @@
 
 use super::{Evaluation, Evaluations, Objective, SecondOrder};
 use crate::vector::{dot, scale};
+use crate::{Buffer, Element};
 
 /// Passes calls on and counts them; an energy that is not finite becomes an inadmissible state.
 pub(super) struct Counted<'a, O: Objective> {
@@ -15,6 +16,10 @@ impl<'a, O: Objective> Counted<'a, O> {
             objective,
             evaluations: Evaluations::default(),
         }
+    }
+
+    pub(super) fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, O::Error> {
+        self.objective.room(len)
     }
 
     pub(super) fn value(&mut self, x: &[f64]) -> Result<Evaluation, O::Error> {

@@ -1,31 +1,72 @@
 //! The pairs of steps and gradient changes that L-BFGS remembers.
+//!
+//! They are kept in single precision, which halves the largest part of the method's memory. Each
+//! is divided by its largest entry first, so that none overflows and none is lost; the two-loop
+//! recursion needs the quotient of the two sizes only. The curvature is that of the rounded pair:
+//! the inverse Hessian of the recursion is then positive definite for the pairs that it is made
+//! of, however they were rounded.
 
-use crate::vector::{axpy, dot, norm, subtract_into};
+use crate::buffer::Buffer;
+use crate::vector::{axpy, dot, max_abs_difference, norm, scaled_difference_into};
 
-/// The last `capacity` pairs `s = x' - x`, `y = g' - g`, in a ring.
+/// A step `s = x' - x` and a change of the gradient `y = g' - g`, both of largest entry one.
+pub(super) struct Pair {
+    step: Buffer<f32>,
+    change: Buffer<f32>,
+    /// `1 / s · y` of the scaled pair.
+    inverse_curvature: f64,
+    /// Size of the step over the size of the change, which the scaling took away.
+    ratio: f64,
+    /// Coefficient of the first loop.
+    coefficient: f64,
+}
+
+/// The last pairs, in a ring.
 pub(super) struct PairHistory {
-    dim: usize,
-    capacity: usize,
-    steps: Vec<f64>,
-    changes: Vec<f64>,
-    /// `1 / s · y` of every pair.
-    inverse_curvatures: Vec<f64>,
-    /// Coefficients of the first loop, by place in the ring.
-    coefficients: Vec<f64>,
+    ring: Vec<Pair>,
     /// Pairs that are kept; the newest lies before `next`.
     len: usize,
     next: usize,
 }
 
-impl PairHistory {
-    pub(super) fn new(dim: usize, capacity: usize) -> Self {
+impl Pair {
+    /// A pair with room for vectors of the length of these two.
+    pub(super) fn new(step: Buffer<f32>, change: Buffer<f32>) -> Self {
         Self {
-            dim,
-            capacity,
-            steps: vec![0.0; dim * capacity],
-            changes: vec![0.0; dim * capacity],
-            inverse_curvatures: vec![0.0; capacity],
-            coefficients: vec![0.0; capacity],
+            step,
+            change,
+            inverse_curvature: 0.0,
+            ratio: 0.0,
+            coefficient: 0.0,
+        }
+    }
+
+    /// Becomes the pair of two states and their gradients and says whether its curvature is above
+    /// `threshold |s| |y|`.
+    fn set(&mut self, new: (&[f64], &[f64]), old: (&[f64], &[f64]), threshold: f64) -> bool {
+        let (step, change) = (&mut self.step, &mut self.change);
+        let step_size = max_abs_difference(new.0, old.0);
+        let change_size = max_abs_difference(new.1, old.1);
+        scaled_difference_into(1.0 / step_size, new.0, old.0, step);
+        scaled_difference_into(1.0 / change_size, new.1, old.1, change);
+        let curvature = dot(step, change);
+        self.inverse_curvature = 1.0 / curvature;
+        self.ratio = step_size / change_size;
+        // A size of zero makes all of them NaN.
+        self.ratio.is_finite() && curvature > threshold * norm(step) * norm(change)
+    }
+
+    fn rest(&self) {
+        self.step.rest();
+        self.change.rest();
+    }
+}
+
+impl PairHistory {
+    /// A memory of as many pairs as there is room given for.
+    pub(super) fn new(ring: Vec<Pair>) -> Self {
+        Self {
+            ring,
             len: 0,
             next: 0,
         }
@@ -42,48 +83,45 @@ impl PairHistory {
     /// Remembers the pair of two states and their gradients, unless `s · y` is no more than
     /// `threshold |s| |y|`: the energy does not curve upwards there.
     pub(super) fn push(&mut self, new: (&[f64], &[f64]), old: (&[f64], &[f64]), threshold: f64) {
-        if self.capacity == 0 {
+        let capacity = self.ring.len();
+        let Some(pair) = self.ring.get_mut(self.next) else {
             return;
-        }
-        let place = self.next * self.dim..(self.next + 1) * self.dim;
-        let step = &mut self.steps[place.clone()];
-        let change = &mut self.changes[place];
-        subtract_into(new.0, old.0, step);
-        subtract_into(new.1, old.1, change);
-        let curvature = dot(step, change);
-        if curvature.is_nan() || curvature <= threshold * norm(step) * norm(change) {
+        };
+        let curved = pair.set(new, old, threshold);
+        pair.rest();
+        if curved {
+            self.next = (self.next + 1) % capacity;
+            self.len = (self.len + 1).min(capacity);
+        } else {
             // The oldest pair was overwritten where the ring was full.
-            self.len = self.len.min(self.capacity - 1);
-            return;
+            self.len = self.len.min(capacity - 1);
         }
-        self.inverse_curvatures[self.next] = 1.0 / curvature;
-        self.next = (self.next + 1) % self.capacity;
-        self.len = (self.len + 1).min(self.capacity);
     }
 
     /// First loop, newest pair to oldest: takes out of `q` what the pairs explain.
     pub(super) fn first_loop(&mut self, q: &mut [f64]) {
         for age in 0..self.len {
-            let i = self.place(age);
-            let place = i * self.dim..(i + 1) * self.dim;
-            let a = self.inverse_curvatures[i] * dot(&self.steps[place.clone()], q);
-            axpy(-a, &self.changes[place], q);
-            self.coefficients[i] = a;
+            let place = self.place(age);
+            let pair = &mut self.ring[place];
+            let a = pair.inverse_curvature * dot(&pair.step, q);
+            axpy(-a, &pair.change, q);
+            pair.coefficient = a;
+            pair.rest();
         }
     }
 
     /// Second loop, oldest pair to newest: `r` becomes the inverse Hessian's image.
     pub(super) fn second_loop(&self, r: &mut [f64]) {
         for age in (0..self.len).rev() {
-            let i = self.place(age);
-            let place = i * self.dim..(i + 1) * self.dim;
-            let b = self.inverse_curvatures[i] * dot(&self.changes[place.clone()], r);
-            axpy(self.coefficients[i] - b, &self.steps[place], r);
+            let pair = &self.ring[self.place(age)];
+            let b = pair.inverse_curvature * dot(&pair.change, r);
+            axpy(pair.ratio * pair.coefficient - b, &pair.step, r);
+            pair.rest();
         }
     }
 
     /// Place in the ring of the pair that `age` newer ones followed.
     fn place(&self, age: usize) -> usize {
-        (self.next + self.capacity - 1 - age) % self.capacity
+        (self.next + self.ring.len() - 1 - age) % self.ring.len()
     }
 }

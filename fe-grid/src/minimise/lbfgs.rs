@@ -1,10 +1,11 @@
 //! L-BFGS on top of the objective's own metric.
 
 use super::counted::Counted;
-use super::history::PairHistory;
+use super::history::{Pair, PairHistory};
 use super::line_search::{Start, Step};
 use super::monitor::Monitor;
 use super::{Evaluation, Info, LineSearch, Minimiser, Objective, Observer, Status, Stopping};
+use crate::Buffer;
 use crate::vector::{copy_into, dot, scale};
 
 /// L-BFGS whose initial inverse Hessian is the objective's inverse metric.
@@ -50,10 +51,10 @@ struct Run<'a, O: Objective> {
     params: &'a LbfgsParams,
     objective: Counted<'a, O>,
     pairs: PairHistory,
-    gradient: Vec<f64>,
-    direction: Vec<f64>,
-    trial: Vec<f64>,
-    new_gradient: Vec<f64>,
+    gradient: Buffer<f64>,
+    direction: Buffer<f64>,
+    trial: Buffer<f64>,
+    new_gradient: Buffer<f64>,
 }
 
 impl<O: Objective> Minimiser<O> for LbfgsParams {
@@ -65,15 +66,18 @@ impl<O: Objective> Minimiser<O> for LbfgsParams {
     ) -> Result<Info, O::Error> {
         let dim = objective.dim();
         assert_eq!(x.len(), dim);
-        let zeros = || vec![0.0; dim];
+        let objective = Counted::new(objective);
+        let pairs = (0..self.history)
+            .map(|_| Ok(Pair::new(objective.room(dim)?, objective.room(dim)?)))
+            .collect::<Result<_, O::Error>>()?;
         let mut run = Run {
             params: self,
-            objective: Counted::new(objective),
-            pairs: PairHistory::new(dim, self.history),
-            gradient: zeros(),
-            direction: zeros(),
-            trial: zeros(),
-            new_gradient: zeros(),
+            pairs: PairHistory::new(pairs),
+            gradient: objective.room(dim)?,
+            direction: objective.room(dim)?,
+            trial: objective.room(dim)?,
+            new_gradient: objective.room(dim)?,
+            objective,
         };
         let mut monitor = Monitor::new(&self.stopping, observer);
         let status = run.iterate(x, &mut monitor)?;
@@ -102,6 +106,7 @@ impl<O: Objective> Run<'_, O> {
             let threshold = self.params.curvature_threshold;
             self.pairs.push(new, (x, &self.gradient), threshold);
             copy_into(&self.trial, x);
+            self.direction.rest();
             std::mem::swap(&mut self.gradient, &mut self.new_gradient);
             (energy, step_length) = (step.energy, step.length);
             let interval = self.params.metric_interval;
@@ -122,6 +127,7 @@ impl<O: Objective> Run<'_, O> {
         self.pairs.second_loop(&mut self.direction);
         scale(-1.0, &mut self.direction);
         let slope = dot(&self.gradient, &self.direction);
+        self.gradient.rest();
         if slope < 0.0 || self.pairs.is_empty() {
             return Ok(slope);
         }

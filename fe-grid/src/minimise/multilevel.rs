@@ -1,5 +1,6 @@
 //! From coarse levels to fine.
 
+use crate::Buffer;
 use std::time::Instant;
 
 use super::{Evaluations, Info, Minimiser, Objective, Observer, Status};
@@ -24,7 +25,7 @@ pub trait LevelProblem {
     ///
     /// # Errors
     /// Those of the problem.
-    fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Vec<f64>, Self::Error>;
+    fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Buffer<f64>, Self::Error>;
 
     /// Makes a prolonged state admissible on its `level`.
     ///
@@ -68,7 +69,7 @@ pub struct LevelInfo {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Multilevel {
     /// The state on the last level that was reached.
-    pub x: Vec<f64>,
+    pub x: Buffer<f64>,
     /// All levels that were reached. There are fewer than the problem has where the observer
     /// cancelled or a level began with an inadmissible state; the last status tells.
     pub levels: Vec<LevelInfo>,
@@ -99,13 +100,14 @@ impl Multilevel {
 pub fn minimise_levels<P, M>(
     problem: &mut P,
     mut minimiser: impl FnMut(usize) -> M,
-    mut x: Vec<f64>,
+    x: impl Into<Buffer<f64>>,
     observer: &mut dyn Observer,
 ) -> Result<Multilevel, P::Error>
 where
     P: LevelProblem,
     M: Minimiser<P::Objective>,
 {
+    let mut x = x.into();
     let n_levels = problem.n_levels();
     let mut levels = Vec::with_capacity(n_levels);
     for level in 0..n_levels {

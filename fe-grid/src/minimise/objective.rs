@@ -1,6 +1,7 @@
 //! What a minimiser asks of a problem.
 
 use super::{Info, Observer};
+use crate::{Buffer, Element};
 
 /// The outcome of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +64,18 @@ pub trait Objective {
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), Self::Error> {
         let _ = (x, direction);
         Ok(())
+    }
+
+    /// Room for a vector of the minimiser, filled with zeros: in memory, unless the objective
+    /// knows a better place.
+    ///
+    /// # Errors
+    /// Where there is no room.
+    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, Self::Error>
+    where
+        Self: Sized,
+    {
+        Ok(Buffer::zeros(len))
     }
 
     /// Makes `P` anew for the state `x`. It stays as it is until the next call.

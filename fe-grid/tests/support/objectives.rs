@@ -1,4 +1,5 @@
 //! Small problems for the minimisers.
+#![allow(dead_code, reason = "every test binary uses a part of it")]
 
 use std::convert::Infallible;
 

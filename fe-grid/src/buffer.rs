@@ -1,0 +1,198 @@
+//! Long vectors, in memory or in a temporary file that is mapped into memory.
+//!
+//! A mapped vector is read and written like any other; the system keeps in memory what is in use
+//! and as much of the rest as there is room for. The file has no name: it is gone with the vector,
+//! even where the program is killed.
+
+use crate::{Element, GridError};
+use memmap2::MmapMut;
+use std::fs::File;
+use std::io::{self, Write};
+use std::marker::PhantomData;
+use std::ops::{Deref, DerefMut};
+use std::path::PathBuf;
+
+/// Where long vectors are kept.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Storage {
+    /// In memory.
+    #[default]
+    Memory,
+    /// In temporary files of a folder.
+    Folder(PathBuf),
+}
+
+impl Storage {
+    /// A vector of zeros.
+    ///
+    /// # Errors
+    /// [`GridError::Spill`] where a file of this size cannot be made.
+    pub fn zeros<T: Element>(&self, len: usize) -> Result<Buffer<T>, GridError> {
+        match self {
+            Self::Folder(folder) if len > 0 => {
+                let mapped = Mapped::zeros(folder, len).map_err(|error| GridError::Spill {
+                    folder: folder.clone(),
+                    bytes: (len * size_of::<T>()) as u64,
+                    reason: error.to_string(),
+                })?;
+                Ok(Buffer(Place::Mapped(mapped)))
+            }
+            _ => Ok(Buffer::zeros(len)),
+        }
+    }
+}
+
+/// A long vector of fixed length: a slice of numbers, wherever they are kept.
+#[derive(Debug)]
+pub struct Buffer<T>(Place<T>);
+
+#[derive(Debug)]
+enum Place<T> {
+    Memory(Vec<T>),
+    Mapped(Mapped<T>),
+}
+
+impl<T: Element> Buffer<T> {
+    /// A vector of zeros in memory.
+    pub fn zeros(len: usize) -> Self {
+        Self(Place::Memory(vec![T::default(); len]))
+    }
+
+    /// The vector is not needed for a while: one in a file takes no room in memory until it is
+    /// used again. Its numbers stay.
+    pub fn rest(&self) {
+        if let Place::Mapped(mapped) = &self.0 {
+            mapped.rest();
+        }
+    }
+}
+
+impl<T: Element> Deref for Buffer<T> {
+    type Target = [T];
+
+    fn deref(&self) -> &[T] {
+        match &self.0 {
+            Place::Memory(vector) => vector,
+            Place::Mapped(mapped) => mapped.as_slice(),
+        }
+    }
+}
+
+impl<T: Element> DerefMut for Buffer<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        match &mut self.0 {
+            Place::Memory(vector) => vector,
+            Place::Mapped(mapped) => mapped.as_mut_slice(),
+        }
+    }
+}
+
+impl<T: Element> Clone for Buffer<T> {
+    /// The same numbers in memory.
+    fn clone(&self) -> Self {
+        self.to_vec().into()
+    }
+}
+
+impl<T: Element> PartialEq for Buffer<T> {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+impl<T: Element> From<Vec<T>> for Buffer<T> {
+    fn from(vector: Vec<T>) -> Self {
+        Self(Place::Memory(vector))
+    }
+}
+
+/// Numbers in a mapped file, all of it.
+#[derive(Debug)]
+struct Mapped<T> {
+    map: MmapMut,
+    numbers: PhantomData<T>,
+}
+
+impl<T: Element> Mapped<T> {
+    fn zeros(folder: &std::path::Path, len: usize) -> io::Result<Self> {
+        let mut file = tempfile::tempfile_in(folder)?;
+        fill_with_zeros(&mut file, len * size_of::<T>())?;
+        // SAFETY: the file has no name, so that nobody else can change or shorten it.
+        let map = unsafe { MmapMut::map_mut(&file)? };
+        Ok(Self {
+            map,
+            numbers: PhantomData,
+        })
+    }
+
+    fn as_slice(&self) -> &[T] {
+        let len = self.map.len() / size_of::<T>();
+        // SAFETY: the map holds that many numbers; it begins at a page, hence aligned, and all
+        // bits make a float.
+        unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast(), len) }
+    }
+
+    fn as_mut_slice(&mut self) -> &mut [T] {
+        let len = self.map.len() / size_of::<T>();
+        // SAFETY: as above, and the map is borrowed for as long as the slice.
+        unsafe { std::slice::from_raw_parts_mut(self.map.as_mut_ptr().cast(), len) }
+    }
+
+    #[cfg(unix)]
+    fn rest(&self) {
+        // SAFETY: the pages of a shared map of a file are read from the file when they are used
+        // again. To be refused is no harm: it is an advice.
+        let _ = unsafe {
+            self.map
+                .unchecked_advise(memmap2::UncheckedAdvice::DontNeed)
+        };
+    }
+
+    #[cfg(not(unix))]
+    fn rest(&self) {}
+}
+
+/// Writes the zeros out: a file with holes would only fail when it is used, by a signal.
+fn fill_with_zeros(file: &mut File, bytes: usize) -> io::Result<()> {
+    let zeros = vec![0; bytes.min(1 << 20)];
+    let mut left = bytes;
+    while left > 0 {
+        let part = left.min(zeros.len());
+        file.write_all(&zeros[..part])?;
+        left -= part;
+    }
+    file.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mapped_vector_keeps_its_numbers_and_leaves_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let storage = Storage::Folder(folder.path().into());
+        // More than a block of zeros, and no whole number of pages.
+        let len = (1 << 18) + 7;
+        let mut mapped = storage.zeros::<f64>(len).unwrap();
+        assert!(mapped.iter().all(|&x| x == 0.0) && mapped.len() == len);
+        for (i, x) in mapped.iter_mut().enumerate() {
+            *x = i as f64;
+        }
+        mapped.rest();
+        assert!(mapped.iter().enumerate().all(|(i, &x)| x == i as f64));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+        assert_eq!(storage.zeros::<f32>(0).unwrap().len(), 0);
+    }
+
+    #[test]
+    fn a_folder_that_does_not_exist_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let storage = Storage::Folder(folder.path().join("nowhere"));
+        let error = storage.zeros::<f32>(10).unwrap_err();
+        assert!(
+            matches!(error, GridError::Spill { bytes: 40, .. }),
+            "{error}"
+        );
+    }
+}

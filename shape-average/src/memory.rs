@@ -1,0 +1,197 @@
+//! How much memory an average needs, known before it begins.
+//!
+//! Every array whose size grows with the grid is counted, at the size that it has on the finest
+//! level. What exists for a while only (in an evaluation, in a multigrid cycle, in a damped step) is
+//! counted once, by its largest: one is gone when the next comes. The program
+//! around it, boundaries of shapes and pictures are not counted.
+
+use crate::solve::HISTORY;
+use crate::{AverageParams, Solver};
+use fe_grid::{Grid, Storage};
+use hyperelastic::Corotational;
+use serde::Serialize;
+
+/// Bytes of a number in double and in single precision.
+const DOUBLE: u64 = 8;
+const SINGLE: u64 = 4;
+
+/// Bytes by purpose. What [`AverageParams::storage`] sends to files is counted among its purpose
+/// and in [`MemoryEstimate::files`], not in [`MemoryEstimate::memory`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct MemoryEstimate {
+    /// Signed distances, phase fields and indicators.
+    pub shapes: u64,
+    /// The displacements.
+    pub displacements: u64,
+    /// Gradients, the direction and the trial state.
+    pub minimiser: u64,
+    /// The pairs of L-BFGS.
+    pub history: u64,
+    /// The metrics of all shapes, or in files the state that they are made of.
+    pub metric: u64,
+    /// The average, its normal equations and the vectors of their solver.
+    pub average: u64,
+    /// Work space of the multigrid cycles, and what is needed for a while, at its largest.
+    pub temporary: u64,
+    /// What the result needs when it is put together, instead of all but the shapes and the
+    /// displacements.
+    pub result: u64,
+    /// In memory at the same time, at most.
+    pub memory: u64,
+    /// In temporary files.
+    pub files: u64,
+}
+
+/// What an average of `n_shapes` shapes needs whose finest grid this is, on as many threads as
+/// the present pool has.
+pub fn memory_estimate<const D: usize>(
+    params: &AverageParams,
+    n_shapes: usize,
+    grid: &Grid<D>,
+) -> MemoryEstimate {
+    let sizes = Sizes::new(grid, n_shapes);
+    let n = n_shapes as u64;
+    let state = n * sizes.d * sizes.field;
+    let spilled = params.storage != Storage::Memory;
+    let lbfgs = params.solver == Solver::Lbfgs;
+    // The level before keeps its phase fields and indicators until its successor is done.
+    let coarser = grid.coarser().map_or(0, |g| g.n_nodes() as u64 * DOUBLE);
+    let shapes = n * (3 * sizes.field + 2 * coarser);
+    let metric = sizes.metric();
+    let (minimiser, history, metrics) = if lbfgs {
+        let pairs = 2 * HISTORY as u64 * state * SINGLE / DOUBLE;
+        (4 * state, pairs, if spilled { state } else { n * metric })
+    } else {
+        // The direction, the gradient and the trial state of one shape, and a spectral solve.
+        (3 * sizes.d * sizes.field + 2 * sizes.field, 0, 0)
+    };
+    // The average, four vectors of its solver and the diagonal.
+    let solver = 6 * sizes.field + if spilled && lbfgs { sizes.field } else { 0 };
+    let average = solver + sizes.equations();
+    let (work_space, transfer) = match (lbfgs, spilled) {
+        (false, _) => (0, 0),
+        (true, false) => (
+            sizes.at_once * sizes.cycle(),
+            sizes.at_once * sizes.transfer(),
+        ),
+        (true, true) => (
+            sizes.cycle(),
+            metric + sizes.metric_building().max(sizes.transfer()),
+        ),
+    };
+    let temporary = work_space + sizes.temporary().max(transfer);
+    // Of every shape the displacement, the signed distance and what it is pushed forward to;
+    // while an inverse is made, the points that were found.
+    let result = state + n * 2 * sizes.field + sizes.at_once * 10 * sizes.field;
+    let vectors = minimiser + history + if spilled { metrics } else { 0 };
+    let files = if spilled && lbfgs { state + vectors } else { 0 };
+    let everything = shapes + state + minimiser + history + metrics + average + temporary;
+    let in_files_at_the_end = if files > 0 { state } else { 0 };
+    let at_the_end = shapes + state + result - in_files_at_the_end;
+    MemoryEstimate {
+        shapes,
+        displacements: state,
+        minimiser,
+        history,
+        metric: metrics,
+        average,
+        temporary,
+        result,
+        memory: (everything - files).max(at_the_end),
+        files,
+    }
+}
+
+/// Sizes on the finest grid, in bytes.
+struct Sizes<const D: usize> {
+    /// The dimension.
+    d: u64,
+    /// One scalar field in double precision.
+    field: u64,
+    /// Shapes that are worked on at the same time.
+    at_once: u64,
+    threads: u64,
+    n_cells: u64,
+    /// Node planes that two slabs of cells share, which are kept twice, as a share of all.
+    shared_planes: f64,
+    /// Cells of a slab.
+    slab_cells: u64,
+    /// Nodes and cells of all levels of a metric.
+    hierarchy: Vec<(u64, u64)>,
+}
+
+impl<const D: usize> Sizes<D> {
+    fn new(grid: &Grid<D>, n_shapes: usize) -> Self {
+        let threads = rayon::current_num_threads();
+        let layers = grid.cells_per_axis()[D - 1];
+        // As the cell engine cuts the grid.
+        let thickness = layers.div_ceil(32).max(if D == 3 { 4 } else { 8 });
+        let slabs = layers.div_ceil(thickness);
+        let mut hierarchy = Vec::new();
+        let mut level = Some(*grid);
+        while let Some(g) = level {
+            hierarchy.push((g.n_nodes() as u64, g.n_cells() as u64));
+            level = g.coarser();
+        }
+        Self {
+            d: D as u64,
+            field: grid.n_nodes() as u64 * DOUBLE,
+            at_once: threads.min(n_shapes) as u64,
+            threads: threads as u64,
+            n_cells: grid.n_cells() as u64,
+            shared_planes: (slabs - 1) as f64 / (layers + 1) as f64,
+            slab_cells: (grid.n_cells() / layers * thickness.min(layers)) as u64,
+            hierarchy,
+        }
+    }
+
+    fn nodes(&self) -> u64 {
+        self.hierarchy.iter().map(|level| level.0).sum()
+    }
+
+    /// Coefficients a cell and inverse diagonal blocks.
+    fn metric(&self) -> u64 {
+        let cells: u64 = self.hierarchy.iter().map(|level| level.1).sum();
+        let per_cell = Corotational::<D>::CELL_DATA as u64;
+        SINGLE * (per_cell * cells + self.d * self.d * self.nodes())
+    }
+
+    /// A zero state, and the planes that slabs share.
+    fn metric_building(&self) -> u64 {
+        let planes = (self.field as f64 * self.shared_planes) as u64;
+        (self.d * self.field + self.d * self.d * planes) * SINGLE / DOUBLE
+    }
+
+    /// Five vectors a level, which are kept.
+    fn cycle(&self) -> u64 {
+        5 * SINGLE * self.d * self.nodes()
+    }
+
+    /// Vectors half way between two levels.
+    fn transfer(&self) -> u64 {
+        3 * self.d * self.field / 2 * SINGLE / DOUBLE
+    }
+
+    /// Couplings, room for the right-hand side behind them, that side itself, and moments of the
+    /// cells of a slab a thread.
+    fn equations(&self) -> u64 {
+        let moments = (4 * 3u64.pow(D as u32 - 1) + (1 << D)).next_multiple_of(8) * DOUBLE;
+        let slabs = self.threads * moments * self.slab_cells.min(self.n_cells);
+        (self.outputs() + 1) * self.field + slabs
+    }
+
+    /// The larger of: planes that the slabs of the normal equations share; the same for gradients
+    /// of the shapes that are worked on; a damped step.
+    fn temporary(&self) -> u64 {
+        let shared = |bytes: u64| (bytes as f64 * self.shared_planes) as u64;
+        let equations = shared(self.outputs() * self.field);
+        let gradients = self.at_once * shared(self.d * self.field);
+        let restraint = self.at_once * (self.d + 1) * self.field;
+        equations.max(gradients).max(restraint)
+    }
+
+    /// Nodal arrays of the normal equations.
+    fn outputs(&self) -> u64 {
+        3u64.pow(D as u32).div_ceil(2) + 1
+    }
+}

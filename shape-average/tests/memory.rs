@@ -1,0 +1,150 @@
+//! The estimate of the memory against what is asked of the allocator, and results that do not
+//! depend on where vectors are kept.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use fe_grid::minimise::Silent;
+use fe_grid::{Grid, ScalarField, Storage};
+use shape_average::{AverageParams, AverageResult, Solver, average, memory_estimate};
+
+/// Bytes in use, and the most there have been.
+static IN_USE: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+/// Tests of one program share its allocator: one at a time, from beginning to end.
+static ALONE: Mutex<()> = Mutex::new(());
+
+struct Counting;
+
+// SAFETY: all requests go to the system's allocator as they are.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let in_use = IN_USE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
+        MOST.fetch_max(in_use, Ordering::Relaxed);
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        let in_use = IN_USE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
+        MOST.fetch_max(in_use, Ordering::Relaxed);
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        IN_USE.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Balls and ellipsoids about the centre, by distances that are exact enough here.
+fn ellipsoids<const D: usize>(grid: Grid<D>, n: usize) -> Vec<ScalarField<f64, D>> {
+    let ellipsoid = |i: usize| {
+        let stretch = 0.8 + 0.4 * i as f64 / n as f64;
+        let inside = ScalarField::from_fn(grid, |x| {
+            let part = |k: usize| (x[k] - 0.5) * if k == 0 { stretch } else { 1.0 };
+            [0.3 - (0..D).map(|k| part(k).powi(2)).sum::<f64>().sqrt()]
+        });
+        levelset::signed_distance(&inside, 0.0).unwrap()
+    };
+    (0..n).map(ellipsoid).collect()
+}
+
+/// Averages on one thread; the result, and the most memory in use meanwhile over the estimate.
+fn measured<const D: usize>(
+    shapes: usize,
+    nodes: usize,
+    params: &AverageParams,
+) -> (AverageResult<D>, f64) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    pool.unwrap().install(|| {
+        let before = IN_USE.load(Ordering::Relaxed);
+        let grid = Grid::<D>::cube(nodes);
+        let inputs = ellipsoids(grid, shapes);
+        MOST.store(IN_USE.load(Ordering::Relaxed), Ordering::Relaxed);
+        let result = average(&inputs, params, &mut Silent).unwrap();
+        let most = MOST.load(Ordering::Relaxed) - before;
+        let estimate = memory_estimate(params, shapes, &grid);
+        (result, estimate.memory as f64 / most as f64)
+    })
+}
+
+/// The arrays of an estimate are few and known; what is missing is small beside them.
+fn check<const D: usize>(shapes: usize, nodes: usize, params: &AverageParams) -> AverageResult<D> {
+    let (result, ratio) = measured(shapes, nodes, params);
+    println!("{D}D, {shapes} shapes at {nodes}: estimate / measured = {ratio:.3}");
+    assert!(
+        (0.85..1.15).contains(&ratio),
+        "{D}D {shapes} {nodes}: {ratio}"
+    );
+    result
+}
+
+fn in_files(params: &AverageParams, folder: &std::path::Path) -> AverageParams {
+    AverageParams {
+        storage: Storage::Folder(folder.into()),
+        ..params.clone()
+    }
+}
+
+#[test]
+fn estimates_are_what_is_used() {
+    let _alone = ALONE.lock();
+    let params = AverageParams::default();
+    check::<3>(5, 33, &params);
+    check::<3>(2, 33, &params);
+    check::<2>(4, 129, &params);
+    let descent = AverageParams {
+        solver: Solver::Descent,
+        max_iterations: 2,
+        ..params
+    };
+    check::<2>(4, 129, &descent);
+}
+
+/// The sizes at which estimates matter take minutes.
+#[test]
+fn estimates_are_what_is_used_at_full_size() {
+    if std::env::var_os("SHAPESPACE_SLOW_TESTS").is_none() {
+        eprintln!("skipped: SHAPESPACE_SLOW_TESTS is not set");
+        return;
+    }
+    let _alone = ALONE.lock();
+    let params = AverageParams::default();
+    check::<3>(8, 65, &params);
+    check::<3>(2, 129, &params);
+    let folder = tempfile::tempdir().unwrap();
+    check::<3>(8, 65, &in_files(&params, folder.path()));
+}
+
+#[test]
+fn files_save_memory_and_change_nothing() {
+    let _alone = ALONE.lock();
+    let folder = tempfile::tempdir().unwrap();
+    let params = AverageParams::default();
+    let spilled = in_files(&params, folder.path());
+    let (plain, _) = measured::<3>(5, 33, &params);
+    let same = check::<3>(5, 33, &spilled);
+    assert!(plain.average == same.average && plain.displacements == same.displacements);
+    assert_eq!(plain.energy, same.energy);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    let grid = Grid::<3>::cube(33);
+    let sizes = [&params, &spilled].map(|p| memory_estimate(p, 8, &grid).memory);
+    assert!(2 * sizes[1] < sizes[0], "{sizes:?}");
+}
+
+#[test]
+fn a_folder_that_is_missing_is_an_error() {
+    let _alone = ALONE.lock();
+    let folder = tempfile::tempdir().unwrap();
+    let params = in_files(&AverageParams::default(), &folder.path().join("nowhere"));
+    let inputs = ellipsoids(Grid::<2>::cube(17), 2);
+    let error = average(&inputs, &params, &mut Silent).unwrap_err();
+    assert!(error.to_string().contains("nowhere"), "{error}");
+}
