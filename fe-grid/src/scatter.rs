@@ -130,6 +130,7 @@ impl<const D: usize> NormalEquations<D> {
         let half = half_offsets::<D>().len();
         let element = crate::stencil::constant_element::<D>(&grid, background);
         let mut out = self.matrix.take();
+        out.clear();
         out.resize((half + 1) * n, 0.0);
         let parallel = grid.n_cells() >= PARALLEL_CELLS;
         let moments = &self.moments;

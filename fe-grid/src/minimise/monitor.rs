@@ -16,7 +16,8 @@ pub struct Stopping {
     /// Iterations over which the fall of the energy is judged. 0: it is not.
     pub energy_window: usize,
     /// A part of the energy that no state is without; only the rest counts in
-    /// [`Stopping::relative_energy`].
+    /// [`Stopping::relative_energy`] and [`Stopping::relative_decrement`], but at least a fifth of
+    /// the energy.
     pub energy_floor: f64,
     /// Most iterations.
     pub max_iterations: usize,
@@ -34,6 +35,10 @@ impl Default for Stopping {
         }
     }
 }
+
+/// The excess over the energy floor counts as at least this share of the energy: on coarse grids
+/// a floor taken from the continuum may come close to the energy, or lie above it.
+const LEAST_EXCESS: f64 = 0.2;
 
 /// Energies that are kept without growing their list.
 const RESERVED_ENERGIES: usize = 4096;
@@ -94,8 +99,7 @@ impl<'a> Monitor<'a> {
         if slope.is_nan() || slope > 0.0 {
             return Some(Status::IndefiniteMetric);
         }
-        let above = (energy - self.stopping.energy_floor).abs();
-        if -0.5 * slope <= self.stopping.relative_decrement * above {
+        if -0.5 * slope <= self.stopping.relative_decrement * excess(self.stopping, energy) {
             return Some(Status::GradientTolerance);
         }
         let tolerance = self.stopping.relative_gradient * info.first_gradient_norm;
@@ -121,6 +125,12 @@ impl<'a> Monitor<'a> {
             return false;
         }
         let fall = self.info.energies[self.info.iterations - window] - energy;
-        fall <= self.stopping.relative_energy * (energy - self.stopping.energy_floor).abs()
+        fall <= self.stopping.relative_energy * excess(self.stopping, energy)
     }
+}
+
+/// What falls of the energy are judged by.
+fn excess(stopping: &Stopping, energy: f64) -> f64 {
+    let above = (energy - stopping.energy_floor).abs();
+    above.max(LEAST_EXCESS * energy.abs())
 }
