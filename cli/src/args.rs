@@ -44,7 +44,7 @@ pub struct AverageArgs {
     pub solver: Solver,
     /// A level ends when five iterations lower the energy's excess over the least possible
     /// mismatch by less than this share.
-    #[arg(long, value_name = "SHARE", default_value_t = 1e-4, value_parser = positive)]
+    #[arg(long, value_name = "SHARE", default_value_t = 2e-4, value_parser = positive)]
     pub tolerance: f64,
     /// Most iterations on a level.
     #[arg(long, value_name = "N", default_value_t = 100,

@@ -54,7 +54,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             output,
             grid: Some(NODES),
             solver: Solver::default(),
-            tolerance: 1e-4,
+            tolerance: 2e-4,
             max_iterations: 100,
             weights: Vec::new(),
             law: LawName::default(),

@@ -40,6 +40,7 @@
 
 pub mod align;
 mod alternating;
+mod elastic;
 mod energy;
 mod error;
 mod level;

@@ -5,6 +5,7 @@
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
+use crate::elastic::{ElasticTerm, value_or_gradient};
 use crate::energy::{ShapeTerms, Weights};
 use crate::metric::ShapeMetric;
 use crate::{AverageError, AverageParams, BoundaryCondition, Energy, LevelShapes};
@@ -13,10 +14,10 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::multigrid::WorkSpace;
 use fe_grid::scatter::{Background, NormalEquations, Source};
 use fe_grid::{
-    Assembly, Buffer, CellLaw, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
+    Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
     LinearOperator, Storage, certify_below, conjugate_gradient, restrain_step, vector,
 };
-use hyperelastic::{FoldBarrier, LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
+use hyperelastic::{FoldBarrier, LawError, LawSpec, LawVisitor, StoredEnergy};
 use phasefield::{InterfaceLength, Mismatch};
 use rayon::prelude::*;
 
@@ -239,18 +240,15 @@ impl<const D: usize> AverageObjective<D> {
         displacement: &[f64],
         gradient: &mut [f64],
     ) -> Result<Result<f64, GridError>, LawError> {
-        let indicator = [self.shapes.indicators[shape].as_slice()];
-        self.params.law.visit(ElasticVisitor {
-            grid: *self.grid(),
-            data: Data {
-                coefficients: &indicator,
-                cells: &[],
-            },
+        let term = ElasticTerm {
+            law: &self.params.law,
+            indicator: self.shapes.indicators[shape].as_slice(),
             void_stiffness: self.params.void_stiffness,
             displacement,
             factor: self.weights.shapes[shape],
             gradient,
-        })
+        };
+        term.add(self.grid())
     }
 
     /// Weighted energy of one shape.
@@ -338,20 +336,6 @@ impl<const D: usize> AverageObjective<D> {
         };
         self.energy = Energy::new(&self.weights, &terms, self.length());
         Ok(Evaluation::Value(self.energy.objective()))
-    }
-}
-
-/// The energy of a law; `factor` times its gradient is added to `gradient` unless that is empty.
-fn value_or_gradient<F: CellLaw<D, D>, const D: usize>(
-    assembly: &Assembly<'_, F, f64, D, D>,
-    displacement: &[f64],
-    factor: f64,
-    gradient: &mut [f64],
-) -> Result<f64, GridError> {
-    if gradient.is_empty() {
-        assembly.value(displacement)
-    } else {
-        assembly.value_and_gradient_add(displacement, factor, gradient)
     }
 }
 
@@ -450,30 +434,6 @@ impl<const D: usize> Objective for AverageObjective<D> {
 
     fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
         Ok(self.params.storage.zeros(len)?)
-    }
-}
-
-/// Elastic energy of one shape under whatever law the parameters name.
-struct ElasticVisitor<'a, const D: usize> {
-    grid: Grid<D>,
-    data: Data<'a, f64>,
-    void_stiffness: f64,
-    displacement: &'a [f64],
-    /// A factor of the gradient.
-    factor: f64,
-    gradient: &'a mut [f64],
-}
-
-impl<const D: usize> LawVisitor<D> for ElasticVisitor<'_, D> {
-    type Output = Result<f64, GridError>;
-
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output {
-        let law = WeightedElasticity {
-            law,
-            void_stiffness: self.void_stiffness,
-        };
-        let assembly = Assembly::new(self.grid, &law, self.data);
-        value_or_gradient(&assembly, self.displacement, self.factor, self.gradient)
     }
 }
 

@@ -81,7 +81,7 @@ impl Default for AverageParams {
             solver: Solver::default(),
             boundary: BoundaryCondition::default(),
             coarsest_nodes: 9,
-            tolerance: 1e-4,
+            tolerance: 2e-4,
             max_iterations: 100,
             min_determinant: 1e-3,
             filter_width: 10f64.sqrt(),

@@ -10,7 +10,8 @@ use fe_grid::minimise::Objective;
 use fe_grid::operators::MassStiffness;
 use fe_grid::scatter::{Background, Source, normal_equations};
 use fe_grid::{
-    Assembly, Boundary, CellLaw, Data, Element, Field, Grid, ScalarField, SpectralSolver, certify,
+    Assembly, Boundary, CellLaw, Data, Element, Field, Grid, ScalarField, SpectralSolver,
+    UniformOperator, certify,
 };
 use hyperelastic::{LameModuli, LogDet, WeightedElasticity};
 use phasefield::{Mismatch, Profile};
@@ -277,10 +278,8 @@ fn mass_stiffness<T: Element, const D: usize>(case: Case, grid: Grid<D>) -> Kern
     let mut y = x.clone();
     // Memory is its limit; how many operations it takes is its own affair.
     let kernel = case.kernel(grid, "DoF", 2.0, None);
-    let run = move || {
-        let assembly = Assembly::<_, T, D, 1>::new(grid, &law, Data::default());
-        assembly.hessian_action_into(black_box(&x), &x, &mut y);
-    };
+    let operator = UniformOperator::new(grid, law);
+    let run = move || operator.product_into(black_box(&x), &mut y);
     Kernel {
         run: Box::new(run),
         ..kernel
