@@ -6,7 +6,7 @@ use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::linear::LinearOperator;
 use fe_grid::operators::MassStiffness;
-use fe_grid::scatter::{Background, PointWeights, Source, normal_equations};
+use fe_grid::scatter::{Background, NormalEquations, PointWeights, Source, normal_equations};
 use fe_grid::{Assembly, CellLaw, Data, Grid, Jet, Lane, Point, Reads, SimdLevel, tensor};
 use proptest::prelude::*;
 use support::{noise, smooth_displacement};
@@ -344,6 +344,35 @@ fn composition_and_its_adjoint_agree() {
     check([21, 12], 0.4);
     check([9, 10, 11], 0.05);
     check([17, 6, 8], 0.4);
+}
+
+/// Memory that is used again leaves no trace.
+#[test]
+fn normal_equations_are_assembled_again() {
+    fn check<const D: usize>(n: usize) {
+        let grid = Grid::<D>::cube(n);
+        let [first, second] = [1, 2].map(|seed| smooth_displacement(&grid, 0.05, seed));
+        let target = noise(grid.n_nodes(), 3);
+        let coefficients = [target.as_slice()];
+        let source = |displacement| Source {
+            displacement,
+            coefficients: &coefficients,
+        };
+        let background = Background {
+            mass: 0.1,
+            stiffness: 0.2,
+            load: 0.3,
+        };
+        let mut equations = NormalEquations::new(grid);
+        equations.assemble(&Square, &[source(&first)], background);
+        equations.assemble(&Square, &[source(&second)], background);
+        let (matrix, rhs) = normal_equations(&grid, &Square, &[source(&second)], background);
+        assert_eq!(equations.rhs(), rhs);
+        assert_eq!(equations.matrix().row_sums(), matrix.row_sums());
+        assert_eq!(equations.matrix().diagonal(), matrix.diagonal());
+    }
+    check::<2>(12);
+    check::<3>(7);
 }
 
 #[test]
