@@ -17,6 +17,9 @@ const ENERGY_WINDOW: usize = 5;
 /// A direction that promises less than this share of the tolerance ends a level: levels that the
 /// coarser ones have settled need no steps, and equal shapes stay exactly where they are.
 const DECREMENT: f64 = 0.1;
+/// On coarse grids the floor, which is that of the continuum, comes close to the energy or lies
+/// above it; on fine ones the excess is this share of the energy and more.
+const LEAST_EXCESS: f64 = 0.2;
 /// Pairs of the L-BFGS memory: the metric carries most of the curvature, and pairs are what needs
 /// memory (five are as good as thirty on hands and stars).
 pub(crate) const HISTORY: usize = 5;
@@ -123,6 +126,16 @@ struct LevelMinimiser {
     params: AverageParams,
 }
 
+impl LevelMinimiser {
+    /// A factor of the tolerance. A shape of little weight shows little in the energy: to bring
+    /// it to the average takes half the tolerance that equal weights need.
+    fn strictness(&self, n_shapes: usize) -> f64 {
+        let weights = self.params.resolved_weights(n_shapes);
+        let least = weights.into_iter().fold(f64::INFINITY, f64::min);
+        (n_shapes as f64 * least).clamp(0.5, 1.0)
+    }
+}
+
 impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
     fn minimise(
         &self,
@@ -132,15 +145,17 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
     ) -> Result<Info, AverageError> {
         let n = objective.shapes().n_shapes() as f64;
         // The interface of a discrete phase field is a little shorter than the shape's.
+        let tolerance = self.params.tolerance * self.strictness(objective.shapes().n_shapes());
         let floor = 0.9 * self.params.mismatch_weight / n * objective.shapes().mismatch_floor();
         match self.params.solver {
             Solver::Lbfgs => {
                 let stopping = Stopping {
                     relative_gradient: 0.0,
-                    relative_decrement: DECREMENT * self.params.tolerance,
-                    relative_energy: self.params.tolerance,
+                    relative_decrement: DECREMENT * tolerance,
+                    relative_energy: tolerance,
                     energy_window: ENERGY_WINDOW,
                     energy_floor: floor,
+                    least_excess: LEAST_EXCESS,
                     max_iterations: self.params.max_iterations,
                 };
                 LbfgsParams {
@@ -153,7 +168,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
             }
             Solver::Descent => Alternating {
                 max_iterations: self.params.max_iterations,
-                tolerance: self.params.tolerance,
+                tolerance,
                 energy_floor: floor,
                 target: None,
             }

@@ -16,9 +16,12 @@ pub struct Stopping {
     /// Iterations over which the fall of the energy is judged. 0: it is not.
     pub energy_window: usize,
     /// A part of the energy that no state is without; only the rest counts in
-    /// [`Stopping::relative_energy`] and [`Stopping::relative_decrement`], but at least a fifth of
-    /// the energy.
+    /// [`Stopping::relative_energy`] and [`Stopping::relative_decrement`], or what
+    /// [`Stopping::least_excess`] makes of it.
     pub energy_floor: f64,
+    /// The excess over the floor counts as at least this share of the energy, for floors that are
+    /// estimates.
+    pub least_excess: f64,
     /// Most iterations.
     pub max_iterations: usize,
 }
@@ -31,14 +34,11 @@ impl Default for Stopping {
             relative_energy: 1e-9,
             energy_window: 5,
             energy_floor: 0.0,
+            least_excess: 0.0,
             max_iterations: 100,
         }
     }
 }
-
-/// The excess over the energy floor counts as at least this share of the energy: on coarse grids
-/// a floor taken from the continuum may come close to the energy, or lie above it.
-const LEAST_EXCESS: f64 = 0.2;
 
 /// Energies that are kept without growing their list.
 const RESERVED_ENERGIES: usize = 4096;
@@ -132,5 +132,5 @@ impl<'a> Monitor<'a> {
 /// What falls of the energy are judged by.
 fn excess(stopping: &Stopping, energy: f64) -> f64 {
     let above = (energy - stopping.energy_floor).abs();
-    above.max(LEAST_EXCESS * energy.abs())
+    above.max(stopping.least_excess * energy.abs())
 }
