@@ -52,7 +52,7 @@ pub struct AverageParams {
     pub coarsest_nodes: usize,
     /// A level ends when five iterations lower the energy by less than this share of what it
     /// lies above the least possible mismatch, or when the next promises less than a tenth of it.
-    /// Where weights differ, half of it.
+    /// Where weights differ it is multiplied by the least weight over that of equal ones, or 0.1.
     pub tolerance: f64,
     /// Most iterations on a level.
     pub max_iterations: usize,

@@ -127,12 +127,12 @@ struct LevelMinimiser {
 }
 
 impl LevelMinimiser {
-    /// A factor of the tolerance. A shape of little weight shows little in the energy: to bring
-    /// it to the average takes half the tolerance that equal weights need.
+    /// A factor of the tolerance: the least weight over that of equal ones, but no less than a
+    /// tenth. A shape of little weight shows little in the energy.
     fn strictness(&self, n_shapes: usize) -> f64 {
         let weights = self.params.resolved_weights(n_shapes);
         let least = weights.into_iter().fold(f64::INFINITY, f64::min);
-        (n_shapes as f64 * least).clamp(0.5, 1.0)
+        (n_shapes as f64 * least).clamp(0.1, 1.0)
     }
 }
 

@@ -219,7 +219,7 @@ where
         for c in 0..1 << D {
             if let Some(columns) = &columns {
                 let own = uniform_block::<L, D, M>(columns, &moments[c]);
-                self.store_block(&own, parts, c, i, weight, length);
+                store_block(&own, parts, (c, i, length), weight);
                 continue;
             }
             let mut own = [[L::zero(); M]; M];
@@ -245,27 +245,7 @@ where
                     }
                 }
             }
-            self.store_block(&own, parts, c, i, weight, length);
-        }
-    }
-
-    #[inline(always)]
-    fn store_block<L: Lane<Element = T>>(
-        &self,
-        own: &[[L; M]; M],
-        parts: &mut [T],
-        c: usize,
-        i: usize,
-        weight: f64,
-        length: usize,
-    ) {
-        for r in 0..M {
-            for m in 0..M {
-                let start = (c * M * M + r * M + m) * part_stride(length) + MAX_LANES;
-                own[r][m]
-                    .scale(weight)
-                    .store(&mut parts[start..][i..length]);
-            }
+            store_block(&own, parts, (c, i, length), weight);
         }
     }
 
@@ -381,6 +361,23 @@ fn uniform_block<L: Lane, const D: usize, const M: usize>(
         }
     }
     own
+}
+
+/// Stores the blocks of corner `c` of the cells from `i` on, times the weight.
+#[inline(always)]
+fn store_block<L: Lane, const M: usize>(
+    own: &[[L; M]; M],
+    parts: &mut [L::Element],
+    (c, i, length): (usize, usize, usize),
+    weight: f64,
+) {
+    for r in 0..M {
+        for m in 0..M {
+            let start = (c * M * M + r * M + m) * part_stride(length) + MAX_LANES;
+            let target = &mut parts[start..][i..length];
+            own[r][m].scale(weight).store(target);
+        }
+    }
 }
 
 /// Bytes of a cache line.
