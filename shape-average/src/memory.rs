@@ -177,21 +177,21 @@ impl<const D: usize> Sizes<D> {
     fn equations(&self) -> u64 {
         let moments = (4 * 3u64.pow(D as u32 - 1) + (1 << D)).next_multiple_of(8) * DOUBLE;
         let slabs = self.threads * moments * self.slab_cells.min(self.n_cells);
-        (self.outputs() + 1) * self.field + slabs
+        (Self::outputs() + 1) * self.field + slabs
     }
 
     /// The larger of: planes that the slabs of the normal equations share; the same for gradients
     /// of the shapes that are worked on; a damped step.
     fn temporary(&self) -> u64 {
         let shared = |bytes: u64| (bytes as f64 * self.shared_planes) as u64;
-        let equations = shared(self.outputs() * self.field);
+        let equations = shared(Self::outputs() * self.field);
         let gradients = self.at_once * shared(self.d * self.field);
         let restraint = self.at_once * (self.d + 1) * self.field;
         equations.max(gradients).max(restraint)
     }
 
     /// Nodal arrays of the normal equations.
-    fn outputs(&self) -> u64 {
+    fn outputs() -> u64 {
         3u64.pow(D as u32).div_ceil(2) + 1
     }
 }
