@@ -40,7 +40,7 @@ pub fn certify<T: Element, const D: usize>(
 }
 
 /// Like [`certify`], but exact only where the determinant may be `detail` or less. Cells of which
-/// an estimate shows that it is larger stand with that estimate, which costs a fifth:
+/// an estimate shows that it is larger stand with that estimate, which costs less:
 /// `min_det` and `min_corner_det` are exact where they do not exceed `detail`, and otherwise
 /// lower bounds above it.
 ///

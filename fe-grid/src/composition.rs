@@ -9,7 +9,7 @@
 //! whose gradient scatters `f' (grad V) o Phi`), with respect to `V` through
 //! [`crate::scatter`] (which scatters the shape functions at the deformed points).
 
-use crate::engine::element::MAX_CORNERS;
+use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::engine::{CellLaw, Jet, MAX_COEFFICIENTS, Point, Reads};
 use crate::{Element, Grid, Lane, MAX_LANES};
 
@@ -71,25 +71,13 @@ impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
     #[inline(always)]
     pub fn sample<L: Lane>(&self, position: &[L; D]) -> (L, [L; D]) {
         let at = locate_lanes(&self.grid, position);
-        let corners = self.gather(&at.cell);
-        // One axis after the other halves the corners; derivatives taken so far go along.
-        let mut value = corners;
-        let mut slope = [[L::zero(); MAX_CORNERS]; D];
-        for k in 0..D {
-            for c in 0..(1usize << D) >> (k + 1) {
-                for s in &mut slope[..k] {
-                    s[c] = (s[2 * c + 1] - s[2 * c]).mul_add(at.local[k], s[2 * c]);
-                }
-                slope[k][c] = value[2 * c + 1] - value[2 * c];
-                value[c] = slope[k][c].mul_add(at.local[k], value[2 * c]);
-            }
-        }
+        let (value, slope) = multilinear(self.gather(&at.cell), &at.local);
         let inverse_h = L::splat(1.0 / self.grid.spacing());
         let mut gradient = [L::zero(); D];
         for k in 0..D {
-            gradient[k] = slope[k][0] * inverse_h * at.inside[k];
+            gradient[k] = slope[k] * inverse_h * at.inside[k];
         }
-        (value[0], gradient)
+        (value, gradient)
     }
 
     #[inline(always)]

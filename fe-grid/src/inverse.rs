@@ -5,7 +5,7 @@
 //! deformation with positive determinant every node is found by at most one cell, up to shared
 //! faces.
 
-use crate::engine::element::MAX_CORNERS;
+use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::field::Field;
 use crate::{Element, Grid, Lane, LaneKernel, ScalarField, SimdLevel, tensor};
 use rayon::prelude::*;
@@ -239,8 +239,7 @@ fn largest<const D: usize>(x: &[f64; D]) -> f64 {
     x.iter().fold(0.0, |m: f64, x| m.max(x.abs()))
 }
 
-/// Value and Jacobian of the multilinear map of a cell; one axis after the other halves the
-/// corners, and derivatives taken so far go along.
+/// Value and Jacobian of the multilinear map of a cell.
 #[inline(always)]
 fn evaluate_cell<const D: usize>(
     corners: &[[f64; D]; MAX_CORNERS],
@@ -249,19 +248,7 @@ fn evaluate_cell<const D: usize>(
     let mut value = [0.0; D];
     let mut jacobian = [[0.0; D]; D];
     for m in 0..D {
-        let mut v: [f64; MAX_CORNERS] = std::array::from_fn(|c| corners[c][m]);
-        let mut slope = [[0.0; MAX_CORNERS]; D];
-        for k in 0..D {
-            for c in 0..(1usize << D) >> (k + 1) {
-                for s in &mut slope[..k] {
-                    s[c] = (s[2 * c + 1] - s[2 * c]).mul_add(local[k], s[2 * c]);
-                }
-                slope[k][c] = v[2 * c + 1] - v[2 * c];
-                v[c] = slope[k][c].mul_add(local[k], v[2 * c]);
-            }
-        }
-        value[m] = v[0];
-        jacobian[m] = std::array::from_fn(|k| slope[k][0]);
+        (value[m], jacobian[m]) = multilinear(corners.map(|corner| corner[m]), local);
     }
     (value, jacobian)
 }

@@ -160,3 +160,24 @@ pub fn shape_derivative<const D: usize>(c: usize, q: usize, k: usize, offset: f6
     }
     product
 }
+
+/// Value and derivatives of a multilinear function with these corner values at a point of the
+/// unit cell. One axis after the other halves the corners; derivatives taken so far go along.
+#[inline(always)]
+pub fn multilinear<L: Lane, const D: usize>(
+    corners: [L; MAX_CORNERS],
+    local: &[L; D],
+) -> (L, [L; D]) {
+    let mut value = corners;
+    let mut slope = [[L::zero(); MAX_CORNERS]; D];
+    for k in 0..D {
+        for c in 0..(1usize << D) >> (k + 1) {
+            for s in &mut slope[..k] {
+                s[c] = (s[2 * c + 1] - s[2 * c]).mul_add(local[k], s[2 * c]);
+            }
+            slope[k][c] = value[2 * c + 1] - value[2 * c];
+            value[c] = slope[k][c].mul_add(local[k], value[2 * c]);
+        }
+    }
+    (value[0], slope.map(|s| s[0]))
+}

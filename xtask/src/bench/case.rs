@@ -67,6 +67,17 @@ const NAMES: [(&str, Work); 15] = [
 ];
 
 impl Work {
+    /// Kernels that are measured in double precision alone.
+    pub const IN_DOUBLE: [Self; 7] = [
+        Self::Matching,
+        Self::NormalEquations,
+        Self::Cosine,
+        Self::Sine,
+        Self::MetricBuild,
+        Self::MetricCycle,
+        Self::Certificate,
+    ];
+
     fn name(self) -> &'static str {
         NAMES
             .iter()

@@ -73,18 +73,10 @@ fn cases() -> Vec<Case> {
         add(Work::Anchor(Verb::Gradient), Real::F64);
         add(Work::MassStiffness, Real::F64);
         add(Work::MassStiffness, Real::F32);
-        for work in [
-            Work::Matching,
-            Work::NormalEquations,
-            Work::Cosine,
-            Work::Sine,
-            Work::MetricBuild,
-            Work::MetricCycle,
-            Work::Certificate,
-            Work::Functional,
-        ] {
+        for work in Work::IN_DOUBLE {
             add(work, Real::F64);
         }
+        add(Work::Functional, Real::F64);
     }
     cases
 }

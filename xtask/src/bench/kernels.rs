@@ -61,15 +61,7 @@ fn cases() -> Vec<Case> {
             cases.push(case(Work::Anchor(Verb::Gradient), dimension, real, nodes));
             cases.push(case(Work::MassStiffness, dimension, real, nodes));
         }
-        for work in [
-            Work::Matching,
-            Work::NormalEquations,
-            Work::Cosine,
-            Work::Sine,
-            Work::MetricBuild,
-            Work::MetricCycle,
-            Work::Certificate,
-        ] {
+        for work in Work::IN_DOUBLE {
             cases.push(case(work, dimension, Real::F64, nodes));
         }
     }
