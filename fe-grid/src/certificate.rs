@@ -52,9 +52,23 @@ pub fn certify_below<T: Element, const D: usize>(
     threshold: f64,
     detail: f64,
 ) -> Certificate {
-    assert_eq!(displacement.len(), D * grid.n_nodes());
+    certify_within(grid, displacement, threshold, detail, None)
+}
+
+/// Like [`certify_below`], on the cells alone that `within` marks, where there is such a list. No
+/// cell is certified, with an infinite determinant.
+///
+/// # Panics
+/// If the displacement does not have `D` components of the grid, or the list not one entry a cell.
+pub fn certify_within<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    displacement: &[T],
+    threshold: f64,
+    detail: f64,
+    within: Option<&[bool]>,
+) -> Certificate {
     let mut total = LayerBounds::none();
-    for bounds in bound_layers(grid, displacement, threshold, detail.max(threshold)) {
+    for bounds in bound_layers(grid, displacement, threshold, detail.max(threshold), within) {
         total.include(bounds.bound, bounds.corner, bounds.cell);
     }
     Certificate {
@@ -65,17 +79,18 @@ pub fn certify_below<T: Element, const D: usize>(
     }
 }
 
-/// The cells whose bound of the determinant does not exceed a threshold, in order.
+/// The cells, of those that `within` marks or of all, whose bound of the determinant does not
+/// exceed a threshold, in order.
 ///
 /// # Panics
-/// If the displacement does not have `D` components of the grid.
+/// If the displacement does not have `D` components of the grid, or the list not one entry a cell.
 pub fn violations<T: Element, const D: usize>(
     grid: &Grid<D>,
     displacement: &[T],
     threshold: f64,
+    within: Option<&[bool]>,
 ) -> Vec<usize> {
-    assert_eq!(displacement.len(), D * grid.n_nodes());
-    bound_layers(grid, displacement, threshold, threshold)
+    bound_layers(grid, displacement, threshold, threshold, within)
         .into_iter()
         .flat_map(|layer| layer.violations)
         .collect()
@@ -86,7 +101,10 @@ fn bound_layers<T: Element, const D: usize>(
     displacement: &[T],
     threshold: f64,
     detail: f64,
+    within: Option<&[bool]>,
 ) -> Vec<LayerBounds> {
+    assert_eq!(displacement.len(), D * grid.n_nodes());
+    assert!(within.is_none_or(|marks| marks.len() == grid.n_cells()));
     let layers = grid.cells_per_axis()[D - 1];
     let per_layer = grid.n_cells() / layers;
     (0..layers)
@@ -99,6 +117,7 @@ fn bound_layers<T: Element, const D: usize>(
                 layer,
                 threshold,
                 detail,
+                within,
             };
             T::dispatch(SimdLevel::active(), kernel)
         })
@@ -141,6 +160,8 @@ struct BoundKernel<'a, T, const D: usize> {
     threshold: f64,
     /// Above this an estimate of the determinant is enough.
     detail: f64,
+    /// The cells that count.
+    within: Option<&'a [bool]>,
 }
 
 impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
@@ -175,13 +196,16 @@ impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
                 }
             }
             for i in 0..length {
+                let cell = first_cell(self.grid, row) + i;
+                if self.within.is_some_and(|marks| !marks[cell]) {
+                    continue;
+                }
                 let (mut bound, corner) = (bounds[i].to_f64(), corners[i].to_f64());
                 if D == 3 && bound <= self.threshold && corner > self.threshold {
                     let map = self.corner_positions::<T>(&nodes, i);
                     let map = map.map(|c| c.map(Element::to_f64));
                     bound = refined_bound::<D>(&map, self.threshold, MAX_SPLITS);
                 }
-                let cell = first_cell(self.grid, row) + i;
                 total.include(bound, corner, cell);
                 if bound.is_nan() || bound <= self.threshold {
                     total.violations.push(cell);

@@ -13,11 +13,23 @@ use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::engine::{CellLaw, Jet, MAX_COEFFICIENTS, Point, Reads};
 use crate::{Element, Grid, Lane, MAX_LANES};
 
+/// How a nodal field goes on outside the box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Outside {
+    /// With the value at the nearest point of the box.
+    #[default]
+    Constant,
+    /// With that value less the distance to it, as a signed distance that is positive inside does
+    /// for an object in the box: what has left the box is drawn back.
+    Falling,
+}
+
 /// A nodal field to be evaluated at arbitrary points.
 #[derive(Clone, Copy)]
 pub struct Interpolant<'a, T, const D: usize> {
     grid: Grid<D>,
     field: &'a [T],
+    outside: Outside,
 }
 
 /// Where points lie in a grid: cells and coordinates in them, one point a lane.
@@ -63,11 +75,20 @@ impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
     /// If the field has another length than the grid has nodes.
     pub fn new(grid: Grid<D>, field: &'a [T]) -> Self {
         assert_eq!(field.len(), grid.n_nodes());
-        Self { grid, field }
+        Self {
+            grid,
+            field,
+            outside: Outside::Constant,
+        }
     }
 
-    /// Value and gradient at one point a lane. Outside the box: the value at its nearest point,
-    /// and no derivative across the face.
+    /// The same field with another continuation outside the box.
+    pub fn with_outside(mut self, outside: Outside) -> Self {
+        self.outside = outside;
+        self
+    }
+
+    /// Value and gradient at one point a lane.
     #[inline(always)]
     pub fn sample<L: Lane>(&self, position: &[L; D]) -> (L, [L; D]) {
         let at = locate_lanes(&self.grid, position);
@@ -77,7 +98,23 @@ impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
         for k in 0..D {
             gradient[k] = slope[k] * inverse_h * at.inside[k];
         }
-        (value, gradient)
+        if self.outside == Outside::Constant {
+            return (value, gradient);
+        }
+        let h = L::splat(self.grid.spacing());
+        let mut offset = [L::zero(); D];
+        let mut squared = L::zero();
+        for k in 0..D {
+            offset[k] = position[k] - (at.cell[k] + at.local[k]) * h;
+            offset[k] = L::select(L::zero().less(at.inside[k]), L::zero(), offset[k]);
+            squared = offset[k].mul_add(offset[k], squared);
+        }
+        let distance = squared.sqrt();
+        let inverse = L::one() / distance.max(L::splat(f64::from(f32::MIN_POSITIVE)));
+        for k in 0..D {
+            gradient[k] = gradient[k] - offset[k] * inverse;
+        }
+        (value - distance, gradient)
     }
 
     #[inline(always)]

@@ -124,6 +124,43 @@ pub trait Lane:
         self.polynomial(<Self::Element as Element>::ARTANH_EXCESS)
     }
 
+    /// Arc tangent, accurate to a few units in the last place.
+    ///
+    /// `|x|` is brought to `|z| <= tan(pi/8)` by `atan x = pi/4 + atan((x-1)/(x+1))` or
+    /// `atan x = pi/2 - atan(1/x)`; there `atan z = z + z^3 P(z^2)/Q(z^2)`, with the coefficients of
+    /// the Cephes library (S. L. Moshier).
+    #[inline(always)]
+    fn atan(self) -> Self {
+        const P: [f64; 5] = [
+            -6.485021904942025371773e1,
+            -1.228866684490136173410e2,
+            -7.500855792314704667340e1,
+            -1.615753718733365076637e1,
+            -8.750608600031904122785e-1,
+        ];
+        const Q: [f64; 6] = [
+            1.945506571482613964425e2,
+            4.853903996359136964868e2,
+            4.328810604912902668951e2,
+            1.650270098316988542046e2,
+            2.485846490142306297962e1,
+            1.0,
+        ];
+        let (zero, one) = (Self::zero(), Self::one());
+        let x = self.abs();
+        let large = Self::splat(1.0 + std::f64::consts::SQRT_2).less(x);
+        let middle = Self::splat(std::f64::consts::SQRT_2 - 1.0).less(x);
+        let above = Self::select(middle, x - one, x);
+        let below = Self::select(middle, x + one, one);
+        let z = Self::select(large, -one, above) / Self::select(large, x, below);
+        let offset = Self::select(middle, Self::splat(std::f64::consts::FRAC_PI_4), zero);
+        let offset = Self::select(large, Self::splat(std::f64::consts::FRAC_PI_2), offset);
+        let square = z * z;
+        let tail = square * square.polynomial(&P) / square.polynomial(&Q);
+        let value = offset + tail.mul_add(z, z);
+        Self::select(self.less(zero), -value, value)
+    }
+
     /// The polynomial with these coefficients, at most eight, constant first. Neighbouring terms
     /// are put together in pairs, so that few operations wait for each other (Estrin's scheme).
     #[inline(always)]

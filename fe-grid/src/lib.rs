@@ -57,7 +57,7 @@ mod uniform;
 pub mod vector;
 
 pub use buffer::{Buffer, Storage};
-pub use certificate::{Certificate, certify, certify_below, violations};
+pub use certificate::{Certificate, certify, certify_below, certify_within, violations};
 pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_cells};
 pub use error::GridError;
 pub use field::{Field, ScalarField, VectorField, locate};

@@ -4,8 +4,8 @@
 //! that would fold, over a distance that grows with the step, so that the damping itself does
 //! not fold others.
 
-use crate::certificate::violations;
-use crate::{Grid, certify_below};
+use crate::Grid;
+use crate::certificate::{certify_within, violations};
 
 /// Rounds of local damping before the whole step is shortened.
 const LOCAL_ROUNDS: usize = 12;
@@ -18,8 +18,8 @@ const LEAST_REACH: f64 = 2.0;
 /// More folding cells than this share of all are a matter for a shorter step.
 const MOST_VIOLATIONS: f64 = 0.05;
 
-/// Shortens `step` where needed, so that `det D(id + u + step)` exceeds `threshold` on all cells.
-/// Where the displacement `u` itself does, the step that is left can be taken.
+/// Shortens `step` where needed, so that `det D(id + u + step)` exceeds `threshold` on the cells
+/// that `within` marks, or on all cells. Where the displacement `u` itself does, the step that is left can be taken.
 ///
 /// # Panics
 /// If displacement and step do not have `D` components of the grid.
@@ -28,13 +28,14 @@ pub fn restrain_step<const D: usize>(
     displacement: &[f64],
     step: &mut [f64],
     threshold: f64,
+    within: Option<&[bool]>,
 ) {
     let n = grid.n_nodes();
     let mut trial = vec![0.0; step.len()];
     let most = (MOST_VIOLATIONS * grid.n_cells() as f64) as usize;
     for round in 0..LOCAL_ROUNDS {
         add(displacement, step, &mut trial);
-        let cells = violations(grid, &trial, threshold);
+        let cells = violations(grid, &trial, threshold, within);
         if cells.is_empty() {
             return;
         }
@@ -52,7 +53,7 @@ pub fn restrain_step<const D: usize>(
     }
     for _ in 0..GLOBAL_ROUNDS {
         add(displacement, step, &mut trial);
-        if certify_below(grid, &trial, threshold, threshold).certified {
+        if certify_within(grid, &trial, threshold, threshold, within).certified {
             return;
         }
         scale(step, 0.5);

@@ -1,6 +1,8 @@
 //! Smooth steps from 0 to 1, and their derivatives.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use fe_grid::{Field, Lane};
 
 use crate::LevelsetError;
 
@@ -27,19 +29,23 @@ impl Compact {
     }
 
     /// `H(x)`, in `[0, 1]`.
-    pub fn value(self, x: f64) -> f64 {
+    #[inline(always)]
+    pub fn value<L: Lane>(self, x: L) -> L {
         let s = self.local(x);
-        s * s * (3.0 - 2.0 * s)
+        s * s * (L::splat(3.0) - s.scale(2.0))
     }
 
     /// `H'(x) = 6 s (1 - s)/(2 w)`.
-    pub fn derivative(self, x: f64) -> f64 {
+    #[inline(always)]
+    pub fn derivative<L: Lane>(self, x: L) -> L {
         let s = self.local(x);
-        3.0 * s * (1.0 - s) / self.half_width
+        (s * (L::one() - s)).scale(3.0 / self.half_width)
     }
 
-    fn local(self, x: f64) -> f64 {
-        (0.5 * (x / self.half_width + 1.0)).clamp(0.0, 1.0)
+    #[inline(always)]
+    fn local<L: Lane>(self, x: L) -> L {
+        let s = (x.scale(1.0 / self.half_width) + L::one()).scale(0.5);
+        s.max(L::zero()).min(L::one())
     }
 }
 
@@ -66,14 +72,17 @@ impl Arctan {
     }
 
     /// `H(x)`, in `(0, 1)`.
-    pub fn value(self, x: f64) -> f64 {
-        0.5 + (x / self.width).atan() / PI
+    #[inline(always)]
+    pub fn value<L: Lane>(self, x: L) -> L {
+        let angle = x.scale(1.0 / self.width).atan();
+        angle.scale(FRAC_1_PI) + L::splat(0.5)
     }
 
     /// `H'(x) = epsilon/(pi (epsilon^2 + x^2))`.
-    pub fn derivative(self, x: f64) -> f64 {
-        let s = x / self.width;
-        1.0 / (PI * self.width * (1.0 + s * s))
+    #[inline(always)]
+    pub fn derivative<L: Lane>(self, x: L) -> L {
+        let s = x.scale(1.0 / self.width);
+        L::splat(FRAC_1_PI / self.width) / s.mul_add(s, L::one())
     }
 
     /// `H''(x) = -2 epsilon x/(pi (epsilon^2 + x^2)^2)`.
@@ -81,6 +90,44 @@ impl Arctan {
         let s = x / self.width;
         let below = 1.0 + s * s;
         -2.0 * s / (PI * self.width * self.width * below * below)
+    }
+}
+
+/// A smooth step of either kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// With a transition of finite width.
+    Compact(Compact),
+    /// With tails.
+    Arctan(Arctan),
+}
+
+impl Step {
+    /// `H(x)`.
+    #[inline(always)]
+    pub fn value<L: Lane>(self, x: L) -> L {
+        match self {
+            Self::Compact(step) => step.value(x),
+            Self::Arctan(step) => step.value(x),
+        }
+    }
+
+    /// `H'(x)`.
+    #[inline(always)]
+    pub fn derivative<L: Lane>(self, x: L) -> L {
+        match self {
+            Self::Compact(step) => step.derivative(x),
+            Self::Arctan(step) => step.derivative(x),
+        }
+    }
+
+    /// `H(x)` at every node.
+    pub fn of_field<const D: usize>(self, field: &Field<f64, D, 1>) -> Field<f64, D, 1> {
+        let mut out = field.clone();
+        for x in out.as_mut_slice() {
+            *x = self.value(*x);
+        }
+        out
     }
 }
 

@@ -29,6 +29,6 @@ pub use distance::{ContourDistance, Nearest, signed_distance};
 pub use error::LevelsetError;
 pub use extract::{BoxEdge, contour};
 pub use hausdorff::{Hausdorff, hausdorff};
-pub use heaviside::{Arctan, Compact};
+pub use heaviside::{Arctan, Compact, Step};
 pub use measures::{Moments, dice, mask_volume};
 pub use polyline::Polyline;

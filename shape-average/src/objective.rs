@@ -401,6 +401,7 @@ impl<const D: usize> Objective for AverageObjective<D> {
                     shape(x, i, dim),
                     step,
                     self.params.min_determinant,
+                    None,
                 );
             });
         Ok(())

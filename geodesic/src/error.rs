@@ -1,0 +1,45 @@
+//! What can go wrong in this crate.
+
+/// Errors of geodesics.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GeodesicError {
+    /// The two shapes lie on different grids.
+    #[error("the two shapes lie on different grids")]
+    GridsDiffer,
+    /// A shape has no inside or no outside on the grid.
+    #[error("the {which} shape is {what} on this grid")]
+    Degenerate {
+        /// `start` or `end`.
+        which: &'static str,
+        /// `empty` or `full`.
+        what: &'static str,
+    },
+    /// A signed distance is not a number everywhere.
+    #[error("the signed distance of the {which} shape is not finite at node {node}")]
+    NotFinite {
+        /// `start` or `end`.
+        which: &'static str,
+        /// Position in memory of the node.
+        node: usize,
+    },
+    /// A parameter is out of range.
+    #[error("{name} must be {expected}, found {value}")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// The admissible values, in words.
+        expected: &'static str,
+        /// The value that was given.
+        value: f64,
+    },
+    /// From the grid layer.
+    #[error(transparent)]
+    Grid(#[from] fe_grid::GridError),
+    /// From the laws.
+    #[error(transparent)]
+    Law(#[from] hyperelastic::LawError),
+    /// From the shapes.
+    #[error(transparent)]
+    Shape(#[from] levelset::LevelsetError),
+}

@@ -1,0 +1,292 @@
+//! The energy of a path of deformations of one start domain.
+
+use super::laws::StepTerm;
+use super::metric::{MetricParts, PathMetric};
+use crate::{GeodesicError, GeodesicParams, HeavisideMatch};
+use fe_grid::composition::{Interpolant, Matching, Outside};
+use fe_grid::minimise::{Evaluation, Objective};
+use fe_grid::{Assembly, Data, Field, Grid, GridError, certify_within, restrain_step, vector};
+use levelset::{Arctan, Compact, Step};
+use rayon::prelude::*;
+
+/// The terms of the energy, unweighted but for the time step.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PathEnergy {
+    /// Energies `W_k` of the steps.
+    pub step_energies: Vec<f64>,
+    /// The match of the last shape and the end shape.
+    pub mismatch: f64,
+    /// `K sum W_k + eta match`.
+    pub total: f64,
+}
+
+impl PathEnergy {
+    /// The length `sum sqrt W_k` of the path.
+    pub fn length(&self) -> f64 {
+        self.step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+    }
+
+    /// The dissipation `K sum W_k`.
+    pub fn dissipation(&self) -> f64 {
+        self.step_energies.len() as f64 * self.step_energies.iter().sum::<f64>()
+    }
+}
+
+/// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. Unknowns are the
+/// displacements of `psi_1, ..., psi_K`, one after the other.
+pub struct PathObjective<const D: usize> {
+    grid: Grid<D>,
+    params: GeodesicParams,
+    steps: usize,
+    start: Field<f64, D, 1>,
+    end: Field<f64, D, 1>,
+    indicator: Step,
+    density: HeavisideMatch,
+    /// The cells that must not fold: those with a part of the object, or all.
+    solid: Option<Vec<bool>>,
+    energy: PathEnergy,
+    metric: Option<PathMetric<D>>,
+    /// Room for the path with the identity in front, and for its gradient.
+    path: Vec<f64>,
+    path_gradient: Vec<f64>,
+}
+
+impl<const D: usize> PathObjective<D> {
+    /// The energy for two shapes given by their level sets on one grid.
+    ///
+    /// # Errors
+    /// [`GeodesicError::GridsDiffer`], and those of the steps.
+    pub fn new(
+        start: Field<f64, D, 1>,
+        end: Field<f64, D, 1>,
+        steps: usize,
+        params: &GeodesicParams,
+    ) -> Result<Self, GeodesicError> {
+        let h = start.grid().spacing();
+        let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
+        let density = HeavisideMatch {
+            step: Arctan::new(params.match_cells * h)?,
+        };
+        Self::with_steps(start, end, steps, params, indicator, density)
+    }
+
+    /// The same with other smooth steps for the elastic weight and the match.
+    ///
+    /// # Errors
+    /// [`GeodesicError::GridsDiffer`].
+    pub fn with_steps(
+        start: Field<f64, D, 1>,
+        end: Field<f64, D, 1>,
+        steps: usize,
+        params: &GeodesicParams,
+        indicator: Step,
+        density: HeavisideMatch,
+    ) -> Result<Self, GeodesicError> {
+        let grid = *start.grid();
+        if grid != *end.grid() {
+            return Err(GeodesicError::GridsDiffer);
+        }
+        let solid = (params.void_stiffness == 0.0).then(|| solid_cells(&start, indicator));
+        Ok(Self {
+            grid,
+            params: params.clone(),
+            steps,
+            start,
+            end,
+            indicator,
+            density,
+            solid,
+            energy: PathEnergy::default(),
+            metric: None,
+            path: Vec::new(),
+            path_gradient: Vec::new(),
+        })
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid<D> {
+        &self.grid
+    }
+
+    /// Number of steps.
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+
+    /// The terms of the last evaluation.
+    pub fn energy(&self) -> &PathEnergy {
+        &self.energy
+    }
+
+    /// The cells that must not fold, where not all are.
+    pub fn solid_cells(&self) -> Option<&[bool]> {
+        self.solid.as_deref()
+    }
+
+    fn dim_of_step(&self) -> usize {
+        D * self.grid.n_nodes()
+    }
+
+    fn admissible(&self, displacement: &[f64]) -> bool {
+        let bound = self.params.min_determinant;
+        certify_within(
+            &self.grid,
+            displacement,
+            bound,
+            bound,
+            self.solid.as_deref(),
+        )
+        .certified
+    }
+
+    /// All terms; the gradient overwrites `gradient` unless that is empty.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Law`] where the law cannot be made.
+    pub fn evaluate(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GeodesicError> {
+        let dim = self.dim_of_step();
+        if !x.par_chunks_exact(dim).all(|u| self.admissible(u)) {
+            return Ok(Evaluation::Inadmissible);
+        }
+        let wanted = !gradient.is_empty();
+        self.path.resize(x.len() + dim, 0.0);
+        self.path[dim..].copy_from_slice(x);
+        self.path_gradient
+            .resize(if wanted { x.len() + dim } else { 0 }, 0.0);
+        self.path_gradient.fill(0.0);
+        let count = self.steps as f64;
+        let mut step_energies = Vec::with_capacity(self.steps);
+        for k in 0..self.steps {
+            let pair = k * dim..(k + 2) * dim;
+            let term = StepTerm {
+                law: &self.params.law,
+                indicator: self.indicator,
+                void_stiffness: self.params.void_stiffness,
+                void_viscosity: self.params.void_viscosity,
+                level_set: self.start.as_slice(),
+                displacements: &self.path[pair.clone()],
+                factor: count,
+                gradient: if wanted {
+                    &mut self.path_gradient[pair]
+                } else {
+                    &mut []
+                },
+            };
+            match term.add(&self.grid)? {
+                Ok(energy) => step_energies.push(energy),
+                Err(GridError::Inadmissible { .. }) => return Ok(Evaluation::Inadmissible),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        let law = Matching::new(self.density, continued(&self.end));
+        let coefficients = [self.start.as_slice()];
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
+        let assembly = Assembly::new(self.grid, &law, data);
+        let last = &x[(self.steps - 1) * dim..];
+        let mismatch = if wanted {
+            let gradient = &mut self.path_gradient[self.steps * dim..];
+            assembly.value_and_gradient_add(last, self.params.match_weight, gradient)
+        } else {
+            assembly.value(last)
+        }?;
+        if wanted {
+            vector::copy_into(&self.path_gradient[dim..], gradient);
+        }
+        let total = count * step_energies.iter().sum::<f64>() + self.params.match_weight * mismatch;
+        self.energy = PathEnergy {
+            step_energies,
+            mismatch,
+            total,
+        };
+        Ok(Evaluation::Value(total))
+    }
+}
+
+/// A level set as it goes on outside the box.
+fn continued<const D: usize>(field: &Field<f64, D, 1>) -> Interpolant<'_, f64, D> {
+    Interpolant::new(*field.grid(), field.as_slice()).with_outside(Outside::Falling)
+}
+
+/// The cells with a corner at which the indicator is not zero.
+fn solid_cells<const D: usize>(level_set: &Field<f64, D, 1>, indicator: Step) -> Vec<bool> {
+    let grid = level_set.grid();
+    let strides = grid.strides();
+    let values = level_set.as_slice();
+    (0..grid.n_cells())
+        .map(|cell| {
+            let first = grid.node_index(grid.cell(cell));
+            (0..1usize << D).any(|c| {
+                let node = (0..D).map(|k| (c >> k & 1) * strides[k]).sum::<usize>() + first;
+                indicator.value(values[node]) > 0.0
+            })
+        })
+        .collect()
+}
+
+impl<const D: usize> Objective for PathObjective<D> {
+    type Error = GeodesicError;
+
+    fn dim(&self) -> usize {
+        self.steps * self.dim_of_step()
+    }
+
+    fn value_and_gradient(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GeodesicError> {
+        self.evaluate(x, gradient)
+    }
+
+    fn value(&mut self, x: &[f64]) -> Result<Evaluation, GeodesicError> {
+        self.evaluate(x, &mut [])
+    }
+
+    fn apply_inverse_metric(
+        &mut self,
+        gradient: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), GeodesicError> {
+        match &self.metric {
+            Some(metric) => metric.apply_into(gradient, out),
+            None => vector::copy_into(gradient, out),
+        }
+        Ok(())
+    }
+
+    fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), GeodesicError> {
+        let dim = self.dim_of_step();
+        direction
+            .par_chunks_exact_mut(dim)
+            .zip(x.par_chunks_exact(dim))
+            .for_each(|(step, u)| {
+                let bound = self.params.min_determinant;
+                restrain_step(&self.grid, u, step, bound, self.solid.as_deref());
+            });
+        Ok(())
+    }
+
+    fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
+        self.metric = None;
+        let parts = MetricParts {
+            grid: self.grid,
+            moduli: self.params.law.moduli,
+            indicator: self.indicator,
+            match_weight: self.params.match_weight,
+            density: self.density,
+            start: self.start.as_slice(),
+            end: continued(&self.end),
+            steps: self.steps,
+        };
+        let last = &x[(self.steps - 1) * self.dim_of_step()..];
+        self.metric = Some(PathMetric::new(&parts, last)?);
+        Ok(())
+    }
+}

@@ -1,0 +1,200 @@
+//! From one step on the coarsest grid to all steps on the finest.
+
+use super::objective::{PathEnergy, PathObjective};
+use crate::{GeodesicError, GeodesicParams};
+use fe_grid::minimise::{Info, LbfgsParams, Minimiser, Observer, Stopping};
+use fe_grid::transfer::{inject_into, prolong_into};
+use fe_grid::{Field, Grid, certify_within};
+
+/// Pairs of the L-BFGS memory.
+const HISTORY: usize = 10;
+/// Iterations after which the metric is made anew.
+const METRIC_INTERVAL: usize = 10;
+/// Blends to the identity that are tried where a deformation is not admissible on a finer level.
+const REPAIRS: usize = 40;
+
+/// What happened on one level.
+#[derive(Clone, Debug)]
+pub struct PathLevel {
+    /// Nodes along each axis, `x` first.
+    pub nodes: Vec<usize>,
+    /// Steps of the path.
+    pub steps: usize,
+    /// The minimiser's record.
+    pub info: Info,
+    /// The terms at the end.
+    pub energy: PathEnergy,
+}
+
+/// A minimal path on the finest level.
+#[derive(Clone, Debug)]
+pub struct LagrangianPath<const D: usize> {
+    /// Displacements of `psi_1, ..., psi_K`.
+    pub displacements: Vec<Field<f64, D, D>>,
+    /// What happened, coarsest first.
+    pub levels: Vec<PathLevel>,
+    /// The cells that were kept from folding; all where there is no list.
+    pub solid: Option<Vec<bool>>,
+}
+
+/// The shortest path between two shapes given by their signed distances (positive inside) on one
+/// grid, from a first guess at the displacement of the last deformation, as a function of the
+/// position.
+///
+/// # Errors
+/// [`GeodesicError`] for parameters out of range and shapes that do not fit.
+pub fn lagrangian_path<const D: usize>(
+    start: &Field<f64, D, 1>,
+    end: &Field<f64, D, 1>,
+    params: &GeodesicParams,
+    guess: impl Fn(f64, [f64; D]) -> [f64; D],
+    observer: &mut dyn Observer,
+) -> Result<LagrangianPath<D>, GeodesicError> {
+    params.check()?;
+    if start.grid() != end.grid() {
+        return Err(GeodesicError::GridsDiffer);
+    }
+    let grids = start.grid().hierarchy(params.coarsest_nodes);
+    let (starts, ends) = (pyramid(&grids, start), pyramid(&grids, end));
+    let mut levels = Vec::new();
+    let schedule = time_schedule(params.steps);
+    let mut steps = schedule[0];
+    let mut x: Vec<f64> = (1..=steps)
+        .flat_map(|k| {
+            let time = k as f64 / steps as f64;
+            Field::<f64, D, D>::from_fn(grids[0], |y| guess(time, y)).into_vec()
+        })
+        .collect();
+    let mut solid = None;
+    let n_runs = grids.len() + schedule.len() - 1;
+    for (depth, grid) in grids.iter().enumerate() {
+        let times = if depth == 0 {
+            schedule.as_slice()
+        } else {
+            &schedule[schedule.len() - 1..]
+        };
+        for &count in times {
+            if count != steps {
+                x = refine_time(&x, D * grid.n_nodes(), steps, count);
+                steps = count;
+            }
+            let mut objective =
+                PathObjective::new(starts[depth].clone(), ends[depth].clone(), count, params)?;
+            repair(
+                grid,
+                &mut x,
+                params.min_determinant,
+                objective.solid_cells(),
+            );
+            observer.level(levels.len(), n_runs, x.len());
+            let info = minimiser(params).minimise(&mut objective, &mut x, observer)?;
+            objective.evaluate(&x, &mut [])?;
+            levels.push(PathLevel {
+                nodes: grid.nodes_per_axis().to_vec(),
+                steps: count,
+                info,
+                energy: objective.energy().clone(),
+            });
+            solid = objective.solid_cells().map(<[bool]>::to_vec);
+        }
+        if depth + 1 < grids.len() {
+            let fine = D * grids[depth + 1].n_nodes();
+            let mut finer = vec![0.0; steps * fine];
+            for (out, u) in finer
+                .chunks_exact_mut(fine)
+                .zip(x.chunks_exact(D * grid.n_nodes()))
+            {
+                prolong_into(grid, u, out);
+            }
+            x = finer;
+        }
+    }
+    let grid = *start.grid();
+    let displacements: Result<Vec<_>, _> = x
+        .chunks_exact(D * grid.n_nodes())
+        .map(|u| Field::from_vec(grid, u.to_vec()))
+        .collect();
+    Ok(LagrangianPath {
+        displacements: displacements?,
+        levels,
+        solid,
+    })
+}
+
+fn minimiser(params: &GeodesicParams) -> LbfgsParams {
+    LbfgsParams {
+        metric_interval: METRIC_INTERVAL,
+        history: HISTORY,
+        stopping: Stopping {
+            relative_gradient: 0.0,
+            relative_decrement: 0.1 * params.tolerance,
+            relative_energy: params.tolerance,
+            energy_window: 5,
+            energy_floor: 0.0,
+            least_excess: 0.0,
+            max_iterations: params.max_iterations,
+        },
+        ..LbfgsParams::default()
+    }
+}
+
+/// A field on all grids, coarsest first: nodes of a coarse grid are nodes of the fine one.
+fn pyramid<const D: usize>(grids: &[Grid<D>], finest: &Field<f64, D, 1>) -> Vec<Field<f64, D, 1>> {
+    let mut fields = vec![finest.clone()];
+    for grid in grids.iter().rev().skip(1) {
+        let mut coarse = Field::zeros(*grid);
+        if let Some(fine) = fields.last() {
+            inject_into(grid, fine.as_slice(), coarse.as_mut_slice());
+        }
+        fields.push(coarse);
+    }
+    fields.reverse();
+    fields
+}
+
+/// Numbers of steps from few to many: halves, rounded up.
+fn time_schedule(steps: usize) -> Vec<usize> {
+    let mut schedule = vec![steps];
+    let mut count = steps;
+    while count > 1 {
+        count = count.div_ceil(2);
+        schedule.push(count);
+    }
+    schedule.reverse();
+    schedule
+}
+
+/// Another number of steps: displacements are interpolated linearly in time.
+fn refine_time(x: &[f64], dim: usize, steps: usize, count: usize) -> Vec<f64> {
+    let mut refined = vec![0.0; count * dim];
+    for (k, out) in refined.chunks_exact_mut(dim).enumerate() {
+        let time = (k + 1) as f64 * steps as f64 / count as f64;
+        let before = (time.floor() as usize).min(steps);
+        let share = time - before as f64;
+        for i in 0..dim {
+            let at = |j: usize| if j == 0 { 0.0 } else { x[(j - 1) * dim + i] };
+            let after = if share > 0.0 { at(before + 1) } else { 0.0 };
+            out[i] = (1.0 - share) * at(before) + share * after;
+        }
+    }
+    refined
+}
+
+/// Draws deformations that are not admissible to the identity until they are.
+fn repair<const D: usize>(grid: &Grid<D>, x: &mut [f64], bound: f64, solid: Option<&[bool]>) {
+    for u in x.chunks_exact_mut(D * grid.n_nodes()) {
+        let mut done = false;
+        for _ in 0..REPAIRS {
+            done = certify_within(grid, u, bound, bound, solid).certified;
+            if done {
+                break;
+            }
+            for u in &mut *u {
+                *u *= 0.9;
+            }
+        }
+        if !done {
+            u.fill(0.0);
+        }
+    }
+}

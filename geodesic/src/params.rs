@@ -1,0 +1,98 @@
+//! Parameters of a geodesic.
+
+use crate::GeodesicError;
+use hyperelastic::LawSpec;
+use serde::{Deserialize, Serialize};
+
+/// Parameters of a geodesic. All are dimensionless: the box has side one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GeodesicParams {
+    /// Steps `K` of the path.
+    pub steps: usize,
+    /// Stored energy density with its moduli; its second derivative at the identity is the
+    /// dissipation of the fluid.
+    pub law: LawSpec,
+    /// Weight `eta` of the match, for a path whose dissipation is `K sum W_k`.
+    pub match_weight: f64,
+    /// Stiffness `delta` of the void under the law, relative to the object; 0 allows the void to
+    /// fold.
+    pub void_stiffness: f64,
+    /// Viscosity of the void, without a barrier.
+    pub void_viscosity: f64,
+    /// Width `epsilon` of the match's step on every level, in grid spacings.
+    pub match_cells: f64,
+    /// Half-width of the elastic indicator on every level, in grid spacings.
+    pub indicator_cells: f64,
+    /// Nodes along the longest side of the coarsest level.
+    pub coarsest_nodes: usize,
+    /// A level ends when five iterations lower the energy by less than this share of it.
+    pub tolerance: f64,
+    /// Most iterations on a level.
+    pub max_iterations: usize,
+    /// Every accepted deformation has a determinant above this on the cells of the object.
+    pub min_determinant: f64,
+}
+
+impl Default for GeodesicParams {
+    fn default() -> Self {
+        Self {
+            steps: 8,
+            law: LawSpec::default(),
+            match_weight: 100.0,
+            void_stiffness: 0.0,
+            void_viscosity: 1e-3,
+            match_cells: 1.0,
+            indicator_cells: 2.0,
+            coarsest_nodes: 17,
+            tolerance: 1e-4,
+            max_iterations: 100,
+            min_determinant: 1e-3,
+        }
+    }
+}
+
+impl GeodesicParams {
+    /// Checks all values.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Parameter`] with what was found.
+    pub fn check(&self) -> Result<(), GeodesicError> {
+        let bad = |name, expected, value| {
+            Err(GeodesicError::Parameter {
+                name,
+                expected,
+                value,
+            })
+        };
+        if self.steps == 0 {
+            return bad("steps", "at least 1", 0.0);
+        }
+        for (name, value) in [
+            ("match_weight", self.match_weight),
+            ("match_cells", self.match_cells),
+            ("indicator_cells", self.indicator_cells),
+            ("tolerance", self.tolerance),
+            ("min_determinant", self.min_determinant),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return bad(name, "a positive number", value);
+            }
+        }
+        for (name, value) in [
+            ("void_stiffness", self.void_stiffness),
+            ("void_viscosity", self.void_viscosity),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                return bad(name, "between 0 and 1", value);
+            }
+        }
+        if self.void_stiffness + self.void_viscosity <= 0.0 {
+            return bad("void_viscosity", "positive where void_stiffness is 0", 0.0);
+        }
+        if self.min_determinant > 0.9 {
+            return bad("min_determinant", "at most 0.9", self.min_determinant);
+        }
+        Ok(())
+    }
+}
