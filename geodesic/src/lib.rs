@@ -1,12 +1,20 @@
 //! Geodesics in a space of 2D and 3D shapes made of viscous matter.
 
+mod area;
+mod cells;
+mod deformation;
 mod dissipation;
 mod error;
 pub mod lagrangian;
+mod laws;
+pub mod level_sets;
 mod matching;
+mod metric;
 mod params;
 
+pub use area::BoundaryArea;
+pub use deformation::StepDeformation;
 pub use dissipation::PathDissipation;
 pub use error::GeodesicError;
-pub use matching::HeavisideMatch;
+pub use matching::{HeavisideMatch, MatchWeights, StepMatch};
 pub use params::GeodesicParams;

@@ -15,6 +15,10 @@ pub struct GeodesicParams {
     pub law: LawSpec,
     /// Weight `eta` of the match, for a path whose dissipation is `K sum W_k`.
     pub match_weight: f64,
+    /// Weight `mu` of the boundary area of the shapes; level sets only.
+    pub area_weight: f64,
+    /// Regularisation `rho` of the area where the level set is flat.
+    pub area_regularisation: f64,
     /// Stiffness `delta` of the void under the law, relative to the object; 0 allows the void to
     /// fold.
     pub void_stiffness: f64,
@@ -40,6 +44,8 @@ impl Default for GeodesicParams {
             steps: 8,
             law: LawSpec::default(),
             match_weight: 100.0,
+            area_weight: 1e-3,
+            area_regularisation: 1e-3,
             void_stiffness: 0.0,
             void_viscosity: 1e-3,
             match_cells: 1.0,

@@ -1,6 +1,6 @@
 //! Smooth steps from 0 to 1, and their derivatives.
 
-use std::f64::consts::{FRAC_1_PI, PI};
+use std::f64::consts::FRAC_1_PI;
 
 use fe_grid::{Field, Lane};
 
@@ -86,10 +86,11 @@ impl Arctan {
     }
 
     /// `H''(x) = -2 epsilon x/(pi (epsilon^2 + x^2)^2)`.
-    pub fn second_derivative(self, x: f64) -> f64 {
-        let s = x / self.width;
-        let below = 1.0 + s * s;
-        -2.0 * s / (PI * self.width * self.width * below * below)
+    #[inline(always)]
+    pub fn second_derivative<L: Lane>(self, x: L) -> L {
+        let s = x.scale(1.0 / self.width);
+        let below = s.mul_add(s, L::one());
+        s.scale(-2.0 * FRAC_1_PI / (self.width * self.width)) / (below * below)
     }
 }
 

@@ -18,37 +18,11 @@
 //! each inverse one multigrid cycle on a corotational form. It is symmetric and positive definite
 //! for any two such cycles.
 
-use fe_grid::composition::{Interpolant, MatchDensity};
-use fe_grid::engine::MAX_CELL_DATA;
+use crate::metric::{ElasticForm, corotational};
 use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
-use fe_grid::{
-    CellProbe, Data, Grid, GridError, Lane, LinearOperator, Point, Reads, probe_cells, tensor,
-    vector,
-};
-use hyperelastic::{Corotational, LameModuli, polar_rotation};
-use levelset::Step;
+use fe_grid::{Grid, GridError, LinearOperator, vector};
+use hyperelastic::Corotational;
 use rayon::prelude::*;
-
-use crate::HeavisideMatch;
-
-/// Share of the void's stiffness that regularises the metric.
-const REGULARISATION: f64 = 1e-3;
-/// Least stiffness of the void in the metric: the void has to give way without folding.
-const METRIC_VOID_STIFFNESS: f64 = 0.1;
-
-/// What the metric is made of.
-pub(crate) struct MetricParts<'a, const D: usize> {
-    pub grid: Grid<D>,
-    pub moduli: LameModuli,
-    pub indicator: Step,
-    pub match_weight: f64,
-    pub density: HeavisideMatch,
-    /// The level set of the start shape.
-    pub start: &'a [f64],
-    /// The level set of the end shape.
-    pub end: Interpolant<'a, f64, D>,
-    pub steps: usize,
-}
 
 type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 
@@ -60,33 +34,28 @@ pub(crate) struct PathMetric<const D: usize> {
 }
 
 impl<const D: usize> PathMetric<D> {
-    /// The metric at the displacement of the last deformation.
-    pub fn new(parts: &MetricParts<'_, D>, last: &[f64]) -> Result<Self, GridError> {
-        let law = Corotational {
-            moduli: parts.moduli,
-            regularisation: REGULARISATION * METRIC_VOID_STIFFNESS,
-        };
+    /// The metric at the displacement of the last deformation of the object `{start > 0}`.
+    pub fn new(
+        grid: Grid<D>,
+        form: &ElasticForm<'_, D>,
+        start: &[f64],
+        last: &[f64],
+        steps: usize,
+    ) -> Result<Self, GridError> {
         let work_space = WorkSpace::default();
         let make = |match_weight| {
-            let probe = PathProbe {
-                indicator: parts.indicator,
-                density: parts.density,
+            let form = ElasticForm {
                 match_weight,
-                end: parts.end,
+                ..*form
             };
-            let coefficients = [parts.start];
-            let data = Data {
-                coefficients: &coefficients,
-                cells: &[],
-            };
-            let cells = probe_cells(&parts.grid, &probe, data, last);
-            let cycle = Multigrid::new(parts.grid, &law, cells, MultigridParams::default())?;
+            let (law, cells) = corotational(&grid, &form, start, last);
+            let cycle = Multigrid::new(grid, &law, cells, MultigridParams::default())?;
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };
         Ok(Self {
-            common: make(parts.match_weight)?,
-            differences: (parts.steps > 1).then(|| make(0.0)).transpose()?,
-            steps: parts.steps,
+            common: make(form.match_weight)?,
+            differences: (steps > 1).then(|| make(0.0)).transpose()?,
+            steps,
         })
     }
 
@@ -135,69 +104,5 @@ impl<const D: usize> PathMetric<D> {
             let (head, tail) = out.split_at_mut(k * dim);
             vector::axpy(1.0, &head[(k - 1) * dim..], &mut tail[..dim]);
         }
-    }
-}
-
-/// The data of [`Corotational`] at the last deformation of a path.
-struct PathProbe<'a, const D: usize> {
-    indicator: Step,
-    density: HeavisideMatch,
-    match_weight: f64,
-    end: Interpolant<'a, f64, D>,
-}
-
-impl<const D: usize> Reads for PathProbe<'_, D> {
-    const USES_VALUE: bool = true;
-    const USES_GRADIENT: bool = true;
-    const COEFFICIENTS: usize = 1;
-    const CELL_DATA: usize = 0;
-}
-
-impl<const D: usize> CellProbe<D, D> for PathProbe<'_, D> {
-    const OUTPUTS: usize = Corotational::<D>::CELL_DATA;
-
-    #[inline(always)]
-    fn probe<L: Lane>(&self, point: &Point<L, D, D>) -> [L; MAX_CELL_DATA] {
-        let mut out = [L::zero(); MAX_CELL_DATA];
-        let chi = self.indicator.value(point.coefficient[0]);
-        let void = L::splat(METRIC_VOID_STIFFNESS);
-        out[0] = chi.mul_add(L::one() - void, void);
-        for i in 0..D {
-            for k in 0..D {
-                out[1 + i * D + k] = point.gradient[i][k];
-            }
-        }
-        if self.match_weight > 0.0 {
-            let mut deformed = point.position;
-            for k in 0..D {
-                deformed[k] += point.value[k];
-            }
-            let (s, slope) = self.end.sample(&deformed);
-            let (_, _, curvature) = self.density.derivatives(s, &point.coefficient);
-            let curvature = curvature.scale(self.match_weight);
-            for i in 0..D {
-                for j in i..D {
-                    out[Corotational::<D>::mass_entry(i, j)] = curvature * slope[i] * slope[j];
-                }
-            }
-        }
-        out
-    }
-
-    #[inline(always)]
-    fn finish<L: Lane>(&self, mut means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
-        let mut gradient = tensor::zero::<L, D>();
-        for i in 0..D {
-            for k in 0..D {
-                gradient[i][k] = means[1 + i * D + k];
-            }
-        }
-        let rotation = polar_rotation(&tensor::add_identity(&gradient));
-        for i in 0..D {
-            for k in 0..D {
-                means[1 + i * D + k] = rotation[i][k] * means[0];
-            }
-        }
-        means
     }
 }

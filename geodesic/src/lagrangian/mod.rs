@@ -1,6 +1,5 @@
 //! Form B: paths of deformations of one start domain.
 
-mod laws;
 mod metric;
 mod objective;
 mod solve;

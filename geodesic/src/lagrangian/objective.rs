@@ -1,9 +1,11 @@
 //! The energy of a path of deformations of one start domain.
 
-use super::laws::StepTerm;
-use super::metric::{MetricParts, PathMetric};
+use super::metric::PathMetric;
+use crate::cells::{continued, solid_cells};
+use crate::laws::{Kind, StepTerm, value_or_gradient};
+use crate::metric::ElasticForm;
 use crate::{GeodesicError, GeodesicParams, HeavisideMatch};
-use fe_grid::composition::{Interpolant, Matching, Outside};
+use fe_grid::composition::Matching;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{Assembly, Data, Field, Grid, GridError, certify_within, restrain_step, vector};
 use levelset::{Arctan, Compact, Step};
@@ -86,7 +88,8 @@ impl<const D: usize> PathObjective<D> {
         if grid != *end.grid() {
             return Err(GeodesicError::GridsDiffer);
         }
-        let solid = (params.void_stiffness == 0.0).then(|| solid_cells(&start, indicator));
+        let solid =
+            (params.void_stiffness == 0.0).then(|| solid_cells(&grid, start.as_slice(), indicator));
         Ok(Self {
             grid,
             params: params.clone(),
@@ -163,12 +166,13 @@ impl<const D: usize> PathObjective<D> {
         for k in 0..self.steps {
             let pair = k * dim..(k + 2) * dim;
             let term = StepTerm {
+                kind: Kind::Path,
                 law: &self.params.law,
                 indicator: self.indicator,
                 void_stiffness: self.params.void_stiffness,
                 void_viscosity: self.params.void_viscosity,
                 level_set: self.start.as_slice(),
-                displacements: &self.path[pair.clone()],
+                state: &self.path[pair.clone()],
                 factor: count,
                 gradient: if wanted {
                     &mut self.path_gradient[pair]
@@ -190,12 +194,13 @@ impl<const D: usize> PathObjective<D> {
         };
         let assembly = Assembly::new(self.grid, &law, data);
         let last = &x[(self.steps - 1) * dim..];
-        let mismatch = if wanted {
-            let gradient = &mut self.path_gradient[self.steps * dim..];
-            assembly.value_and_gradient_add(last, self.params.match_weight, gradient)
-        } else {
-            assembly.value(last)
-        }?;
+        let behind = if wanted { self.steps * dim } else { 0 };
+        let mismatch = value_or_gradient(
+            &assembly,
+            last,
+            self.params.match_weight,
+            &mut self.path_gradient[behind..],
+        )?;
         if wanted {
             vector::copy_into(&self.path_gradient[dim..], gradient);
         }
@@ -207,27 +212,6 @@ impl<const D: usize> PathObjective<D> {
         };
         Ok(Evaluation::Value(total))
     }
-}
-
-/// A level set as it goes on outside the box.
-fn continued<const D: usize>(field: &Field<f64, D, 1>) -> Interpolant<'_, f64, D> {
-    Interpolant::new(*field.grid(), field.as_slice()).with_outside(Outside::Falling)
-}
-
-/// The cells with a corner at which the indicator is not zero.
-fn solid_cells<const D: usize>(level_set: &Field<f64, D, 1>, indicator: Step) -> Vec<bool> {
-    let grid = level_set.grid();
-    let strides = grid.strides();
-    let values = level_set.as_slice();
-    (0..grid.n_cells())
-        .map(|cell| {
-            let first = grid.node_index(grid.cell(cell));
-            (0..1usize << D).any(|c| {
-                let node = (0..D).map(|k| (c >> k & 1) * strides[k]).sum::<usize>() + first;
-                indicator.value(values[node]) > 0.0
-            })
-        })
-        .collect()
 }
 
 impl<const D: usize> Objective for PathObjective<D> {
@@ -275,18 +259,17 @@ impl<const D: usize> Objective for PathObjective<D> {
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
         self.metric = None;
-        let parts = MetricParts {
-            grid: self.grid,
+        let form = ElasticForm {
             moduli: self.params.law.moduli,
             indicator: self.indicator,
+            step: self.density.step,
+            stiffness: 1.0,
             match_weight: self.params.match_weight,
-            density: self.density,
-            start: self.start.as_slice(),
             end: continued(&self.end),
-            steps: self.steps,
         };
         let last = &x[(self.steps - 1) * self.dim_of_step()..];
-        self.metric = Some(PathMetric::new(&parts, last)?);
+        let start = self.start.as_slice();
+        self.metric = Some(PathMetric::new(self.grid, &form, start, last, self.steps)?);
         Ok(())
     }
 }

@@ -1,0 +1,129 @@
+//! The energies of a step under whatever law the parameters name.
+//!
+//! All laws are compiled here for both dimensions, once: what is generic ends at functions that
+//! are not, so that crates which use geodesics do not compile every law again.
+
+use crate::{PathDissipation, StepDeformation};
+use fe_grid::{Assembly, CellLaw, Data, Grid, GridError};
+use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy};
+use levelset::Step;
+
+/// Which energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// [`PathDissipation`]: unknowns are the displacements of `psi_{k-1}` and `psi_k`.
+    Path,
+    /// [`StepDeformation`]: unknowns are the level set and the displacement of `phi_k`.
+    Step,
+}
+
+/// The energy of one step of a path.
+pub(crate) struct StepTerm<'a> {
+    /// Which energy.
+    pub kind: Kind,
+    /// The law `W`.
+    pub law: &'a LawSpec,
+    /// The smooth indicator.
+    pub indicator: Step,
+    /// Stiffness of the void.
+    pub void_stiffness: f64,
+    /// Viscosity of the void.
+    pub void_viscosity: f64,
+    /// The level set of the start shape at the nodes; [`Kind::Path`] only.
+    pub level_set: &'a [f64],
+    /// The unknowns, one after the other.
+    pub state: &'a [f64],
+    /// A factor of the gradient.
+    pub factor: f64,
+    /// What the gradient by the unknowns is added to; empty where it is not wanted.
+    pub gradient: &'a mut [f64],
+}
+
+impl StepTerm<'_> {
+    /// The energy on a grid; its gradient times the factor is added.
+    ///
+    /// # Errors
+    /// [`LawError`] where there is no such law; [`GridError::Inadmissible`] in the inner result
+    /// where the density is not finite.
+    pub fn add<const D: usize>(self, grid: &Grid<D>) -> Result<Result<f64, GridError>, LawError> {
+        const { assert!(D == 2 || D == 3) };
+        let (nodes, spacing) = (grid.nodes_per_axis(), grid.spacing());
+        if D == 2 {
+            match Grid::with_nodes([nodes[0], nodes[1]], spacing) {
+                Ok(grid) => add_in_the_plane(self, grid),
+                Err(error) => Ok(Err(error)),
+            }
+        } else {
+            match Grid::with_nodes([nodes[0], nodes[1], nodes[D - 1]], spacing) {
+                Ok(grid) => add_in_space(self, grid),
+                Err(error) => Ok(Err(error)),
+            }
+        }
+    }
+}
+
+#[inline(never)]
+fn add_in_the_plane(term: StepTerm<'_>, grid: Grid<2>) -> Result<Result<f64, GridError>, LawError> {
+    term.law.visit(Visitor::<2, 3, 4> { grid, term })
+}
+
+#[inline(never)]
+fn add_in_space(term: StepTerm<'_>, grid: Grid<3>) -> Result<Result<f64, GridError>, LawError> {
+    term.law.visit(Visitor::<3, 4, 6> { grid, term })
+}
+
+/// Evaluates one of the energies, of `S = D + 1` or `P = 2 D` components.
+struct Visitor<'a, const D: usize, const S: usize, const P: usize> {
+    grid: Grid<D>,
+    term: StepTerm<'a>,
+}
+
+impl<const D: usize, const S: usize, const P: usize> LawVisitor<D> for Visitor<'_, D, S, P> {
+    type Output = Result<f64, GridError>;
+
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output {
+        let term = self.term;
+        let (indicator, void_stiffness) = (term.indicator, term.void_stiffness);
+        let void_viscosity = term.void_viscosity;
+        match term.kind {
+            Kind::Path => {
+                let law = PathDissipation {
+                    law,
+                    indicator,
+                    void_stiffness,
+                    void_viscosity,
+                };
+                let data = Data {
+                    coefficients: &[term.level_set],
+                    cells: &[],
+                };
+                let assembly = Assembly::<_, f64, D, P>::new(self.grid, &law, data);
+                value_or_gradient(&assembly, term.state, term.factor, term.gradient)
+            }
+            Kind::Step => {
+                let law = StepDeformation {
+                    law,
+                    indicator,
+                    void_stiffness,
+                    void_viscosity,
+                };
+                let assembly = Assembly::<_, f64, D, S>::new(self.grid, &law, Data::default());
+                value_or_gradient(&assembly, term.state, term.factor, term.gradient)
+            }
+        }
+    }
+}
+
+/// The energy of a law; `factor` times its gradient is added to `gradient` unless that is empty.
+pub(crate) fn value_or_gradient<F: CellLaw<D, M>, const D: usize, const M: usize>(
+    assembly: &Assembly<'_, F, f64, D, M>,
+    state: &[f64],
+    factor: f64,
+    gradient: &mut [f64],
+) -> Result<f64, GridError> {
+    if gradient.is_empty() {
+        assembly.value(state)
+    } else {
+        assembly.value_and_gradient_add(state, factor, gradient)
+    }
+}
