@@ -66,7 +66,7 @@ pub use inverse::InverseDeformation;
 pub use lane::{Element, Lane, LaneKernel, MAX_LANES};
 pub use linear::conjugate_gradient;
 pub use linear::{CgInfo, CgParams, CgScratch, CgStatus, Diagonal, Identity, LinearOperator};
-pub use restraint::restrain_step;
+pub use restraint::{Restrained, restrain_step, restrain_together};
 pub use simd::SimdLevel;
 pub use spectral::{Boundary, SpectralSolver};
 pub use tensor::Tensor;

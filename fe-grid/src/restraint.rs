@@ -6,6 +6,8 @@
 
 use crate::Grid;
 use crate::certificate::{certify_within, violations};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Rounds of local damping before the whole step is shortened.
 const LOCAL_ROUNDS: usize = 12;
@@ -18,8 +20,19 @@ const LEAST_REACH: f64 = 2.0;
 /// More folding cells than this share of all are a matter for a shorter step.
 const MOST_VIOLATIONS: f64 = 0.05;
 
+/// A deformation that a step must not fold.
+pub struct Restrained<'a> {
+    /// Its displacement.
+    pub displacement: &'a [f64],
+    /// Where the change of the displacement stands in the step.
+    pub range: Range<usize>,
+    /// The cells that must not fold; all where there is no list.
+    pub within: Option<&'a [bool]>,
+}
+
 /// Shortens `step` where needed, so that `det D(id + u + step)` exceeds `threshold` on the cells
-/// that `within` marks, or on all cells. Where the displacement `u` itself does, the step that is left can be taken.
+/// that `within` marks, or on all cells. Where the displacement `u` itself does, the step that is
+/// left can be taken.
 ///
 /// # Panics
 /// If displacement and step do not have `D` components of the grid.
@@ -30,21 +43,57 @@ pub fn restrain_step<const D: usize>(
     threshold: f64,
     within: Option<&[bool]>,
 ) {
+    let only = Restrained {
+        displacement,
+        range: 0..step.len(),
+        within,
+    };
+    restrain_together(grid, &[only], step, threshold);
+}
+
+/// Like [`restrain_step`] for a step that changes several deformations, and other nodal fields
+/// with them: what is damped at a node is damped in all, so that changes which belong together
+/// stay together.
+///
+/// # Panics
+/// If a displacement or a range does not have `D` components of the grid, or the step is no whole
+/// number of nodal fields.
+pub fn restrain_together<const D: usize>(
+    grid: &Grid<D>,
+    deformations: &[Restrained<'_>],
+    step: &mut [f64],
+    threshold: f64,
+) {
     let n = grid.n_nodes();
-    let mut trial = vec![0.0; step.len()];
+    assert_eq!(step.len() % n, 0);
+    let trial = |deformation: &Restrained<'_>, step: &[f64]| {
+        let mut trial = vec![0.0; D * n];
+        add(
+            deformation.displacement,
+            &step[deformation.range.clone()],
+            &mut trial,
+        );
+        trial
+    };
     let most = (MOST_VIOLATIONS * grid.n_cells() as f64) as usize;
     for round in 0..LOCAL_ROUNDS {
-        add(displacement, step, &mut trial);
-        let cells = violations(grid, &trial, threshold, within);
-        if cells.is_empty() {
+        let folding: Vec<Vec<usize>> = deformations
+            .par_iter()
+            .map(|d| violations(grid, &trial(d, step), threshold, d.within))
+            .collect();
+        if folding.iter().all(Vec::is_empty) {
             return;
         }
-        if cells.len() > most {
+        if folding.iter().any(|cells| cells.len() > most) {
             scale(step, DAMPING);
             continue;
         }
-        let reach = LEAST_REACH + round as f64 + 3.0 * longest(grid, step, &cells);
-        let factor = damping(grid, &cells, reach);
+        let mut factor = vec![1.0; n];
+        for (deformation, cells) in deformations.iter().zip(&folding) {
+            let longest = longest(grid, &step[deformation.range.clone()], cells);
+            let reach = LEAST_REACH + round as f64 + 3.0 * longest;
+            damp(grid, cells, reach, &mut factor);
+        }
         for component in step.chunks_exact_mut(n) {
             for (s, f) in component.iter_mut().zip(&factor) {
                 *s *= f;
@@ -52,8 +101,10 @@ pub fn restrain_step<const D: usize>(
         }
     }
     for _ in 0..GLOBAL_ROUNDS {
-        add(displacement, step, &mut trial);
-        if certify_within(grid, &trial, threshold, threshold, within).certified {
+        let holds = deformations.par_iter().all(|d| {
+            certify_within(grid, &trial(d, step), threshold, threshold, d.within).certified
+        });
+        if holds {
             return;
         }
         scale(step, 0.5);
@@ -83,9 +134,8 @@ fn longest<const D: usize>(grid: &Grid<D>, step: &[f64], cells: &[usize]) -> f64
     largest.fold(0.0, f64::max) / grid.spacing()
 }
 
-/// One far from the cells, [`DAMPING`] at them, linear in between over `reach` cells.
-fn damping<const D: usize>(grid: &Grid<D>, cells: &[usize], reach: f64) -> Vec<f64> {
-    let mut factor = vec![1.0; grid.n_nodes()];
+/// Lowers a factor to [`DAMPING`] at the cells, from one at `reach` cells from them, linearly.
+fn damp<const D: usize>(grid: &Grid<D>, cells: &[usize], reach: f64, factor: &mut [f64]) {
     let nodes = grid.nodes_per_axis();
     let radius = reach.ceil() as usize;
     for &cell in cells {
@@ -109,5 +159,4 @@ fn damping<const D: usize>(grid: &Grid<D>, cells: &[usize], reach: f64) -> Vec<f
             factor[index] = f64::min(factor[index], damped);
         }
     }
-    factor
 }

@@ -31,10 +31,51 @@ fn main() {
         match_cells: number("eps", 1.0),
         indicator_cells: number("ind", 2.0),
         min_determinant: number("det", 1e-3),
+        deformed_share: number("theta", 1.0),
         ..Default::default()
     };
     let t = std::time::Instant::now();
-    let path = lagrangian_path(&a, &b, &params, |_, _| [0.0; 2], &mut Silent).unwrap();
+    let k = params.steps;
+    let mut guess: Vec<Field<f64, 2, 2>> = vec![Field::zeros(grid); k + 1];
+    if number("flow", 0.0) > 0.0 {
+        let f = geodesic::level_sets::flow(&a, &b, &params).unwrap();
+        let cut = f.cut(k);
+        for j in 1..=k {
+            guess[j] = geodesic::level_sets::compose(
+                &grid,
+                &[guess[j - 1].clone(), cut.displacements[j - 1].clone()],
+            );
+        }
+        println!(
+            "flow {} dice {:.4} {:.2?}",
+            f.lengths.len(),
+            f.dice,
+            t.elapsed()
+        );
+        let solid =
+            geodesic::lagrangian::PathObjective::new(a.clone(), b.clone(), k, &params).unwrap();
+        for j in 1..=k {
+            println!(
+                "  det {:.4}",
+                certify_within(
+                    &grid,
+                    guess[j].as_slice(),
+                    0.0,
+                    f64::INFINITY,
+                    solid.solid_cells()
+                )
+                .min_det
+            );
+        }
+    }
+    let path = lagrangian_path(
+        &a,
+        &b,
+        &params,
+        |t, y| guess[(t * k as f64).round() as usize].sample(y),
+        &mut Silent,
+    )
+    .unwrap();
     let t = t.elapsed();
     for l in &path.levels {
         println!(

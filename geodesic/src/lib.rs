@@ -16,5 +16,5 @@ pub use area::BoundaryArea;
 pub use deformation::StepDeformation;
 pub use dissipation::PathDissipation;
 pub use error::GeodesicError;
-pub use matching::{HeavisideMatch, MatchWeights, StepMatch};
+pub use matching::{HeavisideMatch, MatchWeights, MeasuredMatch, StepMatch};
 pub use params::GeodesicParams;

@@ -3,7 +3,7 @@
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::scatter::PointWeights;
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads, tensor};
 use levelset::Arctan;
 
 /// The density `(H(s) - H(c))^2` of a composed level set `s = u_B o psi` and the level set `c` of
@@ -34,6 +34,101 @@ impl MatchDensity for HeavisideMatch {
             (difference * slope).scale(2.0),
             (slope * slope).scale(2.0),
         )
+    }
+}
+
+/// The match of a displaced level set, measured in part where the deformation ends:
+/// `((1 - theta) + theta det(1 + Dw)) (H(v(x + w(x))) - H(u(x)))^2` for a displacement `w`.
+///
+/// At `theta = 0` the match is the volume of what differs on the start domain, at `theta = 1` on
+/// the end domain. There the void that a shape closes up costs nothing once it has no volume, and
+/// the boundary of the shape itself is driven, wherever it is.
+#[derive(Clone, Copy)]
+pub struct MeasuredMatch<'a, const D: usize> {
+    /// The density of the match.
+    pub density: HeavisideMatch,
+    /// The level set `v`.
+    pub other: Interpolant<'a, f64, D>,
+    /// The share `theta`.
+    pub deformed_share: f64,
+}
+
+impl<const D: usize> MeasuredMatch<'_, D> {
+    #[inline(always)]
+    fn sample<L: Lane>(&self, point: &Point<L, D, D>) -> (L, [L; D]) {
+        let mut position = point.position;
+        for k in 0..D {
+            position[k] += point.value[k];
+        }
+        self.other.sample(&position)
+    }
+
+    /// Void that is folded over has no volume.
+    #[inline(always)]
+    fn measure<L: Lane>(&self, volume: L) -> L {
+        volume.max(L::zero()).mul_add(
+            L::splat(self.deformed_share),
+            L::splat(1.0 - self.deformed_share),
+        )
+    }
+}
+
+impl<const D: usize> Reads for MeasuredMatch<'_, D> {
+    const USES_VALUE: bool = true;
+    const USES_GRADIENT: bool = true;
+    const COEFFICIENTS: usize = 1;
+    const CELL_DATA: usize = 0;
+}
+
+impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
+    #[inline(always)]
+    fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
+        let (s, _) = self.sample(point);
+        let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
+        self.density.value(s, &point.coefficient) * self.measure(volume)
+    }
+
+    #[inline(always)]
+    fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
+        let (s, slope) = self.sample(point);
+        let deformed = tensor::add_identity(&point.gradient);
+        let cofactor = tensor::cofactor(&deformed);
+        let volume = tensor::determinant_with(&deformed, &cofactor);
+        let measure = self.measure(volume);
+        let (value, derivative, _) = self.density.derivatives(s, &point.coefficient);
+        let mut jet = Jet::zero();
+        for k in 0..D {
+            jet.value[k] = derivative * measure * slope[k];
+        }
+        let pressure = L::select(
+            L::zero().less(volume),
+            value.scale(self.deformed_share),
+            L::zero(),
+        );
+        jet.gradient = tensor::scale(&cofactor, pressure);
+        (value * measure, jet)
+    }
+
+    /// That of Gauss and Newton, with the measure held.
+    #[inline(always)]
+    fn hessian_action<L: Lane>(
+        &self,
+        point: &Point<L, D, D>,
+        direction: &Jet<L, D, D>,
+    ) -> Jet<L, D, D> {
+        let (s, slope) = self.sample(point);
+        let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
+        let (_, _, curvature) = self.density.derivatives(s, &point.coefficient);
+        let mut along = slope[0] * direction.value[0];
+        for k in 1..D {
+            along = slope[k].mul_add(direction.value[k], along);
+        }
+        let along = along * curvature * self.measure(volume);
+        let mut jet = Jet::zero();
+        for k in 0..D {
+            jet.value[k] = along * slope[k];
+        }
+        jet
     }
 }
 

@@ -15,6 +15,9 @@ pub struct GeodesicParams {
     pub law: LawSpec,
     /// Weight `eta` of the match, for a path whose dissipation is `K sum W_k`.
     pub match_weight: f64,
+    /// Share of the match that is measured on the end domain, between 0 and 1; paths of one start
+    /// domain only.
+    pub deformed_share: f64,
     /// Weight `mu` of the boundary area of the shapes; level sets only.
     pub area_weight: f64,
     /// Regularisation `rho` of the area where the level set is flat.
@@ -44,6 +47,7 @@ impl Default for GeodesicParams {
             steps: 8,
             law: LawSpec::default(),
             match_weight: 100.0,
+            deformed_share: 1.0,
             area_weight: 1e-3,
             area_regularisation: 1e-3,
             void_stiffness: 0.0,
@@ -86,6 +90,7 @@ impl GeodesicParams {
             }
         }
         for (name, value) in [
+            ("deformed_share", self.deformed_share),
             ("void_stiffness", self.void_stiffness),
             ("void_viscosity", self.void_viscosity),
         ] {

@@ -145,6 +145,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
             match_weight: self.parameter("eta"),
             void_stiffness: self.parameter("delta"),
             void_viscosity: 0.0,
+            deformed_share: 0.0,
             ..GeodesicParams::default()
         }
     }

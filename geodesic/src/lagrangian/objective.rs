@@ -4,8 +4,7 @@ use super::metric::PathMetric;
 use crate::cells::{continued, solid_cells};
 use crate::laws::{Kind, StepTerm, value_or_gradient};
 use crate::metric::ElasticForm;
-use crate::{GeodesicError, GeodesicParams, HeavisideMatch};
-use fe_grid::composition::Matching;
+use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{Assembly, Data, Field, Grid, GridError, certify_within, restrain_step, vector};
 use levelset::{Arctan, Compact, Step};
@@ -186,7 +185,11 @@ impl<const D: usize> PathObjective<D> {
                 Err(error) => return Err(error.into()),
             }
         }
-        let law = Matching::new(self.density, continued(&self.end));
+        let law = MeasuredMatch {
+            density: self.density,
+            other: continued(&self.end),
+            deformed_share: self.params.deformed_share,
+        };
         let coefficients = [self.start.as_slice()];
         let data = Data {
             coefficients: &coefficients,

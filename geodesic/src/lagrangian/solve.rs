@@ -57,7 +57,11 @@ pub fn lagrangian_path<const D: usize>(
     let grids = start.grid().hierarchy(params.coarsest_nodes);
     let (starts, ends) = (pyramid(&grids, start), pyramid(&grids, end));
     let mut levels = Vec::new();
-    let schedule = time_schedule(params.steps);
+    let schedule = if grids.len() == 1 {
+        vec![params.steps]
+    } else {
+        time_schedule(params.steps)
+    };
     let mut steps = schedule[0];
     let mut x: Vec<f64> = (1..=steps)
         .flat_map(|k| {

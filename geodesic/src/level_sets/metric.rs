@@ -23,6 +23,10 @@ use rayon::prelude::*;
 /// the match hardly holds the level set, and it should stay.
 const LEAST_NODE_WEIGHT: f64 = 0.05;
 
+/// A mass, relative to the stiffness, that holds inner shapes against rigid motions, to which the
+/// energy is indifferent but for what the grid makes of them.
+const GAUGE_MASS: f32 = 3.0;
+
 /// What the metric is made of.
 pub(crate) struct MetricParts<'a, const D: usize> {
     pub grid: Grid<D>,
@@ -64,8 +68,13 @@ impl<const D: usize> LevelSetMetric<D> {
                 end: Interpolant::new(grid, target).with_outside(Outside::Falling),
             };
             let start = &parts.state[level_set(n, D, k - 1)];
-            let (law, cells) =
+            let (law, mut cells) =
                 corotational(&grid, &form, start, &parts.state[displacement(n, D, k)]);
+            if match_weight == 0.0 {
+                for i in 0..D {
+                    cells[Corotational::<D>::mass_entry(i, i)].fill(GAUGE_MASS * steps as f32);
+                }
+            }
             let cycle = Multigrid::new(grid, &law, cells, MultigridParams::default())?;
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };

@@ -1,9 +1,11 @@
 //! Form A: paths of level sets, each deformed into the next.
 
+mod flow;
 mod metric;
 mod objective;
 mod solve;
 mod transport;
 
+pub use flow::{Flow, compose, flow};
 pub use objective::{LevelSetEnergy, LevelSetObjective};
 pub use solve::{LevelSetLevel, LevelSetPath, PathState, level_set_path};

@@ -8,9 +8,14 @@ use crate::{BoundaryArea, GeodesicError, GeodesicParams, MatchWeights, StepMatch
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{Background, NormalEquations, Source};
-use fe_grid::{Assembly, Data, Grid, GridError, certify_within, restrain_step, vector};
+use fe_grid::{
+    Assembly, Data, Grid, GridError, Restrained, certify_within, restrain_together, vector,
+};
 use levelset::{Arctan, Compact, Step};
 use rayon::prelude::*;
+
+/// Longest step of the minimiser, in cells.
+const LONGEST_STEP: f64 = 1.0;
 
 /// The terms of the energy, unweighted.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -269,18 +274,25 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
         Ok(())
     }
 
+    /// Shortens the whole step, and damps all its parts alike where one would fold: they belong
+    /// together.
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), GeodesicError> {
         let n = self.grid.n_nodes();
-        let bound = self.params.min_determinant;
+        let longest = vector::max_abs(direction);
+        let bound = LONGEST_STEP * self.grid.spacing();
+        if longest > bound {
+            vector::scale(bound / longest, direction);
+        }
         let solid: Vec<_> = (1..=self.steps).map(|k| self.solid_cells(x, k)).collect();
-        direction[n..]
-            .par_chunks_exact_mut((D + 1) * n)
-            .zip(x[n..].par_chunks_exact((D + 1) * n))
-            .zip(&solid)
-            .for_each(|((step, x), solid)| {
-                let (step, u) = (&mut step[..D * n], &x[..D * n]);
-                restrain_step(&self.grid, u, step, bound, solid.as_deref());
-            });
+        let deformations: Vec<_> = (1..=self.steps)
+            .map(|k| Restrained {
+                displacement: &x[displacement(n, D, k)],
+                range: displacement(n, D, k),
+                within: solid[k - 1].as_deref(),
+            })
+            .collect();
+        let bound = self.params.min_determinant;
+        restrain_together(&self.grid, &deformations, direction, bound);
         Ok(())
     }
 

@@ -1,0 +1,313 @@
+//! A first path: the shape flows to the other one down the gradient of their match.
+//!
+//! In every step the match of the present shape `{u > 0}` and the end shape exerts a force on the
+//! boundary; a viscous fluid, thin outside the shape, answers with the velocity `v`:
+//!
+//! ```text
+//! int kappa(u) (lambda tr e[v] tr e[w] + 2 mu e[v] : e[w]) + m v . w = -<d match, w>.
+//! ```
+//!
+//! The shape moves by a step that is too short to fold anything, and its level set becomes a signed
+//! distance again; where parts of the boundary have come closer than a cell, they merge. So the
+//! topology changes by itself. Cut into pieces of equal length, the flow is a path to start from.
+//!
+//! Source: MODEL, section 5, "the gradient flow of the match in the shape space's own metric".
+
+use super::PathState;
+use crate::cells::continued;
+use crate::metric::{ElasticForm, corotational};
+use crate::{GeodesicError, GeodesicParams, HeavisideMatch};
+use fe_grid::composition::{Interpolant, Matching};
+use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::{
+    Assembly, CgParams, CgScratch, Data, Field, Grid, InverseDeformation, LinearOperator,
+    ScalarField, conjugate_gradient, vector,
+};
+use hyperelastic::Corotational;
+use levelset::{Arctan, Compact, Step, dice, signed_distance};
+
+/// Longest step, in cells.
+const LONGEST_STEP: f64 = 1.5;
+/// Largest strain of a step.
+const LARGEST_STRAIN: f64 = 0.25;
+/// A step below this, in cells, does not pay.
+const SHORTEST_STEP: f64 = 0.02;
+/// Widths of the match's step, in cells, from first to last.
+const WIDTHS: [f64; 4] = [3.0, 1.5, 0.75, 0.5];
+/// Mass `m` of the fluid, which holds what nothing pulls.
+const MASS: f64 = 3.0;
+/// Most steps for every width.
+const MOST_STEPS: usize = 150;
+
+/// The shapes that a flow passes.
+#[derive(Clone, Debug)]
+pub struct Flow<const D: usize> {
+    /// Signed distances, from the start shape on.
+    pub shapes: Vec<ScalarField<f64, D>>,
+    /// The motions between them: displacements of every shape onto the next.
+    pub motions: Vec<Field<f64, D, D>>,
+    /// Lengths of the ways between them.
+    pub lengths: Vec<f64>,
+    /// Dice overlap of the last shape with the end shape.
+    pub dice: f64,
+}
+
+/// Lets one shape flow to another; both are signed distances on one grid.
+///
+/// # Errors
+/// [`GeodesicError`].
+pub fn flow<const D: usize>(
+    start: &ScalarField<f64, D>,
+    end: &ScalarField<f64, D>,
+    params: &GeodesicParams,
+) -> Result<Flow<D>, GeodesicError> {
+    let grid = *start.grid();
+    let h = grid.spacing();
+    let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
+    let mut shapes = vec![start.clone()];
+    let (mut lengths, mut motions) = (Vec::new(), Vec::new());
+    let mut current = start.clone();
+    for width in WIDTHS {
+        let step = Arctan::new(width * h)?;
+        let mut reached = match_of(&current, end, step);
+        for _ in 0..MOST_STEPS {
+            let form = ElasticForm {
+                moduli: params.law.moduli,
+                indicator,
+                step,
+                stiffness: 1.0,
+                match_weight: 0.0,
+                end: continued(end),
+            };
+            let force = force(&current, end, step)?;
+            let fluid = Fluid::new(grid, &form, current.as_slice())?;
+            let velocity = fluid.answer(&force)?;
+            let limit = longest(&grid, &velocity);
+            let mut factor = limit;
+            let mut moved = None;
+            while factor * vector::max_abs(&velocity) > SHORTEST_STEP * h {
+                let step_taken: Vec<f64> = velocity.iter().map(|v| factor * v).collect();
+                let displacement = Field::from_vec(grid, step_taken)?;
+                let next = advance(&current, &displacement)?;
+                let value = match_of(&next, end, step);
+                if value < reached {
+                    moved = Some((next, displacement, value));
+                    break;
+                }
+                factor *= 0.5;
+            }
+            let Some((next, displacement, value)) = moved else {
+                break;
+            };
+            let fall = reached - value;
+            reached = value;
+            lengths.push(fluid.length(displacement.as_slice()));
+            motions.push(displacement);
+            shapes.push(next.clone());
+            current = next;
+            if fall < 1e-4 * reached {
+                break;
+            }
+        }
+    }
+    let dice = dice(&current, 0.0, end, 0.0)?;
+    Ok(Flow {
+        shapes,
+        motions,
+        lengths,
+        dice,
+    })
+}
+
+fn match_of<const D: usize>(u: &ScalarField<f64, D>, v: &ScalarField<f64, D>, step: Arctan) -> f64 {
+    let squares = u.as_slice().iter().zip(v.as_slice()).map(|(&u, &v)| {
+        let difference: f64 = step.value(u) - step.value(v);
+        difference * difference
+    });
+    squares.sum::<f64>() * u.grid().cell_volume()
+}
+
+/// The derivative of the match by a motion of the fluid, at rest: where the present boundary is,
+/// and where that of the end shape is.
+fn force<const D: usize>(
+    current: &ScalarField<f64, D>,
+    end: &ScalarField<f64, D>,
+    step: Arctan,
+) -> Result<Vec<f64>, GeodesicError> {
+    let grid = *current.grid();
+    let rest = vec![0.0; D * grid.n_nodes()];
+    let mut total = vec![0.0; rest.len()];
+    for (moving, other, sign) in [(end, current, 1.0), (current, end, -1.0)] {
+        let law = Matching::new(
+            HeavisideMatch { step },
+            Interpolant::new(grid, moving.as_slice()),
+        );
+        let coefficients = [other.as_slice()];
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
+        Assembly::new(grid, &law, data).value_and_gradient_add(&rest, sign, &mut total)?;
+    }
+    Ok(total)
+}
+
+/// The fluid of one state.
+struct Fluid<const D: usize> {
+    grid: Grid<D>,
+    law: Corotational<D>,
+    cells: Vec<Vec<f64>>,
+    cycle: Multigrid<f32, Corotational<D>, D, D>,
+}
+
+impl<const D: usize> Fluid<D> {
+    fn new(
+        grid: Grid<D>,
+        form: &ElasticForm<'_, D>,
+        level_set: &[f64],
+    ) -> Result<Self, GeodesicError> {
+        let rest = vec![0.0; D * grid.n_nodes()];
+        let (law, mut cells) = corotational(&grid, form, level_set, &rest);
+        for i in 0..D {
+            cells[Corotational::<D>::mass_entry(i, i)].fill(MASS as f32);
+        }
+        let cycle = Multigrid::new(grid, &law, cells.clone(), MultigridParams::default())?;
+        let cells = cells
+            .iter()
+            .map(|c| c.iter().map(|&x| f64::from(x)).collect())
+            .collect();
+        Ok(Self {
+            grid,
+            law,
+            cells,
+            cycle,
+        })
+    }
+
+    /// The velocity under a force.
+    fn answer(&self, force: &[f64]) -> Result<Vec<f64>, GeodesicError> {
+        let mut velocity = vec![0.0; force.len()];
+        let against: Vec<f64> = force.iter().map(|f| -f).collect();
+        let params = CgParams {
+            relative_tolerance: 1e-3,
+            max_iterations: 60,
+            ..CgParams::default()
+        };
+        let mut scratch = CgScratch::default();
+        conjugate_gradient(
+            self,
+            &self.cycle,
+            &against,
+            &mut velocity,
+            &params,
+            &mut scratch,
+        )?;
+        Ok(velocity)
+    }
+
+    /// The length of a small motion: the root of its energy.
+    fn length(&self, displacement: &[f64]) -> f64 {
+        let mut image = vec![0.0; displacement.len()];
+        self.apply_into(displacement, &mut image);
+        (0.5 * vector::dot(displacement, &image)).max(0.0).sqrt()
+    }
+}
+
+impl<const D: usize> LinearOperator for Fluid<D> {
+    fn dim(&self) -> usize {
+        D * self.grid.n_nodes()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        let cells: Vec<&[f64]> = self.cells.iter().map(Vec::as_slice).collect();
+        let data = Data {
+            coefficients: &[],
+            cells: &cells,
+        };
+        Assembly::new(self.grid, &self.law, data).hessian_action_into(x, x, y);
+    }
+}
+
+/// The longest step along a velocity that moves nothing farther than [`LONGEST_STEP`] and strains
+/// nothing by more than [`LARGEST_STRAIN`].
+fn longest<const D: usize>(grid: &Grid<D>, velocity: &[f64]) -> f64 {
+    let h = grid.spacing();
+    let n = grid.n_nodes();
+    let (nodes, strides) = (grid.nodes_per_axis(), grid.strides());
+    let mut strain = 0.0f64;
+    for component in velocity.chunks_exact(n) {
+        for index in 0..n {
+            let node = grid.node(index);
+            for k in 0..D {
+                if node[k] + 1 < nodes[k] {
+                    let slope = (component[index + strides[k]] - component[index]).abs() / h;
+                    strain = strain.max(slope);
+                }
+            }
+        }
+    }
+    let speed = vector::max_abs(velocity);
+    (LARGEST_STRAIN / strain.max(1e-300)).min(LONGEST_STEP * h / speed.max(1e-300))
+}
+
+/// The shape moved by a displacement, as a signed distance.
+fn advance<const D: usize>(
+    current: &ScalarField<f64, D>,
+    displacement: &Field<f64, D, D>,
+) -> Result<ScalarField<f64, D>, GeodesicError> {
+    let far = -current
+        .grid()
+        .extent()
+        .iter()
+        .fold(0.0f64, |a, &b| a.max(b));
+    let pushed = InverseDeformation::new(displacement).push_forward(current, far);
+    Ok(signed_distance(&pushed, 0.0)?)
+}
+
+impl<const D: usize> Flow<D> {
+    /// A path that cuts the flow into steps of about equal length; its last shape is the last of
+    /// the flow.
+    pub fn cut(&self, steps: usize) -> PathState<D> {
+        let total: f64 = self.lengths.iter().sum();
+        let mut along = vec![0.0];
+        for length in &self.lengths {
+            along.push(along[along.len() - 1] + length);
+        }
+        let cuts: Vec<usize> = (0..=steps)
+            .map(|k| {
+                let wanted = total * k as f64 / steps as f64;
+                let distance = |i: &usize| (along[*i] - wanted).abs();
+                (0..along.len())
+                    .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+                    .unwrap_or(0)
+            })
+            .collect();
+        PathState {
+            level_sets: cuts.iter().map(|&i| self.shapes[i].clone()).collect(),
+            displacements: cuts
+                .windows(2)
+                .map(|cut| compose(self.shapes[0].grid(), &self.motions[cut[0]..cut[1]]))
+                .collect(),
+        }
+    }
+}
+
+/// The displacement of motions one after the other.
+pub fn compose<const D: usize>(grid: &Grid<D>, motions: &[Field<f64, D, D>]) -> Field<f64, D, D> {
+    let n = grid.n_nodes();
+    let mut total = Field::zeros(*grid);
+    for motion in motions {
+        for index in 0..n {
+            let mut position = grid.position(grid.node(index));
+            let moved = total.at(index);
+            for k in 0..D {
+                position[k] += moved[k];
+            }
+            let step = motion.sample(position);
+            for k in 0..D {
+                total.component_mut(k)[index] += step[k];
+            }
+        }
+    }
+    total
+}
