@@ -1,11 +1,7 @@
 //! Scratch.
 use fe_grid::minimise::Silent;
 use fe_grid::{Field, Grid};
-use geodesic::{
-    GeodesicParams,
-    lagrangian::lagrangian_path,
-    level_sets::{PathState, flow, level_set_path},
-};
+use geodesic::{Form, GeodesicParams, geodesic};
 fn read(name: &str) -> Field<f64, 2, 1> {
     let bytes = std::fs::read(format!("/tmp/geo/{name}.raw")).unwrap();
     let v: Vec<f64> = bytes
@@ -29,186 +25,59 @@ fn main() {
             .find_map(|a| a.strip_prefix(&format!("{key}="))?.parse().ok())
             .unwrap_or(default)
     };
-    let (a, b) = (read(&args[1]), read(&args[2]));
-    let k = number("K", 4.0) as usize;
+    let d = GeodesicParams::default();
     let params = GeodesicParams {
-        steps: k,
-        void_viscosity: number("nu", 1e-3),
-        void_stiffness: number("delta", 0.0),
-        match_weight: number("eta", 100.0) * k as f64,
-        max_iterations: number("it", 100.0) as usize,
+        form: if number("A", 1.0) > 0.0 {
+            Form::LevelSets
+        } else {
+            Form::Lagrangian
+        },
+        steps: number("K", 4.0) as usize,
+        void_viscosity: number("nu", d.void_viscosity),
+        void_stiffness: number("delta", d.void_stiffness),
+        match_weight: Some(number("eta", 0.0)).filter(|x| *x > 0.0),
+        max_iterations: number("it", 300.0) as usize,
         tolerance: number("tol", 1e-4),
         match_cells: number("eps", 1.0),
-        indicator_cells: number("ind", 2.0),
+        indicator_cells: number("ind", d.indicator_cells),
         min_determinant: number("det", 1e-3),
         area_weight: number("mu", 1e-3),
-        ..Default::default()
+        ..d
+    };
+    let (a, b) = if args[1] == "disk" {
+        let grid = Grid::<2>::dyadic(number("level", 6.0) as u32);
+        let disk = |r: f64| {
+            Field::<f64, 2, 1>::from_fn(grid, |[x, y]| {
+                [r - ((x - 0.5).powi(2) + (y - 0.5).powi(2)).sqrt()]
+            })
+        };
+        (disk(0.2), disk(0.3))
+    } else {
+        (read(&args[1]), read(&args[2]))
     };
     let t = std::time::Instant::now();
-    let mut state = if number("lag", 0.0) > 0.0 {
-        let path = lagrangian_path(
-            &a,
-            &b,
-            &GeodesicParams {
-                match_weight: number("eta", 100.0),
-                void_stiffness: 1e-4,
-                void_viscosity: 0.0,
-                ..params.clone()
-            },
-            |_, _| [0.0; 2],
-            &mut Silent,
-        )
-        .unwrap();
+    let g = geodesic(&a, &b, &params, &mut Silent).unwrap();
+    for l in &g.levels {
         println!(
-            "lagrangian {:.2?} L {}",
-            t.elapsed(),
-            path.levels.last().unwrap().energy.length()
-        );
-        let c = levelset::contour(&a, 0.0, levelset::BoxEdge::Open).unwrap();
-        let mut s = vec![a.clone()];
-        for u in &path.displacements {
-            let m = c.map(|p| {
-                let d = u.sample(p);
-                [p[0] + d[0], p[1] + d[1]]
-            });
-            s.push(
-                levelset::ContourDistance::new(&m)
-                    .unwrap()
-                    .sample(*a.grid()),
-            );
-        }
-        PathState {
-            level_sets: s,
-            displacements: vec![],
-        }
-    } else {
-        let f = flow(&a, &b, &params).unwrap();
-        println!(
-            "flow {} steps length {:.4} dice {:.4} {:.2?}",
-            f.lengths.len(),
-            f.lengths.iter().sum::<f64>(),
-            f.dice,
-            t.elapsed()
-        );
-        dump(
-            "/tmp/geo/flow.raw",
-            &f.shapes
-                .iter()
-                .step_by((f.shapes.len() / 15).max(1))
-                .cloned()
-                .collect::<Vec<_>>(),
-        );
-        f.cut(k)
-    };
-    state.level_sets[k] = b.clone();
-    let p1 = GeodesicParams {
-        steps: 1,
-        match_weight: number("eta", 100.0),
-        void_stiffness: number("delta", 0.0),
-        ..params.clone()
-    };
-    for i in state.displacements.len()..k {
-        let path = lagrangian_path(
-            &state.level_sets[i],
-            &state.level_sets[i + 1],
-            &p1,
-            |_, _| [0.0; 2],
-            &mut Silent,
-        )
-        .unwrap();
-        let e = path.levels.last().unwrap();
-        println!(
-            "  step {i}: W {:.5} match {:.2e} it {:?}",
-            e.energy.step_energies[0],
-            e.energy.mismatch,
-            path.levels
-                .iter()
-                .map(|l| l.info.iterations)
-                .collect::<Vec<_>>()
-        );
-        state.displacements.push(path.displacements[0].clone());
-    }
-    println!("init {:.2?}", t.elapsed());
-    dump("/tmp/geo/first.raw", &state.level_sets);
-    if number("debug", 0.0) > 0.0 {
-        use fe_grid::minimise::{Evaluation, Objective};
-        let mut o = geodesic::level_sets::LevelSetObjective::new(*a.grid(), k, &params).unwrap();
-        let n = a.as_slice().len();
-        let mut x = state.level_sets[0].as_slice().to_vec();
-        for (u, p) in state.level_sets[1..].iter().zip(&state.displacements) {
-            x.extend_from_slice(p.as_slice());
-            x.extend_from_slice(u.as_slice());
-        }
-        let mut g = vec![0.0; x.len()];
-        println!("{:?}", o.value_and_gradient(&x, &mut g));
-        o.update_metric(&x).unwrap();
-        let mut d = vec![0.0; x.len()];
-        for mode in 0..3 {
-            let mut gm = g.clone();
-            for i in 0..gm.len() {
-                let isu = i < n || ((i - n) % (3 * n)) >= 2 * n;
-                if (mode == 1 && isu) || (mode == 2 && !isu) {
-                    gm[i] = 0.0;
-                }
-            }
-            o.apply_inverse_metric(&gm, &mut d).unwrap();
-            for v in &mut d {
-                *v = -*v;
-            }
-            if mode > 0 {
-                for i in 0..gm.len() {
-                    let isu = i < n || ((i - n) % (3 * n)) >= 2 * n;
-                    if (mode == 1 && isu) || (mode == 2 && !isu) {
-                        d[i] = 0.0;
-                    }
-                }
-            }
-            let slope: f64 = g.iter().zip(&d).map(|(a, b)| a * b).sum();
-            let du = (0..x.len())
-                .filter(|&i| i < n || ((i - n) % (3 * n)) >= 2 * n)
-                .map(|i| d[i].abs())
-                .fold(0.0, f64::max);
-            let dp = (0..x.len())
-                .filter(|&i| !(i < n || ((i - n) % (3 * n)) >= 2 * n))
-                .map(|i| d[i].abs())
-                .fold(0.0, f64::max);
-            println!("mode {mode} slope {slope:.3e} max du {du:.3e} dphi {dp:.3e}");
-            for s in [1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0] {
-                let y: Vec<f64> = x.iter().zip(&d).map(|(x, d)| x + s * d).collect();
-                let Evaluation::Value(e) = o.value(&y).unwrap() else {
-                    println!("  {s} inadmissible");
-                    continue;
-                };
-                let Evaluation::Value(e0) = o.value(&x).unwrap() else {
-                    continue;
-                };
-                println!(
-                    "  s {s}: dE {:.4e} (dE/s {:.4e}) {:?}",
-                    e - e0,
-                    (e - e0) / s,
-                    o.energy()
-                );
-            }
-        }
-    }
-    let path = level_set_path(&state, &params, number("co", 0.0) as usize, &mut Silent).unwrap();
-    for l in &path.levels {
-        let e = &l.energy;
-        println!(
-            "{} it {} ev {} {:?} E0 {:.6} E {:.6} L {:.5} diss {:.5} W {:.5?} match {:.7?} area {:.3?}",
+            "{} K {} it {} ev {} {:?} E0 {:.6} E {:.6}",
             l.nodes[0],
+            l.steps,
             l.info.iterations,
             l.info.evaluations.energies(),
             l.info.status,
             l.info.energies[0],
-            e.total,
-            e.length(),
-            e.dissipation(),
-            e.step_energies,
-            e.mismatches,
-            e.areas
+            l.total
         );
     }
-    println!("total {:.2?}", t.elapsed());
-    dump("/tmp/geo/path_u.raw", &path.state.level_sets);
+    println!(
+        "L {:.5} diss {:.5} dice {:.4} det {:.4} W {:.5?} match {:.7?} {:.2?}",
+        g.length(),
+        g.dissipation(),
+        g.dice_end,
+        g.certificate.min_det,
+        g.step_energies,
+        g.matches,
+        t.elapsed()
+    );
+    dump("/tmp/geo/path_u.raw", &g.level_sets);
 }

@@ -11,10 +11,12 @@ pub mod level_sets;
 mod matching;
 mod metric;
 mod params;
+mod result;
 
 pub use area::BoundaryArea;
 pub use deformation::StepDeformation;
 pub use dissipation::PathDissipation;
 pub use error::GeodesicError;
 pub use matching::{HeavisideMatch, MatchWeights, MeasuredMatch, StepMatch};
-pub use params::GeodesicParams;
+pub use params::{Form, GeodesicParams};
+pub use result::{Geodesic, LevelReport, geodesic};

@@ -4,17 +4,34 @@ use crate::GeodesicError;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
+/// In which unknowns a geodesic is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// Form B: deformations of the start shape at all times. Fast; no shape along the way can have
+    /// another topology than the first.
+    #[default]
+    Lagrangian,
+    /// Form A, the notes': a level set for every shape, and deformations of each into the next.
+    LevelSets,
+}
+
 /// Parameters of a geodesic. All are dimensionless: the box has side one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct GeodesicParams {
+    /// In which unknowns.
+    pub form: Form,
     /// Steps `K` of the path.
     pub steps: usize,
     /// Stored energy density with its moduli; its second derivative at the identity is the
     /// dissipation of the fluid.
     pub law: LawSpec,
-    /// Weight `eta` of the match, for a path whose dissipation is `K sum W_k`.
-    pub match_weight: f64,
+    /// Weight `eta_0` of the match, for a path whose dissipation is `K sum W_k`: `eta = eta_0`
+    /// for the one match of a path of one start domain, `eta = K eta_0` for each match between
+    /// level sets, so that what the boundary lags behind along the whole path does not grow
+    /// with `K`. Where not given 100 for the one, 10 for the other.
+    pub match_weight: Option<f64>,
     /// Share of the match that is measured on the end domain, between 0 and 1; paths of one start
     /// domain only.
     pub deformed_share: f64,
@@ -44,14 +61,15 @@ pub struct GeodesicParams {
 impl Default for GeodesicParams {
     fn default() -> Self {
         Self {
+            form: Form::default(),
             steps: 8,
             law: LawSpec::default(),
-            match_weight: 100.0,
-            deformed_share: 1.0,
+            match_weight: None,
+            deformed_share: 0.0,
             area_weight: 1e-3,
             area_regularisation: 1e-3,
-            void_stiffness: 0.0,
-            void_viscosity: 1e-3,
+            void_stiffness: 1e-4,
+            void_viscosity: 0.0,
             match_cells: 1.0,
             indicator_cells: 2.0,
             coarsest_nodes: 17,
@@ -63,6 +81,14 @@ impl Default for GeodesicParams {
 }
 
 impl GeodesicParams {
+    /// The weight of one match that is in force.
+    pub fn resolved_match_weight(&self) -> f64 {
+        match self.form {
+            Form::Lagrangian => self.match_weight.unwrap_or(100.0),
+            Form::LevelSets => self.steps as f64 * self.match_weight.unwrap_or(10.0),
+        }
+    }
+
     /// Checks all values.
     ///
     /// # Errors
@@ -79,7 +105,7 @@ impl GeodesicParams {
             return bad("steps", "at least 1", 0.0);
         }
         for (name, value) in [
-            ("match_weight", self.match_weight),
+            ("match_weight", self.match_weight.unwrap_or(1.0)),
             ("match_cells", self.match_cells),
             ("indicator_cells", self.indicator_cells),
             ("tolerance", self.tolerance),

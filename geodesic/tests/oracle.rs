@@ -13,7 +13,7 @@ use fe_grid::{Assembly, Data, Field, Grid};
 use geodesic::lagrangian::PathObjective;
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
-    BoundaryArea, GeodesicParams, HeavisideMatch, MatchWeights, StepDeformation, StepMatch,
+    BoundaryArea, Form, GeodesicParams, HeavisideMatch, MatchWeights, StepDeformation, StepMatch,
 };
 use hyperelastic::{LameModuli, LawSpec, LogDet};
 use levelset::{Arctan, Step};
@@ -138,11 +138,15 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
         close_to("grad_phi", &gradient[n..], &self.case["grad_phi"]);
     }
 
-    fn params(&self) -> GeodesicParams {
+    /// Parameters for matches of a given number, whose weight the reference states for each.
+    fn params(&self, form: Form) -> GeodesicParams {
+        let steps = self.parameter("K") as usize;
+        let matches = if form == Form::LevelSets { steps } else { 1 };
         GeodesicParams {
-            steps: self.parameter("K") as usize,
+            form,
+            steps,
             law: LawSpec::new("logdet", self.moduli()).unwrap(),
-            match_weight: self.parameter("eta"),
+            match_weight: Some(self.parameter("eta") / matches as f64),
             void_stiffness: self.parameter("delta"),
             void_viscosity: 0.0,
             deformed_share: 0.0,
@@ -155,7 +159,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
         let params = GeodesicParams {
             area_weight: self.parameter("mu"),
             area_regularisation: self.parameter("rho"),
-            ..self.params()
+            ..self.params(Form::LevelSets)
         };
         let (level_sets, displacements) = (self.input("u"), self.displacements("phi"));
         let mut state = level_sets[..n].to_vec();
@@ -195,7 +199,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
     }
 
     fn start_domain(&self) {
-        let params = self.params();
+        let params = self.params(Form::Lagrangian);
         let field = |key: &str| Field::from_vec(self.grid, self.input(key)).unwrap();
         let step = self.step();
         let mut objective = PathObjective::with_steps(

@@ -201,13 +201,14 @@ impl<const D: usize> PathObjective<D> {
         let mismatch = value_or_gradient(
             &assembly,
             last,
-            self.params.match_weight,
+            self.params.resolved_match_weight(),
             &mut self.path_gradient[behind..],
         )?;
         if wanted {
             vector::copy_into(&self.path_gradient[dim..], gradient);
         }
-        let total = count * step_energies.iter().sum::<f64>() + self.params.match_weight * mismatch;
+        let total = count * step_energies.iter().sum::<f64>()
+            + self.params.resolved_match_weight() * mismatch;
         self.energy = PathEnergy {
             step_energies,
             mismatch,
@@ -267,7 +268,7 @@ impl<const D: usize> Objective for PathObjective<D> {
             indicator: self.indicator,
             step: self.density.step,
             stiffness: 1.0,
-            match_weight: self.params.match_weight,
+            match_weight: self.params.resolved_match_weight(),
             end: continued(&self.end),
         };
         let last = &x[(self.steps - 1) * self.dim_of_step()..];

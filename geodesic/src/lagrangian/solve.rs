@@ -38,8 +38,7 @@ pub struct LagrangianPath<const D: usize> {
 }
 
 /// The shortest path between two shapes given by their signed distances (positive inside) on one
-/// grid, from a first guess at the displacement of the last deformation, as a function of the
-/// position.
+/// grid, found from the identity.
 ///
 /// # Errors
 /// [`GeodesicError`] for parameters out of range and shapes that do not fit.
@@ -47,7 +46,6 @@ pub fn lagrangian_path<const D: usize>(
     start: &Field<f64, D, 1>,
     end: &Field<f64, D, 1>,
     params: &GeodesicParams,
-    guess: impl Fn(f64, [f64; D]) -> [f64; D],
     observer: &mut dyn Observer,
 ) -> Result<LagrangianPath<D>, GeodesicError> {
     params.check()?;
@@ -57,18 +55,9 @@ pub fn lagrangian_path<const D: usize>(
     let grids = start.grid().hierarchy(params.coarsest_nodes);
     let (starts, ends) = (pyramid(&grids, start), pyramid(&grids, end));
     let mut levels = Vec::new();
-    let schedule = if grids.len() == 1 {
-        vec![params.steps]
-    } else {
-        time_schedule(params.steps)
-    };
+    let schedule = time_schedule(params.steps);
     let mut steps = schedule[0];
-    let mut x: Vec<f64> = (1..=steps)
-        .flat_map(|k| {
-            let time = k as f64 / steps as f64;
-            Field::<f64, D, D>::from_fn(grids[0], |y| guess(time, y)).into_vec()
-        })
-        .collect();
+    let mut x = vec![0.0; steps * D * grids[0].n_nodes()];
     let mut solid = None;
     let n_runs = grids.len() + schedule.len() - 1;
     for (depth, grid) in grids.iter().enumerate() {

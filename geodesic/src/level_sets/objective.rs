@@ -199,7 +199,11 @@ impl<const D: usize> LevelSetObjective<D> {
                 self.equations
                     .assemble(&rule, &[source], Background::default());
                 let target = &mut gradient[level_set(n, D, k)];
-                vector::axpy(self.params.match_weight, self.equations.rhs(), target);
+                vector::axpy(
+                    self.params.resolved_match_weight(),
+                    self.equations.rhs(),
+                    target,
+                );
             }
             let law = BoundaryArea {
                 step: self.step,
@@ -217,7 +221,7 @@ impl<const D: usize> LevelSetObjective<D> {
             energy.areas.push(area);
         }
         energy.total = count * energy.step_energies.iter().sum::<f64>()
-            + self.params.match_weight * energy.mismatches.iter().sum::<f64>()
+            + self.params.resolved_match_weight() * energy.mismatches.iter().sum::<f64>()
             + self.params.area_weight / count * energy.areas.iter().sum::<f64>();
         Ok(energy)
     }
@@ -235,10 +239,20 @@ impl<const D: usize> LevelSetObjective<D> {
         // Components are a constant of the type: one more than the dimension.
         if D == 2 {
             let assembly = Assembly::<_, f64, D, 3>::new(self.grid, &law, Data::default());
-            value_or_gradient(&assembly, state, self.params.match_weight, gradient)
+            value_or_gradient(
+                &assembly,
+                state,
+                self.params.resolved_match_weight(),
+                gradient,
+            )
         } else {
             let assembly = Assembly::<_, f64, D, 4>::new(self.grid, &law, Data::default());
-            value_or_gradient(&assembly, state, self.params.match_weight, gradient)
+            value_or_gradient(
+                &assembly,
+                state,
+                self.params.resolved_match_weight(),
+                gradient,
+            )
         }
     }
 }
@@ -302,7 +316,7 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
             grid: self.grid,
             moduli: self.params.law.moduli,
             indicator: self.indicator,
-            match_weight: self.params.match_weight,
+            match_weight: self.params.resolved_match_weight(),
             step: self.step,
             state: x,
             steps: self.steps,
