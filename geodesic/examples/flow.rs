@@ -35,10 +35,11 @@ fn main() {
         steps: number("K", 4.0) as usize,
         void_viscosity: number("nu", d.void_viscosity),
         void_stiffness: number("delta", d.void_stiffness),
-        match_weight: Some(number("eta", 0.0)).filter(|x| *x > 0.0),
+        match_weight: number("eta", 100.0),
         max_iterations: number("it", 300.0) as usize,
         tolerance: number("tol", 1e-4),
         match_cells: number("eps", 1.0),
+        flow_nodes: number("fn", 33.0) as usize,
         indicator_cells: number("ind", d.indicator_cells),
         min_determinant: number("det", 1e-3),
         area_weight: number("mu", 1e-3),
@@ -70,10 +71,11 @@ fn main() {
         );
     }
     println!(
-        "L {:.5} diss {:.5} dice {:.4} det {:.4} W {:.5?} match {:.7?} {:.2?}",
+        "L {:.5} diss {:.5} dice {:.4} {:.4} det {:.4} W {:.5?} match {:.7?} {:.2?}",
         g.length(),
         g.dissipation(),
         g.dice_end,
+        g.dice_pulled,
         g.certificate.min_det,
         g.step_energies,
         g.matches,

@@ -30,8 +30,8 @@ pub struct GeodesicParams {
     /// Weight `eta_0` of the match, for a path whose dissipation is `K sum W_k`: `eta = eta_0`
     /// for the one match of a path of one start domain, `eta = K eta_0` for each match between
     /// level sets, so that what the boundary lags behind along the whole path does not grow
-    /// with `K`. Where not given 100 for the one, 10 for the other.
-    pub match_weight: Option<f64>,
+    /// with `K`.
+    pub match_weight: f64,
     /// Share of the match that is measured on the end domain, between 0 and 1; paths of one start
     /// domain only.
     pub deformed_share: f64,
@@ -48,6 +48,8 @@ pub struct GeodesicParams {
     pub match_cells: f64,
     /// Half-width of the elastic indicator on every level, in grid spacings.
     pub indicator_cells: f64,
+    /// Nodes along the longest side of the grid on which a path of level sets begins.
+    pub flow_nodes: usize,
     /// Nodes along the longest side of the coarsest level.
     pub coarsest_nodes: usize,
     /// A level ends when five iterations lower the energy by less than this share of it.
@@ -64,7 +66,7 @@ impl Default for GeodesicParams {
             form: Form::default(),
             steps: 8,
             law: LawSpec::default(),
-            match_weight: None,
+            match_weight: 100.0,
             deformed_share: 0.0,
             area_weight: 1e-3,
             area_regularisation: 1e-3,
@@ -72,6 +74,7 @@ impl Default for GeodesicParams {
             void_viscosity: 0.0,
             match_cells: 1.0,
             indicator_cells: 2.0,
+            flow_nodes: 33,
             coarsest_nodes: 17,
             tolerance: 1e-4,
             max_iterations: 100,
@@ -84,8 +87,8 @@ impl GeodesicParams {
     /// The weight of one match that is in force.
     pub fn resolved_match_weight(&self) -> f64 {
         match self.form {
-            Form::Lagrangian => self.match_weight.unwrap_or(100.0),
-            Form::LevelSets => self.steps as f64 * self.match_weight.unwrap_or(10.0),
+            Form::Lagrangian => self.match_weight,
+            Form::LevelSets => self.steps as f64 * self.match_weight,
         }
     }
 
@@ -105,7 +108,7 @@ impl GeodesicParams {
             return bad("steps", "at least 1", 0.0);
         }
         for (name, value) in [
-            ("match_weight", self.match_weight.unwrap_or(1.0)),
+            ("match_weight", self.match_weight),
             ("match_cells", self.match_cells),
             ("indicator_cells", self.indicator_cells),
             ("tolerance", self.tolerance),

@@ -1,12 +1,15 @@
 //! What a geodesic is made of, whatever form it was computed in.
 
 use crate::lagrangian::{LagrangianPath, lagrangian_path};
-use crate::level_sets::{PathState, flow, level_set_path};
+use crate::level_sets::{PathState, flow, level_set_path, on_grid};
 use crate::{Form, GeodesicError, GeodesicParams};
 use fe_grid::minimise::{Info, Observer, Status};
 use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify_within};
 use levelset::{BoxEdge, ContourDistance, contour};
 use rayon::prelude::*;
+
+/// Steps of the flow that make one of the first path, at most.
+const FLOW_STEPS: usize = 6;
 
 /// What happened on one level of the computation.
 #[derive(Clone, Debug)]
@@ -43,8 +46,11 @@ pub struct Geodesic<const D: usize> {
     /// The worst deformation inside its shape: certified where the determinant is positive on all
     /// cells that meet it.
     pub certificate: Certificate,
-    /// Dice overlap of the start shape with the end shape pulled back through all steps.
+    /// Dice overlap of the end shape with what the deformations make of the start shape.
     pub dice_end: f64,
+    /// Dice overlap of the start shape with the end shape pulled back through all steps: void that
+    /// was closed up counts against it.
+    pub dice_pulled: f64,
     /// What happened, in order.
     pub levels: Vec<LevelReport>,
     /// Converged, or the last level's reason why not.
@@ -98,9 +104,8 @@ pub fn geodesic<const D: usize>(
             finish(end, level_sets, displacements, levels.collect())
         }
         Form::LevelSets => {
-            let mut first = flow(start, end, params)?.cut(params.steps);
-            first.level_sets[params.steps] = end.clone();
-            let path = level_set_path(&first, params, 0, observer)?;
+            let first = first_path(start, end, params)?;
+            let path = level_set_path(first, start, end, params, observer)?;
             let PathState {
                 level_sets,
                 displacements,
@@ -116,6 +121,25 @@ pub fn geodesic<const D: usize>(
             finish(end, level_sets, displacements, levels.collect())
         }
     }
+}
+
+/// A first path of level sets: a flow on a coarse grid, cut into small steps.
+fn first_path<const D: usize>(
+    start: &ScalarField<f64, D>,
+    end: &ScalarField<f64, D>,
+    params: &GeodesicParams,
+) -> Result<PathState<D>, GeodesicError> {
+    let grids = start.grid().hierarchy(params.flow_nodes);
+    let grid = grids[0];
+    let (coarse_start, coarse_end) = (on_grid(&grid, start), on_grid(&grid, end));
+    let flow = flow(&coarse_start, &coarse_end, params)?;
+    let mut steps = params.steps;
+    while steps * FLOW_STEPS < flow.motions.len() {
+        steps *= 2;
+    }
+    let mut first = flow.cut(steps);
+    first.level_sets[steps] = coarse_end;
+    Ok(first)
 }
 
 fn check<const D: usize>(
@@ -251,17 +275,18 @@ fn finish<const D: usize>(
         min_corner_det: 1.0,
         cell: 0,
     });
-    let pulled = ScalarField::from_fn(grid, |x| {
-        let mut y = x;
-        for displacement in &displacements {
+    let carry = |x: [f64; D]| {
+        displacements.iter().fold(x, |y, displacement| {
             let u = displacement.sample(y);
-            for k in 0..D {
-                y[k] += u[k];
-            }
-        }
-        end.sample(y)
-    });
-    let dice_end = levelset::dice(&pulled, 0.0, &level_sets[0], 0.0)?;
+            std::array::from_fn(|k| y[k] + u[k])
+        })
+    };
+    let pulled = ScalarField::from_fn(grid, |x| end.sample(carry(x)));
+    let dice_pulled = levelset::dice(&pulled, 0.0, &level_sets[0], 0.0)?;
+    let carried = contour(&level_sets[0], 0.0, BoxEdge::Open)?.map(carry);
+    let carried = ContourDistance::new(&carried)?.sample(grid);
+    let target = on_grid(&grid, end);
+    let dice_end = levelset::dice(&carried, 0.0, &target, 0.0)?;
     let last = levels.last();
     Ok(Geodesic {
         step_energies: last.map(|l| l.step_energies.clone()).unwrap_or_default(),
@@ -272,6 +297,7 @@ fn finish<const D: usize>(
         displacements,
         certificate,
         dice_end,
+        dice_pulled,
         levels,
     })
 }

@@ -146,7 +146,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
             form,
             steps,
             law: LawSpec::new("logdet", self.moduli()).unwrap(),
-            match_weight: Some(self.parameter("eta") / matches as f64),
+            match_weight: self.parameter("eta") / matches as f64,
             void_stiffness: self.parameter("delta"),
             void_viscosity: 0.0,
             deformed_share: 0.0,

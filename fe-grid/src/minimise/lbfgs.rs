@@ -14,7 +14,8 @@ use crate::vector::{copy_into, dot, scale};
 /// is measured by `sqrt(g · H g)`, the metric's own norm in the first iteration; it costs nothing,
 /// for `-g · H g` is the slope along the direction. A pair with
 /// `s · y <= curvature_threshold |s| |y|` is not remembered. Where the direction does not descend,
-/// or no step along it lowers the energy, the pairs are dropped and `-P g` is tried once.
+/// or no step along it lowers the energy, the pairs are dropped and `-P g` is tried once, and once
+/// more without being restrained.
 ///
 /// Source: Nocedal, *Updating quasi-Newton matrices with limited storage* (1980).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,18 +144,34 @@ impl<O: Objective> Run<'_, O> {
 
     /// A step along the direction; where there is none, once more from the memory's start.
     fn step(&mut self, x: &[f64], energy: f64) -> Result<Option<Step>, O::Error> {
-        let step = self.search(x, energy)?;
-        if step.is_some() || self.pairs.is_empty() {
+        let step = self.search(x, energy, true)?;
+        if step.is_some() {
             return Ok(step);
         }
+        if !self.pairs.is_empty() {
+            self.restart()?;
+            let step = self.search(x, energy, true)?;
+            if step.is_some() {
+                return Ok(step);
+            }
+        }
+        // What was left of the direction may not descend; the whole does, if not far.
         self.restart()?;
-        self.search(x, energy)
+        self.search(x, energy, false)
     }
 
-    fn search(&mut self, x: &[f64], energy: f64) -> Result<Option<Step>, O::Error> {
-        let slope = self
-            .objective
-            .restrain(x, &self.gradient, &mut self.direction)?;
+    fn search(
+        &mut self,
+        x: &[f64],
+        energy: f64,
+        restrained: bool,
+    ) -> Result<Option<Step>, O::Error> {
+        let slope = if restrained {
+            self.objective
+                .restrain(x, &self.gradient, &mut self.direction)?
+        } else {
+            dot(&self.gradient, &self.direction)
+        };
         if slope.is_nan() || slope >= 0.0 {
             return Ok(None);
         }

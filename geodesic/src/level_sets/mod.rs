@@ -6,6 +6,7 @@ mod objective;
 mod solve;
 mod transport;
 
-pub use flow::{Flow, compose, flow};
+pub use flow::{Flow, flow};
 pub use objective::{LevelSetEnergy, LevelSetObjective};
+pub(crate) use solve::on_grid;
 pub use solve::{LevelSetLevel, LevelSetPath, PathState, level_set_path};

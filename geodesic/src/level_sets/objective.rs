@@ -11,9 +11,12 @@ use fe_grid::scatter::{Background, NormalEquations, Source};
 use fe_grid::{
     Assembly, Data, Grid, GridError, Restrained, certify_within, restrain_together, vector,
 };
+use hyperelastic::FoldBarrier;
 use levelset::{Arctan, Compact, Step};
 use rayon::prelude::*;
 
+/// The barrier is felt by corners whose determinant is below this.
+const BARRIER_ONSET: f64 = 0.2;
 /// Longest step of the minimiser, in cells.
 const LONGEST_STEP: f64 = 1.0;
 
@@ -26,7 +29,10 @@ pub struct LevelSetEnergy {
     pub mismatches: Vec<f64>,
     /// Boundary areas of the shapes `1, ..., K`.
     pub areas: Vec<f64>,
-    /// `K sum W_k + eta sum match_k + mu/K sum area_k`.
+    /// The barrier that keeps the corners of cells from folding, summed over the steps; zero where
+    /// no determinant is below its onset.
+    pub barrier: f64,
+    /// `K sum W_k + eta sum match_k + mu/K sum area_k`, and the barrier.
     pub total: f64,
 }
 
@@ -205,6 +211,17 @@ impl<const D: usize> LevelSetObjective<D> {
                     target,
                 );
             }
+            if self.params.void_stiffness > 0.0 {
+                let law = FoldBarrier {
+                    weight: self.params.void_stiffness * self.params.resolved_match_weight(),
+                    onset: BARRIER_ONSET,
+                };
+                let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
+                let place = displacement(n, D, k);
+                let range = if wanted { place.clone() } else { 0..0 };
+                energy.barrier +=
+                    value_or_gradient(&assembly, &x[place], 1.0, &mut gradient[range])?;
+            }
             let law = BoundaryArea {
                 step: self.step,
                 regularisation: self.params.area_regularisation,
@@ -221,6 +238,7 @@ impl<const D: usize> LevelSetObjective<D> {
             energy.areas.push(area);
         }
         energy.total = count * energy.step_energies.iter().sum::<f64>()
+            + energy.barrier
             + self.params.resolved_match_weight() * energy.mismatches.iter().sum::<f64>()
             + self.params.area_weight / count * energy.areas.iter().sum::<f64>();
         Ok(energy)

@@ -1,16 +1,19 @@
 //! Minimal paths of level sets, from a first path.
 
+use super::flow::compose;
 use super::objective::{LevelSetEnergy, LevelSetObjective};
 use super::transport::{displacement, level_set};
 use crate::{GeodesicError, GeodesicParams};
-use fe_grid::minimise::{Info, LbfgsParams, Minimiser, Observer, Stopping};
-use fe_grid::transfer::{inject_into, prolong_into};
+use fe_grid::minimise::{Info, LbfgsParams, Minimiser, Observer, Status, Stopping};
+use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid, certify_within};
 
 /// Pairs of the L-BFGS memory.
 const HISTORY: usize = 10;
 /// Iterations after which the metric is made anew.
 const METRIC_INTERVAL: usize = 10;
+/// Factor of the tolerance where a path is only preliminary.
+const COARSE: f64 = 10.0;
 /// Blends to the identity that are tried where a deformation is not admissible.
 const REPAIRS: usize = 40;
 
@@ -53,20 +56,17 @@ impl<const D: usize> PathState<D> {
         self.displacements.len()
     }
 
-    /// The same path on the grid of twice the spacing.
-    fn coarser(&self) -> Option<Self> {
-        let grid = self.level_sets[0].grid().coarser()?;
-        let mut coarse = Self {
-            level_sets: vec![Field::zeros(grid); self.level_sets.len()],
-            displacements: vec![Field::zeros(grid); self.displacements.len()],
-        };
-        for (coarse, fine) in coarse.level_sets.iter_mut().zip(&self.level_sets) {
-            inject_into(&grid, fine.as_slice(), coarse.as_mut_slice());
+    /// Every second shape, and the deformations between these.
+    fn halved(&self) -> Self {
+        let grid = *self.level_sets[0].grid();
+        Self {
+            level_sets: self.level_sets.iter().step_by(2).cloned().collect(),
+            displacements: self
+                .displacements
+                .chunks(2)
+                .map(|pair| compose(&grid, pair))
+                .collect(),
         }
-        for (coarse, fine) in coarse.displacements.iter_mut().zip(&self.displacements) {
-            inject_into(&grid, fine.as_slice(), coarse.as_mut_slice());
-        }
-        Some(coarse)
     }
 
     /// The same path on the grid of half the spacing.
@@ -109,60 +109,83 @@ pub struct LevelSetPath<const D: usize> {
     pub levels: Vec<LevelSetLevel>,
 }
 
-/// The minimal path of level sets near a first one, from the grid that is `coarsenings` times
-/// coarser up to that of the first path.
+/// The minimal path of level sets near a first one of `2^m` times as many steps on the same grid
+/// or on one that is coarser by a power of two.
+///
+/// A path of many steps is lowered first, where every deformation is small and nothing jams; then
+/// steps are joined in pairs, and the path is lowered again, down to the number of steps that is
+/// wanted. Then the grid is refined.
 ///
 /// # Errors
 /// [`GeodesicError`] for parameters out of range and paths that do not fit.
 pub fn level_set_path<const D: usize>(
-    first: &PathState<D>,
+    first: PathState<D>,
+    start: &Field<f64, D, 1>,
+    end: &Field<f64, D, 1>,
     params: &GeodesicParams,
-    coarsenings: usize,
     observer: &mut dyn Observer,
 ) -> Result<LevelSetPath<D>, GeodesicError> {
     params.check()?;
-    let mut pyramid = vec![first.clone()];
-    for _ in 0..coarsenings {
-        let Some(coarser) = pyramid.last().and_then(PathState::coarser) else {
-            break;
-        };
-        pyramid.push(coarser);
-    }
+    let finest = *start.grid();
+    let mut state = first;
     let mut levels = Vec::new();
-    let mut state: Option<PathState<D>> = None;
-    let n_levels = pyramid.len();
-    while let Some(given) = pyramid.pop() {
-        let current = match state {
-            None => given,
-            Some(coarse) => {
-                let mut fine = coarse.finer();
-                // The end shapes are those of this grid.
-                fine.level_sets[0] = given.level_sets[0].clone();
-                let last = fine.level_sets.len() - 1;
-                fine.level_sets[last] = given.level_sets[last].clone();
-                fine
-            }
+    let n_levels = (state.steps() / params.steps).ilog2() as usize
+        + refinements(state.level_sets[0].grid(), &finest)
+        + 1;
+    loop {
+        let grid = *state.level_sets[0].grid();
+        let steps = state.steps();
+        let preliminary = steps > params.steps || grid != finest;
+        let level_params = GeodesicParams {
+            steps,
+            tolerance: if preliminary {
+                COARSE * params.tolerance
+            } else {
+                params.tolerance
+            },
+            ..params.clone()
         };
-        let grid = *current.level_sets[0].grid();
-        let steps = current.steps();
-        let mut x = current.to_vector();
-        let mut objective = LevelSetObjective::new(grid, steps, params)?;
+        let mut objective = LevelSetObjective::new(grid, steps, &level_params)?;
+        let mut x = state.to_vector();
         repair(&objective, &grid, &mut x, steps, params.min_determinant);
         observer.level(levels.len(), n_levels, x.len());
-        let info = minimiser(params).minimise(&mut objective, &mut x, observer)?;
+        let info = minimiser(&level_params).minimise(&mut objective, &mut x, observer)?;
         objective.evaluate(&x, &mut [])?;
+        let cancelled = info.status == Status::Cancelled;
         levels.push(LevelSetLevel {
             nodes: grid.nodes_per_axis().to_vec(),
             steps,
             info,
             energy: objective.energy().clone(),
         });
-        state = Some(PathState::from_vector(grid, &x, steps)?);
+        state = PathState::from_vector(grid, &x, steps)?;
+        if cancelled || !preliminary {
+            return Ok(LevelSetPath { state, levels });
+        }
+        if steps > params.steps {
+            state = state.halved();
+        } else {
+            state = state.finer();
+            let fine = *state.level_sets[0].grid();
+            // The end shapes are those of this grid, not smoothed by the coarser one.
+            let last = state.level_sets.len() - 1;
+            state.level_sets[0] = on_grid(&fine, start);
+            state.level_sets[last] = on_grid(&fine, end);
+        }
     }
-    Ok(LevelSetPath {
-        state: state.unwrap_or_else(|| first.clone()),
-        levels,
-    })
+}
+
+/// A level set at the nodes of a coarser grid of the same box.
+pub(crate) fn on_grid<const D: usize>(
+    grid: &Grid<D>,
+    level_set: &Field<f64, D, 1>,
+) -> Field<f64, D, 1> {
+    Field::from_fn(*grid, |x| level_set.sample(x))
+}
+
+/// How often a grid has to be refined to become another.
+fn refinements<const D: usize>(coarse: &Grid<D>, fine: &Grid<D>) -> usize {
+    (coarse.spacing() / fine.spacing()).round().max(1.0).log2() as usize
 }
 
 fn minimiser(params: &GeodesicParams) -> LbfgsParams {
