@@ -17,32 +17,30 @@ const MAX_QUANTITIES: usize = 6;
 /// taken in the same order on all.
 pub(crate) const RUN: usize = MAX_LANES;
 
-/// Points of one row of cells, `[run of cells][quadrature point][quantity][cell]`: the number of
-/// the cell that a point falls into, counted from the first of the slab, the local coordinates
-/// there, and the weights. What is read together lies together: arrays of the length of a row
-/// one after the other would fall into the same few places of the cache.
-pub(crate) struct RowPoints<T, const D: usize> {
+/// Points of a run of cells, `[quadrature point][quantity][cell]`: the number of the cell that a
+/// point falls into, counted from the first of the slab, the local coordinates there, and the
+/// weights.
+pub(crate) struct RunPoints<T, const D: usize> {
     pub(crate) data: Vec<T>,
-    /// Cells of the row.
+    /// Cells of the run.
     pub(crate) length: usize,
 }
 
-impl<T: Element, const D: usize> RowPoints<T, D> {
+impl<T: Element, const D: usize> RunPoints<T, D> {
     /// Cell, local coordinates, weights.
     const QUANTITIES: usize = D + 3;
 
-    pub(crate) fn new(length: usize) -> Self {
-        let n_points = length.next_multiple_of(RUN) << D;
+    pub(crate) fn new() -> Self {
         Self {
-            data: vec![T::default(); Self::QUANTITIES * n_points],
-            length,
+            data: vec![T::default(); (Self::QUANTITIES * RUN) << D],
+            length: 0,
         }
     }
 
-    /// Where the quantities of one quadrature point of a run begin.
+    /// Where the quantities of one quadrature point begin.
     #[inline(always)]
-    pub(crate) fn start(run: usize, q: usize) -> usize {
-        ((run << D) + q) * Self::QUANTITIES * RUN
+    pub(crate) fn start(q: usize) -> usize {
+        q * Self::QUANTITIES * RUN
     }
 }
 
@@ -109,10 +107,10 @@ impl<T: Element> Products<T> {
     }
 }
 
-/// Adds the points of a row to the moments of the cells of a slab; other points are left out.
+/// Adds the points of a run to the moments of the cells of a slab; other points are left out.
 #[inline(always)]
 pub(crate) fn accumulate<L: Lane<Element = T>, T: Element, const D: usize>(
-    points: &RowPoints<T, D>,
+    points: &RunPoints<T, D>,
     moments: &mut [f64],
 ) {
     let stride = const { moment_stride(D as u32) };
@@ -121,10 +119,9 @@ pub(crate) fn accumulate<L: Lane<Element = T>, T: Element, const D: usize>(
     // factors it puts together by more instructions than it saves.
     let (n_squares, n_loads) = std::hint::black_box((3usize.pow(D as u32 - 1), 1 << (D - 2)));
     let mut products = Products::zero();
-    let size = RowPoints::<T, D>::QUANTITIES * RUN;
-    for (number, quantities) in points.data.chunks_exact(size).enumerate() {
-        let first = (number >> D) * RUN;
-        let length = RUN.min(points.length - first);
+    let size = RunPoints::<T, D>::QUANTITIES * RUN;
+    let length = points.length;
+    for quantities in points.data.chunks_exact(size) {
         let cells = &quantities[..length];
         let inside = |cell: &T| (0.0..n_cells).contains(&cell.to_f64());
         if !cells.iter().any(inside) {

@@ -23,7 +23,7 @@ use crate::engine::kernel::CACHE_LINE;
 use crate::engine::rows::{Row, first_node, rows_of_layer};
 use crate::engine::slabs::{Slab, over_slabs};
 use crate::engine::{Data, Point, Reads};
-use crate::moments::{RUN, RowPoints, accumulate, first_moments, moment_stride};
+use crate::moments::{RUN, RunPoints, accumulate, first_moments, moment_stride};
 use crate::pool::Pool;
 use crate::stencil::{SymmetricStencil, half_offsets};
 use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
@@ -156,35 +156,36 @@ impl<const D: usize> NormalEquations<D> {
     }
 }
 
-/// For every row of cells, the smallest and largest deformed coordinate along the last axis, in
-/// units of the spacing: a multilinear map stays between its corner values.
+/// For every run of cells, row by row, the smallest and largest deformed coordinate along the
+/// last axis, in units of the spacing: a multilinear map stays between its corner values.
 fn layer_ranges<T: Element, const D: usize>(
     grid: &Grid<D>,
     source: &Source<'_, T>,
 ) -> Vec<[f64; 2]> {
-    let n = grid.n_nodes();
-    let last = &source.displacement[(D - 1) * n..];
-    let nodes = grid.nodes_per_axis();
+    let last = &source.displacement[(D - 1) * grid.n_nodes()..];
+    let cells = grid.cells_per_axis();
     let inverse_h = 1.0 / grid.spacing();
-    let rows: Vec<Row> = (0..grid.cells_per_axis()[D - 1])
+    let rows: Vec<Row> = (0..cells[D - 1])
         .flat_map(|layer| rows_of_layer(grid, layer))
         .collect();
-    rows.par_iter()
-        .with_min_len(64)
-        .map(|&row| {
-            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-            for side in 0..1 << (D - 1) {
-                let c = 2 * side;
-                let start = first_node(grid, row, c);
-                let plane = row[D - 2] + (c >> (D - 1) & 1);
-                let line = Extremes(&last[start..start + nodes[0]]);
+    let runs = cells[0].div_ceil(RUN);
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; runs * rows.len()];
+    let tasks = ranges.par_chunks_mut(runs).with_min_len(64).zip(&rows);
+    tasks.for_each(|(ranges, &row)| {
+        for side in 0..1 << (D - 1) {
+            let c = 2 * side;
+            let plane = (row[D - 2] + (c >> (D - 1) & 1)) as f64;
+            let nodes = &last[first_node(grid, row, c)..][..=cells[0]];
+            for (run, range) in ranges.iter_mut().enumerate() {
+                let end = ((run + 1) * RUN).min(cells[0]);
+                let line = Extremes(&nodes[run * RUN..=end]);
                 let [least, most] = T::dispatch(SimdLevel::active(), line);
-                range[0] = range[0].min(least * inverse_h + plane as f64);
-                range[1] = range[1].max(most * inverse_h + plane as f64);
+                range[0] = range[0].min(least * inverse_h + plane);
+                range[1] = range[1].max(most * inverse_h + plane);
             }
-            range
-        })
-        .collect()
+        }
+    });
+    ranges
 }
 
 /// The least and the largest of some numbers.
@@ -223,6 +224,7 @@ struct SlabTask<'a, T: Element, P, const D: usize> {
     grid: &'a Grid<D>,
     rule: &'a P,
     sources: &'a [Source<'a, T>],
+    /// Of each source, [`layer_ranges`].
     ranges: &'a [Vec<[f64; 2]>],
     element: &'a [[f64; MAX_CORNERS]; MAX_CORNERS],
     background: Background,
@@ -247,8 +249,10 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
         let first = memory.as_ptr().align_offset(CACHE_LINE);
         let moments = memory.get_mut(first..first + count).unwrap_or_default();
         let length = cells[0];
-        let mut points = RowPoints::new(length);
+        let mut points = RunPoints::new();
+        let runs = length.div_ceil(RUN);
         let (low, high) = self.slab.reach(cells[D - 1]);
+        let reached = |range: &[f64; 2]| range[0] <= high && range[1] >= low;
         let mut block = Block::<L, D, D>::zero::<P>(self.grid);
         // Rows beside each other fall into cells beside each other, whose moments are then still
         // in the cache: all rows of one `y` follow each other, those of all sources.
@@ -256,11 +260,22 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
         for y in 0..rows_per_layer {
             for (source, ranges) in self.sources.iter().zip(self.ranges) {
                 for layer in 0..cells[D - 1] {
-                    let [least, most] = ranges[layer * rows_per_layer + y];
-                    if least <= high && most >= low {
-                        let row = if D == 3 { [y, layer] } else { [layer, 0] };
-                        self.evaluate::<L>(source, row, &mut block, &mut points);
-                        accumulate::<L, T, D>(&points, moments);
+                    let first = (layer * rows_per_layer + y) * runs;
+                    let ranges = &ranges[first..first + runs];
+                    if !ranges.iter().any(reached) {
+                        continue;
+                    }
+                    let row = if D == 3 { [y, layer] } else { [layer, 0] };
+                    let data = Data {
+                        coefficients: source.coefficients,
+                        cells: &[],
+                    };
+                    let nodes = RowData::new::<P>(self.grid, source.displacement, &data, row);
+                    for (run, range) in ranges.iter().enumerate() {
+                        if reached(range) {
+                            self.evaluate::<L>(&nodes, run * RUN, &mut block, &mut points);
+                            accumulate::<L, T, D>(&points, moments);
+                        }
                     }
                 }
             }
@@ -274,22 +289,17 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
     #[inline(always)]
     fn evaluate<L: Lane<Element = T>>(
         &self,
-        source: &Source<'_, T>,
-        row: Row,
+        nodes: &RowData<'_, T, D, D>,
+        first: usize,
         block: &mut Block<L, D, D>,
-        points: &mut RowPoints<T, D>,
+        points: &mut RunPoints<T, D>,
     ) {
         let weight = L::splat(self.grid.cell_volume() / f64::from(1u32 << D));
-        let data = Data {
-            coefficients: source.coefficients,
-            cells: &[],
-        };
-        let length = points.length;
         let cells = self.grid.cells_per_axis();
         let first_layer = L::splat(self.slab.layers.start as f64);
-        let nodes = RowData::new::<P>(self.grid, source.displacement, &data, row);
-        for i in (0..length).step_by(L::COUNT) {
-            block.read::<P, T>(&nodes, i);
+        points.length = RUN.min(cells[0] - first);
+        for i in (0..points.length).step_by(L::COUNT) {
+            block.read::<P, T>(nodes, first + i);
             for q in 0..1usize << D {
                 let p = block.point(q);
                 let mut deformed = p.position;
@@ -298,7 +308,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
                 }
                 let (a, b) = self.rule.weights(&p, &deformed);
                 let at = locate_lanes(self.grid, &deformed);
-                let start = RowPoints::<T, D>::start(i / RUN, q) + i % RUN;
+                let start = RunPoints::<T, D>::start(q) + i;
                 let mut places = points.data[start..].chunks_mut(RUN);
                 let mut put = |x: L| {
                     if let Some(place) = places.next() {
