@@ -45,6 +45,8 @@ pub trait Lane:
     fn less(self, other: Self) -> Self::Mask;
     /// `mask ? yes : no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// Whether a comparison is true for any entry.
+    fn any(mask: Self::Mask) -> bool;
     /// `(m, e)` with `self = m 2^e` and `m` between `1/sqrt 2` and `sqrt 2`, for positive normal
     /// numbers.
     ///
@@ -304,6 +306,10 @@ macro_rules! scalar_lane {
             #[inline(always)]
             fn select(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
+            }
+            #[inline(always)]
+            fn any(mask: bool) -> bool {
+                mask
             }
             #[inline(always)]
             fn split_exponent(self) -> (Self, Self) {

@@ -43,6 +43,7 @@ mod inverse;
 mod lane;
 pub mod linear;
 pub mod minimise;
+mod moments;
 pub mod multigrid;
 pub mod operators;
 mod pool;

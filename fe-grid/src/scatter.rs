@@ -20,9 +20,10 @@ use crate::composition::locate_lanes;
 use crate::engine::block::{Block, RowData};
 use crate::engine::element::MAX_CORNERS;
 use crate::engine::kernel::CACHE_LINE;
-use crate::engine::rows::{Row, block_starts, first_node, rows_of_layer};
+use crate::engine::rows::{Row, first_node, rows_of_layer};
 use crate::engine::slabs::{Slab, over_slabs};
 use crate::engine::{Data, Point, Reads};
+use crate::moments::{RUN, RunPoints, accumulate, first_moments, moment_stride};
 use crate::pool::Pool;
 use crate::stencil::{SymmetricStencil, half_offsets};
 use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
@@ -30,8 +31,6 @@ use rayon::prelude::*;
 
 /// Below this number of cells everything stays on one thread.
 const PARALLEL_CELLS: usize = 1024;
-/// `3^D` moments and `2^D` linear moments, at most.
-const MAX_PRODUCTS: usize = 9;
 
 /// The two numbers that a quadrature point scatters.
 pub trait PointWeights<const D: usize>: Reads {
@@ -157,54 +156,81 @@ impl<const D: usize> NormalEquations<D> {
     }
 }
 
-/// For every row of cells, the smallest and largest deformed coordinate along the last axis, in
-/// units of the spacing: a multilinear map stays between its corner values.
+/// For every run of cells, row by row, the smallest and largest deformed coordinate along the
+/// last axis, in units of the spacing: a multilinear map stays between its corner values.
 fn layer_ranges<T: Element, const D: usize>(
     grid: &Grid<D>,
     source: &Source<'_, T>,
 ) -> Vec<[f64; 2]> {
-    let n = grid.n_nodes();
-    let last = &source.displacement[(D - 1) * n..];
-    let nodes = grid.nodes_per_axis();
+    let last = &source.displacement[(D - 1) * grid.n_nodes()..];
+    let cells = grid.cells_per_axis();
     let inverse_h = 1.0 / grid.spacing();
-    let rows: Vec<Row> = (0..grid.cells_per_axis()[D - 1])
+    let rows: Vec<Row> = (0..cells[D - 1])
         .flat_map(|layer| rows_of_layer(grid, layer))
         .collect();
-    rows.par_iter()
-        .with_min_len(64)
-        .map(|&row| {
-            let mut range = [f64::INFINITY, f64::NEG_INFINITY];
-            for side in 0..1 << (D - 1) {
-                let c = 2 * side;
-                let start = first_node(grid, row, c);
-                let plane = row[D - 2] + (c >> (D - 1) & 1);
-                for &u in &last[start..start + nodes[0]] {
-                    let y = u.to_f64() * inverse_h + plane as f64;
-                    range = [range[0].min(y), range[1].max(y)];
-                }
+    let runs = cells[0].div_ceil(RUN);
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; runs * rows.len()];
+    let tasks = ranges.par_chunks_mut(runs).with_min_len(64).zip(&rows);
+    tasks.for_each(|(ranges, &row)| {
+        for side in 0..1 << (D - 1) {
+            let c = 2 * side;
+            let plane = (row[D - 2] + (c >> (D - 1) & 1)) as f64;
+            let nodes = &last[first_node(grid, row, c)..][..=cells[0]];
+            for (run, range) in ranges.iter_mut().enumerate() {
+                let end = ((run + 1) * RUN).min(cells[0]);
+                let line = Extremes(&nodes[run * RUN..=end]);
+                let [least, most] = T::dispatch(SimdLevel::active(), line);
+                range[0] = range[0].min(least * inverse_h + plane);
+                range[1] = range[1].max(most * inverse_h + plane);
             }
-            range
-        })
-        .collect()
+        }
+    });
+    ranges
+}
+
+/// The least and the largest of some numbers.
+struct Extremes<'a, T>(&'a [T]);
+
+impl<T: Element> LaneKernel<T> for Extremes<'_, T> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) -> [f64; 2] {
+        let mut least = [T::splat(f64::INFINITY); RUN];
+        let mut most = [T::splat(f64::NEG_INFINITY); RUN];
+        let (whole, rest) = self.0.split_at(self.0.len() / L::COUNT * L::COUNT);
+        let (mut low, mut high) = (L::splat(f64::INFINITY), L::splat(f64::NEG_INFINITY));
+        for x in whole.chunks_exact(L::COUNT) {
+            let x = L::load(x);
+            // In this order a NaN is passed over.
+            low = x.min(low);
+            high = x.max(high);
+        }
+        low.store(&mut least);
+        high.store(&mut most);
+        for (i, &x) in rest.iter().enumerate() {
+            least[i] = Lane::min(x, least[i]);
+            most[i] = Lane::max(x, most[i]);
+        }
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for (l, m) in least.iter().zip(&most) {
+            range = [range[0].min(l.to_f64()), range[1].max(m.to_f64())];
+        }
+        range
+    }
 }
 
 struct SlabTask<'a, T: Element, P, const D: usize> {
     grid: &'a Grid<D>,
     rule: &'a P,
     sources: &'a [Source<'a, T>],
+    /// Of each source, [`layer_ranges`].
     ranges: &'a [Vec<[f64; 2]>],
     element: &'a [[f64; MAX_CORNERS]; MAX_CORNERS],
     background: Background,
     /// Memory for the moments.
     moments: &'a mut Vec<f64>,
     slab: Slab<'a, f64>,
-}
-
-/// Points of one row of cells, `[quantity][point][cell]`: the number of the cell that a point
-/// falls into, counted from the first of the slab, the local coordinates there, and the weights.
-struct RowPoints<T> {
-    data: Vec<T>,
-    length: usize,
 }
 
 impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<'_, T, P, D> {
@@ -223,21 +249,33 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
         let first = memory.as_ptr().align_offset(CACHE_LINE);
         let moments = memory.get_mut(first..first + count).unwrap_or_default();
         let length = cells[0];
-        let mut points = RowPoints {
-            data: vec![T::default(); (D + 3) * (1 << D) * length],
-            length,
-        };
+        let mut points = RunPoints::new();
+        let runs = length.div_ceil(RUN);
         let (low, high) = self.slab.reach(cells[D - 1]);
+        let reached = |range: &[f64; 2]| range[0] <= high && range[1] >= low;
         let mut block = Block::<L, D, D>::zero::<P>(self.grid);
-        for (source, ranges) in self.sources.iter().zip(self.ranges) {
-            let mut row_number = 0;
-            for layer in 0..cells[D - 1] {
-                for row in rows_of_layer(self.grid, layer) {
-                    let [least, most] = ranges[row_number];
-                    row_number += 1;
-                    if least <= high && most >= low {
-                        self.evaluate::<L>(source, row, &mut block, &mut points);
-                        accumulate::<T, D>(&points, moments);
+        // Rows beside each other fall into cells beside each other, whose moments are then still
+        // in the cache: all rows of one `y` follow each other, those of all sources.
+        let rows_per_layer = per_layer / length;
+        for y in 0..rows_per_layer {
+            for (source, ranges) in self.sources.iter().zip(self.ranges) {
+                for layer in 0..cells[D - 1] {
+                    let first = (layer * rows_per_layer + y) * runs;
+                    let ranges = &ranges[first..first + runs];
+                    if !ranges.iter().any(reached) {
+                        continue;
+                    }
+                    let row = if D == 3 { [y, layer] } else { [layer, 0] };
+                    let data = Data {
+                        coefficients: source.coefficients,
+                        cells: &[],
+                    };
+                    let nodes = RowData::new::<P>(self.grid, source.displacement, &data, row);
+                    for (run, range) in ranges.iter().enumerate() {
+                        if reached(range) {
+                            self.evaluate::<L>(&nodes, run * RUN, &mut block, &mut points);
+                            accumulate::<L, T, D>(&points, moments);
+                        }
                     }
                 }
             }
@@ -251,22 +289,17 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
     #[inline(always)]
     fn evaluate<L: Lane<Element = T>>(
         &self,
-        source: &Source<'_, T>,
-        row: Row,
+        nodes: &RowData<'_, T, D, D>,
+        first: usize,
         block: &mut Block<L, D, D>,
-        points: &mut RowPoints<T>,
+        points: &mut RunPoints<T, D>,
     ) {
         let weight = L::splat(self.grid.cell_volume() / f64::from(1u32 << D));
-        let data = Data {
-            coefficients: source.coefficients,
-            cells: &[],
-        };
-        let length = points.length;
         let cells = self.grid.cells_per_axis();
         let first_layer = L::splat(self.slab.layers.start as f64);
-        let nodes = RowData::new::<P>(self.grid, source.displacement, &data, row);
-        for i in block_starts::<L>(length) {
-            block.read::<P, T>(&nodes, i);
+        points.length = RUN.min(cells[0] - first);
+        for i in (0..points.length).step_by(L::COUNT) {
+            block.read::<P, T>(nodes, first + i);
             for q in 0..1usize << D {
                 let p = block.point(q);
                 let mut deformed = p.position;
@@ -275,11 +308,12 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
                 }
                 let (a, b) = self.rule.weights(&p, &deformed);
                 let at = locate_lanes(self.grid, &deformed);
-                let mut quantity = 0;
+                let start = RunPoints::<T, D>::start(q) + i;
+                let mut places = points.data[start..].chunks_mut(RUN);
                 let mut put = |x: L| {
-                    let start = (quantity * (1 << D) + q) * length;
-                    x.store(&mut points.data[start + i..start + length]);
-                    quantity += 1;
+                    if let Some(place) = places.next() {
+                        x.store(place);
+                    }
                 };
                 // Whole numbers, exact while the slab has fewer cells than the mantissa has values.
                 let mut cell = at.cell[D - 1] - first_layer;
@@ -328,75 +362,6 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
             }
         }
     }
-}
-
-/// Adds the points of a row to the moments of the cells of a slab; other points are left out.
-#[inline(always)]
-fn accumulate<T: Element, const D: usize>(points: &RowPoints<T>, moments: &mut [f64]) {
-    let stride = const { moment_stride(D as u32) };
-    let n_cells = (moments.len() / stride) as f64;
-    let n_points = points.length << D;
-    let quantity = |k: usize| &points.data[k * n_points..(k + 1) * n_points];
-    let (cells, first, second) = (quantity(0), quantity(D + 1), quantity(D + 2));
-    let locals: [&[T]; D] = std::array::from_fn(|k| quantity(k + 1));
-    for i in 0..points.length {
-        for q in 0..1usize << D {
-            let point = q * points.length + i;
-            let cell = cells[point].to_f64();
-            if !(0.0..n_cells).contains(&cell) {
-                continue;
-            }
-            let block = &mut moments[cell as usize * stride..][..stride];
-            let (a, b) = (first[point].to_f64(), second[point].to_f64());
-            let s = locals[0][point].to_f64();
-            let r = 1.0 - s;
-            let (along_x, line) = ([r * r, r * s, s * s, 0.0], [r, s]);
-            // The products of the other axes.
-            let mut quadratic = [0.0; MAX_PRODUCTS];
-            let mut linear = [0.0; MAX_CORNERS / 2];
-            (quadratic[0], linear[0]) = (a, b);
-            let (mut n_quadratic, mut n_linear) = (1, 1);
-            for k in 1..D {
-                let s = locals[k][point].to_f64();
-                let r = 1.0 - s;
-                for j in 0..n_quadratic {
-                    let base = quadratic[j];
-                    quadratic[j] = base * (r * r);
-                    quadratic[n_quadratic + j] = base * (r * s);
-                    quadratic[2 * n_quadratic + j] = base * (s * s);
-                }
-                for j in 0..n_linear {
-                    let base = linear[j];
-                    linear[j] = base * r;
-                    linear[n_linear + j] = base * s;
-                }
-                n_quadratic *= 3;
-                n_linear *= 2;
-            }
-            let (squares, loads) = block.split_at_mut(const { first_moments(D as u32) });
-            for (row, q) in squares.chunks_exact_mut(4).zip(quadratic) {
-                for (moment, x) in row.iter_mut().zip(along_x) {
-                    *moment = x.mul_add(q, *moment);
-                }
-            }
-            for (row, l) in loads.chunks_exact_mut(2).zip(linear).take(1 << (D - 1)) {
-                for (moment, x) in row.iter_mut().zip(line) {
-                    *moment = x.mul_add(l, *moment);
-                }
-            }
-        }
-    }
-}
-
-/// Numbers a cell: rows of three second moments along `x`, filled up to four, and the first
-/// moments of the corners; whole cache lines.
-const fn moment_stride(d: u32) -> usize {
-    (first_moments(d) + (1 << d)).next_multiple_of(CACHE_LINE / size_of::<f64>())
-}
-
-/// Where the first moments stand among the numbers of a cell.
-const fn first_moments(d: u32) -> usize {
-    4 * 3usize.pow(d - 1)
 }
 
 /// A pair of corners of a cell whose difference is one of the stored offsets.

@@ -237,6 +237,11 @@ impl<S: Simd> Lane for Wide64<S> {
         Self(token::<S>().select_f64s(mask, yes.0, no.0))
     }
     #[inline(always)]
+    fn any(mask: Self::Mask) -> bool {
+        // The count of entries where none is true; which one is the first is not asked.
+        token::<S>().first_true_m64s(mask) < Self::COUNT
+    }
+    #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {
         let s = token::<S>();
         let (one, seam) = (1.0f64.to_bits(), f64::SEAM.to_bits());
@@ -293,6 +298,11 @@ impl<S: Simd> Lane for Wide32<S> {
     #[inline(always)]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
         Self(token::<S>().select_f32s(mask, yes.0, no.0))
+    }
+    #[inline(always)]
+    fn any(mask: Self::Mask) -> bool {
+        // The count of entries where none is true; which one is the first is not asked.
+        token::<S>().first_true_m32s(mask) < Self::COUNT
     }
     #[inline(always)]
     fn split_exponent(self) -> (Self, Self) {

@@ -4,7 +4,7 @@
 //! sums are added one after the other: who computed a chunk leaves no trace. Nothing here
 //! allocates.
 
-use crate::Element;
+use crate::{Element, Lane, LaneKernel, SimdLevel};
 use rayon::prelude::*;
 
 /// Numbers in a chunk.
@@ -24,7 +24,7 @@ pub fn dot<T: Element, U: Element>(x: &[T], y: &[U]) -> f64 {
     assert_eq!(x.len(), y.len());
     reduce(
         x.len(),
-        |from, to| dot_chunk(&x[from..to], &y[from..to]),
+        |from, to| wide(Dot(&x[from..to], &y[from..to])),
         |a, b| a + b,
     )
 }
@@ -41,14 +41,7 @@ pub fn sum(x: &[f64]) -> f64 {
 
 /// Largest absolute value, 0 for an empty vector and NaN where any entry is NaN.
 pub fn max_abs(x: &[f64]) -> f64 {
-    reduce(
-        x.len(),
-        |from, to| {
-            let magnitudes = x[from..to].iter().map(|v| v.abs());
-            magnitudes.fold(0.0, larger)
-        },
-        larger,
-    )
+    reduce(x.len(), |from, to| wide(Largest(&x[from..to])), larger)
 }
 
 /// Largest absolute value of `x - y`, NaN where any entry is NaN.
@@ -59,10 +52,7 @@ pub fn max_abs_difference(x: &[f64], y: &[f64]) -> f64 {
     assert_eq!(x.len(), y.len());
     reduce(
         x.len(),
-        |from, to| {
-            let pairs = x[from..to].iter().zip(&y[from..to]);
-            pairs.map(|(u, v)| (u - v).abs()).fold(0.0, larger)
-        },
+        |from, to| wide(LargestDifference(&x[from..to], &y[from..to])),
         larger,
     )
 }
@@ -99,9 +89,8 @@ pub fn scale(a: f64, y: &mut [f64]) {
 pub fn axpy<T: Element>(a: f64, x: &[T], y: &mut [f64]) {
     assert_eq!(x.len(), y.len());
     update(y, |from, part| {
-        for (v, u) in part.iter_mut().zip(&x[from..]) {
-            *v += a * u.to_f64();
-        }
+        let x = &x[from..from + part.len()];
+        wide(Axpy(a, x, part));
     });
 }
 
@@ -211,18 +200,95 @@ fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
         .for_each(|(c, part)| change(c * CHUNK, part));
 }
 
-fn dot_chunk<T: Element, U: Element>(x: &[T], y: &[U]) -> f64 {
-    let mut partials = [0.0; ACCUMULATORS];
-    let (xs, ys) = (x.chunks_exact(ACCUMULATORS), y.chunks_exact(ACCUMULATORS));
-    let rest: f64 = (xs.remainder().iter().zip(ys.remainder()))
-        .map(|(a, b)| a.to_f64() * b.to_f64())
-        .sum();
-    for (a, b) in xs.zip(ys) {
-        for i in 0..ACCUMULATORS {
-            partials[i] += a[i].to_f64() * b[i].to_f64();
+/// Runs a loop over a chunk with the widest instructions of the machine: a plain loop, which the
+/// compiler turns into vectors of the width that it is compiled for. Products and sums are
+/// rounded one by one, so that the width leaves no trace.
+fn wide<K: LaneKernel<f64>>(kernel: K) -> K::Output {
+    f64::dispatch(SimdLevel::active(), kernel)
+}
+
+/// `x · y`.
+struct Dot<'a, T, U>(&'a [T], &'a [U]);
+
+impl<T: Element, U: Element> LaneKernel<f64> for Dot<'_, T, U> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) -> f64 {
+        let mut partials = [0.0; ACCUMULATORS];
+        let xs = self.0.chunks_exact(ACCUMULATORS);
+        let ys = self.1.chunks_exact(ACCUMULATORS);
+        let mut rest = 0.0;
+        for (a, b) in xs.remainder().iter().zip(ys.remainder()) {
+            rest += a.to_f64() * b.to_f64();
+        }
+        for (a, b) in xs.zip(ys) {
+            for i in 0..ACCUMULATORS {
+                partials[i] += a[i].to_f64() * b[i].to_f64();
+            }
+        }
+        partials.iter().sum::<f64>() + rest
+    }
+}
+
+/// `y += a x`.
+struct Axpy<'a, T>(f64, &'a [T], &'a mut [f64]);
+
+impl<T: Element> LaneKernel<f64> for Axpy<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) {
+        for (v, u) in self.2.iter_mut().zip(self.1) {
+            *v += self.0 * u.to_f64();
         }
     }
-    partials.iter().sum::<f64>() + rest
+}
+
+/// The largest absolute value of `x`.
+struct Largest<'a>(&'a [f64]);
+
+impl LaneKernel<f64> for Largest<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) -> f64 {
+        let mut largest = [0.0; ACCUMULATORS];
+        let xs = self.0.chunks_exact(ACCUMULATORS);
+        for (m, u) in largest.iter_mut().zip(xs.remainder()) {
+            *m = u.abs();
+        }
+        for x in xs {
+            for i in 0..ACCUMULATORS {
+                largest[i] = larger(largest[i], x[i].abs());
+            }
+        }
+        largest.into_iter().fold(0.0, larger)
+    }
+}
+
+/// The largest absolute value of `x - y`.
+struct LargestDifference<'a>(&'a [f64], &'a [f64]);
+
+impl LaneKernel<f64> for LargestDifference<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) -> f64 {
+        let mut largest = [0.0; ACCUMULATORS];
+        let xs = self.0.chunks_exact(ACCUMULATORS);
+        let ys = self.1.chunks_exact(ACCUMULATORS);
+        let rest = xs.remainder().iter().zip(ys.remainder());
+        for (m, (u, v)) in largest.iter_mut().zip(rest) {
+            *m = (u - v).abs();
+        }
+        for (x, y) in xs.zip(ys) {
+            for i in 0..ACCUMULATORS {
+                largest[i] = larger(largest[i], (x[i] - y[i]).abs());
+            }
+        }
+        largest.into_iter().fold(0.0, larger)
+    }
 }
 
 fn sum_chunk(x: &[f64]) -> f64 {
@@ -238,6 +304,7 @@ fn sum_chunk(x: &[f64]) -> f64 {
 }
 
 /// The larger number, or NaN where one is NaN.
+#[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
 }

@@ -7,6 +7,19 @@ struct Functions<'a, T>(&'a [T], &'a mut [T]);
 
 const N_FUNCTIONS: usize = 9;
 
+/// Whether any number is below a bound.
+struct AnyBelow<'a, T>(&'a [T], f64);
+
+impl<T: Element> LaneKernel<T> for AnyBelow<'_, T> {
+    type Output = bool;
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) -> bool {
+        // Missing entries are zero, which is below no bound of the test.
+        let any = |x: &[T]| L::any(L::load(x).less(L::splat(self.1)));
+        self.0.chunks(L::COUNT).any(any)
+    }
+}
+
 impl<T: Element> LaneKernel<T> for Functions<'_, T> {
     type Output = ();
     #[inline(always)]
@@ -65,6 +78,21 @@ proptest! {
         prop_assert!((Lane::ln(x) - x.ln()).abs() <= 2.0 * f64::EPSILON * x.ln().abs());
         let small = if e > 0.0 { (-e).exp() } else { -0.9 * e.exp() };
         prop_assert!((Lane::ln_1p(small) - small.ln_1p()).abs() <= 2.0 * f64::EPSILON * small.ln_1p().abs());
+    }
+}
+
+#[test]
+fn any_finds_a_single_entry() {
+    for level in [SimdLevel::Scalar, SimdLevel::Wide256, SimdLevel::Widest] {
+        for place in 0..40 {
+            let mut x = [1.0f64; 40];
+            x[place] = -1.0;
+            assert!(f64::dispatch(level, AnyBelow(&x, -0.5)));
+            assert!(!f64::dispatch(level, AnyBelow(&x, -1.0)));
+            let x = x.map(|x| x as f32);
+            assert!(f32::dispatch(level, AnyBelow(&x, -0.5)));
+            assert!(!f32::dispatch(level, AnyBelow(&x, -1.0)));
+        }
     }
 }
 

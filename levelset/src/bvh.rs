@@ -5,21 +5,24 @@
 //! really looks at; boxes along the axes are as thick as wide, and were slower by a factor of
 //! four on a 3D blob.
 
-use crate::closest::{Closest, closest};
+use fe_grid::Lane;
+
+use crate::closest::Simplex;
 use crate::vector::{add_scaled, area_normal, dot, norm, sub};
 
 /// Simplices in a leaf: a balance between box tests and simplex tests, by timing.
 const LEAF_SIZE: usize = 4;
-/// Deepest tree: halving splits reach a leaf of 2^32 simplices long before.
-const MAX_DEPTH: usize = 48;
+/// Boxes are wider by this share of the largest coordinate, so that rounding errors never make
+/// one farther than what it holds.
+const MARGIN: f64 = 64.0 * f64::EPSILON;
 
 #[derive(Clone, Debug)]
-struct Node<const D: usize> {
-    bounds: OrientedBox<D>,
+pub(crate) struct Node<const D: usize> {
+    pub(crate) bounds: OrientedBox<D>,
     /// First simplex of a leaf; the right child of an inner node, whose left child follows it.
-    first: u32,
+    pub(crate) first: u32,
     /// Simplices of a leaf, zero in an inner node.
-    count: u32,
+    pub(crate) count: u32,
 }
 
 /// The tree. Simplices are stored in the order of the leaves.
@@ -27,6 +30,7 @@ struct Node<const D: usize> {
 pub(crate) struct Bvh<const D: usize> {
     nodes: Vec<Node<D>>,
     corners: Vec<[[f64; D]; D]>,
+    simplices: Vec<Simplex<D>>,
     /// Position in the contour of each stored simplex.
     origin: Vec<u32>,
 }
@@ -38,18 +42,22 @@ impl<const D: usize> Bvh<D> {
         let mut tree = Self {
             nodes: Vec::with_capacity(simplices.len()),
             corners: Vec::new(),
+            simplices: Vec::new(),
             origin: Vec::new(),
         };
-        tree.split(simplices, &mut order, 0);
+        let coordinates = simplices.iter().flatten().flatten();
+        let largest = coordinates.fold(0.0, |m: f64, x| m.max(x.abs()));
+        tree.split(simplices, &mut order, 0, MARGIN * largest);
         tree.corners = order.iter().map(|&i| simplices[i as usize]).collect();
+        tree.simplices = tree.corners.iter().map(Simplex::new).collect();
         tree.origin = order;
         tree
     }
 
-    fn split(&mut self, simplices: &[[[f64; D]; D]], order: &mut [u32], first: usize) {
+    fn split(&mut self, simplices: &[[[f64; D]; D]], order: &mut [u32], first: usize, margin: f64) {
         let index = self.nodes.len();
         self.nodes.push(Node {
-            bounds: OrientedBox::around(simplices, order),
+            bounds: OrientedBox::around(simplices, order, margin),
             first: first as u32,
             count: order.len() as u32,
         });
@@ -64,10 +72,10 @@ impl<const D: usize> Bvh<D> {
             centre(a).total_cmp(&centre(b)).then(a.cmp(&b))
         });
         let (left, right) = order.split_at_mut(middle);
-        self.split(simplices, left, first);
+        self.split(simplices, left, first, margin);
         self.nodes[index].first = self.nodes.len() as u32;
         self.nodes[index].count = 0;
-        self.split(simplices, right, first + middle);
+        self.split(simplices, right, first + middle, margin);
     }
 
     /// Corners of a stored simplex.
@@ -85,63 +93,31 @@ impl<const D: usize> Bvh<D> {
         self.origin[stored] as usize
     }
 
-    /// The stored simplex nearest to a point. `guess` is a stored simplex to start from: one
-    /// that lies near makes the search short; it does not change the distance found.
-    pub(crate) fn nearest(&self, point: &[f64; D], guess: usize) -> (usize, Closest<D>) {
-        let mut best = guess;
-        let mut found = closest(&self.corners[guess], point);
-        let mut stack = [(0u32, 0.0f64); MAX_DEPTH];
-        stack[0] = (0, self.box_distance(0, point));
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let (index, bound) = stack[height];
-            if bound >= found.distance_squared {
-                continue;
-            }
-            let node = &self.nodes[index as usize];
-            if node.count > 0 {
-                let first = node.first as usize;
-                for stored in first..first + node.count as usize {
-                    let candidate = closest(&self.corners[stored], point);
-                    if candidate.distance_squared < found.distance_squared {
-                        found = candidate;
-                        best = stored;
-                    }
-                }
-                continue;
-            }
-            let left = (index + 1, self.box_distance(index + 1, point));
-            let right = (node.first, self.box_distance(node.first, point));
-            let (near, far) = if left.1 <= right.1 {
-                (left, right)
-            } else {
-                (right, left)
-            };
-            stack[height] = far;
-            stack[height + 1] = near;
-            height += 2;
-        }
-        (best, found)
+    /// A stored simplex, prepared for distances.
+    #[inline(always)]
+    pub(crate) fn simplex(&self, stored: usize) -> &Simplex<D> {
+        &self.simplices[stored]
     }
 
-    #[inline]
-    fn box_distance(&self, node: u32, point: &[f64; D]) -> f64 {
-        self.nodes[node as usize].bounds.distance_squared(point)
+    /// A node; the first is the root.
+    #[inline(always)]
+    pub(crate) fn node(&self, index: u32) -> &Node<D> {
+        &self.nodes[index as usize]
     }
 }
 
 /// A box with its own axes.
 #[derive(Clone, Debug)]
-struct OrientedBox<const D: usize> {
-    centre: [f64; D],
+pub(crate) struct OrientedBox<const D: usize> {
     axes: [[f64; D]; D],
+    /// The middle, as coordinates along the axes.
+    centre: [f64; D],
     half: [f64; D],
 }
 
 impl<const D: usize> OrientedBox<D> {
     /// A box around the given simplices, one axis along their mean normal.
-    fn around(simplices: &[[[f64; D]; D]], order: &[u32]) -> Self {
+    fn around(simplices: &[[[f64; D]; D]], order: &[u32], margin: f64) -> Self {
         let corners = || order.iter().flat_map(|&i| &simplices[i as usize]);
         let (mut normal, mut size) = ([0.0; D], 0.0);
         for &i in order {
@@ -156,24 +132,24 @@ impl<const D: usize> OrientedBox<D> {
             std::array::from_fn(unit)
         };
         let (low, high) = bounds(corners(), &|p| axes.map(|a| dot(&a, p)));
-        let mut centre = [0.0; D];
-        for k in 0..D {
-            centre = add_scaled(&centre, 0.5 * (low[k] + high[k]), &axes[k]);
-        }
         Self {
-            centre,
             axes,
-            half: std::array::from_fn(|k| 0.5 * (high[k] - low[k])),
+            centre: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
+            half: std::array::from_fn(|k| 0.5 * (high[k] - low[k]) + margin),
         }
     }
 
-    #[inline]
-    fn distance_squared(&self, point: &[f64; D]) -> f64 {
-        let offset = sub(point, &self.centre);
-        let mut sum = 0.0;
+    /// Squared distances of points from the box; zero inside.
+    #[inline(always)]
+    pub(crate) fn distance_squared<L: Lane<Element = f64>>(&self, point: &[L; D]) -> L {
+        let mut sum = L::zero();
         for k in 0..D {
-            let gap = (dot(&self.axes[k], &offset).abs() - self.half[k]).max(0.0);
-            sum += gap * gap;
+            let mut along = L::splat(-self.centre[k]);
+            for j in 0..D {
+                along = L::splat(self.axes[k][j]).mul_add(point[j], along);
+            }
+            let gap = (along.abs() - L::splat(self.half[k])).max(L::zero());
+            sum = gap.mul_add(gap, sum);
         }
         sum
     }

@@ -1,95 +1,146 @@
-//! The point of a segment or triangle that is nearest to a given point.
+//! The point of a segment or triangle that is nearest to given points, one in each entry of a
+//! lane.
+
+use fe_grid::Lane;
 
 use crate::vector::{add_scaled, dot, sub};
 
 /// The nearest point of a simplex: its squared distance, and its barycentric weights, which
 /// are exactly zero at the corners that do not take part.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Closest<const D: usize> {
-    pub(crate) distance_squared: f64,
-    pub(crate) weights: [f64; D],
+pub(crate) struct Closest<L, const D: usize> {
+    pub(crate) distance_squared: L,
+    pub(crate) weights: [L; D],
 }
 
-/// The nearest point of the segment (`D = 2`) or triangle (`D = 3`) with the given corners.
+/// A segment (`D = 2`) or triangle (`D = 3`) with all that does not depend on the point.
 ///
-/// The point is always a convex combination of the corners, so that even a degenerate simplex
-/// never reports less than its true distance.
-#[inline]
-pub(crate) fn closest<const D: usize>(corners: &[[f64; D]; D], p: &[f64; D]) -> Closest<D> {
-    let weights = if D == 2 {
-        segment_weights(corners, p)
+/// The nearest point is sought on every side and inside, without branches, so that all entries
+/// of a lane take the same way. Each candidate is a convex combination of the corners, so that
+/// even a degenerate simplex never reports less than its true distance; and the sides of a
+/// sliver, whose inside is rounding noise, are found as well as any.
+#[derive(Clone, Debug)]
+pub(crate) struct Simplex<const D: usize> {
+    origin: [f64; D],
+    /// From the first corner to the others; the second is zero for a segment.
+    edges: [[f64; D]; 2],
+    /// Inverse squared lengths of the edges, then of the side between their ends; zero where
+    /// that is no number.
+    inverse_squares: [f64; 3],
+    /// `(edge 1 - edge 0) . edge 0`.
+    skew: f64,
+    /// The basis dual to the edges, in their plane: its products with a ray are the weights of
+    /// the ray's foot. Zero for a triangle without area.
+    dual: [[f64; D]; 2],
+}
+
+impl<const D: usize> Simplex<D> {
+    pub(crate) fn new(corners: &[[f64; D]; D]) -> Self {
+        let origin = corners[0];
+        let mut edges = [[0.0; D]; 2];
+        for (edge, corner) in edges.iter_mut().zip(&corners[1..]) {
+            *edge = sub(corner, &origin);
+        }
+        let [first, second] = edges;
+        let side = sub(&second, &first);
+        Self {
+            origin,
+            edges,
+            inverse_squares: [&first, &second, &side].map(|e| inverse(dot(e, e))),
+            skew: dot(&side, &first),
+            dual: dual(&first, &second),
+        }
+    }
+
+    /// The nearest point.
+    #[inline(always)]
+    pub(crate) fn closest<L: Lane<Element = f64>>(&self, p: &[L; D]) -> Closest<L, D> {
+        let (zero, one) = (L::zero(), L::one());
+        let clamp = |s: L| s.max(zero).min(one);
+        let mut ray = *p;
+        let (mut along_first, mut along_second) = (zero, zero);
+        for k in 0..D {
+            ray[k] -= L::splat(self.origin[k]);
+            along_first = L::splat(self.edges[0][k]).mul_add(ray[k], along_first);
+            along_second = L::splat(self.edges[1][k]).mul_add(ray[k], along_second);
+        }
+        let s = clamp(along_first.scale(self.inverse_squares[0]));
+        let mut weights = [zero; D];
+        (weights[0], weights[1]) = (one - s, s);
+        let mut found = Closest {
+            distance_squared: self.distance_squared(&ray, s, zero),
+            weights,
+        };
+        if D == 2 {
+            return found;
+        }
+        let s = clamp(along_second.scale(self.inverse_squares[1]));
+        found.improve(self.distance_squared(&ray, zero, s), [one - s, zero, s]);
+        let along_side = along_second - along_first - L::splat(self.skew);
+        let s = clamp(along_side.scale(self.inverse_squares[2]));
+        let r = one - s;
+        found.improve(self.distance_squared(&ray, r, s), [zero, r, s]);
+        let (mut v, mut w) = (zero, zero);
+        for k in 0..D {
+            v = L::splat(self.dual[0][k]).mul_add(ray[k], v);
+            w = L::splat(self.dual[1][k]).mul_add(ray[k], w);
+        }
+        let u = one - v - w;
+        let inside = zero.less(u.min(v.min(w)));
+        let foot = self.distance_squared(&ray, v, w);
+        let foot = L::select(inside, foot, L::splat(f64::INFINITY));
+        found.improve(foot, [u, v, w]);
+        found
+    }
+
+    /// Squared distance of the end of a ray from the point with these weights of the edges.
+    #[inline(always)]
+    fn distance_squared<L: Lane<Element = f64>>(&self, ray: &[L; D], v: L, w: L) -> L {
+        let mut sum = L::zero();
+        for k in 0..D {
+            let mut offset = (-v).mul_add(L::splat(self.edges[0][k]), ray[k]);
+            if D == 3 {
+                offset = (-w).mul_add(L::splat(self.edges[1][k]), offset);
+            }
+            sum = offset.mul_add(offset, sum);
+        }
+        sum
+    }
+}
+
+impl<L: Lane<Element = f64>, const D: usize> Closest<L, D> {
+    /// Takes another candidate where it is nearer.
+    #[inline(always)]
+    fn improve(&mut self, distance_squared: L, weights: [L; 3]) {
+        let nearer = distance_squared.less(self.distance_squared);
+        self.distance_squared = L::select(nearer, distance_squared, self.distance_squared);
+        for (old, new) in self.weights.iter_mut().zip(weights) {
+            *old = L::select(nearer, new, *old);
+        }
+    }
+}
+
+/// Vectors `a`, `b` of the plane of `first` and `second` with `a . first = b . second = 1` and
+/// `a . second = b . first = 0`; zero where the two are parallel.
+fn dual<const D: usize>(first: &[f64; D], second: &[f64; D]) -> [[f64; D]; 2] {
+    let scale = inverse(dot(first, first));
+    // The second pass removes what rounding has left of `first`, which matters in slivers.
+    let mut across = *second;
+    for _ in 0..2 {
+        across = add_scaled(&across, -scale * dot(&across, first), first);
+    }
+    let b = across.map(|x| x * inverse(dot(&across, &across)));
+    let a = add_scaled(&[0.0; D], scale, first);
+    let a = add_scaled(&a, -scale * dot(first, second), &b);
+    if a.iter().chain(&b).all(|x| x.is_finite()) {
+        [a, b]
     } else {
-        triangle_weights(corners, p)
-    };
-    let mut offset = sub(p, &corners[0]);
-    for k in 1..D {
-        offset = add_scaled(&offset, -weights[k], &sub(&corners[k], &corners[0]));
-    }
-    Closest {
-        distance_squared: dot(&offset, &offset),
-        weights,
+        [[0.0; D]; 2]
     }
 }
 
-#[inline]
-fn segment_weights<const D: usize>(corners: &[[f64; D]; D], p: &[f64; D]) -> [f64; D] {
-    let edge = sub(&corners[1], &corners[0]);
-    let along = dot(&edge, &sub(p, &corners[0]));
-    let s = ratio(along, dot(&edge, &edge)).clamp(0.0, 1.0);
-    two_weights(0, 1, s)
-}
-
-/// The region tests of Ericson, *Real-Time Collision Detection* (2005), section 5.1.5.
-#[inline]
-fn triangle_weights<const D: usize>(corners: &[[f64; D]; D], p: &[f64; D]) -> [f64; D] {
-    let ab = sub(&corners[1], &corners[0]);
-    let ac = sub(&corners[2], &corners[0]);
-    let ap = sub(p, &corners[0]);
-    let (d1, d2) = (dot(&ab, &ap), dot(&ac, &ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return two_weights(0, 1, 0.0);
-    }
-    let bp = sub(p, &corners[1]);
-    let (d3, d4) = (dot(&ab, &bp), dot(&ac, &bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return two_weights(0, 1, 1.0);
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3 {
-        return two_weights(0, 1, ratio(d1, d1 - d3));
-    }
-    let cp = sub(p, &corners[2]);
-    let (d5, d6) = (dot(&ab, &cp), dot(&ac, &cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return two_weights(0, 2, 1.0);
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6 {
-        return two_weights(0, 2, ratio(d2, d2 - d6));
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        return two_weights(1, 2, ratio(d4 - d3, (d4 - d3) + (d5 - d6)));
-    }
-    let sum = va + vb + vc;
-    let mut weights = [0.0; D];
-    weights[1] = ratio(vb, sum).clamp(0.0, 1.0);
-    weights[2] = ratio(vc, sum).clamp(0.0, 1.0 - weights[1]);
-    weights[0] = 1.0 - weights[1] - weights[2];
-    weights
-}
-
-/// Weight `1 - s` at corner `i` and `s` at corner `j`.
-#[inline]
-fn two_weights<const D: usize>(i: usize, j: usize, s: f64) -> [f64; D] {
-    let mut weights = [0.0; D];
-    weights[i] = 1.0 - s;
-    weights[j] = s;
-    weights
-}
-
-/// `a / b`, zero where `b` is not positive: a degenerate edge is its first corner.
-#[inline]
-fn ratio(a: f64, b: f64) -> f64 {
-    if b > 0.0 { a / b } else { 0.0 }
+/// `1 / x`, zero where that is no number.
+fn inverse(x: f64) -> f64 {
+    let inverse = 1.0 / x;
+    if inverse.is_finite() { inverse } else { 0.0 }
 }

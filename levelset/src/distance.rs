@@ -3,12 +3,13 @@
 use fe_grid::{Field, Grid};
 use rayon::prelude::*;
 
+use crate::LevelsetError;
 use crate::bvh::Bvh;
 use crate::contour::Contour;
 use crate::extract::{BoxEdge, check_finite, contour};
 use crate::pseudonormal::{Pseudonormals, winding_number};
+use crate::search::{Found, PACKET};
 use crate::vector::{add_scaled, sub};
-use crate::{LevelsetError, vector};
 
 /// The signed distance to the contour of the object `{field > level}`, at every node.
 ///
@@ -46,11 +47,11 @@ pub fn signed_distance<const D: usize>(
         return Err(LevelsetError::FullObject { level });
     }
     let contour = contour(field, level, BoxEdge::Open)?;
-    let tree = Tree::new(&contour)?;
+    let tree = tree_of(&contour)?;
     let mut distance = Field::zeros(*field.grid());
     let values = field.as_slice();
-    tree.for_each_node(&mut distance, |index, _, near| {
-        let d = near.distance;
+    for_each_node(&tree, &mut distance, |index, _, found| {
+        let d = found.distance;
         if values[index] > level { d } else { -d }
     });
     Ok(distance)
@@ -71,7 +72,7 @@ pub struct Nearest<const D: usize> {
 /// or from a map of either.
 #[derive(Clone, Debug)]
 pub struct ContourDistance<const D: usize> {
-    tree: Tree<D>,
+    tree: Bvh<D>,
     normals: Pseudonormals<D>,
 }
 
@@ -81,112 +82,129 @@ impl<const D: usize> ContourDistance<D> {
     /// # Errors
     /// [`LevelsetError::EmptyContour`].
     pub fn new(contour: &Contour<D>) -> Result<Self, LevelsetError> {
-        let tree = Tree::new(contour)?;
-        let normals = Pseudonormals::new(tree.bvh.all_corners());
+        let tree = tree_of(contour)?;
+        let normals = Pseudonormals::new(tree.all_corners());
         Ok(Self { tree, normals })
     }
 
     /// The nearest point of the contour.
     pub fn nearest(&self, point: [f64; D]) -> Nearest<D> {
-        let near = self.tree.nearest(&point, 0);
+        let found = self.find(&point);
+        let closest = self.tree.closest(found.stored, &point);
         Nearest {
-            distance: near.distance,
-            point: near.point,
-            simplex: self.tree.bvh.origin(near.stored),
+            distance: found.distance,
+            point: self.foot(found.stored, &closest.weights),
+            simplex: self.tree.origin(found.stored),
         }
     }
 
     /// The signed distance, positive inside. The contour must be closed; for an open one the
     /// sign is that of the nearest segment or triangle.
     pub fn signed_distance(&self, point: [f64; D]) -> f64 {
-        let near = self.tree.nearest(&point, 0);
-        if self.is_inside(&point, &near) {
-            near.distance
-        } else {
-            -near.distance
-        }
+        self.signed(&point, self.find(&point))
     }
 
     /// The signed distance at every node of a grid; see [`ContourDistance::signed_distance`].
     pub fn sample(&self, grid: Grid<D>) -> Field<f64, D, 1> {
         let mut distance = Field::zeros(grid);
-        self.tree.for_each_node(&mut distance, |_, point, near| {
-            if self.is_inside(point, near) {
-                near.distance
-            } else {
-                -near.distance
-            }
+        for_each_node(&self.tree, &mut distance, |_, point, found| {
+            self.signed(point, found)
         });
         distance
     }
 
-    fn is_inside(&self, point: &[f64; D], near: &Near<D>) -> bool {
-        let offset = sub(point, &near.point);
-        self.normals
-            .is_inside(near.stored, &near.weights, &offset)
-            .unwrap_or_else(|| winding_number(self.tree.bvh.all_corners(), point) > 0.5)
-    }
-}
-
-struct Near<const D: usize> {
-    distance: f64,
-    point: [f64; D],
-    weights: [f64; D],
-    stored: usize,
-}
-
-/// Unsigned distances to a contour.
-#[derive(Clone, Debug)]
-struct Tree<const D: usize> {
-    bvh: Bvh<D>,
-}
-
-impl<const D: usize> Tree<D> {
-    fn new(contour: &Contour<D>) -> Result<Self, LevelsetError> {
-        if contour.is_empty() {
-            return Err(LevelsetError::EmptyContour);
-        }
-        let simplices: Vec<_> = contour.all_corners().collect();
-        Ok(Self {
-            bvh: Bvh::new(&simplices),
-        })
+    /// The tree that is searched.
+    pub(crate) fn tree(&self) -> &Bvh<D> {
+        &self.tree
     }
 
-    fn nearest(&self, point: &[f64; D], guess: usize) -> Near<D> {
-        let (stored, closest) = self.bvh.nearest(point, guess);
-        let corners = self.bvh.corners(stored);
+    /// What is nearest to a point.
+    pub(crate) fn find(&self, point: &[f64; D]) -> Found {
+        let mut found = [Found::default()];
+        self.tree.nearest(&[*point], 0, &mut found);
+        found[0]
+    }
+
+    /// The point of a stored simplex with these weights.
+    fn foot(&self, stored: usize, weights: &[f64; D]) -> [f64; D] {
+        let corners = self.tree.corners(stored);
         let mut foot = corners[0];
         for k in 1..D {
-            let edge = vector::sub(&corners[k], &corners[0]);
-            foot = add_scaled(&foot, closest.weights[k], &edge);
+            foot = add_scaled(&foot, weights[k], &sub(&corners[k], &corners[0]));
         }
-        Near {
-            distance: closest.distance_squared.sqrt(),
-            point: foot,
-            weights: closest.weights,
-            stored,
-        }
+        foot
     }
 
-    /// Fills a field row by row, in parallel; each node starts its search from the simplex
-    /// that was nearest to the node before it.
-    fn for_each_node(
-        &self,
-        field: &mut Field<f64, D, 1>,
-        value: impl Fn(usize, &[f64; D], &Near<D>) -> f64 + Sync,
-    ) {
-        let grid = *field.grid();
-        let row = grid.nodes_per_axis()[0];
-        let rows = field.as_mut_slice().par_chunks_mut(row).enumerate();
-        rows.for_each(|(r, values)| {
-            let mut guess = 0;
-            for (i, out) in values.iter_mut().enumerate() {
-                let index = r * row + i;
-                let point = grid.position(grid.node(index));
-                let near = self.nearest(&point, guess);
-                guess = near.stored;
-                *out = value(index, &point, &near);
-            }
-        });
+    fn signed(&self, point: &[f64; D], found: Found) -> f64 {
+        let weights = self.tree.closest(found.stored, point).weights;
+        let offset = sub(point, &self.foot(found.stored, &weights));
+        let inside = self
+            .normals
+            .is_inside(found.stored, &weights, &offset)
+            .unwrap_or_else(|| winding_number(self.tree.all_corners(), point) > 0.5);
+        if inside {
+            found.distance
+        } else {
+            -found.distance
+        }
     }
+}
+
+fn tree_of<const D: usize>(contour: &Contour<D>) -> Result<Bvh<D>, LevelsetError> {
+    if contour.is_empty() {
+        return Err(LevelsetError::EmptyContour);
+    }
+    let simplices: Vec<_> = contour.all_corners().collect();
+    Ok(Bvh::new(&simplices))
+}
+
+/// Fills a field, in parallel: nodes are searched for in small boxes of [`PACKET`], each of
+/// which starts from what was nearest to the one before it.
+fn for_each_node<const D: usize>(
+    tree: &Bvh<D>,
+    field: &mut Field<f64, D, 1>,
+    value: impl Fn(usize, &[f64; D], Found) -> f64 + Sync,
+) {
+    let grid = *field.grid();
+    let (nodes, strides) = (grid.nodes_per_axis(), grid.strides());
+    // 4 x 4 nodes in the plane, 4 x 2 x 2 in space.
+    let sides: [usize; D] = std::array::from_fn(|k| if k == 0 || D == 2 { 4 } else { 2 });
+    let boxes: [usize; D] = std::array::from_fn(|k| nodes[k].div_ceil(sides[k]));
+    let n_boxes = boxes[..D - 1].iter().product();
+    let thickness = sides[D - 1] * strides[D - 1];
+    let layers = field.as_mut_slice().par_chunks_mut(thickness).enumerate();
+    layers.for_each(|(layer, values)| {
+        let mut points = [[0.0; D]; PACKET];
+        let mut indices = [0; PACKET];
+        let mut found = [Found::default(); PACKET];
+        let mut guess = 0;
+        for number in 0..n_boxes {
+            let first: [usize; D] = std::array::from_fn(|k| {
+                let before: usize = boxes[..k].iter().product();
+                let position = if k == D - 1 {
+                    layer
+                } else {
+                    number / before % boxes[k]
+                };
+                position * sides[k]
+            });
+            let mut n_points = 0;
+            for inner in 0..PACKET {
+                let node: [usize; D] = std::array::from_fn(|k| {
+                    let before: usize = sides[..k].iter().product();
+                    first[k] + inner / before % sides[k]
+                });
+                if (0..D).all(|k| node[k] < nodes[k]) {
+                    points[n_points] = grid.position(node);
+                    indices[n_points] = grid.node_index(node);
+                    n_points += 1;
+                }
+            }
+            tree.nearest(&points[..n_points], guess, &mut found[..n_points]);
+            guess = found[0].stored;
+            for i in 0..n_points {
+                values[indices[i] - layer * thickness] = value(indices[i], &points[i], found[i]);
+            }
+        }
+    });
 }

@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use crate::LevelsetError;
 use crate::contour::Contour;
 use crate::distance::ContourDistance;
+use crate::search::{Found, PACKET};
 use crate::vector::{area_normal, norm, sub};
-use crate::{LevelsetError, Nearest};
 
 /// The maximum is found up to this share of the diameter of the first boundary.
 const TOLERANCE: f64 = 1e-6;
@@ -14,6 +15,8 @@ const PERCENTILE: f64 = 0.95;
 /// Halvings of one segment or triangle, a bound on the work: 2^-24 of its length, or an area
 /// of 2^-24, is below the tolerance for every grid that fits a machine.
 const MAX_HALVINGS: u32 = 24;
+/// Points that one thread searches for at a time.
+const RUN: usize = 64 * PACKET;
 
 /// Distances of two boundaries from each other, in the unit of their coordinates. Each is the
 /// larger one of both directions.
@@ -39,7 +42,7 @@ pub fn hausdorff<const D: usize>(
     b: &Contour<D>,
 ) -> Result<Hausdorff, LevelsetError> {
     let (to_a, to_b) = (ContourDistance::new(a)?, ContourDistance::new(b)?);
-    let (there, back) = (directed(a, b, &to_b), directed(b, a, &to_a));
+    let (there, back) = (directed(a, &to_a, &to_b), directed(b, &to_b, &to_a));
     Ok(Hausdorff {
         maximum: there.maximum.max(back.maximum),
         percentile_95: there.percentile_95.max(back.percentile_95),
@@ -48,20 +51,22 @@ pub fn hausdorff<const D: usize>(
 }
 
 fn directed<const D: usize>(
-    from: &Contour<D>,
-    to: &Contour<D>,
-    distance: &ContourDistance<D>,
+    contour: &Contour<D>,
+    from: &ContourDistance<D>,
+    to: &ContourDistance<D>,
 ) -> Hausdorff {
-    let corners: Vec<_> = from.all_corners().collect();
+    // In the order of the tree, in which neighbours follow each other.
+    let corners = from.tree().all_corners();
     // A contour of degenerate simplices still has points: each then counts alike.
-    let floor = if from.perimeter() > 0.0 { 0.0 } else { 1.0 };
-    let mut samples: Vec<(f64, f64)> = corners
-        .par_iter()
-        .map(|c| {
-            let centroid = std::array::from_fn(|k| c.iter().map(|p| p[k]).sum::<f64>() / D as f64);
-            let size = norm(&area_normal(c)).max(floor);
-            (distance.nearest(centroid).distance, size)
-        })
+    let floor = if contour.perimeter() > 0.0 { 0.0 } else { 1.0 };
+    let centroid = |c: &[[f64; D]; D]| -> [f64; D] {
+        std::array::from_fn(|k| c.iter().map(|p| p[k]).sum::<f64>() / D as f64)
+    };
+    let centroids: Vec<_> = corners.iter().map(centroid).collect();
+    let mut samples: Vec<(f64, f64)> = find_all(to, &centroids)
+        .iter()
+        .zip(corners)
+        .map(|(found, c)| (found.distance, norm(&area_normal(c)).max(floor)))
         .collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = samples.iter().map(|s| s.1).sum();
@@ -75,74 +80,90 @@ fn directed<const D: usize>(
         })
         .map_or(0.0, |s| s.0);
     Hausdorff {
-        maximum: farthest(from, &corners, to, distance),
+        maximum: farthest(contour, from, to),
         percentile_95,
         mean,
     }
 }
 
-/// Largest distance of any point of `from`: branch and bound. The distance to one fixed convex
+/// What is nearest to each of many points, neighbours after each other.
+fn find_all<const D: usize>(to: &ContourDistance<D>, points: &[[f64; D]]) -> Vec<Found> {
+    let mut found = vec![Found::default(); points.len()];
+    points
+        .par_chunks(RUN)
+        .zip(found.par_chunks_mut(RUN))
+        .for_each(|(points, found)| {
+            let mut guess = 0;
+            let packets = points.chunks(PACKET).zip(found.chunks_mut(PACKET));
+            for (points, found) in packets {
+                to.tree().nearest(points, guess, found);
+                guess = found[0].stored;
+            }
+        });
+    found
+}
+
+/// Largest distance of any point of `contour`: branch and bound. The distance to one fixed convex
 /// simplex is a convex function, hence on a piece at most its largest value at the corners; so
 /// is, a fortiori, the distance to all.
 fn farthest<const D: usize>(
-    from: &Contour<D>,
-    corners: &[[[f64; D]; D]],
-    to: &Contour<D>,
-    distance: &ContourDistance<D>,
+    contour: &Contour<D>,
+    from: &ContourDistance<D>,
+    to: &ContourDistance<D>,
 ) -> f64 {
-    let nearest: Vec<Nearest<D>> = from
-        .points()
+    let tree = from.tree();
+    let ids = |stored: usize| contour.simplices()[tree.origin(stored)].map(|c| c as usize);
+    // Every corner once, in the order of the tree.
+    let mut place = vec![usize::MAX; contour.points().len()];
+    let mut points = Vec::new();
+    for c in (0..tree.all_corners().len()).flat_map(ids) {
+        if place[c] == usize::MAX {
+            place[c] = points.len();
+            points.push(contour.points()[c]);
+        }
+    }
+    let nearest = find_all(to, &points);
+    let start = nearest
+        .iter()
+        .map(|found| found.distance)
+        .fold(0.0, f64::max);
+    let search = Search {
+        to,
+        tolerance: TOLERANCE * diameter(contour),
+    };
+    let maxima: Vec<f64> = tree
+        .all_corners()
         .par_iter()
-        .map(|&p| distance.nearest(p))
-        .collect();
-    let used = from.simplices().iter().flatten().map(|&c| c as usize);
-    let start = used.map(|c| nearest[c].distance).fold(0.0, f64::max);
-    let tolerance = TOLERANCE * diameter(from);
-    let maxima: Vec<f64> = (0..corners.len())
-        .into_par_iter()
-        .map(|i| {
-            let ends = from.simplices()[i].map(|c| nearest[c as usize]);
-            let search = Search {
-                to,
-                distance,
-                tolerance,
-            };
-            search.refine(&corners[i], &ends, start, MAX_HALVINGS)
+        .enumerate()
+        .map(|(i, corners)| {
+            let ends = ids(i).map(|c| nearest[place[c]].stored);
+            search.refine(corners, &ends, start, MAX_HALVINGS)
         })
         .collect();
     maxima.into_iter().fold(start, f64::max)
 }
 
 struct Search<'a, const D: usize> {
-    to: &'a Contour<D>,
-    distance: &'a ContourDistance<D>,
+    to: &'a ContourDistance<D>,
     tolerance: f64,
 }
 
 impl<const D: usize> Search<'_, D> {
-    /// The largest distance found on a piece, or `best` where that is larger.
-    fn refine(
-        &self,
-        corners: &[[f64; D]; D],
-        ends: &[Nearest<D>; D],
-        best: f64,
-        halvings: u32,
-    ) -> f64 {
-        let bound = ends
-            .iter()
-            .map(|end| self.bound(corners, end.simplex))
-            .fold(f64::INFINITY, f64::min);
-        if bound <= best + self.tolerance || halvings == 0 {
+    /// The largest distance found on a piece, or `best` where that is larger. `ends` are the
+    /// simplices that are nearest to the corners.
+    fn refine(&self, corners: &[[f64; D]; D], ends: &[usize; D], best: f64, halvings: u32) -> f64 {
+        let enough = best + self.tolerance;
+        if halvings == 0 || ends.iter().any(|&end| self.bound(corners, end) <= enough) {
             return best;
         }
         let (i, j) = longest_edge(corners);
         let middle = std::array::from_fn(|k| 0.5 * (corners[i][k] + corners[j][k]));
-        let found = self.distance.nearest(middle);
+        let found = self.to.find(&middle);
         let mut best = best.max(found.distance);
         for replaced in [i, j] {
             let (mut corners, mut ends) = (*corners, *ends);
             corners[replaced] = middle;
-            ends[replaced] = found;
+            ends[replaced] = found.stored;
             best = self.refine(&corners, &ends, best, halvings - 1);
         }
         best
@@ -150,11 +171,10 @@ impl<const D: usize> Search<'_, D> {
 
     /// Largest distance of the corners from one simplex of the other boundary.
     fn bound(&self, corners: &[[f64; D]; D], simplex: usize) -> f64 {
-        let other = self.to.corners(simplex);
-        corners
+        let squares = corners
             .iter()
-            .map(|c| crate::closest::closest(&other, c).distance_squared.sqrt())
-            .fold(0.0, f64::max)
+            .map(|c| self.to.tree().closest(simplex, c).distance_squared);
+        squares.fold(0.0, f64::max).sqrt()
     }
 }
 

@@ -20,6 +20,7 @@ pub mod measures;
 mod polyline;
 mod pseudonormal;
 mod quad;
+mod search;
 mod surface;
 mod vector;
 

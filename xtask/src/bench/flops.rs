@@ -87,6 +87,9 @@ impl Lane for Counted {
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         if mask { yes } else { no }
     }
+    fn any(mask: bool) -> bool {
+        mask
+    }
     fn split_exponent(self) -> (Self, Self) {
         let (m, e) = self.0.split_exponent();
         (Self(m), Self(e))
