@@ -5,6 +5,7 @@ mod cells;
 mod deformation;
 mod dissipation;
 mod error;
+pub mod finite;
 pub mod lagrangian;
 mod laws;
 pub mod level_sets;

@@ -1,0 +1,371 @@
+//! Discrete geodesics in finite dimensions: the time discretisation without the shapes.
+//!
+//! A path `x_0, ..., x_K` of points of `R^N` minimises `K sum_k W(x_{k-1}, x_k)`, where
+//! `W(a, b)` approximates the squared Riemannian distance of close points. What holds for shapes
+//! can be seen here where solutions are known: the sphere in its stereographic chart, balls of
+//! viscous matter that stay balls, points joined by dashpots.
+//!
+//! Source: the notes, "variational time discretization in finite dimensions", and "springs or
+//! dashpots".
+
+use crate::GeodesicError;
+use hyperelastic::{LawSpec, LawVisitor, StoredEnergy};
+use nalgebra::{DMatrix, DVector};
+
+/// Newton steps, at most.
+const MOST_STEPS: usize = 100;
+/// Halvings of a step, at most.
+const MOST_HALVINGS: usize = 40;
+/// A gradient of this length, relative to the first one, is zero.
+const TOLERANCE: f64 = 1e-13;
+/// Step of the differences of gradients, relative to the size of the points.
+const DIFFERENCE: f64 = 1e-6;
+
+/// An approximation of a squared distance: `W(a, a) = 0`, and `W(a, b)` is close to
+/// `g_a(b - a, b - a)` for close points.
+pub trait Dissimilarity<const N: usize> {
+    /// `W(a, b)`; infinite where it is not defined.
+    fn value(&self, a: &[f64; N], b: &[f64; N]) -> f64;
+
+    /// Its derivatives by `a` and by `b`.
+    fn gradients(&self, a: &[f64; N], b: &[f64; N]) -> ([f64; N], [f64; N]);
+}
+
+/// A discrete geodesic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FinitePath<const N: usize> {
+    /// The points `x_0, ..., x_K`.
+    pub points: Vec<[f64; N]>,
+    /// The step energies `W(x_{k-1}, x_k)`.
+    pub step_energies: Vec<f64>,
+}
+
+impl<const N: usize> FinitePath<N> {
+    fn new<W: Dissimilarity<N>>(dissimilarity: &W, points: Vec<[f64; N]>) -> Self {
+        let step_energies = points
+            .windows(2)
+            .map(|pair| dissimilarity.value(&pair[0], &pair[1]))
+            .collect();
+        Self {
+            points,
+            step_energies,
+        }
+    }
+
+    /// `sum sqrt W_k`.
+    pub fn length(&self) -> f64 {
+        self.step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+    }
+
+    /// `K sum W_k`.
+    pub fn dissipation(&self) -> f64 {
+        self.step_energies.len() as f64 * self.step_energies.iter().sum::<f64>()
+    }
+}
+
+/// The discrete geodesic of `K` steps between two points, found by Newton's method from the
+/// straight line.
+///
+/// # Errors
+/// [`GeodesicError::Parameter`] for no steps, or where Newton's method does not get on.
+pub fn finite_geodesic<W: Dissimilarity<N>, const N: usize>(
+    dissimilarity: &W,
+    start: [f64; N],
+    end: [f64; N],
+    steps: usize,
+) -> Result<FinitePath<N>, GeodesicError> {
+    if steps == 0 {
+        return Err(GeodesicError::Parameter {
+            name: "steps",
+            expected: "at least 1",
+            value: 0.0,
+        });
+    }
+    let mut points: Vec<[f64; N]> = (0..=steps)
+        .map(|k| {
+            let t = k as f64 / steps as f64;
+            std::array::from_fn(|i| (1.0 - t) * start[i] + t * end[i])
+        })
+        .collect();
+    let scale = points.iter().flatten().fold(0.0f64, |a, x| a.max(x.abs()));
+    let mut first = None;
+    for _ in 0..MOST_STEPS {
+        let gradient = path_gradient(dissimilarity, &points);
+        let norm = gradient.norm();
+        let reference = *first.get_or_insert(norm);
+        if norm <= TOLERANCE * reference || steps == 1 || reference == 0.0 {
+            break;
+        }
+        let Some(direction) = newton_direction(dissimilarity, &points, &gradient, scale) else {
+            break;
+        };
+        if !advance(dissimilarity, &mut points, &direction, norm) {
+            break;
+        }
+    }
+    Ok(FinitePath::new(dissimilarity, points))
+}
+
+/// The derivative of `sum W` by the inner points.
+fn path_gradient<W: Dissimilarity<N>, const N: usize>(
+    dissimilarity: &W,
+    points: &[[f64; N]],
+) -> DVector<f64> {
+    let inner = points.len() - 2;
+    let mut gradient = DVector::zeros(N * inner);
+    for (k, pair) in points.windows(2).enumerate() {
+        let (by_a, by_b) = dissimilarity.gradients(&pair[0], &pair[1]);
+        for i in 0..N {
+            if k > 0 {
+                gradient[(k - 1) * N + i] += by_a[i];
+            }
+            if k < inner {
+                gradient[k * N + i] += by_b[i];
+            }
+        }
+    }
+    gradient
+}
+
+/// `-H^-1 g` with the Hessian by differences, made definite where it is not.
+fn newton_direction<W: Dissimilarity<N>, const N: usize>(
+    dissimilarity: &W,
+    points: &[[f64; N]],
+    gradient: &DVector<f64>,
+    scale: f64,
+) -> Option<DVector<f64>> {
+    let n = gradient.len();
+    let h = DIFFERENCE * scale.max(1e-300);
+    let mut hessian = DMatrix::zeros(n, n);
+    let mut moved = points.to_vec();
+    for column in 0..n {
+        let (k, i) = (column / N + 1, column % N);
+        moved[k][i] += h;
+        let above = path_gradient(dissimilarity, &moved);
+        moved[k][i] -= 2.0 * h;
+        let below = path_gradient(dissimilarity, &moved);
+        moved[k][i] = points[k][i];
+        hessian.set_column(column, &((above - below) / (2.0 * h)));
+    }
+    let mut hessian: DMatrix<f64> = (&hessian + hessian.transpose()) * 0.5;
+    let mut shift = 1e-12 * hessian.amax();
+    for _ in 0..60 {
+        if let Some(factor) = hessian.clone().cholesky() {
+            return Some(-factor.solve(gradient));
+        }
+        for i in 0..n {
+            hessian[(i, i)] += shift;
+        }
+        shift *= 4.0;
+    }
+    None
+}
+
+/// Takes the longest of the halved steps that makes the gradient shorter, or the energy smaller.
+fn advance<W: Dissimilarity<N>, const N: usize>(
+    dissimilarity: &W,
+    points: &mut Vec<[f64; N]>,
+    direction: &DVector<f64>,
+    norm: f64,
+) -> bool {
+    let energy = |points: &[[f64; N]]| {
+        let pairs = points.windows(2);
+        pairs
+            .map(|p| dissimilarity.value(&p[0], &p[1]))
+            .sum::<f64>()
+    };
+    let before = energy(points);
+    let mut factor = 1.0;
+    for _ in 0..MOST_HALVINGS {
+        let mut trial = points.clone();
+        for (index, d) in direction.iter().enumerate() {
+            trial[index / N + 1][index % N] += factor * d;
+        }
+        let after = energy(&trial);
+        let shorter = after.is_finite() && path_gradient(dissimilarity, &trial).norm() < norm;
+        if after < before || shorter {
+            *points = trial;
+            return true;
+        }
+        factor *= 0.5;
+    }
+    false
+}
+
+/// How the metric of a chart is put into a dissimilarity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// `g_a(b - a, b - a)`: not symmetric, of first order.
+    Left,
+    /// `g_m(b - a, b - a)` at the midpoint `m`: symmetric, of second order.
+    Midpoint,
+}
+
+/// The unit sphere in the stereographic chart, `g_x(v, v) = 4 |v|^2 / (1 + |x|^2)^2`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StereographicSphere {
+    /// Where the metric is taken.
+    pub rule: Rule,
+}
+
+impl StereographicSphere {
+    /// The distance along the great circle.
+    pub fn distance(a: &[f64; 2], b: &[f64; 2]) -> f64 {
+        let lift = |x: &[f64; 2]| {
+            let s = x[0] * x[0] + x[1] * x[1];
+            [2.0 * x[0], 2.0 * x[1], s - 1.0].map(|y| y / (1.0 + s))
+        };
+        let (p, q) = (lift(a), lift(b));
+        let chord = (0..3).map(|i| (p[i] - q[i]).powi(2)).sum::<f64>().sqrt();
+        2.0 * (0.5 * chord).min(1.0).asin()
+    }
+
+    fn base(&self, a: &[f64; 2], b: &[f64; 2]) -> [f64; 2] {
+        match self.rule {
+            Rule::Left => *a,
+            Rule::Midpoint => std::array::from_fn(|i| 0.5 * (a[i] + b[i])),
+        }
+    }
+}
+
+impl Dissimilarity<2> for StereographicSphere {
+    fn value(&self, a: &[f64; 2], b: &[f64; 2]) -> f64 {
+        let m = self.base(a, b);
+        let below = 1.0 + m[0] * m[0] + m[1] * m[1];
+        let squared = (b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2);
+        4.0 * squared / (below * below)
+    }
+
+    fn gradients(&self, a: &[f64; 2], b: &[f64; 2]) -> ([f64; 2], [f64; 2]) {
+        let m = self.base(a, b);
+        let below = 1.0 + m[0] * m[0] + m[1] * m[1];
+        let squared = (b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2);
+        let (share_a, share_b) = match self.rule {
+            Rule::Left => (1.0, 0.0),
+            Rule::Midpoint => (0.5, 0.5),
+        };
+        let (mut by_a, mut by_b) = ([0.0; 2], [0.0; 2]);
+        for i in 0..2 {
+            let along = 8.0 * (b[i] - a[i]) / (below * below);
+            let by_base = -16.0 * squared * m[i] / (below * below * below);
+            by_a[i] = share_a * by_base - along;
+            by_b[i] = share_b * by_base + along;
+        }
+        (by_a, by_b)
+    }
+}
+
+/// Balls of viscous matter about one centre that stay balls: `W(r, s) = |B_r| W(s/r 1)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Balls<const D: usize> {
+    /// The law.
+    pub law: LawSpec,
+}
+
+/// The energy density of a scaling and its derivative.
+struct Scaling(f64);
+
+impl<const D: usize> LawVisitor<D> for Scaling {
+    type Output = (f64, f64);
+
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> (f64, f64) {
+        let mut strain = [[0.0; D]; D];
+        for (i, row) in strain.iter_mut().enumerate() {
+            row[i] = self.0 - 1.0;
+        }
+        let (value, stress) = law.gradient(&strain);
+        (value, (0..D).map(|i| stress[i][i]).sum())
+    }
+}
+
+impl<const D: usize> Balls<D> {
+    /// Balls of matter of a law.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Law`] where the law cannot be made.
+    pub fn new(law: LawSpec) -> Result<Self, GeodesicError> {
+        law.visit::<D, _>(Scaling(1.0))?;
+        Ok(Self { law })
+    }
+
+    /// `W(q 1)` and its derivative by `q`.
+    fn density(&self, q: f64) -> (f64, f64) {
+        self.law
+            .visit::<D, _>(Scaling(q))
+            .unwrap_or((f64::INFINITY, f64::NAN))
+    }
+
+    /// Volume of a ball.
+    fn volume(radius: f64) -> f64 {
+        let unit = if D == 2 { 1.0 } else { 4.0 / 3.0 };
+        unit * std::f64::consts::PI * radius.powi(D as i32)
+    }
+}
+
+impl<const D: usize> Dissimilarity<1> for Balls<D> {
+    fn value(&self, [r]: &[f64; 1], [s]: &[f64; 1]) -> f64 {
+        if *r <= 0.0 || *s <= 0.0 {
+            return f64::INFINITY;
+        }
+        Self::volume(*r) * self.density(s / r).0
+    }
+
+    fn gradients(&self, [r]: &[f64; 1], [s]: &[f64; 1]) -> ([f64; 1], [f64; 1]) {
+        let q = s / r;
+        let (value, slope) = self.density(q);
+        let volume = Self::volume(*r);
+        let by_r = volume * (D as f64 * value - q * slope) / r;
+        ([by_r], [volume * slope / r])
+    }
+}
+
+/// Points of the plane joined by dashpots: `W(a, b) = sum 2 mu (|b_i - b_j| - |a_i - a_j|)^2` over
+/// all pairs, the energy that the dashpots dissipate when their lengths change at constant speed;
+/// with springs in their place it is the energy stored. `N` is twice the number of points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dashpots {
+    /// Viscosity `mu` of a dashpot.
+    pub viscosity: f64,
+    /// A little resistance to moving a point, which holds the whole against rigid motions.
+    pub ground: f64,
+}
+
+impl<const N: usize> Dissimilarity<N> for Dashpots {
+    fn value(&self, a: &[f64; N], b: &[f64; N]) -> f64 {
+        let length = |x: &[f64; N], i: usize, j: usize| {
+            (x[2 * i] - x[2 * j]).hypot(x[2 * i + 1] - x[2 * j + 1])
+        };
+        let mut sum = 0.0;
+        for i in 0..N / 2 {
+            for j in 0..i {
+                sum += 2.0 * self.viscosity * (length(b, i, j) - length(a, i, j)).powi(2);
+            }
+        }
+        sum + self.ground * (0..N).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>()
+    }
+
+    fn gradients(&self, a: &[f64; N], b: &[f64; N]) -> ([f64; N], [f64; N]) {
+        let (mut by_a, mut by_b) = ([0.0; N], [0.0; N]);
+        for i in 0..N / 2 {
+            for j in 0..i {
+                let difference = |x: &[f64; N]| [x[2 * i] - x[2 * j], x[2 * i + 1] - x[2 * j + 1]];
+                let (p, q) = (difference(a), difference(b));
+                let (la, lb) = (p[0].hypot(p[1]), q[0].hypot(q[1]));
+                let force = 4.0 * self.viscosity * (lb - la);
+                for k in 0..2 {
+                    let (from, to) = (force * p[k] / la, force * q[k] / lb);
+                    by_a[2 * i + k] -= from;
+                    by_a[2 * j + k] += from;
+                    by_b[2 * i + k] += to;
+                    by_b[2 * j + k] -= to;
+                }
+            }
+        }
+        for i in 0..N {
+            let moved = 2.0 * self.ground * (b[i] - a[i]);
+            by_a[i] -= moved;
+            by_b[i] += moved;
+        }
+        (by_a, by_b)
+    }
+}
