@@ -33,3 +33,9 @@ pub fn oracle(name: &str) -> Option<serde_json::Value> {
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     Some(serde_json::from_str(&text).expect("reference values are JSON"))
 }
+
+/// Runs `work` on a pool of so many threads.
+pub fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    pool.expect("threads can be started").install(work)
+}
