@@ -112,7 +112,7 @@ impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
         let distance = squared.sqrt();
         let inverse = L::one() / distance.max(L::splat(f64::from(f32::MIN_POSITIVE)));
         for k in 0..D {
-            gradient[k] = gradient[k] - offset[k] * inverse;
+            gradient[k] -= offset[k] * inverse;
         }
         (value - distance, gradient)
     }

@@ -2,9 +2,12 @@
 
 mod support;
 
-use fe_grid::composition::Interpolant;
+use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::transfer::{average_cells, inject_into, prolong_into, restrict_into};
-use fe_grid::{Field, Grid, InverseDeformation, ScalarField, certify, certify_below, tensor};
+use fe_grid::{
+    Field, Grid, InverseDeformation, Restrained, ScalarField, certify, certify_below,
+    certify_within, restrain_together, tensor, violations,
+};
 use proptest::prelude::*;
 use support::{noise, smooth_displacement};
 
@@ -199,4 +202,80 @@ fn transfer_is_nested_and_adjoint() {
     }
     check([5, 9]);
     check([3, 5, 4]);
+}
+
+#[test]
+fn only_marked_cells_count() {
+    let grid = Grid::<2>::cube(5);
+    let mut u = vec![0.0; 2 * grid.n_nodes()];
+    // The second node of the first row goes past the third: the second cell folds.
+    u[1] = 0.3;
+    let fold = violations(&grid, &u, 0.0, None);
+    assert_eq!(fold, [1]);
+    let mut marks = vec![true; grid.n_cells()];
+    marks[1] = false;
+    assert!(violations(&grid, &u, 0.0, Some(&marks)).is_empty());
+    assert!(!certify(&grid, &u, 0.0).certified);
+    let certificate = certify_within(&grid, &u, 0.0, f64::INFINITY, Some(&marks));
+    assert!(certificate.certified && certificate.cell != 1);
+    let nothing = certify_within(&grid, &u, 0.0, 0.0, Some(&vec![false; grid.n_cells()]));
+    assert!(nothing.certified && nothing.min_det == f64::INFINITY);
+}
+
+/// A step of two deformations, one of which would fold, with a field that belongs to both.
+#[test]
+fn parts_of_a_step_are_damped_alike() {
+    let grid = Grid::<2>::cube(9);
+    let n = grid.n_nodes();
+    let rest = vec![0.0; 2 * n];
+    let mut step = vec![1.0; 5 * n];
+    for (node, s) in step[..n].iter_mut().enumerate() {
+        let [x, _] = grid.position(grid.node(node));
+        *s = if x < 0.5 { 0.3 } else { 0.0 };
+    }
+    step[n..2 * n].fill(0.0);
+    let part = |first: usize| Restrained {
+        displacement: &rest,
+        range: first * n..(first + 2) * n,
+        within: None,
+    };
+    restrain_together(&grid, &[part(0), part(2)], &mut step, 0.1);
+    assert!(certify(&grid, &step[..2 * n], 0.1).certified);
+    for node in 0..n {
+        let kept = step[4 * n + node];
+        assert!((0.0..=1.0).contains(&kept));
+        assert_eq!(step[2 * n + node], kept);
+        let [x, _] = grid.position(grid.node(node));
+        assert_eq!(step[node], if x < 0.5 { 0.3 * kept } else { 0.0 });
+    }
+    assert!(step[4 * n..].iter().any(|&kept| kept < 1.0));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    /// Outside, the value at the nearest point less the distance to it, and its slope.
+    #[test]
+    fn falling_fields_fall_off(seed in 0u64..1000, x in -1.0..2.0f64, y in -1.0..2.0f64) {
+        let grid = Grid::<2>::cube(4);
+        let values = noise(grid.n_nodes(), seed);
+        let inner = Interpolant::new(grid, &values);
+        let falling = inner.with_outside(Outside::Falling);
+        let nearest = [x.clamp(0.0, 1.0), y.clamp(0.0, 1.0)];
+        let away = (x - nearest[0]).hypot(y - nearest[1]);
+        let (value, slope) = falling.sample(&[x, y]);
+        prop_assert!((value - (inner.sample(&nearest).0 - away)).abs() < 1e-12);
+        let h = 1e-6;
+        for (k, slope) in slope.into_iter().enumerate() {
+            let at = |t: f64| {
+                let mut p = [x, y];
+                p[k] += t;
+                falling.sample(&p).0
+            };
+            // Differences across the face of a cell are between the slopes on its two sides.
+            let (left, right) = ((at(0.0) - at(-h)) / h, (at(h) - at(0.0)) / h);
+            let close = (slope - left).abs().min((slope - right).abs());
+            prop_assert!(close < 1e-4, "{} {} {}", slope, left, right);
+        }
+    }
 }

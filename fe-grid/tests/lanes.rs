@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 struct Functions<'a, T>(&'a [T], &'a mut [T]);
 
-const N_FUNCTIONS: usize = 9;
+const N_FUNCTIONS: usize = 10;
 
 /// Whether any number is below a bound.
 struct AnyBelow<'a, T>(&'a [T], f64);
@@ -38,6 +38,7 @@ impl<T: Element> LaneKernel<T> for Functions<'_, T> {
                 x.min(L::splat(2.0)).max(L::splat(0.5)),
                 x.powf(-3.0),
                 (-x).ln().abs(),
+                (x - L::splat(1.0)).atan(),
             ];
             for (k, r) in results.into_iter().enumerate() {
                 r.store(&mut self.1[k * n + i..(k + 1) * n]);
@@ -79,6 +80,25 @@ proptest! {
         let small = if e > 0.0 { (-e).exp() } else { -0.9 * e.exp() };
         prop_assert!((Lane::ln_1p(small) - small.ln_1p()).abs() <= 2.0 * f64::EPSILON * small.ln_1p().abs());
     }
+
+    /// Four units in the last place: roundings in the reduction, in two polynomials and in the sum.
+    #[test]
+    fn arc_tangent_is_accurate(e in -30.0f64..30.0, negative: bool) {
+        let x = if negative { -e.exp() } else { e.exp() };
+        prop_assert!((Lane::atan(x) - x.atan()).abs() <= 4.0 * f64::EPSILON * x.atan().abs());
+        let single = x as f32;
+        let exact = f64::from(single).atan();
+        let error = (f64::from(Lane::atan(single)) - exact).abs();
+        prop_assert!(error <= 4.0 * f64::from(f32::EPSILON) * exact.abs());
+    }
+}
+
+#[test]
+fn arc_tangent_at_the_ends() {
+    assert_eq!(Lane::atan(0.0f64), 0.0);
+    assert_eq!(Lane::atan(f64::INFINITY), std::f64::consts::FRAC_PI_2);
+    assert_eq!(Lane::atan(f64::NEG_INFINITY), -std::f64::consts::FRAC_PI_2);
+    assert!(Lane::atan(f64::NAN).is_nan());
 }
 
 #[test]

@@ -81,5 +81,15 @@ fn main() {
         g.matches,
         t.elapsed()
     );
+    if let Some(l) = g.levels.last().filter(|l| !l.areas.is_empty()) {
+        let (w, f): (f64, f64) = (l.step_energies.iter().sum(), l.matches.iter().sum());
+        let a: f64 = l.areas[..l.areas.len() - 1].iter().sum();
+        println!(
+            "theirs: {:.6} = W {w:.3e} + 10 F {:.3e} + mu A {:.4e}",
+            w + 10.0 * f + 1e-3 * a,
+            10.0 * f,
+            1e-3 * a
+        );
+    }
     dump("/tmp/geo/path_u.raw", &g.level_sets);
 }

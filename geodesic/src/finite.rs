@@ -220,7 +220,7 @@ impl StereographicSphere {
         2.0 * (0.5 * chord).min(1.0).asin()
     }
 
-    fn base(&self, a: &[f64; 2], b: &[f64; 2]) -> [f64; 2] {
+    fn base(self, a: &[f64; 2], b: &[f64; 2]) -> [f64; 2] {
         match self.rule {
             Rule::Left => *a,
             Rule::Midpoint => std::array::from_fn(|i| 0.5 * (a[i] + b[i])),

@@ -1,4 +1,59 @@
 //! Geodesics in a space of 2D and 3D shapes made of viscous matter.
+//!
+//! A shape is an object of viscous fluid; moving its boundary dissipates energy, and the least
+//! dissipation of all motions that do is a Riemannian metric. A shortest path is discretised in time
+//! variationally: shapes `O_0, ..., O_K` and deformations `phi_k` of each into the next minimise
+//!
+//! ```text
+//! K sum_k int_{O_{k-1}} W(Dphi_k),      phi_k(O_{k-1}) = O_k,
+//! ```
+//!
+//! where the second derivative of the stored energy `W` at the identity is twice the dissipation of
+//! the fluid. The length of the path is `sum sqrt W_k`, its dissipation `K sum W_k`; the square of
+//! the first is never more than the second, and equal to it at constant speed.
+//!
+//! [`geodesic()`] computes such paths in two forms, with one kind of result ([`Geodesic`]):
+//!
+//! - **[`lagrangian`]** (form B): unknowns are the deformations `psi_k` of the start shape at all
+//!   times, `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
+//!   matched. In the increments of the path its Hessian is a block diagonal and the match of their
+//!   sum, which two multigrid cycles invert: a handful of iterations on every grid. The topology
+//!   stays that of the start.
+//! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
+//!   `phi_k`, and every shape is matched with the next. The first path is a viscous flow, which
+//!   changes the topology where it has to. Motions of the inner shapes that keep them matched are
+//!   the soft directions of the energy; the metric has a part for them.
+//!
+//! Both are lowered by L-BFGS from `fe-grid`, from coarse grids to fine, in their own metric. What
+//! an energy is at a point is a law of the cell engine: [`PathDissipation`], [`StepDeformation`],
+//! [`StepMatch`], [`MeasuredMatch`], [`BoundaryArea`]. [`finite`] is the same time discretisation
+//! without shapes, where geodesics are known.
+//!
+//! The void around the shapes gives way: it has the stiffness `void_stiffness` under the law, or
+//! none and a `void_viscosity` instead; then cells of the void may fold, and only those that meet
+//! the object are kept from it. The certificate of a result is about the object.
+//!
+//! Sources: Rumpf and Wirth, *Variational Models in Shape Space and Links to Continuum Mechanics*,
+//! section 6; Wirth, Bar, Rumpf and Sapiro, *A Continuum Mechanical Approach to Geodesics in Shape
+//! Space* (2011).
+//!
+//! ```
+//! use fe_grid::minimise::Silent;
+//! use fe_grid::{Grid, ScalarField};
+//! use geodesic::{GeodesicParams, geodesic};
+//!
+//! let disk = |radius: f64| {
+//!     ScalarField::<f64, 2>::from_fn(Grid::dyadic(5), |[x, y]| {
+//!         [radius - (x - 0.5).hypot(y - 0.5)]
+//!     })
+//! };
+//! let params = GeodesicParams { steps: 2, ..GeodesicParams::default() };
+//! let path = geodesic(&disk(0.2), &disk(0.25), &params, &mut Silent)?;
+//! assert!(path.certificate.certified);
+//! // A disk of area A(t) that grows: sqrt(4 pi) times the change of its radius.
+//! assert!((path.length() - 0.177).abs() < 0.01);
+//! # Ok::<(), geodesic::GeodesicError>(())
+//! ```
 
 mod area;
 mod cells;

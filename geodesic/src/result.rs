@@ -25,6 +25,8 @@ pub struct LevelReport {
     /// Unweighted matches at the end: of the last shape with the end shape, or of every shape with
     /// the next.
     pub matches: Vec<f64>,
+    /// Boundary areas of the shapes `1, ..., K`; paths of level sets only.
+    pub areas: Vec<f64>,
     /// What was minimised, at the end.
     pub total: f64,
 }
@@ -99,6 +101,7 @@ pub fn geodesic<const D: usize>(
                 info: level.info,
                 step_energies: level.energy.step_energies,
                 matches: vec![level.energy.mismatch],
+                areas: Vec::new(),
                 total: level.energy.total,
             });
             finish(end, level_sets, displacements, levels.collect())
@@ -116,6 +119,7 @@ pub fn geodesic<const D: usize>(
                 info: level.info,
                 step_energies: level.energy.step_energies,
                 matches: level.energy.mismatches,
+                areas: level.energy.areas,
                 total: level.energy.total,
             });
             finish(end, level_sets, displacements, levels.collect())
