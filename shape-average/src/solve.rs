@@ -16,7 +16,7 @@ use std::time::Instant;
 const ENERGY_WINDOW: usize = 5;
 /// A direction that promises less than this share of the tolerance ends a level: levels that the
 /// coarser ones have settled need no steps, and equal shapes stay exactly where they are.
-const DECREMENT: f64 = 0.1;
+const DECREMENT: f64 = 0.2;
 /// On coarse grids the floor, which is that of the continuum, comes close to the energy or lies
 /// above it; on fine ones the excess is this share of the energy and more.
 const LEAST_EXCESS: f64 = 0.2;
