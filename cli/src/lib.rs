@@ -6,9 +6,14 @@ pub mod demo;
 pub mod error;
 pub mod generate;
 pub mod input;
+pub mod options;
 pub mod output;
 pub mod picture;
+mod pool;
 pub mod progress;
+mod report;
+mod shapes;
+mod watch;
 
 /// The examples of the README, as documentation tests.
 #[cfg(doctest)]
