@@ -8,9 +8,10 @@ use crate::average::{bytes, run_average};
 use crate::demo::{DemoArgs, run_demo};
 use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
+use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
 
-/// Averages of 2D and 3D shapes.
+/// Averages of 2D and 3D shapes, and geodesics between them.
 #[derive(Debug, Parser)]
 #[command(name = "shapespace", version, about, arg_required_else_help = true)]
 pub struct Cli {
@@ -22,6 +23,8 @@ pub struct Cli {
 enum Command {
     /// The elastic average of two or more shapes given as masks.
     Average(Box<AverageArgs>),
+    /// The shortest path between two shapes given as masks.
+    Geodesic(Box<GeodesicArgs>),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -90,6 +93,7 @@ pub enum Boundary {
 pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Average(args) => run_average(args),
+        Command::Geodesic(args) => run_geodesic(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

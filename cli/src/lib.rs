@@ -5,6 +5,7 @@ pub mod average;
 pub mod demo;
 pub mod error;
 pub mod generate;
+pub mod geodesic;
 pub mod input;
 pub mod options;
 pub mod output;

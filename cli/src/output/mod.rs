@@ -1,10 +1,13 @@
 //! Results out: a directory that appears as a whole or not at all, and the formats in it.
 
+pub mod apng;
 mod directory;
 pub mod energy;
 mod json;
 pub mod npy;
 mod plot;
+pub mod pvd;
+pub mod steps;
 pub mod stl;
 pub mod vti;
 

@@ -77,8 +77,11 @@ impl Chart<'_> {
         number: impl Fn(&f64) -> String,
     ) -> Result<(), String> {
         let label = ("sans-serif", 14).into_font().color(&RGBColor(70, 75, 82));
+        // Whole numbers run along the axis: no more labels than there are of them.
+        let last = chart.x_range().end as usize;
         chart
             .configure_mesh()
+            .x_labels((last + 1).min(11))
             .light_line_style(WHITE)
             .bold_line_style(RGBColor(228, 230, 233))
             .axis_style(RGBColor(140, 145, 152))
