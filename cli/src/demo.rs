@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fe_grid::Grid;
-use hyperelastic::LawName;
 
-use crate::args::{Align, AverageArgs, Boundary, Solver};
+use crate::args::{AverageArgs, Boundary, Solver};
 use crate::average::run_drawn;
 use crate::error::{CliError, Exit};
 use crate::generate::{Placed, area_share, letters};
 use crate::input::Image;
+use crate::options::CommonArgs;
 
 /// Nodes a side.
 const NODES: usize = 129;
@@ -51,22 +51,17 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
         images,
         &AverageArgs {
             inputs: Vec::new(),
-            output,
-            grid: Some(NODES),
+            common: CommonArgs {
+                grid: Some(NODES),
+                threads: args.threads,
+                ..CommonArgs::usual(output)
+            },
             solver: Solver::default(),
             tolerance: 2e-4,
-            max_iterations: 100,
             weights: Vec::new(),
-            law: LawName::default(),
-            lambda: 1.0,
-            mu: 1.0,
             mismatch_weight: 1.0,
             length_weight: None,
-            void_stiffness: 1e-4,
-            align: Align::default(),
             boundary: Boundary::default(),
-            label: None,
-            threads: args.threads,
             memory: None,
         },
     )

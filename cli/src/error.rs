@@ -112,6 +112,12 @@ pub enum CliError {
         "try --mismatch-weight .1 or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
     ))]
     Average(shape_average::AverageError),
+    /// The geodesic cannot be computed.
+    #[error("the geodesic cannot be computed: {0}")]
+    #[diagnostic(help(
+        "try a finer --grid or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
+    ))]
+    Geodesic(#[from] geodesic::GeodesicError),
     /// There is no room for temporary files.
     #[error("{0}")]
     #[diagnostic(help(
@@ -173,6 +179,7 @@ impl CliError {
         match self {
             Self::Computation { .. }
             | Self::Average(_)
+            | Self::Geodesic(_)
             | Self::Spill(_)
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure

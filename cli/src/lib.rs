@@ -5,10 +5,16 @@ pub mod average;
 pub mod demo;
 pub mod error;
 pub mod generate;
+pub mod geodesic;
 pub mod input;
+pub mod options;
 pub mod output;
 pub mod picture;
+mod pool;
 pub mod progress;
+mod report;
+mod shapes;
+mod watch;
 
 /// The examples of the README, as documentation tests.
 #[cfg(doctest)]

@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{Place, Results, npy_f64, succeeded};
+#[cfg(target_os = "linux")]
+use common::interrupted;
+use common::{Place, Results, arrays, draw, drawn, npy_f64, succeeded};
 
 const KEYS: [&str; 20] = [
     "average",
@@ -26,26 +28,6 @@ const KEYS: [&str; 20] = [
     "status",
     "version",
 ];
-
-/// Draws a family at so many nodes and returns its files.
-fn drawn(place: &Place, family: &str, dimension: &str, grid: &str) -> Vec<String> {
-    let mut arguments = vec!["generate", "family", family, "--dimension", dimension];
-    arguments.extend(["--grid", grid, "-o", family]);
-    succeeded(&place.run(&arguments));
-    let mut files: Vec<String> = std::fs::read_dir(place.path(family))
-        .unwrap()
-        .map(|entry| entry.unwrap().path().to_str().unwrap().to_owned())
-        .collect();
-    files.sort();
-    files
-}
-
-fn draw(place: &Place, name: &str, arguments: &[&str]) {
-    let mut all = vec!["generate"];
-    all.extend(arguments);
-    all.extend(["-o", name]);
-    succeeded(&place.run(&all));
-}
 
 fn averaged(place: &Place, inputs: &[String], options: &[&str], output: &str) -> Results {
     let mut arguments = vec!["average"];
@@ -233,21 +215,6 @@ fn the_summary_ends_with_the_picture() {
     // Progress has its own stream: a line for each of the levels 9, 17 and 33.
     let progress = String::from_utf8(run.stderr).unwrap();
     assert_eq!(progress.matches("nodes a side").count(), 3, "{progress}");
-}
-
-/// Every array of a run, by name.
-fn arrays(results: &Results) -> Vec<(String, Vec<u8>)> {
-    let mut arrays: Vec<_> = std::fs::read_dir(results.path("."))
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|e| e == "npy"))
-        .map(|path| {
-            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-            (name, std::fs::read(path).unwrap())
-        })
-        .collect();
-    arrays.sort();
-    arrays
 }
 
 #[test]
@@ -456,33 +423,9 @@ fn ctrl_c_writes_what_is_reached() {
     let place = Place::new();
     let inputs = drawn(&place, "crosses", "2", "33");
     // Far too fine to end by itself in the time of this test.
-    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_shapespace"))
-        .arg("average")
-        .args(&inputs)
-        .args(["--grid", "1025", "-o", "out"])
-        .current_dir(place.path("."))
-        .stderr(std::process::Stdio::null())
-        .stdout(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
-    // Signal 2 is caught once its bit is set in the mask that the system shows.
-    let listens = || {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
-        let mask = status
-            .lines()
-            .find_map(|l| l.strip_prefix("SigCgt:"))
-            .unwrap();
-        u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0
-    };
-    while !listens() {
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    let sent = std::process::Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status()
-        .unwrap();
-    assert!(sent.success());
-    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let mut arguments = vec!["average", "--grid", "1025", "-o", "out"];
+    arguments.extend(inputs.iter().map(String::as_str));
+    assert_eq!(interrupted(&place, &arguments), Some(130));
     let results = Results::read(&place.path("out"));
     assert_eq!(results.json["status"], "cancelled");
     let nodes = results.numbers("/nodes")[0] as u64;

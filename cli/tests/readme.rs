@@ -15,6 +15,12 @@ fn readme() -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
+/// Commands that write a directory, and the headings over the tables of their files.
+const TABLES: [(&str, &str); 2] = [
+    ("shapespace average", "## What it writes"),
+    ("shapespace geodesic", "## Geodesics"),
+];
+
 /// The lines of all blocks of commands.
 fn commands(text: &str) -> Vec<String> {
     let mut inside = false;
@@ -74,9 +80,9 @@ fn output_directory(place: &Place, command: &str) -> PathBuf {
     place.path(rest.split_whitespace().next().unwrap())
 }
 
-/// Files in the table of outputs, for a flat average.
-fn promised_files(text: &str) -> Vec<String> {
-    let (_, section) = text.split_once("## What it writes").unwrap();
+/// Files in the table of outputs of a section, for flat shapes.
+fn promised_files(text: &str, heading: &str) -> Vec<String> {
+    let (_, section) = text.split_once(heading).unwrap();
     let (section, _) = section.split_once("\n## ").unwrap();
     let rows = section.lines().filter(|line| line.starts_with("| `"));
     rows.filter(|row| !row.contains("3D only"))
@@ -112,9 +118,12 @@ fn every_command_of_the_readme_works() {
         if command.ends_with(" demo") {
             assert_names_a_picture(&place, &output);
         }
-        if command.starts_with("shapespace average") {
+        for (start, heading) in TABLES {
+            if !command.starts_with(start) {
+                continue;
+            }
             let directory = output_directory(&place, command);
-            for name in promised_files(&text) {
+            for name in promised_files(&text, heading) {
                 assert!(
                     directory.join(&name).is_file(),
                     "`{command}` writes no {name}"
@@ -128,10 +137,18 @@ fn every_command_of_the_readme_works() {
 fn blocks_and_tables_are_found() {
     let text = readme();
     assert!(commands(&text).contains(&"cargo test --workspace".to_owned()));
-    let promised = promised_files(&text);
+    let promised = promised_files(&text, TABLES[0].1);
     assert!(promised.contains(&"result.json".to_owned()));
     assert!(promised.contains(&"energy.csv".to_owned()));
     assert!(!promised.contains(&"average.stl".to_owned()));
+    let promised = promised_files(&text, TABLES[1].1);
+    assert!(promised.contains(&"geodesic.png".to_owned()));
+    for (start, _) in TABLES {
+        assert!(
+            commands(&text).iter().any(|c| c.starts_with(start)),
+            "{start}"
+        );
+    }
     assert_eq!(arguments("shapespace a b"), Some(vec!["a", "b"]));
     assert_eq!(arguments("rm -r x"), None);
 }

@@ -58,6 +58,7 @@
 mod area;
 mod cells;
 mod deformation;
+mod density;
 mod dissipation;
 mod error;
 pub mod finite;
@@ -71,6 +72,7 @@ mod result;
 
 pub use area::BoundaryArea;
 pub use deformation::StepDeformation;
+pub use density::dissipation_density;
 pub use dissipation::PathDissipation;
 pub use error::GeodesicError;
 pub use matching::{HeavisideMatch, MatchWeights, MeasuredMatch, StepMatch};

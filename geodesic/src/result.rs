@@ -307,7 +307,7 @@ fn finish<const D: usize>(
 }
 
 /// The cells with a corner inside.
-fn object_cells<const D: usize>(level_set: &ScalarField<f64, D>) -> Vec<bool> {
+pub(crate) fn object_cells<const D: usize>(level_set: &ScalarField<f64, D>) -> Vec<bool> {
     let grid = level_set.grid();
     let strides = grid.strides();
     let values = level_set.as_slice();

@@ -1,15 +1,14 @@
 //! The picture of an average, and its surface in 3D.
 
 use levelset::{BoxEdge, Contour, contour};
-use nalgebra::{SMatrix, SVector};
 use shape_average::AverageError;
 
 use super::Outcome;
-use super::record::{SurfaceRecord, common_scale};
 use crate::error::CliError;
 use crate::output::ResultDir;
 use crate::output::stl::write_surface;
 use crate::picture::{Canvas, ContactSheet, Curve, ShapeTile, Surface, SurfaceSheet};
+use crate::shapes::{SurfaceRecord, curves, in_input_coordinates, surface, triangles};
 
 /// What is drawn in `D` dimensions.
 pub(super) trait Draw<const D: usize> {
@@ -68,19 +67,9 @@ impl Draw<2> for Pictures {
     }
 }
 
-fn curves(contour: &Contour<2>) -> Vec<Curve> {
-    let lines = contour.polylines().into_iter();
-    lines
-        .map(|line| Curve {
-            points: line.points,
-            closed: line.closed,
-        })
-        .collect()
-}
-
 impl Draw<3> for Pictures {
     fn picture(outcome: &Outcome<3>, average: &Contour<3>) -> Result<Canvas, CliError> {
-        let triangles: Vec<_> = outcome
+        let corners: Vec<_> = outcome
             .inputs
             .iter()
             .map(|i| triangles(&i.contour))
@@ -88,10 +77,10 @@ impl Draw<3> for Pictures {
         let inputs: Vec<(&str, Surface)> = outcome
             .inputs
             .iter()
-            .zip(&triangles)
-            .map(|(input, triangles)| (input.name.as_str(), surface(&input.contour, triangles)))
+            .zip(&corners)
+            .map(|(input, corners)| (input.name.as_str(), surface(&input.contour, corners)))
             .collect();
-        let of_average = self::triangles(average);
+        let of_average = triangles(average);
         let sheet = SurfaceSheet {
             inputs: &inputs,
             average: surface(average, &of_average),
@@ -104,53 +93,9 @@ impl Draw<3> for Pictures {
         outcome: &Outcome<3>,
         average: &Contour<3>,
     ) -> Result<Option<SurfaceRecord>, CliError> {
-        let (placed, record) = in_input_coordinates(outcome, average);
+        let (placed, record) = in_input_coordinates(&outcome.inputs, average);
         let path = directory.file("average.stl");
         write_surface(&path, placed.points(), &triangles(&placed))?;
         Ok(Some(record))
     }
-}
-
-fn triangles(contour: &Contour<3>) -> Vec<[usize; 3]> {
-    let corners = contour.simplices().iter();
-    corners.map(|c| c.map(|corner| corner as usize)).collect()
-}
-
-fn surface<'a>(contour: &'a Contour<3>, triangles: &'a [[usize; 3]]) -> Surface<'a> {
-    Surface {
-        vertices: contour.points(),
-        triangles,
-    }
-}
-
-/// The average where the reference of the alignment lies, or the first input without one, in
-/// world coordinates if its file states them. Inputs of different scales have no common length
-/// unit: then the average stays in the unit box.
-fn in_input_coordinates(outcome: &Outcome<3>, average: &Contour<3>) -> (Contour<3>, SurfaceRecord) {
-    let inputs = &outcome.inputs;
-    if common_scale(inputs).is_none() {
-        let record = SurfaceRecord {
-            coordinates: "unit_box",
-            of_input: None,
-        };
-        return (average.clone(), record);
-    }
-    let is_reference = |a: Option<super::place::Alignment<3>>| a.is_some_and(|a| a.reference);
-    let home = inputs.iter().position(|i| is_reference(i.alignment));
-    let home = home.unwrap_or(0);
-    let input = &inputs[home];
-    let unit = |p: [f64; 3]| input.alignment.map_or(p, |a| a.motion.map_back(p));
-    let (placed, coordinates) = if let Some(affine) = input.affine {
-        let samples = average.map(|p| input.frame.to_sample(unit(p)));
-        let matrix = SMatrix::<f64, 3, 3>::from_fn(|i, j| affine[i][j]);
-        let shift = SVector::<f64, 3>::from_fn(|i, _| affine[i][3]);
-        (samples.transformed(&matrix, &shift), "world")
-    } else {
-        (average.map(|p| input.frame.to_physical(unit(p))), "input")
-    };
-    let record = SurfaceRecord {
-        coordinates,
-        of_input: Some(home),
-    };
-    (placed, record)
 }

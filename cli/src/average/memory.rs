@@ -25,7 +25,7 @@ pub(super) fn provide<const D: usize>(
     if let Some(limit) = args.memory
         && estimate.memory > limit
     {
-        params.storage = Storage::Folder(folder(&args.output));
+        params.storage = Storage::Folder(folder(&args.common.output));
         estimate = memory_estimate(params, n_shapes, &grid);
         if estimate.memory > limit {
             return Err(CliError::Memory {

@@ -1,35 +1,29 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
-//! `plan` reads and checks, `shapes` turns masks into boundaries and signed distances, `place`
-//! aligns them, `memory` sees to it that there is room, `watch` shows progress and hears Ctrl-C, `record` and `write` make the result
-//! directory, `draw` its picture, `label` the names in it, `summary` the closing words.
+//! `plan` reads and checks, `memory` sees to it that there is room, `record` and `write` make the
+//! result directory, `draw` its picture, `summary` the closing words.
 
 mod draw;
-mod label;
 mod memory;
-mod place;
 mod plan;
 mod record;
-mod shapes;
 mod summary;
-mod watch;
 mod write;
 
-use std::path::PathBuf;
 use std::time::Instant;
 
-use fe_grid::Grid;
 use shape_average::{AverageResult, MemoryEstimate, average};
 
 use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
 use crate::input::Image;
 use crate::output::ResultDir;
+use crate::pool::in_pool;
 use crate::progress::Progress;
+use crate::shapes::{Input, prepare};
+use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 use memory::provide;
-use shapes::{Input, prepare};
-use watch::{Course, Interrupt, Watch};
 
 pub(crate) use memory::{bytes, format_bytes};
 pub use plan::{AnyPlan, AveragePlan, Parameters, plan_average, plan_images};
@@ -52,7 +46,7 @@ pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.threads, || {
+    in_pool(args.common.threads, || {
         progress.stage(format!("reading {} masks", args.inputs.len()));
         match plan_average(args)? {
             AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start, None),
@@ -67,26 +61,11 @@ pub(crate) fn run_drawn(images: Vec<Image<2>>, args: &AverageArgs) -> Result<Exi
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.threads, || {
+    in_pool(args.common.threads, || {
         let drawn = images.clone();
         let plan = plan_images(images, args)?;
         run_plan(plan, args, &progress, interrupt, start, Some(drawn))
     })
-}
-
-/// Runs work on a number of threads, or on all cores.
-fn in_pool<T: Send>(
-    threads: Option<u32>,
-    work: impl FnOnce() -> Result<T, CliError> + Send,
-) -> Result<T, CliError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0) as usize)
-        .build()
-        .map_err(|error| CliError::Computation {
-            message: format!("the threads cannot be started: {error}"),
-            remedy: "ask for fewer with --threads".into(),
-        })?
-        .install(work)
 }
 
 fn run_plan<const D: usize>(
@@ -100,18 +79,18 @@ fn run_plan<const D: usize>(
 where
     Pictures: Draw<D>,
 {
-    let output = args.output.as_path();
+    let output = args.common.output.as_path();
     // A folder that cannot be written to is better known before the computation than after it.
     ResultDir::create(output).map(drop)?;
-    let (grid, parameters) = (plan.grid, plan.parameters.clone());
+    let (grid, parameters) = (plan.placed.grid, plan.parameters);
     let mut params = parameters.average_params();
-    let n = plan.images.len();
+    let n = plan.placed.images.len();
     let memory = provide(&mut params, n, grid, args, progress)?;
-    let (inputs, distances) = prepare(plan, progress)?;
+    let (inputs, distances) = prepare(plan.placed, progress)?;
     let mut watch = Watch::new(
         progress,
         interrupt,
-        level_nodes(grid, params.coarsest_nodes),
+        level_nodes(&grid.hierarchy(params.coarsest_nodes)),
     );
     let result = average(&distances, &params, &mut watch)?;
     let course = watch.finish();
@@ -139,15 +118,4 @@ where
     } else {
         Exit::Success
     })
-}
-
-/// Nodes a side of every level, coarsest first.
-fn level_nodes<const D: usize>(grid: Grid<D>, coarsest: usize) -> Vec<usize> {
-    let hierarchy = grid.hierarchy(coarsest);
-    hierarchy.iter().map(|g| g.nodes_per_axis()[0]).collect()
-}
-
-/// Names of the files that belong to one shape, `kind_000.npy` and so on.
-fn numbered(kind: &str, index: usize) -> PathBuf {
-    PathBuf::from(format!("{kind}_{index:03}.npy"))
 }

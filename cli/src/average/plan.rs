@@ -1,18 +1,16 @@
 //! From the options to a checked plan.
 
 use fe_grid::Grid;
-use hyperelastic::{LameModuli, LawName, LawSpec, LawVisitor, StoredEnergy};
+use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Serialize;
 use shape_average::{AverageParams, BoundaryCondition};
 
-use crate::args::{Align, AverageArgs, Boundary, Solver};
+use crate::args::{AverageArgs, Boundary, Solver};
 use crate::error::CliError;
-use crate::input::fit::{FrameTransform, fit_frames};
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::options::Align;
 use crate::output::ResultDir;
-
-/// Fewest nodes a side.
-const FEWEST_NODES: usize = 9;
+use crate::shapes::Placed;
 
 /// All parameters of an average, with nothing left to choose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -50,12 +48,8 @@ pub struct Parameters {
 /// Inputs that are read, placed and checked, and what is to be done with them.
 #[derive(Clone, Debug)]
 pub struct AveragePlan<const D: usize> {
-    /// The masks.
-    pub images: Vec<Image<D>>,
-    /// Where each mask lies in the unit box.
-    pub frames: Vec<FrameTransform<D>>,
-    /// The finest grid.
-    pub grid: Grid<D>,
+    /// The masks in the unit box.
+    pub(crate) placed: Placed<D>,
     /// The parameters.
     pub parameters: Parameters,
 }
@@ -74,7 +68,7 @@ pub enum AnyPlan {
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
 pub fn plan_average(args: &AverageArgs) -> Result<AnyPlan, CliError> {
-    ResultDir::check(&args.output)?;
+    ResultDir::check(&args.common.output)?;
     if args.inputs.len() < 2 {
         return Err(CliError::TooFewInputs {
             command: "average",
@@ -84,7 +78,9 @@ pub fn plan_average(args: &AverageArgs) -> Result<AnyPlan, CliError> {
     }
     // Weights are checked first: reading may take long.
     weights(&args.weights, args.inputs.len())?;
-    let options = ReadOptions { label: args.label };
+    let options = ReadOptions {
+        label: args.common.label,
+    };
     match read_images(&args.inputs, &options)? {
         AnyImages::D2(images) => plan_images(images, args).map(AnyPlan::D2),
         AnyImages::D3(images) => plan_images(images, args).map(AnyPlan::D3),
@@ -99,15 +95,10 @@ pub fn plan_images<const D: usize>(
     images: Vec<Image<D>>,
     args: &AverageArgs,
 ) -> Result<AveragePlan<D>, CliError> {
-    let (usual_nodes, most_nodes) = if D == 2 { (129, 4097) } else { (65, 513) };
-    let nodes = args.grid.unwrap_or(usual_nodes);
-    check_nodes(nodes, most_nodes)?;
     let weights = weights(&args.weights, images.len())?;
     Ok(AveragePlan {
-        frames: fit_frames(&images, nodes),
-        images,
-        grid: Grid::cube(nodes),
-        parameters: parameters::<D>(args, nodes, weights)?,
+        placed: Placed::new(images, &args.common)?,
+        parameters: parameters::<D>(args, weights)?,
     })
 }
 
@@ -115,7 +106,13 @@ impl Parameters {
     /// The same as the average takes them.
     pub fn average_params(&self) -> AverageParams {
         AverageParams {
-            law: self.law_spec(),
+            law: LawSpec {
+                law: self.law,
+                moduli: LameModuli {
+                    bulk_lambda: self.lambda,
+                    shear_modulus: self.mu,
+                },
+            },
             mismatch_weight: self.mismatch_weight,
             length_weight: Some(self.length_weight),
             void_stiffness: self.void_stiffness,
@@ -133,82 +130,31 @@ impl Parameters {
             ..AverageParams::default()
         }
     }
-
-    fn law_spec(&self) -> LawSpec {
-        LawSpec {
-            law: self.law,
-            moduli: LameModuli {
-                bulk_lambda: self.lambda,
-                shear_modulus: self.mu,
-            },
-        }
-    }
-
-    /// Finds out now what the average would refuse after all inputs are read.
-    fn check<const D: usize>(&self) -> Result<(), CliError> {
-        self.law_spec()
-            .visit::<D, _>(Nothing)
-            .map_err(|error| CliError::Law {
-                law: self.law.to_string(),
-                source: error,
-            })?;
-        if self.void_stiffness > 1.0 {
-            return Err(CliError::Option {
-                option: "--void-stiffness",
-                value: self.void_stiffness.to_string(),
-                remedy: "the void is no stiffer than the object, which has 1; try 1e-4".into(),
-            });
-        }
-        Ok(())
-    }
-}
-
-/// Asks only whether a law can be made.
-struct Nothing;
-
-impl<const D: usize> LawVisitor<D> for Nothing {
-    type Output = ();
-    fn visit<W: StoredEnergy<D>>(self, _law: W) {}
 }
 
 /// Checks the options and completes them.
 fn parameters<const D: usize>(
     args: &AverageArgs,
-    nodes: usize,
     weights: Vec<f64>,
 ) -> Result<Parameters, CliError> {
-    let parameters = Parameters {
+    let common = &args.common;
+    let nodes = common.nodes::<D>()?;
+    let material = common.material::<D>()?;
+    Ok(Parameters {
         grid: nodes,
         solver: args.solver,
         tolerance: args.tolerance,
-        max_iterations: args.max_iterations,
-        law: args.law,
-        lambda: args.lambda,
-        mu: args.mu,
+        max_iterations: common.max_iterations,
+        law: material.law,
+        lambda: material.moduli.bulk_lambda,
+        mu: material.moduli.shear_modulus,
         mismatch_weight: args.mismatch_weight,
         length_weight: args.length_weight.unwrap_or(1e-4 * args.mismatch_weight),
         interface_width: 2.0 * Grid::<D>::cube(nodes).spacing(),
-        void_stiffness: args.void_stiffness,
+        void_stiffness: common.void_stiffness,
         weights,
-        align: args.align,
+        align: common.align,
         boundary: args.boundary,
-    };
-    parameters.check::<D>()?;
-    Ok(parameters)
-}
-
-fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {
-    let cells = nodes.saturating_sub(1);
-    if cells.is_power_of_two() && (FEWEST_NODES..=most).contains(&nodes) {
-        return Ok(());
-    }
-    let near = cells.clamp(FEWEST_NODES - 1, most - 1).next_power_of_two() + 1;
-    Err(CliError::Option {
-        option: "--grid",
-        value: nodes.to_string(),
-        remedy: format!(
-            "the grid needs 2^L + 1 nodes a side, from {FEWEST_NODES} to {most}; try --grid {near}"
-        ),
     })
 }
 
@@ -268,19 +214,5 @@ mod tests {
             weights(&[0.0, 0.0], 2),
             Err(CliError::WeightSum { .. })
         ));
-    }
-
-    #[test]
-    fn grids_are_two_to_a_power_plus_one() {
-        assert!(check_nodes(9, 513).is_ok());
-        assert!(check_nodes(513, 513).is_ok());
-        for (wrong, hint) in [(0, "9"), (5, "9"), (64, "65"), (100, "129"), (5000, "513")] {
-            match check_nodes(wrong, 513) {
-                Err(CliError::Option { remedy, .. }) => {
-                    assert!(remedy.ends_with(&format!("--grid {hint}")), "{remedy}");
-                }
-                other => panic!("{other:?}"),
-            }
-        }
     }
 }

@@ -1,14 +1,12 @@
 //! The contents of `result.json`. What does not exist is left out; there are no nulls.
 
-use fe_grid::minimise::Status;
 use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
 use shape_average::{AverageResult, Energy, LevelReport, MemoryEstimate};
 
-use super::place::AlignmentRecord;
-use super::shapes::Input;
 use super::{Outcome, Parameters};
-use crate::input::fit::FrameTransform;
+use crate::report::{CANCELLED, CertificateRecord, name, overall, peak_memory};
+use crate::shapes::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 
 /// Everything in `result.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -47,35 +45,6 @@ pub(super) struct ResultRecord<const D: usize> {
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// One input, where it lies, and how large it is.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct InputRecord<const D: usize> {
-    pub path: String,
-    /// Samples along each axis, `x` first.
-    size: Vec<usize>,
-    frame: FrameTransform<D>,
-    /// Sample indices to world coordinates, where the file states them.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    affine: Option<[[f64; 4]; 3]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    alignment: Option<AlignmentRecord>,
-    #[serde(flatten)]
-    object: SizeRecord,
-}
-
-/// Area in 2D, volume in 3D.
-#[derive(Clone, Debug, Default, Serialize)]
-pub(super) struct SizeRecord {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub area: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub area_input_units: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub volume: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub volume_input_units: Option<f64>,
-}
-
 /// The terms of the functional; all but the total are without weights.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct EnergyRecord {
@@ -83,14 +52,6 @@ pub(super) struct EnergyRecord {
     pub elastic: Vec<f64>,
     pub mismatch: Vec<f64>,
     pub length: f64,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct CertificateRecord {
-    /// Whether all deformations are proven to be injective on every cell.
-    pub certified: bool,
-    /// A lower bound of their determinants.
-    pub min_det: f64,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -127,16 +88,6 @@ pub(super) struct DistanceRecord {
     pub mean: Option<f64>,
 }
 
-/// Where the coordinates of `average.stl` are at home.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct SurfaceRecord {
-    /// `world` (the affine map of that input), `input` (sample times spacing) or `unit_box`.
-    pub coordinates: &'static str,
-    /// Position of the input whose coordinates these are.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub of_input: Option<usize>,
-}
-
 impl<const D: usize> ResultRecord<D> {
     /// The record of an outcome whose average has this area or volume. The time is that until
     /// now.
@@ -149,7 +100,7 @@ impl<const D: usize> ResultRecord<D> {
         let levels = &result.levels;
         Self {
             version: env!("CARGO_PKG_VERSION"),
-            status: overall(result),
+            status: overall(result.status, levels.last().map(|level| level.status)),
             dimension: D,
             nodes: result.average.grid().nodes_per_axis().to_vec(),
             input: inputs.iter().map(InputRecord::new).collect(),
@@ -159,10 +110,7 @@ impl<const D: usize> ResultRecord<D> {
             evaluations: levels.iter().map(|l| l.evaluations.energies()).sum(),
             shape_evaluations: result.shape_evaluations(),
             levels: levels.iter().map(LevelRecord::new).collect(),
-            certificate: CertificateRecord {
-                certified: result.certificate.certified,
-                min_det: result.certificate.min_det,
-            },
+            certificate: CertificateRecord::new(&result.certificate),
             dice: result.dice.clone(),
             mean_dice: result.mean_dice(),
             hausdorff: distances(result, |_| 1.0),
@@ -181,7 +129,7 @@ impl<const D: usize> ResultRecord<D> {
 
     /// Whether the user stopped the minimisation.
     pub fn cancelled(&self) -> bool {
-        self.status == name(Status::Cancelled)
+        self.status == CANCELLED
     }
 }
 
@@ -198,45 +146,6 @@ fn distances<const D: usize>(
     found
         .map(|(i, distance)| distance.map_or_else(DistanceRecord::default, |d| of(d, scale(i))))
         .collect()
-}
-
-/// The scale of all frames, where they have one. Scales that are one up to rounding are one.
-pub(super) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
-    let first = inputs.first()?.frame.scale();
-    let same = |input: &Input<D>| (input.frame.scale() / first - 1.0).abs() < 1e-12;
-    inputs.iter().all(same).then_some(first)
-}
-
-impl<const D: usize> InputRecord<D> {
-    fn new(input: &Input<D>) -> Self {
-        Self {
-            path: input.path.display().to_string(),
-            size: input.size.to_vec(),
-            frame: input.frame,
-            affine: input.affine,
-            alignment: input.alignment.map(|alignment| alignment.record()),
-            object: SizeRecord::new::<D>(input.volume, Some(input.frame.scale())),
-        }
-    }
-}
-
-impl SizeRecord {
-    fn new<const D: usize>(volume: f64, scale: Option<f64>) -> Self {
-        let physical = scale.map(|scale| volume / scale.powi(D as i32));
-        if D == 2 {
-            Self {
-                area: Some(volume),
-                area_input_units: physical,
-                ..Self::default()
-            }
-        } else {
-            Self {
-                volume: Some(volume),
-                volume_input_units: physical,
-                ..Self::default()
-            }
-        }
-    }
 }
 
 impl EnergyRecord {
@@ -267,43 +176,8 @@ impl LevelRecord {
                 average_iterations: level.average_iterations,
             },
             energy: EnergyRecord::new(&level.energy),
-            certificate: CertificateRecord {
-                certified: level.certificate.certified,
-                min_det: level.certificate.min_det,
-            },
+            certificate: CertificateRecord::new(&level.certificate),
             seconds: level.seconds,
         }
     }
-}
-
-fn overall<const D: usize>(result: &AverageResult<D>) -> &'static str {
-    let last = result.levels.last().map(|level| level.status);
-    if last == Some(Status::Cancelled) {
-        return name(Status::Cancelled);
-    }
-    if result.status.converged() {
-        return "converged";
-    }
-    name(result.status)
-}
-
-fn name(status: Status) -> &'static str {
-    match status {
-        Status::GradientTolerance => "gradient_tolerance",
-        Status::EnergyTolerance => "energy_tolerance",
-        Status::MaxIterations => "max_iterations",
-        Status::LineSearchFailed => "line_search_failed",
-        Status::IndefiniteMetric => "indefinite_metric",
-        Status::Cancelled => "cancelled",
-        Status::InadmissibleStart => "inadmissible_start",
-        _ => "other",
-    }
-}
-
-/// The most memory this process has had, where the system tells (Linux).
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(1024 * kib)
 }

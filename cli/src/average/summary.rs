@@ -61,11 +61,7 @@ fn write_lines<const D: usize>(
     writeln!(
         text,
         "  deformation  {}, determinant at least {:.3e}",
-        if certificate.certified {
-            "certified without folds"
-        } else {
-            "NOT certified"
-        },
+        certificate.words(),
         certificate.min_det
     )?;
     writeln!(

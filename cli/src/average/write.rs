@@ -1,17 +1,21 @@
 //! The files of a result directory.
 
-use fe_grid::{Field, ScalarField};
+use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, Moments, contour};
 
+use super::Outcome;
 use super::draw::{Draw, Pictures};
 use super::record::ResultRecord;
-use super::{Course, Outcome, numbered};
 use crate::error::CliError;
 use crate::input::Image;
-use crate::output::energy::{EnergyParts, EnergyPoint, write_energy_plot, write_energy_table};
+use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
 use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::vti::VtiFile;
-use crate::output::{OutputError, ResultDir, write_json};
+use crate::output::{OutputError, ResultDir, deformation, numbered, write_json};
+use crate::watch::{Course, is_last};
+
+/// Names of the parts of the energy.
+const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
@@ -83,12 +87,12 @@ fn write_arrays<const D: usize>(
         &grid.nodes_per_axis(),
     )?;
     for (i, displacement) in result.displacements.iter().enumerate() {
-        let path = directory.file(numbered("deformation", i));
+        let path = directory.file(numbered("deformation", i, "npy"));
         write_field(&path, &deformation(displacement), Precision::Double)?;
     }
     let shapes = &result.shapes;
     for (i, phase_field) in shapes.phase_fields.iter().enumerate() {
-        let path = directory.file(numbered("phasefield", i));
+        let path = directory.file(numbered("phasefield", i, "npy"));
         write_field(&path, phase_field, Precision::Double)?;
     }
     let stiffness = outcome.parameters.void_stiffness;
@@ -98,25 +102,12 @@ fn write_arrays<const D: usize>(
             *x = (1.0 - stiffness) * *x + stiffness;
         }
         write_field(
-            &directory.file(numbered("weight", i)),
+            &directory.file(numbered("weight", i, "npy")),
             &weight,
             Precision::Double,
         )?;
     }
     Ok(())
-}
-
-/// Deformed positions `x + u(x)`.
-fn deformation<const D: usize>(displacement: &Field<f64, D, D>) -> Field<f64, D, D> {
-    let mut positions = Field::identity(*displacement.grid());
-    for (x, u) in positions
-        .as_mut_slice()
-        .iter_mut()
-        .zip(displacement.as_slice())
-    {
-        *x += u;
-    }
-    positions
 }
 
 fn write_vti<const D: usize>(directory: &ResultDir, outcome: &Outcome<D>) -> Result<(), CliError> {
@@ -135,24 +126,24 @@ fn write_energy<const D: usize>(
     outcome: &Outcome<D>,
 ) -> Result<(), CliError> {
     let points = energy_points(outcome);
-    write_energy_table(&directory.file("energy.csv"), &points)?;
-    Ok(write_energy_plot(&directory.file("energy.svg"), &points)?)
+    write_energy_table(&directory.file("energy.csv"), &points, &PARTS)?;
+    Ok(write_energy_plot(
+        &directory.file("energy.svg"),
+        &points,
+        &PARTS,
+    )?)
 }
 
 /// The course of the energy; its parts are known at the end of each level.
 fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
     let course = &outcome.course;
-    let is_last = |i: usize, point: &Course| {
-        course
-            .get(i + 1)
-            .is_none_or(|next| next.level != point.level)
-    };
     let point = |(i, point): (usize, &Course)| EnergyPoint {
+        level: point.level,
         nodes: point.nodes,
         iteration: point.iteration,
         evaluations: point.evaluations,
         total: point.energy,
-        parts: is_last(i, point)
+        parts: is_last(course, i)
             .then(|| parts(outcome, point.level))
             .flatten(),
     };
@@ -160,14 +151,14 @@ fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
 }
 
 /// The weighted parts of the energy at the end of a level.
-fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<EnergyParts> {
+fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
     let energy = &outcome.result.levels.get(level)?.energy;
     let p = &outcome.parameters;
     let elastic = energy.elastic.iter().zip(&p.weights).map(|(e, w)| e * w);
     let n = p.weights.len() as f64;
-    Some(EnergyParts {
-        elastic: elastic.sum(),
-        mismatch: p.mismatch_weight / n * energy.mismatch.iter().sum::<f64>(),
-        length: p.length_weight * energy.length,
-    })
+    Some(vec![
+        elastic.sum(),
+        p.mismatch_weight / n * energy.mismatch.iter().sum::<f64>(),
+        p.length_weight * energy.length,
+    ])
 }

@@ -4,48 +4,47 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use plotters::prelude::*;
-
 use super::OutputError;
-use crate::picture;
+use super::plot::{Chart, Series, colour, stacked};
 
 const SIZE: (u32, u32) = (900, 760);
 /// Differences below this part of the energy are rounding, and are left out of the plot.
 const RESOLUTION: f64 = 1e-15;
 
 /// The energy after one iteration.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct EnergyPoint {
+    /// Level, counted from the first.
+    pub level: usize,
     /// Nodes a side of the grid.
     pub nodes: usize,
-    /// Iterations on this grid so far.
+    /// Iterations on this level so far.
     pub iteration: usize,
-    /// Evaluations of the functional so far, on all grids.
+    /// Evaluations of the functional so far, on all levels.
     pub evaluations: usize,
     /// The functional, or what else the minimiser lowers.
     pub total: f64,
-    /// Its parts, where they are known.
-    pub parts: Option<EnergyParts>,
+    /// Its parts with their weights, where they are known.
+    pub parts: Option<Vec<f64>>,
 }
 
-/// The parts of the functional, with their weights.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EnergyParts {
-    /// Elastic.
-    pub elastic: f64,
-    /// Mismatch.
-    pub mismatch: f64,
-    /// Length.
-    pub length: f64,
-}
-
-/// Writes `energy.csv`: one line a point; parts that are not known are left empty.
+/// Writes `energy.csv`: one line a point, the named parts last; those that are not known are left
+/// empty.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
-pub fn write_energy_table(path: &Path, points: &[EnergyPoint]) -> Result<(), OutputError> {
-    let mut text = "nodes,iteration,evaluations,total,elastic,mismatch,length\n".to_owned();
+pub fn write_energy_table(
+    path: &Path,
+    points: &[EnergyPoint],
+    names: &[&str],
+) -> Result<(), OutputError> {
+    let mut text = format!("nodes,iteration,evaluations,total,{}\n", names.join(","));
     for p in points {
+        let part = |k: usize| {
+            let value = p.parts.as_ref().and_then(|parts| parts.get(k));
+            value.map_or_else(String::new, |value| format!("{value:e}"))
+        };
+        let parts: Vec<String> = (0..names.len()).map(part).collect();
         // Writing into a string cannot fail.
         let _ = writeln!(
             text,
@@ -54,50 +53,48 @@ pub fn write_energy_table(path: &Path, points: &[EnergyPoint]) -> Result<(), Out
             p.iteration,
             p.evaluations,
             p.total,
-            p.parts.map_or_else(
-                || ",,".to_owned(),
-                |p| format!("{:e},{:e},{:e}", p.elastic, p.mismatch, p.length)
-            )
+            parts.join(",")
         );
     }
     fs::write(path, text).map_err(OutputError::at(path))
 }
 
-/// Writes `energy.svg`: above, for each grid the energy less its last value there; below, the
-/// parts of the energy; both on logarithmic scales over the number of evaluations.
+/// Writes `energy.svg`: above, for each level the energy less its last value there; below, the
+/// named parts of the energy; both on logarithmic scales over the number of evaluations.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
-pub fn write_energy_plot(path: &Path, points: &[EnergyPoint]) -> Result<(), OutputError> {
-    let text =
-        energy_plot(points).map_err(|error| OutputError::at(path)(std::io::Error::other(error)))?;
+pub fn write_energy_plot(
+    path: &Path,
+    points: &[EnergyPoint],
+    names: &[&str],
+) -> Result<(), OutputError> {
+    let text = energy_plot(points, names)
+        .map_err(|error| OutputError::at(path)(std::io::Error::other(error)))?;
     fs::write(path, text).map_err(OutputError::at(path))
 }
 
-/// A line of a plot.
-struct Series {
-    label: String,
-    colour: RGBColor,
-    points: Vec<(f64, f64)>,
+fn energy_plot(points: &[EnergyPoint], names: &[&str]) -> Result<String, String> {
+    let chart = |title, series| Chart {
+        title,
+        axis: "evaluations",
+        logarithmic: true,
+        series,
+    };
+    let (descents, parts) = (descents(points), parts(points, names));
+    stacked(
+        SIZE,
+        &[
+            chart("E - E_final on each level", &descents),
+            chart("parts of E", &parts),
+        ],
+    )
 }
 
-fn energy_plot(points: &[EnergyPoint]) -> Result<String, String> {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        area.fill(&WHITE).map_err(|e| e.to_string())?;
-        let (upper, lower) = area.split_vertically(SIZE.1 / 2);
-        chart(&upper, "E - E_final on each grid", &descents(points))?;
-        chart(&lower, "parts of E", &parts(points))?;
-        area.present().map_err(|e| e.to_string())?;
-    }
-    Ok(text)
-}
-
-/// For each grid, in the order of the points, the energies less the last one.
+/// For each level, in the order of the points, the energies less the last one.
 fn descents(points: &[EnergyPoint]) -> Vec<Series> {
     points
-        .chunk_by(|a, b| a.nodes == b.nodes)
+        .chunk_by(|a, b| a.level == b.level)
         .enumerate()
         .map(|(k, level)| {
             let last = level[level.len() - 1].total;
@@ -114,120 +111,40 @@ fn descents(points: &[EnergyPoint]) -> Vec<Series> {
         .collect()
 }
 
-fn parts(points: &[EnergyPoint]) -> Vec<Series> {
-    let part = |k: usize, label: &str, value: fn(&EnergyParts) -> f64| Series {
-        label: label.into(),
+fn parts(points: &[EnergyPoint], names: &[&str]) -> Vec<Series> {
+    let part = |(k, name): (usize, &&str)| Series {
+        label: (*name).to_owned(),
         colour: colour(k),
         points: points
             .iter()
-            .filter_map(|p| Some((p.evaluations as f64, value(p.parts.as_ref()?))))
+            .filter_map(|p| Some((p.evaluations as f64, *p.parts.as_ref()?.get(k)?)))
             .filter(|(_, value)| *value > 0.0 && value.is_finite())
             .collect(),
     };
-    vec![
-        part(0, "elastic", |p| p.elastic),
-        part(1, "mismatch", |p| p.mismatch),
-        part(2, "length", |p| p.length),
-    ]
-}
-
-fn colour(index: usize) -> RGBColor {
-    let [r, g, b] = picture::colour(index).map(|c| (255.0 * c).round() as u8);
-    RGBColor(r, g, b)
-}
-
-fn chart(
-    area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
-    title: &str,
-    series: &[Series],
-) -> Result<(), String> {
-    let (columns, rows) = ranges(series);
-    let label = ("sans-serif", 14).into_font().color(&RGBColor(70, 75, 82));
-    let mut chart = ChartBuilder::on(area)
-        .caption(
-            title,
-            ("sans-serif", 17).into_font().color(&RGBColor(33, 38, 46)),
-        )
-        .margin(14)
-        .x_label_area_size(44)
-        .y_label_area_size(76)
-        .build_cartesian_2d(columns, rows.log_scale())
-        .map_err(|e| e.to_string())?;
-    chart
-        .configure_mesh()
-        .light_line_style(WHITE)
-        .bold_line_style(RGBColor(228, 230, 233))
-        .axis_style(RGBColor(140, 145, 152))
-        .label_style(label.clone())
-        .x_desc("evaluations")
-        .x_label_formatter(&|x| format!("{x:.0}"))
-        .y_label_formatter(&|y| format!("{y:.0e}"))
-        .draw()
-        .map_err(|e| e.to_string())?;
-    for line in series.iter().filter(|line| !line.points.is_empty()) {
-        let colour = line.colour;
-        chart
-            .draw_series(LineSeries::new(
-                line.points.iter().copied(),
-                colour.stroke_width(2),
-            ))
-            .map_err(|e| e.to_string())?
-            .label(line.label.clone())
-            .legend(move |(x, y)| {
-                PathElement::new(vec![(x, y), (x + 18, y)], colour.stroke_width(3))
-            });
-        let dots = line
-            .points
-            .iter()
-            .map(|&p| Circle::new(p, 2, colour.filled()));
-        chart.draw_series(dots).map_err(|e| e.to_string())?;
-    }
-    chart
-        .configure_series_labels()
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(214, 217, 221))
-        .label_font(label)
-        .position(SeriesLabelPosition::UpperRight)
-        .draw()
-        .map_err(|e| e.to_string())
-}
-
-/// Ranges of the axes, never empty.
-fn ranges(series: &[Series]) -> (std::ops::Range<f64>, std::ops::Range<f64>) {
-    let all = || series.iter().flat_map(|line| line.points.iter());
-    let last = all().map(|p| p.0).fold(1.0, f64::max);
-    let low = all().map(|p| p.1).fold(f64::INFINITY, f64::min);
-    let high = all().map(|p| p.1).fold(0.0, f64::max);
-    let rows = if low <= high {
-        low / 2.0..high * 2.0
-    } else {
-        0.1..1.0
-    };
-    // Room for the legend on the right.
-    (0.0..1.22 * last, rows)
+    names.iter().enumerate().map(part).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const NAMES: [&str; 3] = ["elastic", "mismatch", "length"];
+
     fn course() -> Vec<EnergyPoint> {
         let mut evaluations = 0;
         let mut points = Vec::new();
-        for nodes in [9, 17, 33, 65] {
+        for (level, nodes) in [9, 17, 33, 65].into_iter().enumerate() {
             for iteration in 0..15 {
                 evaluations += 1 + usize::from(iteration % 4 == 0);
                 let rest = 0.3 / nodes as f64 * (-0.6 * iteration as f64).exp();
                 points.push(EnergyPoint {
+                    level,
                     nodes,
                     iteration,
                     evaluations,
                     total: 0.52 + rest,
-                    parts: (iteration % 2 == 0).then_some(EnergyParts {
-                        elastic: 0.01 - 0.2 * rest,
-                        mismatch: 0.51 + 1.2 * rest,
-                        length: 2e-4,
-                    }),
+                    parts: (iteration % 2 == 0)
+                        .then(|| vec![0.01 - 0.2 * rest, 0.51 + 1.2 * rest, 2e-4]),
                 });
             }
         }
@@ -238,8 +155,8 @@ mod tests {
     fn the_plot_names_every_grid_and_part_and_the_table_every_point() {
         let place = tempfile::tempdir().unwrap();
         let (plot, table) = (place.path().join("e.svg"), place.path().join("e.csv"));
-        write_energy_plot(&plot, &course()).unwrap();
-        write_energy_table(&table, &course()).unwrap();
+        write_energy_plot(&plot, &course(), &NAMES).unwrap();
+        write_energy_table(&table, &course(), &NAMES).unwrap();
         let text = fs::read_to_string(&plot).unwrap();
         if let Ok(folder) = std::env::var("SHAPESPACE_PICTURES") {
             fs::write(Path::new(&folder).join("energy.svg"), &text).unwrap();
@@ -275,7 +192,7 @@ mod tests {
 
     #[test]
     fn an_empty_or_flat_course_makes_a_plot_too() {
-        assert!(energy_plot(&[]).is_ok());
-        assert!(energy_plot(&course()[..1]).is_ok());
+        assert!(energy_plot(&[], &NAMES).is_ok());
+        assert!(energy_plot(&course()[..1], &NAMES).is_ok());
     }
 }

@@ -1,14 +1,20 @@
 //! Results out: a directory that appears as a whole or not at all, and the formats in it.
 
+pub mod apng;
 mod directory;
 pub mod energy;
 mod json;
 pub mod npy;
+mod plot;
+pub mod pvd;
+pub mod steps;
 pub mod stl;
 pub mod vti;
 
 use std::io;
 use std::path::{Path, PathBuf};
+
+use fe_grid::Field;
 
 pub use directory::{ResultDir, write_new_file};
 pub use json::write_json;
@@ -67,4 +73,22 @@ impl OutputError {
             source,
         }
     }
+}
+
+/// The name of a file that belongs to one of several shapes, `kind_000.npy` and so on.
+pub(crate) fn numbered(kind: &str, index: usize, ending: &str) -> PathBuf {
+    PathBuf::from(format!("{kind}_{index:03}.{ending}"))
+}
+
+/// Deformed positions `x + u(x)`.
+pub(crate) fn deformation<const D: usize>(displacement: &Field<f64, D, D>) -> Field<f64, D, D> {
+    let mut positions = Field::identity(*displacement.grid());
+    for (x, u) in positions
+        .as_mut_slice()
+        .iter_mut()
+        .zip(displacement.as_slice())
+    {
+        *x += u;
+    }
+    positions
 }

@@ -108,18 +108,21 @@ impl Canvas {
         }
     }
 
+    /// Red, green and blue of all pixels as bytes, row by row.
+    pub fn bytes(&self) -> Vec<u8> {
+        let pixels = self.pixels.iter();
+        pixels
+            .flat_map(|pixel| pixel.map(|c| (255.0 * c.clamp(0.0, 1.0)).round() as u8))
+            .collect()
+    }
+
     /// The picture as a PNG file.
     ///
     /// # Errors
     /// [`OutputError::Unwritable`].
     pub fn write_png(&self, path: &Path) -> Result<(), OutputError> {
-        let bytes = self
-            .pixels
-            .iter()
-            .flat_map(|pixel| pixel.map(|c| (255.0 * c.clamp(0.0, 1.0)).round() as u8))
-            .collect();
         let failed = OutputError::at(path);
-        let picture = RgbImage::from_raw(self.width as u32, self.height as u32, bytes)
+        let picture = RgbImage::from_raw(self.width as u32, self.height as u32, self.bytes())
             .ok_or_else(|| failed(std::io::Error::other("the picture is too large")))?;
         let mut file = Cursor::new(Vec::new());
         picture

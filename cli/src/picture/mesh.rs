@@ -26,6 +26,25 @@ pub struct View {
     pub elevation: f64,
 }
 
+/// The colour of a surface.
+#[derive(Clone, Copy, Debug)]
+pub enum Paint<'a> {
+    /// One for all.
+    Plain(Colour),
+    /// One a vertex, mixed on the triangles.
+    Vertices(&'a [Colour]),
+}
+
+impl Paint<'_> {
+    /// The colour of a vertex; vertices that have none are white.
+    fn of(self, vertex: usize) -> Colour {
+        match self {
+            Self::Plain(colour) => colour,
+            Self::Vertices(colours) => colours.get(vertex).copied().unwrap_or(WHITE),
+        }
+    }
+}
+
 /// A ball that is shown as the largest disk of a tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -62,6 +81,14 @@ impl Bounds {
 }
 
 impl View {
+    /// From this height, a little from the left: where there is no reason to look from elsewhere.
+    pub fn front(elevation: f64) -> Self {
+        Self {
+            azimuth: -60.0,
+            elevation,
+        }
+    }
+
     /// From this height, the side from which most of a surface is seen: the direction, in steps
     /// of 15 degrees, in which it has the largest shadow (each part counted as often as a ray
     /// crosses it).
@@ -76,7 +103,7 @@ impl View {
         views
             .map(|view| (shadow(view), view))
             .reduce(|best, next| if next.0 > best.0 { next } else { best })
-            .map_or(towards(-60.0), |(_, view)| view)
+            .map_or(Self::front(elevation), |(_, view)| view)
     }
 
     /// The view from an angle further to the right.
@@ -101,15 +128,15 @@ impl View {
 
 impl Surface<'_> {
     /// A square picture of the surface on white.
-    pub fn render(&self, view: View, bounds: Bounds, colour: Colour, side: usize) -> Canvas {
-        let buffer = self.rasterise(view, bounds, side * SAMPLES);
+    pub fn render(&self, view: View, bounds: Bounds, paint: Paint<'_>, side: usize) -> Canvas {
+        let buffer = self.rasterise(view, bounds, paint, side * SAMPLES);
         let mut canvas = Canvas::new(side, side);
         for y in 0..side {
             for x in 0..side {
                 let mut sum = [0.0; 3];
                 for k in 0..SAMPLES * SAMPLES {
                     let (i, j) = (x * SAMPLES + k % SAMPLES, y * SAMPLES + k / SAMPLES);
-                    let sample = buffer.shade(i, j, colour);
+                    let sample = buffer.shade(i, j);
                     sum = std::array::from_fn(|c| sum[c] + sample[c]);
                 }
                 let mean = sum.map(|c| c / (SAMPLES * SAMPLES) as f32);
@@ -119,7 +146,7 @@ impl Surface<'_> {
         canvas
     }
 
-    fn rasterise(&self, view: View, bounds: Bounds, side: usize) -> Buffer {
+    fn rasterise(&self, view: View, bounds: Bounds, paint: Paint<'_>, side: usize) -> Buffer {
         let axes = view.axes();
         let scale = 0.5 * side as f64 / (MARGIN * bounds.radius);
         let turned = |v: [f64; 3]| axes.map(|axis| dot(axis, v));
@@ -136,7 +163,11 @@ impl Surface<'_> {
         let mut buffer = Buffer::new(side);
         for triangle in self.triangles {
             if triangle.iter().all(|&v| v < corners.len()) {
-                buffer.triangle(triangle.map(|v| corners[v]), triangle.map(|v| normals[v]));
+                buffer.triangle(
+                    triangle.map(|v| corners[v]),
+                    triangle.map(|v| normals[v]),
+                    triangle.map(|v| paint.of(v)),
+                );
             }
         }
         buffer
@@ -168,11 +199,12 @@ impl Surface<'_> {
     }
 }
 
-/// Depth and normal of the nearest surface at every sample.
+/// Depth, normal and colour of the nearest surface at every sample.
 struct Buffer {
     side: usize,
     depth: Vec<f64>,
     normal: Vec<[f32; 3]>,
+    colour: Vec<Colour>,
 }
 
 impl Buffer {
@@ -181,10 +213,11 @@ impl Buffer {
             side,
             depth: vec![f64::NEG_INFINITY; side * side],
             normal: vec![[0.0; 3]; side * side],
+            colour: vec![WHITE; side * side],
         }
     }
 
-    fn triangle(&mut self, corners: [[f64; 3]; 3], normals: [[f64; 3]; 3]) {
+    fn triangle(&mut self, corners: [[f64; 3]; 3], normals: [[f64; 3]; 3], colours: [Colour; 3]) {
         let [a, b, c] = corners;
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
         let seen = area.abs() > 1e-12;
@@ -216,6 +249,9 @@ impl Buffer {
                     self.normal[at] = std::array::from_fn(|c| {
                         (0..3).map(|k| weights[k] * normals[k][c]).sum::<f64>() as f32
                     });
+                    self.colour[at] = std::array::from_fn(|c| {
+                        (0..3).map(|k| weights[k] as f32 * colours[k][c]).sum()
+                    });
                 }
             }
         }
@@ -223,7 +259,7 @@ impl Buffer {
 
     /// A soft light from above left, a weaker one from the right, sky light, a faint highlight
     /// and darker rims (Blinn 1977).
-    fn shade(&self, i: usize, j: usize, colour: Colour) -> Colour {
+    fn shade(&self, i: usize, j: usize) -> Colour {
         let at = j * self.side + i;
         if self.depth[at] == f64::NEG_INFINITY {
             return WHITE;
@@ -241,7 +277,7 @@ impl Buffer {
         // Half way between the first light and the eye.
         let highlight = 0.22 * against([-0.215, 0.301, 0.929]).powi(40);
         let rim = 0.25 * (1.0 - n[2]).powi(3);
-        let lit = colour.map(|c| (c * diffuse * (1.0 - rim)).min(1.0));
+        let lit = self.colour[at].map(|c| (c * diffuse * (1.0 - rim)).min(1.0));
         mix(lit, WHITE, highlight)
     }
 }
@@ -260,6 +296,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::super::INK;
     use super::*;
 
     /// Vertices and triangles of the surface `|x - 1/2| = radius(direction)`.
@@ -303,7 +340,7 @@ pub(super) mod tests {
             azimuth: 30.0,
             elevation: 20.0,
         };
-        let canvas = ball.render(view, bounds, [0.2, 0.4, 0.7], 120);
+        let canvas = ball.render(view, bounds, Paint::Plain([0.2, 0.4, 0.7]), 120);
         let covered = (0..120 * 120)
             .filter(|k| canvas.pixel(k % 120, k / 120)[0] < 0.99)
             .count() as f64;
@@ -344,6 +381,7 @@ pub(super) mod tests {
                 elevation: 0.0,
             },
             bounds,
+            Paint::Vertices(&[WHITE, WHITE, WHITE, INK, INK, INK]),
             60,
         );
         let middle = buffer.depth[30 * 60 + 30];
@@ -351,5 +389,6 @@ pub(super) mod tests {
             (middle - 0.2 * 30.0 / (1.5 * MARGIN)).abs() < 1e-9,
             "{middle}"
         );
+        assert_eq!(buffer.colour[30 * 60 + 30], WHITE);
     }
 }

@@ -3,31 +3,38 @@
 //! The `y` axis of flat shapes points down, as in the input pictures (see [`crate::input`]).
 
 mod canvas;
+mod film;
+mod heat;
 mod mesh;
 mod palette;
 mod sheet2;
 mod sheet3;
 mod text;
+mod window;
 
 pub use canvas::Canvas;
-pub use mesh::{Bounds, Surface, View};
+pub use film::{FilmStrip, tile_width};
+pub use heat::heat;
+pub use mesh::{Bounds, Paint, Surface, View};
 pub use palette::colour;
 pub use sheet2::{ContactSheet, Curve, ShapeTile};
 pub use sheet3::SurfaceSheet;
+pub use window::Window;
 
 /// Red, green and blue in `[0, 1]`, as stored in the file (sRGB).
 pub type Colour = [f32; 3];
 
-const WHITE: Colour = [1.0; 3];
+/// The page.
+pub(crate) const WHITE: Colour = [1.0; 3];
 /// Text and the outline of the average.
-const INK: Colour = [0.13, 0.15, 0.18];
+pub(crate) const INK: Colour = [0.13, 0.15, 0.18];
 /// Labels.
 const GREY: Colour = [0.42, 0.45, 0.49];
 /// Frames.
 const PALE: Colour = [0.86, 0.87, 0.89];
 
 /// A colour between two others.
-fn mix(a: Colour, b: Colour, t: f32) -> Colour {
+pub(crate) fn mix(a: Colour, b: Colour, t: f32) -> Colour {
     std::array::from_fn(|k| a[k] + t * (b[k] - a[k]))
 }
 

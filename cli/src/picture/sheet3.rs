@@ -1,12 +1,10 @@
 //! The picture of an average in space: three large views of it over one view of each input.
 
-use super::{
-    Bounds, Canvas, Colour, GAP, GREY, LABEL, PALE, Rows, Surface, View, colour, mix, text,
-};
+use super::film::place;
+use super::{Bounds, Canvas, Colour, GAP, LABEL, Paint, Rows, Surface, View, colour, mix};
 
 const WIDTH: usize = 1080;
 const MOST_TILE: usize = 240;
-const TEXT: f32 = 9.0;
 /// Height of the eye, in degrees.
 const ELEVATION: f64 = 22.0;
 /// Warm stone: neutral between the inputs' colours.
@@ -43,7 +41,9 @@ impl SurfaceSheet<'_> {
         for (k, (view, label)) in views.into_iter().enumerate() {
             let corner = [GAP + k * (large + GAP), GAP];
             let bounds = Bounds::seen(view, [self.average]);
-            let picture = self.average.render(view, bounds, STONE, large);
+            let picture = self
+                .average
+                .render(view, bounds, Paint::Plain(STONE), large);
             place(&mut canvas, &picture, corner, label);
         }
         let inputs = self.inputs.iter().map(|(_, surface)| *surface);
@@ -51,22 +51,11 @@ impl SurfaceSheet<'_> {
         for (i, (label, surface)) in self.inputs.iter().enumerate() {
             let [x, y] = rows.corner(i, inner);
             let tint = mix(colour(i), STONE, 0.25).map(|c| (1.15 * c).min(1.0));
-            let picture = surface.render(front, bounds, tint, rows.tile);
+            let picture = surface.render(front, bounds, Paint::Plain(tint), rows.tile);
             place(&mut canvas, &picture, [GAP + x, top + y], label);
         }
         canvas
     }
-}
-
-fn place(canvas: &mut Canvas, picture: &Canvas, corner: [usize; 2], label: &str) {
-    canvas.paste(picture, corner);
-    canvas.frame(corner, picture.size(), PALE);
-    let side = picture.size()[0] as f32;
-    let middle = [
-        corner[0] as f32 + 0.5 * side,
-        (corner[1] + picture.size()[1] + 8) as f32,
-    ];
-    text::centred(canvas, label, middle, TEXT, side, GREY);
 }
 
 #[cfg(test)]

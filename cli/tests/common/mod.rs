@@ -134,3 +134,69 @@ impl Results {
         (file.shape().to_vec(), file.into_vec().unwrap())
     }
 }
+
+/// Draws a family at so many nodes and returns its files.
+pub fn drawn(place: &Place, family: &str, dimension: &str, grid: &str) -> Vec<String> {
+    let mut arguments = vec!["generate", "family", family, "--dimension", dimension];
+    arguments.extend(["--grid", grid, "-o", family]);
+    succeeded(&place.run(&arguments));
+    let mut files: Vec<String> = std::fs::read_dir(place.path(family))
+        .unwrap()
+        .map(|entry| entry.unwrap().path().to_str().unwrap().to_owned())
+        .collect();
+    files.sort();
+    files
+}
+
+/// Draws one shape into a file.
+pub fn draw(place: &Place, name: &str, arguments: &[&str]) {
+    let mut all = vec!["generate"];
+    all.extend(arguments);
+    all.extend(["-o", name]);
+    succeeded(&place.run(&all));
+}
+
+/// Every array of a run, by name.
+pub fn arrays(results: &Results) -> Vec<(String, Vec<u8>)> {
+    let mut arrays: Vec<_> = std::fs::read_dir(results.path("."))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "npy"))
+        .map(|path| {
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+            (name, std::fs::read(path).unwrap())
+        })
+        .collect();
+    arrays.sort();
+    arrays
+}
+
+/// Runs the program until it listens to Ctrl-C, presses that, and returns the exit code.
+#[cfg(target_os = "linux")]
+pub fn interrupted(place: &Place, arguments: &[&str]) -> Option<i32> {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_shapespace"))
+        .args(arguments)
+        .current_dir(place.path("."))
+        .stderr(std::process::Stdio::null())
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // Signal 2 is caught once its bit is set in the mask that the system shows.
+    let listens = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let mask = status
+            .lines()
+            .find_map(|l| l.strip_prefix("SigCgt:"))
+            .unwrap();
+        u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0
+    };
+    while !listens() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(sent.success());
+    child.wait().unwrap().code()
+}

@@ -2,7 +2,7 @@
 
 use super::objective::{PathEnergy, PathObjective};
 use crate::{GeodesicError, GeodesicParams};
-use fe_grid::minimise::{Info, LbfgsParams, Minimiser, Observer, Stopping};
+use fe_grid::minimise::{Info, LbfgsParams, Minimiser, Observer, Status, Stopping};
 use fe_grid::transfer::{inject_into, prolong_into};
 use fe_grid::{Field, Grid, certify_within};
 
@@ -26,7 +26,8 @@ pub struct PathLevel {
     pub energy: PathEnergy,
 }
 
-/// A minimal path on the finest level.
+/// A minimal path on the finest level, or on that where the observer cancelled, with the steps of
+/// that level.
 #[derive(Clone, Debug)]
 pub struct LagrangianPath<const D: usize> {
     /// Displacements of `psi_1, ..., psi_K`.
@@ -60,7 +61,9 @@ pub fn lagrangian_path<const D: usize>(
     let mut x = vec![0.0; steps * D * grids[0].n_nodes()];
     let mut solid = None;
     let n_runs = grids.len() + schedule.len() - 1;
-    for (depth, grid) in grids.iter().enumerate() {
+    let mut reached = grids[0];
+    'levels: for (depth, grid) in grids.iter().enumerate() {
+        reached = *grid;
         let times = if depth == 0 {
             schedule.as_slice()
         } else {
@@ -81,6 +84,7 @@ pub fn lagrangian_path<const D: usize>(
             );
             observer.level(levels.len(), n_runs, x.len());
             let info = minimiser(params).minimise(&mut objective, &mut x, observer)?;
+            let cancelled = info.status == Status::Cancelled;
             objective.evaluate(&x, &mut [])?;
             levels.push(PathLevel {
                 nodes: grid.nodes_per_axis().to_vec(),
@@ -89,6 +93,9 @@ pub fn lagrangian_path<const D: usize>(
                 energy: objective.energy().clone(),
             });
             solid = objective.solid_cells().map(<[bool]>::to_vec);
+            if cancelled {
+                break 'levels;
+            }
         }
         if depth + 1 < grids.len() {
             let fine = D * grids[depth + 1].n_nodes();
@@ -102,10 +109,9 @@ pub fn lagrangian_path<const D: usize>(
             x = finer;
         }
     }
-    let grid = *start.grid();
     let displacements: Result<Vec<_>, _> = x
-        .chunks_exact(D * grid.n_nodes())
-        .map(|u| Field::from_vec(grid, u.to_vec()))
+        .chunks_exact(D * reached.n_nodes())
+        .map(|u| Field::from_vec(reached, u.to_vec()))
         .collect();
     Ok(LagrangianPath {
         displacements: displacements?,

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use shape_average::align::{RigidMotion, align_group};
 
-use super::shapes::Input;
+use super::Input;
 use crate::error::CliError;
 
 /// Nodes a side of the grids on which motions are found, in 2D and 3D.
@@ -25,7 +25,7 @@ const ROOM: [f64; 2] = [0.08, 0.92];
 
 /// How a shape was aligned.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Alignment<const D: usize> {
+pub(crate) struct Alignment<const D: usize> {
     /// From the frame's unit box to aligned coordinates, also in the unit box.
     pub motion: RigidMotion<D>,
     /// Squared difference of the indicators that is left, over the sum of their squares.
@@ -36,7 +36,7 @@ pub(super) struct Alignment<const D: usize> {
 
 /// The form in which an alignment is written: `aligned = rotation unit + translation`.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct AlignmentRecord {
+pub(crate) struct AlignmentRecord {
     rotation: Vec<Vec<f64>>,
     translation: Vec<f64>,
     angle_degrees: f64,
@@ -63,7 +63,7 @@ impl<const D: usize> Alignment<D> {
 ///
 /// # Errors
 /// [`CliError::Computation`] where a shape is too small to be aligned.
-pub(super) fn align<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliError> {
+pub(crate) fn align<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliError> {
     let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
     let reference = reference(&contours)?;
     let mut order: Vec<usize> = (0..inputs.len()).collect();

@@ -1,8 +1,9 @@
-//! Progress of the minimisation, and Ctrl-C.
+//! Progress of a minimisation, and Ctrl-C.
 
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Instant;
 
+use fe_grid::Grid;
 use fe_grid::minimise::{Control, Iteration, Observer};
 
 use crate::error::Exit;
@@ -10,7 +11,7 @@ use crate::progress::Progress;
 
 /// One accepted step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Course {
+pub(crate) struct Course {
     /// Level, counted from the coarsest.
     pub level: usize,
     /// Nodes a side.
@@ -23,6 +24,12 @@ pub(super) struct Course {
     pub energy: f64,
 }
 
+/// Whether a step was the last of its level.
+pub(crate) fn is_last(course: &[Course], index: usize) -> bool {
+    let level = course.get(index).map(|point| point.level);
+    course.get(index + 1).map(|next| next.level) != level
+}
+
 const RUNNING: u8 = 0;
 const ASKED: u8 = 1;
 const WRITING: u8 = 2;
@@ -32,7 +39,7 @@ static STATE: AtomicU8 = AtomicU8::new(RUNNING);
 /// The wish to stop: Ctrl-C once ends the minimisation and writes what is reached, twice ends the
 /// program at once. While results are written it waits for their end.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Interrupt(&'static AtomicU8);
+pub(crate) struct Interrupt(&'static AtomicU8);
 
 impl Interrupt {
     /// Listens from now on. Where the system does not let us, Ctrl-C ends the program as usual.
@@ -56,27 +63,34 @@ impl Interrupt {
     }
 }
 
+/// Nodes a side of every grid, coarsest first.
+pub(crate) fn level_nodes<const D: usize>(hierarchy: &[Grid<D>]) -> Vec<usize> {
+    hierarchy.iter().map(|g| g.nodes_per_axis()[0]).collect()
+}
+
 /// Shows every iteration, keeps the course of the energy, and cancels when asked to.
-pub(super) struct Watch<'a> {
+pub(crate) struct Watch<'a> {
     progress: &'a Progress,
     interrupt: Interrupt,
-    /// Nodes a side of every level, coarsest first.
-    nodes: Vec<usize>,
+    /// Nodes a side of every grid, coarsest first.
+    grids: Vec<usize>,
     course: Vec<Course>,
     level: usize,
+    n_levels: usize,
     /// Evaluations on the levels before.
     before: usize,
     begin: Instant,
 }
 
 impl<'a> Watch<'a> {
-    pub fn new(progress: &'a Progress, interrupt: Interrupt, nodes: Vec<usize>) -> Self {
+    pub fn new(progress: &'a Progress, interrupt: Interrupt, grids: Vec<usize>) -> Self {
         Self {
             progress,
             interrupt,
-            nodes,
             course: Vec::new(),
             level: 0,
+            n_levels: grids.len(),
+            grids,
             before: 0,
             begin: Instant::now(),
         }
@@ -88,12 +102,20 @@ impl<'a> Watch<'a> {
         self.course
     }
 
+    /// Nodes a side of this level. Where there are more levels than grids, the first of them are
+    /// on the coarsest; where there are fewer, the coarsest are left out.
+    fn nodes(&self) -> usize {
+        let finer = self.n_levels.saturating_sub(self.level + 1);
+        let position = self.grids.len().saturating_sub(finer + 1);
+        self.grids.get(position).copied().unwrap_or(0)
+    }
+
     fn title(&self) -> String {
-        let nodes = self.nodes.get(self.level).copied().unwrap_or(0);
         format!(
-            "level {} of {}, {nodes} nodes a side",
+            "level {} of {}, {} nodes a side",
             self.level + 1,
-            self.nodes.len()
+            self.n_levels,
+            self.nodes()
         )
     }
 
@@ -112,11 +134,11 @@ impl<'a> Watch<'a> {
 }
 
 impl Observer for Watch<'_> {
-    fn level(&mut self, level: usize, _n_levels: usize, _dim: usize) {
+    fn level(&mut self, level: usize, n_levels: usize, _dim: usize) {
         if level > 0 {
             self.level_done();
         }
-        self.level = level;
+        (self.level, self.n_levels) = (level, n_levels);
         self.before = self.course.last().map_or(0, |point| point.evaluations);
         self.begin = Instant::now();
         self.progress.stage(self.title());
@@ -126,7 +148,7 @@ impl Observer for Watch<'_> {
         let evaluations = self.before + iteration.evaluations.energies();
         self.course.push(Course {
             level: self.level,
-            nodes: self.nodes.get(self.level).copied().unwrap_or(0),
+            nodes: self.nodes(),
             iteration: iteration.iteration,
             evaluations,
             energy: iteration.energy,

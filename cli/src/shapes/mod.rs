@@ -1,7 +1,14 @@
-//! From masks to boundaries, and from boundaries to signed distances on the grid.
+//! From masks to boundaries, and from boundaries to signed distances on the grid: what every
+//! command does before it computes.
 //!
-//! Boundaries are taken at the resolution of the masks, moved where shapes are aligned, and the
+//! `place` aligns shapes, `label` gives them their names in pictures, `record` and `home` say where
+//! they lie and bring results back there. Boundaries are taken at the resolution of the masks, moved where shapes are aligned, and the
 //! exact Euclidean distance to them is taken at the nodes.
+
+mod home;
+mod label;
+mod place;
+mod record;
 
 use std::path::PathBuf;
 
@@ -9,17 +16,48 @@ use fe_grid::{Grid, ScalarField};
 use levelset::{Contour, ContourDistance, Moments, signed_distance};
 use rayon::prelude::*;
 
-use super::AveragePlan;
-use super::label::labels;
-use super::place::{Alignment, align};
-use crate::args::Align;
 use crate::error::CliError;
-use crate::input::fit::{FrameRule, FrameTransform};
+use crate::input::fit::{FrameRule, FrameTransform, fit_frames};
 use crate::input::{Image, LEVEL, boundary};
+use crate::options::{Align, CommonArgs};
 use crate::progress::Progress;
+use label::labels;
+use place::{Alignment, align};
 
-/// A mask as the average sees it.
-pub(super) struct Input<const D: usize> {
+pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
+pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
+
+/// Masks that are read and placed in the unit box.
+#[derive(Clone, Debug)]
+pub(crate) struct Placed<const D: usize> {
+    /// The masks.
+    pub images: Vec<Image<D>>,
+    /// Where each mask lies in the unit box.
+    pub frames: Vec<FrameTransform<D>>,
+    /// The finest grid.
+    pub grid: Grid<D>,
+    /// What is done to them then.
+    pub align: Align,
+}
+
+impl<const D: usize> Placed<D> {
+    /// Places masks.
+    ///
+    /// # Errors
+    /// [`CliError::Option`] for a grid that does not exist.
+    pub fn new(images: Vec<Image<D>>, options: &CommonArgs) -> Result<Self, CliError> {
+        let nodes = options.nodes::<D>()?;
+        Ok(Self {
+            frames: fit_frames(&images, nodes),
+            images,
+            grid: Grid::cube(nodes),
+            align: options.align,
+        })
+    }
+}
+
+/// A mask as computations see it.
+pub(crate) struct Input<const D: usize> {
     pub path: PathBuf,
     /// Label in pictures.
     pub name: String,
@@ -36,20 +74,20 @@ pub(super) struct Input<const D: usize> {
     pub volume: f64,
 }
 
-/// The inputs of a plan and their signed distances on its grid.
+/// The inputs and their signed distances on the grid.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for a shape that is lost on the grid.
-pub(super) fn prepare<const D: usize>(
-    plan: AveragePlan<D>,
+pub(crate) fn prepare<const D: usize>(
+    placed: Placed<D>,
     progress: &Progress,
 ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
-    let AveragePlan {
+    let Placed {
         images,
         frames,
         grid,
-        parameters,
-    } = plan;
+        align: alignment,
+    } = placed;
     progress.stage("finding boundaries");
     let paths: Vec<_> = images.iter().map(|image| image.path.as_path()).collect();
     let inputs: Result<Vec<_>, CliError> = images
@@ -59,7 +97,7 @@ pub(super) fn prepare<const D: usize>(
         .map(|((image, frame), name)| input(image, *frame, name))
         .collect();
     let mut inputs = inputs?;
-    if parameters.align == Align::Rigid {
+    if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
         align(&mut inputs)?;
     }

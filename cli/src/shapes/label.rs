@@ -7,7 +7,7 @@ const SHORT: usize = 12;
 
 /// Names that tell paths apart: the file names without their endings; where two are equal, with
 /// the folder before them; where they are long, without what they all begin and end with.
-pub(super) fn labels(paths: &[&Path]) -> Vec<String> {
+pub(crate) fn labels(paths: &[&Path]) -> Vec<String> {
     let plain: Vec<String> = paths.iter().map(|path| stem(path)).collect();
     let names = if all_differ(&plain) {
         plain

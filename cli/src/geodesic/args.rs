@@ -1,0 +1,52 @@
+//! Options of `shapespace geodesic`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+use crate::generate::command::positive;
+use crate::options::CommonArgs;
+
+/// Options of `shapespace geodesic`.
+#[derive(Clone, Debug, Args)]
+pub struct GeodesicArgs {
+    /// The first shape, a mask: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
+    #[arg(value_name = "START")]
+    pub start: PathBuf,
+    /// The last shape.
+    #[arg(value_name = "END")]
+    pub end: PathBuf,
+    /// Options that other commands have, too.
+    #[command(flatten)]
+    pub common: CommonArgs,
+    /// Steps of the path.
+    #[arg(short = 'K', long, value_name = "K", default_value_t = 8,
+          value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub steps: u32,
+    /// In which unknowns the path is computed.
+    #[arg(long, value_enum, default_value_t)]
+    pub form: Form,
+    /// A level ends when five iterations lower the energy by less than this share.
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-4, value_parser = positive)]
+    pub tolerance: f64,
+    /// Weight of the match with the end shape, or of every shape with the next.
+    #[arg(long, default_value_t = 100.0, value_parser = positive)]
+    pub match_weight: f64,
+    /// Weight of the boundary area of the shapes along the path, for level sets
+    /// [default: 1e-3].
+    #[arg(long, value_parser = positive)]
+    pub area_weight: Option<f64>,
+}
+
+/// In which unknowns a path is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// Deformations of the first shape at all times: fast; all shapes have its topology.
+    #[default]
+    Lagrangian,
+    /// A level set for every shape, and deformations of each into the next: shapes may merge,
+    /// split, and close their holes.
+    LevelSets,
+}

@@ -1,0 +1,255 @@
+//! The pictures of a geodesic, and its surfaces in 3D.
+
+use levelset::Contour;
+use rayon::prelude::*;
+
+use super::Outcome;
+use super::args::Form;
+use super::path::Path;
+use crate::error::CliError;
+use crate::output::stl::write_surface;
+use crate::output::{ResultDir, numbered};
+use crate::picture::{
+    Bounds, Canvas, Colour, Curve, FilmStrip, INK, Paint, View, WHITE, Window, colour, heat, mix,
+    tile_width,
+};
+use crate::shapes::{SurfaceRecord, curves, in_input_coordinates, surface, triangles};
+
+/// Pictures of an animation, about.
+const FRAMES: usize = 24;
+/// Pixels of an animation's longer side, in 2D and 3D.
+const SIDES: [usize; 2] = [360, 320];
+/// Height of the eye, in degrees.
+const ELEVATION: f64 = 22.0;
+const TITLE: &str = "dissipation K^2 W(D phi)";
+
+/// What is drawn in `D` dimensions.
+pub(super) trait Draw<const D: usize> {
+    /// `geodesic.png`.
+    fn film(outcome: &Outcome<D>, path: &Path<D>) -> Canvas;
+
+    /// The frames of `geodesic.apng`, from the first shape to the last.
+    fn animation(path: &Path<D>) -> Vec<Canvas>;
+
+    /// Writes `shape_000.stl` and so on where there are surfaces, and tells their coordinates.
+    fn surfaces(
+        directory: &ResultDir,
+        outcome: &Outcome<D>,
+        path: &Path<D>,
+    ) -> Result<Option<SurfaceRecord>, CliError>;
+}
+
+/// Drawing in two and three dimensions.
+pub(super) struct Pictures;
+
+impl Draw<2> for Pictures {
+    fn film(outcome: &Outcome<2>, path: &Path<2>) -> Canvas {
+        let outlines: Vec<Vec<Curve>> = path.contours.iter().map(curves).collect();
+        let window = Window::around(outlines.iter().flatten(), tile_width(outlines.len()));
+        let shapes = (0..outlines.len()).map(|k| {
+            let mut canvas = window.canvas();
+            filled(window, &mut canvas, &outlines[k], colour_at(path, k, 0.0));
+            if k == path.steps() && outcome.parameters.form == Form::Lagrangian {
+                // What the path should have come to, if it has not.
+                let end = curves(&outcome.inputs[1].contour);
+                window.outline(&mut canvas, &end, 1.0, INK);
+            }
+            canvas
+        });
+        let most = path.densest();
+        let densities = path
+            .densities
+            .iter()
+            .zip(&outlines)
+            .map(|(density, outline)| {
+                let mut canvas = window.canvas();
+                let shade = |p| heat(density.sample(p)[0] / scale(most));
+                window.paint(&mut canvas, outline, shade);
+                window.outline(&mut canvas, outline, 1.0, INK);
+                canvas
+            });
+        strip(outcome, shapes.collect(), densities.collect(), most)
+    }
+
+    fn animation(path: &Path<2>) -> Vec<Canvas> {
+        let ends = [
+            curves(&path.contours[0]),
+            curves(&path.contours[path.steps()]),
+        ];
+        let all: Vec<Curve> = path.contours.iter().flat_map(curves).collect();
+        let window = Window::around(&all, SIDES[0]).with_longer_side(SIDES[0]);
+        let frames = moments(path.steps()).into_par_iter().map(|(k, share)| {
+            let mut canvas = window.canvas();
+            // Both ends are seen faintly where the shape is not.
+            for (end, hue) in ends.iter().zip([along(0.0), along(1.0)]) {
+                window.outline(&mut canvas, end, 1.0, tint(hue));
+            }
+            let outline = curves(&boundary(path, k, share));
+            filled(window, &mut canvas, &outline, colour_at(path, k, share));
+            canvas
+        });
+        frames.collect()
+    }
+
+    fn surfaces(
+        _directory: &ResultDir,
+        _outcome: &Outcome<2>,
+        _path: &Path<2>,
+    ) -> Result<Option<SurfaceRecord>, CliError> {
+        Ok(None)
+    }
+}
+
+fn filled(window: Window, canvas: &mut Canvas, outline: &[Curve], colour: Colour) {
+    window.fill(canvas, outline, tint(colour));
+    window.outline(canvas, outline, 1.6, colour);
+}
+
+impl Draw<3> for Pictures {
+    fn film(outcome: &Outcome<3>, path: &Path<3>) -> Canvas {
+        let (view, bounds) = eye(path);
+        let side = tile_width(path.contours.len());
+        let shapes = path.contours.par_iter().enumerate().map(|(k, contour)| {
+            let triangles = triangles(contour);
+            let paint = Paint::Plain(solid(colour_at(path, k, 0.0)));
+            surface(contour, &triangles).render(view, bounds, paint, side)
+        });
+        let most = path.densest();
+        let densities = path
+            .densities
+            .par_iter()
+            .zip(&path.contours)
+            .map(|(density, contour)| {
+                let triangles = triangles(contour);
+                let points = contour.points().iter();
+                let colours: Vec<Colour> = points
+                    .map(|p| heat(density.sample(*p)[0] / scale(most)))
+                    .collect();
+                surface(contour, &triangles).render(view, bounds, Paint::Vertices(&colours), side)
+            });
+        strip(outcome, shapes.collect(), densities.collect(), most)
+    }
+
+    fn animation(path: &Path<3>) -> Vec<Canvas> {
+        let (view, bounds) = eye(path);
+        let frames = moments(path.steps()).into_par_iter().map(|(k, share)| {
+            let contour = boundary(path, k, share);
+            let triangles = triangles(&contour);
+            let paint = Paint::Plain(solid(colour_at(path, k, share)));
+            surface(&contour, &triangles).render(view, bounds, paint, SIDES[1])
+        });
+        frames.collect()
+    }
+
+    fn surfaces(
+        directory: &ResultDir,
+        outcome: &Outcome<3>,
+        path: &Path<3>,
+    ) -> Result<Option<SurfaceRecord>, CliError> {
+        let mut told = None;
+        for (k, contour) in path.contours.iter().enumerate() {
+            let (placed, record) = in_input_coordinates(&outcome.inputs, contour);
+            let file = directory.file(numbered("shape", k, "stl"));
+            write_surface(&file, placed.points(), &triangles(&placed))?;
+            told = Some(record);
+        }
+        Ok(told)
+    }
+}
+
+/// Where all surfaces of a path are seen from: the broad side of the first.
+fn eye(path: &Path<3>) -> (View, Bounds) {
+    let triangles: Vec<_> = path.contours.iter().map(triangles).collect();
+    let surfaces = || {
+        let pairs = path.contours.iter().zip(&triangles);
+        pairs.map(|(contour, triangles)| surface(contour, triangles))
+    };
+    let view = surfaces().next().map_or(View::front(ELEVATION), |first| {
+        View::broadside(first, ELEVATION)
+    });
+    (view, Bounds::seen(view, surfaces()))
+}
+
+fn strip<const D: usize>(
+    outcome: &Outcome<D>,
+    shapes: Vec<Canvas>,
+    densities: Vec<Canvas>,
+    most: f64,
+) -> Canvas {
+    let last = shapes.len() - 1;
+    let label = |k: usize| match k {
+        0 => outcome.inputs[0].name.clone(),
+        // The last shape comes near the end shape, and is named after it.
+        _ if k == last => outcome.inputs[1].name.clone(),
+        _ => format!("{k} of {last}"),
+    };
+    let shapes = shapes.into_iter().enumerate();
+    let shapes: Vec<_> = shapes.map(|(k, shape)| (label(k), shape)).collect();
+    let energies = outcome.result.step_energies.iter();
+    let densities: Vec<_> = energies
+        .zip(densities)
+        .map(|(energy, density)| (format!("W = {energy:.2e}"), density))
+        .collect();
+    FilmStrip {
+        shapes: &shapes,
+        densities: &densities,
+        title: TITLE,
+        most,
+    }
+    .draw()
+}
+
+/// Shapes and shares of the steps after them that an animation shows.
+fn moments(steps: usize) -> Vec<(usize, f64)> {
+    let parts = FRAMES.div_ceil(steps.max(1));
+    let between = (0..steps * parts).map(|i| (i / parts, (i % parts) as f64 / parts as f64));
+    between.chain([(steps, 0.0)]).collect()
+}
+
+fn boundary<const D: usize>(path: &Path<D>, k: usize, share: f64) -> Contour<D> {
+    if share > 0.0 {
+        path.between(k, share)
+    } else {
+        path.contours[k].clone()
+    }
+}
+
+/// From the first colour of the palette to the second.
+fn along(time: f64) -> Colour {
+    mix(colour(0), colour(1), time as f32)
+}
+
+fn colour_at<const D: usize>(path: &Path<D>, k: usize, share: f64) -> Colour {
+    along((k as f64 + share) / path.steps().max(1) as f64)
+}
+
+/// The colour of a surface.
+fn solid(colour: Colour) -> Colour {
+    colour.map(|c| (1.1 * c + 0.12).min(1.0))
+}
+
+fn tint(colour: Colour) -> Colour {
+    mix(WHITE, colour, 0.3)
+}
+
+/// What a density is divided by.
+fn scale(most: f64) -> f64 {
+    if most > 0.0 { most } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_animation_goes_through_all_shapes() {
+        let found = moments(5);
+        assert_eq!(found.len(), 26);
+        assert_eq!(
+            (found[0], found[5], found[25]),
+            ((0, 0.0), (1, 0.0), (5, 0.0))
+        );
+        assert_eq!(moments(40).len(), 41);
+        assert_eq!(moments(0), [(0, 0.0)]);
+    }
+}

@@ -1,0 +1,95 @@
+//! What is measured and drawn along a path: boundaries, sizes and densities of its shapes.
+
+use ::geodesic::{GeodesicError, dissipation_density};
+use fe_grid::{Field, ScalarField};
+use levelset::{BoxEdge, Contour, LevelsetError, Moments, contour};
+use rayon::prelude::*;
+
+use super::Outcome;
+use crate::error::CliError;
+
+/// Densities up to this are rounding: moduli are of the order of one.
+const ROUNDING: f64 = 1e-12;
+
+/// The shapes `0, ..., K` of a path.
+pub(super) struct Path<const D: usize> {
+    /// Their boundaries; the faces of the box close them.
+    pub contours: Vec<Contour<D>>,
+    /// Their areas or volumes in the unit box.
+    pub sizes: Vec<f64>,
+    /// The density of the step that deforms each into the next, at the nodes; none for the last.
+    pub densities: Vec<ScalarField<f64, D>>,
+    /// The displacement of that step; zero for the last.
+    pub displacements: Vec<Field<f64, D, D>>,
+}
+
+impl<const D: usize> Path<D> {
+    /// The path of a result.
+    ///
+    /// # Errors
+    /// [`CliError::Geodesic`] for level sets that are not finite.
+    pub fn new(outcome: &Outcome<D>) -> Result<Self, CliError> {
+        let result = &outcome.result;
+        let contours: Result<Vec<_>, GeodesicError> = result
+            .level_sets
+            .par_iter()
+            .map(|u| Ok(contour(u, 0.0, BoxEdge::Closed)?))
+            .collect();
+        let contours = contours?;
+        let sizes: Result<Vec<_>, GeodesicError> = contours.iter().map(size).collect();
+        let law = outcome.parameters.law_spec();
+        let steps = result.displacements.len();
+        let densities: Result<Vec<_>, GeodesicError> = result
+            .level_sets
+            .iter()
+            .zip(&result.displacements)
+            .map(|(u, phi)| dissipation_density(u, phi, steps, &law))
+            .collect();
+        let mut displacements = result.displacements.clone();
+        if let Some(last) = result.level_sets.last() {
+            displacements.push(Field::zeros(*last.grid()));
+        }
+        Ok(Self {
+            contours,
+            sizes: sizes?,
+            densities: densities?,
+            displacements,
+        })
+    }
+
+    /// Number of steps.
+    pub fn steps(&self) -> usize {
+        self.contours.len() - 1
+    }
+
+    /// The density that colours of a picture end at: nearly the largest of all nodes that have
+    /// one, but for a few that stand out.
+    pub fn densest(&self) -> f64 {
+        let all = self.densities.iter().flat_map(ScalarField::as_slice);
+        // Shapes that are equal leave rounding, which is not to be seen.
+        let mut values: Vec<f64> = all.copied().filter(|&value| value > ROUNDING).collect();
+        if values.is_empty() {
+            return 0.0;
+        }
+        let rank = (values.len() - 1) * 199 / 200;
+        *values.select_nth_unstable_by(rank, f64::total_cmp).1
+    }
+
+    /// The boundary on its way from shape `k` to the next, at a share of the step.
+    pub fn between(&self, k: usize, share: f64) -> Contour<D> {
+        let displacement = &self.displacements[k];
+        self.contours[k].map(|p| {
+            let u = displacement.sample(p);
+            std::array::from_fn(|i| p[i] + share * u[i])
+        })
+    }
+}
+
+/// The area or volume inside a boundary; a shape that has vanished has none.
+fn size<const D: usize>(contour: &Contour<D>) -> Result<f64, GeodesicError> {
+    match Moments::of_contour(contour) {
+        Ok(moments) => Ok(moments.volume),
+        Err(LevelsetError::EmptyContour) => Ok(0.0),
+        Err(error) => Err(error.into()),
+    }
+}

@@ -1,0 +1,61 @@
+//! The closing words on standard output.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+
+use super::record::ResultRecord;
+
+/// Prints a short summary; the last line names the picture.
+pub(super) fn print<const D: usize>(record: &ResultRecord<D>, target: &Path) {
+    let mut text = String::new();
+    // Writing into a string cannot fail, and nobody is left to be told where standard output is
+    // closed.
+    let _ = write_lines(&mut text, record, target);
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn write_lines<const D: usize>(
+    text: &mut String,
+    record: &ResultRecord<D>,
+    target: &Path,
+) -> std::fmt::Result {
+    let nodes: Vec<String> = record.nodes.iter().map(ToString::to_string).collect();
+    writeln!(
+        text,
+        "Geodesic of {} steps on {} nodes: {} after {} iterations, {:.1} s",
+        record.step_energies.len(),
+        nodes.join(" x "),
+        record.status.replace('_', " "),
+        record.iterations,
+        record.seconds
+    )?;
+    writeln!(
+        text,
+        "  length       {:.6e}, its square {:.3e} of the dissipation {:.3e}",
+        record.length,
+        record.length * record.length,
+        record.dissipation
+    )?;
+    writeln!(
+        text,
+        "  end          Dice {:.4} of the end shape and the start shape carried there",
+        record.dice_end
+    )?;
+    writeln!(
+        text,
+        "  deformation  {}, determinant at least {:.3e}",
+        record.certificate.words(),
+        record.certificate.min_det
+    )?;
+    writeln!(
+        text,
+        "  results      {}",
+        target.join("result.json").display()
+    )?;
+    writeln!(
+        text,
+        "  picture      {}",
+        target.join("geodesic.png").display()
+    )
+}

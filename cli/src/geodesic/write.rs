@@ -1,0 +1,145 @@
+//! The files of a result directory.
+
+use ::geodesic::GeodesicParams;
+
+use super::Outcome;
+use super::draw::{Draw, Pictures};
+use super::path::Path;
+use super::record::ResultRecord;
+use crate::error::CliError;
+use crate::output::apng::write_animation;
+use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
+use crate::output::npy::{Precision, write_field};
+use crate::output::pvd::write_series;
+use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
+use crate::output::vti::VtiFile;
+use crate::output::{ResultDir, deformation, numbered, write_json};
+use crate::watch::is_last;
+
+/// Names of the parts of the energy; level sets alone have the last.
+const PARTS: [&str; 3] = ["dissipation", "match", "area"];
+
+/// Writes everything, `result.json` last, and returns what is in it.
+///
+/// # Errors
+/// [`CliError`]; the directory is not complete then.
+pub(super) fn write_all<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+) -> Result<ResultRecord<D>, CliError>
+where
+    Pictures: Draw<D>,
+{
+    let path = Path::new(outcome)?;
+    write_arrays(directory, outcome)?;
+    write_paraview(directory, outcome, &path)?;
+    write_energy(directory, outcome)?;
+    write_steps(directory, outcome, &path)?;
+    Pictures::film(outcome, &path).write_png(&directory.file("geodesic.png"))?;
+    let frames = Pictures::animation(&path);
+    write_animation(&directory.file("geodesic.apng"), &frames)?;
+    let surface = Pictures::surfaces(directory, outcome, &path)?;
+    let record = ResultRecord::new(outcome, &path, surface);
+    write_json(&directory.file("result.json"), &record)?;
+    Ok(record)
+}
+
+fn write_arrays<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+) -> Result<(), CliError> {
+    let result = &outcome.result;
+    for (k, level_set) in result.level_sets.iter().enumerate() {
+        let path = directory.file(numbered("shape", k, "npy"));
+        write_field(&path, level_set, Precision::Double)?;
+    }
+    for (k, displacement) in result.displacements.iter().enumerate() {
+        let path = directory.file(numbered("deformation", k + 1, "npy"));
+        write_field(&path, &deformation(displacement), Precision::Double)?;
+    }
+    Ok(())
+}
+
+/// One file for every shape, with the step that deforms it into the next; the last shape has
+/// zeros there, since all files of a series hold the same fields.
+fn write_paraview<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+    path: &Path<D>,
+) -> Result<(), CliError> {
+    let mut series = Vec::new();
+    for (k, level_set) in outcome.result.level_sets.iter().enumerate() {
+        let none = fe_grid::ScalarField::zeros(*level_set.grid());
+        let name = numbered("shape", k, "vti");
+        VtiFile::new(*level_set.grid(), Precision::Single)
+            .field("level_set", level_set)
+            .field("displacement", &path.displacements[k])
+            .field("dissipation", path.densities.get(k).unwrap_or(&none))
+            .write(&directory.file(&name))?;
+        series.push((k as f64 / path.steps().max(1) as f64, name));
+    }
+    Ok(write_series(&directory.file("geodesic.pvd"), &series)?)
+}
+
+fn write_energy<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+) -> Result<(), CliError> {
+    let course = &outcome.course;
+    let points: Vec<EnergyPoint> = course
+        .iter()
+        .enumerate()
+        .map(|(i, point)| EnergyPoint {
+            level: point.level,
+            nodes: point.nodes,
+            iteration: point.iteration,
+            evaluations: point.evaluations,
+            total: point.energy,
+            parts: is_last(course, i)
+                .then(|| parts(outcome, point.level))
+                .flatten(),
+        })
+        .collect();
+    let names = &PARTS[..if has_area(outcome) { 3 } else { 2 }];
+    write_energy_table(&directory.file("energy.csv"), &points, names)?;
+    write_energy_plot(&directory.file("energy.svg"), &points, names)?;
+    Ok(())
+}
+
+fn has_area<const D: usize>(outcome: &Outcome<D>) -> bool {
+    outcome.parameters.area_weight.is_some()
+}
+
+/// The weighted parts of the energy at the end of a level.
+fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
+    let level = outcome.result.levels.get(level)?;
+    let dissipation = level.steps as f64 * level.step_energies.iter().sum::<f64>();
+    if !has_area(outcome) {
+        return Some(vec![dissipation, level.total - dissipation]);
+    }
+    // Preliminary levels may have more steps, and with them another weight.
+    let params = GeodesicParams {
+        steps: level.steps,
+        ..outcome.parameters.geodesic_params()
+    };
+    let mismatch = params.resolved_match_weight() * level.matches.iter().sum::<f64>();
+    Some(vec![
+        dissipation,
+        mismatch,
+        level.total - dissipation - mismatch,
+    ])
+}
+
+fn write_steps<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+    path: &Path<D>,
+) -> Result<(), CliError> {
+    let table = StepTable {
+        energies: &outcome.result.step_energies,
+        sizes: &path.sizes,
+        size: if D == 2 { "area" } else { "volume" },
+    };
+    write_steps_table(&directory.file("steps.csv"), &table)?;
+    Ok(write_steps_plot(&directory.file("steps.svg"), &table)?)
+}
