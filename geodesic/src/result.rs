@@ -8,6 +8,9 @@ use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify
 use levelset::{BoxEdge, ContourDistance, contour};
 use rayon::prelude::*;
 
+/// Overlap with the end shape from which on it counts as reached: on coarse grids the boundary is a
+/// share of a cell away from it.
+const REACHED: f64 = 0.95;
 /// Steps of the flow that make one of the first path, at most.
 const FLOW_STEPS: usize = 6;
 
@@ -60,6 +63,12 @@ pub struct Geodesic<const D: usize> {
 }
 
 impl<const D: usize> Geodesic<D> {
+    /// Whether the deformations carry the start shape to the end shape, by and large: a minimiser
+    /// that has converged may have done so on the way.
+    pub fn end_reached(&self) -> bool {
+        self.dice_end >= REACHED
+    }
+
     /// The length `sum sqrt W_k`.
     pub fn length(&self) -> f64 {
         self.step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()

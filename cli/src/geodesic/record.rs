@@ -34,6 +34,8 @@ pub(super) struct ResultRecord<const D: usize> {
     pub total: f64,
     /// Overlap of the end shape with what the deformations make of the start shape.
     pub dice_end: f64,
+    /// Whether that overlap says that the end shape is reached.
+    pub end_reached: bool,
     /// Overlap of the start shape with the end shape pulled back through all steps.
     pub dice_pulled: f64,
     pub certificate: CertificateRecord,
@@ -89,6 +91,7 @@ impl<const D: usize> ResultRecord<D> {
             matches: result.matches.clone(),
             total: result.total,
             dice_end: result.dice_end,
+            end_reached: result.end_reached(),
             dice_pulled: result.dice_pulled,
             certificate: CertificateRecord::new(&result.certificate),
             volumes: path.sizes.clone(),

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
+use super::args::Form;
 use super::record::ResultRecord;
 
 /// Prints a short summary; the last line names the picture.
@@ -42,6 +43,16 @@ fn write_lines<const D: usize>(
         "  end          Dice {:.4} of the end shape and the start shape carried there",
         record.dice_end
     )?;
+    if !record.end_reached {
+        let remedy = match record.parameters.form {
+            Form::Lagrangian => "try --form level-sets, or --align rigid",
+            Form::LevelSets => "try more steps (-K), a finer --grid, or --align rigid",
+        };
+        writeln!(
+            text,
+            "               the end shape is not reached: {remedy}"
+        )?;
+    }
     writeln!(
         text,
         "  deformation  {}, determinant at least {:.3e}",
