@@ -1,8 +1,31 @@
 //! What both forms make of a level set.
 
 use fe_grid::composition::{Interpolant, Outside};
-use fe_grid::{Field, Grid};
+use fe_grid::{Field, Grid, Lane};
 use levelset::Step;
+
+/// What object and void weigh in the energy of a deformation, as functions of the level set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObjectWeights {
+    /// The smooth indicator `chi` of the object.
+    pub indicator: Step,
+    /// Stiffness `delta` of the void under the law, relative to the object.
+    pub void_stiffness: f64,
+    /// Viscosity `nu` of the void, without a barrier.
+    pub void_viscosity: f64,
+}
+
+impl ObjectWeights {
+    /// The weight `(1 - delta) chi + delta` of the law, and the weight `nu (1 - chi)` of the void's
+    /// viscosity.
+    #[inline(always)]
+    pub(crate) fn at<L: Lane>(&self, level_set: L) -> (L, L) {
+        let chi = self.indicator.value(level_set);
+        let delta = L::splat(self.void_stiffness);
+        let elastic = chi.mul_add(L::one() - delta, delta);
+        (elastic, (L::one() - chi).scale(self.void_viscosity))
+    }
+}
 
 /// A level set as it goes on outside the box.
 pub(crate) fn continued<const D: usize>(field: &Field<f64, D, 1>) -> Interpolant<'_, f64, D> {

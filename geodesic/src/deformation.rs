@@ -9,9 +9,9 @@
 //!
 //! Source: the notes, section 6, `E_deform`.
 
+use crate::ObjectWeights;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
 use hyperelastic::StoredEnergy;
-use levelset::Step;
 
 /// The density of the deformation energy. The unknown has `M = 1 + D` components: the level set
 /// `u` and the displacement of `phi`.
@@ -19,12 +19,8 @@ use levelset::Step;
 pub struct StepDeformation<W> {
     /// The stored energy density `W`.
     pub law: W,
-    /// The smooth indicator `chi` as a function of the level set.
-    pub indicator: Step,
-    /// Stiffness `delta` of the void, relative to the object.
-    pub void_stiffness: f64,
-    /// Viscosity `nu` of the void.
-    pub void_viscosity: f64,
+    /// The weights of object and void.
+    pub weights: ObjectWeights,
 }
 
 /// The displacement gradient among the gradients of level set and displacement.
@@ -34,17 +30,6 @@ fn displacement_gradient<L: Lane, const D: usize, const M: usize>(
 ) -> Tensor<L, D> {
     const { assert!(M == D + 1) };
     std::array::from_fn(|i| gradient[i + 1])
-}
-
-impl<W> StepDeformation<W> {
-    /// Weights of the law and of the void's viscosity, with `1 - delta` in front of `chi`.
-    #[inline(always)]
-    fn weights<L: Lane>(&self, level_set: L) -> (L, L) {
-        let chi = self.indicator.value(level_set);
-        let delta = L::splat(self.void_stiffness);
-        let elastic = chi.mul_add(L::one() - delta, delta);
-        (elastic, (L::one() - chi).scale(self.void_viscosity))
-    }
 }
 
 impl<W: Send + Sync> Reads for StepDeformation<W> {
@@ -57,7 +42,7 @@ impl<W: Send + Sync> Reads for StepDeformation<W> {
 impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for StepDeformation<W> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
-        let (elastic, viscous) = self.weights(point.value[0]);
+        let (elastic, viscous) = self.weights.at(point.value[0]);
         let h = displacement_gradient(&point.gradient);
         let value = self.law.value(&h) * elastic;
         let quadratic = tensor::contract(&h, &h) * viscous.scale(0.5);
@@ -66,16 +51,16 @@ impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for StepD
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, M>) -> (L, Jet<L, D, M>) {
-        let (elastic, viscous) = self.weights(point.value[0]);
+        let (elastic, viscous) = self.weights.at(point.value[0]);
         let h = displacement_gradient(&point.gradient);
         let solid = L::zero().less(elastic);
         let (value, stress) = self.law.gradient(&h);
         let value = L::select(solid, value, L::zero());
         let half_square = tensor::contract(&h, &h).scale(0.5);
-        let slope = self.indicator.derivative(point.value[0]);
+        let slope = self.weights.indicator.derivative(point.value[0]);
         let mut jet = Jet::zero();
-        let by_chi =
-            value.scale(1.0 - self.void_stiffness) - half_square.scale(self.void_viscosity);
+        let by_chi = value.scale(1.0 - self.weights.void_stiffness)
+            - half_square.scale(self.weights.void_viscosity);
         jet.value[0] = slope * by_chi;
         for i in 0..D {
             for k in 0..D {
@@ -93,7 +78,7 @@ impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for StepD
         point: &Point<L, D, M>,
         direction: &Jet<L, D, M>,
     ) -> Jet<L, D, M> {
-        let (elastic, viscous) = self.weights(point.value[0]);
+        let (elastic, viscous) = self.weights.at(point.value[0]);
         let h = displacement_gradient(&point.gradient);
         let d = displacement_gradient(&direction.gradient);
         let change = self.law.hessian_action(&h, &d);

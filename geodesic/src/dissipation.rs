@@ -15,9 +15,9 @@
 //!
 //! Source: MODEL of form B; the notes' relaxed formulation (section 6) written on the start domain.
 
+use crate::ObjectWeights;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
 use hyperelastic::StoredEnergy;
-use levelset::Step;
 
 /// The density of `W_k`. The unknown has `M = 2 D` components: the displacement of `psi_{k-1}` and
 /// that of `psi_k`. Coefficient 0 is the level set of the start shape.
@@ -25,12 +25,8 @@ use levelset::Step;
 pub struct PathDissipation<W> {
     /// The stored energy density `W`.
     pub law: W,
-    /// The smooth indicator `chi` as a function of the level set.
-    pub indicator: Step,
-    /// Stiffness `delta` of the void, relative to the object.
-    pub void_stiffness: f64,
-    /// Viscosity `nu` of the void.
-    pub void_viscosity: f64,
+    /// The weights of object and void.
+    pub weights: ObjectWeights,
 }
 
 /// The two gradients at a point, and what is made of them.
@@ -46,15 +42,6 @@ struct Kinematics<L, const D: usize> {
 }
 
 impl<W> PathDissipation<W> {
-    /// The weights of the law and of the void's viscosity.
-    #[inline(always)]
-    fn weights<L: Lane>(&self, level_set: L) -> (L, L) {
-        let chi = self.indicator.value(level_set);
-        let delta = L::splat(self.void_stiffness);
-        let elastic = chi.mul_add(L::one() - delta, delta);
-        (elastic, (L::one() - chi).scale(self.void_viscosity))
-    }
-
     #[inline(always)]
     fn kinematics<L: Lane, const D: usize, const M: usize>(
         gradient: &[[L; D]; M],
@@ -91,7 +78,7 @@ impl<W: Send + Sync> Reads for PathDissipation<W> {
 impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for PathDissipation<W> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
-        let (elastic, viscous) = self.weights(point.coefficient[0]);
+        let (elastic, viscous) = self.weights.at(point.coefficient[0]);
         let at = Self::kinematics::<L, D, M>(&point.gradient);
         let oriented = L::select(L::zero().less(at.volume), at.volume, L::splat(f64::NAN));
         let value = self.law.value(&at.strain) * oriented * elastic;
@@ -101,7 +88,7 @@ impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for PathD
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, M>) -> (L, Jet<L, D, M>) {
-        let (elastic, viscous) = self.weights(point.coefficient[0]);
+        let (elastic, viscous) = self.weights.at(point.coefficient[0]);
         let at = Self::kinematics::<L, D, M>(&point.gradient);
         let oriented = L::select(L::zero().less(at.volume), at.volume, L::splat(f64::NAN));
         let solid = L::zero().less(elastic);
@@ -136,7 +123,7 @@ impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for PathD
         point: &Point<L, D, M>,
         direction: &Jet<L, D, M>,
     ) -> Jet<L, D, M> {
-        let (elastic, viscous) = self.weights(point.coefficient[0]);
+        let (elastic, viscous) = self.weights.at(point.coefficient[0]);
         let at = Self::kinematics::<L, D, M>(&point.gradient);
         let deformed = tensor::add_identity(&at.strain);
         let (mut before, mut after) = (tensor::zero::<L, D>(), tensor::zero::<L, D>());

@@ -3,10 +3,9 @@
 //! All laws are compiled here for both dimensions, once: what is generic ends at functions that
 //! are not, so that crates which use geodesics do not compile every law again.
 
-use crate::{PathDissipation, StepDeformation};
+use crate::{ObjectWeights, PathDissipation, StepDeformation};
 use fe_grid::{Assembly, CellLaw, Data, Grid, GridError};
 use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy};
-use levelset::Step;
 
 /// Which energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,12 +22,8 @@ pub(crate) struct StepTerm<'a> {
     pub kind: Kind,
     /// The law `W`.
     pub law: &'a LawSpec,
-    /// The smooth indicator.
-    pub indicator: Step,
-    /// Stiffness of the void.
-    pub void_stiffness: f64,
-    /// Viscosity of the void.
-    pub void_viscosity: f64,
+    /// The weights of object and void.
+    pub weights: ObjectWeights,
     /// The level set of the start shape at the nodes; [`Kind::Path`] only.
     pub level_set: &'a [f64],
     /// The unknowns, one after the other.
@@ -83,16 +78,10 @@ impl<const D: usize, const S: usize, const P: usize> LawVisitor<D> for Visitor<'
 
     fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output {
         let term = self.term;
-        let (indicator, void_stiffness) = (term.indicator, term.void_stiffness);
-        let void_viscosity = term.void_viscosity;
+        let weights = term.weights;
         match term.kind {
             Kind::Path => {
-                let law = PathDissipation {
-                    law,
-                    indicator,
-                    void_stiffness,
-                    void_viscosity,
-                };
+                let law = PathDissipation { law, weights };
                 let data = Data {
                     coefficients: &[term.level_set],
                     cells: &[],
@@ -101,12 +90,7 @@ impl<const D: usize, const S: usize, const P: usize> LawVisitor<D> for Visitor<'
                 value_or_gradient(&assembly, term.state, term.factor, term.gradient)
             }
             Kind::Step => {
-                let law = StepDeformation {
-                    law,
-                    indicator,
-                    void_stiffness,
-                    void_viscosity,
-                };
+                let law = StepDeformation { law, weights };
                 let assembly = Assembly::<_, f64, D, S>::new(self.grid, &law, Data::default());
                 value_or_gradient(&assembly, term.state, term.factor, term.gradient)
             }

@@ -59,6 +59,7 @@ mod area;
 mod cells;
 mod deformation;
 mod density;
+mod descent;
 mod dissipation;
 mod error;
 pub mod finite;
@@ -71,6 +72,7 @@ mod params;
 mod result;
 
 pub use area::BoundaryArea;
+pub use cells::ObjectWeights;
 pub use deformation::StepDeformation;
 pub use density::dissipation_density;
 pub use dissipation::PathDissipation;

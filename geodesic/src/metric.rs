@@ -3,8 +3,8 @@
 
 use fe_grid::composition::Interpolant;
 use fe_grid::engine::MAX_CELL_DATA;
-use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells, tensor};
-use hyperelastic::{Corotational, LameModuli, polar_rotation};
+use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells};
+use hyperelastic::{Corotational, LameModuli};
 use levelset::{Arctan, Step};
 
 /// Share of the void's stiffness that regularises the metric.
@@ -86,19 +86,7 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
     }
 
     #[inline(always)]
-    fn finish<L: Lane>(&self, mut means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
-        let mut gradient = tensor::zero::<L, D>();
-        for i in 0..D {
-            for k in 0..D {
-                gradient[i][k] = means[1 + i * D + k];
-            }
-        }
-        let rotation = polar_rotation(&tensor::add_identity(&gradient));
-        for i in 0..D {
-            for k in 0..D {
-                means[1 + i * D + k] = rotation[i][k] * means[0];
-            }
-        }
-        means
+    fn finish<L: Lane>(&self, means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
+        Corotational::<D>::from_means(means)
     }
 }

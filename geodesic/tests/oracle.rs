@@ -13,7 +13,8 @@ use fe_grid::{Assembly, Data, Field, Grid};
 use geodesic::lagrangian::PathObjective;
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
-    BoundaryArea, Form, GeodesicParams, HeavisideMatch, MatchWeights, StepDeformation, StepMatch,
+    BoundaryArea, Form, GeodesicParams, HeavisideMatch, MatchWeights, ObjectWeights,
+    StepDeformation, StepMatch,
 };
 use hyperelastic::{LameModuli, LawSpec, LogDet};
 use levelset::{Arctan, Step};
@@ -125,9 +126,11 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
     fn deformation(&self) {
         let law = StepDeformation {
             law: LogDet::<D>::new(self.moduli()).unwrap(),
-            indicator: Step::Arctan(self.step()),
-            void_stiffness: self.parameter("delta"),
-            void_viscosity: 0.0,
+            weights: ObjectWeights {
+                indicator: Step::Arctan(self.step()),
+                void_stiffness: self.parameter("delta"),
+                void_viscosity: 0.0,
+            },
         };
         let (n, state) = (self.grid.n_nodes(), self.pair("u0"));
         let mut gradient = vec![0.0; state.len()];

@@ -28,6 +28,25 @@ impl<const D: usize> Corotational<D> {
     /// Numbers per cell: the stiffness, `k R`, and `G`.
     pub const CELL_DATA: usize = 1 + D * D + D * (D + 1) / 2;
 
+    /// Makes the data of a cell from means over it: of the stiffness, of the displacement gradient
+    /// where `k R` will stand, and of `G`. The rotation is that of the mean deformation gradient.
+    #[inline(always)]
+    pub fn from_means<L: Lane>(mut means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
+        let mut gradient = tensor::zero::<L, D>();
+        for i in 0..D {
+            for k in 0..D {
+                gradient[i][k] = means[1 + i * D + k];
+            }
+        }
+        let rotation = polar_rotation(&tensor::add_identity(&gradient));
+        for i in 0..D {
+            for k in 0..D {
+                means[1 + i * D + k] = rotation[i][k] * means[0];
+            }
+        }
+        means
+    }
+
     /// Where entry `(i, j)`, `i <= j`, of `G` stands among the data of a cell.
     #[inline(always)]
     pub const fn mass_entry(i: usize, j: usize) -> usize {

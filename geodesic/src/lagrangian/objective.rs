@@ -4,7 +4,7 @@ use super::metric::PathMetric;
 use crate::cells::{continued, solid_cells};
 use crate::laws::{Kind, StepTerm, value_or_gradient};
 use crate::metric::ElasticForm;
-use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch};
+use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch, ObjectWeights};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{Assembly, Data, Field, Grid, GridError, certify_within, restrain_step, vector};
 use levelset::{Arctan, Compact, Step};
@@ -115,6 +115,14 @@ impl<const D: usize> PathObjective<D> {
         self.steps
     }
 
+    fn weights(&self) -> ObjectWeights {
+        ObjectWeights {
+            indicator: self.indicator,
+            void_stiffness: self.params.void_stiffness,
+            void_viscosity: self.params.void_viscosity,
+        }
+    }
+
     /// The terms of the last evaluation.
     pub fn energy(&self) -> &PathEnergy {
         &self.energy
@@ -167,9 +175,7 @@ impl<const D: usize> PathObjective<D> {
             let term = StepTerm {
                 kind: Kind::Path,
                 law: &self.params.law,
-                indicator: self.indicator,
-                void_stiffness: self.params.void_stiffness,
-                void_viscosity: self.params.void_viscosity,
+                weights: self.weights(),
                 level_set: self.start.as_slice(),
                 state: &self.path[pair.clone()],
                 factor: count,

@@ -1,17 +1,11 @@
 //! From one step on the coarsest grid to all steps on the finest.
 
 use super::objective::{PathEnergy, PathObjective};
+use crate::descent::{minimiser, repair};
 use crate::{GeodesicError, GeodesicParams};
-use fe_grid::minimise::{Info, LbfgsParams, Minimiser, Observer, Status, Stopping};
+use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Field, Grid, certify_within};
-
-/// Pairs of the L-BFGS memory.
-const HISTORY: usize = 10;
-/// Iterations after which the metric is made anew.
-const METRIC_INTERVAL: usize = 10;
-/// Blends to the identity that are tried where a deformation is not admissible on a finer level.
-const REPAIRS: usize = 40;
+use fe_grid::{Field, Grid};
 
 /// What happened on one level.
 #[derive(Clone, Debug)]
@@ -76,12 +70,9 @@ pub fn lagrangian_path<const D: usize>(
             }
             let mut objective =
                 PathObjective::new(starts[depth].clone(), ends[depth].clone(), count, params)?;
-            repair(
-                grid,
-                &mut x,
-                params.min_determinant,
-                objective.solid_cells(),
-            );
+            for u in x.chunks_exact_mut(D * grid.n_nodes()) {
+                repair(grid, u, params.min_determinant, objective.solid_cells());
+            }
             observer.level(levels.len(), n_runs, x.len());
             let info = minimiser(params).minimise(&mut objective, &mut x, observer)?;
             let cancelled = info.status == Status::Cancelled;
@@ -118,23 +109,6 @@ pub fn lagrangian_path<const D: usize>(
         levels,
         solid,
     })
-}
-
-fn minimiser(params: &GeodesicParams) -> LbfgsParams {
-    LbfgsParams {
-        metric_interval: METRIC_INTERVAL,
-        history: HISTORY,
-        stopping: Stopping {
-            relative_gradient: 0.0,
-            relative_decrement: 0.1 * params.tolerance,
-            relative_energy: params.tolerance,
-            energy_window: 5,
-            energy_floor: 0.0,
-            least_excess: 0.0,
-            max_iterations: params.max_iterations,
-        },
-        ..LbfgsParams::default()
-    }
 }
 
 /// A field on all grids, coarsest first: nodes of a coarse grid are nodes of the fine one.
@@ -177,23 +151,4 @@ fn refine_time(x: &[f64], dim: usize, steps: usize, count: usize) -> Vec<f64> {
         }
     }
     refined
-}
-
-/// Draws deformations that are not admissible to the identity until they are.
-fn repair<const D: usize>(grid: &Grid<D>, x: &mut [f64], bound: f64, solid: Option<&[bool]>) {
-    for u in x.chunks_exact_mut(D * grid.n_nodes()) {
-        let mut done = false;
-        for _ in 0..REPAIRS {
-            done = certify_within(grid, u, bound, bound, solid).certified;
-            if done {
-                break;
-            }
-            for u in &mut *u {
-                *u *= 0.9;
-            }
-        }
-        if !done {
-            u.fill(0.0);
-        }
-    }
 }

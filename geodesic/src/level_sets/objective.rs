@@ -4,7 +4,7 @@ use super::metric::{LevelSetMetric, MetricParts};
 use super::transport::{displacement, level_set};
 use crate::cells::solid_cells;
 use crate::laws::{Kind, StepTerm, value_or_gradient};
-use crate::{BoundaryArea, GeodesicError, GeodesicParams, MatchWeights, StepMatch};
+use crate::{BoundaryArea, GeodesicError, GeodesicParams, MatchWeights, ObjectWeights, StepMatch};
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{Background, NormalEquations, Source};
@@ -109,6 +109,14 @@ impl<const D: usize> LevelSetObjective<D> {
         self
     }
 
+    fn weights(&self) -> ObjectWeights {
+        ObjectWeights {
+            indicator: self.indicator,
+            void_stiffness: self.params.void_stiffness,
+            void_viscosity: self.params.void_viscosity,
+        }
+    }
+
     /// The terms of the last evaluation.
     pub fn energy(&self) -> &LevelSetEnergy {
         &self.energy
@@ -179,9 +187,7 @@ impl<const D: usize> LevelSetObjective<D> {
             let term = StepTerm {
                 kind: Kind::Step,
                 law: &self.params.law,
-                indicator: self.indicator,
-                void_stiffness: self.params.void_stiffness,
-                void_viscosity: self.params.void_viscosity,
+                weights: self.weights(),
                 level_set: &[],
                 state: &x[own.clone()],
                 factor: count,

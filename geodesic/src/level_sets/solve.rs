@@ -3,20 +3,14 @@
 use super::flow::compose;
 use super::objective::{LevelSetEnergy, LevelSetObjective};
 use super::transport::{displacement, level_set};
+use crate::descent::{minimiser, repair};
 use crate::{GeodesicError, GeodesicParams};
-use fe_grid::minimise::{Info, LbfgsParams, Minimiser, Observer, Status, Stopping};
+use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 use fe_grid::transfer::prolong_into;
-use fe_grid::{Field, Grid, certify_within};
+use fe_grid::{Field, Grid};
 
-/// Pairs of the L-BFGS memory.
-const HISTORY: usize = 10;
-/// Iterations after which the metric is made anew.
-const METRIC_INTERVAL: usize = 10;
 /// Factor of the tolerance where a path is only preliminary.
 const COARSE: f64 = 10.0;
-/// Blends to the identity that are tried where a deformation is not admissible.
-const REPAIRS: usize = 40;
-
 /// A path of level sets and the deformations between them.
 #[derive(Clone, Debug)]
 pub struct PathState<const D: usize> {
@@ -147,7 +141,11 @@ pub fn level_set_path<const D: usize>(
         };
         let mut objective = LevelSetObjective::new(grid, steps, &level_params)?;
         let mut x = state.to_vector();
-        repair(&objective, &grid, &mut x, steps, params.min_determinant);
+        for k in 1..=steps {
+            let solid = objective.solid_cells(&x, k);
+            let u = &mut x[displacement(grid.n_nodes(), D, k)];
+            repair(&grid, u, params.min_determinant, solid.as_deref());
+        }
         observer.level(levels.len(), n_levels, x.len());
         let info = minimiser(&level_params).minimise(&mut objective, &mut x, observer)?;
         objective.evaluate(&x, &mut [])?;
@@ -186,48 +184,4 @@ pub(crate) fn on_grid<const D: usize>(
 /// How often a grid has to be refined to become another.
 fn refinements<const D: usize>(coarse: &Grid<D>, fine: &Grid<D>) -> usize {
     (coarse.spacing() / fine.spacing()).round().max(1.0).log2() as usize
-}
-
-fn minimiser(params: &GeodesicParams) -> LbfgsParams {
-    LbfgsParams {
-        metric_interval: METRIC_INTERVAL,
-        history: HISTORY,
-        stopping: Stopping {
-            relative_gradient: 0.0,
-            relative_decrement: 0.1 * params.tolerance,
-            relative_energy: params.tolerance,
-            energy_window: 5,
-            energy_floor: 0.0,
-            least_excess: 0.0,
-            max_iterations: params.max_iterations,
-        },
-        ..LbfgsParams::default()
-    }
-}
-
-/// Draws deformations that are not admissible to the identity until they are.
-fn repair<const D: usize>(
-    objective: &LevelSetObjective<D>,
-    grid: &Grid<D>,
-    x: &mut [f64],
-    steps: usize,
-    bound: f64,
-) {
-    for k in 1..=steps {
-        let solid = objective.solid_cells(x, k);
-        let u = &mut x[displacement(grid.n_nodes(), D, k)];
-        let mut done = false;
-        for _ in 0..REPAIRS {
-            done = certify_within(grid, u, bound, bound, solid.as_deref()).certified;
-            if done {
-                break;
-            }
-            for u in &mut *u {
-                *u *= 0.9;
-            }
-        }
-        if !done {
-            u.fill(0.0);
-        }
-    }
 }

@@ -1,0 +1,53 @@
+//! How both forms are lowered on a level.
+
+use crate::GeodesicParams;
+use fe_grid::minimise::{LbfgsParams, Stopping};
+use fe_grid::{Grid, certify_within};
+
+/// Pairs of the L-BFGS memory.
+const HISTORY: usize = 10;
+/// Iterations after which the metric is made anew.
+const METRIC_INTERVAL: usize = 10;
+/// A direction that promises less than this share of the tolerance ends a level.
+const DECREMENT: f64 = 0.1;
+/// Iterations over which the fall of the energy is judged.
+const ENERGY_WINDOW: usize = 5;
+/// Blends to the identity that are tried where a deformation is not admissible.
+const REPAIRS: usize = 40;
+
+/// The minimiser of a level.
+pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {
+    LbfgsParams {
+        metric_interval: METRIC_INTERVAL,
+        history: HISTORY,
+        stopping: Stopping {
+            relative_gradient: 0.0,
+            relative_decrement: DECREMENT * params.tolerance,
+            relative_energy: params.tolerance,
+            energy_window: ENERGY_WINDOW,
+            energy_floor: 0.0,
+            least_excess: 0.0,
+            max_iterations: params.max_iterations,
+        },
+        ..LbfgsParams::default()
+    }
+}
+
+/// Draws a displacement to the identity until its determinant exceeds a bound on the cells that
+/// `solid` marks, or on all.
+pub(crate) fn repair<const D: usize>(
+    grid: &Grid<D>,
+    displacement: &mut [f64],
+    bound: f64,
+    solid: Option<&[bool]>,
+) {
+    for _ in 0..REPAIRS {
+        if certify_within(grid, displacement, bound, bound, solid).certified {
+            return;
+        }
+        for u in &mut *displacement {
+            *u *= 0.9;
+        }
+    }
+    displacement.fill(0.0);
+}
