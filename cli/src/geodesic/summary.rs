@@ -45,7 +45,7 @@ fn write_lines<const D: usize>(
     )?;
     if !record.end_reached {
         let remedy = match record.parameters.form {
-            Form::Lagrangian => "try --form level-sets, or --align rigid",
+            Form::Lagrangian => "try --form level-sets, a finer --grid, or --align rigid",
             Form::LevelSets => "try more steps (-K), a finer --grid, or --align rigid",
         };
         writeln!(
