@@ -6,7 +6,7 @@ use levelset::Arctan;
 /// The density `H'(u) sqrt(|Du|^2 + rho^2)` of the area `int |D H(u)|`, regularised where `Du`
 /// vanishes.
 ///
-/// Source: the notes, section 6, `E_area`.
+/// Source: the lecture notes of Rumpf and Wirth, section 6, `E_area`.
 #[derive(Clone, Copy, Debug)]
 pub struct BoundaryArea {
     /// The smooth step `H`.

@@ -7,7 +7,7 @@
 //! for a deformation `phi` of the shape `{u > 0}`, both unknown. Where the weight of the law is
 //! zero, the deformation may fold: `nu` alone holds it.
 //!
-//! Source: the notes, section 6, `E_deform`.
+//! Source: the lecture notes of Rumpf and Wirth, section 6, `E_deform`.
 
 use crate::ObjectWeights;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};

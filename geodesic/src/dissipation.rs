@@ -13,7 +13,8 @@
 //! same law and its viscosity `nu` without a barrier. Where the weight of the law is zero, the
 //! deformations may fold: `nu` alone holds them.
 //!
-//! Source: MODEL of form B; the notes' relaxed formulation (section 6) written on the start domain.
+//! Source: the relaxed formulation of the lecture notes (Rumpf and Wirth, section 6), written on the
+//! start domain.
 
 use crate::ObjectWeights;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};

@@ -5,8 +5,8 @@
 //! can be seen here where solutions are known: the sphere in its stereographic chart, balls of
 //! viscous matter that stay balls, points joined by dashpots.
 //!
-//! Source: the notes, "variational time discretization in finite dimensions", and "springs or
-//! dashpots".
+//! Source: the lecture notes of Rumpf and Wirth, "variational time discretization in finite
+//! dimensions", and "springs or dashpots".
 
 use crate::GeodesicError;
 use hyperelastic::{LawSpec, LawVisitor, StoredEnergy};

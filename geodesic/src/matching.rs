@@ -9,7 +9,7 @@ use levelset::Arctan;
 /// The density `(H(s) - H(c))^2` of a composed level set `s = u_B o psi` and the level set `c` of
 /// the other shape (coefficient 0), with the smooth step `H(x) = 1/2 + atan(x/epsilon)/pi`.
 ///
-/// Source: the notes, section 6, `E_match`.
+/// Source: the lecture notes of Rumpf and Wirth, section 6, `E_match`.
 #[derive(Clone, Copy, Debug)]
 pub struct HeavisideMatch {
     /// The step `H`.

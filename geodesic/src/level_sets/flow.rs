@@ -11,7 +11,7 @@
 //! distance again; where parts of the boundary have come closer than a cell, they merge. So the
 //! topology changes by itself. Cut into pieces of equal length, the flow is a path to start from.
 //!
-//! Source: MODEL, section 5, "the gradient flow of the match in the shape space's own metric".
+//! The flow is the steepest descent of the match in the metric of the shape space itself.
 
 use super::PathState;
 use crate::cells::continued;
@@ -52,7 +52,8 @@ pub struct Flow<const D: usize> {
     pub dice: f64,
 }
 
-/// Lets one shape flow to another; both are signed distances on one grid.
+/// Lets one shape flow to another, for wide and then narrower steps of the match; both are signed
+/// distances on one grid.
 ///
 /// # Errors
 /// [`GeodesicError`].
