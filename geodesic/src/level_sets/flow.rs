@@ -13,7 +13,7 @@
 //!
 //! The flow is the steepest descent of the match in the metric of the shape space itself.
 
-use super::PathState;
+use super::state::{PathState, compose};
 use crate::cells::continued;
 use crate::metric::{ElasticForm, corotational};
 use crate::{GeodesicError, GeodesicParams, HeavisideMatch};
@@ -291,24 +291,4 @@ impl<const D: usize> Flow<D> {
                 .collect(),
         }
     }
-}
-
-/// The displacement of motions one after the other.
-pub fn compose<const D: usize>(grid: &Grid<D>, motions: &[Field<f64, D, D>]) -> Field<f64, D, D> {
-    let n = grid.n_nodes();
-    let mut total = Field::zeros(*grid);
-    for motion in motions {
-        for index in 0..n {
-            let mut position = grid.position(grid.node(index));
-            let moved = total.at(index);
-            for k in 0..D {
-                position[k] += moved[k];
-            }
-            let step = motion.sample(position);
-            for k in 0..D {
-                total.component_mut(k)[index] += step[k];
-            }
-        }
-    }
-    total
 }

@@ -1,86 +1,15 @@
 //! Minimal paths of level sets, from a first path.
 
-use super::flow::compose;
 use super::objective::{LevelSetEnergy, LevelSetObjective};
-use super::transport::{displacement, level_set};
+use super::state::PathState;
+use super::transport::displacement;
 use crate::descent::{minimiser, repair};
 use crate::{GeodesicError, GeodesicParams};
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
-use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid};
 
 /// Factor of the tolerance where a path is only preliminary.
 const COARSE: f64 = 10.0;
-/// A path of level sets and the deformations between them.
-#[derive(Clone, Debug)]
-pub struct PathState<const D: usize> {
-    /// Level sets `u_0, ..., u_K`.
-    pub level_sets: Vec<Field<f64, D, 1>>,
-    /// Displacements of `phi_1, ..., phi_K`.
-    pub displacements: Vec<Field<f64, D, D>>,
-}
-
-impl<const D: usize> PathState<D> {
-    /// The state as one vector.
-    fn to_vector(&self) -> Vec<f64> {
-        let mut x = self.level_sets[0].as_slice().to_vec();
-        for (u, phi) in self.level_sets[1..].iter().zip(&self.displacements) {
-            x.extend_from_slice(phi.as_slice());
-            x.extend_from_slice(u.as_slice());
-        }
-        x
-    }
-
-    fn from_vector(grid: Grid<D>, x: &[f64], steps: usize) -> Result<Self, GeodesicError> {
-        let n = grid.n_nodes();
-        let level_sets: Result<Vec<_>, _> = (0..=steps)
-            .map(|k| Field::from_vec(grid, x[level_set(n, D, k)].to_vec()))
-            .collect();
-        let displacements: Result<Vec<_>, _> = (1..=steps)
-            .map(|k| Field::from_vec(grid, x[displacement(n, D, k)].to_vec()))
-            .collect();
-        Ok(Self {
-            level_sets: level_sets?,
-            displacements: displacements?,
-        })
-    }
-
-    /// Number of steps.
-    pub fn steps(&self) -> usize {
-        self.displacements.len()
-    }
-
-    /// Every second shape, and the deformations between these.
-    fn halved(&self) -> Self {
-        let grid = *self.level_sets[0].grid();
-        Self {
-            level_sets: self.level_sets.iter().step_by(2).cloned().collect(),
-            displacements: self
-                .displacements
-                .chunks(2)
-                .map(|pair| compose(&grid, pair))
-                .collect(),
-        }
-    }
-
-    /// The same path on the grid of half the spacing.
-    fn finer(&self) -> Self {
-        let coarse_grid = *self.level_sets[0].grid();
-        let grid = coarse_grid.finer();
-        let mut fine = Self {
-            level_sets: vec![Field::zeros(grid); self.level_sets.len()],
-            displacements: vec![Field::zeros(grid); self.displacements.len()],
-        };
-        for (fine, coarse) in fine.level_sets.iter_mut().zip(&self.level_sets) {
-            prolong_into(&coarse_grid, coarse.as_slice(), fine.as_mut_slice());
-        }
-        for (fine, coarse) in fine.displacements.iter_mut().zip(&self.displacements) {
-            prolong_into(&coarse_grid, coarse.as_slice(), fine.as_mut_slice());
-        }
-        fine
-    }
-}
-
 /// What happened on one level.
 #[derive(Clone, Debug)]
 pub struct LevelSetLevel {
