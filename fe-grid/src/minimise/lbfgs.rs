@@ -56,6 +56,8 @@ struct Run<'a, O: Objective> {
     direction: Buffer<f64>,
     trial: Buffer<f64>,
     new_gradient: Buffer<f64>,
+    /// Whether the objective shortened the last direction.
+    shortened: bool,
 }
 
 impl<O: Objective> Minimiser<O> for LbfgsParams {
@@ -78,6 +80,7 @@ impl<O: Objective> Minimiser<O> for LbfgsParams {
             direction: objective.room(dim)?,
             trial: objective.room(dim)?,
             new_gradient: objective.room(dim)?,
+            shortened: false,
             objective,
         };
         let mut monitor = Monitor::new(&self.stopping, observer);
@@ -155,6 +158,9 @@ impl<O: Objective> Run<'_, O> {
                 return Ok(step);
             }
         }
+        if !self.shortened {
+            return Ok(None);
+        }
         // What was left of the direction may not descend; the whole does, if not far.
         self.restart()?;
         self.search(x, energy, false)
@@ -166,12 +172,14 @@ impl<O: Objective> Run<'_, O> {
         energy: f64,
         restrained: bool,
     ) -> Result<Option<Step>, O::Error> {
-        let slope = if restrained {
-            self.objective
-                .restrain(x, &self.gradient, &mut self.direction)?
-        } else {
-            dot(&self.gradient, &self.direction)
-        };
+        let mut slope = dot(&self.gradient, &self.direction);
+        if restrained {
+            let whole = slope;
+            slope = self
+                .objective
+                .restrain(x, &self.gradient, &mut self.direction)?;
+            self.shortened = slope != whole;
+        }
         if slope.is_nan() || slope >= 0.0 {
             return Ok(None);
         }
