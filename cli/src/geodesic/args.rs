@@ -28,7 +28,7 @@ pub struct GeodesicArgs {
     #[arg(long, value_enum, default_value_t)]
     pub form: Form,
     /// A level ends when five iterations lower the energy by less than this share.
-    #[arg(long, value_name = "SHARE", default_value_t = 3e-4, value_parser = positive)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-4, value_parser = positive)]
     pub tolerance: f64,
     /// Weight of the match with the end shape, or of every shape with the next.
     #[arg(long, default_value_t = 100.0, value_parser = positive)]
