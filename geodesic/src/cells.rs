@@ -1,4 +1,4 @@
-//! What both forms make of a level set.
+//! What both forms make of a level set and of the energies of their steps.
 
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::{Field, Grid, Lane};
@@ -38,6 +38,20 @@ pub(crate) fn solid_cells<const D: usize>(
     level_set: &[f64],
     indicator: Step,
 ) -> Vec<bool> {
+    cells_with_corner(grid, level_set, |u| indicator.value(u) > 0.0)
+}
+
+/// The cells with a corner inside.
+pub(crate) fn object_cells<const D: usize>(level_set: &Field<f64, D, 1>) -> Vec<bool> {
+    cells_with_corner(level_set.grid(), level_set.as_slice(), |u| u > 0.0)
+}
+
+/// The cells with a corner of which something holds.
+fn cells_with_corner<const D: usize>(
+    grid: &Grid<D>,
+    values: &[f64],
+    holds: impl Fn(f64) -> bool,
+) -> Vec<bool> {
     let strides = grid.strides();
     let offsets: Vec<usize> = (0..1usize << D)
         .map(|c| (0..D).map(|k| (c >> k & 1) * strides[k]).sum())
@@ -45,8 +59,17 @@ pub(crate) fn solid_cells<const D: usize>(
     (0..grid.n_cells())
         .map(|cell| {
             let first = grid.node_index(grid.cell(cell));
-            let inside = |offset: &usize| indicator.value(level_set[first + offset]) > 0.0;
-            offsets.iter().any(inside)
+            offsets.iter().any(|offset| holds(values[first + offset]))
         })
         .collect()
+}
+
+/// The length `sum sqrt W_k` of a path with these step energies.
+pub(crate) fn length(step_energies: &[f64]) -> f64 {
+    step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+}
+
+/// The dissipation `K sum W_k` of a path with these step energies.
+pub(crate) fn dissipation(step_energies: &[f64]) -> f64 {
+    step_energies.len() as f64 * step_energies.iter().sum::<f64>()
 }

@@ -8,7 +8,7 @@
 //! Source: the lecture notes of Rumpf and Wirth, "variational time discretization in finite
 //! dimensions", and "springs or dashpots".
 
-use crate::GeodesicError;
+use crate::{GeodesicError, cells};
 use hyperelastic::{LawSpec, LawVisitor, StoredEnergy};
 use nalgebra::{DMatrix, DVector};
 
@@ -54,12 +54,12 @@ impl<const N: usize> FinitePath<N> {
 
     /// `sum sqrt W_k`.
     pub fn length(&self) -> f64 {
-        self.step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+        cells::length(&self.step_energies)
     }
 
     /// `K sum W_k`.
     pub fn dissipation(&self) -> f64 {
-        self.step_energies.len() as f64 * self.step_energies.iter().sum::<f64>()
+        cells::dissipation(&self.step_energies)
     }
 }
 

@@ -1,5 +1,6 @@
 //! What a geodesic is made of, whatever form it was computed in.
 
+use crate::cells::{self, object_cells};
 use crate::lagrangian::{LagrangianPath, lagrangian_path};
 use crate::level_sets::{PathState, flow, level_set_path, on_grid};
 use crate::{Form, GeodesicError, GeodesicParams};
@@ -71,12 +72,12 @@ impl<const D: usize> Geodesic<D> {
 
     /// The length `sum sqrt W_k`.
     pub fn length(&self) -> f64 {
-        self.step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+        cells::length(&self.step_energies)
     }
 
     /// The dissipation `K sum W_k`, never less than the square of the length.
     pub fn dissipation(&self) -> f64 {
-        self.step_energies.len() as f64 * self.step_energies.iter().sum::<f64>()
+        cells::dissipation(&self.step_energies)
     }
 }
 
@@ -313,20 +314,4 @@ fn finish<const D: usize>(
         dice_pulled,
         levels,
     })
-}
-
-/// The cells with a corner inside.
-pub(crate) fn object_cells<const D: usize>(level_set: &ScalarField<f64, D>) -> Vec<bool> {
-    let grid = level_set.grid();
-    let strides = grid.strides();
-    let values = level_set.as_slice();
-    (0..grid.n_cells())
-        .map(|cell| {
-            let first = grid.node_index(grid.cell(cell));
-            (0..1usize << D).any(|c| {
-                let offset: usize = (0..D).map(|k| (c >> k & 1) * strides[k]).sum();
-                values[first + offset] > 0.0
-            })
-        })
-        .collect()
 }

@@ -1,7 +1,7 @@
 //! The energy of a path of deformations of one start domain.
 
 use super::metric::PathMetric;
-use crate::cells::{continued, solid_cells};
+use crate::cells::{self, continued, solid_cells};
 use crate::laws::{Kind, StepTerm, value_or_gradient};
 use crate::metric::ElasticForm;
 use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch, ObjectWeights};
@@ -24,12 +24,12 @@ pub struct PathEnergy {
 impl PathEnergy {
     /// The length `sum sqrt W_k` of the path.
     pub fn length(&self) -> f64 {
-        self.step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+        cells::length(&self.step_energies)
     }
 
     /// The dissipation `K sum W_k`.
     pub fn dissipation(&self) -> f64 {
-        self.step_energies.len() as f64 * self.step_energies.iter().sum::<f64>()
+        cells::dissipation(&self.step_energies)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::metric::{LevelSetMetric, MetricParts};
 use super::transport::{displacement, level_set};
-use crate::cells::solid_cells;
+use crate::cells::{self, solid_cells};
 use crate::laws::{Kind, StepTerm, value_or_gradient};
 use crate::{BoundaryArea, GeodesicError, GeodesicParams, MatchWeights, ObjectWeights, StepMatch};
 use fe_grid::composition::{Interpolant, Outside};
@@ -39,12 +39,12 @@ pub struct LevelSetEnergy {
 impl LevelSetEnergy {
     /// The length `sum sqrt W_k` of the path.
     pub fn length(&self) -> f64 {
-        self.step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+        cells::length(&self.step_energies)
     }
 
     /// The dissipation `K sum W_k`.
     pub fn dissipation(&self) -> f64 {
-        self.step_energies.len() as f64 * self.step_energies.iter().sum::<f64>()
+        cells::dissipation(&self.step_energies)
     }
 }
 
