@@ -155,6 +155,10 @@ impl Observer for Watch<'_> {
         });
         self.progress
             .iteration(iteration.iteration, evaluations, iteration.energy);
+        self.between()
+    }
+
+    fn between(&mut self) -> Control {
         if self.interrupt.asked() {
             Control::Cancel
         } else {

@@ -346,3 +346,110 @@ fn ctrl_c_writes_what_is_reached() {
     check(&results, steps, &[nodes, nodes]);
     assert_eq!(place.listing(), ["bars", "out"]);
 }
+
+/// A square of 33 x 33 samples with a bar across, labelled 1 left of a border and 2 right of it.
+fn halves(border: usize) -> Vec<f64> {
+    let mut values = vec![0.0; 33 * 33];
+    for y in 12..21 {
+        for x in 6..27 {
+            values[33 * y + x] = if x < border { 1.0 } else { 2.0 };
+        }
+    }
+    values
+}
+
+#[test]
+fn labels_are_components_of_one_motion() {
+    let place = Place::new();
+    place.write("a.npy", &npy_f64(&[33, 33], &halves(16)));
+    place.write("b.npy", &npy_f64(&[33, 33], &halves(19)));
+    let ends = ["a.npy".to_owned(), "b.npy".to_owned()];
+    let options = ["--grid", "33", "-K", "2"];
+    let outline = connected(&place, &ends, &options, "outline");
+    let mut options = options.to_vec();
+    options.push("--labels");
+    let results = connected(&place, &ends, &options, "parts");
+    check(&results, 2, &[33, 33]);
+    assert_eq!(results.numbers("/parameters/labels"), [1.0, 2.0]);
+    assert_eq!(results.numbers("/dice_components").len(), 2);
+    // The outline stays, and the border between the labels moves.
+    assert!(outline.number("/length") < 0.1 * results.number("/length"));
+    let (_, component) = results.array("shape_002_component_1.npy");
+    // Right of the border is inside of the second label's level set.
+    assert!(component[33 * 16 + 22] > 0.0 && component[33 * 16 + 16] < 0.0);
+
+    let mut other = halves(16);
+    other[33 * 13 + 8] = 5.0;
+    place.write("c.npy", &npy_f64(&[33, 33], &other));
+    let run = place.run(&["geodesic", "a.npy", "c.npy", "-o", "out", "--labels"]);
+    assert_eq!(run.status.code(), Some(2));
+    let report = String::from_utf8_lossy(&run.stderr).into_owned();
+    for word in ["--labels", "c.npy", "5"] {
+        assert!(report.contains(word), "no '{word}' in: {report}");
+    }
+}
+
+#[test]
+fn a_shape_that_is_hidden_in_part_is_restored() {
+    let place = Place::new();
+    draw(
+        &place,
+        "whole.npy",
+        &["bar", "--angle", "130", "--grid", "65"],
+    );
+    draw(
+        &place,
+        "template.npy",
+        &["bar", "--angle", "150", "--grid", "65"],
+    );
+    let whole = std::fs::read(place.path("whole.npy")).unwrap();
+    let header = whole.len() - 8 * 65 * 65;
+    let mut values: Vec<f64> = whole[header..]
+        .chunks_exact(8)
+        .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+        .collect();
+    let mut view = vec![1.0; values.len()];
+    // A piece in the middle of one arm is covered.
+    for (index, (value, seen)) in values.iter_mut().zip(&mut view).enumerate() {
+        if (40..46).contains(&(index % 65)) {
+            (*value, *seen) = (0.0, 0.0);
+        }
+    }
+    place.write("seen.npy", &npy_f64(&[65, 65], &values));
+    place.write("view.npy", &npy_f64(&[65, 65], &view));
+    let run = |end: &str, output: &str, options: &[&str]| {
+        let ends = ["template.npy".to_owned(), end.to_owned()];
+        let mut all = vec!["--grid", "65", "-K", "2"];
+        all.extend(options);
+        connected(&place, &ends, &all, output)
+    };
+    let full = run("whole.npy", "full", &[]);
+    let partial = run("seen.npy", "partial", &["--valid-end", "view.npy"]);
+    check(&partial, 2, &[65, 65]);
+    let change = partial.number("/length") / full.number("/length") - 1.0;
+    assert!(change.abs() < 0.1, "the distance changes by {change}");
+    let area = |results: &Results| results.numbers("/volumes")[2];
+    assert!((area(&partial) / area(&full) - 1.0).abs() < 0.03);
+    // Without a mask of what was seen, what is there has to be covered, and no more.
+    let inside = run("seen.npy", "inside", &["--occluded", "end"]);
+    assert_eq!(inside.json["parameters"]["occluded"], "end");
+    assert!(inside.number("/length") < 1.1 * full.number("/length"));
+    assert!(area(&inside) > 0.9 * area(&full));
+    // The mask has to fit its shape.
+    place.write("small.npy", &npy_f64(&[2, 2], &[0.0, 1.0, 1.0, 1.0]));
+    let run = place.run(&[
+        "geodesic",
+        "template.npy",
+        "seen.npy",
+        "-o",
+        "out",
+        "--valid-end",
+        "small.npy",
+    ]);
+    assert_eq!(run.status.code(), Some(2));
+    let report = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(
+        report.contains("--valid-end") && report.contains("small.npy"),
+        "{report}"
+    );
+}

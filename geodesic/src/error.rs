@@ -15,9 +15,25 @@ pub enum GeodesicError {
         /// `empty` or `full`.
         what: &'static str,
     },
+    /// The two shapes have different numbers of components, or none.
+    #[error("the start shape has {start} components, the end shape {end}")]
+    Components {
+        /// Components of the start shape.
+        start: usize,
+        /// Components of the end shape.
+        end: usize,
+    },
     /// A signed distance is not a number everywhere.
     #[error("the signed distance of the {which} shape is not finite at node {node}")]
     NotFinite {
+        /// `start` or `end`.
+        which: &'static str,
+        /// Position in memory of the node.
+        node: usize,
+    },
+    /// A weight of what is known is not between 0 and 1.
+    #[error("what is known of the {which} shape weighs less than 0 or more than 1 at node {node}")]
+    Weight {
         /// `start` or `end`.
         which: &'static str,
         /// Position in memory of the node.

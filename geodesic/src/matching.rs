@@ -37,8 +37,37 @@ impl MatchDensity for HeavisideMatch {
     }
 }
 
+/// Where a mismatch counts: the product of a weight of the start domain and of a weight of the end
+/// domain, both between 0 and 1; a weight that is missing is one.
+#[derive(Clone, Copy, Default)]
+pub struct Visibility<'a, const D: usize> {
+    /// The weight at a point of the start domain.
+    pub start: Option<Interpolant<'a, f64, D>>,
+    /// The weight at the deformed point.
+    pub end: Option<Interpolant<'a, f64, D>>,
+}
+
+impl<const D: usize> Visibility<'_, D> {
+    /// The weight, and its derivative by the deformed position.
+    #[inline(always)]
+    pub(crate) fn weight<L: Lane>(&self, position: &[L; D], deformed: &[L; D]) -> (L, [L; D]) {
+        let own = match &self.start {
+            Some(weight) => weight.sample(position).0,
+            None => L::one(),
+        };
+        match &self.end {
+            Some(weight) => {
+                let (value, slope) = weight.sample(deformed);
+                (own * value, slope.map(|s| s * own))
+            }
+            None => (own, [L::zero(); D]),
+        }
+    }
+}
+
 /// The match of a displaced level set, measured in part where the deformation ends:
-/// `((1 - theta) + theta det(1 + Dw)) (H(v(x + w(x))) - H(u(x)))^2` for a displacement `w`.
+/// `((1 - theta) + theta det(1 + Dw)) omega (H(v(x + w(x))) - H(u(x)))^2` for a displacement `w`,
+/// with the weight `omega` of what is visible.
 ///
 /// At `theta = 0` the match is the volume of what differs on the start domain, at `theta = 1` on
 /// the end domain. There the void that a shape closes up costs nothing once it has no volume, and
@@ -51,16 +80,46 @@ pub struct MeasuredMatch<'a, const D: usize> {
     pub other: Interpolant<'a, f64, D>,
     /// The share `theta`.
     pub deformed_share: f64,
+    /// The weight `omega`.
+    pub visibility: Visibility<'a, D>,
+}
+
+/// A composed level set at a point, and the weight of the mismatch there.
+struct Composed<L, const D: usize> {
+    value: L,
+    slope: [L; D],
+    weight: L,
+    weight_slope: [L; D],
+}
+
+/// What is found at the deformed point.
+#[inline(always)]
+fn compose<L: Lane, const D: usize>(
+    other: &Interpolant<'_, f64, D>,
+    visibility: &Visibility<'_, D>,
+    position: &[L; D],
+    displacement: impl Fn(usize) -> L,
+) -> Composed<L, D> {
+    let mut deformed = *position;
+    for k in 0..D {
+        deformed[k] += displacement(k);
+    }
+    let (value, slope) = other.sample(&deformed);
+    let (weight, weight_slope) = visibility.weight(position, &deformed);
+    Composed {
+        value,
+        slope,
+        weight,
+        weight_slope,
+    }
 }
 
 impl<const D: usize> MeasuredMatch<'_, D> {
     #[inline(always)]
-    fn sample<L: Lane>(&self, point: &Point<L, D, D>) -> (L, [L; D]) {
-        let mut position = point.position;
-        for k in 0..D {
-            position[k] += point.value[k];
-        }
-        self.other.sample(&position)
+    fn sample<L: Lane>(&self, point: &Point<L, D, D>) -> Composed<L, D> {
+        compose(&self.other, &self.visibility, &point.position, |k| {
+            point.value[k]
+        })
     }
 
     /// Void that is folded over has no volume.
@@ -83,75 +142,78 @@ impl<const D: usize> Reads for MeasuredMatch<'_, D> {
 impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
-        let (s, _) = self.sample(point);
+        let at = self.sample(point);
         let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
-        self.density.value(s, &point.coefficient) * self.measure(volume)
+        self.density.value(at.value, &point.coefficient) * at.weight * self.measure(volume)
     }
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
-        let (s, slope) = self.sample(point);
+        let at = self.sample(point);
         let deformed = tensor::add_identity(&point.gradient);
         let cofactor = tensor::cofactor(&deformed);
         let volume = tensor::determinant_with(&deformed, &cofactor);
         let measure = self.measure(volume);
-        let (value, derivative, _) = self.density.derivatives(s, &point.coefficient);
+        let (value, derivative, _) = self.density.derivatives(at.value, &point.coefficient);
+        let (derivative, weighted) = (derivative * at.weight, value * at.weight);
         let mut jet = Jet::zero();
         for k in 0..D {
-            jet.value[k] = derivative * measure * slope[k];
+            let change = value.mul_add(at.weight_slope[k], derivative * at.slope[k]);
+            jet.value[k] = change * measure;
         }
         let pressure = L::select(
             L::zero().less(volume),
-            value.scale(self.deformed_share),
+            weighted.scale(self.deformed_share),
             L::zero(),
         );
         jet.gradient = tensor::scale(&cofactor, pressure);
-        (value * measure, jet)
+        (weighted * measure, jet)
     }
 
-    /// That of Gauss and Newton, with the measure held.
+    /// That of Gauss and Newton, with the measure and the weight held.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
         point: &Point<L, D, D>,
         direction: &Jet<L, D, D>,
     ) -> Jet<L, D, D> {
-        let (s, slope) = self.sample(point);
+        let at = self.sample(point);
         let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
-        let (_, _, curvature) = self.density.derivatives(s, &point.coefficient);
-        let mut along = slope[0] * direction.value[0];
+        let (_, _, curvature) = self.density.derivatives(at.value, &point.coefficient);
+        let mut along = at.slope[0] * direction.value[0];
         for k in 1..D {
-            along = slope[k].mul_add(direction.value[k], along);
+            along = at.slope[k].mul_add(direction.value[k], along);
         }
-        let along = along * curvature * self.measure(volume);
+        let along = along * curvature * at.weight * self.measure(volume);
         let mut jet = Jet::zero();
         for k in 0..D {
-            jet.value[k] = along * slope[k];
+            jet.value[k] = along * at.slope[k];
         }
         jet
     }
 }
 
-/// The match `(H(v(x + w(x))) - H(u(x)))^2` of a level set `v` with a level set `u` under a
-/// displacement `w`, as a law for the unknowns `u` and `w` (`M = 1 + D` components).
+/// The match `omega (H(v(x + w(x))) - H(u(x)))^2` of a level set `v` with a level set `u` under a
+/// displacement `w`, as a law for the unknowns `u` and `w` (`M = 1 + D` components), with the weight
+/// `omega` of what is visible.
 #[derive(Clone, Copy)]
 pub struct StepMatch<'a, const D: usize> {
     /// The step `H`.
     pub step: Arctan,
     /// The level set `v` of the other shape.
     pub other: Interpolant<'a, f64, D>,
+    /// The weight `omega`.
+    pub visibility: Visibility<'a, D>,
 }
 
 impl<const D: usize> StepMatch<'_, D> {
     #[inline(always)]
-    fn sample<L: Lane, const M: usize>(&self, point: &Point<L, D, M>) -> (L, [L; D]) {
+    fn sample<L: Lane, const M: usize>(&self, point: &Point<L, D, M>) -> Composed<L, D> {
         // A constant of the type, but callers choose it at run time.
         assert!(M > D);
-        let mut position = point.position;
-        for k in 0..D {
-            position[k] += point.value[k + 1];
-        }
-        self.other.sample(&position)
+        compose(&self.other, &self.visibility, &point.position, |k| {
+            point.value[k + 1]
+        })
     }
 }
 
@@ -165,44 +227,45 @@ impl<const D: usize> Reads for StepMatch<'_, D> {
 impl<const D: usize, const M: usize> CellLaw<D, M> for StepMatch<'_, D> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
-        let (s, _) = self.sample(point);
-        let difference = self.step.value(s) - self.step.value(point.value[0]);
-        difference * difference
+        let at = self.sample(point);
+        let difference = self.step.value(at.value) - self.step.value(point.value[0]);
+        difference * difference * at.weight
     }
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, M>) -> (L, Jet<L, D, M>) {
-        let (s, slope) = self.sample(point);
-        let difference = self.step.value(s) - self.step.value(point.value[0]);
-        let twice = difference.scale(2.0);
-        let by_other = twice * self.step.derivative(s);
+        let at = self.sample(point);
+        let difference = self.step.value(at.value) - self.step.value(point.value[0]);
+        let square = difference * difference;
+        let twice = difference.scale(2.0) * at.weight;
+        let by_other = twice * self.step.derivative(at.value);
         let mut jet = Jet::zero();
         jet.value[0] = -(twice * self.step.derivative(point.value[0]));
         for k in 0..D {
-            jet.value[k + 1] = by_other * slope[k];
+            jet.value[k + 1] = square.mul_add(at.weight_slope[k], by_other * at.slope[k]);
         }
-        (difference * difference, jet)
+        (square * at.weight, jet)
     }
 
-    /// That of Gauss and Newton.
+    /// That of Gauss and Newton, with the weight held.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
         point: &Point<L, D, M>,
         direction: &Jet<L, D, M>,
     ) -> Jet<L, D, M> {
-        let (s, slope) = self.sample(point);
-        let by_other = self.step.derivative(s);
+        let at = self.sample(point);
+        let by_other = self.step.derivative(at.value);
         let by_own = self.step.derivative(point.value[0]);
         let mut change = -(by_own * direction.value[0]);
         for k in 0..D {
-            change = (by_other * slope[k]).mul_add(direction.value[k + 1], change);
+            change = (by_other * at.slope[k]).mul_add(direction.value[k + 1], change);
         }
-        let twice = change.scale(2.0);
+        let twice = change.scale(2.0) * at.weight;
         let mut jet = Jet::zero();
         jet.value[0] = -(twice * by_own);
         for k in 0..D {
-            jet.value[k + 1] = twice * by_other * slope[k];
+            jet.value[k + 1] = twice * by_other * at.slope[k];
         }
         jet
     }
@@ -216,6 +279,8 @@ pub struct MatchWeights<'a, const D: usize> {
     pub step: Arctan,
     /// The level set `v`.
     pub other: Interpolant<'a, f64, D>,
+    /// The weight `omega` of what is visible.
+    pub visibility: Visibility<'a, D>,
 }
 
 impl<const D: usize> Reads for MatchWeights<'_, D> {
@@ -229,8 +294,12 @@ impl<const D: usize> PointWeights<D> for MatchWeights<'_, D> {
     #[inline(always)]
     fn weights<L: Lane>(&self, point: &Point<L, D, D>, deformed: &[L; D]) -> (L, L) {
         let (s, _) = self.other.sample(deformed);
+        let (weight, _) = self.visibility.weight(&point.position, deformed);
         let difference = self.step.value(s) - self.step.value(point.coefficient[0]);
         let slope = self.step.derivative(s);
-        ((slope * slope).scale(2.0), (difference * slope).scale(2.0))
+        (
+            (slope * slope).scale(2.0) * weight,
+            (difference * slope).scale(2.0) * weight,
+        )
     }
 }

@@ -1,10 +1,11 @@
 //! The quadratic form that the metrics of both forms are made of: corotational elasticity, and
-//! the Gauss–Newton matrix of a match.
+//! the Gauss–Newton matrices of matches.
 
+use crate::matching::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::engine::MAX_CELL_DATA;
-use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells};
-use hyperelastic::{Corotational, LameModuli};
+use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells, tensor};
+use hyperelastic::{Corotational, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 
 /// Share of the void's stiffness that regularises the metric.
@@ -12,7 +13,19 @@ const REGULARISATION: f64 = 1e-3;
 /// Least stiffness of the void in the metric: the void has to give way without folding.
 const METRIC_VOID_STIFFNESS: f64 = 0.1;
 
-/// Elasticity of an object in a void, with the match of its level set.
+/// A level set that is matched under a deformation.
+#[derive(Clone, Copy)]
+pub(crate) struct MatchedLevel<'a, const D: usize> {
+    /// The level set that is composed with the deformation.
+    pub end: Interpolant<'a, f64, D>,
+    /// Where a mismatch counts.
+    pub visibility: Visibility<'a, D>,
+}
+
+/// Determinants below this count as this.
+const LEAST_DETERMINANT: f64 = 1e-3;
+
+/// Elasticity of an object in a void, with the match of its level sets.
 #[derive(Clone, Copy)]
 pub(crate) struct ElasticForm<'a, const D: usize> {
     pub moduli: LameModuli,
@@ -22,10 +35,13 @@ pub(crate) struct ElasticForm<'a, const D: usize> {
     pub step: Arctan,
     /// A factor of the elastic part.
     pub stiffness: f64,
-    /// Weight of the match; at zero it is left out.
+    /// What keeps corners from folding, and the true stiffness of the void.
+    pub barrier: FoldBarrier,
+    pub void_stiffness: f64,
+    /// Weight of the matches; at zero they are left out.
     pub match_weight: f64,
-    /// The level set that is composed with the deformation.
-    pub end: Interpolant<'a, f64, D>,
+    /// The level sets that are composed with the deformation.
+    pub matched: &'a [MatchedLevel<'a, D>],
 }
 
 /// The form at a displacement of the object `{start > 0}`: the law and its data per cell.
@@ -62,7 +78,18 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
         let mut out = [L::zero(); MAX_CELL_DATA];
         let chi = self.indicator.value(point.coefficient[0]);
         let void = L::splat(METRIC_VOID_STIFFNESS);
-        out[0] = chi.mul_add(L::one() - void, void).scale(self.stiffness);
+        let a = tensor::add_identity(&point.gradient);
+        let cofactor = tensor::cofactor(&a);
+        let det = tensor::determinant_with(&a, &cofactor).max(L::splat(LEAST_DETERMINANT));
+        let square = tensor::contract(&cofactor, &cofactor);
+        let compression = square / (det * det).scale(D as f64) - L::one();
+        let delta = L::splat(self.void_stiffness);
+        let law = chi.mul_add(L::one() - delta, delta);
+        let stiffened = (law * compression.max(L::zero())).scale(0.5);
+        let held = self.barrier.curvature(det) * square;
+        let moduli = self.moduli.bulk_lambda + 2.0 * self.moduli.shear_modulus;
+        out[0] = (chi.mul_add(L::one() - void, void) + stiffened).scale(self.stiffness)
+            + held.scale(1.0 / moduli);
         for i in 0..D {
             for k in 0..D {
                 out[1 + i * D + k] = point.gradient[i][k];
@@ -73,12 +100,16 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
             for k in 0..D {
                 deformed[k] += point.value[k];
             }
-            let (s, slope) = self.end.sample(&deformed);
-            let derivative = self.step.derivative(s);
-            let curvature = (derivative * derivative).scale(2.0 * self.match_weight);
-            for i in 0..D {
-                for j in i..D {
-                    out[Corotational::<D>::mass_entry(i, j)] = curvature * slope[i] * slope[j];
+            for level in self.matched {
+                let (s, slope) = level.end.sample(&deformed);
+                let (weight, _) = level.visibility.weight(&point.position, &deformed);
+                let derivative = self.step.derivative(s);
+                let curvature = (derivative * derivative * weight).scale(2.0 * self.match_weight);
+                for i in 0..D {
+                    for j in i..D {
+                        let entry = &mut out[Corotational::<D>::mass_entry(i, j)];
+                        *entry = (curvature * slope[i]).mul_add(slope[j], *entry);
+                    }
                 }
             }
         }

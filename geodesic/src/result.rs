@@ -1,19 +1,17 @@
 //! What a geodesic is made of, whatever form it was computed in.
 
 use crate::cells::{self, object_cells};
-use crate::lagrangian::{LagrangianPath, lagrangian_path};
-use crate::level_sets::{PathState, flow, level_set_path, on_grid};
+use crate::lagrangian::{eulerian, lagrangian_path};
+use crate::level_sets::{PathState, first_paths, level_set_path};
+use crate::overlap::{Overlaps, overlaps};
+use crate::shape::{Known, Shape, union_of};
 use crate::{Form, GeodesicError, GeodesicParams};
 use fe_grid::minimise::{Info, Observer, Status};
-use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify_within};
-use levelset::{BoxEdge, ContourDistance, contour};
-use rayon::prelude::*;
+use fe_grid::{Certificate, Field, ScalarField, certify_within};
 
 /// Overlap with the end shape from which on it counts as reached: on coarse grids the boundary is a
 /// share of a cell away from it.
 const REACHED: f64 = 0.95;
-/// Steps of the flow that make one of the first path, at most.
-const FLOW_STEPS: usize = 6;
 
 /// What happened on one level of the computation.
 #[derive(Clone, Debug)]
@@ -38,8 +36,11 @@ pub struct LevelReport {
 /// A discrete geodesic: shapes and the deformations between them.
 #[derive(Clone, Debug)]
 pub struct Geodesic<const D: usize> {
-    /// Level sets `u_0, ..., u_K`, positive inside.
+    /// Level sets `u_0, ..., u_K`, positive inside: of all matter, where there are several
+    /// components.
     pub level_sets: Vec<ScalarField<f64, D>>,
+    /// The level sets of the components of the shapes `0, ..., K`; nothing where there is one.
+    pub components: Vec<Vec<ScalarField<f64, D>>>,
     /// Displacements of `phi_1, ..., phi_K`: `phi_k(x) = x + displacement(x)` deforms the shape
     /// `k - 1` into the shape `k`.
     pub displacements: Vec<Field<f64, D, D>>,
@@ -52,11 +53,14 @@ pub struct Geodesic<const D: usize> {
     /// The worst deformation inside its shape: certified where the determinant is positive on all
     /// cells that meet it.
     pub certificate: Certificate,
-    /// Dice overlap of the end shape with what the deformations make of the start shape.
+    /// Dice overlap of the end shape with what the deformations make of the start shape, where both
+    /// are known; the worst of all components.
     pub dice_end: f64,
     /// Dice overlap of the start shape with the end shape pulled back through all steps: void that
-    /// was closed up counts against it.
+    /// was closed up counts against it. The worst of all components.
     pub dice_pulled: f64,
+    /// The overlap with the end shape of every component.
+    pub dice_components: Vec<f64>,
     /// What happened, in order.
     pub levels: Vec<LevelReport>,
     /// Converged, or the last level's reason why not.
@@ -95,16 +99,45 @@ pub fn geodesic<const D: usize>(
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<Geodesic<D>, GeodesicError> {
+    geodesic_between(
+        &Shape::new(start.clone()),
+        &Shape::new(end.clone()),
+        params,
+        observer,
+    )
+}
+
+/// The geodesic between two shapes of one or several components, that may be hidden in part.
+///
+/// Components are matched in their order. With the notes' model of a hidden part, a path of level
+/// sets restores it: what the first step is matched with is the shape as it is seen, and the shape
+/// after it is whole.
+///
+/// # Errors
+/// As for [`geodesic`], and for shapes with different numbers of components.
+pub fn geodesic_between<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<Geodesic<D>, GeodesicError> {
     params.check()?;
     check(start, "start")?;
     check(end, "end")?;
     if start.grid() != end.grid() {
         return Err(GeodesicError::GridsDiffer);
     }
+    let counts = [start.components().len(), end.components().len()];
+    if counts[0] != counts[1] {
+        return Err(GeodesicError::Components {
+            start: counts[0],
+            end: counts[1],
+        });
+    }
     match params.form {
         Form::Lagrangian => {
             let path = lagrangian_path(start, end, params, observer)?;
-            let (level_sets, displacements) = eulerian(start, &path)?;
+            let (shapes, displacements) = eulerian(start.components(), &path)?;
             let levels = path.levels.into_iter().map(|level| LevelReport {
                 nodes: level.nodes,
                 steps: level.steps,
@@ -114,13 +147,13 @@ pub fn geodesic<const D: usize>(
                 areas: Vec::new(),
                 total: level.energy.total,
             });
-            finish(end, level_sets, displacements, levels.collect())
+            finish(start, end, shapes, displacements, levels.collect())
         }
         Form::LevelSets => {
-            let first = first_path(start, end, params)?;
-            let path = level_set_path(first, start, end, params, observer)?;
+            let (first, others) = first_paths(start, end, params, observer)?;
+            let path = level_set_path(first, others, start, end, params, observer)?;
             let PathState {
-                level_sets,
+                shapes,
                 displacements,
             } = path.state;
             let levels = path.levels.into_iter().map(|level| LevelReport {
@@ -132,147 +165,51 @@ pub fn geodesic<const D: usize>(
                 areas: level.energy.areas,
                 total: level.energy.total,
             });
-            finish(end, level_sets, displacements, levels.collect())
+            finish(start, end, shapes, displacements, levels.collect())
         }
     }
 }
 
-/// A first path of level sets: a flow on a coarse grid, cut into small steps.
-fn first_path<const D: usize>(
-    start: &ScalarField<f64, D>,
-    end: &ScalarField<f64, D>,
-    params: &GeodesicParams,
-) -> Result<PathState<D>, GeodesicError> {
-    let grids = start.grid().hierarchy(params.flow_nodes);
-    let grid = grids[0];
-    let (coarse_start, coarse_end) = (on_grid(&grid, start), on_grid(&grid, end));
-    let flow = flow(&coarse_start, &coarse_end, params)?;
-    let mut steps = params.steps;
-    while steps * FLOW_STEPS < flow.motions.len() {
-        steps *= 2;
+fn check<const D: usize>(shape: &Shape<D>, which: &'static str) -> Result<(), GeodesicError> {
+    for component in shape.components() {
+        let values = component.as_slice();
+        if let Some(node) = values.iter().position(|u| !u.is_finite()) {
+            return Err(GeodesicError::NotFinite { which, node });
+        }
+        let inside = values.iter().filter(|&&u| u > 0.0).count();
+        if inside == 0 || inside == values.len() {
+            let what = if inside == 0 { "empty" } else { "full" };
+            return Err(GeodesicError::Degenerate { which, what });
+        }
     }
-    let mut first = flow.cut(steps);
-    first.level_sets[steps] = coarse_end;
-    Ok(first)
-}
-
-fn check<const D: usize>(
-    shape: &ScalarField<f64, D>,
-    which: &'static str,
-) -> Result<(), GeodesicError> {
-    let values = shape.as_slice();
-    if let Some(node) = values.iter().position(|u| !u.is_finite()) {
-        return Err(GeodesicError::NotFinite { which, node });
-    }
-    let inside = values.iter().filter(|&&u| u > 0.0).count();
-    if inside == 0 || inside == values.len() {
-        let what = if inside == 0 { "empty" } else { "full" };
-        return Err(GeodesicError::Degenerate { which, what });
+    if let Known::Within(weight) = shape.known() {
+        let values = weight.as_slice();
+        if let Some(node) = values.iter().position(|w| !(0.0..=1.0).contains(w)) {
+            return Err(GeodesicError::Weight { which, node });
+        }
+        if weight.grid() != shape.grid() {
+            return Err(GeodesicError::GridsDiffer);
+        }
     }
     Ok(())
 }
 
-/// The shapes along a path of one start domain, and the deformations of each into the next.
-fn eulerian<const D: usize>(
-    start: &ScalarField<f64, D>,
-    path: &LagrangianPath<D>,
-) -> Result<(Vec<ScalarField<f64, D>>, Vec<Field<f64, D, D>>), GeodesicError> {
-    // A path that was cancelled ends on a coarser grid than that of the shapes.
-    let grid = path
-        .displacements
-        .first()
-        .map_or(*start.grid(), |u| *u.grid());
-    let start = ScalarField::from_fn(grid, |x| start.sample(x));
-    let outline = contour(&start, 0.0, BoxEdge::Open)?;
-    let mut level_sets = vec![start];
-    for displacement in &path.displacements {
-        let moved = outline.map(|p| {
-            let u = displacement.sample(p);
-            std::array::from_fn(|k| p[k] + u[k])
-        });
-        level_sets.push(ContourDistance::new(&moved)?.sample(grid));
-    }
-    let displacements = (0..path.displacements.len())
-        .into_par_iter()
-        .map(|k| match k {
-            0 => path.displacements[0].clone(),
-            _ => step_between(&path.displacements[k - 1], &path.displacements[k]),
-        })
-        .collect();
-    Ok((level_sets, displacements))
-}
-
-/// The displacement of `psi_k o psi_{k-1}^{-1}`.
-fn step_between<const D: usize>(
-    before: &Field<f64, D, D>,
-    after: &Field<f64, D, D>,
-) -> Field<f64, D, D> {
-    let grid = *before.grid();
-    let n = grid.n_nodes();
-    let inverse = InverseDeformation::new(before);
-    let mut step = Field::zeros(grid);
-    let mut known = vec![false; n];
-    for node in 0..n {
-        if let Some(x) = inverse.position(node) {
-            let (u, v) = (before.sample(x), after.sample(x));
-            for k in 0..D {
-                step.component_mut(k)[node] = v[k] - u[k];
-            }
-            known[node] = true;
-        }
-    }
-    extend(&grid, &mut step, known);
-    step
-}
-
-/// Gives nodes that nothing is known of the mean of their known neighbours, from near to far.
-fn extend<const D: usize>(grid: &Grid<D>, field: &mut Field<f64, D, D>, mut known: Vec<bool>) {
-    let (nodes, strides) = (grid.nodes_per_axis(), grid.strides());
-    let mut missing: Vec<usize> = (0..known.len()).filter(|&i| !known[i]).collect();
-    while !missing.is_empty() && missing.len() < known.len() {
-        let mut found = Vec::new();
-        for &index in &missing {
-            let node = grid.node(index);
-            let mut neighbours = Vec::with_capacity(2 * D);
-            for k in 0..D {
-                if node[k] > 0 {
-                    neighbours.push(index - strides[k]);
-                }
-                if node[k] + 1 < nodes[k] {
-                    neighbours.push(index + strides[k]);
-                }
-            }
-            neighbours.retain(|&i| known[i]);
-            if !neighbours.is_empty() {
-                let mut mean = [0.0; D];
-                for &i in &neighbours {
-                    let value = field.at(i);
-                    for k in 0..D {
-                        mean[k] += value[k] / neighbours.len() as f64;
-                    }
-                }
-                found.push((index, mean));
-            }
-        }
-        for (index, mean) in &found {
-            for k in 0..D {
-                field.component_mut(k)[*index] = mean[k];
-            }
-            known[*index] = true;
-        }
-        missing.retain(|&i| !known[i]);
-    }
-}
-
 fn finish<const D: usize>(
-    end: &ScalarField<f64, D>,
-    level_sets: Vec<ScalarField<f64, D>>,
+    start: &Shape<D>,
+    end: &Shape<D>,
+    shapes: Vec<Vec<ScalarField<f64, D>>>,
     displacements: Vec<Field<f64, D, D>>,
     levels: Vec<LevelReport>,
 ) -> Result<Geodesic<D>, GeodesicError> {
+    let level_sets: Vec<_> = shapes.iter().map(|shape| union_of(shape)).collect();
     let grid = *level_sets[0].grid();
-    let mut worst: Option<Certificate> = None;
-    for (u, displacement) in level_sets.iter().zip(&displacements) {
+    let mut certificate = Certificate {
+        certified: true,
+        min_det: 1.0,
+        min_corner_det: 1.0,
+        cell: 0,
+    };
+    for (k, (u, displacement)) in level_sets.iter().zip(&displacements).enumerate() {
         let object = object_cells(u);
         let found = certify_within(
             &grid,
@@ -281,37 +218,33 @@ fn finish<const D: usize>(
             f64::INFINITY,
             Some(&object),
         );
-        worst = Some(worst.map_or(found, |w| if found.min_det < w.min_det { found } else { w }));
+        if k == 0 || found.min_det < certificate.min_det {
+            certificate = found;
+        }
     }
-    let certificate = worst.unwrap_or(Certificate {
-        certified: true,
-        min_det: 1.0,
-        min_corner_det: 1.0,
-        cell: 0,
-    });
-    let carry = |x: [f64; D]| {
-        displacements.iter().fold(x, |y, displacement| {
-            let u = displacement.sample(y);
-            std::array::from_fn(|k| y[k] + u[k])
-        })
-    };
-    let pulled = ScalarField::from_fn(grid, |x| end.sample(carry(x)));
-    let dice_pulled = levelset::dice(&pulled, 0.0, &level_sets[0], 0.0)?;
-    let carried = contour(&level_sets[0], 0.0, BoxEdge::Open)?.map(carry);
-    let carried = ContourDistance::new(&carried)?.sample(grid);
-    let target = on_grid(&grid, end);
-    let dice_end = levelset::dice(&carried, 0.0, &target, 0.0)?;
+    let Overlaps {
+        forwards,
+        backwards,
+    } = overlaps(start, end, &displacements, grid)?;
+    let worst = |values: &[f64]| values.iter().copied().fold(1.0, f64::min);
     let last = levels.last();
+    let components = if start.components().len() > 1 {
+        shapes
+    } else {
+        Vec::new()
+    };
     Ok(Geodesic {
         step_energies: last.map(|l| l.step_energies.clone()).unwrap_or_default(),
         matches: last.map(|l| l.matches.clone()).unwrap_or_default(),
         total: last.map_or(0.0, |l| l.total),
         status: last.map_or(Status::InadmissibleStart, |l| l.info.status),
         level_sets,
+        components,
         displacements,
         certificate,
-        dice_end,
-        dice_pulled,
+        dice_end: worst(&forwards),
+        dice_pulled: worst(&backwards),
+        dice_components: forwards,
         levels,
     })
 }

@@ -14,7 +14,7 @@ use geodesic::lagrangian::PathObjective;
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
     BoundaryArea, Form, GeodesicParams, HeavisideMatch, MatchWeights, ObjectWeights,
-    StepDeformation, StepMatch,
+    StepDeformation, StepMatch, Visibility,
 };
 use hyperelastic::{LameModuli, LawSpec, LogDet};
 use levelset::{Arctan, Step};
@@ -94,7 +94,11 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
     fn matching(&self) {
         let (n, target) = (self.grid.n_nodes(), self.input("u1"));
         let (step, other) = (self.step(), Interpolant::new(self.grid, &target));
-        let law = StepMatch { step, other };
+        let law = StepMatch {
+            step,
+            other,
+            visibility: Visibility::default(),
+        };
         let state = self.pair("u0");
         let mut gradient = vec![0.0; state.len()];
         let value = Assembly::<_, f64, D, S>::new(self.grid, &law, Data::default())
@@ -106,7 +110,11 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
             displacement: &state[n..],
             coefficients: &[&state[..n]],
         };
-        let rule = MatchWeights { step, other };
+        let rule = MatchWeights {
+            step,
+            other,
+            visibility: Visibility::default(),
+        };
         let (_, load) = normal_equations(&self.grid, &rule, &[source], Background::default());
         close_to("grad_u1", &load, &self.case["grad_u1"]);
     }

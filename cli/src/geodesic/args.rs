@@ -37,6 +37,32 @@ pub struct GeodesicArgs {
     /// [default: 1e-3].
     #[arg(long, value_parser = positive)]
     pub area_weight: Option<f64>,
+    /// The inputs are label images: every label but 0 is a component, and becomes the component of
+    /// the same label.
+    #[arg(long, conflicts_with = "label")]
+    pub labels: bool,
+    /// A shape of which parts may be hidden, anywhere: only what is seen of it has to be covered.
+    #[arg(long, value_enum, value_name = "SHAPE")]
+    pub occluded: Option<Occluded>,
+    /// A mask as large as START, bright where the start shape was seen: no mismatch is charged
+    /// elsewhere.
+    #[arg(long, value_name = "MASK")]
+    pub valid_start: Option<PathBuf>,
+    /// A mask as large as END, bright where the end shape was seen.
+    #[arg(long, value_name = "MASK")]
+    pub valid_end: Option<PathBuf>,
+}
+
+/// Which shape may be hidden in part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Occluded {
+    /// The start shape.
+    Start,
+    /// The end shape.
+    End,
+    /// Both.
+    Both,
 }
 
 /// In which unknowns a path is computed.

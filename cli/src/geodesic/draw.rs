@@ -49,6 +49,7 @@ impl Draw<2> for Pictures {
         let shapes = (0..outlines.len()).map(|k| {
             let mut canvas = window.canvas();
             filled(window, &mut canvas, &outlines[k], colour_at(path, k, 0.0));
+            labelled(window, &mut canvas, path, k, 0.0);
             if k == path.steps() && outcome.parameters.form == Form::Lagrangian {
                 // What the path should have come to, if it has not.
                 let end = curves(&outcome.inputs[1].contour);
@@ -86,6 +87,7 @@ impl Draw<2> for Pictures {
             }
             let outline = curves(&boundary(path, k, share));
             filled(window, &mut canvas, &outline, colour_at(path, k, share));
+            labelled(window, &mut canvas, path, k, share);
             canvas
         });
         frames.collect()
@@ -103,6 +105,21 @@ impl Draw<2> for Pictures {
 fn filled(window: Window, canvas: &mut Canvas, outline: &[Curve], colour: Colour) {
     window.fill(canvas, outline, tint(colour));
     window.outline(canvas, outline, 1.6, colour);
+}
+
+/// The labels of a shape on its way, where there are several.
+fn labelled(window: Window, canvas: &mut Canvas, path: &Path<2>, k: usize, share: f64) {
+    let Some(labels) = path.labels.get(k) else {
+        return;
+    };
+    for (index, contour) in labels.iter().enumerate() {
+        let outline = if share > 0.0 {
+            curves(&path.moved(k, share, contour))
+        } else {
+            curves(contour)
+        };
+        filled(window, canvas, &outline, colour(index));
+    }
 }
 
 impl Draw<3> for Pictures {

@@ -13,17 +13,19 @@ mod write;
 
 use std::time::Instant;
 
-use ::geodesic::{Geodesic, geodesic};
+use ::geodesic::{Geodesic, Known, Shape, geodesic_between};
+use fe_grid::{Grid, ScalarField};
 
 use crate::error::{CliError, Exit};
+use crate::input::Image;
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::shapes::{Input, prepare};
+use crate::shapes::{Input, Parts, prepare, visible_weight};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 
-pub use args::{Form, GeodesicArgs};
+pub use args::{Form, GeodesicArgs, Occluded};
 pub use plan::{AnyPlan, GeodesicPlan, Parameters, plan_geodesic};
 
 /// Everything there is to tell about a geodesic.
@@ -71,18 +73,20 @@ where
     let parameters = plan.parameters;
     let params = parameters.geodesic_params();
     let grids = plan.placed.grid.hierarchy(parameters.first_nodes());
+    let grid = plan.placed.grid;
     let (inputs, distances) = prepare(plan.placed, progress)?;
-    let [first, last] = distances.as_slice() else {
-        return Err(CliError::TooFewInputs {
-            command: "geodesic",
-            needed: 2,
-            found: distances.len(),
-        });
-    };
+    let [first, last] = shapes(
+        &inputs,
+        distances,
+        plan.parts,
+        plan.views,
+        &parameters,
+        grid,
+    )?;
     progress.stage("finding a first path");
     let begin = Instant::now();
     let mut watch = Watch::new(progress, interrupt, level_nodes(&grids));
-    let result = geodesic(first, last, &params, &mut watch)?;
+    let result = geodesic_between(&first, &last, &params, &mut watch)?;
     let course = watch.finish();
     let outcome = Outcome {
         inputs,
@@ -104,4 +108,41 @@ where
     } else {
         Exit::Success
     })
+}
+
+/// Both shapes with their components, and with what is known of them.
+fn shapes<const D: usize>(
+    inputs: &[Input<D>],
+    distances: Vec<ScalarField<f64, D>>,
+    parts: Option<Parts<D>>,
+    views: [Option<Image<D>>; 2],
+    parameters: &Parameters,
+    grid: Grid<D>,
+) -> Result<[Shape<D>; 2], CliError> {
+    let hidden = |occluded| match parameters.occluded {
+        Some(found) => found == occluded || found == Occluded::Both,
+        None => false,
+    };
+    let hidden = [hidden(Occluded::Start), hidden(Occluded::End)];
+    let options = ["--valid-start", "--valid-end"];
+    let mut found = Vec::new();
+    for (number, ((input, distance), view)) in inputs.iter().zip(distances).zip(views).enumerate() {
+        let mut components = vec![distance];
+        if let Some(parts) = &parts {
+            components.extend(parts.distances(number, input, grid)?);
+        }
+        let known = match view {
+            Some(view) => Known::Within(visible_weight(view, input, grid, options[number])?),
+            None if hidden[number] => Known::Inside,
+            None => Known::Everywhere,
+        };
+        found.push(Shape::of_components(components)?.with_known(known));
+    }
+    found
+        .try_into()
+        .map_err(|found: Vec<_>| CliError::TooFewInputs {
+            command: "geodesic",
+            needed: 2,
+            found: found.len(),
+        })
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Outcome;
 use crate::error::CliError;
+use crate::shapes::belongs;
 
 /// Densities up to this are rounding: moduli are of the order of one.
 const ROUNDING: f64 = 1e-12;
@@ -15,6 +16,8 @@ const ROUNDING: f64 = 1e-12;
 pub(super) struct Path<const D: usize> {
     /// Their boundaries; the faces of the box close them.
     pub contours: Vec<Contour<D>>,
+    /// For every shape the boundaries of its labels; none where there is one component.
+    pub labels: Vec<Vec<Contour<D>>>,
     /// Their areas or volumes in the unit box.
     pub sizes: Vec<f64>,
     /// The density of the step that deforms each into the next, at the nodes; none for the last.
@@ -36,6 +39,12 @@ impl<const D: usize> Path<D> {
             .map(|u| Ok(contour(u, 0.0, BoxEdge::Closed)?))
             .collect();
         let contours = contours?;
+        let count = outcome.parameters.labels.as_ref().map_or(0, Vec::len);
+        let labels: Result<Vec<_>, GeodesicError> = result
+            .components
+            .par_iter()
+            .map(|components| (0..count).map(|i| label(components, i)).collect())
+            .collect();
         let sizes: Result<Vec<_>, GeodesicError> = contours.iter().map(size).collect();
         let law = outcome.parameters.law_spec();
         let steps = result.displacements.len();
@@ -51,6 +60,7 @@ impl<const D: usize> Path<D> {
         }
         Ok(Self {
             contours,
+            labels: labels?,
             sizes: sizes?,
             densities: densities?,
             displacements,
@@ -77,12 +87,32 @@ impl<const D: usize> Path<D> {
 
     /// The boundary on its way from shape `k` to the next, at a share of the step.
     pub fn between(&self, k: usize, share: f64) -> Contour<D> {
+        self.moved(k, share, &self.contours[k])
+    }
+
+    /// A boundary of shape `k` at a share of the step to the next.
+    pub fn moved(&self, k: usize, share: f64, contour: &Contour<D>) -> Contour<D> {
         let displacement = &self.displacements[k];
-        self.contours[k].map(|p| {
+        contour.map(|p| {
             let u = displacement.sample(p);
             std::array::from_fn(|i| p[i] + share * u[i])
         })
     }
+}
+
+/// The boundary of what bears a label: inside the level sets that it belongs to, outside the others.
+fn label<const D: usize>(
+    components: &[ScalarField<f64, D>],
+    index: usize,
+) -> Result<Contour<D>, GeodesicError> {
+    let mut inside = components[0].clone();
+    for (component, u) in components.iter().enumerate().skip(1) {
+        let sign = if belongs(index, component) { 1.0 } else { -1.0 };
+        for (inside, u) in inside.as_mut_slice().iter_mut().zip(u.as_slice()) {
+            *inside = inside.min(sign * u);
+        }
+    }
+    Ok(contour(&inside, 0.0, BoxEdge::Closed)?)
 }
 
 /// The area or volume inside a boundary; a shape that has vanished has none.

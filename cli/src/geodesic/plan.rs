@@ -1,15 +1,17 @@
 //! From the options to a checked plan.
 
+use std::path::PathBuf;
+
 use ::geodesic::GeodesicParams;
 use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Serialize;
 
-use super::args::{Form, GeodesicArgs};
+use super::args::{Form, GeodesicArgs, Occluded};
 use crate::error::CliError;
-use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::input::{AnyImages, Image, ReadOptions, read_images, read_label_images};
 use crate::options::Align;
 use crate::output::ResultDir;
-use crate::shapes::Placed;
+use crate::shapes::{Parts, Placed};
 
 /// All parameters of a geodesic, with nothing left to choose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -53,6 +55,18 @@ pub struct Parameters {
     pub flow_nodes: usize,
     /// Alignment.
     pub align: Align,
+    /// The labels of the components, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub labels: Option<Vec<i64>>,
+    /// Which shape may be hidden in part.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub occluded: Option<Occluded>,
+    /// The mask of what was seen of the start shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub valid_start: Option<PathBuf>,
+    /// The mask of what was seen of the end shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub valid_end: Option<PathBuf>,
 }
 
 /// Inputs that are read, placed and checked, and what is to be done with them.
@@ -60,6 +74,10 @@ pub struct Parameters {
 pub struct GeodesicPlan<const D: usize> {
     /// The masks in the unit box: start and end.
     pub(crate) placed: Placed<D>,
+    /// Their components, where there are several.
+    pub(crate) parts: Option<Parts<D>>,
+    /// What was seen of start and end, where masks tell.
+    pub(crate) views: [Option<Image<D>>; 2],
     /// The parameters.
     pub parameters: Parameters,
 }
@@ -91,20 +109,71 @@ pub fn plan_geodesic(args: &GeodesicArgs) -> Result<AnyPlan, CliError> {
     let options = ReadOptions {
         label: args.common.label,
     };
-    let inputs = [args.start.clone(), args.end.clone()];
-    match read_images(&inputs, &options)? {
-        AnyImages::D2(images) => plan_images(images, args).map(AnyPlan::D2),
-        AnyImages::D3(images) => plan_images(images, args).map(AnyPlan::D3),
+    let inputs = vec![args.start.clone(), args.end.clone()];
+    let images = if args.labels {
+        read_label_images(&inputs)?
+    } else {
+        read_images(&inputs, &options)?
+    };
+    let views = [&args.valid_start, &args.valid_end].map(|path| {
+        path.as_ref()
+            .map(|path| read_images(std::slice::from_ref(path), &ReadOptions::default()))
+            .transpose()
+    });
+    let [first, second] = views;
+    let views = [first?, second?];
+    match images {
+        AnyImages::D2(images) => {
+            let views = views.map(|view| match view {
+                Some(AnyImages::D2(mut images)) => Ok(images.pop()),
+                None => Ok(None),
+                Some(AnyImages::D3(images)) => Err(other_dimension(&images)),
+            });
+            let [first, second] = views;
+            plan_images(images, [first?, second?], args).map(AnyPlan::D2)
+        }
+        AnyImages::D3(images) => {
+            let views = views.map(|view| match view {
+                Some(AnyImages::D3(mut images)) => Ok(images.pop()),
+                None => Ok(None),
+                Some(AnyImages::D2(images)) => Err(other_dimension(&images)),
+            });
+            let [first, second] = views;
+            plan_images(images, [first?, second?], args).map(AnyPlan::D3)
+        }
+    }
+}
+
+/// What was seen of a picture is a picture, of a volume a volume.
+fn other_dimension<const D: usize>(images: &[Image<D>]) -> CliError {
+    CliError::Option {
+        option: "--valid-start or --valid-end",
+        value: images
+            .first()
+            .map(|image| image.path.display().to_string())
+            .unwrap_or_default(),
+        remedy: "give a mask with as many axes and values as the shape's own image".into(),
     }
 }
 
 fn plan_images<const D: usize>(
     images: Vec<Image<D>>,
+    views: [Option<Image<D>>; 2],
     args: &GeodesicArgs,
 ) -> Result<GeodesicPlan<D>, CliError> {
+    let (images, parts) = if args.labels {
+        let (images, parts) = Parts::split(images)?;
+        (images, Some(parts))
+    } else {
+        (images, None)
+    };
+    let mut parameters = Parameters::new::<D>(args)?;
+    parameters.labels = parts.as_ref().map(|parts| parts.labels.clone());
     Ok(GeodesicPlan {
         placed: Placed::new(images, &args.common)?,
-        parameters: Parameters::new::<D>(args)?,
+        parts,
+        views,
+        parameters,
     })
 }
 
@@ -134,6 +203,10 @@ impl Parameters {
             coarsest_nodes: usual.coarsest_nodes,
             flow_nodes: usual.flow_nodes,
             align: common.align,
+            labels: None,
+            occluded: args.occluded,
+            valid_start: args.valid_start.clone(),
+            valid_end: args.valid_end.clone(),
         };
         let in_force = parameters.geodesic_params().resolved_match_weight();
         parameters.match_weight_in_force = in_force;

@@ -34,6 +34,10 @@ pub(super) struct ResultRecord<const D: usize> {
     pub total: f64,
     /// Overlap of the end shape with what the deformations make of the start shape.
     pub dice_end: f64,
+    /// The same for every component, where there are several: all labels, then the level sets that
+    /// tell them apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub dice_components: Vec<f64>,
     /// Whether that overlap says that the end shape is reached.
     pub end_reached: bool,
     /// Overlap of the start shape with the end shape pulled back through all steps.
@@ -91,6 +95,11 @@ impl<const D: usize> ResultRecord<D> {
             matches: result.matches.clone(),
             total: result.total,
             dice_end: result.dice_end,
+            dice_components: if result.components.is_empty() {
+                Vec::new()
+            } else {
+                result.dice_components.clone()
+            },
             end_reached: result.end_reached(),
             dice_pulled: result.dice_pulled,
             certificate: CertificateRecord::new(&result.certificate),

@@ -53,6 +53,12 @@ fn write_arrays<const D: usize>(
         let path = directory.file(numbered("shape", k, "npy"));
         write_field(&path, level_set, Precision::Double)?;
     }
+    for (k, components) in result.components.iter().enumerate() {
+        for (i, level_set) in components.iter().enumerate() {
+            let name = format!("shape_{k:03}_component_{i}.npy");
+            write_field(&directory.file(name), level_set, Precision::Double)?;
+        }
+    }
     for (k, displacement) in result.displacements.iter().enumerate() {
         let path = directory.file(numbered("deformation", k + 1, "npy"));
         write_field(&path, &deformation(displacement), Precision::Double)?;

@@ -35,6 +35,29 @@ pub(super) fn into_image(
     })
 }
 
+/// Checks the numbers of a label image and keeps them as they are.
+pub(super) fn into_label_image(samples: Samples, path: &Path) -> Result<AnyImage, InputError> {
+    let size: Vec<u64> = samples.size.iter().map(|&n| n as u64).collect();
+    check_size(&size, path)?;
+    check_spacing(&samples, path)?;
+    check_finite(&samples, path)?;
+    check_whole(&samples, path)?;
+    if samples.values.iter().all(|&v| v == 0.0) {
+        return Err(InputError::Empty {
+            path: path.into(),
+            largest: 0.0,
+        });
+    }
+    if samples.values.iter().all(|&v| v != 0.0) {
+        return Err(InputError::Full { path: path.into() });
+    }
+    Ok(if samples.size.len() == 2 {
+        AnyImage::D2(shaped(samples, path))
+    } else {
+        AnyImage::D3(shaped(samples, path))
+    })
+}
+
 /// `D` equals the number of axes, which the caller has matched.
 fn shaped<const D: usize>(samples: Samples, path: &Path) -> Image<D> {
     Image {
@@ -115,14 +138,19 @@ fn range(values: &[f64]) -> (f64, f64) {
         })
 }
 
-fn select_label(samples: &mut Samples, label: i64, path: &Path) -> Result<(), InputError> {
-    if let Some((value, position)) = find(samples, |v| v.fract() != 0.0) {
-        return Err(InputError::NotLabels {
+fn check_whole(samples: &Samples, path: &Path) -> Result<(), InputError> {
+    match find(samples, |v| v.fract() != 0.0) {
+        None => Ok(()),
+        Some((value, position)) => Err(InputError::NotLabels {
             path: path.into(),
             value,
             position,
-        });
+        }),
     }
+}
+
+fn select_label(samples: &mut Samples, label: i64, path: &Path) -> Result<(), InputError> {
+    check_whole(samples, path)?;
     let target = label as f64;
     if !samples.values.contains(&target) {
         let present: BTreeSet<i64> = samples.values.iter().map(|&v| v as i64).collect();

@@ -134,11 +134,22 @@ pub enum AnyImages {
 /// # Errors
 /// [`InputError`] names the file, what is wrong with it and what to do.
 pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputError> {
-    let bytes = std::fs::read(path).map_err(|source| InputError::Unreadable {
+    decode_image(&bytes_of(path)?, path, options)
+}
+
+/// Reads one label image: whole numbers, kept as they are; 0 is the background.
+///
+/// # Errors
+/// [`InputError`] names the file, what is wrong with it and what to do.
+pub fn read_label_image(path: &Path) -> Result<AnyImage, InputError> {
+    mask::into_label_image(decode_samples(&bytes_of(path)?, path)?, path)
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, InputError> {
+    std::fs::read(path).map_err(|source| InputError::Unreadable {
         path: path.into(),
         source,
-    })?;
-    decode_image(&bytes, path, options)
+    })
 }
 
 /// Reads one mask from the bytes of a file; the name tells the format.
@@ -150,20 +161,23 @@ pub fn decode_image(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<AnyImage, InputError> {
+    mask::into_image(decode_samples(bytes, path)?, path, options)
+}
+
+fn decode_samples(bytes: &[u8], path: &Path) -> Result<decode::Samples, InputError> {
     let name = path
         .file_name()
         .map(|name| name.to_string_lossy().to_lowercase())
         .unwrap_or_default();
     let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension);
-    let samples = match extension {
+    match extension {
         "npy" => npy::decode(bytes, path),
         "nii" => nifti::decode(bytes, path),
         "gz" if name.ends_with(".nii.gz") => nifti::decode_compressed(bytes, path),
         "tif" | "tiff" => tiff::decode(bytes, path),
         "png" | "pgm" | "pbm" | "ppm" | "pnm" | "bmp" => raster::decode(bytes, path, extension),
         _ => Err(InputError::UnknownFormat { path: path.into() }),
-    }?;
-    mask::into_image(samples, path, options)
+    }
 }
 
 /// Reads masks that all have the same number of axes.
@@ -171,10 +185,20 @@ pub fn decode_image(
 /// # Errors
 /// As [`read_image`], and [`InputError::MixedDimensions`].
 pub fn read_images(paths: &[PathBuf], options: &ReadOptions) -> Result<AnyImages, InputError> {
-    let images = paths
-        .iter()
-        .map(|path| read_image(path, options))
-        .collect::<Result<Vec<_>, _>>()?;
+    let images = paths.iter().map(|path| read_image(path, options));
+    same_dimension(images.collect::<Result<_, _>>()?)
+}
+
+/// Reads label images that all have the same number of axes.
+///
+/// # Errors
+/// As [`read_label_image`], and [`InputError::MixedDimensions`].
+pub fn read_label_images(paths: &[PathBuf]) -> Result<AnyImages, InputError> {
+    let images = paths.iter().map(|path| read_label_image(path));
+    same_dimension(images.collect::<Result<_, _>>()?)
+}
+
+fn same_dimension(images: Vec<AnyImage>) -> Result<AnyImages, InputError> {
     let (mut flat, mut solid) = (Vec::new(), Vec::new());
     for image in images {
         match image {

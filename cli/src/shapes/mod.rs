@@ -1,12 +1,13 @@
 //! From masks to boundaries, and from boundaries to signed distances on the grid: what every
 //! command does before it computes.
 //!
-//! `place` aligns shapes, `label` gives them their names in pictures, `record` and `home` say where
+//! `parts` takes label images apart, `place` aligns shapes, `label` gives them their names in pictures, `record` and `home` say where
 //! they lie and bring results back there. Boundaries are taken at the resolution of the masks, moved where shapes are aligned, and the
 //! exact Euclidean distance to them is taken at the nodes.
 
 mod home;
 mod label;
+mod parts;
 mod place;
 mod record;
 
@@ -25,6 +26,7 @@ use label::labels;
 use place::{Alignment, align};
 
 pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
+pub(crate) use parts::{Parts, belongs, visible_weight};
 pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 
 /// Masks that are read and placed in the unit box.
@@ -105,7 +107,7 @@ pub(crate) fn prepare<const D: usize>(
     let distances: Result<Vec<_>, CliError> = images
         .iter()
         .zip(&inputs)
-        .map(|(image, input)| distance(image, input, grid))
+        .map(|(image, input)| distance(image, input, &input.contour, grid))
         .collect();
     Ok((inputs, distances?))
 }
@@ -133,11 +135,24 @@ fn input<const D: usize>(
     })
 }
 
+/// The boundary of another mask of an input, where the input has come to lie.
+fn placed<const D: usize>(mask: &Image<D>, input: &Input<D>) -> Result<Contour<D>, CliError> {
+    let drawn = boundary(mask, &input.frame).map_err(|source| CliError::Shape {
+        path: mask.path.clone(),
+        source,
+    })?;
+    Ok(match &input.alignment {
+        Some(alignment) => alignment.motion.apply_to_contour(&drawn),
+        None => drawn,
+    })
+}
+
 /// The signed distance to a shape at the nodes. Nodal values that have not been moved speak for
 /// themselves; at the faces of the box they go on unseen.
 fn distance<const D: usize>(
     image: &Image<D>,
     input: &Input<D>,
+    contour: &Contour<D>,
     grid: Grid<D>,
 ) -> Result<ScalarField<f64, D>, CliError> {
     let failed = |source| CliError::Shape {
@@ -150,9 +165,7 @@ fn distance<const D: usize>(
             .expect("as many samples as nodes, by the rule");
         signed_distance(&nodal, LEVEL).map_err(failed)?
     } else {
-        ContourDistance::new(&input.contour)
-            .map_err(failed)?
-            .sample(grid)
+        ContourDistance::new(contour).map_err(failed)?.sample(grid)
     };
     if distance.as_slice().iter().any(|&u| u > 0.0) {
         return Ok(distance);

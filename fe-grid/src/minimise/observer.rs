@@ -41,6 +41,11 @@ pub trait Observer {
         let _ = iteration;
         Control::Continue
     }
+
+    /// In work that has no iterations of a minimiser: whether to go on.
+    fn between(&mut self) -> Control {
+        Control::Continue
+    }
 }
 
 /// Nobody watches.

@@ -1,8 +1,10 @@
 //! Form B: paths of deformations of one start domain.
 
+mod eulerian;
 mod metric;
 mod objective;
 mod solve;
 
+pub(crate) use eulerian::eulerian;
 pub use objective::{PathEnergy, PathObjective};
 pub use solve::{LagrangianPath, PathLevel, lagrangian_path};

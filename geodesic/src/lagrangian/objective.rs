@@ -3,10 +3,14 @@
 use super::metric::PathMetric;
 use crate::cells::{self, continued, solid_cells};
 use crate::laws::{Kind, StepTerm, value_or_gradient};
-use crate::metric::ElasticForm;
+use crate::metric::{ElasticForm, MatchedLevel};
+use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
 use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch, ObjectWeights};
 use fe_grid::minimise::{Evaluation, Objective};
-use fe_grid::{Assembly, Data, Field, Grid, GridError, certify_within, restrain_step, vector};
+use fe_grid::{
+    Assembly, Data, Grid, GridError, ScalarField, certify_within, restrain_step, vector,
+};
+use hyperelastic::FoldBarrier;
 use levelset::{Arctan, Compact, Step};
 use rayon::prelude::*;
 
@@ -15,7 +19,7 @@ use rayon::prelude::*;
 pub struct PathEnergy {
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
-    /// The match of the last shape and the end shape.
+    /// The match of the last shape and the end shape, summed over the components.
     pub mismatch: f64,
     /// `K sum W_k + eta match`.
     pub total: f64,
@@ -34,13 +38,17 @@ impl PathEnergy {
 }
 
 /// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. Unknowns are the
-/// displacements of `psi_1, ..., psi_K`, one after the other.
+/// displacements of `psi_1, ..., psi_K`, one after the other. Of shapes of several components all
+/// are matched, and their union is the matter.
 pub struct PathObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
     steps: usize,
-    start: Field<f64, D, 1>,
-    end: Field<f64, D, 1>,
+    start: Vec<ScalarField<f64, D>>,
+    end: Vec<ScalarField<f64, D>>,
+    known: KnownEnds<D>,
+    /// The level set of all matter of the start shape.
+    union: ScalarField<f64, D>,
     indicator: Step,
     density: HeavisideMatch,
     /// The cells that must not fold: those with a part of the object, or all.
@@ -58,17 +66,28 @@ impl<const D: usize> PathObjective<D> {
     /// # Errors
     /// [`GeodesicError::GridsDiffer`], and those of the steps.
     pub fn new(
-        start: Field<f64, D, 1>,
-        end: Field<f64, D, 1>,
+        start: ScalarField<f64, D>,
+        end: ScalarField<f64, D>,
         steps: usize,
         params: &GeodesicParams,
     ) -> Result<Self, GeodesicError> {
-        let h = start.grid().spacing();
+        let [start, end] = single(start, end)?;
+        Self::between(start, end, steps, params)
+    }
+
+    /// The energy for two shapes on the grid of a level.
+    pub(crate) fn between(
+        start: ShapeOnGrid<D>,
+        end: ShapeOnGrid<D>,
+        steps: usize,
+        params: &GeodesicParams,
+    ) -> Result<Self, GeodesicError> {
+        let h = start.components[0].grid().spacing();
         let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
         let density = HeavisideMatch {
             step: Arctan::new(params.match_cells * h)?,
         };
-        Self::with_steps(start, end, steps, params, indicator, density)
+        Self::assembled(start, end, steps, params, indicator, density)
     }
 
     /// The same with other smooth steps for the elastic weight and the match.
@@ -76,25 +95,40 @@ impl<const D: usize> PathObjective<D> {
     /// # Errors
     /// [`GeodesicError::GridsDiffer`].
     pub fn with_steps(
-        start: Field<f64, D, 1>,
-        end: Field<f64, D, 1>,
+        start: ScalarField<f64, D>,
+        end: ScalarField<f64, D>,
         steps: usize,
         params: &GeodesicParams,
         indicator: Step,
         density: HeavisideMatch,
     ) -> Result<Self, GeodesicError> {
-        let grid = *start.grid();
-        if grid != *end.grid() {
-            return Err(GeodesicError::GridsDiffer);
-        }
+        let [start, end] = single(start, end)?;
+        Self::assembled(start, end, steps, params, indicator, density)
+    }
+
+    fn assembled(
+        start: ShapeOnGrid<D>,
+        end: ShapeOnGrid<D>,
+        steps: usize,
+        params: &GeodesicParams,
+        indicator: Step,
+        density: HeavisideMatch,
+    ) -> Result<Self, GeodesicError> {
+        let union = union_of(&start.components);
+        let grid = *union.grid();
         let solid =
-            (params.void_stiffness == 0.0).then(|| solid_cells(&grid, start.as_slice(), indicator));
+            (params.void_stiffness == 0.0).then(|| solid_cells(&grid, union.as_slice(), indicator));
         Ok(Self {
             grid,
             params: params.clone(),
             steps,
-            start,
-            end,
+            start: start.components,
+            end: end.components,
+            known: KnownEnds {
+                start: start.weight,
+                end: end.weight,
+            },
+            union,
             indicator,
             density,
             solid,
@@ -176,7 +210,7 @@ impl<const D: usize> PathObjective<D> {
                 kind: Kind::Path,
                 law: &self.params.law,
                 weights: self.weights(),
-                level_set: self.start.as_slice(),
+                level_set: self.union.as_slice(),
                 state: &self.path[pair.clone()],
                 factor: count,
                 gradient: if wanted {
@@ -191,25 +225,27 @@ impl<const D: usize> PathObjective<D> {
                 Err(error) => return Err(error.into()),
             }
         }
-        let law = MeasuredMatch {
-            density: self.density,
-            other: continued(&self.end),
-            deformed_share: self.params.deformed_share,
-        };
-        let coefficients = [self.start.as_slice()];
-        let data = Data {
-            coefficients: &coefficients,
-            cells: &[],
-        };
-        let assembly = Assembly::new(self.grid, &law, data);
         let last = &x[(self.steps - 1) * dim..];
         let behind = if wanted { self.steps * dim } else { 0 };
-        let mismatch = value_or_gradient(
-            &assembly,
-            last,
-            self.params.resolved_match_weight(),
-            &mut self.path_gradient[behind..],
-        )?;
+        let mut mismatch = 0.0;
+        for (start, end) in self.start.iter().zip(&self.end) {
+            let law = MeasuredMatch {
+                density: self.density,
+                other: continued(end),
+                deformed_share: self.params.deformed_share,
+                // Only the last shape is matched, with the first: as in a path of one step.
+                visibility: self.known.in_step(1, 1),
+            };
+            let coefficients = [start.as_slice()];
+            let data = Data {
+                coefficients: &coefficients,
+                cells: &[],
+            };
+            let assembly = Assembly::new(self.grid, &law, data);
+            let by_last = &mut self.path_gradient[behind..];
+            let weight = self.params.resolved_match_weight();
+            mismatch += value_or_gradient(&assembly, last, weight, by_last)?;
+        }
         if wanted {
             vector::copy_into(&self.path_gradient[dim..], gradient);
         }
@@ -222,6 +258,20 @@ impl<const D: usize> PathObjective<D> {
         };
         Ok(Evaluation::Value(total))
     }
+}
+
+/// Two shapes of one component each, known everywhere.
+fn single<const D: usize>(
+    start: ScalarField<f64, D>,
+    end: ScalarField<f64, D>,
+) -> Result<[ShapeOnGrid<D>; 2], GeodesicError> {
+    if start.grid() != end.grid() {
+        return Err(GeodesicError::GridsDiffer);
+    }
+    Ok([start, end].map(|u| ShapeOnGrid {
+        components: vec![u],
+        weight: None,
+    }))
 }
 
 impl<const D: usize> Objective for PathObjective<D> {
@@ -269,16 +319,30 @@ impl<const D: usize> Objective for PathObjective<D> {
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
         self.metric = None;
+        let visibility = self.known.in_step(1, 1);
+        let matched: Vec<_> = self
+            .end
+            .iter()
+            .map(|end| MatchedLevel {
+                end: continued(end),
+                visibility,
+            })
+            .collect();
         let form = ElasticForm {
             moduli: self.params.law.moduli,
             indicator: self.indicator,
             step: self.density.step,
             stiffness: 1.0,
+            barrier: FoldBarrier {
+                weight: 0.0,
+                onset: 1.0,
+            },
+            void_stiffness: 0.0,
             match_weight: self.params.resolved_match_weight(),
-            end: continued(&self.end),
+            matched: &matched,
         };
         let last = &x[(self.steps - 1) * self.dim_of_step()..];
-        let start = self.start.as_slice();
+        let start = self.union.as_slice();
         self.metric = Some(PathMetric::new(self.grid, &form, start, last, self.steps)?);
         Ok(())
     }

@@ -2,10 +2,11 @@
 
 use super::objective::{PathEnergy, PathObjective};
 use crate::descent::{minimiser, repair};
+use crate::shape::Shape;
 use crate::{GeodesicError, GeodesicParams};
+use fe_grid::Field;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
-use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Field, Grid};
+use fe_grid::transfer::prolong_into;
 
 /// What happened on one level.
 #[derive(Clone, Debug)]
@@ -28,8 +29,6 @@ pub struct LagrangianPath<const D: usize> {
     pub displacements: Vec<Field<f64, D, D>>,
     /// What happened, coarsest first.
     pub levels: Vec<PathLevel>,
-    /// The cells that were kept from folding; all where there is no list.
-    pub solid: Option<Vec<bool>>,
 }
 
 /// The shortest path between two shapes given by their signed distances (positive inside) on one
@@ -38,8 +37,8 @@ pub struct LagrangianPath<const D: usize> {
 /// # Errors
 /// [`GeodesicError`] for parameters out of range and shapes that do not fit.
 pub fn lagrangian_path<const D: usize>(
-    start: &Field<f64, D, 1>,
-    end: &Field<f64, D, 1>,
+    start: &Shape<D>,
+    end: &Shape<D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LagrangianPath<D>, GeodesicError> {
@@ -48,12 +47,10 @@ pub fn lagrangian_path<const D: usize>(
         return Err(GeodesicError::GridsDiffer);
     }
     let grids = start.grid().hierarchy(params.coarsest_nodes);
-    let (starts, ends) = (pyramid(&grids, start), pyramid(&grids, end));
     let mut levels = Vec::new();
     let schedule = time_schedule(params.steps);
     let mut steps = schedule[0];
     let mut x = vec![0.0; steps * D * grids[0].n_nodes()];
-    let mut solid = None;
     let n_runs = grids.len() + schedule.len() - 1;
     let mut reached = grids[0];
     'levels: for (depth, grid) in grids.iter().enumerate() {
@@ -63,13 +60,13 @@ pub fn lagrangian_path<const D: usize>(
         } else {
             &schedule[schedule.len() - 1..]
         };
+        let (first, last) = (start.on_grid(grid)?, end.on_grid(grid)?);
         for &count in times {
             if count != steps {
                 x = refine_time(&x, D * grid.n_nodes(), steps, count);
                 steps = count;
             }
-            let mut objective =
-                PathObjective::new(starts[depth].clone(), ends[depth].clone(), count, params)?;
+            let mut objective = PathObjective::between(first.clone(), last.clone(), count, params)?;
             for u in x.chunks_exact_mut(D * grid.n_nodes()) {
                 repair(grid, u, params.min_determinant, objective.solid_cells());
             }
@@ -83,7 +80,6 @@ pub fn lagrangian_path<const D: usize>(
                 info,
                 energy: objective.energy().clone(),
             });
-            solid = objective.solid_cells().map(<[bool]>::to_vec);
             if cancelled {
                 break 'levels;
             }
@@ -107,22 +103,7 @@ pub fn lagrangian_path<const D: usize>(
     Ok(LagrangianPath {
         displacements: displacements?,
         levels,
-        solid,
     })
-}
-
-/// A field on all grids, coarsest first: nodes of a coarse grid are nodes of the fine one.
-fn pyramid<const D: usize>(grids: &[Grid<D>], finest: &Field<f64, D, 1>) -> Vec<Field<f64, D, 1>> {
-    let mut fields = vec![finest.clone()];
-    for grid in grids.iter().rev().skip(1) {
-        let mut coarse = Field::zeros(*grid);
-        if let Some(fine) = fields.last() {
-            inject_into(grid, fine.as_slice(), coarse.as_mut_slice());
-        }
-        fields.push(coarse);
-    }
-    fields.reverse();
-    fields
 }
 
 /// Numbers of steps from few to many: halves, rounded up.

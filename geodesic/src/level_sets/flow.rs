@@ -15,16 +15,19 @@
 
 use super::state::{PathState, compose};
 use crate::cells::continued;
+use crate::matching::Visibility;
 use crate::metric::{ElasticForm, corotational};
-use crate::{GeodesicError, GeodesicParams, HeavisideMatch};
-use fe_grid::composition::{Interpolant, Matching};
+use crate::shape::{ShapeOnGrid, union_of};
+use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch};
+use fe_grid::composition::Interpolant;
+use fe_grid::minimise::{Control, Observer};
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::{
     Assembly, CgParams, CgScratch, Data, Field, Grid, InverseDeformation, LinearOperator,
     ScalarField, conjugate_gradient, vector,
 };
-use hyperelastic::Corotational;
-use levelset::{Arctan, Compact, Step, dice, signed_distance};
+use hyperelastic::{Corotational, FoldBarrier};
+use levelset::{Arctan, Compact, LevelsetError, Step, signed_distance};
 
 /// Longest step, in cells.
 const LONGEST_STEP: f64 = 1.5;
@@ -41,47 +44,51 @@ const MOST_STEPS: usize = 150;
 
 /// The shapes that a flow passes.
 #[derive(Clone, Debug)]
-pub struct Flow<const D: usize> {
-    /// Signed distances, from the start shape on.
-    pub shapes: Vec<ScalarField<f64, D>>,
+pub(crate) struct Flow<const D: usize> {
+    /// Signed distances of the components, from the start shape on.
+    pub shapes: Vec<Vec<ScalarField<f64, D>>>,
     /// The motions between them: displacements of every shape onto the next.
     pub motions: Vec<Field<f64, D, D>>,
     /// Lengths of the ways between them.
     pub lengths: Vec<f64>,
-    /// Dice overlap of the last shape with the end shape.
-    pub dice: f64,
 }
 
 /// Lets one shape flow to another, for wide and then narrower steps of the match; both are signed
-/// distances on one grid.
-///
-/// # Errors
-/// [`GeodesicError`].
-pub fn flow<const D: usize>(
-    start: &ScalarField<f64, D>,
-    end: &ScalarField<f64, D>,
+/// distances of as many components on one grid. Where the end shape is not known, nothing pulls.
+pub(crate) fn flow<const D: usize>(
+    start: &[ScalarField<f64, D>],
+    end: &ShapeOnGrid<D>,
     params: &GeodesicParams,
+    observer: &mut dyn Observer,
 ) -> Result<Flow<D>, GeodesicError> {
-    let grid = *start.grid();
+    let grid = *start[0].grid();
     let h = grid.spacing();
     let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
-    let mut shapes = vec![start.clone()];
+    let mut shapes = vec![start.to_vec()];
     let (mut lengths, mut motions) = (Vec::new(), Vec::new());
-    let mut current = start.clone();
-    for width in WIDTHS {
+    let mut current = start.to_vec();
+    'widths: for width in WIDTHS {
         let step = Arctan::new(width * h)?;
         let mut reached = match_of(&current, end, step);
         for _ in 0..MOST_STEPS {
+            if observer.between() == Control::Cancel {
+                break 'widths;
+            }
             let form = ElasticForm {
                 moduli: params.law.moduli,
                 indicator,
                 step,
                 stiffness: 1.0,
+                barrier: FoldBarrier {
+                    weight: 0.0,
+                    onset: 1.0,
+                },
+                void_stiffness: 0.0,
                 match_weight: 0.0,
-                end: continued(end),
+                matched: &[],
             };
             let force = force(&current, end, step)?;
-            let fluid = Fluid::new(grid, &form, current.as_slice())?;
+            let fluid = Fluid::new(grid, &form, union_of(&current).as_slice())?;
             let velocity = fluid.answer(&force)?;
             let limit = longest(&grid, &velocity);
             let mut factor = limit;
@@ -89,11 +96,12 @@ pub fn flow<const D: usize>(
             while factor * vector::max_abs(&velocity) > SHORTEST_STEP * h {
                 let step_taken: Vec<f64> = velocity.iter().map(|v| factor * v).collect();
                 let displacement = Field::from_vec(grid, step_taken)?;
-                let next = advance(&current, &displacement)?;
-                let value = match_of(&next, end, step);
-                if value < reached {
-                    moved = Some((next, displacement, value));
-                    break;
+                if let Some(next) = advance(&current, &displacement)? {
+                    let value = match_of(&next, end, step);
+                    if value < reached {
+                        moved = Some((next, displacement, value));
+                        break;
+                    }
                 }
                 factor *= 0.5;
             }
@@ -111,44 +119,67 @@ pub fn flow<const D: usize>(
             }
         }
     }
-    let dice = dice(&current, 0.0, end, 0.0)?;
     Ok(Flow {
         shapes,
         motions,
         lengths,
-        dice,
     })
 }
 
-fn match_of<const D: usize>(u: &ScalarField<f64, D>, v: &ScalarField<f64, D>, step: Arctan) -> f64 {
-    let squares = u.as_slice().iter().zip(v.as_slice()).map(|(&u, &v)| {
-        let difference: f64 = step.value(u) - step.value(v);
-        difference * difference
-    });
-    squares.sum::<f64>() * u.grid().cell_volume()
+fn match_of<const D: usize>(
+    current: &[ScalarField<f64, D>],
+    end: &ShapeOnGrid<D>,
+    step: Arctan,
+) -> f64 {
+    let weight = end.weight.as_ref().map(ScalarField::as_slice);
+    let pairs = current.iter().zip(&end.components);
+    let total: f64 = pairs
+        .map(|(u, v)| {
+            let nodes = u.as_slice().iter().zip(v.as_slice()).enumerate();
+            nodes
+                .map(|(node, (&u, &v))| {
+                    let difference: f64 = step.value(u) - step.value(v);
+                    difference * difference * weight.map_or(1.0, |w| w[node])
+                })
+                .sum::<f64>()
+        })
+        .sum();
+    total * current[0].grid().cell_volume()
 }
 
 /// The derivative of the match by a motion of the fluid, at rest: where the present boundary is,
 /// and where that of the end shape is.
 fn force<const D: usize>(
-    current: &ScalarField<f64, D>,
-    end: &ScalarField<f64, D>,
+    current: &[ScalarField<f64, D>],
+    end: &ShapeOnGrid<D>,
     step: Arctan,
 ) -> Result<Vec<f64>, GeodesicError> {
-    let grid = *current.grid();
+    let grid = *current[0].grid();
     let rest = vec![0.0; D * grid.n_nodes()];
     let mut total = vec![0.0; rest.len()];
-    for (moving, other, sign) in [(end, current, 1.0), (current, end, -1.0)] {
-        let law = Matching::new(
-            HeavisideMatch { step },
-            Interpolant::new(grid, moving.as_slice()),
-        );
-        let coefficients = [other.as_slice()];
-        let data = Data {
-            coefficients: &coefficients,
-            cells: &[],
-        };
-        Assembly::new(grid, &law, data).value_and_gradient_add(&rest, sign, &mut total)?;
+    // The weight stays with the end shape, and counts as a weight of the point for both.
+    let visibility = Visibility {
+        start: end
+            .weight
+            .as_ref()
+            .map(|weight| Interpolant::new(grid, weight.as_slice())),
+        end: None,
+    };
+    for (now, then) in current.iter().zip(&end.components) {
+        for (moving, other, sign) in [(then, now, 1.0), (now, then, -1.0)] {
+            let law = MeasuredMatch {
+                density: HeavisideMatch { step },
+                other: continued(moving),
+                deformed_share: 0.0,
+                visibility,
+            };
+            let coefficients = [other.as_slice()];
+            let data = Data {
+                coefficients: &coefficients,
+                cells: &[],
+            };
+            Assembly::new(grid, &law, data).value_and_gradient_add(&rest, sign, &mut total)?;
+        }
     }
     Ok(total)
 }
@@ -251,18 +282,23 @@ fn longest<const D: usize>(grid: &Grid<D>, velocity: &[f64]) -> f64 {
     (LARGEST_STRAIN / strain.max(1e-300)).min(LONGEST_STEP * h / speed.max(1e-300))
 }
 
-/// The shape moved by a displacement, as a signed distance.
+/// The shape moved by a displacement, as signed distances; nothing where a component is lost.
 fn advance<const D: usize>(
-    current: &ScalarField<f64, D>,
+    current: &[ScalarField<f64, D>],
     displacement: &Field<f64, D, D>,
-) -> Result<ScalarField<f64, D>, GeodesicError> {
-    let far = -current
-        .grid()
-        .extent()
+) -> Result<Option<Vec<ScalarField<f64, D>>>, GeodesicError> {
+    let extent = displacement.grid().extent();
+    let far = -extent.iter().fold(0.0f64, |a, &b| a.max(b));
+    let inverse = InverseDeformation::new(displacement);
+    let moved: Result<Vec<_>, _> = current
         .iter()
-        .fold(0.0f64, |a, &b| a.max(b));
-    let pushed = InverseDeformation::new(displacement).push_forward(current, far);
-    Ok(signed_distance(&pushed, 0.0)?)
+        .map(|u| signed_distance(&inverse.push_forward(u, far), 0.0))
+        .collect();
+    match moved {
+        Ok(moved) => Ok(Some(moved)),
+        Err(LevelsetError::EmptyObject { .. } | LevelsetError::FullObject { .. }) => Ok(None),
+        Err(error) => Err(error.into()),
+    }
 }
 
 impl<const D: usize> Flow<D> {
@@ -284,10 +320,10 @@ impl<const D: usize> Flow<D> {
             })
             .collect();
         PathState {
-            level_sets: cuts.iter().map(|&i| self.shapes[i].clone()).collect(),
+            shapes: cuts.iter().map(|&i| self.shapes[i].clone()).collect(),
             displacements: cuts
                 .windows(2)
-                .map(|cut| compose(self.shapes[0].grid(), &self.motions[cut[0]..cut[1]]))
+                .map(|cut| compose(self.shapes[0][0].grid(), &self.motions[cut[0]..cut[1]]))
                 .collect(),
         }
     }

@@ -6,26 +6,29 @@
 //!   of the steps: with `d_k = v_k - v_{k-1}` it is `K diag(A_k)` under the condition that the
 //!   increments add up to zero;
 //! - every deformation by itself, in its elastic energy and the Gauss–Newton matrix of its match;
-//! - every level set by itself, in the diagonal of the matches on its two sides.
+//! - the level sets by themselves, in their matches ([`Residual`]).
 //!
 //! The elastic forms are corotational, and inverted by one multigrid cycle each.
 
-use super::transport::{Transport, displacement, level_set};
-use crate::metric::{ElasticForm, corotational};
+use super::residual::Residual;
+use super::state::Layout;
+use super::transport::Transport;
+use crate::metric::{ElasticForm, MatchedLevel, corotational};
+use crate::shape::KnownEnds;
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
 use fe_grid::{Grid, GridError, LinearOperator, vector};
-use hyperelastic::{Corotational, LameModuli};
+use hyperelastic::{Corotational, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 use rayon::prelude::*;
-
-/// Least weight of a level set's node, relative to that of a node on the boundary: far from it
-/// the match hardly holds the level set, and it should stay.
-const LEAST_NODE_WEIGHT: f64 = 0.05;
 
 /// A mass, relative to the stiffness, that holds inner shapes against rigid motions, to which the
 /// energy is indifferent but for what the grid makes of them.
 const GAUGE_MASS: f32 = 3.0;
+
+/// Directions in which several parts agree are counted several times; the sum is made smaller, so
+/// that whole steps are too long nowhere.
+const SHARE: f64 = 0.4;
 
 /// What the metric is made of.
 pub(crate) struct MetricParts<'a, const D: usize> {
@@ -33,43 +36,53 @@ pub(crate) struct MetricParts<'a, const D: usize> {
     pub moduli: LameModuli,
     pub indicator: Step,
     pub match_weight: f64,
+    pub barrier: FoldBarrier,
+    pub void_stiffness: f64,
     pub step: Arctan,
+    pub known: &'a KnownEnds<D>,
     pub state: &'a [f64],
-    pub steps: usize,
+    pub layout: Layout<D>,
 }
 
 type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 
 /// The inverse metric.
 pub(crate) struct LevelSetMetric<const D: usize> {
-    grid: Grid<D>,
-    steps: usize,
+    layout: Layout<D>,
     transport: Transport<D>,
     elastic: Vec<Cycle<D>>,
     matched: Vec<Cycle<D>>,
-    /// For every inner level set the inverse weights of its nodes.
-    node_inverses: Vec<Vec<f64>>,
+    residual: Residual<D>,
 }
 
 impl<const D: usize> LevelSetMetric<D> {
     /// The metric at a path.
     pub fn new(parts: &MetricParts<'_, D>) -> Result<Self, GridError> {
-        let (grid, steps) = (parts.grid, parts.steps);
-        let n = grid.n_nodes();
+        let (grid, layout) = (parts.grid, parts.layout);
+        let steps = layout.steps;
         let work_space = WorkSpace::default();
         let make = |k: usize, match_weight: f64| {
-            let target = &parts.state[level_set(n, D, k)];
+            let visibility = parts.known.in_step(k, steps);
+            let matched: Vec<_> = (0..layout.components)
+                .map(|i| MatchedLevel {
+                    end: Interpolant::new(grid, &parts.state[layout.level_set(k, i)])
+                        .with_outside(Outside::Falling),
+                    visibility,
+                })
+                .collect();
             let form = ElasticForm {
                 moduli: parts.moduli,
                 indicator: parts.indicator,
                 step: parts.step,
                 stiffness: steps as f64,
+                barrier: parts.barrier,
+                void_stiffness: parts.void_stiffness,
                 match_weight,
-                end: Interpolant::new(grid, target).with_outside(Outside::Falling),
+                matched: &matched,
             };
-            let start = &parts.state[level_set(n, D, k - 1)];
-            let (law, mut cells) =
-                corotational(&grid, &form, start, &parts.state[displacement(n, D, k)]);
+            let start = layout.union(parts.state, k - 1);
+            let displacement = &parts.state[layout.displacement(k)];
+            let (law, mut cells) = corotational(&grid, &form, &start, displacement);
             if match_weight == 0.0 {
                 for i in 0..D {
                     cells[Corotational::<D>::mass_entry(i, i)].fill(GAUGE_MASS * steps as f32);
@@ -87,63 +100,41 @@ impl<const D: usize> LevelSetMetric<D> {
             .filter(|_| steps > 1)
             .map(|k| make(k, 0.0))
             .collect();
-        let node_inverses = (1..steps)
-            .map(|k| {
-                let u = &parts.state[level_set(n, D, k)];
-                let most = parts.step.derivative(0.0f64).powi(2);
-                u.iter()
-                    .map(|&u| {
-                        let slope = parts
-                            .step
-                            .derivative(u)
-                            .powi(2)
-                            .max(LEAST_NODE_WEIGHT * most);
-                        1.0 / (4.0 * parts.match_weight * grid.cell_volume() * slope)
-                    })
-                    .collect()
-            })
-            .collect();
+        let weight = parts.match_weight * grid.cell_volume();
         Ok(Self {
-            grid,
-            steps,
-            transport: Transport::new(grid, parts.state, steps),
+            layout,
+            transport: Transport::new(grid, layout, parts.state),
             elastic: elastic?,
             matched: matched?,
-            node_inverses,
+            residual: Residual::new(layout, parts.state, parts.step, weight),
         })
     }
 
     /// `out = P gradient`.
     pub fn apply_into(&self, gradient: &[f64], out: &mut [f64]) {
-        let n = self.grid.n_nodes();
+        let (n, steps) = (self.layout.nodes, self.layout.steps);
         out.fill(0.0);
-        for k in 1..self.steps {
-            let range = level_set(n, D, k);
-            let parts = gradient[range.clone()]
-                .iter()
-                .zip(&self.node_inverses[k - 1]);
-            for (o, (g, w)) in out[range].iter_mut().zip(parts) {
-                *o = g * w;
-            }
-        }
-        out[n..]
-            .par_chunks_exact_mut((D + 1) * n)
-            .zip(gradient[n..].par_chunks_exact((D + 1) * n))
+        let (first, stride) = (self.layout.components * n, self.layout.stride());
+        out[first..]
+            .par_chunks_exact_mut(stride)
+            .zip(gradient[first..].par_chunks_exact(stride))
             .zip(&self.matched)
             .for_each(|((out, gradient), cycle)| {
                 cycle.apply_into(&gradient[..D * n], &mut out[..D * n]);
             });
-        if self.steps > 1 {
+        if steps > 1 {
             let mut velocities = self.transport.transpose(gradient);
             self.velocities(&mut velocities);
             self.transport.apply_add(&velocities, out);
         }
+        self.residual.apply_add(gradient, out);
+        vector::scale(SHARE, out);
     }
 
     /// The inverse of the elastic energies for motions of the inner shapes.
     fn velocities(&self, v: &mut [f64]) {
-        let dim = D * self.grid.n_nodes();
-        let steps = self.steps;
+        let dim = D * self.layout.nodes;
+        let steps = self.layout.steps;
         let count = steps as f64;
         // Forces on the increments: sums from the end, none on the last.
         let mut forces = vec![0.0; steps * dim];

@@ -1,14 +1,16 @@
 //! Form A: paths of level sets, each deformed into the next.
 
+mod first;
 mod flow;
 mod metric;
 mod objective;
+mod residual;
 mod solve;
 mod state;
 mod transport;
 
-pub use flow::{Flow, flow};
+pub(crate) use first::first_paths;
 pub use objective::{LevelSetEnergy, LevelSetObjective};
-pub(crate) use solve::on_grid;
 pub use solve::{LevelSetLevel, LevelSetPath, level_set_path};
 pub use state::PathState;
+pub(crate) use state::compose;

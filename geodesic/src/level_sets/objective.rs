@@ -1,9 +1,10 @@
 //! The energy of a path of level sets and deformations.
 
 use super::metric::{LevelSetMetric, MetricParts};
-use super::transport::{displacement, level_set};
+use super::state::Layout;
 use crate::cells::{self, solid_cells};
 use crate::laws::{Kind, StepTerm, value_or_gradient};
+use crate::shape::KnownEnds;
 use crate::{BoundaryArea, GeodesicError, GeodesicParams, MatchWeights, ObjectWeights, StepMatch};
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::minimise::{Evaluation, Objective};
@@ -25,9 +26,9 @@ const LONGEST_STEP: f64 = 1.0;
 pub struct LevelSetEnergy {
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
-    /// Matches of every shape with the next.
+    /// Matches of every shape with the next, summed over the components.
     pub mismatches: Vec<f64>,
-    /// Boundary areas of the shapes `1, ..., K`.
+    /// Boundary areas of the shapes `1, ..., K`, summed over the components.
     pub areas: Vec<f64>,
     /// The barrier that keeps the corners of cells from folding, summed over the steps; zero where
     /// no determinant is below its onset.
@@ -52,11 +53,13 @@ impl LevelSetEnergy {
 /// `sum_k K W[phi_k, u_{k-1}] + eta int (H(u_k o phi_k) - H(u_{k-1}))^2 + mu/K int |D H(u_k)|`.
 ///
 /// The state is `u_0, phi_1, u_1, ..., phi_K, u_K`, level sets and displacements at the nodes;
-/// `u_0` and `u_K` are held.
+/// `u_0` and `u_K` are held. A shape of several components has as many level sets; match and area
+/// are those of all components, and `W` weighs their union `max_i u_i`.
 pub struct LevelSetObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
-    steps: usize,
+    layout: Layout<D>,
+    known: KnownEnds<D>,
     indicator: Step,
     step: Arctan,
     energy: LevelSetEnergy,
@@ -64,6 +67,9 @@ pub struct LevelSetObjective<const D: usize> {
     equations: NormalEquations<D>,
     /// Whether the end shapes are held; otherwise their derivatives are given, too.
     held: bool,
+    /// Room for a level set with a displacement, and for the gradient by them.
+    pair: Vec<f64>,
+    pair_gradient: Vec<f64>,
 }
 
 impl<const D: usize> LevelSetObjective<D> {
@@ -93,14 +99,33 @@ impl<const D: usize> LevelSetObjective<D> {
         Self {
             grid,
             params: params.clone(),
-            steps,
+            layout: Layout {
+                nodes: grid.n_nodes(),
+                components: 1,
+                steps,
+            },
+            known: KnownEnds::default(),
             indicator,
             step,
             energy: LevelSetEnergy::default(),
             metric: None,
             equations: NormalEquations::new(grid),
             held: true,
+            pair: Vec::new(),
+            pair_gradient: Vec::new(),
         }
+    }
+
+    /// The same for shapes of several components.
+    pub fn with_components(mut self, components: usize) -> Self {
+        self.layout.components = components;
+        self
+    }
+
+    /// The same for ends that are known in part.
+    pub(crate) fn with_known(mut self, known: KnownEnds<D>) -> Self {
+        self.known = known;
+        self
     }
 
     /// Gives the derivatives by the first and the last level set, too.
@@ -124,13 +149,14 @@ impl<const D: usize> LevelSetObjective<D> {
 
     /// The cells of step `k` that must not fold, where not all are.
     pub fn solid_cells(&self, x: &[f64], k: usize) -> Option<Vec<bool>> {
-        let n = self.grid.n_nodes();
-        let u = &x[level_set(n, D, k - 1)];
-        (self.params.void_stiffness == 0.0).then(|| solid_cells(&self.grid, u, self.indicator))
+        (self.params.void_stiffness == 0.0).then(|| {
+            let union = self.layout.union(x, k - 1);
+            solid_cells(&self.grid, &union, self.indicator)
+        })
     }
 
     fn admissible(&self, x: &[f64], k: usize) -> bool {
-        let u = &x[displacement(self.grid.n_nodes(), D, k)];
+        let u = &x[self.layout.displacement(k)];
         let bound = self.params.min_determinant;
         let solid = self.solid_cells(x, k);
         certify_within(&self.grid, u, bound, bound, solid.as_deref()).certified
@@ -145,7 +171,7 @@ impl<const D: usize> LevelSetObjective<D> {
         x: &[f64],
         gradient: &mut [f64],
     ) -> Result<Evaluation, GeodesicError> {
-        let admissible = (1..=self.steps)
+        let admissible = (1..=self.layout.steps)
             .into_par_iter()
             .all(|k| self.admissible(x, k));
         if !admissible {
@@ -158,10 +184,9 @@ impl<const D: usize> LevelSetObjective<D> {
             }
             Err(error) => Err(error),
             Ok(energy) => {
-                let n = self.grid.n_nodes();
                 if self.held && !gradient.is_empty() {
-                    gradient[level_set(n, D, 0)].fill(0.0);
-                    gradient[level_set(n, D, self.steps)].fill(0.0);
+                    gradient[self.layout.shape(0)].fill(0.0);
+                    gradient[self.layout.shape(self.layout.steps)].fill(0.0);
                 }
                 self.energy = energy;
                 Ok(Evaluation::Value(self.energy.total))
@@ -170,79 +195,21 @@ impl<const D: usize> LevelSetObjective<D> {
     }
 
     fn add_up(&mut self, x: &[f64], gradient: &mut [f64]) -> Result<LevelSetEnergy, GeodesicError> {
-        let n = self.grid.n_nodes();
-        let count = self.steps as f64;
-        let wanted = !gradient.is_empty();
+        let steps = self.layout.steps;
         let mut energy = LevelSetEnergy::default();
-        for k in 1..=self.steps {
-            let own = (k - 1) * (D + 1) * n..k * (D + 1) * n;
-            let part = |gradient: &mut [f64]| -> std::ops::Range<usize> {
-                if gradient.is_empty() {
-                    0..0
-                } else {
-                    own.clone()
-                }
-            };
-            let range = part(gradient);
-            let term = StepTerm {
-                kind: Kind::Step,
-                law: &self.params.law,
-                weights: self.weights(),
-                level_set: &[],
-                state: &x[own.clone()],
-                factor: count,
-                gradient: &mut gradient[range.clone()],
-            };
-            energy.step_energies.push(term.add(&self.grid)??);
-            let other = &x[level_set(n, D, k)];
-            let other = Interpolant::new(self.grid, other).with_outside(Outside::Falling);
-            energy
-                .mismatches
-                .push(self.add_match(&x[own.clone()], other, &mut gradient[range])?);
-            if wanted && (k < self.steps || !self.held) {
-                let rule = MatchWeights {
-                    step: self.step,
-                    other,
-                };
-                let source = Source {
-                    displacement: &x[displacement(n, D, k)],
-                    coefficients: &[&x[level_set(n, D, k - 1)]],
-                };
-                self.equations
-                    .assemble(&rule, &[source], Background::default());
-                let target = &mut gradient[level_set(n, D, k)];
-                vector::axpy(
-                    self.params.resolved_match_weight(),
-                    self.equations.rhs(),
-                    target,
-                );
+        for k in 1..=steps {
+            let deformation = self.add_deformation(x, k, gradient)?;
+            energy.step_energies.push(deformation);
+            energy.barrier += self.add_barrier(x, k, gradient)?;
+            let (mut mismatch, mut area) = (0.0, 0.0);
+            for component in 0..self.layout.components {
+                mismatch += self.add_match(x, k, component, gradient)?;
+                area += self.add_area(x, k, component, gradient)?;
             }
-            if self.params.void_stiffness > 0.0 {
-                let law = FoldBarrier {
-                    weight: self.params.void_stiffness * self.params.resolved_match_weight(),
-                    onset: BARRIER_ONSET,
-                };
-                let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
-                let place = displacement(n, D, k);
-                let range = if wanted { place.clone() } else { 0..0 };
-                energy.barrier +=
-                    value_or_gradient(&assembly, &x[place], 1.0, &mut gradient[range])?;
-            }
-            let law = BoundaryArea {
-                step: self.step,
-                regularisation: self.params.area_regularisation,
-            };
-            let assembly = Assembly::<_, f64, D, 1>::new(self.grid, &law, Data::default());
-            let range = if wanted { level_set(n, D, k) } else { 0..0 };
-            let weight = self.params.area_weight / count;
-            let area = value_or_gradient(
-                &assembly,
-                &x[level_set(n, D, k)],
-                weight,
-                &mut gradient[range],
-            )?;
+            energy.mismatches.push(mismatch);
             energy.areas.push(area);
         }
+        let count = steps as f64;
         energy.total = count * energy.step_energies.iter().sum::<f64>()
             + energy.barrier
             + self.params.resolved_match_weight() * energy.mismatches.iter().sum::<f64>()
@@ -250,34 +217,155 @@ impl<const D: usize> LevelSetObjective<D> {
         Ok(energy)
     }
 
-    fn add_match(
+    /// Lays a level set and the displacement of step `k` side by side, for laws of both.
+    fn lay_out(&mut self, level_set: &[f64], displacement: &[f64], wanted: bool) {
+        self.pair.clear();
+        self.pair.extend_from_slice(level_set);
+        self.pair.extend_from_slice(displacement);
+        self.pair_gradient.clear();
+        self.pair_gradient
+            .resize(if wanted { self.pair.len() } else { 0 }, 0.0);
+    }
+
+    /// Adds the energy of step `k`; the derivative by the union goes to the component that is it.
+    fn add_deformation(
+        &mut self,
+        x: &[f64],
+        k: usize,
+        gradient: &mut [f64],
+    ) -> Result<f64, GeodesicError> {
+        let (n, wanted) = (self.layout.nodes, !gradient.is_empty());
+        let union = self.layout.union(x, k - 1);
+        self.lay_out(&union, &x[self.layout.displacement(k)], wanted);
+        let term = StepTerm {
+            kind: Kind::Step,
+            law: &self.params.law,
+            weights: self.weights(),
+            level_set: &[],
+            state: &self.pair,
+            factor: self.layout.steps as f64,
+            gradient: &mut self.pair_gradient,
+        };
+        let energy = term.add(&self.grid)??;
+        if wanted {
+            let by_displacement = &mut gradient[self.layout.displacement(k)];
+            vector::axpy(1.0, &self.pair_gradient[n..], by_displacement);
+            // Where components are equal, the first is taken: one of the subgradients.
+            let mut open = vec![true; if self.layout.components > 1 { n } else { 0 }];
+            for component in 0..self.layout.components {
+                let range = self.layout.level_set(k - 1, component);
+                if self.layout.components == 1 {
+                    vector::axpy(1.0, &self.pair_gradient[..n], &mut gradient[range]);
+                    continue;
+                }
+                let own = &x[range.clone()];
+                for (node, by_level_set) in gradient[range].iter_mut().enumerate() {
+                    if open[node] && own[node] == union[node] {
+                        *by_level_set += self.pair_gradient[node];
+                        open[node] = false;
+                    }
+                }
+            }
+        }
+        Ok(energy)
+    }
+
+    fn barrier(&self) -> FoldBarrier {
+        FoldBarrier {
+            weight: self.params.void_stiffness * self.params.resolved_match_weight(),
+            onset: BARRIER_ONSET,
+        }
+    }
+
+    fn add_barrier(&self, x: &[f64], k: usize, gradient: &mut [f64]) -> Result<f64, GridError> {
+        if self.params.void_stiffness == 0.0 {
+            return Ok(0.0);
+        }
+        let law = self.barrier();
+        let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
+        let range = self.layout.displacement(k);
+        let part = part(gradient, &range);
+        value_or_gradient(&assembly, &x[range], 1.0, part)
+    }
+
+    fn add_area(
         &self,
-        state: &[f64],
-        other: Interpolant<'_, f64, D>,
+        x: &[f64],
+        k: usize,
+        component: usize,
         gradient: &mut [f64],
     ) -> Result<f64, GridError> {
+        let law = BoundaryArea {
+            step: self.step,
+            regularisation: self.params.area_regularisation,
+        };
+        let assembly = Assembly::<_, f64, D, 1>::new(self.grid, &law, Data::default());
+        let range = self.layout.level_set(k, component);
+        let part = part(gradient, &range);
+        let weight = self.params.area_weight / self.layout.steps as f64;
+        value_or_gradient(&assembly, &x[range], weight, part)
+    }
+
+    fn add_match(
+        &mut self,
+        x: &[f64],
+        k: usize,
+        component: usize,
+        gradient: &mut [f64],
+    ) -> Result<f64, GridError> {
+        let (n, wanted) = (self.layout.nodes, !gradient.is_empty());
+        let (before, after) = (
+            self.layout.level_set(k - 1, component),
+            self.layout.level_set(k, component),
+        );
+        let displacement = self.layout.displacement(k);
+        self.lay_out(&x[before.clone()], &x[displacement.clone()], wanted);
+        let other = Interpolant::new(self.grid, &x[after.clone()]).with_outside(Outside::Falling);
+        let visibility = self.known.in_step(k, self.layout.steps);
+        let weight = self.params.resolved_match_weight();
         let law = StepMatch {
             step: self.step,
             other,
+            visibility,
         };
+        let (state, by_state) = (&self.pair, &mut self.pair_gradient);
         // Components are a constant of the type: one more than the dimension.
-        if D == 2 {
+        let mismatch = if D == 2 {
             let assembly = Assembly::<_, f64, D, 3>::new(self.grid, &law, Data::default());
-            value_or_gradient(
-                &assembly,
-                state,
-                self.params.resolved_match_weight(),
-                gradient,
-            )
+            value_or_gradient(&assembly, state, weight, by_state)
         } else {
             let assembly = Assembly::<_, f64, D, 4>::new(self.grid, &law, Data::default());
-            value_or_gradient(
-                &assembly,
-                state,
-                self.params.resolved_match_weight(),
-                gradient,
-            )
+            value_or_gradient(&assembly, state, weight, by_state)
+        }?;
+        if wanted {
+            vector::axpy(1.0, &self.pair_gradient[..n], &mut gradient[before.clone()]);
+            let by_displacement = &mut gradient[displacement.clone()];
+            vector::axpy(1.0, &self.pair_gradient[n..], by_displacement);
+            if k < self.layout.steps || !self.held {
+                let rule = MatchWeights {
+                    step: self.step,
+                    other,
+                    visibility,
+                };
+                let source = Source {
+                    displacement: &x[displacement],
+                    coefficients: &[&x[before]],
+                };
+                self.equations
+                    .assemble(&rule, &[source], Background::default());
+                vector::axpy(weight, self.equations.rhs(), &mut gradient[after]);
+            }
         }
+        Ok(mismatch)
+    }
+}
+
+/// A part of a gradient; nothing where none is wanted.
+fn part<'a>(gradient: &'a mut [f64], range: &std::ops::Range<usize>) -> &'a mut [f64] {
+    if gradient.is_empty() {
+        gradient
+    } else {
+        &mut gradient[range.clone()]
     }
 }
 
@@ -285,7 +373,7 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
     type Error = GeodesicError;
 
     fn dim(&self) -> usize {
-        (self.steps * (D + 1) + 1) * self.grid.n_nodes()
+        self.layout.len()
     }
 
     fn value_and_gradient(
@@ -315,17 +403,17 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
     /// Shortens the whole step, and damps all its parts alike where one would fold: they belong
     /// together.
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), GeodesicError> {
-        let n = self.grid.n_nodes();
         let longest = vector::max_abs(direction);
         let bound = LONGEST_STEP * self.grid.spacing();
         if longest > bound {
             vector::scale(bound / longest, direction);
         }
-        let solid: Vec<_> = (1..=self.steps).map(|k| self.solid_cells(x, k)).collect();
-        let deformations: Vec<_> = (1..=self.steps)
+        let steps = self.layout.steps;
+        let solid: Vec<_> = (1..=steps).map(|k| self.solid_cells(x, k)).collect();
+        let deformations: Vec<_> = (1..=steps)
             .map(|k| Restrained {
-                displacement: &x[displacement(n, D, k)],
-                range: displacement(n, D, k),
+                displacement: &x[self.layout.displacement(k)],
+                range: self.layout.displacement(k),
                 within: solid[k - 1].as_deref(),
             })
             .collect();
@@ -341,9 +429,12 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
             moduli: self.params.law.moduli,
             indicator: self.indicator,
             match_weight: self.params.resolved_match_weight(),
+            barrier: self.barrier(),
+            void_stiffness: self.params.void_stiffness,
             step: self.step,
+            known: &self.known,
             state: x,
-            steps: self.steps,
+            layout: self.layout,
         })?);
         Ok(())
     }

@@ -2,11 +2,11 @@
 
 use super::objective::{LevelSetEnergy, LevelSetObjective};
 use super::state::PathState;
-use super::transport::displacement;
 use crate::descent::{minimiser, repair};
+use crate::shape::{KnownEnds, Shape};
 use crate::{GeodesicError, GeodesicParams};
+use fe_grid::Grid;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
-use fe_grid::{Field, Grid};
 
 /// Factor of the tolerance where a path is only preliminary.
 const COARSE: f64 = 10.0;
@@ -32,8 +32,9 @@ pub struct LevelSetPath<const D: usize> {
     pub levels: Vec<LevelSetLevel>,
 }
 
-/// The minimal path of level sets near a first one of `2^m` times as many steps on the same grid
-/// or on one that is coarser by a power of two.
+/// The minimal path of level sets near one of several first paths, each of `2^m` times as many steps
+/// on the same grid or on one that is coarser by a power of two. All lie on one grid; there the
+/// best of them is found, and followed to the grid of the shapes.
 ///
 /// A path of many steps is lowered first, where every deformation is small and nothing jams; then
 /// steps are joined in pairs, and the path is lowered again, down to the number of steps that is
@@ -43,71 +44,121 @@ pub struct LevelSetPath<const D: usize> {
 /// [`GeodesicError`] for parameters out of range and paths that do not fit.
 pub fn level_set_path<const D: usize>(
     first: PathState<D>,
-    start: &Field<f64, D, 1>,
-    end: &Field<f64, D, 1>,
+    others: Vec<PathState<D>>,
+    start: &Shape<D>,
+    end: &Shape<D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LevelSetPath<D>, GeodesicError> {
     params.check()?;
     let finest = *start.grid();
-    let mut state = first;
-    let mut levels = Vec::new();
-    let n_levels = (state.steps() / params.steps).ilog2() as usize
-        + refinements(state.level_sets[0].grid(), &finest)
-        + 1;
-    loop {
-        let grid = *state.level_sets[0].grid();
+    let joins = |state: &PathState<D>| (state.steps() / params.steps).ilog2() as usize;
+    let n_levels = refinements(first.grid(), &finest).max(1)
+        + (1 + others.len())
+        + joins(&first)
+        + others.iter().map(joins).sum::<usize>();
+    let mut descent = Descent {
+        start,
+        end,
+        params,
+        observer,
+        levels: Vec::new(),
+        n_levels,
+        cancelled: false,
+    };
+    let (mut state, mut least) = descent.joined(first)?;
+    for other in others {
+        if descent.cancelled {
+            break;
+        }
+        let (other, energy) = descent.joined(other)?;
+        if energy < least && !descent.cancelled {
+            (state, least) = (other, energy);
+        }
+    }
+    if *state.grid() == finest && !descent.cancelled {
+        (state, _) = descent.lowered(state, 1.0)?;
+    }
+    while *state.grid() != finest && !descent.cancelled {
+        let finer = state.finer();
+        let last = *finer.grid() == finest;
+        (state, _) = descent.lowered(finer, if last { 1.0 } else { COARSE })?;
+    }
+    Ok(LevelSetPath {
+        state,
+        levels: descent.levels,
+    })
+}
+
+/// Paths between two shapes on their way down.
+struct Descent<'a, const D: usize> {
+    start: &'a Shape<D>,
+    end: &'a Shape<D>,
+    params: &'a GeodesicParams,
+    observer: &'a mut dyn Observer,
+    levels: Vec<LevelSetLevel>,
+    n_levels: usize,
+    cancelled: bool,
+}
+
+impl<const D: usize> Descent<'_, D> {
+    /// The path lowered on its own grid down to the number of steps that is wanted, and its energy.
+    fn joined(&mut self, mut state: PathState<D>) -> Result<(PathState<D>, f64), GeodesicError> {
+        loop {
+            let (lowered, energy) = self.lowered(state, COARSE)?;
+            if lowered.steps() <= self.params.steps || self.cancelled {
+                return Ok((lowered, energy));
+            }
+            state = lowered.halved();
+        }
+    }
+
+    /// The path lowered on its grid with a multiple of the tolerance, and its energy.
+    fn lowered(
+        &mut self,
+        mut state: PathState<D>,
+        factor: f64,
+    ) -> Result<(PathState<D>, f64), GeodesicError> {
+        let grid = *state.grid();
+        // The end shapes are those of this grid, not smoothed by a coarser one.
+        let (first, last) = (self.start.on_grid(&grid)?, self.end.on_grid(&grid)?);
         let steps = state.steps();
-        let preliminary = steps > params.steps || grid != finest;
-        let level_params = GeodesicParams {
-            steps,
-            tolerance: if preliminary {
-                COARSE * params.tolerance
-            } else {
-                params.tolerance
-            },
-            ..params.clone()
+        state.shapes[0] = first.components;
+        state.shapes[steps] = last.components;
+        let known = KnownEnds {
+            start: first.weight,
+            end: last.weight,
         };
-        let mut objective = LevelSetObjective::new(grid, steps, &level_params)?;
+        let layout = state.layout();
+        let params = GeodesicParams {
+            steps,
+            tolerance: factor * self.params.tolerance,
+            ..self.params.clone()
+        };
+        let mut objective = LevelSetObjective::new(grid, steps, &params)?
+            .with_components(layout.components)
+            .with_known(known);
         let mut x = state.to_vector();
         for k in 1..=steps {
             let solid = objective.solid_cells(&x, k);
-            let u = &mut x[displacement(grid.n_nodes(), D, k)];
+            let u = &mut x[layout.displacement(k)];
             repair(&grid, u, params.min_determinant, solid.as_deref());
         }
-        observer.level(levels.len(), n_levels, x.len());
-        let info = minimiser(&level_params).minimise(&mut objective, &mut x, observer)?;
+        self.observer
+            .level(self.levels.len(), self.n_levels, x.len());
+        let info = minimiser(&params).minimise(&mut objective, &mut x, self.observer)?;
         objective.evaluate(&x, &mut [])?;
-        let cancelled = info.status == Status::Cancelled;
-        levels.push(LevelSetLevel {
+        self.cancelled |= info.status == Status::Cancelled;
+        let energy = objective.energy().clone();
+        let total = energy.total;
+        self.levels.push(LevelSetLevel {
             nodes: grid.nodes_per_axis().to_vec(),
             steps,
             info,
-            energy: objective.energy().clone(),
+            energy,
         });
-        state = PathState::from_vector(grid, &x, steps)?;
-        if cancelled || !preliminary {
-            return Ok(LevelSetPath { state, levels });
-        }
-        if steps > params.steps {
-            state = state.halved();
-        } else {
-            state = state.finer();
-            let fine = *state.level_sets[0].grid();
-            // The end shapes are those of this grid, not smoothed by the coarser one.
-            let last = state.level_sets.len() - 1;
-            state.level_sets[0] = on_grid(&fine, start);
-            state.level_sets[last] = on_grid(&fine, end);
-        }
+        Ok((PathState::from_vector(grid, &layout, &x)?, total))
     }
-}
-
-/// A level set at the nodes of a coarser grid of the same box.
-pub(crate) fn on_grid<const D: usize>(
-    grid: &Grid<D>,
-    level_set: &Field<f64, D, 1>,
-) -> Field<f64, D, 1> {
-    Field::from_fn(*grid, |x| level_set.sample(x))
 }
 
 /// How often a grid has to be refined to become another.

@@ -1,46 +1,78 @@
 //! A path of level sets as a minimiser and a caller see it.
 
-use super::transport::{displacement, level_set};
 use crate::GeodesicError;
+use crate::extension::inverse_displacement;
+use crate::shape::union_of;
 use fe_grid::transfer::prolong_into;
-use fe_grid::{Field, Grid};
+use fe_grid::{Field, Grid, ScalarField};
+use std::ops::Range;
+
+/// Where the parts of a path stand in the vector of unknowns: the level sets of `u_0`, then
+/// `phi_1`, the level sets of `u_1`, and so on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Layout<const D: usize> {
+    /// Nodes of the grid.
+    pub nodes: usize,
+    /// Level sets of every shape.
+    pub components: usize,
+    /// Steps of the path.
+    pub steps: usize,
+}
+
+impl<const D: usize> Layout<D> {
+    /// Length of the vector.
+    pub fn len(&self) -> usize {
+        self.steps * self.stride() + self.components * self.nodes
+    }
+
+    /// Length of a deformation with the level sets of the shape it leads to.
+    pub fn stride(&self) -> usize {
+        (D + self.components) * self.nodes
+    }
+
+    /// The level set of a component of shape `k`, both counted from 0.
+    pub fn level_set(&self, k: usize, component: usize) -> Range<usize> {
+        let first = k * self.stride() + component * self.nodes;
+        first..first + self.nodes
+    }
+
+    /// All level sets of shape `k`.
+    pub fn shape(&self, k: usize) -> Range<usize> {
+        let first = k * self.stride();
+        first..first + self.components * self.nodes
+    }
+
+    /// The displacement of `phi_k`, `k` from 1 on.
+    pub fn displacement(&self, k: usize) -> Range<usize> {
+        let first = (k - 1) * self.stride() + self.components * self.nodes;
+        first..first + D * self.nodes
+    }
+
+    /// The level set of all matter of shape `k`, at the nodes.
+    pub fn union(&self, x: &[f64], k: usize) -> Vec<f64> {
+        let mut union = x[self.level_set(k, 0)].to_vec();
+        for component in 1..self.components {
+            for (u, v) in union.iter_mut().zip(&x[self.level_set(k, component)]) {
+                *u = u.max(*v);
+            }
+        }
+        union
+    }
+}
 
 /// A path of level sets and the deformations between them.
 #[derive(Clone, Debug)]
 pub struct PathState<const D: usize> {
-    /// Level sets `u_0, ..., u_K`.
-    pub level_sets: Vec<Field<f64, D, 1>>,
+    /// The shapes `0, ..., K`: the level sets of their components.
+    pub shapes: Vec<Vec<ScalarField<f64, D>>>,
     /// Displacements of `phi_1, ..., phi_K`.
     pub displacements: Vec<Field<f64, D, D>>,
 }
 
 impl<const D: usize> PathState<D> {
-    /// The state as one vector.
-    pub(super) fn to_vector(&self) -> Vec<f64> {
-        let mut x = self.level_sets[0].as_slice().to_vec();
-        for (u, phi) in self.level_sets[1..].iter().zip(&self.displacements) {
-            x.extend_from_slice(phi.as_slice());
-            x.extend_from_slice(u.as_slice());
-        }
-        x
-    }
-
-    pub(super) fn from_vector(
-        grid: Grid<D>,
-        x: &[f64],
-        steps: usize,
-    ) -> Result<Self, GeodesicError> {
-        let n = grid.n_nodes();
-        let level_sets: Result<Vec<_>, _> = (0..=steps)
-            .map(|k| Field::from_vec(grid, x[level_set(n, D, k)].to_vec()))
-            .collect();
-        let displacements: Result<Vec<_>, _> = (1..=steps)
-            .map(|k| Field::from_vec(grid, x[displacement(n, D, k)].to_vec()))
-            .collect();
-        Ok(Self {
-            level_sets: level_sets?,
-            displacements: displacements?,
-        })
+    /// The grid of all fields.
+    pub fn grid(&self) -> &Grid<D> {
+        self.shapes[0][0].grid()
     }
 
     /// Number of steps.
@@ -48,11 +80,59 @@ impl<const D: usize> PathState<D> {
         self.displacements.len()
     }
 
+    /// The level set of all matter of shape `k`.
+    pub fn union(&self, k: usize) -> ScalarField<f64, D> {
+        union_of(&self.shapes[k])
+    }
+
+    pub(crate) fn layout(&self) -> Layout<D> {
+        Layout {
+            nodes: self.grid().n_nodes(),
+            components: self.shapes[0].len(),
+            steps: self.steps(),
+        }
+    }
+
+    /// The state as one vector.
+    pub(super) fn to_vector(&self) -> Vec<f64> {
+        let layout = self.layout();
+        let mut x = vec![0.0; layout.len()];
+        for (k, shape) in self.shapes.iter().enumerate() {
+            for (component, u) in shape.iter().enumerate() {
+                x[layout.level_set(k, component)].copy_from_slice(u.as_slice());
+            }
+        }
+        for (k, phi) in self.displacements.iter().enumerate() {
+            x[layout.displacement(k + 1)].copy_from_slice(phi.as_slice());
+        }
+        x
+    }
+
+    pub(super) fn from_vector(
+        grid: Grid<D>,
+        layout: &Layout<D>,
+        x: &[f64],
+    ) -> Result<Self, GeodesicError> {
+        let shape = |k: usize| -> Result<Vec<_>, GeodesicError> {
+            let levels = (0..layout.components).map(|i| x[layout.level_set(k, i)].to_vec());
+            Ok(levels
+                .map(|u| Field::from_vec(grid, u))
+                .collect::<Result<_, _>>()?)
+        };
+        let displacements: Result<Vec<_>, _> = (1..=layout.steps)
+            .map(|k| Field::from_vec(grid, x[layout.displacement(k)].to_vec()))
+            .collect();
+        Ok(Self {
+            shapes: (0..=layout.steps).map(shape).collect::<Result<_, _>>()?,
+            displacements: displacements?,
+        })
+    }
+
     /// Every second shape, and the deformations between these.
     pub(super) fn halved(&self) -> Self {
-        let grid = *self.level_sets[0].grid();
+        let grid = *self.grid();
         Self {
-            level_sets: self.level_sets.iter().step_by(2).cloned().collect(),
+            shapes: self.shapes.iter().step_by(2).cloned().collect(),
             displacements: self
                 .displacements
                 .chunks(2)
@@ -61,26 +141,43 @@ impl<const D: usize> PathState<D> {
         }
     }
 
+    /// The path from its end to its start.
+    pub(super) fn reversed(mut self) -> Self {
+        self.shapes.reverse();
+        self.displacements.reverse();
+        for displacement in &mut self.displacements {
+            *displacement = inverse_displacement(displacement);
+        }
+        self
+    }
+
     /// The same path on the grid of half the spacing.
     pub(super) fn finer(&self) -> Self {
-        let coarse_grid = *self.level_sets[0].grid();
+        let coarse_grid = *self.grid();
         let grid = coarse_grid.finer();
-        let mut fine = Self {
-            level_sets: vec![Field::zeros(grid); self.level_sets.len()],
-            displacements: vec![Field::zeros(grid); self.displacements.len()],
+        let finer = |coarse: &ScalarField<f64, D>| {
+            let mut fine = Field::zeros(grid);
+            prolong_into(&coarse_grid, coarse.as_slice(), fine.as_mut_slice());
+            fine
         };
-        for (fine, coarse) in fine.level_sets.iter_mut().zip(&self.level_sets) {
+        let displacements = self.displacements.iter().map(|coarse| {
+            let mut fine = Field::zeros(grid);
             prolong_into(&coarse_grid, coarse.as_slice(), fine.as_mut_slice());
+            fine
+        });
+        Self {
+            displacements: displacements.collect(),
+            shapes: self
+                .shapes
+                .iter()
+                .map(|shape| shape.iter().map(finer).collect())
+                .collect(),
         }
-        for (fine, coarse) in fine.displacements.iter_mut().zip(&self.displacements) {
-            prolong_into(&coarse_grid, coarse.as_slice(), fine.as_mut_slice());
-        }
-        fine
     }
 }
 
 /// The displacement of motions one after the other.
-pub(super) fn compose<const D: usize>(
+pub(crate) fn compose<const D: usize>(
     grid: &Grid<D>,
     motions: &[Field<f64, D, D>],
 ) -> Field<f64, D, D> {

@@ -10,42 +10,35 @@
 //! there. To first order no match changes, which is what makes these directions the soft ones of
 //! the energy. The map and its transpose are linear in nodal values.
 
+use super::state::Layout;
 use fe_grid::{Grid, locate};
 
 /// The motions of one path.
 pub(crate) struct Transport<const D: usize> {
     grid: Grid<D>,
-    steps: usize,
-    /// For every inner shape and component the derivative of its level set at the nodes.
-    slopes: Vec<Vec<f64>>,
+    layout: Layout<D>,
+    /// For every inner shape and level set of it the derivatives at the nodes.
+    slopes: Vec<Vec<Vec<f64>>>,
     /// For every step the gradient of its deformation at the nodes, `[i D + k]`.
     gradients: Vec<Vec<f64>>,
     /// For every step the cell that each node is mapped to, and the weights of its corners.
     targets: Vec<Vec<(usize, [f64; D])>>,
 }
 
-/// Where the parts of a path stand: `u_0, phi_1, u_1, ..., phi_K, u_K`.
-pub(crate) fn level_set(n: usize, dimension: usize, k: usize) -> std::ops::Range<usize> {
-    let first = k * (dimension + 1) * n;
-    first..first + n
-}
-
-/// Where the displacement of `phi_k` stands, `k` from 1 on.
-pub(crate) fn displacement(n: usize, dimension: usize, k: usize) -> std::ops::Range<usize> {
-    let first = (k - 1) * (dimension + 1) * n + n;
-    first..first + dimension * n
-}
-
 impl<const D: usize> Transport<D> {
     /// The motions at a path of `K` steps.
-    pub fn new(grid: Grid<D>, x: &[f64], steps: usize) -> Self {
+    pub fn new(grid: Grid<D>, layout: Layout<D>, x: &[f64]) -> Self {
         let n = grid.n_nodes();
-        let slopes = (1..steps)
-            .map(|k| nodal_gradient(&grid, &x[level_set(n, D, k)]))
-            .collect();
-        let gradients = (1..=steps)
+        let slopes = (1..layout.steps)
             .map(|k| {
-                let u = &x[displacement(n, D, k)];
+                (0..layout.components)
+                    .map(|i| nodal_gradient(&grid, &x[layout.level_set(k, i)]))
+                    .collect()
+            })
+            .collect();
+        let gradients = (1..=layout.steps)
+            .map(|k| {
+                let u = &x[layout.displacement(k)];
                 let mut all = Vec::with_capacity(D * D * n);
                 for (i, component) in u.chunks_exact(n).enumerate() {
                     let mut slope = nodal_gradient(&grid, component);
@@ -57,9 +50,9 @@ impl<const D: usize> Transport<D> {
                 all
             })
             .collect();
-        let targets = (1..=steps)
+        let targets = (1..=layout.steps)
             .map(|k| {
-                let u = &x[displacement(n, D, k)];
+                let u = &x[layout.displacement(k)];
                 (0..n)
                     .map(|node| {
                         let mut position = grid.position(grid.node(node));
@@ -74,7 +67,7 @@ impl<const D: usize> Transport<D> {
             .collect();
         Self {
             grid,
-            steps,
+            layout,
             slopes,
             gradients,
             targets,
@@ -103,16 +96,18 @@ impl<const D: usize> Transport<D> {
     /// Adds the change of the path under velocities `v_1, ..., v_{K-1}` to `out`.
     pub fn apply_add(&self, velocities: &[f64], out: &mut [f64]) {
         let n = self.grid.n_nodes();
-        for k in 1..self.steps {
+        for k in 1..self.layout.steps {
             let v = &velocities[(k - 1) * D * n..k * D * n];
-            let u = &mut out[level_set(n, D, k)];
-            for i in 0..D {
-                let slope = &self.slopes[k - 1][i * n..(i + 1) * n];
-                for ((u, s), v) in u.iter_mut().zip(slope).zip(&v[i * n..]) {
-                    *u -= s * v;
+            for (component, slopes) in self.slopes[k - 1].iter().enumerate() {
+                let u = &mut out[self.layout.level_set(k, component)];
+                for i in 0..D {
+                    let slope = &slopes[i * n..(i + 1) * n];
+                    for ((u, s), v) in u.iter_mut().zip(slope).zip(&v[i * n..]) {
+                        *u -= s * v;
+                    }
                 }
             }
-            let end = &mut out[displacement(n, D, k)];
+            let end = &mut out[self.layout.displacement(k)];
             for (node, target) in self.targets[k - 1].iter().enumerate() {
                 for (corner, weight) in &self.corners(target)[..1 << D] {
                     for i in 0..D {
@@ -120,7 +115,7 @@ impl<const D: usize> Transport<D> {
                     }
                 }
             }
-            let begin = &mut out[displacement(n, D, k + 1)];
+            let begin = &mut out[self.layout.displacement(k + 1)];
             let gradient = &self.gradients[k];
             for i in 0..D {
                 for j in 0..D {
@@ -137,17 +132,19 @@ impl<const D: usize> Transport<D> {
     /// The transpose: forces on the velocities from forces on the path.
     pub fn transpose(&self, forces: &[f64]) -> Vec<f64> {
         let n = self.grid.n_nodes();
-        let mut out = vec![0.0; (self.steps - 1) * D * n];
-        for k in 1..self.steps {
+        let mut out = vec![0.0; (self.layout.steps - 1) * D * n];
+        for k in 1..self.layout.steps {
             let v = &mut out[(k - 1) * D * n..k * D * n];
-            let u = &forces[level_set(n, D, k)];
-            for i in 0..D {
-                let slope = &self.slopes[k - 1][i * n..(i + 1) * n];
-                for ((v, s), u) in v[i * n..].iter_mut().zip(slope).zip(u) {
-                    *v -= s * u;
+            for (component, slopes) in self.slopes[k - 1].iter().enumerate() {
+                let u = &forces[self.layout.level_set(k, component)];
+                for i in 0..D {
+                    let slope = &slopes[i * n..(i + 1) * n];
+                    for ((v, s), u) in v[i * n..].iter_mut().zip(slope).zip(u) {
+                        *v -= s * u;
+                    }
                 }
             }
-            let end = &forces[displacement(n, D, k)];
+            let end = &forces[self.layout.displacement(k)];
             for (node, target) in self.targets[k - 1].iter().enumerate() {
                 for (corner, weight) in &self.corners(target)[..1 << D] {
                     for i in 0..D {
@@ -155,7 +152,7 @@ impl<const D: usize> Transport<D> {
                     }
                 }
             }
-            let begin = &forces[displacement(n, D, k + 1)];
+            let begin = &forces[self.layout.displacement(k + 1)];
             let gradient = &self.gradients[k];
             for i in 0..D {
                 for j in 0..D {

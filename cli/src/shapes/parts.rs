@@ -1,0 +1,166 @@
+//! The components of shapes that label images tell apart, and what is visible of a shape.
+//!
+//! The first level set of a shape is that of all labels. Of `n` labels in order, label `i` lies
+//! inside the level set `c = 1, 2, ...` where bit `c - 1` of `i` is set: with the first they tell
+//! all labels apart, with `1 + log2 n` level sets (rounded up).
+
+use std::collections::BTreeSet;
+
+use fe_grid::{Grid, ScalarField};
+use levelset::{Compact, ContourDistance, Step};
+
+use super::{Input, distance, placed};
+use crate::error::CliError;
+use crate::input::{Image, LEVEL};
+
+/// Label images, taken apart.
+#[derive(Clone, Debug)]
+pub(crate) struct Parts<const D: usize> {
+    /// The labels in order, without 0.
+    pub labels: Vec<i64>,
+    /// For every input the masks of its components but the first, which is that of all labels.
+    masks: Vec<Vec<Image<D>>>,
+}
+
+/// Whether a label, by its place among all, lies inside a level set.
+pub(crate) fn belongs(index: usize, component: usize) -> bool {
+    component == 0 || index >> (component - 1) & 1 == 1
+}
+
+impl<const D: usize> Parts<D> {
+    /// The masks of all that is labelled, and the parts.
+    ///
+    /// # Errors
+    /// [`CliError::Option`] where the images do not have the same labels.
+    pub fn split(images: Vec<Image<D>>) -> Result<(Vec<Image<D>>, Self), CliError> {
+        let sets: Vec<BTreeSet<i64>> = images.iter().map(labels_of).collect();
+        if let Some(other) = sets.iter().position(|set| *set != sets[0]) {
+            return Err(CliError::Option {
+                option: "--labels",
+                value: format!("{:?} and {:?}", sets[0], sets[other]),
+                remedy: format!(
+                    "'{}' and '{}' must have the same labels, which stand for the same parts; \
+                     relabel one of them, or leave out --labels",
+                    images[0].path.display(),
+                    images[other].path.display()
+                ),
+            });
+        }
+        let labels: Vec<i64> = sets
+            .first()
+            .map(|set| set.iter().copied().collect())
+            .unwrap_or_default();
+        let components = 1 + labels.len().next_power_of_two().ilog2() as usize;
+        let mask = |image: &Image<D>, component: usize| Image {
+            values: image
+                .values
+                .iter()
+                .map(|&value| {
+                    let inside = labels
+                        .binary_search(&(value as i64))
+                        .is_ok_and(|index| belongs(index, component));
+                    f64::from(u8::from(inside))
+                })
+                .collect(),
+            ..image.clone()
+        };
+        let masks = images
+            .iter()
+            .map(|image| (1..components).map(|c| mask(image, c)).collect())
+            .collect();
+        let whole = images.iter().map(|image| mask(image, 0)).collect();
+        Ok((whole, Self { labels, masks }))
+    }
+
+    /// The signed distances of the components of an input but the first.
+    ///
+    /// # Errors
+    /// [`CliError`] with exit code 2 for a component that is lost on the grid.
+    pub fn distances(
+        &self,
+        number: usize,
+        input: &Input<D>,
+        grid: Grid<D>,
+    ) -> Result<Vec<ScalarField<f64, D>>, CliError> {
+        let masks = self.masks[number].iter();
+        masks
+            .map(|mask| distance(mask, input, &placed(mask, input)?, grid))
+            .collect()
+    }
+}
+
+fn labels_of<const D: usize>(image: &Image<D>) -> BTreeSet<i64> {
+    let labels = image.values.iter().map(|&value| value as i64);
+    labels.filter(|&label| label != 0).collect()
+}
+
+/// The weight of what is visible of an input at the nodes, by an image of its size that is bright
+/// where it is: 1 there and beyond the image, 0 elsewhere, with a ramp of two grid spacings.
+///
+/// # Errors
+/// [`CliError::Option`] where the image has another size than the input.
+pub(crate) fn visible_weight<const D: usize>(
+    mut view: Image<D>,
+    input: &Input<D>,
+    grid: Grid<D>,
+    option: &'static str,
+) -> Result<ScalarField<f64, D>, CliError> {
+    if view.size != input.size {
+        return Err(CliError::Option {
+            option,
+            value: format!("of {:?} values", view.size),
+            remedy: format!(
+                "'{}' must have as many values as '{}', which has {:?}",
+                view.path.display(),
+                input.path.display(),
+                input.size
+            ),
+        });
+    }
+    // What stands in the way is bounded; what is visible goes on outside.
+    for value in &mut view.values {
+        *value = 2.0 * LEVEL - *value;
+    }
+    let failed = |source| CliError::Shape {
+        path: view.path.clone(),
+        source,
+    };
+    let mut weight = ContourDistance::new(&placed(&view, input)?)
+        .map_err(failed)?
+        .sample(grid);
+    let ramp = Step::Compact(Compact::new(grid.spacing()).map_err(failed)?);
+    for w in weight.as_mut_slice() {
+        *w = 1.0 - ramp.value(*w);
+    }
+    Ok(weight)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::fit::tests::block;
+
+    #[test]
+    fn labels_are_told_apart_by_few_level_sets() {
+        for n in 1..9usize {
+            let components = 1 + n.next_power_of_two().ilog2() as usize;
+            let codes: BTreeSet<Vec<bool>> = (0..n)
+                .map(|i| (0..components).map(|c| belongs(i, c)).collect())
+                .collect();
+            assert_eq!(codes.len(), n);
+            assert!(codes.iter().all(|code| code[0]));
+        }
+    }
+
+    #[test]
+    fn images_with_other_labels_are_refused() {
+        let mut image = block([8, 8], [1.0; 2], [2, 2], [5, 5]);
+        let one = image.clone();
+        image.values[0] = 3.0;
+        assert!(Parts::split(vec![one.clone(), image.clone()]).is_err());
+        let (whole, parts) = Parts::split(vec![image.clone(), image]).unwrap();
+        assert_eq!(parts.labels, [1, 3]);
+        assert_eq!(whole[0].values.iter().sum::<f64>(), 17.0);
+        assert_eq!(parts.masks[1][0].values.iter().sum::<f64>(), 1.0);
+    }
+}

@@ -1,0 +1,71 @@
+//! Displacements that are known at some of the nodes.
+
+use fe_grid::{Field, Grid, InverseDeformation};
+
+/// The displacement `sample(x, phi^{-1}(x))` at the nodes that a deformation `phi` reaches, and
+/// continued from there to the others.
+pub(crate) fn through_inverse<const D: usize>(
+    deformation: &Field<f64, D, D>,
+    sample: impl Fn([f64; D]) -> [f64; D],
+) -> Field<f64, D, D> {
+    let grid = *deformation.grid();
+    let n = grid.n_nodes();
+    let inverse = InverseDeformation::new(deformation);
+    let mut displacement = Field::zeros(grid);
+    let mut known = vec![false; n];
+    for node in 0..n {
+        if let Some(x) = inverse.position(node) {
+            let value = sample(x);
+            for k in 0..D {
+                displacement.component_mut(k)[node] = value[k];
+            }
+            known[node] = true;
+        }
+    }
+    extend(&grid, &mut displacement, known);
+    displacement
+}
+
+/// The displacement of the inverse of a deformation: `-u(phi^{-1}(x))`.
+pub(crate) fn inverse_displacement<const D: usize>(u: &Field<f64, D, D>) -> Field<f64, D, D> {
+    through_inverse(u, |x| u.sample(x).map(|value| -value))
+}
+
+/// Gives nodes that nothing is known of the mean of their known neighbours, from near to far.
+fn extend<const D: usize>(grid: &Grid<D>, field: &mut Field<f64, D, D>, mut known: Vec<bool>) {
+    let (nodes, strides) = (grid.nodes_per_axis(), grid.strides());
+    let mut missing: Vec<usize> = (0..known.len()).filter(|&i| !known[i]).collect();
+    while !missing.is_empty() && missing.len() < known.len() {
+        let mut found = Vec::new();
+        for &index in &missing {
+            let node = grid.node(index);
+            let mut neighbours = Vec::with_capacity(2 * D);
+            for k in 0..D {
+                if node[k] > 0 {
+                    neighbours.push(index - strides[k]);
+                }
+                if node[k] + 1 < nodes[k] {
+                    neighbours.push(index + strides[k]);
+                }
+            }
+            neighbours.retain(|&i| known[i]);
+            if !neighbours.is_empty() {
+                let mut mean = [0.0; D];
+                for &i in &neighbours {
+                    let value = field.at(i);
+                    for k in 0..D {
+                        mean[k] += value[k] / neighbours.len() as f64;
+                    }
+                }
+                found.push((index, mean));
+            }
+        }
+        for (index, mean) in &found {
+            for k in 0..D {
+                field.component_mut(k)[*index] = mean[k];
+            }
+            known[*index] = true;
+        }
+        missing.retain(|&i| !known[i]);
+    }
+}
