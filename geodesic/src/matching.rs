@@ -38,16 +38,37 @@ impl MatchDensity for HeavisideMatch {
 }
 
 /// Where a mismatch counts: the product of a weight of the start domain and of a weight of the end
-/// domain, both between 0 and 1; a weight that is missing is one.
-#[derive(Clone, Copy, Default)]
+/// domain, both between 0 and 1; a weight that is missing is one. A shape that only has to be covered
+/// counts mismatches of one sign.
+#[derive(Clone, Copy)]
 pub struct Visibility<'a, const D: usize> {
     /// The weight at a point of the start domain.
     pub start: Option<Interpolant<'a, f64, D>>,
     /// The weight at the deformed point.
     pub end: Option<Interpolant<'a, f64, D>>,
+    /// What a mismatch counts where the composed level set is lower than the other, and where it is
+    /// higher: `[1, 0]` asks that it covers the other, `[0, 1]` that it is covered.
+    pub sides: [f64; 2],
+}
+
+impl<const D: usize> Default for Visibility<'_, D> {
+    fn default() -> Self {
+        Self {
+            start: None,
+            end: None,
+            sides: [1.0; 2],
+        }
+    }
 }
 
 impl<const D: usize> Visibility<'_, D> {
+    /// What a mismatch of the sign of a number counts.
+    #[inline(always)]
+    pub(crate) fn side<L: Lane>(&self, difference: L) -> L {
+        let [lower, higher] = self.sides.map(L::splat);
+        L::select(difference.less(L::zero()), lower, higher)
+    }
+
     /// The weight, and its derivative by the deformed position.
     #[inline(always)]
     pub(crate) fn weight<L: Lane>(&self, position: &[L; D], deformed: &[L; D]) -> (L, [L; D]) {
@@ -144,7 +165,10 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
     fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
         let at = self.sample(point);
         let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
-        self.density.value(at.value, &point.coefficient) * at.weight * self.measure(volume)
+        let step = self.density.step;
+        let difference = step.value(at.value) - step.value(point.coefficient[0]);
+        let weight = at.weight * self.visibility.side(difference);
+        difference * difference * weight * self.measure(volume)
     }
 
     #[inline(always)]
@@ -155,7 +179,10 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
         let volume = tensor::determinant_with(&deformed, &cofactor);
         let measure = self.measure(volume);
         let (value, derivative, _) = self.density.derivatives(at.value, &point.coefficient);
-        let (derivative, weighted) = (derivative * at.weight, value * at.weight);
+        // The derivative has the sign of the mismatch: level sets grow with their step.
+        let side = self.visibility.side(derivative);
+        let (value, derivative) = (value * side, derivative * side * at.weight);
+        let weighted = value * at.weight;
         let mut jet = Jet::zero();
         for k in 0..D {
             let change = value.mul_add(at.weight_slope[k], derivative * at.slope[k]);
@@ -179,7 +206,8 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
     ) -> Jet<L, D, D> {
         let at = self.sample(point);
         let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
-        let (_, _, curvature) = self.density.derivatives(at.value, &point.coefficient);
+        let (_, derivative, curvature) = self.density.derivatives(at.value, &point.coefficient);
+        let curvature = curvature * self.visibility.side(derivative);
         let mut along = at.slope[0] * direction.value[0];
         for k in 1..D {
             along = at.slope[k].mul_add(direction.value[k], along);
@@ -229,15 +257,16 @@ impl<const D: usize, const M: usize> CellLaw<D, M> for StepMatch<'_, D> {
     fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
         let at = self.sample(point);
         let difference = self.step.value(at.value) - self.step.value(point.value[0]);
-        difference * difference * at.weight
+        difference * difference * at.weight * self.visibility.side(difference)
     }
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, M>) -> (L, Jet<L, D, M>) {
         let at = self.sample(point);
         let difference = self.step.value(at.value) - self.step.value(point.value[0]);
-        let square = difference * difference;
-        let twice = difference.scale(2.0) * at.weight;
+        let counted = difference * self.visibility.side(difference);
+        let square = difference * counted;
+        let twice = counted.scale(2.0) * at.weight;
         let by_other = twice * self.step.derivative(at.value);
         let mut jet = Jet::zero();
         jet.value[0] = -(twice * self.step.derivative(point.value[0]));
@@ -261,7 +290,8 @@ impl<const D: usize, const M: usize> CellLaw<D, M> for StepMatch<'_, D> {
         for k in 0..D {
             change = (by_other * at.slope[k]).mul_add(direction.value[k + 1], change);
         }
-        let twice = change.scale(2.0) * at.weight;
+        let difference = self.step.value(at.value) - self.step.value(point.value[0]);
+        let twice = change.scale(2.0) * at.weight * self.visibility.side(difference);
         let mut jet = Jet::zero();
         jet.value[0] = -(twice * by_own);
         for k in 0..D {
@@ -296,6 +326,7 @@ impl<const D: usize> PointWeights<D> for MatchWeights<'_, D> {
         let (s, _) = self.other.sample(deformed);
         let (weight, _) = self.visibility.weight(&point.position, deformed);
         let difference = self.step.value(s) - self.step.value(point.coefficient[0]);
+        let weight = weight * self.visibility.side(difference);
         let slope = self.step.derivative(s);
         (
             (slope * slope).scale(2.0) * weight,

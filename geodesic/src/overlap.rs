@@ -21,7 +21,8 @@ pub(crate) fn overlaps<const D: usize>(
     displacements: &[Field<f64, D, D>],
     grid: Grid<D>,
 ) -> Result<Overlaps, GeodesicError> {
-    let (start, end) = (start.on_grid(&grid)?, end.on_grid(&grid)?);
+    let (start, end) = (start.on_grid(&grid), end.on_grid(&grid));
+    let (seen_start, seen_end) = (start.seen(), end.seen());
     let carry = |x: [f64; D]| {
         displacements.iter().fold(x, |y, displacement| {
             let u = displacement.sample(y);
@@ -33,16 +34,16 @@ pub(crate) fn overlaps<const D: usize>(
         backwards: Vec::new(),
     };
     // What a hidden part is deformed to, or from, is not compared with anything.
-    let seen_back = end
-        .weight
+    let seen_back = seen_end
         .as_ref()
         .map(|weight| ScalarField::from_fn(grid, |x| weight.sample(carry(x))));
-    let seen_ahead = start.weight.as_ref().map(|weight| {
+    let seen_ahead = seen_start.as_ref().map(|weight| {
         let all = compose(&grid, displacements);
-        InverseDeformation::new(&all).push_forward(weight, 1.0)
+        let outside = if start.only_covered { 0.0 } else { 1.0 };
+        InverseDeformation::new(&all).push_forward(weight, outside)
     });
-    let at_start = product(start.weight, seen_back);
-    let at_end = product(end.weight, seen_ahead);
+    let at_start = product(seen_start, seen_back);
+    let at_end = product(seen_end, seen_ahead);
     for (u, v) in start.components.iter().zip(&end.components) {
         let pulled = ScalarField::from_fn(grid, |x| v.sample(carry(x)));
         found.backwards.push(weighted_dice(&pulled, u, &at_start));

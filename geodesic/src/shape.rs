@@ -11,7 +11,6 @@ use crate::GeodesicError;
 use crate::matching::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::{Field, Grid, ScalarField};
-use levelset::{Compact, Step};
 
 /// Where a shape is known.
 #[derive(Clone, Debug, Default)]
@@ -19,11 +18,13 @@ pub enum Known<const D: usize> {
     /// Everywhere.
     #[default]
     Everywhere,
-    /// Where there is matter: parts of the shape may be hidden, anywhere. A mismatch counts inside
-    /// the shape alone, with the weight of the shape made thinner by a grid spacing. The notes take
-    /// the arctangent for this weight; here it is the compact step, because what is left of the
-    /// arctangent far outside still draws hidden parts in where the match weighs as much as it does
-    /// here.
+    /// Where there is matter: parts of the shape may be hidden, anywhere. What is seen has to be
+    /// covered, and no mismatch counts where there is more.
+    ///
+    /// The notes multiply the mismatch by a smooth indicator of the shape made thinner, so that
+    /// what is left of it is the volume of `O \\ phi^-1(O')`. Here that volume is taken as it stands,
+    /// `int max(0, H(u) - H(u' o phi))^2`: a weight with the long tails of the arctangent still draws
+    /// hidden parts in, and the profile of the boundary where the shape is cut off is none of its own.
     Inside,
     /// Where this weight is one, not where it is zero.
     Within(ScalarField<f64, D>),
@@ -89,22 +90,17 @@ impl<const D: usize> Shape<D> {
     }
 
     /// The shape at the nodes of a grid of the same box.
-    pub(crate) fn on_grid(&self, grid: &Grid<D>) -> Result<ShapeOnGrid<D>, GeodesicError> {
+    pub(crate) fn on_grid(&self, grid: &Grid<D>) -> ShapeOnGrid<D> {
         let components: Vec<_> = self.components.iter().map(|u| on_grid(grid, u)).collect();
         let weight = match &self.known {
-            Known::Everywhere => None,
-            Known::Inside => {
-                // From nothing on the boundary to all of it two spacings inside.
-                let thinner = Step::Compact(Compact::new(grid.spacing())?);
-                let mut weight = union_of(&components);
-                for u in weight.as_mut_slice() {
-                    *u = thinner.value(*u - grid.spacing());
-                }
-                Some(weight)
-            }
             Known::Within(weight) => Some(on_grid(grid, weight)),
+            Known::Everywhere | Known::Inside => None,
         };
-        Ok(ShapeOnGrid { components, weight })
+        ShapeOnGrid {
+            components,
+            weight,
+            only_covered: matches!(self.known, Known::Inside),
+        }
     }
 }
 
@@ -114,6 +110,22 @@ pub(crate) struct ShapeOnGrid<const D: usize> {
     pub components: Vec<ScalarField<f64, D>>,
     /// The weight of a mismatch at the nodes, where it is not one everywhere.
     pub weight: Option<ScalarField<f64, D>>,
+    /// Whether the shape only has to be covered.
+    pub only_covered: bool,
+}
+
+impl<const D: usize> ShapeOnGrid<D> {
+    /// The weight where the overlap with another shape is measured.
+    pub fn seen(&self) -> Option<ScalarField<f64, D>> {
+        if !self.only_covered {
+            return self.weight.clone();
+        }
+        let mut inside = union_of(&self.components);
+        for u in inside.as_mut_slice() {
+            *u = f64::from(u8::from(*u > 0.0));
+        }
+        Some(inside)
+    }
 }
 
 /// A field to be evaluated at arbitrary points, where there is one.
@@ -127,14 +139,35 @@ fn interpolated<const D: usize>(
 /// Both ends of a path on a level, by what is known of them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KnownEnds<const D: usize> {
-    pub start: Option<ScalarField<f64, D>>,
-    pub end: Option<ScalarField<f64, D>>,
+    start: Option<ScalarField<f64, D>>,
+    end: Option<ScalarField<f64, D>>,
+    /// Whether start and end only have to be covered.
+    only_covered: [bool; 2],
 }
 
 impl<const D: usize> KnownEnds<D> {
+    /// What is known of two shapes.
+    pub fn new(start: &ShapeOnGrid<D>, end: &ShapeOnGrid<D>) -> Self {
+        Self {
+            start: start.weight.clone(),
+            end: end.weight.clone(),
+            only_covered: [start.only_covered, end.only_covered],
+        }
+    }
+
     /// What is visible in step `k` of so many.
     pub fn in_step(&self, k: usize, steps: usize) -> Visibility<'_, D> {
+        let sides = match (
+            k == 1 && self.only_covered[0],
+            k == steps && self.only_covered[1],
+        ) {
+            (true, false) => [1.0, 0.0],
+            (false, true) => [0.0, 1.0],
+            // Of two shapes that are hidden in part nothing can be told in one step.
+            _ => [1.0, 1.0],
+        };
         Visibility {
+            sides,
             start: (k == 1).then(|| interpolated(&self.start)).flatten(),
             end: (k == steps).then(|| interpolated(&self.end)).flatten(),
         }

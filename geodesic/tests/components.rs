@@ -94,6 +94,7 @@ proptest! {
         let visibility = Visibility {
             start: Some(Interpolant::new(grid, &weights[0])),
             end: Some(Interpolant::new(grid, &weights[1])),
+            sides: [[1.0, 1.0], [1.0, 0.0], [0.0, 1.0]][(seed % 3) as usize],
         };
         let other = Interpolant::new(grid, &other).with_outside(Outside::Falling);
         let mut x = smooth::<2>(3, seed + 5, 0.3);
@@ -225,11 +226,15 @@ fn a_hidden_arm_is_restored() {
     let reference = run(Shape::new(template.clone()), Shape::new(whole.clone()));
     // What stands before the cross is known to stand right of .6.
     let view = ScalarField::from_fn(*seen.grid(), |[x, _]| [f64::from(u8::from(x < 0.6))]);
-    let partial = Shape::new(seen).with_known(Known::Within(view));
+    let partial = Shape::new(seen.clone()).with_known(Known::Within(view));
+    let covered = Shape::new(seen).with_known(Known::Inside);
     let area = |u: &ScalarField<f64, 2>| levelset::mask_volume(u, 0.0);
     for (found, restored) in [
         (run(partial.clone(), Shape::new(template.clone())), 1),
-        (run(Shape::new(template.clone()), partial.clone()), 3),
+        (run(Shape::new(template.clone()), partial), 3),
+        // What is seen is to be covered, wherever the rest may be: here the template has to grow.
+        (run(Shape::new(template.clone()), covered.clone()), 3),
+        (run(covered, Shape::new(template)), 1),
     ] {
         let change = found.length() / reference.length() - 1.0;
         assert!(change.abs() < 0.1, "the distance changes by {change}");

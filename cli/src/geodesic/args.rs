@@ -46,10 +46,10 @@ pub struct GeodesicArgs {
     pub occluded: Option<Occluded>,
     /// A mask as large as START, bright where the start shape was seen: no mismatch is charged
     /// elsewhere.
-    #[arg(long, value_name = "MASK")]
+    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
     pub valid_start: Option<PathBuf>,
     /// A mask as large as END, bright where the end shape was seen.
-    #[arg(long, value_name = "MASK")]
+    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
     pub valid_end: Option<PathBuf>,
 }
 

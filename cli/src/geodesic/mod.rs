@@ -21,7 +21,7 @@ use crate::input::Image;
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::shapes::{Input, Parts, prepare, visible_weight};
+use crate::shapes::{Input, Parts, prepare, view_of};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 
@@ -132,7 +132,11 @@ fn shapes<const D: usize>(
             components.extend(parts.distances(number, input, grid)?);
         }
         let known = match view {
-            Some(view) => Known::Within(visible_weight(view, input, grid, options[number])?),
+            Some(view) => {
+                let view = view_of(view, input, grid, options[number])?;
+                components[0] = view.distance;
+                Known::Within(view.weight)
+            }
             None if hidden[number] => Known::Inside,
             None => Known::Everywhere,
         };

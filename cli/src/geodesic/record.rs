@@ -1,6 +1,7 @@
 //! The contents of `result.json`. What does not exist is left out; there are no nulls.
 
 use ::geodesic::LevelReport;
+use levelset::Contour;
 use serde::Serialize;
 
 use super::path::Path;
@@ -45,6 +46,8 @@ pub(super) struct ResultRecord<const D: usize> {
     pub certificate: CertificateRecord,
     /// Areas or volumes of the shapes `0, ..., K`.
     pub volumes: Vec<f64>,
+    /// Lengths or areas of their boundaries.
+    pub boundaries: Vec<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub volumes_input_units: Option<Vec<f64>>,
     pub levels: Vec<LevelRecord>,
@@ -104,6 +107,7 @@ impl<const D: usize> ResultRecord<D> {
             dice_pulled: result.dice_pulled,
             certificate: CertificateRecord::new(&result.certificate),
             volumes: path.sizes.clone(),
+            boundaries: path.contours.iter().map(Contour::perimeter).collect(),
             volumes_input_units: scale
                 .map(|scale| path.sizes.iter().map(|v| v / unit(scale)).collect()),
             iterations: levels.iter().map(|level| level.info.iterations).sum(),

@@ -26,7 +26,7 @@ use label::labels;
 use place::{Alignment, align};
 
 pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
-pub(crate) use parts::{Parts, belongs, visible_weight};
+pub(crate) use parts::{Parts, belongs, view_of};
 pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 
 /// Masks that are read and placed in the unit box.

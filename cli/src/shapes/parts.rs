@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use fe_grid::{Grid, ScalarField};
-use levelset::{Compact, ContourDistance, Step};
+use levelset::{Compact, Contour, ContourDistance, Step};
 
 use super::{Input, distance, placed};
 use crate::error::CliError;
@@ -94,45 +94,86 @@ fn labels_of<const D: usize>(image: &Image<D>) -> BTreeSet<i64> {
     labels.filter(|&label| label != 0).collect()
 }
 
-/// The weight of what is visible of an input at the nodes, by an image of its size that is bright
-/// where it is: 1 there and beyond the image, 0 elsewhere, with a ramp of two grid spacings.
+/// What was seen of an input.
+pub(crate) struct View<const D: usize> {
+    /// The signed distance to the boundary that was seen, whose nearest piece tells inside from
+    /// outside: it goes on behind what stands in the way.
+    pub distance: ScalarField<f64, D>,
+    /// 1 at the nodes that were seen and beyond the image, 0 at the others and near them, where an
+    /// end of the boundary that was seen is nearest, with a ramp of two grid spacings between.
+    pub weight: ScalarField<f64, D>,
+}
+
+/// Pieces of a boundary nearer to what stands in the way than this, in samples, are its edge and not
+/// that of the shape.
+const EDGE: f64 = 1.5;
+
+/// What was seen of an input, by an image of its size that is bright there.
 ///
 /// # Errors
-/// [`CliError::Option`] where the image has another size than the input.
-pub(crate) fn visible_weight<const D: usize>(
-    mut view: Image<D>,
+/// [`CliError::Option`] where the image has another size than the input, or where nothing of the
+/// shape's boundary was seen.
+pub(crate) fn view_of<const D: usize>(
+    mut seen: Image<D>,
     input: &Input<D>,
     grid: Grid<D>,
     option: &'static str,
-) -> Result<ScalarField<f64, D>, CliError> {
-    if view.size != input.size {
-        return Err(CliError::Option {
-            option,
-            value: format!("of {:?} values", view.size),
-            remedy: format!(
+) -> Result<View<D>, CliError> {
+    let wrong = |value: String, remedy: String| CliError::Option {
+        option,
+        value,
+        remedy,
+    };
+    if seen.size != input.size {
+        return Err(wrong(
+            format!("of {:?} values", seen.size),
+            format!(
                 "'{}' must have as many values as '{}', which has {:?}",
-                view.path.display(),
+                seen.path.display(),
                 input.path.display(),
                 input.size
             ),
-        });
+        ));
     }
     // What stands in the way is bounded; what is visible goes on outside.
-    for value in &mut view.values {
+    for value in &mut seen.values {
         *value = 2.0 * LEVEL - *value;
     }
     let failed = |source| CliError::Shape {
-        path: view.path.clone(),
+        path: seen.path.clone(),
         source,
     };
-    let mut weight = ContourDistance::new(&placed(&view, input)?)
-        .map_err(failed)?
-        .sample(grid);
+    let screen = ContourDistance::new(&placed(&seen, input)?).map_err(failed)?;
+    let sample = seen.spacing.iter().fold(0.0f64, |a, b| a.max(*b));
+    let margin = EDGE * sample * input.frame.scale();
+    let contour = &input.contour;
+    let mut kept = contour.simplices().to_vec();
+    let mut number = 0;
+    kept.retain(|_| {
+        let corners = contour.corners(number);
+        number += 1;
+        corners
+            .iter()
+            .all(|corner| screen.signed_distance(*corner) < -margin)
+    });
+    if kept.is_empty() {
+        return Err(wrong(
+            format!("'{}'", seen.path.display()),
+            "nothing of the shape's boundary was seen; is the mask inverted?".into(),
+        ));
+    }
+    let boundary = Contour::new(contour.points().to_vec(), kept).map_err(failed)?;
+    let mut weight = screen.sample(grid);
     let ramp = Step::Compact(Compact::new(grid.spacing()).map_err(failed)?);
     for w in weight.as_mut_slice() {
-        *w = 1.0 - ramp.value(*w);
+        *w = 1.0 - ramp.value(*w + margin + grid.spacing());
     }
-    Ok(weight)
+    Ok(View {
+        distance: ContourDistance::new(&boundary)
+            .map_err(failed)?
+            .sample(grid),
+        weight,
+    })
 }
 
 #[cfg(test)]

@@ -115,6 +115,7 @@ impl<const D: usize> PathObjective<D> {
         density: HeavisideMatch,
     ) -> Result<Self, GeodesicError> {
         let union = union_of(&start.components);
+        let known = KnownEnds::new(&start, &end);
         let grid = *union.grid();
         let solid =
             (params.void_stiffness == 0.0).then(|| solid_cells(&grid, union.as_slice(), indicator));
@@ -124,10 +125,7 @@ impl<const D: usize> PathObjective<D> {
             steps,
             start: start.components,
             end: end.components,
-            known: KnownEnds {
-                start: start.weight,
-                end: end.weight,
-            },
+            known,
             union,
             indicator,
             density,
@@ -271,6 +269,7 @@ fn single<const D: usize>(
     Ok([start, end].map(|u| ShapeOnGrid {
         components: vec![u],
         weight: None,
+        only_covered: false,
     }))
 }
 

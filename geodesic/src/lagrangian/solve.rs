@@ -60,7 +60,7 @@ pub fn lagrangian_path<const D: usize>(
         } else {
             &schedule[schedule.len() - 1..]
         };
-        let (first, last) = (start.on_grid(grid)?, end.on_grid(grid)?);
+        let (first, last) = (start.on_grid(grid), end.on_grid(grid));
         for &count in times {
             if count != steps {
                 x = refine_time(&x, D * grid.n_nodes(), steps, count);

@@ -25,7 +25,7 @@ pub(crate) fn first_paths<const D: usize>(
 ) -> Result<(PathState<D>, Vec<PathState<D>>), GeodesicError> {
     let whole = [start, end].map(|shape| matches!(shape.known(), Known::Everywhere));
     let grid = start.grid().hierarchy(params.flow_nodes)[0];
-    let mut forwards = || path(start, end, &grid, params, observer);
+    let mut forwards = || flow_path(start, end, &grid, params, observer);
     if whole[0] && !whole[1] {
         return Ok((forwards()?, Vec::new()));
     }
@@ -34,7 +34,7 @@ pub(crate) fn first_paths<const D: usize>(
     } else {
         Some(forwards()?)
     };
-    let back = path(end, start, &grid, params, observer)?.reversed();
+    let back = flow_path(end, start, &grid, params, observer)?.reversed();
     Ok(match ahead {
         Some(ahead) => (ahead, vec![back]),
         None => (back, Vec::new()),
@@ -42,14 +42,14 @@ pub(crate) fn first_paths<const D: usize>(
 }
 
 /// The flow from one shape to another, cut.
-fn path<const D: usize>(
+pub(crate) fn flow_path<const D: usize>(
     from: &Shape<D>,
     to: &Shape<D>,
     grid: &Grid<D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<PathState<D>, GeodesicError> {
-    let (from, to) = (from.on_grid(grid)?, to.on_grid(grid)?);
+    let (from, to) = (from.on_grid(grid), to.on_grid(grid));
     let flow = flow(&from.components, &to, params, observer)?;
     let mut steps = params.steps;
     while steps * FLOW_STEPS < flow.motions.len() {

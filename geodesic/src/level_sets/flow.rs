@@ -139,6 +139,10 @@ fn match_of<const D: usize>(
             nodes
                 .map(|(node, (&u, &v))| {
                     let difference: f64 = step.value(u) - step.value(v);
+                    // What is more than has to be covered does not count.
+                    if end.only_covered && difference > 0.0 {
+                        return 0.0;
+                    }
                     difference * difference * weight.map_or(1.0, |w| w[node])
                 })
                 .sum::<f64>()
@@ -163,15 +167,22 @@ fn force<const D: usize>(
             .weight
             .as_ref()
             .map(|weight| Interpolant::new(grid, weight.as_slice())),
-        end: None,
+        ..Visibility::default()
     };
+    let covered = |sides| if end.only_covered { sides } else { [1.0; 2] };
     for (now, then) in current.iter().zip(&end.components) {
-        for (moving, other, sign) in [(then, now, 1.0), (now, then, -1.0)] {
+        for (moving, other, sign, sides) in [
+            (then, now, 1.0, covered([0.0, 1.0])),
+            (now, then, -1.0, covered([1.0, 0.0])),
+        ] {
             let law = MeasuredMatch {
                 density: HeavisideMatch { step },
                 other: continued(moving),
                 deformed_share: 0.0,
-                visibility,
+                visibility: Visibility {
+                    sides,
+                    ..visibility
+                },
             };
             let coefficients = [other.as_slice()];
             let data = Data {

@@ -9,7 +9,7 @@ mod solve;
 mod state;
 mod transport;
 
-pub(crate) use first::first_paths;
+pub(crate) use first::{first_paths, flow_path};
 pub use objective::{LevelSetEnergy, LevelSetObjective};
 pub use solve::{LevelSetLevel, LevelSetPath, level_set_path};
 pub use state::PathState;

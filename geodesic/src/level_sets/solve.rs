@@ -121,14 +121,11 @@ impl<const D: usize> Descent<'_, D> {
     ) -> Result<(PathState<D>, f64), GeodesicError> {
         let grid = *state.grid();
         // The end shapes are those of this grid, not smoothed by a coarser one.
-        let (first, last) = (self.start.on_grid(&grid)?, self.end.on_grid(&grid)?);
+        let (first, last) = (self.start.on_grid(&grid), self.end.on_grid(&grid));
         let steps = state.steps();
+        let known = KnownEnds::new(&first, &last);
         state.shapes[0] = first.components;
         state.shapes[steps] = last.components;
-        let known = KnownEnds {
-            start: first.weight,
-            end: last.weight,
-        };
         let layout = state.layout();
         let params = GeodesicParams {
             steps,

@@ -1,4 +1,5 @@
-//! The study: figures of averages whose result is known, of both solvers, and of real shapes.
+//! The study: figures of averages whose result is known, of both solvers, and of real shapes; and
+//! of geodesics.
 //!
 //! Every figure stands beside what is asked of it. Real shapes are averaged by the program
 //! itself, with the command that is printed.
@@ -6,6 +7,7 @@
 #[path = "../../../shape-average/tests/support/angle.rs"]
 mod angle;
 mod known;
+mod paths;
 mod real;
 mod shapes;
 mod solvers;
@@ -24,6 +26,8 @@ sections (all where none is named):
   solvers  iterations on every level, and the descent against L-BFGS
   flat     real shapes in 2D: device7, hands, the letter A
   solid    real shapes in 3D: hippocampi
+  letters, triangles, materials
+           the notes' tables of geodesics, on shapes drawn by the program
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.
               What needs data is left out where there are none.
@@ -76,7 +80,9 @@ fn parse(arguments: &[String]) -> Outcome<Options> {
                     arguments.next().ok_or("--shared needs a folder")?,
                 ));
             }
-            "known" | "solvers" | "flat" | "solid" => options.sections.push(argument.clone()),
+            "known" | "solvers" | "flat" | "solid" | "letters" | "triangles" | "materials" => {
+                options.sections.push(argument.clone())
+            }
             other => return Err(format!("there is no section {other}").into()),
         }
     }
@@ -125,6 +131,15 @@ fn measure(options: &Options) -> Outcome<()> {
         }
         if asked("solid") {
             add(real::solid(data)?)?;
+        }
+    }
+    for (name, section) in [
+        ("letters", paths::letters as fn() -> Outcome<Section>),
+        ("triangles", paths::triangles),
+        ("materials", paths::materials),
+    ] {
+        if asked(name) {
+            add(section()?)?;
         }
     }
     if options.write {

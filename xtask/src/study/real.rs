@@ -108,7 +108,8 @@ fn section(title: &'static str, sets: &[Set]) -> Outcome<Section> {
     })
 }
 
-fn build() -> Outcome<()> {
+/// Builds the program.
+pub(super) fn build() -> Outcome<()> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .args(["build", "--release", "--package", "shapespace"])

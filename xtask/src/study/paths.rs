@@ -1,0 +1,308 @@
+//! Paths between letters and other drawn shapes, found by the program itself: the notes' tables of
+//! geodesics, redone.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::real::build;
+use super::{Outcome, Section};
+use crate::table::{Table, checked};
+
+/// Overlap that the end of a path should reach.
+const LEAST_DICE: f64 = 0.98;
+/// By how much lengths there and back may differ at the largest `K`.
+const LACK_OF_SYMMETRY: f64 = 0.05;
+
+/// A folder for shapes and results, which goes away with it.
+struct Place {
+    folder: PathBuf,
+}
+
+/// What a path has come to.
+struct Found {
+    length: f64,
+    dissipation: f64,
+    dice: f64,
+    pulled: f64,
+    certified: bool,
+    min_det: f64,
+    volumes: Vec<f64>,
+    boundaries: Vec<f64>,
+    seconds: f64,
+}
+
+impl Place {
+    fn new() -> Outcome<Self> {
+        build()?;
+        let name = format!("shapespace-paths-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&folder)?;
+        Ok(Self { folder })
+    }
+
+    fn run(&self, arguments: &[&str]) -> Outcome<()> {
+        // The program lies beside this one.
+        let program = std::env::current_exe()?.with_file_name("shapespace");
+        let output = Command::new(program)
+            .args(arguments)
+            .current_dir(&self.folder)
+            .output()?;
+        if output.status.success() {
+            Ok(())
+        } else {
+            Err(String::from_utf8_lossy(&output.stderr).into_owned().into())
+        }
+    }
+
+    fn draw(&self, name: &str, arguments: &[&str]) -> Outcome<()> {
+        let file = format!("{name}.npy");
+        self.run(&[&["generate"], arguments, &["-o", &file]].concat())
+    }
+
+    fn letters(&self, letters: &[&str]) -> Outcome<()> {
+        for letter in letters {
+            self.draw(letter, &["letter", letter])?;
+        }
+        Ok(())
+    }
+
+    fn geodesic(&self, start: &str, end: &str, options: &[&str]) -> Outcome<Found> {
+        let ends = [start, end].map(|name| format!("{name}.npy"));
+        let output = "out";
+        let arguments = [&["geodesic", &ends[0], &ends[1], "-o", output], options].concat();
+        self.run(&arguments)?;
+        let folder = self.folder.join(output);
+        let record: Value = serde_json::from_str(&read(&folder.join("result.json"))?)?;
+        std::fs::remove_dir_all(&folder)?;
+        let number = |key: &str| {
+            record
+                .pointer(key)
+                .and_then(Value::as_f64)
+                .ok_or(key.to_owned())
+        };
+        let list = |key: &str| -> Vec<f64> {
+            let values = record[key].as_array().cloned().unwrap_or_default();
+            values.iter().filter_map(Value::as_f64).collect()
+        };
+        Ok(Found {
+            length: number("/length")?,
+            dissipation: number("/dissipation")?,
+            dice: number("/dice_end")?,
+            pulled: number("/dice_pulled")?,
+            certified: record["certificate"]["certified"] == true,
+            min_det: number("/certificate/min_det")?,
+            volumes: list("volumes"),
+            boundaries: list("boundaries"),
+            seconds: number("/seconds")?,
+        })
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        // What is left behind lies in the folder for temporary files.
+        let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+fn read(path: &Path) -> Outcome<String> {
+    Ok(std::fs::read_to_string(path)?)
+}
+
+impl Found {
+    fn cells(&self) -> [String; 3] {
+        [
+            format!("{:.4}", self.length),
+            checked(
+                format!("{:.3} / {:.3}", self.dice, self.pulled),
+                self.pulled.max(self.dice) >= LEAST_DICE,
+            ),
+            checked(format!("{:.0e}", self.min_det), self.certified),
+        ]
+    }
+}
+
+/// Lengths for `K = 4, 8, 16`, there and back, and under variations of a shape.
+pub fn letters() -> Outcome<Section> {
+    let place = Place::new()?;
+    place.letters(&["m", "o", "x", "c", "b", "b2"])?;
+    let mut table = Table::new([
+        "from, to",
+        "K",
+        "L",
+        "Dice carried / pulled",
+        "least det",
+        "L², Diss",
+        "seconds",
+    ]);
+    let mut lengths = Vec::new();
+    for (start, end) in [
+        ("m", "o"),
+        ("o", "m"),
+        ("x", "m"),
+        ("m", "x"),
+        ("b", "o"),
+        ("b2", "o"),
+        ("b", "b2"),
+    ] {
+        for steps in ["4", "8", "16"] {
+            let options = ["--form", "level-sets", "--grid", "65", "-K", steps];
+            let found = place.geodesic(start, end, &options)?;
+            let [length, dice, det] = found.cells();
+            let squares = (found.length.powi(2), found.dissipation);
+            table.row([
+                format!("{start} {end}"),
+                steps.into(),
+                length,
+                dice,
+                det,
+                checked(
+                    format!("{:.4} {:.4}", squares.0, squares.1),
+                    squares.0 <= squares.1 * (1.0 + 1e-12),
+                ),
+                format!("{:.0}", found.seconds),
+            ]);
+            lengths.push(((start, end, steps), found.length));
+        }
+    }
+    let length = |start, end| {
+        let mut found = lengths.iter().filter(|(key, _)| *key == (start, end, "16"));
+        found.next().map_or(f64::NAN, |(_, length)| *length)
+    };
+    for (a, b) in [("m", "o"), ("x", "m")] {
+        let (there, back) = (length(a, b), length(b, a));
+        let lack = 2.0 * (there - back).abs() / (there + back);
+        table.row([
+            format!("{a} {b} against {b} {a}"),
+            "16".into(),
+            checked(format!("{:.1} %", 100.0 * lack), lack <= LACK_OF_SYMMETRY),
+            String::new(),
+            String::new(),
+            String::new(),
+            String::new(),
+        ]);
+    }
+    let (change, bound) = (
+        (length("b", "o") - length("b2", "o")).abs(),
+        length("b", "b2"),
+    );
+    table.row([
+        "b o against b2 o, and b b2".into(),
+        "16".into(),
+        checked(format!("{change:.4} <= {bound:.4}"), change <= bound),
+        String::new(),
+        String::new(),
+        String::new(),
+        String::new(),
+    ]);
+    Ok(Section {
+        title: "Paths between letters",
+        text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K K` on letters \
+               drawn by `shapespace generate letter`. Ends are to be reached with a Dice overlap of \
+               .98, no deformation may fold inside its object, lengths there and back may differ by \
+               5 % at K = 16, and a change of one end changes the length by no more than its own.",
+        table,
+    })
+}
+
+/// The triangle inequality of the length against that of the elastic distance.
+pub fn triangles() -> Outcome<Section> {
+    let place = Place::new()?;
+    for (name, radius) in [("small", ".15"), ("middle", ".22"), ("large", ".3")] {
+        place.draw(name, &["disk", "--radius", radius])?;
+    }
+    for (name, angle) in [("straight", "180"), ("bent", "130"), ("folded", "80")] {
+        place.draw(name, &["bar", "--angle", angle])?;
+    }
+    let mut table = Table::new([
+        "from, over, to",
+        "length",
+        "over the middle",
+        "elastic",
+        "over the middle",
+    ]);
+    for [a, b, c] in [["small", "middle", "large"], ["straight", "bent", "folded"]] {
+        let mut cells = Vec::new();
+        for steps in ["8", "1"] {
+            let length = |from: &str, to: &str| -> Outcome<f64> {
+                Ok(place
+                    .geodesic(from, to, &["--grid", "65", "-K", steps])?
+                    .length)
+            };
+            let (direct, over) = (length(a, c)?, length(a, b)? + length(b, c)?);
+            cells.push(format!("{direct:.4}"));
+            let share = 100.0 * (direct / over - 1.0);
+            // The length has to obey the inequality, but for the match, which is not exact.
+            cells.push(checked(
+                format!("{over:.4} ({share:+.1} %)"),
+                steps == "1" || share < 0.5,
+            ));
+        }
+        let [length, over, elastic, elastic_over] = [0, 1, 2, 3].map(|i| cells[i].clone());
+        table.row([format!("{a} {b} {c}"), length, over, elastic, elastic_over]);
+    }
+    Ok(Section {
+        title: "Triangle inequality",
+        text: "Lengths of `shapespace geodesic --grid 65 -K 8`, and roots of the elastic energy \
+               (`-K 1`). The length is a distance: no way over a third shape is shorter. The elastic \
+               energy is none: where the percentage is positive, the detour is shorter.",
+        table,
+    })
+}
+
+/// Materials that keep their volume, or not, and the area term.
+pub fn materials() -> Outcome<Section> {
+    let place = Place::new()?;
+    place.letters(&["m", "o"])?;
+    place.draw("straight", &["bar", "--angle", "180"])?;
+    place.draw("folded", &["bar", "--angle", "80"])?;
+    let mut table = Table::new([
+        "path",
+        "options",
+        "L",
+        "Dice carried / pulled",
+        "least det",
+        "areas of the shapes 0 ... K",
+        "lengths of their boundaries",
+    ]);
+    let bars = ("straight", "folded", "lagrangian");
+    let letters = ("m", "o", "level-sets");
+    for (ends, options) in [
+        (bars, vec!["--lambda", ".01"]),
+        (bars, vec!["--lambda", "1"]),
+        (bars, vec!["--lambda", "100"]),
+        (letters, vec!["--lambda", ".01"]),
+        (letters, vec!["--lambda", "1"]),
+        (letters, vec!["--lambda", "100"]),
+        (letters, vec!["--area-weight", "1e-9"]),
+        (letters, vec!["--area-weight", "1e-3"]),
+        (letters, vec!["--area-weight", "1e-1"]),
+    ] {
+        let (start, end, form) = ends;
+        let usual = ["--form", form, "--grid", "65", "-K", "8"];
+        let found = place.geodesic(start, end, &[&usual, options.as_slice()].concat())?;
+        let [length, dice, det] = found.cells();
+        let series = |values: &[f64]| {
+            let values: Vec<String> = values.iter().map(|v| format!("{v:.3}")).collect();
+            values.join(" ")
+        };
+        table.row([
+            format!("{start} {end}"),
+            options.join(" "),
+            length,
+            dice,
+            det,
+            series(&found.volumes),
+            series(&found.boundaries),
+        ]);
+    }
+    Ok(Section {
+        title: "Materials and the area term along paths",
+        text: "`shapespace geodesic START.npy END.npy --form FORM --grid 65 -K 8`, bars in the \
+               Lagrangian form, letters as level sets. mu is 1. A fluid of large lambda keeps its \
+               area wherever the end shapes let it.",
+        table,
+    })
+}
