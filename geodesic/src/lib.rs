@@ -56,6 +56,7 @@
 //! ```
 
 mod area;
+pub mod calculus;
 mod cells;
 mod deformation;
 mod density;

@@ -43,6 +43,9 @@ pub struct Geodesic<const D: usize> {
     /// Displacements of `phi_1, ..., phi_K`: `phi_k(x) = x + displacement(x)` deforms the shape
     /// `k - 1` into the shape `k`.
     pub displacements: Vec<Field<f64, D, D>>,
+    /// Displacements of `psi_1, ..., psi_K`, the deformations of the start shape into every other;
+    /// paths of one start domain only.
+    pub motions: Vec<Field<f64, D, D>>,
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
     /// Unweighted matches; see [`LevelReport::matches`].
@@ -114,7 +117,9 @@ pub fn geodesic<const D: usize>(
                 areas: Vec::new(),
                 total: level.energy.total,
             });
-            finish(end, level_sets, displacements, levels.collect())
+            let mut found = finish(end, level_sets, displacements, levels.collect())?;
+            found.motions = path.displacements;
+            Ok(found)
         }
         Form::LevelSets => {
             let first = first_path(start, end, params)?;
@@ -203,7 +208,7 @@ fn eulerian<const D: usize>(
 }
 
 /// The displacement of `psi_k o psi_{k-1}^{-1}`.
-fn step_between<const D: usize>(
+pub(crate) fn step_between<const D: usize>(
     before: &Field<f64, D, D>,
     after: &Field<f64, D, D>,
 ) -> Field<f64, D, D> {
@@ -309,6 +314,7 @@ fn finish<const D: usize>(
         status: last.map_or(Status::InadmissibleStart, |l| l.info.status),
         level_sets,
         displacements,
+        motions: Vec::new(),
         certificate,
         dice_end,
         dice_pulled,
