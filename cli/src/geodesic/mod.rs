@@ -4,12 +4,12 @@
 //! and `write` make the result directory, `draw` its pictures, `summary` the closing words.
 
 mod args;
-mod draw;
-mod path;
+pub(crate) mod draw;
+pub(crate) mod path;
 mod plan;
 mod record;
 mod summary;
-mod write;
+pub(crate) mod write;
 
 use std::time::Instant;
 
