@@ -16,6 +16,8 @@ use levelset::signed_distance;
 const STEPS: [usize; 4] = [2, 4, 8, 16];
 /// Steps of what errors on shapes are measured against.
 const REFERENCE: usize = 64;
+/// Errors below this are those of the solvers.
+const SOLVERS: f64 = 1e-6;
 /// Start, velocity and variation on the sphere.
 const START: [f64; 2] = [0.9, -0.3];
 const VELOCITY: [f64; 2] = [-0.7, 0.8];
@@ -37,7 +39,13 @@ fn main() -> Outcome<()> {
 fn row(name: &str, errors: &[f64]) {
     let cells: Vec<String> = errors.iter().map(|error| format!("{error:.2e}")).collect();
     let order = (errors[errors.len() - 2] / errors[errors.len() - 1]).log2();
-    println!("| {name} | {} | {order:.2} |", cells.join(" | "));
+    // What is left of the solvers has no order.
+    let order = if errors.iter().all(|&error| error < SOLVERS) {
+        "–".to_owned()
+    } else {
+        format!("{order:.2}")
+    };
+    println!("| {name} | {} | {order} |", cells.join(" | "));
 }
 
 fn rows(name: &str, error: impl Fn(usize) -> Outcome<f64>) -> Outcome<()> {
