@@ -47,7 +47,7 @@
 //! deformations are read through the inverse of the last inside it and a cell beyond, and continued
 //! by what costs the void the least. The interpolation leaves its mark on the layer of some cells in
 //! which the weight of the object falls off: the energy of a step changed by up to 2.5 % at 65 nodes
-//! a side.
+//! a side in 2D, by 11 % at 33 in 3D.
 //!
 //! # What it tells
 //! Every equation has a [`SolveReport`]; an [`Extension`] has a certificate that no deformation folds
