@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 use crate::average::{bytes, run_average};
+use crate::calculus::{ExtendArgs, TransportArgs, run_extend, run_transport};
 use crate::demo::{DemoArgs, run_demo};
 use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
@@ -25,6 +26,10 @@ enum Command {
     Average(Box<AverageArgs>),
     /// The shortest path between two shapes given as masks.
     Geodesic(Box<GeodesicArgs>),
+    /// A geodesic, continued beyond its end.
+    Extend(ExtendArgs),
+    /// The end of a geodesic, deformed as its start was: carries a variation along.
+    Transport(TransportArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -94,6 +99,8 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Average(args) => run_average(args),
         Command::Geodesic(args) => run_geodesic(args),
+        Command::Extend(args) => run_extend(args),
+        Command::Transport(args) => run_transport(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

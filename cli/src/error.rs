@@ -118,6 +118,26 @@ pub enum CliError {
         "try a finer --grid or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
     ))]
     Geodesic(#[from] geodesic::GeodesicError),
+    /// A directory that is not that of a geodesic that can be gone on from.
+    #[error("'{}' is no geodesic that can be gone on from: {reason}", path.display())]
+    #[diagnostic(help(
+        "name a directory that `shapespace geodesic` has written, with --form lagrangian"
+    ))]
+    NoGeodesic {
+        /// The directory.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// A variation that does not fit a geodesic.
+    #[error("'{}' is no variation of the geodesic's first shape: it {reason}", path.display())]
+    #[diagnostic(help("draw it over the first mask, in an image of the same size"))]
+    Variation {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
     /// There is no room for temporary files.
     #[error("{0}")]
     #[diagnostic(help(

@@ -2,6 +2,7 @@
 
 pub mod args;
 pub mod average;
+pub mod calculus;
 pub mod demo;
 pub mod error;
 pub mod generate;

@@ -74,6 +74,8 @@ pub(crate) struct Watch<'a> {
     interrupt: Interrupt,
     /// Nodes a side of every grid, coarsest first.
     grids: Vec<usize>,
+    /// What a level and its energy are called.
+    words: [&'static str; 2],
     course: Vec<Course>,
     level: usize,
     n_levels: usize,
@@ -91,8 +93,17 @@ impl<'a> Watch<'a> {
             level: 0,
             n_levels: grids.len(),
             grids,
+            words: ["level", "energy"],
             before: 0,
             begin: Instant::now(),
+        }
+    }
+
+    /// Watches equations on one grid: each is a level, and the correction that is left its energy.
+    pub fn of_equations(progress: &'a Progress, interrupt: Interrupt, nodes: usize) -> Self {
+        Self {
+            words: ["equation", "correction"],
+            ..Self::new(progress, interrupt, vec![nodes])
         }
     }
 
@@ -112,7 +123,8 @@ impl<'a> Watch<'a> {
 
     fn title(&self) -> String {
         format!(
-            "level {} of {}, {} nodes a side",
+            "{} {} of {}, {} nodes a side",
+            self.words[0],
             self.level + 1,
             self.n_levels,
             self.nodes()
@@ -124,9 +136,10 @@ impl<'a> Watch<'a> {
             return;
         };
         self.progress.note(format!(
-            "{}: {} iterations, energy {:.6e}, {:.1} s",
+            "{}: {} iterations, {} {:.6e}, {:.1} s",
             self.title(),
             last.iteration,
+            self.words[1],
             last.energy,
             self.begin.elapsed().as_secs_f64()
         ));

@@ -49,6 +49,12 @@ pub enum GeodesicError {
         /// The value that was given.
         value: f64,
     },
+    /// A law under which rigid motions cost something, where they must not.
+    #[error("the law {law} is not frame indifferent, which the calculus asks for")]
+    FrameDependent {
+        /// The law.
+        law: hyperelastic::LawName,
+    },
     /// From the grid layer.
     #[error(transparent)]
     Grid(#[from] fe_grid::GridError),

@@ -29,6 +29,9 @@
 //! [`StepMatch`], [`MeasuredMatch`], [`BoundaryArea`]. [`finite`] is the same time discretisation
 //! without shapes, where geodesics are known.
 //!
+//! A path goes on beyond its end, and carries variations of its start to its end: see [`calculus`],
+//! the discrete exponential map, logarithm and parallel transport.
+//!
 //! The void around the shapes gives way: it has the stiffness `void_stiffness` under the law, or
 //! none and a `void_viscosity` instead; then cells of the void may fold, and only those that meet
 //! the object are kept from it. The certificate of a result is about the object.
@@ -56,6 +59,7 @@
 //! ```
 
 mod area;
+pub mod calculus;
 mod cells;
 mod deformation;
 mod density;

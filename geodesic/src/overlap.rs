@@ -6,12 +6,28 @@ use crate::shape::Shape;
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
 use levelset::{BoxEdge, ContourDistance, contour};
 
+/// Overlap with the end shape from which on it counts as reached: on coarse grids the boundary is a
+/// share of a cell away from it.
+pub(crate) const REACHED: f64 = 0.95;
+
+/// The least of several overlaps.
+pub(crate) fn worst(overlaps: &[f64]) -> f64 {
+    overlaps.iter().copied().fold(1.0, f64::min)
+}
+
 /// Dice overlaps of every component.
 pub(crate) struct Overlaps {
     /// Of the end shape with the start shape carried there.
     pub forwards: Vec<f64>,
     /// Of the start shape with the end shape pulled back.
     pub backwards: Vec<f64>,
+}
+
+impl Overlaps {
+    /// The least overlap of all components with the end shape.
+    pub fn worst(&self) -> f64 {
+        worst(&self.forwards)
+    }
 }
 
 /// The overlaps that displacements between shapes achieve, where a mismatch counts.

@@ -3,15 +3,11 @@
 use crate::cells::{self, object_cells};
 use crate::lagrangian::{eulerian, lagrangian_path};
 use crate::level_sets::{PathState, first_paths, level_set_path};
-use crate::overlap::{Overlaps, overlaps};
+use crate::overlap::{Overlaps, REACHED, overlaps, worst};
 use crate::shape::{Known, Shape, union_of};
 use crate::{Form, GeodesicError, GeodesicParams};
 use fe_grid::minimise::{Info, Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
-
-/// Overlap with the end shape from which on it counts as reached: on coarse grids the boundary is a
-/// share of a cell away from it.
-const REACHED: f64 = 0.95;
 
 /// What happened on one level of the computation.
 #[derive(Clone, Debug)]
@@ -44,6 +40,9 @@ pub struct Geodesic<const D: usize> {
     /// Displacements of `phi_1, ..., phi_K`: `phi_k(x) = x + displacement(x)` deforms the shape
     /// `k - 1` into the shape `k`.
     pub displacements: Vec<Field<f64, D, D>>,
+    /// Displacements of `psi_1, ..., psi_K`, the deformations of the start shape into every other;
+    /// paths of one start domain only.
+    pub motions: Vec<Field<f64, D, D>>,
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
     /// Unweighted matches; see [`LevelReport::matches`].
@@ -147,7 +146,9 @@ pub fn geodesic_between<const D: usize>(
                 areas: Vec::new(),
                 total: level.energy.total,
             });
-            finish(start, end, shapes, displacements, levels.collect())
+            let mut found = finish(start, end, shapes, displacements, levels.collect())?;
+            found.motions = path.displacements;
+            Ok(found)
         }
         Form::LevelSets => {
             let (first, others) = first_paths(start, end, params, observer)?;
@@ -226,7 +227,6 @@ fn finish<const D: usize>(
         forwards,
         backwards,
     } = overlaps(start, end, &displacements, grid)?;
-    let worst = |values: &[f64]| values.iter().copied().fold(1.0, f64::min);
     let last = levels.last();
     let components = if start.components().len() > 1 {
         shapes
@@ -241,6 +241,7 @@ fn finish<const D: usize>(
         level_sets,
         components,
         displacements,
+        motions: Vec::new(),
         certificate,
         dice_end: worst(&forwards),
         dice_pulled: worst(&backwards),

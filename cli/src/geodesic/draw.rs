@@ -3,8 +3,6 @@
 use levelset::Contour;
 use rayon::prelude::*;
 
-use super::Outcome;
-use super::args::Form;
 use super::path::Path;
 use crate::error::CliError;
 use crate::output::stl::write_surface;
@@ -13,7 +11,7 @@ use crate::picture::{
     Bounds, Canvas, Colour, Curve, FilmStrip, INK, Paint, View, WHITE, Window, colour, heat, mix,
     tile_width,
 };
-use crate::shapes::{SurfaceRecord, curves, in_input_coordinates, surface, triangles};
+use crate::shapes::{Input, SurfaceRecord, curves, in_input_coordinates, surface, triangles};
 
 /// Pictures of an animation, about.
 const FRAMES: usize = 24;
@@ -24,36 +22,37 @@ const ELEVATION: f64 = 22.0;
 const TITLE: &str = "dissipation K^2 W(D phi)";
 
 /// What is drawn in `D` dimensions.
-pub(super) trait Draw<const D: usize> {
+pub(crate) trait Draw<const D: usize> {
     /// `geodesic.png`.
-    fn film(outcome: &Outcome<D>, path: &Path<D>) -> Canvas;
+    fn film(path: &Path<D>) -> Canvas;
 
     /// The frames of `geodesic.apng`, from the first shape to the last.
     fn animation(path: &Path<D>) -> Vec<Canvas>;
 
+    /// Shapes as they are seen beside each other, each in its colour.
+    fn portraits(shapes: &[(&Contour<D>, Colour)]) -> Vec<Canvas>;
+
     /// Writes `shape_000.stl` and so on where there are surfaces, and tells their coordinates.
     fn surfaces(
         directory: &ResultDir,
-        outcome: &Outcome<D>,
+        inputs: &[Input<D>],
         path: &Path<D>,
     ) -> Result<Option<SurfaceRecord>, CliError>;
 }
 
 /// Drawing in two and three dimensions.
-pub(super) struct Pictures;
+pub(crate) struct Pictures;
 
 impl Draw<2> for Pictures {
-    fn film(outcome: &Outcome<2>, path: &Path<2>) -> Canvas {
+    fn film(path: &Path<2>) -> Canvas {
         let outlines: Vec<Vec<Curve>> = path.contours.iter().map(curves).collect();
         let window = Window::around(outlines.iter().flatten(), tile_width(outlines.len()));
         let shapes = (0..outlines.len()).map(|k| {
             let mut canvas = window.canvas();
             filled(window, &mut canvas, &outlines[k], colour_at(path, k, 0.0));
             labelled(window, &mut canvas, path, k, 0.0);
-            if k == path.steps() && outcome.parameters.form == Form::Lagrangian {
-                // What the path should have come to, if it has not.
-                let end = curves(&outcome.inputs[1].contour);
-                window.outline(&mut canvas, &end, 1.0, INK);
+            if let Some(target) = path.target.as_ref().filter(|_| k == path.steps()) {
+                window.outline(&mut canvas, &curves(target), 1.0, INK);
             }
             canvas
         });
@@ -69,7 +68,7 @@ impl Draw<2> for Pictures {
                 window.outline(&mut canvas, outline, 1.0, INK);
                 canvas
             });
-        strip(outcome, shapes.collect(), densities.collect(), most)
+        strip(path, shapes.collect(), densities.collect(), most)
     }
 
     fn animation(path: &Path<2>) -> Vec<Canvas> {
@@ -93,9 +92,20 @@ impl Draw<2> for Pictures {
         frames.collect()
     }
 
+    fn portraits(shapes: &[(&Contour<2>, Colour)]) -> Vec<Canvas> {
+        let all: Vec<Curve> = shapes.iter().flat_map(|(shape, _)| curves(shape)).collect();
+        let window = Window::around(&all, SIDES[0]).with_longer_side(SIDES[0]);
+        let portraits = shapes.iter().map(|(shape, hue)| {
+            let mut canvas = window.canvas();
+            filled(window, &mut canvas, &curves(shape), *hue);
+            canvas
+        });
+        portraits.collect()
+    }
+
     fn surfaces(
         _directory: &ResultDir,
-        _outcome: &Outcome<2>,
+        _inputs: &[Input<2>],
         _path: &Path<2>,
     ) -> Result<Option<SurfaceRecord>, CliError> {
         Ok(None)
@@ -123,8 +133,8 @@ fn labelled(window: Window, canvas: &mut Canvas, path: &Path<2>, k: usize, share
 }
 
 impl Draw<3> for Pictures {
-    fn film(outcome: &Outcome<3>, path: &Path<3>) -> Canvas {
-        let (view, bounds) = eye(path);
+    fn film(path: &Path<3>) -> Canvas {
+        let (view, bounds) = eye(&path.contours.iter().collect::<Vec<_>>());
         let side = tile_width(path.contours.len());
         let shapes = path.contours.par_iter().enumerate().map(|(k, contour)| {
             let triangles = triangles(contour);
@@ -144,11 +154,11 @@ impl Draw<3> for Pictures {
                     .collect();
                 surface(contour, &triangles).render(view, bounds, Paint::Vertices(&colours), side)
             });
-        strip(outcome, shapes.collect(), densities.collect(), most)
+        strip(path, shapes.collect(), densities.collect(), most)
     }
 
     fn animation(path: &Path<3>) -> Vec<Canvas> {
-        let (view, bounds) = eye(path);
+        let (view, bounds) = eye(&path.contours.iter().collect::<Vec<_>>());
         let frames = moments(path.steps()).into_par_iter().map(|(k, share)| {
             let contour = boundary(path, k, share);
             let triangles = triangles(&contour);
@@ -158,14 +168,25 @@ impl Draw<3> for Pictures {
         frames.collect()
     }
 
+    fn portraits(shapes: &[(&Contour<3>, Colour)]) -> Vec<Canvas> {
+        let contours: Vec<&Contour<3>> = shapes.iter().map(|(shape, _)| *shape).collect();
+        let (view, bounds) = eye(&contours);
+        let portraits = shapes.par_iter().map(|(contour, hue)| {
+            let triangles = triangles(contour);
+            let paint = Paint::Plain(solid(*hue));
+            surface(contour, &triangles).render(view, bounds, paint, SIDES[1])
+        });
+        portraits.collect()
+    }
+
     fn surfaces(
         directory: &ResultDir,
-        outcome: &Outcome<3>,
+        inputs: &[Input<3>],
         path: &Path<3>,
     ) -> Result<Option<SurfaceRecord>, CliError> {
         let mut told = None;
         for (k, contour) in path.contours.iter().enumerate() {
-            let (placed, record) = in_input_coordinates(&outcome.inputs, contour);
+            let (placed, record) = in_input_coordinates(inputs, contour);
             let file = directory.file(numbered("shape", k, "stl"));
             write_surface(&file, placed.points(), &triangles(&placed))?;
             told = Some(record);
@@ -174,11 +195,11 @@ impl Draw<3> for Pictures {
     }
 }
 
-/// Where all surfaces of a path are seen from: the broad side of the first.
-fn eye(path: &Path<3>) -> (View, Bounds) {
-    let triangles: Vec<_> = path.contours.iter().map(triangles).collect();
+/// Where all surfaces are seen from: the broad side of the first.
+fn eye(contours: &[&Contour<3>]) -> (View, Bounds) {
+    let triangles: Vec<_> = contours.iter().map(|contour| triangles(contour)).collect();
     let surfaces = || {
-        let pairs = path.contours.iter().zip(&triangles);
+        let pairs = contours.iter().zip(&triangles);
         pairs.map(|(contour, triangles)| surface(contour, triangles))
     };
     let view = surfaces().next().map_or(View::front(ELEVATION), |first| {
@@ -188,22 +209,15 @@ fn eye(path: &Path<3>) -> (View, Bounds) {
 }
 
 fn strip<const D: usize>(
-    outcome: &Outcome<D>,
+    path: &Path<D>,
     shapes: Vec<Canvas>,
     densities: Vec<Canvas>,
     most: f64,
 ) -> Canvas {
-    let last = shapes.len() - 1;
-    let label = |k: usize| match k {
-        0 => outcome.inputs[0].name.clone(),
-        // The last shape comes near the end shape, and is named after it.
-        _ if k == last => outcome.inputs[1].name.clone(),
-        _ => format!("{k} of {last}"),
-    };
-    let shapes = shapes.into_iter().enumerate();
-    let shapes: Vec<_> = shapes.map(|(k, shape)| (label(k), shape)).collect();
-    let energies = outcome.result.step_energies.iter();
-    let densities: Vec<_> = energies
+    let shapes: Vec<_> = path.names.iter().cloned().zip(shapes).collect();
+    let densities: Vec<_> = path
+        .energies
+        .iter()
         .zip(densities)
         .map(|(energy, density)| (format!("W = {energy:.2e}"), density))
         .collect();

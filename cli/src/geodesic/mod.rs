@@ -4,12 +4,12 @@
 //! and `write` make the result directory, `draw` its pictures, `summary` the closing words.
 
 mod args;
-mod draw;
-mod path;
+pub(crate) mod draw;
+pub(crate) mod path;
 mod plan;
 mod record;
 mod summary;
-mod write;
+pub(crate) mod write;
 
 use std::time::Instant;
 
@@ -21,7 +21,7 @@ use crate::input::Image;
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::shapes::{Input, Parts, prepare, view_of};
+use crate::shapes::{Components, Input, prepare, view_of};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 
@@ -114,7 +114,7 @@ where
 fn shapes<const D: usize>(
     inputs: &[Input<D>],
     distances: Vec<ScalarField<f64, D>>,
-    parts: Option<Parts<D>>,
+    parts: Option<Components<D>>,
     views: [Option<Image<D>>; 2],
     parameters: &Parameters,
     grid: Grid<D>,

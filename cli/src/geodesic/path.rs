@@ -2,18 +2,38 @@
 
 use ::geodesic::{GeodesicError, dissipation_density};
 use fe_grid::{Field, ScalarField};
+use hyperelastic::LawSpec;
 use levelset::{BoxEdge, Contour, LevelsetError, Moments, contour};
 use rayon::prelude::*;
 
 use super::Outcome;
+use super::args::Form;
 use crate::error::CliError;
 use crate::shapes::belongs;
 
 /// Densities up to this are rounding: moduli are of the order of one.
 const ROUNDING: f64 = 1e-12;
 
+/// What a path is made of.
+pub(crate) struct Parts<const D: usize> {
+    /// Level sets of the shapes `0, ..., K`.
+    pub level_sets: Vec<ScalarField<f64, D>>,
+    /// The displacements of the steps between them.
+    pub displacements: Vec<Field<f64, D, D>>,
+    /// Energies of the steps.
+    pub energies: Vec<f64>,
+    /// Steps in unit time, for densities.
+    pub steps: usize,
+    /// Names of the shapes, for pictures.
+    pub names: Vec<String>,
+    /// What the last shape should have come to, drawn over it.
+    pub target: Option<Contour<D>>,
+}
+
 /// The shapes `0, ..., K` of a path.
-pub(super) struct Path<const D: usize> {
+pub(crate) struct Path<const D: usize> {
+    /// Their level sets.
+    pub level_sets: Vec<ScalarField<f64, D>>,
     /// Their boundaries; the faces of the box close them.
     pub contours: Vec<Contour<D>>,
     /// For every shape the boundaries of its labels; none where there is one component.
@@ -24,6 +44,12 @@ pub(super) struct Path<const D: usize> {
     pub densities: Vec<ScalarField<f64, D>>,
     /// The displacement of that step; zero for the last.
     pub displacements: Vec<Field<f64, D, D>>,
+    /// Energies of the steps.
+    pub energies: Vec<f64>,
+    /// Names of the shapes, for pictures.
+    pub names: Vec<String>,
+    /// What the last shape should have come to, drawn over it.
+    pub target: Option<Contour<D>>,
 }
 
 impl<const D: usize> Path<D> {
@@ -31,39 +57,68 @@ impl<const D: usize> Path<D> {
     ///
     /// # Errors
     /// [`CliError::Geodesic`] for level sets that are not finite.
-    pub fn new(outcome: &Outcome<D>) -> Result<Self, CliError> {
-        let result = &outcome.result;
-        let contours: Result<Vec<_>, GeodesicError> = result
-            .level_sets
-            .par_iter()
-            .map(|u| Ok(contour(u, 0.0, BoxEdge::Closed)?))
-            .collect();
-        let contours = contours?;
+    pub(super) fn new(outcome: &Outcome<D>) -> Result<Self, CliError> {
+        let (result, inputs) = (&outcome.result, &outcome.inputs);
+        let last = result.displacements.len();
+        let name = |k: usize| match k {
+            0 => inputs[0].name.clone(),
+            // The last shape comes near the end shape, and is named after it.
+            _ if k == last => inputs[1].name.clone(),
+            _ => format!("{k} of {last}"),
+        };
+        let lagrangian = outcome.parameters.form == Form::Lagrangian;
+        let parts = Parts {
+            level_sets: result.level_sets.clone(),
+            displacements: result.displacements.clone(),
+            energies: result.step_energies.clone(),
+            steps: last,
+            names: (0..=last).map(name).collect(),
+            target: lagrangian.then(|| inputs[1].contour.clone()),
+        };
         let count = outcome.parameters.labels.as_ref().map_or(0, Vec::len);
         let labels: Result<Vec<_>, GeodesicError> = result
             .components
             .par_iter()
             .map(|components| (0..count).map(|i| label(components, i)).collect())
             .collect();
+        Ok(Self {
+            labels: labels?,
+            ..Self::of(parts, &outcome.parameters.law_spec())?
+        })
+    }
+
+    /// The path of these parts under a law.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of(parts: Parts<D>, law: &LawSpec) -> Result<Self, CliError> {
+        let contours: Result<Vec<_>, GeodesicError> = parts
+            .level_sets
+            .par_iter()
+            .map(|u| Ok(contour(u, 0.0, BoxEdge::Closed)?))
+            .collect();
+        let contours = contours?;
         let sizes: Result<Vec<_>, GeodesicError> = contours.iter().map(size).collect();
-        let law = outcome.parameters.law_spec();
-        let steps = result.displacements.len();
-        let densities: Result<Vec<_>, GeodesicError> = result
+        let densities: Result<Vec<_>, GeodesicError> = parts
             .level_sets
             .iter()
-            .zip(&result.displacements)
-            .map(|(u, phi)| dissipation_density(u, phi, steps, &law))
+            .zip(&parts.displacements)
+            .map(|(u, phi)| dissipation_density(u, phi, parts.steps, law))
             .collect();
-        let mut displacements = result.displacements.clone();
-        if let Some(last) = result.level_sets.last() {
+        let mut displacements = parts.displacements;
+        if let Some(last) = parts.level_sets.last() {
             displacements.push(Field::zeros(*last.grid()));
         }
         Ok(Self {
+            level_sets: parts.level_sets,
             contours,
-            labels: labels?,
+            labels: Vec::new(),
             sizes: sizes?,
             densities: densities?,
             displacements,
+            energies: parts.energies,
+            names: parts.names,
+            target: parts.target,
         })
     }
 

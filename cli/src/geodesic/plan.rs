@@ -11,7 +11,7 @@ use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images, read_label_images};
 use crate::options::Align;
 use crate::output::ResultDir;
-use crate::shapes::{Parts, Placed};
+use crate::shapes::{Components, Placed};
 
 /// All parameters of a geodesic, with nothing left to choose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -75,7 +75,7 @@ pub struct GeodesicPlan<const D: usize> {
     /// The masks in the unit box: start and end.
     pub(crate) placed: Placed<D>,
     /// Their components, where there are several.
-    pub(crate) parts: Option<Parts<D>>,
+    pub(crate) parts: Option<Components<D>>,
     /// What was seen of start and end, where masks tell.
     pub(crate) views: [Option<Image<D>>; 2],
     /// The parameters.
@@ -162,7 +162,7 @@ fn plan_images<const D: usize>(
     args: &GeodesicArgs,
 ) -> Result<GeodesicPlan<D>, CliError> {
     let (images, parts) = if args.labels {
-        let (images, parts) = Parts::split(images)?;
+        let (images, parts) = Components::split(images)?;
         (images, Some(parts))
     } else {
         (images, None)

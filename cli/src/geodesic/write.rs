@@ -1,6 +1,7 @@
 //! The files of a result directory.
 
 use ::geodesic::GeodesicParams;
+use fe_grid::{Field, ScalarField};
 
 use super::Outcome;
 use super::draw::{Draw, Pictures};
@@ -14,6 +15,7 @@ use crate::output::pvd::write_series;
 use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, deformation, numbered, write_json};
+use crate::shapes::{Input, SurfaceRecord};
 use crate::watch::is_last;
 
 /// Names of the parts of the energy; level sets alone have the last.
@@ -31,50 +33,83 @@ where
     Pictures: Draw<D>,
 {
     let path = Path::new(outcome)?;
-    write_arrays(directory, outcome)?;
-    write_paraview(directory, outcome, &path)?;
+    let surface = write_path(directory, &outcome.inputs, &path)?;
+    write_motions(directory, &outcome.result.motions)?;
+    write_components(directory, &outcome.result.components)?;
     write_energy(directory, outcome)?;
-    write_steps(directory, outcome, &path)?;
-    Pictures::film(outcome, &path).write_png(&directory.file("geodesic.png"))?;
-    let frames = Pictures::animation(&path);
-    write_animation(&directory.file("geodesic.apng"), &frames)?;
-    let surface = Pictures::surfaces(directory, outcome, &path)?;
     let record = ResultRecord::new(outcome, &path, surface);
     write_json(&directory.file("result.json"), &record)?;
     Ok(record)
 }
 
-fn write_arrays<const D: usize>(
+/// Writes what every path has, whatever it comes from: shapes and steps as arrays, as series, as
+/// tables and in pictures, and surfaces in 3D, of whose coordinates it tells.
+///
+/// # Errors
+/// [`CliError`]; the directory is not complete then.
+pub(crate) fn write_path<const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<D>,
+    inputs: &[Input<D>],
+    path: &Path<D>,
+) -> Result<Option<SurfaceRecord>, CliError>
+where
+    Pictures: Draw<D>,
+{
+    write_arrays(directory, path)?;
+    write_paraview(directory, path)?;
+    write_steps(directory, path)?;
+    Pictures::film(path).write_png(&directory.file("geodesic.png"))?;
+    let frames = Pictures::animation(path);
+    write_animation(&directory.file("geodesic.apng"), &frames)?;
+    Pictures::surfaces(directory, inputs, path)
+}
+
+/// Writes the deformations of the start shape into every other.
+///
+/// # Errors
+/// [`CliError::Output`].
+pub(crate) fn write_motions<const D: usize>(
+    directory: &ResultDir,
+    motions: &[Field<f64, D, D>],
 ) -> Result<(), CliError> {
-    let result = &outcome.result;
-    for (k, level_set) in result.level_sets.iter().enumerate() {
-        let path = directory.file(numbered("shape", k, "npy"));
-        write_field(&path, level_set, Precision::Double)?;
+    for (k, motion) in motions.iter().enumerate() {
+        let path = directory.file(numbered("psi", k + 1, "npy"));
+        write_field(&path, &deformation(motion), Precision::Double)?;
     }
-    for (k, components) in result.components.iter().enumerate() {
+    Ok(())
+}
+
+/// Writes the level sets of the components of all shapes, where there are several.
+fn write_components<const D: usize>(
+    directory: &ResultDir,
+    shapes: &[Vec<ScalarField<f64, D>>],
+) -> Result<(), CliError> {
+    for (k, components) in shapes.iter().enumerate() {
         for (i, level_set) in components.iter().enumerate() {
             let name = format!("shape_{k:03}_component_{i}.npy");
             write_field(&directory.file(name), level_set, Precision::Double)?;
         }
     }
-    for (k, displacement) in result.displacements.iter().enumerate() {
-        let path = directory.file(numbered("deformation", k + 1, "npy"));
-        write_field(&path, &deformation(displacement), Precision::Double)?;
+    Ok(())
+}
+
+fn write_arrays<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
+    for (k, level_set) in path.level_sets.iter().enumerate() {
+        let file = directory.file(numbered("shape", k, "npy"));
+        write_field(&file, level_set, Precision::Double)?;
+    }
+    for (k, displacement) in path.displacements[..path.steps()].iter().enumerate() {
+        let file = directory.file(numbered("deformation", k + 1, "npy"));
+        write_field(&file, &deformation(displacement), Precision::Double)?;
     }
     Ok(())
 }
 
 /// One file for every shape, with the step that deforms it into the next; the last shape has
 /// zeros there, since all files of a series hold the same fields.
-fn write_paraview<const D: usize>(
-    directory: &ResultDir,
-    outcome: &Outcome<D>,
-    path: &Path<D>,
-) -> Result<(), CliError> {
+fn write_paraview<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
     let mut series = Vec::new();
-    for (k, level_set) in outcome.result.level_sets.iter().enumerate() {
+    for (k, level_set) in path.level_sets.iter().enumerate() {
         let none = fe_grid::ScalarField::zeros(*level_set.grid());
         let name = numbered("shape", k, "vti");
         VtiFile::new(*level_set.grid(), Precision::Single)
@@ -136,13 +171,9 @@ fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>>
     ])
 }
 
-fn write_steps<const D: usize>(
-    directory: &ResultDir,
-    outcome: &Outcome<D>,
-    path: &Path<D>,
-) -> Result<(), CliError> {
+fn write_steps<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
     let table = StepTable {
-        energies: &outcome.result.step_energies,
+        energies: &path.energies,
         sizes: &path.sizes,
         size: if D == 2 { "area" } else { "volume" },
     };

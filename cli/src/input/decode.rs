@@ -123,6 +123,11 @@ pub(super) fn check_size(size: &[u64], path: &Path) -> Result<usize, InputError>
             size: stored,
         });
     }
+    check_count(size, path)
+}
+
+/// Checks the number of values claimed by a header, and returns it. `size` is `x` first.
+pub(super) fn check_count(size: &[u64], path: &Path) -> Result<usize, InputError> {
     let count = size
         .iter()
         .try_fold(1u64, |product, &n| product.checked_mul(n))
@@ -131,7 +136,7 @@ pub(super) fn check_size(size: &[u64], path: &Path) -> Result<usize, InputError>
         Some(count) => Ok(count as usize),
         None => Err(InputError::TooLarge {
             path: path.into(),
-            size: stored,
+            size: size.iter().rev().copied().collect(),
         }),
     }
 }

@@ -180,6 +180,27 @@ fn decode_samples(bytes: &[u8], path: &Path) -> Result<decode::Samples, InputErr
     }
 }
 
+/// Reads an array of numbers that the program has written: its size, the last axis first, and its
+/// values in memory order.
+///
+/// # Errors
+/// [`InputError`] for files that are no arrays, and values that are not finite.
+pub(crate) fn read_array(path: &Path) -> Result<(Vec<usize>, Vec<f64>), InputError> {
+    let bytes = std::fs::read(path).map_err(|source| InputError::Unreadable {
+        path: path.into(),
+        source,
+    })?;
+    let samples = npy::decode(&bytes, path)?;
+    if let Some(index) = samples.values.iter().position(|value| !value.is_finite()) {
+        return Err(InputError::NotFinite {
+            path: path.into(),
+            value: samples.values[index],
+            position: vec![index],
+        });
+    }
+    Ok((samples.size, samples.values))
+}
+
 /// Reads masks that all have the same number of axes.
 ///
 /// # Errors

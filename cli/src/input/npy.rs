@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::InputError;
-use super::decode::{NumberType, Samples, check_size, take};
+use super::decode::{NumberType, Samples, check_count, take};
 
 const MAX_HEADER: usize = 1 << 16;
 
@@ -25,7 +25,14 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
             reason: unreadable_reason(bytes),
         })?;
     let size: Vec<u64> = header.shape.iter().rev().copied().collect();
-    let count = check_size(&size, path)?;
+    // A field of vectors in space has four; what a mask may have is judged of every format.
+    if !(1..=4).contains(&size.len()) {
+        return Err(InputError::Axes {
+            path: path.into(),
+            found: size.len(),
+        });
+    }
+    let count = check_count(&size, path)?;
     let data = take(data, count * header.numbers.width(), path)?;
     let size: Vec<usize> = size.into_iter().map(|n| n as usize).collect();
     let mut values = header.numbers.decode(data, header.little_endian);

@@ -2,6 +2,7 @@
 //!
 //! The `y` axis of flat shapes points down, as in the input pictures (see [`crate::input`]).
 
+mod analogy;
 mod canvas;
 mod film;
 mod heat;
@@ -12,6 +13,7 @@ mod sheet3;
 mod text;
 mod window;
 
+pub(crate) use analogy::analogy;
 pub use canvas::Canvas;
 pub use film::{FilmStrip, tile_width};
 pub use heat::heat;

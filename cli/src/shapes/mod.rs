@@ -22,11 +22,11 @@ use crate::input::fit::{FrameRule, FrameTransform, fit_frames};
 use crate::input::{Image, LEVEL, boundary};
 use crate::options::{Align, CommonArgs};
 use crate::progress::Progress;
-use label::labels;
 use place::{Alignment, align};
 
 pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
-pub(crate) use parts::{Parts, belongs, view_of};
+pub(crate) use label::labels;
+pub(crate) use parts::{Components, belongs, view_of};
 pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 
 /// Masks that are read and placed in the unit box.
@@ -107,7 +107,15 @@ pub(crate) fn prepare<const D: usize>(
     let distances: Result<Vec<_>, CliError> = images
         .iter()
         .zip(&inputs)
-        .map(|(image, input)| distance(image, input, &input.contour, grid))
+        .map(|(image, input)| {
+            distance(
+                image,
+                input,
+                &input.contour,
+                input.alignment.is_some(),
+                grid,
+            )
+        })
         .collect();
     Ok((inputs, distances?))
 }
@@ -147,19 +155,41 @@ fn placed<const D: usize>(mask: &Image<D>, input: &Input<D>) -> Result<Contour<D
     })
 }
 
+/// Where the boundary of a mask lies that is placed as another one was, with its signed distance on
+/// the grid: `motion` is a rotation, row by row, and a shift.
+///
+/// # Errors
+/// As [`prepare`].
+pub(crate) fn place_like<const D: usize>(
+    image: &Image<D>,
+    frame: FrameTransform<D>,
+    motion: Option<([[f64; D]; D], [f64; D])>,
+    grid: Grid<D>,
+) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
+    let mut placed = input(image, frame, String::new())?;
+    if let Some((rotation, shift)) = motion {
+        placed.contour = placed.contour.map(|p| {
+            std::array::from_fn(|i| shift[i] + (0..D).map(|j| rotation[i][j] * p[j]).sum::<f64>())
+        });
+    }
+    let distance = distance(image, &placed, &placed.contour, motion.is_some(), grid)?;
+    Ok((placed.contour, distance))
+}
+
 /// The signed distance to a shape at the nodes. Nodal values that have not been moved speak for
 /// themselves; at the faces of the box they go on unseen.
 fn distance<const D: usize>(
     image: &Image<D>,
     input: &Input<D>,
     contour: &Contour<D>,
+    moved: bool,
     grid: Grid<D>,
 ) -> Result<ScalarField<f64, D>, CliError> {
     let failed = |source| CliError::Shape {
         path: image.path.clone(),
         source,
     };
-    let distance = if input.frame.rule() == FrameRule::AsIs && input.alignment.is_none() {
+    let distance = if input.frame.rule() == FrameRule::AsIs && !moved {
         let nodal = ScalarField::from_vec(grid, image.values.clone())
             // The rule is chosen only for images of exactly the grid's size.
             .expect("as many samples as nodes, by the rule");

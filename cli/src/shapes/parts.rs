@@ -15,7 +15,7 @@ use crate::input::{Image, LEVEL};
 
 /// Label images, taken apart.
 #[derive(Clone, Debug)]
-pub(crate) struct Parts<const D: usize> {
+pub(crate) struct Components<const D: usize> {
     /// The labels in order, without 0.
     pub labels: Vec<i64>,
     /// For every input the masks of its components but the first, which is that of all labels.
@@ -27,7 +27,7 @@ pub(crate) fn belongs(index: usize, component: usize) -> bool {
     component == 0 || index >> (component - 1) & 1 == 1
 }
 
-impl<const D: usize> Parts<D> {
+impl<const D: usize> Components<D> {
     /// The masks of all that is labelled, and the parts.
     ///
     /// # Errors
@@ -84,7 +84,10 @@ impl<const D: usize> Parts<D> {
     ) -> Result<Vec<ScalarField<f64, D>>, CliError> {
         let masks = self.masks[number].iter();
         masks
-            .map(|mask| distance(mask, input, &placed(mask, input)?, grid))
+            .map(|mask| {
+                let moved = input.alignment.is_some();
+                distance(mask, input, &placed(mask, input)?, moved, grid)
+            })
             .collect()
     }
 }
@@ -198,8 +201,8 @@ mod tests {
         let mut image = block([8, 8], [1.0; 2], [2, 2], [5, 5]);
         let one = image.clone();
         image.values[0] = 3.0;
-        assert!(Parts::split(vec![one.clone(), image.clone()]).is_err());
-        let (whole, parts) = Parts::split(vec![image.clone(), image]).unwrap();
+        assert!(Components::split(vec![one.clone(), image.clone()]).is_err());
+        let (whole, parts) = Components::split(vec![image.clone(), image]).unwrap();
         assert_eq!(parts.labels, [1, 3]);
         assert_eq!(whole[0].values.iter().sum::<f64>(), 17.0);
         assert_eq!(parts.masks[1][0].values.iter().sum::<f64>(), 1.0);

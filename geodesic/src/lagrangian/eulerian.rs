@@ -50,7 +50,7 @@ pub(crate) fn eulerian<const D: usize>(
 }
 
 /// The displacement of `psi_k o psi_{k-1}^{-1}`.
-fn step_between<const D: usize>(
+pub(crate) fn step_between<const D: usize>(
     before: &Field<f64, D, D>,
     after: &Field<f64, D, D>,
 ) -> Field<f64, D, D> {

@@ -2,11 +2,13 @@
 
 use super::objective::{PathEnergy, PathObjective};
 use crate::descent::{minimiser, repair};
-use crate::shape::Shape;
+use crate::level_sets::{compose, flow_path};
+use crate::overlap::{REACHED, overlaps};
+use crate::shape::{Known, Shape};
 use crate::{GeodesicError, GeodesicParams};
-use fe_grid::Field;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 use fe_grid::transfer::prolong_into;
+use fe_grid::{Field, Grid};
 
 /// What happened on one level.
 #[derive(Clone, Debug)]
@@ -32,7 +34,8 @@ pub struct LagrangianPath<const D: usize> {
 }
 
 /// The shortest path between two shapes given by their signed distances (positive inside) on one
-/// grid, found from the identity.
+/// grid, found from the identity; where that does not reach the end shape on coarse grids, also from
+/// a viscous flow of one shape to the other, and the path of less energy is followed.
 ///
 /// # Errors
 /// [`GeodesicError`] for parameters out of range and shapes that do not fit.
@@ -51,7 +54,8 @@ pub fn lagrangian_path<const D: usize>(
     let schedule = time_schedule(params.steps);
     let mut steps = schedule[0];
     let mut x = vec![0.0; steps * D * grids[0].n_nodes()];
-    let n_runs = grids.len() + schedule.len() - 1;
+    let mut n_runs = grids.len() + schedule.len() - 1;
+    let flow_depth = flow_depth(&grids, params);
     let mut reached = grids[0];
     'levels: for (depth, grid) in grids.iter().enumerate() {
         reached = *grid;
@@ -84,6 +88,38 @@ pub fn lagrangian_path<const D: usize>(
                 break 'levels;
             }
         }
+        let unreached = || -> Result<bool, GeodesicError> {
+            let last = Field::from_vec(*grid, x[(steps - 1) * D * grid.n_nodes()..].to_vec())?;
+            Ok(overlaps(start, end, &[last], *grid)?.worst() < REACHED)
+        };
+        if flow_depth == Some(depth) && matches!(start.known(), Known::Everywhere) && unreached()? {
+            let mut other = along_flow(start, end, grid, params, observer)?;
+            let mut objective = PathObjective::between(first, last, steps, params)?;
+            for u in other.chunks_exact_mut(D * grid.n_nodes()) {
+                repair(grid, u, params.min_determinant, objective.solid_cells());
+            }
+            n_runs += 1;
+            observer.level(levels.len(), n_runs, other.len());
+            let info = minimiser(params).minimise(&mut objective, &mut other, observer)?;
+            let cancelled = info.status == Status::Cancelled;
+            objective.evaluate(&other, &mut [])?;
+            let energy = objective.energy().clone();
+            if levels
+                .last()
+                .is_none_or(|level: &PathLevel| energy.total < level.energy.total)
+            {
+                x = other;
+            }
+            levels.push(PathLevel {
+                nodes: grid.nodes_per_axis().to_vec(),
+                steps,
+                info,
+                energy,
+            });
+            if cancelled {
+                break 'levels;
+            }
+        }
         if depth + 1 < grids.len() {
             let fine = D * grids[depth + 1].n_nodes();
             let mut finer = vec![0.0; steps * fine];
@@ -104,6 +140,33 @@ pub fn lagrangian_path<const D: usize>(
         displacements: displacements?,
         levels,
     })
+}
+
+/// The level on which a flow may be a better beginning: the finest that is coarse enough for it, and
+/// not the last.
+fn flow_depth<const D: usize>(grids: &[Grid<D>], params: &GeodesicParams) -> Option<usize> {
+    let most = |grid: &Grid<D>| grid.nodes_per_axis().iter().copied().max();
+    grids[..grids.len() - 1]
+        .iter()
+        .rposition(|grid| most(grid).is_some_and(|n| n <= params.flow_nodes))
+}
+
+/// The displacements of all deformations along a flow.
+fn along_flow<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    grid: &Grid<D>,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<Vec<f64>, GeodesicError> {
+    let path = flow_path(start, end, grid, params, observer)?;
+    let parts = path.steps() / params.steps;
+    let mut x = Vec::new();
+    for k in 1..=params.steps {
+        let motion = compose(grid, &path.displacements[..parts * k]);
+        x.extend_from_slice(motion.as_slice());
+    }
+    Ok(x)
 }
 
 /// Numbers of steps from few to many: halves, rounded up.

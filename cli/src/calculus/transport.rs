@@ -1,0 +1,356 @@
+//! `shapespace transport`: the end of a geodesic is deformed as its start was.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::time::Instant;
+
+use ::geodesic::calculus::{
+    CalculusParams, Extension, Ladder, SolveReport, SolveStatus, at_end, logarithm, shoot,
+    transport as carry_along,
+};
+use ::geodesic::{GeodesicError, GeodesicParams};
+use fe_grid::{Field, ScalarField};
+use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
+
+use super::args::TransportArgs;
+use super::read::{AnyGiven, Given, read};
+use super::record::{EquationRecord, TransportRecord, name as status_name};
+use crate::error::{CliError, Exit};
+use crate::geodesic::draw::{Draw, Pictures};
+use crate::geodesic::path::{Parts, Path};
+use crate::geodesic::write::write_path;
+use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::output::npy::{Precision, write_field};
+use crate::output::{ResultDir, write_json};
+use crate::picture::{analogy, colour};
+use crate::pool::in_pool;
+use crate::progress::Progress;
+use crate::report::{CANCELLED, CertificateRecord};
+use crate::shapes::{labels, place_like};
+use crate::watch::{Interrupt, Watch, level_nodes};
+
+/// Runs `shapespace transport`.
+///
+/// # Errors
+/// [`CliError`]; then nothing has been written.
+pub fn run_transport(args: &TransportArgs) -> Result<Exit, CliError> {
+    let start = Instant::now();
+    let interrupt = Interrupt::listen();
+    let progress = Progress::stderr();
+    in_pool(args.solver.threads, || {
+        ResultDir::create(&args.output).map(drop)?;
+        progress.stage("reading the geodesic");
+        let given = read(&args.geodesic)?;
+        let options = ReadOptions { label: args.label };
+        let images = read_images(std::slice::from_ref(&args.variation), &options)?;
+        let run = Run {
+            args,
+            progress: &progress,
+            interrupt,
+            start,
+        };
+        match (given, images) {
+            (AnyGiven::D2(given), AnyImages::D2(images)) => run.with(&given, &images[0]),
+            (AnyGiven::D3(given), AnyImages::D3(images)) => run.with(&given, &images[0]),
+            (AnyGiven::D2(_), _) => Err(run.unfit("is a volume; the shapes are flat".into())),
+            (AnyGiven::D3(_), _) => Err(run.unfit("is flat; the shapes are volumes".into())),
+        }
+    })
+}
+
+struct Run<'a> {
+    args: &'a TransportArgs,
+    progress: &'a Progress,
+    interrupt: Interrupt,
+    start: Instant,
+}
+
+/// The variation, seen from the first shape.
+struct Variation<const D: usize> {
+    /// Its boundary.
+    outline: Contour<D>,
+    /// The displacement in unit time that leads to it.
+    velocity: Field<f64, D, D>,
+    /// Length of the geodesic to it.
+    length: f64,
+    /// Its overlap with the shape at the end of that.
+    dice: f64,
+}
+
+/// The last shape, and what becomes of it.
+struct Counterpart<const D: usize> {
+    end: ScalarField<f64, D>,
+    /// The variation on the domain of the last shape.
+    velocity: Field<f64, D, D>,
+    shot: Extension<D>,
+    /// Of the rungs, then of the steps.
+    reports: Vec<SolveReport>,
+}
+
+impl Run<'_> {
+    fn unfit(&self, reason: String) -> CliError {
+        CliError::Variation {
+            path: self.args.variation.clone(),
+            reason,
+        }
+    }
+
+    fn with<const D: usize>(&self, given: &Given<D>, image: &Image<D>) -> Result<Exit, CliError>
+    where
+        Pictures: Draw<D>,
+    {
+        let params = given.calculus_params(&self.args.solver);
+        // Ctrl-C before there is a shape leaves nothing to be written.
+        let Some(variation) = self.variation(given, image)? else {
+            return Ok(Exit::Interrupted);
+        };
+        let Some(counterpart) = self.counterpart(given, &variation.velocity, &params)? else {
+            return Ok(Exit::Interrupted);
+        };
+        self.progress.stage("writing");
+        self.interrupt.writing();
+        let directory = ResultDir::create(&self.args.output)?;
+        let record = self.write(&directory, given, &variation, &counterpart, &params)?;
+        let target = directory.commit()?;
+        self.progress.finish();
+        print(&record, &target);
+        Ok(if record.status == CANCELLED {
+            Exit::Interrupted
+        } else {
+            Exit::Success
+        })
+    }
+
+    /// Finds the way from the first shape to the variation; none where that is interrupted on a
+    /// coarser grid.
+    fn variation<const D: usize>(
+        &self,
+        given: &Given<D>,
+        image: &Image<D>,
+    ) -> Result<Option<Variation<D>>, CliError> {
+        let home = &given.home;
+        if image.size != home.size {
+            return Err(self.unfit(format!(
+                "has {:?} samples, the first shape of the geodesic {:?} (x first)",
+                image.size, home.size
+            )));
+        }
+        let first = &given.level_sets[0];
+        let grid = *first.grid();
+        let (outline, near) = place_like(image, home.frame, home.motion, grid)?;
+        let params = GeodesicParams {
+            steps: self.args.steps as usize,
+            ..given.params.clone()
+        };
+        self.progress.stage("finding the variation");
+        let grids = level_nodes(&grid.hierarchy(params.coarsest_nodes));
+        let mut watch = Watch::new(self.progress, self.interrupt, grids);
+        let found = logarithm(first, &near, &params, &mut watch)?;
+        watch.finish();
+        let (Some(last), Some(level)) = (found.path.displacements.last(), found.path.levels.last())
+        else {
+            return Ok(None);
+        };
+        if *last.grid() != grid {
+            return Ok(None);
+        }
+        Ok(Some(Variation {
+            dice: overlap(first, last, &near)?,
+            length: level.energy.length(),
+            velocity: found.velocity,
+            outline,
+        }))
+    }
+
+    /// Carries a velocity along the path and shoots with it from the end; none where that is
+    /// interrupted before the end.
+    fn counterpart<const D: usize>(
+        &self,
+        given: &Given<D>,
+        velocity: &Field<f64, D, D>,
+        params: &CalculusParams,
+    ) -> Result<Option<Counterpart<D>>, CliError> {
+        let (first, path) = (&given.level_sets[0], &given.motions);
+        let watch = || Watch::of_equations(self.progress, self.interrupt, given.nodes());
+        let mut watching = watch();
+        let ladder = Ladder::default();
+        let carried = carry_along(first, path, velocity, ladder, params, &mut watching)?;
+        watching.finish();
+        let (Some(velocity), Some(last)) = (&carried.variation, path.last()) else {
+            if carried.status() == SolveStatus::Cancelled {
+                return Ok(None);
+            }
+            return Err(CliError::Computation {
+                message: "the variation cannot be carried along the geodesic: a rung of the \
+                          ladder was not found"
+                    .into(),
+                remedy: "compute the geodesic with more steps (-K), or give a variation that is \
+                         nearer to its first shape"
+                    .into(),
+            });
+        };
+        let (end, velocity) = at_end(first, last, velocity, params)?;
+        let mut watching = watch();
+        let steps = self.args.steps as usize;
+        let shot = shoot(&end, &velocity, steps, params, &mut watching)?;
+        watching.finish();
+        let mut reports = carried.reports;
+        reports.extend_from_slice(&shot.reports);
+        Ok(Some(Counterpart {
+            end,
+            velocity,
+            shot,
+            reports,
+        }))
+    }
+
+    fn write<const D: usize>(
+        &self,
+        directory: &ResultDir,
+        given: &Given<D>,
+        variation: &Variation<D>,
+        counterpart: &Counterpart<D>,
+        params: &CalculusParams,
+    ) -> Result<TransportRecord, CliError>
+    where
+        Pictures: Draw<D>,
+    {
+        let (args, shot) = (self.args, &counterpart.shot);
+        let steps = args.steps as usize;
+        let name = labels(&[&args.variation]).swap_remove(0);
+        let [first_name, last_name] = &given.names;
+        let (shapes, displacements) = shot.shapes()?;
+        let steps_found = displacements.len();
+        let mut level_sets = vec![counterpart.end.clone()];
+        level_sets.extend(shapes);
+        let names = (0..=steps_found).map(|k| match k {
+            0 => last_name.clone(),
+            _ if k == steps => format!("{last_name} + ({name} - {first_name})"),
+            _ => format!("{k} of {steps}"),
+        });
+        let parts = Parts {
+            level_sets,
+            displacements,
+            energies: shot.step_energies.clone(),
+            steps,
+            names: names.collect(),
+            target: None,
+        };
+        let path = Path::of(parts, &params.law)?;
+        write_path(directory, &[], &path)?;
+        let velocities = [
+            ("start", &variation.velocity),
+            ("end", &counterpart.velocity),
+        ];
+        for (place, velocity) in velocities {
+            let file = directory.file(format!("variation_{place}.npy"));
+            write_field(&file, velocity, Precision::Double)?;
+        }
+        let level_set = &given.level_sets[0];
+        let first = contour(level_set, 0.0, BoxEdge::Closed).map_err(GeodesicError::from)?;
+        let ends = [
+            &first,
+            &path.contours[0],
+            &variation.outline,
+            &path.contours[steps_found],
+        ];
+        let words = [first_name, last_name, &name, &path.names[steps_found]].map(Clone::clone);
+        let hues = [0, 0, 1, 1].map(colour);
+        let tiles: Vec<_> = ends.into_iter().zip(hues).collect();
+        let picture = analogy(&words, &Pictures::portraits(&tiles));
+        picture.write_png(&directory.file("analogy.png"))?;
+        let record = TransportRecord {
+            version: env!("CARGO_PKG_VERSION"),
+            status: status_name(shot.status()),
+            dimension: D,
+            nodes: level_set.grid().nodes_per_axis().to_vec(),
+            geodesic: args.geodesic.display().to_string(),
+            given_steps: given.motions.len(),
+            variation: args.variation.display().to_string(),
+            steps,
+            steps_found,
+            tolerance: params.tolerance,
+            dice_variation: variation.dice,
+            length_variation: variation.length,
+            length: path.energies.iter().map(|w| w.max(0.0).sqrt()).sum(),
+            volumes: [
+                size(ends[0])?,
+                size(ends[2])?,
+                size(ends[1])?,
+                size(ends[3])?,
+            ],
+            step_energies: path.energies,
+            certificate: CertificateRecord::new(&shot.certificate),
+            equations: counterpart
+                .reports
+                .iter()
+                .map(EquationRecord::new)
+                .collect(),
+            seconds: self.start.elapsed().as_secs_f64(),
+        };
+        write_json(&directory.file("result.json"), &record)?;
+        Ok(record)
+    }
+}
+
+/// The closing words on standard output; the last line names the picture.
+fn print(record: &TransportRecord, target: &std::path::Path) {
+    let mut text = String::new();
+    // Writing into a string cannot fail, and nobody is left to be told where standard output is
+    // closed.
+    let _ = write_lines(&mut text, record, target);
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn write_lines(
+    text: &mut String,
+    record: &TransportRecord,
+    target: &std::path::Path,
+) -> std::fmt::Result {
+    writeln!(
+        text,
+        "Variation carried over {} steps, {} of {} steps to its counterpart: {} in {:.1} s",
+        record.given_steps, record.steps_found, record.steps, record.status, record.seconds
+    )?;
+    writeln!(
+        text,
+        "  variation    Dice {:.4} of the mask and the first shape deformed onto it",
+        record.dice_variation
+    )?;
+    writeln!(
+        text,
+        "  lengths      {:.4e} at the start, {:.4e} at the end",
+        record.length_variation, record.length
+    )?;
+    writeln!(
+        text,
+        "  deformation  {}, determinant at least {:.3e}",
+        record.certificate.words(),
+        record.certificate.min_det
+    )?;
+    let file = |name: &str| target.join(name).display().to_string();
+    writeln!(text, "  results      {}", file("result.json"))?;
+    writeln!(text, "  picture      {}", file("analogy.png"))
+}
+
+fn size<const D: usize>(shape: &Contour<D>) -> Result<f64, CliError> {
+    let moments = Moments::of_contour(shape).map_err(GeodesicError::from)?;
+    Ok(moments.volume)
+}
+
+/// Overlap of a shape with what a deformation makes of another.
+fn overlap<const D: usize>(
+    first: &ScalarField<f64, D>,
+    displacement: &Field<f64, D, D>,
+    shape: &ScalarField<f64, D>,
+) -> Result<f64, CliError> {
+    let measured = || {
+        let moved = contour(first, 0.0, BoxEdge::Open)?.map(|p| {
+            let u = displacement.sample(p);
+            std::array::from_fn(|k| p[k] + u[k])
+        });
+        let moved = ContourDistance::new(&moved)?.sample(*shape.grid());
+        levelset::dice(&moved, 0.0, shape, 0.0)
+    };
+    Ok(measured().map_err(GeodesicError::from)?)
+}

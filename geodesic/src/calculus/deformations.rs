@@ -1,0 +1,345 @@
+//! The space of deformations of one start shape.
+
+use super::anderson::{Anderson, Correction, SolveStatus};
+use super::geometry::{Cycle, Geometry};
+use super::{CalculusParams, PathSpace};
+use crate::GeodesicError;
+use fe_grid::minimise::Observer;
+use fe_grid::vector::{add_scaled_into, axpy, copy_into, norm, scale};
+use fe_grid::{Field, LinearOperator, ScalarField};
+
+/// A solution is taken where the correction that is left is at most this share of the step, even
+/// if that is not what was asked for.
+const ACCEPTED: f64 = 1e-3;
+
+/// What happened when one point of a geodesic was looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveReport {
+    /// How it ended.
+    pub status: SolveStatus,
+    /// Iterations.
+    pub iterations: usize,
+    /// Evaluations of the forces.
+    pub evaluations: usize,
+    /// The correction that is left, as a share of the distance of the two given points.
+    pub correction: f64,
+    /// Whether the point was taken.
+    pub accepted: bool,
+}
+
+/// Deformations `psi` of a start shape, given by their displacements, with the energy of a step
+///
+/// ```text
+/// W(a, b) = int ((1 - delta) chi + delta) det Da W(Db (Da)^{-1}) + nu (1 - chi) |D(b - a)|^2 / 2,
+/// ```
+///
+/// see [`PathDissipation`](crate::PathDissipation). Both equations are solved for all nodes by
+/// Anderson's acceleration of `x + P r(x)`, with the residual `r = d_2 W + d_1 W` and the inverse
+/// metric `P` at a deformation that is known; what rigid motions leave open is chosen as
+/// [`calculus`](super) says.
+pub struct DeformationSpace<'a, const D: usize> {
+    geometry: Geometry<D>,
+    observer: &'a mut dyn Observer,
+    /// Equations that will be solved, for the observer.
+    expected: usize,
+    reports: Vec<SolveReport>,
+}
+
+impl<'a, const D: usize> DeformationSpace<'a, D> {
+    /// The space of deformations of the shape `{level_set > 0}`. The observer hears of every
+    /// equation, of so many that are expected, as of a level, with the correction that is left in
+    /// place of an energy.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Parameter`] for parameters out of range,
+    /// [`GeodesicError::FrameDependent`] for linear elasticity, [`GeodesicError::Degenerate`] and
+    /// [`GeodesicError::NotFinite`] for a level set without inside.
+    pub fn new(
+        level_set: &ScalarField<f64, D>,
+        params: &CalculusParams,
+        expected: usize,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Self, GeodesicError> {
+        Ok(Self {
+            geometry: Geometry::new(level_set, params)?,
+            observer,
+            expected,
+            reports: Vec::new(),
+        })
+    }
+
+    /// What happened, equation by equation.
+    pub fn reports(&self) -> &[SolveReport] {
+        &self.reports
+    }
+
+    /// The same with reports of equations that were solved before, elsewhere.
+    pub(super) fn after(mut self, reports: Vec<SolveReport>) -> Self {
+        self.reports = reports;
+        self
+    }
+
+    /// The space of another start shape, with all else the same.
+    pub(super) fn elsewhere(
+        &mut self,
+        level_set: &ScalarField<f64, D>,
+    ) -> Result<DeformationSpace<'_, D>, GeodesicError> {
+        let params = &self.geometry.params;
+        let reports = std::mem::take(&mut self.reports);
+        let space = DeformationSpace::new(level_set, params, self.expected, &mut *self.observer)?;
+        Ok(space.after(reports))
+    }
+
+    pub(super) fn into_reports(self) -> Vec<SolveReport> {
+        self.reports
+    }
+
+    /// The root of the mean square of a displacement over the matter of the start shape.
+    pub fn norm(&self, displacement: &Field<f64, D, D>) -> f64 {
+        self.geometry.matter.norm(displacement.as_slice())
+    }
+
+    /// A deformation moved rigidly to where it is nearest to another, over the matter.
+    pub fn nearest(&self, moved: &Field<f64, D, D>, target: &Field<f64, D, D>) -> Field<f64, D, D> {
+        let matter = &self.geometry.matter;
+        let motion = matter.fit(moved.as_slice(), target.as_slice());
+        let mut moved = moved.clone();
+        matter.apply(&motion, moved.as_mut_slice());
+        moved
+    }
+
+    /// The energy `W(a, b)`; none where it is not finite.
+    ///
+    /// # Errors
+    /// [`GeodesicError::GridsDiffer`], and [`GeodesicError::Law`] where there is no such law.
+    pub fn energy(
+        &self,
+        a: &Field<f64, D, D>,
+        b: &Field<f64, D, D>,
+    ) -> Result<Option<f64>, GeodesicError> {
+        self.check_grids(a, b)?;
+        let pair = [a.as_slice(), b.as_slice()].concat();
+        self.geometry.energy(&pair, &mut [])
+    }
+
+    fn check_grids(&self, a: &Field<f64, D, D>, b: &Field<f64, D, D>) -> Result<(), GeodesicError> {
+        if *a.grid() == self.geometry.grid && *b.grid() == self.geometry.grid {
+            Ok(())
+        } else {
+            Err(GeodesicError::GridsDiffer)
+        }
+    }
+
+    /// Looks for the unknown point from a first guess, with the metric at a deformation. `apart` is
+    /// the distance of the points that are known.
+    fn solve(
+        &mut self,
+        unknown: Unknown<'_>,
+        metric_at: &[f64],
+        guess: Vec<f64>,
+        apart: f64,
+    ) -> Result<Option<Vec<f64>>, GeodesicError> {
+        let level = self.reports.len();
+        self.observer
+            .level(level, self.expected.max(level + 1), guess.len());
+        let geometry = &self.geometry;
+        let mut equation = Equation {
+            geometry,
+            unknown,
+            cycle: geometry.cycle(metric_at)?,
+            modes: geometry.matter.modes(metric_at),
+            pair: vec![0.0; 2 * guess.len()],
+            forces: vec![0.0; 2 * guess.len()],
+            residual: vec![0.0; guess.len()],
+        };
+        let solver = Anderson {
+            history: geometry.params.history,
+            max_iterations: geometry.params.max_iterations,
+            tolerance: geometry.params.tolerance * apart,
+        };
+        let mut x = guess;
+        let solved = solver.solve(&mut equation, &mut x, self.observer)?;
+        let correction = solved.correction / apart;
+        let accepted = solved.status == SolveStatus::Converged
+            || solved.status != SolveStatus::Cancelled && correction <= ACCEPTED;
+        self.reports.push(SolveReport {
+            status: solved.status,
+            iterations: solved.iterations,
+            evaluations: solved.evaluations,
+            correction,
+            accepted,
+        });
+        Ok(accepted.then_some(x))
+    }
+
+    fn field(&self, values: Vec<f64>) -> Result<Field<f64, D, D>, GeodesicError> {
+        Ok(Field::from_vec(self.geometry.grid, values)?)
+    }
+}
+
+/// `from` and as much of a step as folds nothing.
+fn ahead<const D: usize>(geometry: &Geometry<D>, from: &[f64], mut step: Vec<f64>) -> Vec<f64> {
+    geometry.restrain(from, &mut step);
+    axpy(1.0, from, &mut step);
+    step
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; a.len()];
+    add_scaled_into(a, -1.0, b, &mut out);
+    out
+}
+
+impl<const D: usize> PathSpace for DeformationSpace<'_, D> {
+    type Point = Field<f64, D, D>;
+    type Error = GeodesicError;
+
+    fn extended(
+        &mut self,
+        a: &Field<f64, D, D>,
+        b: &Field<f64, D, D>,
+    ) -> Result<Option<Field<f64, D, D>>, GeodesicError> {
+        self.check_grids(a, b)?;
+        let (a, b) = (a.as_slice(), b.as_slice());
+        let step = difference(b, a);
+        let apart = norm(&step);
+        if apart == 0.0 {
+            return self.field(b.to_vec()).map(Some);
+        }
+        let mut forces = vec![0.0; 2 * b.len()];
+        if self
+            .geometry
+            .energy(&[a, b].concat(), &mut forces)?
+            .is_none()
+        {
+            return Ok(None);
+        }
+        let unknown = Unknown::Third {
+            second: b,
+            arriving: &forces[b.len()..],
+        };
+        let guess = ahead(&self.geometry, b, step);
+        let Some(mut found) = self.solve(unknown, b, guess, apart)? else {
+            return Ok(None);
+        };
+        let matter = &self.geometry.matter;
+        let motion = matter.fit(a, b).after_inverse_of(&matter.fit(b, &found));
+        matter.apply(&motion, &mut found);
+        self.field(found).map(Some)
+    }
+
+    fn midpoint(
+        &mut self,
+        a: &Field<f64, D, D>,
+        c: &Field<f64, D, D>,
+    ) -> Result<Option<Field<f64, D, D>>, GeodesicError> {
+        self.check_grids(a, c)?;
+        let mean = self.combination(0.5, a, 0.5, c);
+        let (a, c) = (a.as_slice(), c.as_slice());
+        let mut step = difference(c, a);
+        let apart = norm(&step);
+        if apart == 0.0 {
+            return Ok(Some(mean));
+        }
+        scale(0.5, &mut step);
+        let guess = ahead(&self.geometry, a, step);
+        let unknown = Unknown::Second { first: a, third: c };
+        let metric_at = guess.clone();
+        let Some(mut found) = self.solve(unknown, &metric_at, guess, apart)? else {
+            return Ok(None);
+        };
+        let matter = &self.geometry.matter;
+        let motion = matter.fit(&found, mean.as_slice());
+        matter.apply(&motion, &mut found);
+        self.field(found).map(Some)
+    }
+
+    fn combination(
+        &self,
+        s: f64,
+        x: &Field<f64, D, D>,
+        t: f64,
+        y: &Field<f64, D, D>,
+    ) -> Field<f64, D, D> {
+        let mut sum = x.clone();
+        scale(s, sum.as_mut_slice());
+        axpy(t, y.as_slice(), sum.as_mut_slice());
+        sum
+    }
+}
+
+/// Which of the three points of a geodesic is looked for.
+#[derive(Clone, Copy)]
+enum Unknown<'a> {
+    /// The second, between these.
+    Second { first: &'a [f64], third: &'a [f64] },
+    /// The third, after `second`, at which the force `d_2 W` of the step before arrives.
+    Third {
+        second: &'a [f64],
+        arriving: &'a [f64],
+    },
+}
+
+/// `d_2 W(a, b) + d_1 W(b, c) = 0` for one of the points.
+struct Equation<'a, const D: usize> {
+    geometry: &'a Geometry<D>,
+    unknown: Unknown<'a>,
+    cycle: Cycle<D>,
+    modes: Vec<Vec<f64>>,
+    /// Two displacements, and the forces on both.
+    pair: Vec<f64>,
+    forces: Vec<f64>,
+    residual: Vec<f64>,
+}
+
+impl<const D: usize> Equation<'_, D> {
+    /// The forces of a step; false where it has no finite energy.
+    fn evaluate(&mut self, a: &[f64], b: &[f64]) -> Result<bool, GeodesicError> {
+        let dim = a.len();
+        copy_into(a, &mut self.pair[..dim]);
+        copy_into(b, &mut self.pair[dim..]);
+        self.forces.fill(0.0);
+        let energy = self.geometry.energy(&self.pair, &mut self.forces)?;
+        Ok(energy.is_some())
+    }
+}
+
+impl<const D: usize> Correction for Equation<'_, D> {
+    fn correction_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<bool, GeodesicError> {
+        let dim = x.len();
+        if !self.geometry.admits(x) {
+            return Ok(false);
+        }
+        // Derivatives of the residual are close to -A by the third point and to 2 A by the second.
+        let factor = match self.unknown {
+            Unknown::Third { second, arriving } => {
+                if !self.evaluate(second, x)? {
+                    return Ok(false);
+                }
+                add_scaled_into(arriving, 1.0, &self.forces[..dim], &mut self.residual);
+                1.0
+            }
+            Unknown::Second { first, third } => {
+                if !self.evaluate(first, x)? {
+                    return Ok(false);
+                }
+                copy_into(&self.forces[dim..], &mut self.residual);
+                if !self.evaluate(x, third)? {
+                    return Ok(false);
+                }
+                axpy(1.0, &self.forces[..dim], &mut self.residual);
+                -0.5
+            }
+        };
+        self.cycle.apply_into(&self.residual, out);
+        scale(factor, out);
+        for mode in &self.modes {
+            self.geometry.matter.remove(mode, out);
+        }
+        Ok(true)
+    }
+
+    fn restrain(&self, x: &[f64], step: &mut [f64]) {
+        self.geometry.restrain(x, step);
+    }
+}

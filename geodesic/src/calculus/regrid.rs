@@ -1,0 +1,181 @@
+//! Another start domain for the same path.
+//!
+//! An energy of steps does not ask for the start shape: `W(a o h, b o h) = W(a, b)` for a
+//! deformation `h` of one start shape into another. A shape that a path has reached may therefore
+//! become the start shape of the rest. That is done where the void of the old one is used up:
+//! matter that moves squeezes the void before it, which is in no equilibrium with anything and has
+//! no need to be remembered.
+//!
+//! Inside the new start shape deformations are read through the inverse of the old; outside they
+//! are continued by what costs the void the least. The error is that of interpolation.
+
+use super::CalculusParams;
+use super::geometry::{Cycle, Geometry};
+use crate::GeodesicError;
+use fe_grid::vector::scale;
+use fe_grid::{
+    Assembly, CgParams, CgScratch, Data, Field, InverseDeformation, LinearOperator, ScalarField,
+    conjugate_gradient,
+};
+use hyperelastic::Corotational;
+use levelset::{BoxEdge, Contour, ContourDistance, contour};
+
+/// Deformations are read this far outside the shape, in spacings, so that its boundary, which lies
+/// between nodes, moves as they say.
+const BAND: f64 = 1.0;
+/// When the continuation into the void is good enough.
+const CONTINUED: CgParams = CgParams {
+    relative_tolerance: 1e-6,
+    absolute_tolerance: 0.0,
+    max_iterations: 500,
+};
+
+/// The shape into which `at` deforms a start shape, as a start shape, and deformations of the old
+/// one as deformations of the new: `b` becomes `b o at^{-1}`. All are given by displacements.
+///
+/// # Errors
+/// [`GeodesicError::Shape`] for shapes without a boundary, [`GeodesicError::Degenerate`] for one
+/// that has left the box.
+pub(super) fn regridded<const D: usize>(
+    start: &ScalarField<f64, D>,
+    at: &Field<f64, D, D>,
+    deformations: &[&Field<f64, D, D>],
+    params: &CalculusParams,
+) -> Result<(ScalarField<f64, D>, Vec<Field<f64, D, D>>), GeodesicError> {
+    let grid = *start.grid();
+    let level_set = carried(&outline(start)?, at)?;
+    let geometry = Geometry::new(&level_set, params)?;
+    let inverse = InverseDeformation::new(at);
+    let least = -BAND * grid.spacing();
+    let origin: Vec<Option<[f64; D]>> = (0..grid.n_nodes())
+        .map(|node| {
+            let near = level_set.as_slice()[node] > least;
+            inverse.position(node).filter(|_| near)
+        })
+        .collect();
+    let known: Vec<bool> = origin.iter().map(Option::is_some).collect();
+    let mut moved = Vec::with_capacity(deformations.len());
+    for deformation in deformations {
+        let mut field = Field::zeros(grid);
+        for (node, origin) in origin.iter().enumerate() {
+            if let Some(x) = origin {
+                let (y, u) = (grid.position(grid.node(node)), deformation.sample(*x));
+                for k in 0..D {
+                    field.component_mut(k)[node] = x[k] + u[k] - y[k];
+                }
+            }
+        }
+        continue_elastically(&geometry, &known, field.as_mut_slice())?;
+        moved.push(field);
+    }
+    Ok((level_set, moved))
+}
+
+/// The boundary of a start shape.
+pub(super) fn outline<const D: usize>(
+    start: &ScalarField<f64, D>,
+) -> Result<Contour<D>, GeodesicError> {
+    Ok(contour(start, 0.0, BoxEdge::Open)?)
+}
+
+/// The signed distance to a boundary that a deformation has moved.
+pub(super) fn carried<const D: usize>(
+    outline: &Contour<D>,
+    displacement: &Field<f64, D, D>,
+) -> Result<ScalarField<f64, D>, GeodesicError> {
+    let moved = outline.map(|p| {
+        let u = displacement.sample(p);
+        std::array::from_fn(|k| p[k] + u[k])
+    });
+    Ok(ContourDistance::new(&moved)?.sample(*displacement.grid()))
+}
+
+/// Makes a nodal field zero where something is known.
+fn mask(known: &[bool], field: &mut [f64]) {
+    for component in field.chunks_exact_mut(known.len()) {
+        for (value, &known) in component.iter_mut().zip(known) {
+            if known {
+                *value = 0.0;
+            }
+        }
+    }
+}
+
+/// The elastic form of the object and its void, on the nodes that are not known.
+struct Unknown<'a, const D: usize> {
+    geometry: &'a Geometry<D>,
+    known: &'a [bool],
+    law: Corotational<D>,
+    cells: Vec<Vec<f64>>,
+}
+
+impl<const D: usize> LinearOperator for Unknown<'_, D> {
+    fn dim(&self) -> usize {
+        D * self.known.len()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        let cells: Vec<&[f64]> = self.cells.iter().map(Vec::as_slice).collect();
+        let data = Data {
+            coefficients: &[],
+            cells: &cells,
+        };
+        // The law is quadratic: the state does not matter.
+        Assembly::new(self.geometry.grid, &self.law, data).hessian_action_into(x, x, y);
+        mask(self.known, y);
+    }
+}
+
+/// The cycle of the form on all nodes, between two masks.
+struct Preconditioner<'a, const D: usize> {
+    cycle: Cycle<D>,
+    known: &'a [bool],
+}
+
+impl<const D: usize> LinearOperator for Preconditioner<'_, D> {
+    fn dim(&self) -> usize {
+        D * self.known.len()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        self.cycle.apply_into(x, y);
+        mask(self.known, y);
+    }
+}
+
+/// Gives nodes that are not known the displacements of least elastic energy.
+fn continue_elastically<const D: usize>(
+    geometry: &Geometry<D>,
+    known: &[bool],
+    field: &mut [f64],
+) -> Result<(), GeodesicError> {
+    let zero = vec![0.0; field.len()];
+    let (law, cells) = geometry.form(&zero);
+    let operator = Unknown {
+        geometry,
+        known,
+        law,
+        cells,
+    };
+    let preconditioner = Preconditioner {
+        cycle: geometry.cycle(&zero)?,
+        known,
+    };
+    let mut right = vec![0.0; field.len()];
+    operator.apply_into(field, &mut right);
+    scale(-1.0, &mut right);
+    let mut found = zero;
+    let mut scratch = CgScratch::new(operator.dim());
+    conjugate_gradient(
+        &operator,
+        &preconditioner,
+        &right,
+        &mut found,
+        &CONTINUED,
+        &mut scratch,
+    )?;
+    for (value, found) in field.iter_mut().zip(found) {
+        *value += found;
+    }
+    Ok(())
+}

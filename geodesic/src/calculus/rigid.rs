@@ -1,0 +1,184 @@
+//! Rigid motions of deformations: what the energy of a step does not see.
+//!
+//! `W(a, b)` is the same for `a` and `b` followed by any two rigid motions, so that a geodesic of
+//! two steps determines its unknown deformation up to one. It is chosen in the least squares sense
+//! over the matter of the object:
+//!
+//! - a midpoint comes as near as it can to the mean of its neighbours;
+//! - an extension repeats the rigid motion of the step before it: `rig(b, c) = rig(a, b)`, where
+//!   `rig(a, b)` is the rigid motion that brings `a` nearest to `b`. A body that only turns and
+//!   moves goes on to do so; no frame is preferred, and backward in time the choice is the same.
+
+use fe_grid::Grid;
+use nalgebra::{SMatrix, SVector};
+
+/// `y -> rotation y + shift`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct RigidMotion<const D: usize> {
+    rotation: SMatrix<f64, D, D>,
+    shift: SVector<f64, D>,
+}
+
+/// Matter at the nodes of a grid.
+pub(super) struct Matter<const D: usize> {
+    grid: Grid<D>,
+    /// Share of the mass at every node.
+    shares: Vec<f64>,
+}
+
+impl<const D: usize> Matter<D> {
+    /// Matter of a density at the nodes, which is positive somewhere.
+    pub fn new(grid: Grid<D>, density: Vec<f64>) -> Self {
+        let mass: f64 = density.iter().sum();
+        let shares = density.into_iter().map(|m| m / mass).collect();
+        Self { grid, shares }
+    }
+
+    /// The root of the mean square of a displacement.
+    pub fn norm(&self, displacement: &[f64]) -> f64 {
+        let n = self.shares.len();
+        let squares = displacement.chunks_exact(n).map(|component| {
+            let pairs = component.iter().zip(&self.shares);
+            pairs.map(|(u, share)| share * u * u).sum::<f64>()
+        });
+        squares.sum::<f64>().sqrt()
+    }
+
+    fn place(&self, displacement: &[f64], node: usize) -> SVector<f64, D> {
+        let n = self.shares.len();
+        let x = self.grid.position(self.grid.node(node));
+        SVector::from_fn(|k, _| x[k] + displacement[k * n + node])
+    }
+
+    fn centre(&self, displacement: &[f64]) -> SVector<f64, D> {
+        self.sum(|node| self.place(displacement, node))
+    }
+
+    fn sum<const C: usize>(
+        &self,
+        term: impl Fn(usize) -> SMatrix<f64, D, C>,
+    ) -> SMatrix<f64, D, C> {
+        let mut sum = SMatrix::zeros();
+        for (node, &share) in self.shares.iter().enumerate() {
+            if share > 0.0 {
+                sum += term(node) * share;
+            }
+        }
+        sum
+    }
+
+    /// The rigid motion that brings one deformation, given by its displacement, nearest to another.
+    ///
+    /// Source: Kabsch, *A solution for the best rotation to relate two sets of vectors* (1976).
+    pub fn fit(&self, from: &[f64], to: &[f64]) -> RigidMotion<D> {
+        let (a, b) = (self.centre(from), self.centre(to));
+        let covariance: SMatrix<f64, D, D> =
+            self.sum(|node| (self.place(to, node) - b) * (self.place(from, node) - a).transpose());
+        let rotation = nearest_rotation(&covariance);
+        RigidMotion {
+            rotation,
+            shift: b - rotation * a,
+        }
+    }
+
+    /// Moves a deformation rigidly.
+    pub fn apply(&self, motion: &RigidMotion<D>, displacement: &mut [f64]) {
+        let n = self.shares.len();
+        for node in 0..n {
+            let x = self.grid.position(self.grid.node(node));
+            let y = motion.rotation * self.place(displacement, node) + motion.shift;
+            for k in 0..D {
+                displacement[k * n + node] = y[k] - x[k];
+            }
+        }
+    }
+
+    /// Infinitesimal rigid motions after a deformation, orthonormal over the matter.
+    pub fn modes(&self, displacement: &[f64]) -> Vec<Vec<f64>> {
+        let n = self.shares.len();
+        let centre = self.centre(displacement);
+        let mut modes: Vec<Vec<f64>> = Vec::new();
+        let mut add = |mut mode: Vec<f64>| {
+            for other in &modes {
+                self.remove(other, &mut mode);
+            }
+            let size = self.norm(&mode);
+            if size > 0.0 {
+                for x in &mut mode {
+                    *x /= size;
+                }
+                modes.push(mode);
+            }
+        };
+        for k in 0..D {
+            let mut mode = vec![0.0; D * n];
+            mode[k * n..(k + 1) * n].fill(1.0);
+            add(mode);
+        }
+        for i in 0..D {
+            for k in 0..i {
+                let mut mode = vec![0.0; D * n];
+                for node in 0..n {
+                    let y = self.place(displacement, node) - centre;
+                    mode[i * n + node] = y[k];
+                    mode[k * n + node] = -y[i];
+                }
+                add(mode);
+            }
+        }
+        modes
+    }
+
+    /// Takes from a displacement its part along a mode.
+    pub fn remove(&self, mode: &[f64], displacement: &mut [f64]) {
+        let n = self.shares.len();
+        let mut share = 0.0;
+        for (u, m) in displacement.chunks_exact(n).zip(mode.chunks_exact(n)) {
+            for ((u, m), mass) in u.iter().zip(m).zip(&self.shares) {
+                share += mass * u * m;
+            }
+        }
+        for (u, m) in displacement.iter_mut().zip(mode) {
+            *u -= share * m;
+        }
+    }
+}
+
+impl<const D: usize> RigidMotion<D> {
+    /// This motion after the inverse of another.
+    pub fn after_inverse_of(&self, other: &Self) -> Self {
+        let rotation = self.rotation * other.rotation.transpose();
+        Self {
+            rotation,
+            shift: self.shift - rotation * other.shift,
+        }
+    }
+}
+
+/// The rotation `R` with the largest `R : C`.
+fn nearest_rotation<const D: usize>(c: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+    const { assert!(D == 2 || D == 3) };
+    if D == 2 {
+        let (cosine, sine) = (c[(0, 0)] + c[(1, 1)], c[(1, 0)] - c[(0, 1)]);
+        let size = cosine.hypot(sine);
+        if size == 0.0 {
+            return SMatrix::identity();
+        }
+        let mut rotation = SMatrix::<f64, D, D>::identity() * (cosine / size);
+        rotation[(1, 0)] = sine / size;
+        rotation[(0, 1)] = -sine / size;
+        return rotation;
+    }
+    // Dimensions of a constant that the compiler does not know to be three.
+    let c = nalgebra::Matrix3::from_fn(|i, j| c[(i, j)]);
+    let svd = c.svd(true, true);
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else {
+        return SMatrix::identity();
+    };
+    // The singular value that is smallest may stand for a mirror.
+    let mut flip = nalgebra::Matrix3::identity();
+    let least = svd.singular_values.imin();
+    flip[(least, least)] = (u * v).determinant().signum();
+    let rotation = u * flip * v;
+    SMatrix::from_fn(|i, j| rotation[(i, j)])
+}

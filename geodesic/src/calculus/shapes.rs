@@ -1,0 +1,366 @@
+//! The calculus on shapes: what a caller meets.
+
+use super::regrid::{carried, outline, regridded};
+use super::{CalculusParams, DeformationSpace, Ladder, PathSpace, SolveReport, SolveStatus};
+use crate::cells::object_cells;
+use crate::lagrangian::{LagrangianPath, lagrangian_path, step_between};
+use crate::{GeodesicError, GeodesicParams, Shape};
+use fe_grid::minimise::Observer;
+use fe_grid::vector::{axpy, scale};
+use fe_grid::{Certificate, Field, ScalarField, certify_within};
+
+/// Deformations of one start shape, a part of a path.
+#[derive(Clone, Debug)]
+pub struct Piece<const D: usize> {
+    /// The level set of the start shape.
+    pub start: ScalarField<f64, D>,
+    /// The displacement of the deformation from which the piece goes on.
+    pub from: Field<f64, D, D>,
+    /// Displacements of the deformations that follow it.
+    pub displacements: Vec<Field<f64, D, D>>,
+}
+
+/// A geodesic that was continued.
+#[derive(Clone, Debug)]
+pub struct Extension<const D: usize> {
+    /// What continues the path: deformations of its start shape, and where the void around that is
+    /// used up, of a shape on the way. Fewer than were asked for where there is no way on.
+    pub pieces: Vec<Piece<D>>,
+    /// Energies `W_k` of the steps.
+    pub step_energies: Vec<f64>,
+    /// The worst of the deformations inside their start shape: certified where its determinant is
+    /// positive on all cells that meet it.
+    pub certificate: Certificate,
+    /// What happened, equation by equation.
+    pub reports: Vec<SolveReport>,
+}
+
+impl<const D: usize> Extension<D> {
+    /// How it ended: that of the last equation.
+    pub fn status(&self) -> SolveStatus {
+        status(&self.reports)
+    }
+
+    /// The shapes that were reached, and the displacement of the deformation of each from the one
+    /// before it, on the domain of that.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Shape`] for a shape without a boundary.
+    pub fn shapes(
+        &self,
+    ) -> Result<(Vec<ScalarField<f64, D>>, Vec<Field<f64, D, D>>), GeodesicError> {
+        let (mut level_sets, mut steps) = (Vec::new(), Vec::new());
+        for piece in &self.pieces {
+            let outline = outline(&piece.start)?;
+            let mut last = &piece.from;
+            for next in &piece.displacements {
+                level_sets.push(carried(&outline, next)?);
+                steps.push(step_between(last, next));
+                last = next;
+            }
+        }
+        Ok((level_sets, steps))
+    }
+}
+
+/// A variation that was carried along a path.
+#[derive(Clone, Debug)]
+pub struct Transport<const D: usize> {
+    /// The variation at the end of the path, a displacement on the start domain; none where the
+    /// ladder could not be finished.
+    pub variation: Option<Field<f64, D, D>>,
+    /// What happened, equation by equation.
+    pub reports: Vec<SolveReport>,
+}
+
+impl<const D: usize> Transport<D> {
+    /// How it ended: that of the last equation.
+    pub fn status(&self) -> SolveStatus {
+        status(&self.reports)
+    }
+}
+
+/// A logarithm with the geodesic that it was read from.
+#[derive(Clone, Debug)]
+pub struct Logarithm<const D: usize> {
+    /// `K (psi_1 - id)`: the displacement in unit time at the speed of the first step.
+    pub velocity: Field<f64, D, D>,
+    /// The geodesic.
+    pub path: LagrangianPath<D>,
+}
+
+fn status(reports: &[SolveReport]) -> SolveStatus {
+    reports
+        .last()
+        .map_or(SolveStatus::Converged, |report| report.status)
+}
+
+fn cancelled(reports: &[SolveReport]) -> bool {
+    status(reports) == SolveStatus::Cancelled
+}
+
+/// Continues a geodesic of deformations of a start shape, given by the displacements of
+/// `psi_1, ..., psi_k`, by further steps of the same length (`psi_0` is the identity).
+///
+/// The steps are those of [`PathSpace::exponential`]: the first step of a geodesic of `K` steps,
+/// continued, gives back the rest of it. Where an equation has no solution that does not fold the
+/// void, the last shape becomes the start shape of what follows.
+///
+/// # Errors
+/// [`GeodesicError`] for parameters out of range, an unfit shape, no deformation, and deformations
+/// on other grids. Not to get on is not an error: fewer deformations come back, and the reports
+/// say why.
+pub fn exponential<const D: usize>(
+    start: &ScalarField<f64, D>,
+    path: &[Field<f64, D, D>],
+    steps: usize,
+    params: &CalculusParams,
+    observer: &mut dyn Observer,
+) -> Result<Extension<D>, GeodesicError> {
+    let identity = Field::zeros(*start.grid());
+    let (mut before, from) = match path {
+        [] => {
+            return Err(GeodesicError::Parameter {
+                name: "deformations of the path",
+                expected: "at least 1",
+                value: 0.0,
+            });
+        }
+        [only] => (identity.clone(), only.clone()),
+        [.., before, last] => (before.clone(), last.clone()),
+    };
+    let mut extension = Extension {
+        pieces: Vec::new(),
+        step_energies: Vec::with_capacity(steps),
+        certificate: untouched(),
+        reports: Vec::new(),
+    };
+    let mut piece = Piece {
+        start: start.clone(),
+        from,
+        displacements: Vec::new(),
+    };
+    loop {
+        let left = steps - extension.step_energies.len();
+        let reports = std::mem::take(&mut extension.reports);
+        let mut space =
+            DeformationSpace::new(&piece.start, params, steps, observer)?.after(reports);
+        piece.displacements = space.exponential(&before, &piece.from, left)?;
+        let mut last = &piece.from;
+        for next in &piece.displacements {
+            // The equation has been solved, so that the energy is finite.
+            let energy = space.energy(last, next)?.unwrap_or(f64::INFINITY);
+            extension.step_energies.push(energy);
+            last = next;
+        }
+        extension.reports = space.into_reports();
+        let found = certificate(&piece.start, &piece.displacements);
+        extension.certificate = worse(extension.certificate, found);
+        let on = piece.displacements.len();
+        let finished = on == left || cancelled(&extension.reports);
+        let stuck = on == 0 && !extension.pieces.is_empty();
+        if finished || stuck {
+            extension.pieces.push(piece);
+            return Ok(extension);
+        }
+        let (second_last, last) = match piece.displacements.as_slice() {
+            [] => (&before, &piece.from),
+            [only] => (&piece.from, only),
+            [.., before, last] => (before, last),
+        };
+        let renewed = match regridded(&piece.start, last, &[second_last], params) {
+            // The shape has left the box.
+            Err(GeodesicError::Degenerate { .. } | GeodesicError::Shape(_)) => None,
+            renewed => Some(renewed?),
+        };
+        extension.pieces.push(piece);
+        let Some((shape, mut moved)) = renewed else {
+            return Ok(extension);
+        };
+        piece = Piece {
+            start: shape,
+            from: identity.clone(),
+            displacements: Vec::new(),
+        };
+        before = moved.swap_remove(0);
+    }
+}
+
+/// Shoots from a start shape with an initial velocity, a displacement in unit time: the
+/// deformations `psi_1 = id + v / K, psi_2, ..., psi_K` of the discrete geodesic of `K` steps. The
+/// last of them is `exp(v) + O(1/K)`.
+///
+/// # Errors
+/// As [`exponential()`], and [`GeodesicError::Parameter`] for no steps.
+pub fn shoot<const D: usize>(
+    start: &ScalarField<f64, D>,
+    velocity: &Field<f64, D, D>,
+    steps: usize,
+    params: &CalculusParams,
+    observer: &mut dyn Observer,
+) -> Result<Extension<D>, GeodesicError> {
+    if steps == 0 {
+        return Err(GeodesicError::Parameter {
+            name: "steps",
+            expected: "at least 1",
+            value: 0.0,
+        });
+    }
+    let identity = Field::zeros(*start.grid());
+    let mut first = velocity.clone();
+    scale(1.0 / steps as f64, first.as_mut_slice());
+    let given = std::slice::from_ref(&first);
+    let mut shot = exponential(start, given, steps - 1, params, observer)?;
+    let space = DeformationSpace::new(start, params, 0, observer)?;
+    let energy = space.energy(&identity, &first)?.unwrap_or(f64::INFINITY);
+    shot.step_energies.insert(0, energy);
+    shot.certificate = worse(shot.certificate, certificate(start, given));
+    // There is a piece at least, which goes on from the first deformation.
+    let piece = &mut shot.pieces[0];
+    piece.from = identity;
+    piece.displacements.insert(0, first);
+    Ok(shot)
+}
+
+/// The discrete logarithm of a shape seen from another: the initial velocity of the geodesic of
+/// `params.steps` steps between them. What is left to chance is a rigid motion of the first step,
+/// which the geodesic does not see.
+///
+/// # Errors
+/// Those of [`lagrangian_path`].
+pub fn logarithm<const D: usize>(
+    start: &ScalarField<f64, D>,
+    end: &ScalarField<f64, D>,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<Logarithm<D>, GeodesicError> {
+    let path = lagrangian_path(
+        &Shape::new(start.clone()),
+        &Shape::new(end.clone()),
+        params,
+        observer,
+    )?;
+    // A path has a step at least: the parameters were checked.
+    let mut velocity = path.displacements[0].clone();
+    scale(path.displacements.len() as f64, velocity.as_mut_slice());
+    Ok(Logarithm { velocity, path })
+}
+
+/// Carries a variation of a start shape, a displacement on its domain, along a path of
+/// deformations given by the displacements of `psi_1, ..., psi_K`, to the last of them: see
+/// [`PathSpace::transport`]. Where an equation has no solution that does not fold the void, this
+/// rung and the later ones are made on the domains of the shapes at which they begin.
+///
+/// # Errors
+/// As [`exponential()`]. Not to get on is not an error: there is no variation then.
+pub fn transport<const D: usize>(
+    start: &ScalarField<f64, D>,
+    path: &[Field<f64, D, D>],
+    variation: &Field<f64, D, D>,
+    ladder: Ladder,
+    params: &CalculusParams,
+    observer: &mut dyn Observer,
+) -> Result<Transport<D>, GeodesicError> {
+    let identity = Field::zeros(*start.grid());
+    let steps = path.len();
+    let equations = 2 * steps * if ladder.symmetric { 2 } else { 1 };
+    let share = ladder.share_of(steps);
+    let mut space = DeformationSpace::new(start, params, equations, observer)?;
+    let mut variation = variation.clone();
+    let (mut a, mut jammed) = (&identity, false);
+    for b in path {
+        let mut found = None;
+        if !jammed {
+            found = space.carried(a, b, &variation, share, ladder.symmetric)?;
+        }
+        if found.is_none() && !cancelled(space.reports()) {
+            jammed = true;
+            let side = space.combination(1.0, a, share, &variation);
+            let (shape, moved) = regridded(start, a, &[b, &side], params)?;
+            let mut near = space.elsewhere(&shape)?;
+            let (next, side) = (&moved[0], &moved[1]);
+            let own = near.combination(1.0 / share, side, 0.0, side);
+            let carried = near.carried(&identity, next, &own, share, ladder.symmetric)?;
+            // The same displacement of the same matter, on the domain of the path.
+            found = carried.map(|carried| pulled_back(&carried, a));
+            let reports = near.into_reports();
+            space = space.after(reports);
+        }
+        let Some(next) = found else {
+            return Ok(Transport {
+                variation: None,
+                reports: space.into_reports(),
+            });
+        };
+        variation = next;
+        a = b;
+    }
+    Ok(Transport {
+        variation: Some(variation),
+        reports: space.into_reports(),
+    })
+}
+
+/// `field o psi` at the nodes, for a displacement of `psi`.
+fn pulled_back<const D: usize>(
+    field: &Field<f64, D, D>,
+    displacement: &Field<f64, D, D>,
+) -> Field<f64, D, D> {
+    let grid = *field.grid();
+    let mut pulled = Field::zeros(grid);
+    for node in 0..grid.n_nodes() {
+        let (x, u) = (grid.position(grid.node(node)), displacement.at(node));
+        let value = field.sample(std::array::from_fn(|k| x[k] + u[k]));
+        for k in 0..D {
+            pulled.component_mut(k)[node] = value[k];
+        }
+    }
+    pulled
+}
+
+/// The shape at the end of a path of deformations of a start shape, given by the displacement of
+/// the last of them, and a variation there as a displacement on the domain of that shape.
+///
+/// # Errors
+/// [`GeodesicError`] for fields on other grids and shapes without a boundary.
+pub fn at_end<const D: usize>(
+    start: &ScalarField<f64, D>,
+    last: &Field<f64, D, D>,
+    variation: &Field<f64, D, D>,
+    params: &CalculusParams,
+) -> Result<(ScalarField<f64, D>, Field<f64, D, D>), GeodesicError> {
+    if *last.grid() != *start.grid() || *variation.grid() != *start.grid() {
+        return Err(GeodesicError::GridsDiffer);
+    }
+    let mut moved = last.clone();
+    axpy(1.0, variation.as_slice(), moved.as_mut_slice());
+    let (shape, mut fields) = regridded(start, last, &[&moved], params)?;
+    Ok((shape, fields.swap_remove(0)))
+}
+
+/// The certificate of the identity.
+fn untouched() -> Certificate {
+    Certificate {
+        certified: true,
+        min_det: 1.0,
+        min_corner_det: 1.0,
+        cell: 0,
+    }
+}
+
+fn worse(a: Certificate, b: Certificate) -> Certificate {
+    if b.min_det < a.min_det { b } else { a }
+}
+
+/// The worst of some deformations inside a start shape.
+fn certificate<const D: usize>(
+    start: &ScalarField<f64, D>,
+    displacements: &[Field<f64, D, D>],
+) -> Certificate {
+    let object = object_cells(start);
+    let found = displacements.iter().map(|displacement| {
+        let values = displacement.as_slice();
+        certify_within(start.grid(), values, 0.0, f64::INFINITY, Some(&object))
+    });
+    found.fold(untouched(), worse)
+}
