@@ -23,7 +23,7 @@ use crate::shapes::{Input, prepare};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 
-pub use args::{Form, GeodesicArgs};
+pub use args::{Form, GeodesicArgs, PathArgs};
 pub use plan::{AnyPlan, GeodesicPlan, Parameters, plan_geodesic};
 
 /// Everything there is to tell about a geodesic.
