@@ -3,6 +3,7 @@
 pub mod args;
 pub mod average;
 pub mod demo;
+pub mod distances;
 pub mod error;
 pub mod generate;
 pub mod geodesic;

@@ -53,13 +53,25 @@ impl Interrupt {
         Self(&STATE)
     }
 
-    fn asked(self) -> bool {
+    /// Whether Ctrl-C has been pressed.
+    pub fn asked(self) -> bool {
         self.0.load(Ordering::SeqCst) == ASKED
     }
 
     /// The results are being written.
     pub fn writing(self) {
         self.0.store(WRITING, Ordering::SeqCst);
+    }
+}
+
+/// Only hears the wish to stop, and cancels.
+impl Observer for Interrupt {
+    fn iteration(&mut self, _iteration: &Iteration<'_>) -> Control {
+        if self.asked() {
+            Control::Cancel
+        } else {
+            Control::Continue
+        }
     }
 }
 
@@ -155,11 +167,7 @@ impl Observer for Watch<'_> {
         });
         self.progress
             .iteration(iteration.iteration, evaluations, iteration.energy);
-        if self.interrupt.asked() {
-            Control::Cancel
-        } else {
-            Control::Continue
-        }
+        self.interrupt.iteration(iteration)
     }
 }
 
