@@ -7,12 +7,13 @@ use std::path::PathBuf;
 use crate::average::{bytes, run_average};
 use crate::calculus::{ExtendArgs, TransportArgs, run_extend, run_transport};
 use crate::demo::{DemoArgs, run_demo};
+use crate::distances::{DistancesArgs, run_distances};
 use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
 
-/// Averages of 2D and 3D shapes, and geodesics between them.
+/// Averages of 2D and 3D shapes, geodesics and distances between them.
 #[derive(Debug, Parser)]
 #[command(name = "shapespace", version, about, arg_required_else_help = true)]
 pub struct Cli {
@@ -30,6 +31,8 @@ enum Command {
     Extend(ExtendArgs),
     /// The end of a geodesic, deformed as its start was: carries a variation along.
     Transport(TransportArgs),
+    /// The distances between all pairs of shapes, with clusters and a map of them.
+    Distances(Box<DistancesArgs>),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -101,6 +104,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Geodesic(args) => run_geodesic(args),
         Command::Extend(args) => run_extend(args),
         Command::Transport(args) => run_transport(args),
+        Command::Distances(args) => run_distances(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

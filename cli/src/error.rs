@@ -68,6 +68,28 @@ pub enum CliError {
         /// The weights divided by their sum, where it is positive.
         normalised: Vec<f64>,
     },
+    /// Classes that are not known.
+    #[error("--classes {source_name} cannot be used: {reason}")]
+    #[diagnostic(help(
+        "give 'folder', 'prefix', or a file with a line 'file,class' for every mask"
+    ))]
+    Classes {
+        /// What was given.
+        source_name: String,
+        /// Why not.
+        reason: String,
+    },
+    /// A run that was begun with other parameters or inputs.
+    #[error("'{}' was begun with other parameters or inputs: {differences}", path.display())]
+    #[diagnostic(help(
+        "repeat that command to go on with it, choose another name after -o, or remove the folder"
+    ))]
+    OtherWork {
+        /// The folder.
+        path: PathBuf,
+        /// What is not the same.
+        differences: String,
+    },
     /// An option that is out of its range.
     #[error("{option} {value} is not allowed")]
     #[diagnostic(help("{remedy}"))]

@@ -4,6 +4,7 @@ pub mod args;
 pub mod average;
 pub mod calculus;
 pub mod demo;
+pub mod distances;
 pub mod error;
 pub mod generate;
 pub mod geodesic;

@@ -62,6 +62,13 @@ impl Progress {
         self.bar.println(text);
     }
 
+    /// Leaves a line only where there is no moving one that says the same.
+    pub fn milestone(&self, text: impl AsRef<str>) {
+        if self.plain {
+            self.note(text);
+        }
+    }
+
     /// Takes the moving line away.
     pub fn finish(&self) {
         self.bar.finish_and_clear();

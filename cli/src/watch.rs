@@ -53,13 +53,29 @@ impl Interrupt {
         Self(&STATE)
     }
 
-    fn asked(self) -> bool {
+    /// Whether Ctrl-C has been pressed.
+    pub fn asked(self) -> bool {
         self.0.load(Ordering::SeqCst) == ASKED
     }
 
     /// The results are being written.
     pub fn writing(self) {
         self.0.store(WRITING, Ordering::SeqCst);
+    }
+}
+
+/// Only hears the wish to stop, and cancels.
+impl Observer for Interrupt {
+    fn iteration(&mut self, _iteration: &Iteration<'_>) -> Control {
+        self.between()
+    }
+
+    fn between(&mut self) -> Control {
+        if self.asked() {
+            Control::Cancel
+        } else {
+            Control::Continue
+        }
     }
 }
 
@@ -172,11 +188,7 @@ impl Observer for Watch<'_> {
     }
 
     fn between(&mut self) -> Control {
-        if self.interrupt.asked() {
-            Control::Cancel
-        } else {
-            Control::Continue
-        }
+        self.interrupt.between()
     }
 }
 

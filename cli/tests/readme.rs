@@ -16,9 +16,10 @@ fn readme() -> String {
 }
 
 /// Commands that write a directory, and the headings over the tables of their files.
-const TABLES: [(&str, &str); 2] = [
+const TABLES: [(&str, &str); 3] = [
     ("shapespace average", "## What it writes"),
     ("shapespace geodesic", "## Geodesics"),
+    ("shapespace distances", "## Distances, clusters and maps"),
 ];
 
 /// The lines of all blocks of commands.

@@ -36,6 +36,8 @@
 //! none and a `void_viscosity` instead; then cells of the void may fold, and only those that meet
 //! the object are kept from it. The certificate of a result is about the object.
 //!
+//! [`distances`] makes statistics of the lengths of many paths: matrices, clusters, maps.
+//!
 //! Sources: Rumpf and Wirth, *Variational Models in Shape Space and Links to Continuum Mechanics*,
 //! section 6; Wirth, Bar, Rumpf and Sapiro, *A Continuum Mechanical Approach to Geodesics in Shape
 //! Space* (2011).
@@ -65,6 +67,7 @@ mod deformation;
 mod density;
 mod descent;
 mod dissipation;
+pub mod distances;
 mod error;
 mod extension;
 pub mod finite;

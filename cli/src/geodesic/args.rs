@@ -1,10 +1,11 @@
-//! Options of `shapespace geodesic`.
+//! Options of `shapespace geodesic`, and those of all paths.
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
+use crate::error::CliError;
 use crate::generate::command::positive;
 use crate::options::CommonArgs;
 
@@ -20,6 +21,28 @@ pub struct GeodesicArgs {
     /// Options that other commands have, too.
     #[command(flatten)]
     pub common: CommonArgs,
+    /// Options of paths that other commands have, too.
+    #[command(flatten)]
+    pub path: PathArgs,
+    /// The inputs are label images: every label but 0 is a component, and becomes the component of
+    /// the same label.
+    #[arg(long, conflicts_with = "label")]
+    pub labels: bool,
+    /// A shape of which parts may be hidden, anywhere: only what is seen of it has to be covered.
+    #[arg(long, value_enum, value_name = "SHAPE")]
+    pub occluded: Option<Occluded>,
+    /// A mask as large as START, bright where the start shape was seen: no mismatch is charged
+    /// elsewhere.
+    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
+    pub valid_start: Option<PathBuf>,
+    /// A mask as large as END, bright where the end shape was seen.
+    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
+    pub valid_end: Option<PathBuf>,
+}
+
+/// Options of every command that computes paths between shapes.
+#[derive(Clone, Debug, Args)]
+pub struct PathArgs {
     /// Steps of the path.
     #[arg(short = 'K', long, value_name = "K", default_value_t = 8,
           value_parser = clap::value_parser!(u32).range(1..=256))]
@@ -37,20 +60,6 @@ pub struct GeodesicArgs {
     /// [default: 1e-3].
     #[arg(long, value_parser = positive)]
     pub area_weight: Option<f64>,
-    /// The inputs are label images: every label but 0 is a component, and becomes the component of
-    /// the same label.
-    #[arg(long, conflicts_with = "label")]
-    pub labels: bool,
-    /// A shape of which parts may be hidden, anywhere: only what is seen of it has to be covered.
-    #[arg(long, value_enum, value_name = "SHAPE")]
-    pub occluded: Option<Occluded>,
-    /// A mask as large as START, bright where the start shape was seen: no mismatch is charged
-    /// elsewhere.
-    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
-    pub valid_start: Option<PathBuf>,
-    /// A mask as large as END, bright where the end shape was seen.
-    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
-    pub valid_end: Option<PathBuf>,
 }
 
 /// Which shape may be hidden in part.
@@ -63,6 +72,25 @@ pub enum Occluded {
     End,
     /// Both.
     Both,
+}
+
+impl PathArgs {
+    /// Checks what belongs together.
+    ///
+    /// # Errors
+    /// [`CliError::Option`] for a weight of a term that the form has not.
+    pub(crate) fn check(&self) -> Result<(), CliError> {
+        if self.area_weight.is_some() && self.form == Form::Lagrangian {
+            return Err(CliError::Option {
+                option: "--area-weight",
+                value: "with --form lagrangian".into(),
+                remedy: "leave it out, or choose --form level-sets: paths of one start domain \
+                         have no area term"
+                    .into(),
+            });
+        }
+        Ok(())
+    }
 }
 
 /// In which unknowns a path is computed.

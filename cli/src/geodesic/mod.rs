@@ -25,7 +25,7 @@ use crate::shapes::{Components, Input, prepare, view_of};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 
-pub use args::{Form, GeodesicArgs, Occluded};
+pub use args::{Form, GeodesicArgs, Occluded, PathArgs};
 pub use plan::{AnyPlan, GeodesicPlan, Parameters, plan_geodesic};
 
 /// Everything there is to tell about a geodesic.

@@ -6,10 +6,10 @@ use ::geodesic::GeodesicParams;
 use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Serialize;
 
-use super::args::{Form, GeodesicArgs, Occluded};
+use super::args::{Form, GeodesicArgs, Occluded, PathArgs};
 use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images, read_label_images};
-use crate::options::Align;
+use crate::options::{Align, CommonArgs};
 use crate::output::ResultDir;
 use crate::shapes::{Components, Placed};
 
@@ -97,15 +97,7 @@ pub enum AnyPlan {
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
 pub fn plan_geodesic(args: &GeodesicArgs) -> Result<AnyPlan, CliError> {
     ResultDir::check(&args.common.output)?;
-    if args.area_weight.is_some() && args.form == Form::Lagrangian {
-        return Err(CliError::Option {
-            option: "--area-weight",
-            value: "with --form lagrangian".into(),
-            remedy: "leave it out, or choose --form level-sets: paths of one start domain have \
-                     no area term"
-                .into(),
-        });
-    }
+    args.path.check()?;
     let options = ReadOptions {
         label: args.common.label,
     };
@@ -167,7 +159,10 @@ fn plan_images<const D: usize>(
     } else {
         (images, None)
     };
-    let mut parameters = Parameters::new::<D>(args)?;
+    let mut parameters = Parameters::new::<D>(&args.common, &args.path)?;
+    parameters.occluded = args.occluded;
+    parameters.valid_start = args.valid_start.clone();
+    parameters.valid_end = args.valid_end.clone();
     parameters.labels = parts.as_ref().map(|parts| parts.labels.clone());
     Ok(GeodesicPlan {
         placed: Placed::new(images, &args.common)?,
@@ -178,23 +173,29 @@ fn plan_images<const D: usize>(
 }
 
 impl Parameters {
-    fn new<const D: usize>(args: &GeodesicArgs) -> Result<Self, CliError> {
-        let common = &args.common;
+    /// The parameters that options come to.
+    ///
+    /// # Errors
+    /// [`CliError`] for a grid or a law that does not exist.
+    pub(crate) fn new<const D: usize>(
+        common: &CommonArgs,
+        path: &PathArgs,
+    ) -> Result<Self, CliError> {
         let usual = GeodesicParams::default();
         let material = common.material::<D>()?;
-        let area_weight = args.area_weight.unwrap_or(usual.area_weight);
+        let area_weight = path.area_weight.unwrap_or(usual.area_weight);
         let mut parameters = Self {
             grid: common.nodes::<D>()?,
-            steps: args.steps as usize,
-            form: args.form,
-            tolerance: args.tolerance,
+            steps: path.steps as usize,
+            form: path.form,
+            tolerance: path.tolerance,
             max_iterations: common.max_iterations,
             law: material.law,
             lambda: material.moduli.bulk_lambda,
             mu: material.moduli.shear_modulus,
-            match_weight: args.match_weight,
+            match_weight: path.match_weight,
             match_weight_in_force: 0.0,
-            area_weight: (args.form == Form::LevelSets).then_some(area_weight),
+            area_weight: (path.form == Form::LevelSets).then_some(area_weight),
             void_stiffness: common.void_stiffness,
             void_viscosity: usual.void_viscosity,
             deformed_share: usual.deformed_share,
@@ -204,9 +205,9 @@ impl Parameters {
             flow_nodes: usual.flow_nodes,
             align: common.align,
             labels: None,
-            occluded: args.occluded,
-            valid_start: args.valid_start.clone(),
-            valid_end: args.valid_end.clone(),
+            occluded: None,
+            valid_start: None,
+            valid_end: None,
         };
         let in_force = parameters.geodesic_params().resolved_match_weight();
         parameters.match_weight_in_force = in_force;

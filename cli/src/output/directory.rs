@@ -99,7 +99,7 @@ pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 }
 
 /// The folder a target is to be made in.
-fn check_target(target: &Path) -> Result<PathBuf, OutputError> {
+pub(super) fn check_target(target: &Path) -> Result<PathBuf, OutputError> {
     if fs::symlink_metadata(target).is_ok() {
         return Err(OutputError::Exists {
             path: target.into(),

@@ -4,12 +4,14 @@ pub mod apng;
 mod directory;
 pub mod energy;
 mod json;
+pub mod matrix;
 pub mod npy;
 mod plot;
 pub mod pvd;
 pub mod steps;
 pub mod stl;
 pub mod vti;
+mod work;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,6 +20,7 @@ use fe_grid::Field;
 
 pub use directory::{ResultDir, write_new_file};
 pub use json::write_json;
+pub use work::WorkDir;
 
 /// A result that cannot be written.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -36,6 +39,13 @@ pub enum OutputError {
     #[error("the folder '{}' for the output does not exist", path.display())]
     #[diagnostic(help("create it first, or choose another place"))]
     NoParent {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Another run of the program is making the same results.
+    #[error("another run is at work in '{}'", path.display())]
+    #[diagnostic(help("wait for it to end, or choose another name"))]
+    Busy {
         /// The folder.
         path: PathBuf,
     },

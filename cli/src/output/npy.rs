@@ -69,9 +69,18 @@ pub fn field_to<T: Element, const D: usize, const M: usize>(
 /// [`OutputError::Unwritable`].
 pub fn write_mask(path: &Path, mask: &[bool], size: &[usize]) -> Result<(), OutputError> {
     let shape: Vec<u64> = size.iter().rev().map(|&n| n as u64).collect();
+    write_array(path, &shape, mask.iter().map(|&b| u8::from(b)))
+}
+
+/// Writes numbers as an array of this shape.
+pub(super) fn write_array<T: npyz::AutoSerialize>(
+    path: &Path,
+    shape: &[u64],
+    values: impl Iterator<Item = T>,
+) -> Result<(), OutputError> {
     let file = File::create(path).map_err(OutputError::at(path))?;
     let mut writer = BufWriter::new(file);
-    array_to(&mut writer, &shape, mask.iter().map(|&b| u8::from(b)))
+    array_to(&mut writer, shape, values)
         .and_then(|()| writer.flush())
         .map_err(OutputError::at(path))
 }

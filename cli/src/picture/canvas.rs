@@ -53,6 +53,52 @@ impl Canvas {
         }
     }
 
+    /// Puts another picture on top as if its white were glass.
+    pub fn overlay(&mut self, other: &Self, corner: [usize; 2]) {
+        for y in 0..other.height {
+            for x in 0..other.width {
+                let pixel = other.pixel(x, y);
+                if pixel != WHITE {
+                    self.blend(corner[0] + x, corner[1] + y, pixel, 1.0);
+                }
+            }
+        }
+    }
+
+    /// The lowest row that is not all white; the first where all are.
+    pub fn last_row(&self) -> usize {
+        let last = self.pixels.iter().rposition(|pixel| *pixel != WHITE);
+        last.map_or(0, |at| at / self.width)
+    }
+
+    /// The picture with a longer side of so many pixels, if it is larger: each is the mean of what
+    /// it covers.
+    pub fn reduced(&self, side: usize) -> Self {
+        let factor = self.width.max(self.height) as f64 / side.max(1) as f64;
+        if factor <= 1.0 {
+            return self.clone();
+        }
+        let size = |n: usize| ((n as f64 / factor).round() as usize).max(1);
+        let mut small = Self::new(size(self.width), size(self.height));
+        let columns = spans(self.width, small.width);
+        let rows = spans(self.height, small.height);
+        for (y, row) in rows.iter().enumerate() {
+            for (x, column) in columns.iter().enumerate() {
+                let mut sum = [0.0; 3];
+                let mut all = 0.0;
+                for &(j, down) in row {
+                    for &(i, across) in column {
+                        let pixel = self.pixel(i, j);
+                        sum = std::array::from_fn(|k| sum[k] + down * across * pixel[k]);
+                        all += down * across;
+                    }
+                }
+                small.pixels[y * small.width + x] = sum.map(|c| c / all);
+            }
+        }
+        small
+    }
+
     /// A frame of one pixel inside a rectangle.
     pub fn frame(&mut self, corner: [usize; 2], size: [usize; 2], colour: Colour) {
         let [x, y] = corner;
@@ -130,6 +176,19 @@ impl Canvas {
             .map_err(|error| failed(std::io::Error::other(error)))?;
         std::fs::write(path, file.into_inner()).map_err(failed)
     }
+}
+
+/// What each of a few pixels in a row covers of many: their places, and the shares of them.
+fn spans(many: usize, few: usize) -> Vec<Vec<(usize, f32)>> {
+    let factor = many as f64 / few as f64;
+    let span = |k: usize| {
+        let (from, to) = (k as f64 * factor, (k + 1) as f64 * factor);
+        let inside = from as usize..(to.ceil() as usize).min(many);
+        inside
+            .map(|i| (i, (to.min(i as f64 + 1.0) - from.max(i as f64)) as f32))
+            .collect()
+    };
+    (0..few).map(span).collect()
 }
 
 /// Where closed curves cross a horizontal line, in order.
@@ -256,6 +315,36 @@ mod tests {
         // Eight rows a pixel, and polygons of 200 sides.
         assert!((dark / exact - 1.0).abs() < 2e-3, "{dark} {exact}");
         assert_eq!(canvas.pixel(20, 19), WHITE);
+    }
+
+    #[test]
+    fn a_reduced_picture_has_the_same_mean() {
+        let mut canvas = Canvas::new(50, 31);
+        canvas.fill(
+            &[vec![[5.0, 5.0], [44.0, 8.0], [20.0, 29.0]]],
+            [0.1, 0.5, 0.0],
+        );
+        let mean = |canvas: &Canvas, k: usize| {
+            canvas.pixels.iter().map(|p| p[k]).sum::<f32>() / canvas.pixels.len() as f32
+        };
+        let small = canvas.reduced(17);
+        assert_eq!(small.size(), [17, 11]);
+        for k in 0..3 {
+            // Sums of a thousand numbers in single precision.
+            assert!((mean(&small, k) - mean(&canvas, k)).abs() < 1e-4);
+        }
+        assert_eq!(canvas.reduced(60).size(), [50, 31]);
+        assert_eq!((canvas.last_row(), Canvas::new(3, 3).last_row()), (28, 0));
+        let mut page = Canvas::new(50, 31);
+        page.fill(
+            &[vec![[0.0, 0.0], [50.0, 0.0], [50.0, 31.0], [0.0, 31.0]]],
+            [0.5; 3],
+        );
+        page.overlay(&canvas, [0, 0]);
+        // Rounding of the mixing of colours.
+        let near = |a: Colour, b: Colour| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-5);
+        assert!(near(page.pixel(1, 1), [0.5; 3]));
+        assert!(near(page.pixel(21, 12), [0.1, 0.5, 0.0]));
     }
 
     #[test]

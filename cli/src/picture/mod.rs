@@ -6,21 +6,29 @@ mod analogy;
 mod canvas;
 mod film;
 mod heat;
+mod key;
+mod matrix;
 mod mesh;
 mod palette;
+mod scatter;
 mod sheet2;
 mod sheet3;
 mod text;
+mod tree;
 mod window;
 
 pub(crate) use analogy::analogy;
 pub use canvas::Canvas;
 pub use film::{FilmStrip, tile_width};
 pub use heat::heat;
+pub use key::Key;
+pub use matrix::HeatMap;
 pub use mesh::{Bounds, Paint, Surface, View};
 pub use palette::colour;
+pub use scatter::ScatterPlot;
 pub use sheet2::{ContactSheet, Curve, ShapeTile};
 pub use sheet3::SurfaceSheet;
+pub use tree::TreeChart;
 pub use window::Window;
 
 /// Red, green and blue in `[0, 1]`, as stored in the file (sRGB).

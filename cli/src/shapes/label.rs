@@ -41,7 +41,8 @@ fn all_differ(names: &[String]) -> bool {
     sorted.windows(2).all(|pair| pair[0] != pair[1])
 }
 
-fn stem(path: &Path) -> String {
+/// The name of a file without its ending.
+pub(crate) fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     let name = name.to_string_lossy();
     let lower = name.to_lowercase();

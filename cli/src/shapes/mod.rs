@@ -1,17 +1,20 @@
 //! From masks to boundaries, and from boundaries to signed distances on the grid: what every
 //! command does before it computes.
 //!
-//! `parts` takes label images apart, `place` aligns shapes, `label` gives them their names in pictures, `record` and `home` say where
-//! they lie and bring results back there. Boundaries are taken at the resolution of the masks, moved where shapes are aligned, and the
+//! `parts` takes label images apart, `place` aligns shapes to one of them, `pairs` each to each,
+//! `label` gives them their names in pictures, `record` and `home` say where they lie and bring
+//! results back there. Boundaries are taken at the resolution of the masks, moved where shapes are
+//! aligned, and the
 //! exact Euclidean distance to them is taken at the nodes.
 
 mod home;
 mod label;
+mod pairs;
 mod parts;
 mod place;
 mod record;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use fe_grid::{Grid, ScalarField};
 use levelset::{Contour, ContourDistance, Moments, signed_distance};
@@ -25,7 +28,8 @@ use crate::progress::Progress;
 use place::{Alignment, align};
 
 pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
-pub(crate) use label::labels;
+pub(crate) use label::{labels, stem};
+pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, belongs, view_of};
 pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 
@@ -197,11 +201,19 @@ fn distance<const D: usize>(
     } else {
         ContourDistance::new(contour).map_err(failed)?.sample(grid)
     };
+    on_the_grid(&image.path, distance)
+}
+
+/// A distance that has nodes inside its shape.
+fn on_the_grid<const D: usize>(
+    path: &Path,
+    distance: ScalarField<f64, D>,
+) -> Result<ScalarField<f64, D>, CliError> {
     if distance.as_slice().iter().any(|&u| u > 0.0) {
         return Ok(distance);
     }
     Err(CliError::LostOnGrid {
-        path: image.path.clone(),
-        nodes: grid.nodes_per_axis()[0],
+        path: path.into(),
+        nodes: distance.grid().nodes_per_axis()[0],
     })
 }

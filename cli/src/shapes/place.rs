@@ -9,6 +9,7 @@
 //! Where aligned shapes then reach out of [`ROOM`], all are moved together to the middle, and, if
 //! that is not enough, made smaller by one factor, which the frames record.
 
+use fe_grid::{Grid, ScalarField};
 use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
@@ -21,7 +22,7 @@ use crate::error::CliError;
 /// Nodes a side of the grids on which motions are found, in 2D and 3D.
 const NODES: [usize; 2] = [65, 33];
 /// Aligned shapes stay between these coordinates: room for the void around them.
-const ROOM: [f64; 2] = [0.08, 0.92];
+pub(super) const ROOM: [f64; 2] = [0.08, 0.92];
 
 /// How a shape was aligned.
 #[derive(Clone, Copy, Debug)]
@@ -68,16 +69,8 @@ pub(crate) fn align<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliEr
     let reference = reference(&contours)?;
     let mut order: Vec<usize> = (0..inputs.len()).collect();
     order.swap(0, reference);
-    let grid = fe_grid::Grid::<D>::cube(NODES[usize::from(D == 3)]);
-    let distances: Result<Vec<_>, CliError> = order
-        .iter()
-        .map(|&i| {
-            Ok(ContourDistance::new(contours[i])
-                .map_err(failed)?
-                .sample(grid))
-        })
-        .collect();
-    let distances = distances?;
+    let ordered: Vec<&Contour<D>> = order.iter().map(|&i| contours[i]).collect();
+    let distances = coarse_distances(&ordered)?;
     let found = align_group(&distances.iter().collect::<Vec<_>>()).map_err(failed)?;
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
@@ -92,7 +85,21 @@ pub(crate) fn align<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliEr
     Ok(())
 }
 
-fn failed(error: impl std::fmt::Display) -> CliError {
+/// The signed distances on which motions are found.
+///
+/// # Errors
+/// [`CliError::Computation`].
+pub(super) fn coarse_distances<const D: usize>(
+    contours: &[&Contour<D>],
+) -> Result<Vec<ScalarField<f64, D>>, CliError> {
+    let grid = Grid::<D>::cube(NODES[usize::from(D == 3)]);
+    contours
+        .iter()
+        .map(|contour| Ok(ContourDistance::new(contour).map_err(failed)?.sample(grid)))
+        .collect()
+}
+
+pub(super) fn failed(error: impl std::fmt::Display) -> CliError {
     CliError::Computation {
         message: format!("the shapes cannot be aligned: {error}"),
         remedy: "leave out --align, or leave out shapes that are much smaller than the rest".into(),
@@ -129,7 +136,7 @@ fn reference<const D: usize>(contours: &[&Contour<D>]) -> Result<usize, CliError
 
 /// Moves all shapes together, and shrinks them if need be, so that none leaves the room.
 fn keep_inside<const D: usize>(inputs: &mut [Input<D>]) {
-    let (low, high) = bounds(inputs);
+    let (low, high) = bounds(inputs.iter().map(|input| &input.contour));
     if (0..D).all(|k| low[k] >= ROOM[0] && high[k] <= ROOM[1]) {
         return;
     }
@@ -154,9 +161,12 @@ fn keep_inside<const D: usize>(inputs: &mut [Input<D>]) {
     }
 }
 
-fn bounds<const D: usize>(inputs: &[Input<D>]) -> ([f64; D], [f64; D]) {
+/// The corners of the box around boundaries.
+pub(super) fn bounds<'a, const D: usize>(
+    contours: impl IntoIterator<Item = &'a Contour<D>>,
+) -> ([f64; D], [f64; D]) {
     let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for p in inputs.iter().flat_map(|input| input.contour.points()) {
+    for p in contours.into_iter().flat_map(Contour::points) {
         for k in 0..D {
             low[k] = low[k].min(p[k]);
             high[k] = high[k].max(p[k]);
@@ -219,7 +229,7 @@ mod tests {
         let shrunk = inputs[1].frame.scale() / before;
         assert!(shrunk < 0.99, "{shrunk}");
         assert_eq!(shrunk, inputs[0].frame.scale() / before);
-        let (low, high) = bounds(&inputs);
+        let (low, high) = bounds(inputs.iter().map(|input| &input.contour));
         for k in 0..2 {
             assert!(low[k] >= ROOM[0] - 1e-12 && high[k] <= ROOM[1] + 1e-12);
         }

@@ -1,0 +1,159 @@
+//! Known classes of the inputs.
+//!
+//! - `folder`: the name of the folder that the file is in.
+//! - `prefix`: the file name up to its last `-`, `_`, `.` or space; without one, what is left
+//!   without the digits at its end: `bat-07.png` is a `bat`, `horse12.png` a `horse`.
+//! - a file of lines `file,class`: the file as it is named on the command line, or by its name
+//!   alone. What follows the last comma is the class. A first line `file,class` is a heading;
+//!   empty lines are left out.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use crate::error::CliError;
+
+const FOLDER: &str = "folder";
+const PREFIX: &str = "prefix";
+
+/// The classes of all inputs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Classes {
+    /// Their names, in the order of their first objects.
+    pub names: Vec<String>,
+    /// The number of each input's class.
+    pub of_input: Vec<usize>,
+}
+
+impl Classes {
+    /// The classes that the option `--classes` means.
+    ///
+    /// # Errors
+    /// [`CliError::Classes`] for a file that cannot be read or lacks an input, and for inputs whose
+    /// names tell none.
+    pub fn of(option: &Path, inputs: &[PathBuf]) -> Result<Self, CliError> {
+        let named = match option.to_str() {
+            Some(FOLDER) => inputs.iter().map(|path| folder(path)).collect(),
+            Some(PREFIX) => inputs.iter().map(|path| Some(prefix(path))).collect(),
+            _ => listed(option, inputs)?,
+        };
+        let mut classes = Self {
+            names: Vec::new(),
+            of_input: Vec::new(),
+        };
+        for (path, name) in inputs.iter().zip(named) {
+            let Some(name) = name.filter(|name| !name.is_empty()) else {
+                return Err(CliError::Classes {
+                    source_name: option.display().to_string(),
+                    reason: format!("'{}' has no class there", path.display()),
+                });
+            };
+            let known = classes.names.iter().position(|known| *known == name);
+            classes.of_input.push(known.unwrap_or(classes.names.len()));
+            if known.is_none() {
+                classes.names.push(name);
+            }
+        }
+        Ok(classes)
+    }
+}
+
+fn folder(path: &Path) -> Option<String> {
+    let name = path.parent()?.file_name()?;
+    Some(name.to_string_lossy().into_owned())
+}
+
+fn prefix(path: &Path) -> String {
+    let name = crate::shapes::stem(path);
+    let end = name.rfind(['-', '_', '.', ' ']);
+    let head = match end {
+        Some(end) => &name[..end],
+        None => name.trim_end_matches(|c: char| c.is_ascii_digit()),
+    };
+    head.to_owned()
+}
+
+/// The classes that a file lists.
+fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliError> {
+    let failed = |reason: String| CliError::Classes {
+        source_name: list.display().to_string(),
+        reason,
+    };
+    let text = std::fs::read_to_string(list).map_err(|error| failed(error.to_string()))?;
+    let mut known: HashMap<&str, &str> = HashMap::new();
+    for (i, line) in text.lines().enumerate() {
+        let line = line.trim().trim_start_matches('\u{feff}');
+        if line.is_empty() || (i == 0 && line.eq_ignore_ascii_case("file,class")) {
+            continue;
+        }
+        let Some((file, class)) = line.rsplit_once(',') else {
+            return Err(failed(format!("line {} has no comma: '{line}'", i + 1)));
+        };
+        let (file, class) = (unquoted(file), unquoted(class));
+        if let Some(other) = known.insert(file, class).filter(|other| *other != class) {
+            return Err(failed(format!("'{file}' is both {other} and {class}")));
+        }
+    }
+    let class = |path: &PathBuf| {
+        let whole = path.to_string_lossy();
+        let name = path.file_name().map(|name| name.to_string_lossy());
+        let found = known.get(whole.as_ref());
+        let found = found.or_else(|| known.get(name?.as_ref()));
+        found.map(|class| (*class).to_owned())
+    };
+    Ok(inputs.iter().map(class).collect())
+}
+
+fn unquoted(cell: &str) -> &str {
+    let cell = cell.trim();
+    let inner = cell.strip_prefix('"').and_then(|c| c.strip_suffix('"'));
+    inner.unwrap_or(cell)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn paths(names: &[&str]) -> Vec<PathBuf> {
+        names.iter().map(PathBuf::from).collect()
+    }
+
+    #[test]
+    fn names_tell_classes() {
+        let inputs = paths(&[
+            "a/bat-01.png",
+            "a/bat-2.png",
+            "b/device7-3.nii.gz",
+            "b/ray12.npy",
+        ]);
+        let found = Classes::of(Path::new("prefix"), &inputs).unwrap();
+        assert_eq!(found.names, ["bat", "device7", "ray"]);
+        assert_eq!(found.of_input, [0, 0, 1, 2]);
+        let found = Classes::of(Path::new("folder"), &inputs).unwrap();
+        assert_eq!((found.names.len(), found.of_input), (2, vec![0, 0, 1, 1]));
+        let nowhere = Classes::of(Path::new("folder"), &paths(&["x.png"]));
+        assert!(matches!(nowhere, Err(CliError::Classes { .. })));
+        let number = Classes::of(Path::new("prefix"), &paths(&["12.png"]));
+        assert!(matches!(number, Err(CliError::Classes { .. })));
+    }
+
+    #[test]
+    fn a_file_tells_classes() {
+        let place = tempfile::tempdir().unwrap();
+        let list = place.path().join("classes.csv");
+        let read = |text: &str| {
+            std::fs::write(&list, text).unwrap();
+            Classes::of(&list, &paths(&["in/a.png", "in/b, c.png"]))
+        };
+        let found = read("file,class\nin/a.png, long \n\n\"b, c.png\",short\n").unwrap();
+        assert_eq!(found.names, ["long", "short"]);
+        for bad in [
+            "a.png,x\n",
+            "a.png;x\nb, c.png,y",
+            "a.png,x\na.png,y\nb, c.png,x",
+        ] {
+            assert!(matches!(read(bad), Err(CliError::Classes { .. })), "{bad}");
+        }
+        let missing = Classes::of(&place.path().join("none.csv"), &paths(&["a.png"]));
+        assert!(matches!(missing, Err(CliError::Classes { .. })));
+    }
+}

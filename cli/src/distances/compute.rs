@@ -1,0 +1,205 @@
+//! All paths, several at a time.
+//!
+//! Each worker has threads of its own and takes one pair after the other, so that on small grids
+//! no time is lost in dividing the work of a pair. As many pairs are at work as there are threads,
+//! or as are asked for; what threads are left go to each of them evenly. No result depends on it:
+//! a path is the same bit for bit on any number of threads, and pairs know nothing of each other.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use fe_grid::Grid;
+
+use super::pair::{PairRecord, compute};
+use super::plan::Work;
+use super::store::Store;
+use crate::error::CliError;
+use crate::pool::in_pool;
+use crate::progress::Progress;
+use crate::shapes::Pairs;
+use crate::watch::Interrupt;
+
+/// Notes on the way where there is no moving line.
+const NOTES: usize = 20;
+
+/// What there is to be done, and how.
+pub(super) struct Task<'a, const D: usize> {
+    pub pairs: &'a Pairs<D>,
+    pub grid: Grid<D>,
+    pub work: &'a Work,
+    pub store: &'a Store,
+    /// Pairs at work at the same time; all threads have one where there is no number.
+    pub at_once: Option<u32>,
+    pub progress: &'a Progress,
+    pub interrupt: Interrupt,
+}
+
+impl<const D: usize> Task<'_, D> {
+    /// Computes all pairs that are not kept yet, and returns all in the order asked for; nothing
+    /// where it was interrupted. What is finished by then is kept.
+    ///
+    /// # Errors
+    /// The first error of a path, and those of files.
+    pub fn run(&self, wanted: &[[usize; 2]]) -> Result<Option<Vec<PairRecord>>, CliError> {
+        let missing: Vec<[usize; 2]> = wanted
+            .iter()
+            .copied()
+            .filter(|ids| self.store.pair(*ids).is_none())
+            .collect();
+        let course = Course::new(wanted.len(), wanted.len() - missing.len());
+        course.show(self.progress);
+        self.compute(&missing, &course)?;
+        if self.interrupt.asked() {
+            return Ok(None);
+        }
+        let records: Option<Vec<PairRecord>> =
+            wanted.iter().map(|ids| self.store.pair(*ids)).collect();
+        match records {
+            Some(records) => Ok(Some(records)),
+            None => Err(CliError::Computation {
+                message: "files of finished pairs have vanished".into(),
+                remedy: "give the same command again".into(),
+            }),
+        }
+    }
+
+    fn compute(&self, missing: &[[usize; 2]], course: &Course) -> Result<(), CliError> {
+        let threads = rayon::current_num_threads();
+        let asked = self.at_once.map_or(threads, |n| n as usize);
+        let workers = asked.min(threads).min(missing.len());
+        let next = AtomicUsize::new(0);
+        let stopped = AtomicBool::new(false);
+        let failure = Mutex::new(None);
+        let worker = |threads: usize| {
+            let outcome = in_pool(Some(threads as u32), || {
+                while !stopped.load(Ordering::Relaxed) {
+                    let Some(ids) = missing.get(next.fetch_add(1, Ordering::Relaxed)) else {
+                        break;
+                    };
+                    if !self.pair(*ids)? {
+                        break;
+                    }
+                    course.one_more(self.progress);
+                }
+                Ok(())
+            });
+            if let Err(error) = outcome {
+                stopped.store(true, Ordering::Relaxed);
+                // A worker that panics ends the program; nobody is left to find the lock poisoned.
+                if let Ok(mut first) = failure.lock() {
+                    first.get_or_insert(error);
+                }
+            }
+        };
+        std::thread::scope(|scope| {
+            for k in 0..workers {
+                // The first few have one more where threads cannot be divided evenly.
+                let share = threads / workers + usize::from(k < threads % workers);
+                scope.spawn(move || worker(share));
+            }
+        });
+        match failure.into_inner() {
+            Ok(Some(error)) => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// Computes and keeps a pair, unless it is interrupted.
+    fn pair(&self, ids: [usize; 2]) -> Result<bool, CliError> {
+        let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
+        match compute(ids, &start, &end, self.work, self.interrupt)? {
+            Some(record) => {
+                self.store.keep(&record)?;
+                Ok(true)
+            }
+            None => Ok(false),
+        }
+    }
+}
+
+/// How many pairs are done.
+struct Course {
+    total: usize,
+    /// Those that were kept before.
+    before: usize,
+    done: AtomicUsize,
+    begin: Instant,
+}
+
+impl Course {
+    fn new(total: usize, before: usize) -> Self {
+        Self {
+            total,
+            before,
+            done: AtomicUsize::new(before),
+            begin: Instant::now(),
+        }
+    }
+
+    fn show(&self, progress: &Progress) {
+        if self.before > 0 {
+            progress.note(format!(
+                "going on: {} of {} pairs are there",
+                self.before, self.total
+            ));
+        }
+        progress.stage(self.words(self.before, None));
+    }
+
+    fn one_more(&self, progress: &Progress) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        let rate = self.begin.elapsed().as_secs_f64() / (done - self.before) as f64;
+        let left = (self.total - done) as f64 * rate;
+        let words = self.words(done, Some(left));
+        let every = self.total.div_ceil(NOTES);
+        if done.is_multiple_of(every) || done == self.total {
+            progress.milestone(&words);
+        }
+        progress.stage(words);
+    }
+
+    fn words(&self, done: usize, left: Option<f64>) -> String {
+        let pairs = format!("{done} of {} pairs", self.total);
+        match left {
+            Some(left) if done < self.total => format!("{pairs}, {} left", duration(left)),
+            _ => pairs,
+        }
+    }
+}
+
+/// A time in words, rounded as befits an estimate.
+fn duration(seconds: f64) -> String {
+    let seconds = Duration::try_from_secs_f64(seconds).map_or(0, |time| time.as_secs());
+    match seconds {
+        0..=99 => format!("{seconds} s"),
+        100..=5999 => format!("{} min", (seconds + 30) / 60),
+        _ => format!("{} h {} min", seconds / 3600, seconds % 3600 / 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_rounded() {
+        let found = [0.4, 99.9, 100.0, 5999.0, 7260.0, f64::INFINITY].map(duration);
+        assert_eq!(
+            found,
+            ["0 s", "99 s", "2 min", "100 min", "2 h 1 min", "0 s"]
+        );
+    }
+
+    #[test]
+    fn the_time_left_counts_this_run_only() {
+        let course = Course::new(10, 4);
+        course.show(&Progress::hidden());
+        for _ in 0..6 {
+            course.one_more(&Progress::hidden());
+        }
+        assert_eq!(course.done.load(Ordering::Relaxed), 10);
+        assert_eq!(course.words(10, Some(3.0)), "10 of 10 pairs");
+        assert_eq!(course.words(5, Some(3.0)), "5 of 10 pairs, 3 s left");
+    }
+}

@@ -1,0 +1,149 @@
+//! `shapespace distances`: masks in, the distances between all their shapes out.
+//!
+//! `plan` reads and checks, `store` keeps finished pairs for the next run, `compute` works on
+//! several pairs at a time, `pair` is one of them. `study` makes matrices, clusters and a map of
+//! them, `record` and `write` the result directory, `draw` its pictures, `summary` the closing
+//! words; `classes` knows the classes of the inputs.
+//!
+//! The distance of two shapes is the mean of the lengths in both directions. A path that does not
+//! reach its end, or folds, is never used: the other direction counts alone, and where neither can
+//! be used the distance is that by way of other shapes, and marked.
+
+mod args;
+mod classes;
+mod compute;
+mod draw;
+mod pair;
+mod plan;
+mod record;
+mod store;
+mod study;
+mod summary;
+mod write;
+
+use std::time::Instant;
+
+use crate::error::{CliError, Exit};
+use crate::options::Align;
+use crate::pool::in_pool;
+use crate::progress::Progress;
+use crate::shapes::{Input, Pairs, prepare};
+use crate::watch::Interrupt;
+use classes::Classes;
+use compute::Task;
+use draw::{Draw, Pictures};
+use pair::PairRecord;
+use plan::{AnyPlan, DistancesPlan, plan_distances};
+use store::{Fingerprint, Store};
+use study::Study;
+
+pub use args::{DistancesArgs, Linkage, Size};
+pub use plan::{Parameters, Work};
+
+/// Everything there is to tell about distances.
+struct Outcome<const D: usize> {
+    inputs: Vec<Input<D>>,
+    classes: Option<Classes>,
+    parameters: Parameters,
+    /// How pairs are placed.
+    align: &'static str,
+    records: Vec<PairRecord>,
+    study: Study,
+    start: Instant,
+}
+
+/// Runs `shapespace distances`.
+///
+/// # Errors
+/// [`CliError`]; then there is no result directory, but finished pairs are kept.
+pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
+    let start = Instant::now();
+    let interrupt = Interrupt::listen();
+    let progress = Progress::stderr();
+    in_pool(args.common.threads, || {
+        progress.stage(format!("reading {} masks", args.inputs.len()));
+        match plan_distances(args)? {
+            AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
+            AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
+        }
+    })
+}
+
+fn run_plan<const D: usize>(
+    plan: DistancesPlan<D>,
+    args: &DistancesArgs,
+    progress: &Progress,
+    interrupt: Interrupt,
+    start: Instant,
+) -> Result<Exit, CliError>
+where
+    Pictures: Draw<D>,
+{
+    let (grid, parameters) = (plan.placed.grid, plan.parameters);
+    let aligned = plan.align == Align::Rigid;
+    let fingerprint = Fingerprint::new(&parameters.work, aligned, &plan.placed.images);
+    let (inputs, distances) = prepare(plan.placed, progress)?;
+    let wanted = wanted(inputs.len(), parameters.one_way);
+    let store = Store::open(&args.common.output, &fingerprint)?;
+    let interrupted = || {
+        let kept: Vec<_> = wanted.iter().map(|ids| store.pair(*ids)).collect();
+        progress.finish();
+        let done = summary::finished(&kept);
+        summary::print_interrupted(done, wanted.len(), store.directory().path());
+        Ok(Exit::Interrupted)
+    };
+    let pairs = if aligned {
+        progress.stage(format!(
+            "aligning {} pairs",
+            inputs.len() * (inputs.len() - 1) / 2
+        ));
+        match Pairs::aligned(inputs, distances, || interrupt.asked())? {
+            Some(pairs) => pairs,
+            None => return interrupted(),
+        }
+    } else {
+        Pairs::placed(inputs, distances)
+    };
+    let task = Task {
+        pairs: &pairs,
+        grid,
+        work: &parameters.work,
+        store: &store,
+        at_once: args.at_once,
+        progress,
+        interrupt,
+    };
+    let Some(records) = task.run(&wanted)? else {
+        return interrupted();
+    };
+    progress.stage("writing");
+    interrupt.writing();
+    let n = pairs.inputs.len();
+    let classes = plan.classes;
+    let study = Study::new(n, &records, &parameters, classes.as_ref(), args.clusters)?;
+    let outcome = Outcome {
+        inputs: pairs.inputs,
+        classes,
+        parameters,
+        align: if aligned { "pairs" } else { "none" },
+        records,
+        study,
+        start,
+    };
+    let directory = store.into_directory();
+    let record = write::write_all(&directory, &outcome)?;
+    let target = directory.commit()?;
+    progress.finish();
+    summary::print(&record, &target);
+    Ok(Exit::Success)
+}
+
+/// The pairs to be computed, each in both directions unless told otherwise.
+fn wanted(n: usize, one_way: bool) -> Vec<[usize; 2]> {
+    let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| [i, j]));
+    if one_way {
+        pairs.collect()
+    } else {
+        pairs.flat_map(|[i, j]| [[i, j], [j, i]]).collect()
+    }
+}

@@ -1,0 +1,260 @@
+//! The paths from one shape to another, as they are computed, kept and chosen from.
+
+use ::geodesic::{Geodesic, GeodesicError, GeodesicParams, geodesic};
+use fe_grid::ScalarField;
+use serde::{Deserialize, Serialize};
+
+use super::plan::Work;
+use crate::geodesic::{Form, Parameters};
+use crate::report::overall;
+use crate::watch::Interrupt;
+
+/// Everything that is kept of the paths from one shape to another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PairRecord {
+    pub start: usize,
+    pub end: usize,
+    /// All attempts, in the order in which they were made.
+    pub paths: Vec<PathRecord>,
+}
+
+/// One path.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PathRecord {
+    pub form: Form,
+    pub steps: usize,
+    /// `sum sqrt W_k`; none where it is no number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// `K sum W_k`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dissipation: Option<f64>,
+    /// Overlap of the end shape and the start shape carried there.
+    pub dice_end: f64,
+    pub end_reached: bool,
+    pub certified: bool,
+    pub min_det: f64,
+    pub status: String,
+    pub iterations: usize,
+    pub evaluations: usize,
+    /// Of one thread, or of several where there are more threads than paths.
+    pub seconds: f64,
+}
+
+/// A length that may be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Measured {
+    pub form: Form,
+    /// With as many steps as asked for.
+    pub length: f64,
+    /// With half as many.
+    pub half: Option<f64>,
+}
+
+impl PathRecord {
+    fn new<const D: usize>(
+        parameters: &Parameters,
+        steps: usize,
+        path: &Geodesic<D>,
+        seconds: f64,
+    ) -> Self {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let levels = &path.levels;
+        Self {
+            form: parameters.form,
+            steps,
+            length: finite(path.length()),
+            dissipation: finite(path.dissipation()),
+            dice_end: path.dice_end,
+            end_reached: path.end_reached(),
+            certified: path.certificate.certified,
+            min_det: path.certificate.min_det,
+            status: overall(path.status, levels.last().map(|l| l.info.status)).into(),
+            iterations: levels.iter().map(|l| l.info.iterations).sum(),
+            evaluations: levels.iter().map(|l| l.info.evaluations.energies()).sum(),
+            seconds,
+        }
+    }
+
+    /// Whether it reaches its end without a fold, so that its length says something.
+    pub fn sound(&self) -> bool {
+        self.end_reached && self.certified && self.length.is_some()
+    }
+
+    /// Its length, where it may be used.
+    pub fn usable(&self, work: &Work) -> Option<f64> {
+        let reached = work
+            .reached
+            .map_or(self.end_reached, |least| self.dice_end >= least);
+        self.length.filter(|_| reached && self.certified)
+    }
+}
+
+impl PairRecord {
+    /// The attempt in a form with so many steps.
+    pub fn path(&self, form: Form, steps: usize) -> Option<&PathRecord> {
+        let mut paths = self.paths.iter();
+        paths.find(|path| path.form == form && path.steps == steps)
+    }
+
+    /// What there is to be used of paths of these numbers of steps: all of one form, the first
+    /// for which they all are usable; else of the first for which the first number is.
+    pub fn measured(&self, work: &Work, steps: &[usize]) -> Option<Measured> {
+        let usable = |form: Form, steps: usize| {
+            let path = self.path(form, steps);
+            path.and_then(|path| path.usable(work))
+        };
+        let found: Vec<Measured> = work
+            .attempts()
+            .filter_map(|attempt| {
+                Some(Measured {
+                    form: attempt.form,
+                    length: usable(attempt.form, *steps.first()?)?,
+                    half: steps.get(1).and_then(|half| usable(attempt.form, *half)),
+                })
+            })
+            .collect();
+        let whole = |m: &&Measured| steps.len() < 2 || m.half.is_some();
+        found.iter().find(whole).or(found.first()).copied()
+    }
+
+    /// Paths that do not reach their end, or fold.
+    pub fn faulty(&self) -> impl Iterator<Item = &PathRecord> {
+        self.paths.iter().filter(|path| !path.sound())
+    }
+}
+
+/// Computes all paths from one shape to another: those that make a distance, and the one of a
+/// single step, whose length is the elastic distance. Where one of them cannot be used, there is
+/// another attempt in the other form, if asked for. Returns nothing where it is interrupted.
+///
+/// # Errors
+/// [`GeodesicError`] for shapes and parameters that do not fit.
+pub(super) fn compute<const D: usize>(
+    ids: [usize; 2],
+    start: &ScalarField<f64, D>,
+    end: &ScalarField<f64, D>,
+    work: &Work,
+    interrupt: Interrupt,
+) -> Result<Option<PairRecord>, GeodesicError> {
+    let mut record = PairRecord {
+        start: ids[0],
+        end: ids[1],
+        paths: Vec::new(),
+    };
+    for group in [work.steps(), vec![1]] {
+        for attempt in work.attempts() {
+            for &steps in &group {
+                if record.path(attempt.form, steps).is_some() {
+                    continue;
+                }
+                let params = GeodesicParams {
+                    steps,
+                    ..attempt.geodesic_params()
+                };
+                let begin = std::time::Instant::now();
+                let mut observer = interrupt;
+                let path = geodesic(start, end, &params, &mut observer)?;
+                if interrupt.asked() {
+                    return Ok(None);
+                }
+                let seconds = begin.elapsed().as_secs_f64();
+                record
+                    .paths
+                    .push(PathRecord::new(attempt, steps, &path, seconds));
+            }
+            let reached = |steps: &usize| {
+                let path = record.path(attempt.form, *steps);
+                path.is_some_and(|path| path.usable(work).is_some())
+            };
+            if group.iter().all(reached) {
+                break;
+            }
+        }
+    }
+    Ok(Some(record))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(form: Form, steps: usize, usable: bool) -> PathRecord {
+        PathRecord {
+            form,
+            steps,
+            length: Some(steps as f64 + if form == Form::LevelSets { 0.5 } else { 0.0 }),
+            dissipation: None,
+            dice_end: if usable { 1.0 } else { 0.8 },
+            end_reached: usable,
+            certified: true,
+            min_det: 0.5,
+            status: "converged".into(),
+            iterations: 1,
+            evaluations: 1,
+            seconds: 1.0,
+        }
+    }
+
+    fn work(retry: bool) -> Work {
+        use crate::geodesic::PathArgs;
+        let of = |form| {
+            let common = crate::options::CommonArgs::usual("out".into());
+            let path = PathArgs {
+                steps: 4,
+                form,
+                tolerance: 1e-4,
+                match_weight: 100.0,
+                area_weight: None,
+            };
+            Parameters::new::<2>(&common, &path).unwrap()
+        };
+        Work {
+            path: of(Form::Lagrangian),
+            retry: retry.then(|| of(Form::LevelSets)),
+            reached: None,
+            richardson: true,
+            size: crate::distances::args::Size::Kept,
+        }
+    }
+
+    #[test]
+    fn lengths_that_are_compared_are_of_one_form() {
+        use Form::{Lagrangian, LevelSets};
+        let record = |paths| PairRecord {
+            start: 0,
+            end: 1,
+            paths,
+        };
+        let measured = |paths, retry| {
+            let found = record(paths).measured(&work(retry), &[4, 2]);
+            found.map(|m| (m.form, m.length, m.half))
+        };
+        let good = vec![path(Lagrangian, 4, true), path(Lagrangian, 2, true)];
+        assert_eq!(measured(good, false), Some((Lagrangian, 4.0, Some(2.0))));
+        let half = vec![path(Lagrangian, 4, true), path(Lagrangian, 2, false)];
+        assert_eq!(measured(half.clone(), false), Some((Lagrangian, 4.0, None)));
+        let again = [
+            half.clone(),
+            vec![path(LevelSets, 4, true), path(LevelSets, 2, true)],
+        ]
+        .concat();
+        assert_eq!(measured(again, true), Some((LevelSets, 4.5, Some(2.5))));
+        let neither = [
+            half,
+            vec![path(LevelSets, 4, false), path(LevelSets, 2, true)],
+        ]
+        .concat();
+        assert_eq!(measured(neither, true), Some((Lagrangian, 4.0, None)));
+        assert_eq!(measured(vec![path(Lagrangian, 4, false)], false), None);
+        let lower = Work {
+            reached: Some(0.8),
+            ..work(false)
+        };
+        let short = record(vec![path(Lagrangian, 4, false)]);
+        assert!(short.measured(&lower, &[4, 2]).is_some());
+        assert_eq!(short.faulty().count(), 1);
+    }
+}

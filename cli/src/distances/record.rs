@@ -1,0 +1,361 @@
+//! The contents of `result.json`. What does not exist is left out; there are no nulls.
+
+use ::geodesic::distances::{Merge, TriangleReport};
+use serde::Serialize;
+
+use super::Outcome;
+use super::args::{Linkage, Size};
+use super::pair::{PairRecord, PathRecord};
+use super::plan::{Parameters, Work};
+use super::study::{Agreement, Distances, Groups};
+use crate::geodesic::Form;
+use crate::report::peak_memory;
+use crate::shapes::{InputRecord, common_scale};
+
+/// Everything in `result.json`.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct ResultRecord<const D: usize> {
+    pub version: &'static str,
+    /// `complete`, or `incomplete` where some pair has no path that reaches its end.
+    pub status: &'static str,
+    pub dimension: usize,
+    /// Nodes along each axis, `x` first.
+    pub nodes: Vec<usize>,
+    pub input: Vec<NamedInput<D>>,
+    pub parameters: Parameters,
+    /// How the pairs are placed: `pairs` where each has a position of its own.
+    pub align: &'static str,
+    /// From lengths in the unit box to those in the length units of the inputs, where these have
+    /// one scale: a length grows as the square root of a volume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_unit: Option<f64>,
+    /// Every path that was asked for.
+    pub paths: Vec<LengthRecord>,
+    /// Attempts that do not reach their end or fold, and what took their place.
+    pub marked: Vec<MarkRecord>,
+    /// The symmetric distances: the mean of both directions, extrapolated if asked for.
+    pub distances: MatrixRecord,
+    /// The same of the elastic distances, the roots of the energies of a single step.
+    pub elastic: MatrixRecord,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clustering: Option<ClusteringRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub embedding: Option<EmbeddingRecord>,
+    /// Pairs whose distance is not extrapolated although that was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub not_extrapolated: Vec<[usize; 2]>,
+    /// Of this run; paths that were there before do not count.
+    pub seconds: f64,
+    /// Of all paths together, whenever they were computed.
+    pub path_seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct NamedInput<const D: usize> {
+    /// As in the tables and pictures.
+    pub name: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    class: Option<String>,
+    #[serde(flatten)]
+    input: InputRecord<D>,
+}
+
+/// The lengths from one shape to another, as far as they can be used.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct LengthRecord {
+    pub start: usize,
+    pub end: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<Form>,
+    /// `L` with as many steps as asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// With half as many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub half_length: Option<f64>,
+    /// `sqrt W` of a single step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub elastic: Option<f64>,
+    /// Overlap with the end shape.
+    pub dice_end: f64,
+    /// Lower bound of the determinants.
+    pub min_det: f64,
+    /// How the path that counts ended.
+    pub status: String,
+    /// Of all attempts.
+    pub seconds: f64,
+}
+
+/// A path that does not reach its end, or folds.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct MarkRecord {
+    pub start: usize,
+    pub end: usize,
+    pub form: Form,
+    pub steps: usize,
+    pub end_reached: bool,
+    pub certified: bool,
+    pub dice_end: f64,
+    /// The length of what there is of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    pub outcome: MarkOutcome,
+}
+
+/// What became of a path that does not reach its end, or folds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum MarkOutcome {
+    /// Its length is not used.
+    LeftOut,
+    /// Its length is used all the same, as was asked for.
+    Used,
+    /// An attempt in the other form took its place.
+    Replaced,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct MatrixRecord {
+    /// Without gaps; left out where some shapes are reached from no others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub matrix: Option<Vec<Vec<f64>>>,
+    /// Pairs without a path that can be used: their entry is the shortest way by other shapes.
+    pub bridged: Vec<[usize; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asymmetry: Option<AsymmetryRecord>,
+    pub triangles: TriangleRecord,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<Agreement>,
+}
+
+/// `|L_ij - L_ji|` over the mean of the two.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct AsymmetryRecord {
+    pub pairs: usize,
+    pub mean: f64,
+    pub largest: f64,
+    pub worst: [usize; 2],
+}
+
+/// Triangles with a side longer than the other two together; the worst by what share of these.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct TriangleRecord {
+    pub count: usize,
+    pub violations: usize,
+    pub worst: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst_triangle: Option<[usize; 3]>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct ClusteringRecord {
+    linkage: Linkage,
+    /// Clusters below the number of inputs are inputs, others are made by the merge of that number
+    /// less the inputs: SciPy's form.
+    merges: Vec<Merge>,
+    /// The order of the inputs in the pictures.
+    order: Vec<usize>,
+    pub clusters: usize,
+    /// The cluster of each input.
+    labels: Vec<usize>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct EmbeddingRecord {
+    /// The points of least stress.
+    points: Vec<[f64; 2]>,
+    /// Kruskal's first.
+    pub stress: f64,
+    /// Those of classical scaling, from which these come.
+    pub classical: ClassicalRecord,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct ClassicalRecord {
+    points: Vec<[f64; 2]>,
+    stress: f64,
+    /// Share of the variance in these two dimensions.
+    pub explained: f64,
+    /// Share of the negative eigenvalues: what no Euclidean space could show.
+    negative: f64,
+    eigenvalues: Vec<f64>,
+}
+
+impl<const D: usize> ResultRecord<D> {
+    /// The record of an outcome. The time is that until now.
+    pub fn new(outcome: &Outcome<D>) -> Self {
+        let (inputs, study) = (&outcome.inputs, &outcome.study);
+        let classes = outcome.classes.as_ref();
+        let class = |i: usize| classes.map(|c| c.names[c.of_input[i]].clone());
+        let work = &outcome.parameters.work;
+        let records = &outcome.records;
+        let distances = MatrixRecord::new(&study.distances);
+        let marked: Vec<MarkRecord> = records.iter().flat_map(|r| marks(r, work)).collect();
+        let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
+        let complete = distances.matrix.is_some() && distances.bridged.is_empty() && !used;
+        // Sizes that were made equal are none of the inputs'.
+        let scale = common_scale(inputs).filter(|_| work.size == Size::Kept);
+        let length_unit = scale.map(|scale| scale.powi(D as i32).sqrt().recip());
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            status: if complete { "complete" } else { "incomplete" },
+            dimension: D,
+            nodes: vec![outcome.parameters.work.path.grid; D],
+            input: inputs
+                .iter()
+                .enumerate()
+                .map(|(i, input)| NamedInput {
+                    name: input.name.clone(),
+                    class: class(i),
+                    input: InputRecord::new(input),
+                })
+                .collect(),
+            parameters: outcome.parameters.clone(),
+            align: outcome.align,
+            length_unit,
+            paths: records.iter().map(|r| LengthRecord::new(r, work)).collect(),
+            marked,
+            distances,
+            elastic: MatrixRecord::new(&study.elastic),
+            clustering: ClusteringRecord::new(outcome.parameters.linkage, &study.distances),
+            embedding: study
+                .groups
+                .as_ref()
+                .map(|g| EmbeddingRecord::new(g, &study.distances)),
+            not_extrapolated: study.not_extrapolated.clone(),
+            seconds: outcome.start.elapsed().as_secs_f64(),
+            path_seconds: records.iter().map(seconds).sum(),
+            peak_memory_bytes: peak_memory(),
+        }
+    }
+}
+
+fn seconds(record: &PairRecord) -> f64 {
+    record.paths.iter().map(|path| path.seconds).sum()
+}
+
+impl LengthRecord {
+    fn new(record: &PairRecord, work: &Work) -> Self {
+        let steps = work.steps();
+        let measured = record.measured(work, &steps);
+        let form = measured.map_or(work.path.form, |m| m.form);
+        // Every pair has at least an attempt in the first form.
+        let path = record.path(form, steps[0]);
+        Self {
+            start: record.start,
+            end: record.end,
+            form: measured.map(|m| m.form),
+            length: measured.map(|m| m.length),
+            half_length: measured.and_then(|m| m.half),
+            elastic: record.measured(work, &[1]).map(|m| m.length),
+            dice_end: path.map_or(0.0, |path| path.dice_end),
+            min_det: path.map_or(0.0, |path| path.min_det),
+            status: path.map_or_else(String::new, |path| path.status.clone()),
+            seconds: seconds(record),
+        }
+    }
+}
+
+fn marks<'a>(record: &'a PairRecord, work: &'a Work) -> impl Iterator<Item = MarkRecord> + 'a {
+    record.faulty().map(|path: &PathRecord| {
+        let mut others = work
+            .attempts()
+            .filter(|attempt| attempt.form != path.form)
+            .filter_map(|attempt| record.path(attempt.form, path.steps));
+        let outcome = if path.usable(work).is_some() {
+            MarkOutcome::Used
+        } else if others.any(|other| other.usable(work).is_some()) {
+            MarkOutcome::Replaced
+        } else {
+            MarkOutcome::LeftOut
+        };
+        MarkRecord {
+            start: record.start,
+            end: record.end,
+            form: path.form,
+            steps: path.steps,
+            end_reached: path.end_reached,
+            certified: path.certified,
+            dice_end: path.dice_end,
+            length: path.length,
+            outcome,
+        }
+    })
+}
+
+impl MatrixRecord {
+    fn new(distances: &Distances) -> Self {
+        let completed = distances.completed.as_ref();
+        Self {
+            matrix: completed.map(|c| {
+                let rows = 0..c.matrix.n_objects();
+                rows.map(|i| c.matrix.row(i).to_vec()).collect()
+            }),
+            bridged: completed.map(|c| c.bridged.clone()).unwrap_or_default(),
+            asymmetry: distances.asymmetry.map(|a| AsymmetryRecord {
+                pairs: a.pairs,
+                mean: a.mean,
+                largest: a.largest,
+                worst: a.worst,
+            }),
+            triangles: TriangleRecord::new(&distances.triangles),
+            agreement: completed.and_then(|c| c.agreement),
+        }
+    }
+
+    /// Smallest and largest distance of different shapes.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let rows = self.matrix.as_ref()?.iter().enumerate();
+        let values = || rows.clone().flat_map(|(i, row)| row[..i].iter().copied());
+        Some([
+            values().fold(f64::INFINITY, f64::min),
+            values().fold(0.0, f64::max),
+        ])
+    }
+}
+
+impl TriangleRecord {
+    fn new(report: &TriangleReport) -> Self {
+        Self {
+            count: report.count,
+            violations: report.violations,
+            worst: report.worst,
+            worst_triangle: report.worst_triangle,
+        }
+    }
+}
+
+impl ClusteringRecord {
+    fn new(linkage: Linkage, distances: &Distances) -> Option<Self> {
+        let completed = distances.completed.as_ref()?;
+        Some(Self {
+            linkage,
+            merges: completed.tree.merges().to_vec(),
+            order: completed.tree.order().to_vec(),
+            clusters: completed.clusters,
+            labels: completed.labels.clone(),
+        })
+    }
+}
+
+impl EmbeddingRecord {
+    fn new(groups: &Groups, distances: &Distances) -> Self {
+        let classical = &groups.classical;
+        let matrix = distances.completed.as_ref().map(|c| &c.matrix);
+        Self {
+            points: groups.refined.points.clone(),
+            stress: groups.refined.stress,
+            classical: ClassicalRecord {
+                points: classical.points.clone(),
+                stress: matrix.map_or(0.0, |matrix| {
+                    ::geodesic::distances::stress(matrix, &classical.points)
+                }),
+                explained: classical.explained,
+                negative: classical.negative,
+                eigenvalues: classical.eigenvalues.clone(),
+            },
+        }
+    }
+}

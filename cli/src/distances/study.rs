@@ -1,0 +1,232 @@
+//! What is made of the lengths of all paths: two matrices, clusters, a map, and how well all that
+//! agrees with known classes.
+
+use ::geodesic::distances::{
+    Asymmetry, Dendrogram, DistanceError, DistanceMatrix, Embedding, PathLengths, Refined,
+    TriangleReport, adjusted_rand_index, classical_scaling, nearest_neighbour_accuracy, purity,
+    richardson, smacof, triangles,
+};
+
+use super::classes::Classes;
+use super::pair::{Measured, PairRecord};
+use super::plan::Parameters;
+use crate::error::CliError;
+
+/// An extrapolation that would change a length by more than this share is not made: paths of the
+/// two numbers of steps are not of one kind then.
+const MOST_CORRECTION: f64 = 0.25;
+
+/// Everything that is known of all pairs.
+pub(super) struct Study {
+    /// By the lengths of the paths.
+    pub distances: Distances,
+    /// By the roots of the elastic energies.
+    pub elastic: Distances,
+    /// Pairs of which the distance is not extrapolated although that was asked for.
+    pub not_extrapolated: Vec<[usize; 2]>,
+    /// Of the distances; nothing where some shapes have none.
+    pub groups: Option<Groups>,
+}
+
+/// One way to measure how far shapes are apart.
+pub(super) struct Distances {
+    /// One number for both directions.
+    pub between: PathLengths,
+    /// How unequal the two directions are.
+    pub asymmetry: Option<Asymmetry>,
+    /// Where the triangle inequality fails.
+    pub triangles: TriangleReport,
+    /// Every pair; nothing where some shapes are reached from no others.
+    pub completed: Option<Completed>,
+}
+
+/// A matrix without gaps, and how well it agrees with the classes.
+pub(super) struct Completed {
+    pub matrix: DistanceMatrix,
+    /// Pairs whose distance is that by way of other shapes.
+    pub bridged: Vec<[usize; 2]>,
+    pub tree: Dendrogram,
+    /// Number of clusters that is shown.
+    pub clusters: usize,
+    /// The cluster of each shape.
+    pub labels: Vec<usize>,
+    pub agreement: Option<Agreement>,
+}
+
+/// How well nearest neighbours and clusters agree with known classes.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(super) struct Agreement {
+    /// Share of shapes whose nearest neighbour is of their class; of those that are not alone in it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nearest_neighbour_accuracy: Option<f64>,
+    /// With as many clusters as classes.
+    pub purity: f64,
+    /// With as many clusters as classes.
+    pub adjusted_rand_index: f64,
+}
+
+/// The map of the shapes.
+pub(super) struct Groups {
+    pub classical: Embedding<2>,
+    pub refined: Refined<2>,
+}
+
+impl Study {
+    /// What the records of all pairs come to.
+    ///
+    /// # Errors
+    /// [`CliError::Computation`] for lengths that are no distances.
+    pub fn new(
+        n: usize,
+        records: &[PairRecord],
+        parameters: &Parameters,
+        classes: Option<&Classes>,
+        clusters: Option<u32>,
+    ) -> Result<Self, CliError> {
+        let work = &parameters.work;
+        let of = |start: usize, end: usize, steps: &[usize]| -> Option<Measured> {
+            let pair = records.iter().find(|r| [r.start, r.end] == [start, end])?;
+            pair.measured(work, steps)
+        };
+        let measured: Vec<Option<Measured>> = (0..n * n)
+            .map(|at| of(at / n, at % n, &work.steps()))
+            .collect();
+        let one_step: Vec<Option<f64>> = (0..n * n)
+            .map(|at| of(at / n, at % n, &[1]).map(|m| m.length))
+            .collect();
+        let lengths = PathLengths::from_fn(n, |i, j| measured[i * n + j].map(|m| m.length));
+        let elastic = PathLengths::from_fn(n, |i, j| one_step[i * n + j]);
+        let mut not_extrapolated = Vec::new();
+        let mut between = lengths.clone();
+        if work.richardson {
+            let limit = |i: usize, j: usize| limit(measured[i * n + j], measured[j * n + i]);
+            for i in 0..n {
+                for j in i + 1..n {
+                    if lengths.between(i, j).is_some() && limit(i, j).is_none() {
+                        not_extrapolated.push([i, j]);
+                    }
+                }
+            }
+            between = PathLengths::from_fn(n, |i, j| limit(i, j).or_else(|| lengths.between(i, j)));
+        }
+        let analyse = |lengths: &PathLengths, between: PathLengths| {
+            Distances::new(lengths, between, parameters, classes, clusters)
+        };
+        let distances = analyse(&lengths, between)?;
+        let groups = distances.completed.as_ref().map(|completed| {
+            let classical = classical_scaling(&completed.matrix);
+            let refined = smacof(&completed.matrix, &classical.points);
+            Groups { classical, refined }
+        });
+        Ok(Self {
+            distances,
+            elastic: analyse(&elastic, elastic.clone())?,
+            not_extrapolated,
+            groups,
+        })
+    }
+}
+
+/// The distance in the limit of many steps: that of the mean of both directions, which has order
+/// two, or that of one, which has order one. Nothing where there is nothing to extrapolate from.
+fn limit(there: Option<Measured>, back: Option<Measured>) -> Option<f64> {
+    let whole = |m: Option<Measured>| m.and_then(|m| Some((m.half?, m.length)));
+    let (half, length, order) = match (there, back) {
+        (Some(_), Some(_)) => {
+            let (a, b) = (whole(there)?, whole(back)?);
+            (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1), 2)
+        }
+        (one, other) => {
+            let (half, length) = whole(one.or(other))?;
+            (half, length, 1)
+        }
+    };
+    let found = richardson(half, length, order);
+    ((found - length).abs() <= MOST_CORRECTION * length).then_some(found)
+}
+
+impl Distances {
+    /// Of lengths in both directions, and of what is made of them.
+    fn new(
+        lengths: &PathLengths,
+        between: PathLengths,
+        parameters: &Parameters,
+        classes: Option<&Classes>,
+        clusters: Option<u32>,
+    ) -> Result<Self, CliError> {
+        let n = lengths.n_objects();
+        let completed = between.completed().map_err(|error| failed(&error))?;
+        Ok(Self {
+            asymmetry: lengths.asymmetry(),
+            triangles: triangles(n, |i, j| between.between(i, j)),
+            completed: completed.map(|found| {
+                let tree = Dendrogram::new(&found.matrix, parameters.linkage.into());
+                let clusters = match (clusters, classes) {
+                    (Some(clusters), _) => clusters as usize,
+                    (None, Some(classes)) => classes.names.len(),
+                    (None, None) => tree.widest_gap(),
+                };
+                let agreement =
+                    classes.map(|classes| Agreement::new(&found.matrix, &tree, classes));
+                Completed {
+                    labels: tree.labels(clusters),
+                    matrix: found.matrix,
+                    bridged: found.bridged,
+                    tree,
+                    clusters,
+                    agreement,
+                }
+            }),
+            between,
+        })
+    }
+}
+
+impl Agreement {
+    fn new(matrix: &DistanceMatrix, tree: &Dendrogram, classes: &Classes) -> Self {
+        let labels = tree.labels(classes.names.len());
+        Self {
+            nearest_neighbour_accuracy: nearest_neighbour_accuracy(matrix, &classes.of_input),
+            purity: purity(&labels, &classes.of_input),
+            adjusted_rand_index: adjusted_rand_index(&labels, &classes.of_input),
+        }
+    }
+}
+
+fn failed(error: &DistanceError) -> CliError {
+    CliError::Computation {
+        message: format!("the lengths are no distances: {error}"),
+        remedy: "please report it with the inputs".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geodesic::Form;
+
+    fn measured(length: f64, half: Option<f64>) -> Measured {
+        Measured {
+            form: Form::Lagrangian,
+            length,
+            half,
+        }
+    }
+
+    #[test]
+    fn the_mean_of_both_directions_is_extrapolated_to_second_order() {
+        // L = 1 + c / K + d / K^2 with K = 4, c of the other sign in the other direction.
+        let path = |c: f64| {
+            let length = |k: f64| 1.0 + c / k + 0.5 / (k * k);
+            Some(measured(length(4.0), Some(length(2.0))))
+        };
+        let both = limit(path(0.3), path(-0.3)).unwrap();
+        assert!((both - 1.0).abs() < 1e-15, "{both}");
+        let one = limit(path(0.3), None).unwrap();
+        // First order leaves -2 d / K^2.
+        assert!((one - 1.0 + 2.0 * 0.5 / 16.0).abs() < 1e-15, "{one}");
+        assert_eq!(limit(Some(measured(1.0, None)), path(0.0)), None);
+        assert_eq!(limit(Some(measured(1.0, Some(2.0))), None), None);
+        assert_eq!(limit(None, None), None);
+    }
+}

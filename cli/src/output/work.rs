@@ -1,0 +1,158 @@
+//! A result directory that is made over several runs of the program.
+
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::directory::check_target;
+use super::{OutputError, write_json};
+
+/// Ending of the name while the directory is not complete.
+const ENDING: &str = ".partial";
+/// The file that the run at work holds.
+const LOCK: &str = ".lock";
+
+/// A directory in the making that outlives the program: `TARGET.partial`, beside its target. Its
+/// files appear under their names only when they are complete, and [`WorkDir::commit`] gives the
+/// directory its own. One run at a time can hold it.
+#[derive(Debug)]
+pub struct WorkDir {
+    target: PathBuf,
+    inner: PathBuf,
+    /// Held as long as this lives; none where the file system has no locks.
+    lock: Option<File>,
+}
+
+impl WorkDir {
+    /// Begins a directory, or goes on with one.
+    ///
+    /// # Errors
+    /// [`OutputError::Exists`] for the target itself, [`OutputError::NoParent`],
+    /// [`OutputError::Busy`] where another run holds it, [`OutputError::Unwritable`].
+    pub fn open(target: &Path) -> Result<Self, OutputError> {
+        check_target(target)?;
+        let mut name = target.as_os_str().to_owned();
+        name.push(ENDING);
+        let inner = PathBuf::from(name);
+        if !inner.is_dir() {
+            fs::create_dir(&inner).map_err(OutputError::at(&inner))?;
+        }
+        let file = inner.join(LOCK);
+        let file = File::create(&file).map_err(OutputError::at(&file))?;
+        let lock = match file.try_lock() {
+            Ok(()) => Some(file),
+            Err(TryLockError::WouldBlock) => return Err(OutputError::Busy { path: inner }),
+            Err(TryLockError::Error(_)) => None,
+        };
+        Ok(Self {
+            target: target.into(),
+            inner,
+            lock,
+        })
+    }
+
+    /// Where it lies as long as it is not complete.
+    pub fn path(&self) -> &Path {
+        &self.inner
+    }
+
+    /// Where a file in it lies.
+    pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
+        self.inner.join(name)
+    }
+
+    /// Makes a folder in it, unless it is there.
+    ///
+    /// # Errors
+    /// [`OutputError::Unwritable`].
+    pub fn folder(&self, name: &str) -> Result<(), OutputError> {
+        let path = self.file(name);
+        fs::create_dir_all(&path).map_err(OutputError::at(&path))
+    }
+
+    /// Writes a value as JSON under a name, in the place of what was there.
+    ///
+    /// # Errors
+    /// As [`write_json`].
+    pub fn put(&self, name: impl AsRef<Path>, value: &impl Serialize) -> Result<(), OutputError> {
+        let path = self.file(name);
+        let mut begun = path.clone().into_os_string();
+        begun.push(ENDING);
+        let begun = PathBuf::from(begun);
+        write_json(&begun, value)?;
+        fs::rename(&begun, &path).map_err(OutputError::at(&path))
+    }
+
+    /// A value that was written as JSON; none where there is no such file, or where it holds
+    /// something else, as a file may after a power failure.
+    pub fn get<T: DeserializeOwned>(&self, name: impl AsRef<Path>) -> Option<T> {
+        let bytes = fs::read(self.file(name)).ok()?;
+        serde_json::from_slice(&bytes).ok()
+    }
+
+    /// Whether nothing has been written in it yet.
+    pub fn is_new(&self) -> bool {
+        fs::read_dir(&self.inner)
+            .is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == LOCK))
+    }
+
+    /// Gives the directory its name.
+    ///
+    /// # Errors
+    /// [`OutputError::Exists`] where the name has been taken in the meantime,
+    /// [`OutputError::Unwritable`].
+    pub fn commit(self) -> Result<PathBuf, OutputError> {
+        check_target(&self.target)?;
+        drop(self.lock);
+        let lock = self.inner.join(LOCK);
+        fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
+        fs::rename(&self.inner, &self.target).map_err(OutputError::at(&self.target))?;
+        Ok(self.target)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_directory_is_gone_on_with_and_named_in_the_end() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("out");
+        let first = WorkDir::open(&target).unwrap();
+        assert!(first.is_new());
+        assert!(matches!(
+            WorkDir::open(&target),
+            Err(OutputError::Busy { .. })
+        ));
+        first.folder("parts").unwrap();
+        first.put("parts/a.json", &[1.5, 2.5]).unwrap();
+        assert!(!first.is_new());
+        drop(first);
+        assert!(!target.exists());
+        let second = WorkDir::open(&target).unwrap();
+        assert_eq!(second.get("parts/a.json"), Some([1.5, 2.5]));
+        assert_eq!(second.get::<f64>("parts/a.json"), None);
+        assert_eq!(second.get::<f64>("parts/b.json"), None);
+        assert_eq!(second.commit().unwrap(), target);
+        let names: Vec<_> = fs::read_dir(place.path()).unwrap().collect();
+        assert_eq!(names.len(), 1);
+        let names: Vec<_> = fs::read_dir(&target).unwrap().collect();
+        assert_eq!(names.len(), 1, "{names:?}");
+        assert!(matches!(
+            WorkDir::open(&target),
+            Err(OutputError::Exists { .. })
+        ));
+    }
+
+    #[test]
+    fn it_needs_a_place() {
+        let place = tempfile::tempdir().unwrap();
+        assert!(matches!(
+            WorkDir::open(&place.path().join("no/where")),
+            Err(OutputError::NoParent { .. })
+        ));
+    }
+}

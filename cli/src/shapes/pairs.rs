@@ -1,0 +1,260 @@
+//! Shapes in pairs, each pair moved rigidly onto each other.
+//!
+//! Where a number is asked of two shapes that does not depend on where they lie, every pair has
+//! a position of its own that suits it best: the second shape (of the larger number) is moved onto
+//! the first, as [`super::place`] moves all shapes onto one reference. A pair that then reaches out
+//! of the room in the box is moved to its middle; where one does not fit, **all** shapes are made
+//! smaller by one factor, so that numbers of all pairs can be compared.
+
+use std::borrow::Cow;
+
+use fe_grid::{Grid, ScalarField};
+use levelset::{Contour, ContourDistance};
+use rayon::prelude::*;
+use shape_average::align::{RigidMotion, align_to};
+
+use super::Input;
+use super::place::{ROOM, bounds, coarse_distances, failed};
+use crate::error::CliError;
+
+/// Shapes and the positions of all pairs of them.
+pub(crate) struct Pairs<const D: usize> {
+    pub inputs: Vec<Input<D>>,
+    /// Signed distances of the shapes as they are placed.
+    distances: Vec<ScalarField<f64, D>>,
+    /// Of every pair, in the order `(0, 1), (0, 2), ..., (1, 2), ...`; none where pairs stay as
+    /// they are placed.
+    positions: Vec<Position<D>>,
+    /// What all shapes were made smaller by.
+    factor: f64,
+}
+
+/// Where the shapes of a pair lie.
+#[derive(Clone, Copy, Debug)]
+struct Position<const D: usize> {
+    /// Of the second shape onto the first.
+    motion: RigidMotion<D>,
+    /// The middle of both, after that.
+    middle: [f64; D],
+    /// Whether both have to be moved to the middle of the box.
+    off_centre: bool,
+}
+
+/// Signed distances of both shapes of a pair.
+pub(crate) type PairFields<'a, const D: usize> =
+    (Cow<'a, ScalarField<f64, D>>, Cow<'a, ScalarField<f64, D>>);
+
+impl<const D: usize> Pairs<D> {
+    /// Pairs of shapes that stay where they are placed.
+    pub fn placed(inputs: Vec<Input<D>>, distances: Vec<ScalarField<f64, D>>) -> Self {
+        Self {
+            inputs,
+            distances,
+            positions: Vec::new(),
+            factor: 1.0,
+        }
+    }
+
+    /// Finds a position for every pair. Between two pairs `stop` is asked; where it says so,
+    /// nothing is returned.
+    ///
+    /// # Errors
+    /// [`CliError::Computation`] where a shape is too small to be aligned.
+    pub fn aligned(
+        inputs: Vec<Input<D>>,
+        distances: Vec<ScalarField<f64, D>>,
+        stop: impl Fn() -> bool + Sync,
+    ) -> Result<Option<Self>, CliError> {
+        let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
+        let coarse = coarse_distances(&contours)?;
+        let n = inputs.len();
+        let pairs: Vec<[usize; 2]> = (0..n)
+            .flat_map(|i| (i + 1..n).map(move |j| [i, j]))
+            .collect();
+        let found: Vec<Result<Option<RigidMotion<D>>, CliError>> = pairs
+            .par_iter()
+            .map(|&[i, j]| {
+                if stop() {
+                    return Ok(None);
+                }
+                let aligned = align_to(&coarse[i], &coarse[j]).map_err(failed)?;
+                Ok(Some(aligned.motion))
+            })
+            .collect();
+        let mut positions = Vec::with_capacity(pairs.len());
+        let mut longest: f64 = 0.0;
+        for (&[i, j], motion) in pairs.iter().zip(found) {
+            let Some(motion) = motion? else {
+                return Ok(None);
+            };
+            let moved = motion.apply_to_contour(contours[j]);
+            let (low, high) = bounds([contours[i], &moved]);
+            longest = (0..D).fold(longest, |side, k| f64::max(side, high[k] - low[k]));
+            positions.push(Position {
+                motion,
+                middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
+                off_centre: (0..D).any(|k| low[k] < ROOM[0] || high[k] > ROOM[1]),
+            });
+        }
+        let factor = ((ROOM[1] - ROOM[0]) / longest).min(1.0);
+        let mut pairs = Self {
+            inputs,
+            distances,
+            positions,
+            factor,
+        };
+        pairs.shrink_inputs();
+        Ok(Some(pairs))
+    }
+
+    /// The inputs tell their size as it is in the computation.
+    fn shrink_inputs(&mut self) {
+        if self.factor < 1.0 {
+            for input in &mut self.inputs {
+                input.frame = input.frame.shrunk(self.factor);
+                input.volume *= self.factor.powi(D as i32);
+            }
+        }
+    }
+
+    /// The signed distances of two shapes in the position of the pair, in the order asked for.
+    ///
+    /// # Errors
+    /// [`CliError`] for a shape that is lost on the grid.
+    pub fn fields(
+        &self,
+        start: usize,
+        end: usize,
+        grid: Grid<D>,
+    ) -> Result<PairFields<'_, D>, CliError> {
+        let (i, j) = (start.min(end), start.max(end));
+        let n = self.inputs.len();
+        let (first, second) = match self.positions.get(i * n - i * (i + 1) / 2 + j - i - 1) {
+            None => (
+                Cow::Borrowed(&self.distances[i]),
+                Cow::Borrowed(&self.distances[j]),
+            ),
+            Some(position) => {
+                let stays = self.factor == 1.0 && !position.off_centre;
+                let first = if stays {
+                    Cow::Borrowed(&self.distances[i])
+                } else {
+                    Cow::Owned(self.field(i, grid, |p| self.centred(position, p))?)
+                };
+                let onto = |p| self.centred(position, position.motion.map(p));
+                (first, Cow::Owned(self.field(j, grid, onto)?))
+            }
+        };
+        Ok(if start < end {
+            (first, second)
+        } else {
+            (second, first)
+        })
+    }
+
+    fn centred(&self, position: &Position<D>, p: [f64; D]) -> [f64; D] {
+        if self.factor == 1.0 && !position.off_centre {
+            return p;
+        }
+        std::array::from_fn(|k| 0.5 + self.factor * (p[k] - position.middle[k]))
+    }
+
+    fn field(
+        &self,
+        shape: usize,
+        grid: Grid<D>,
+        map: impl Fn([f64; D]) -> [f64; D],
+    ) -> Result<ScalarField<f64, D>, CliError> {
+        let input = &self.inputs[shape];
+        let contour = input.contour.map(map);
+        let distance = ContourDistance::new(&contour)
+            .map_err(|source| CliError::Shape {
+                path: input.path.clone(),
+                source,
+            })?
+            .sample(grid);
+        super::on_the_grid(&input.path, distance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::fit::{fit_frames, tests::block};
+    use crate::input::{Image, boundary};
+    use levelset::{Moments, dice};
+
+    const NODES: usize = 65;
+
+    fn prepared(images: &[Image<2>]) -> (Vec<Input<2>>, Vec<ScalarField<f64, 2>>) {
+        let frames = fit_frames(images, NODES);
+        let inputs: Vec<Input<2>> = images
+            .iter()
+            .zip(frames)
+            .map(|(image, frame)| {
+                let contour = boundary(image, &frame).unwrap();
+                Input {
+                    path: image.path.clone(),
+                    name: String::new(),
+                    size: image.size,
+                    affine: None,
+                    frame,
+                    alignment: None,
+                    volume: Moments::of_contour(&contour).unwrap().volume,
+                    contour,
+                }
+            })
+            .collect();
+        let sample = |input: &Input<2>| {
+            ContourDistance::new(&input.contour)
+                .unwrap()
+                .sample(Grid::cube(NODES))
+        };
+        let distances = inputs.iter().map(sample).collect();
+        (inputs, distances)
+    }
+
+    #[test]
+    fn every_pair_lies_on_each_other_at_one_scale() {
+        let lying = block([60, 60], [1.0; 2], [5, 25], [54, 34]);
+        let upright = block([60, 60], [1.0; 2], [25, 5], [34, 54]);
+        let mut slanted = block([60, 60], [1.0; 2], [0, 0], [0, 0]);
+        for index in 0..slanted.values.len() {
+            let [x, y] = slanted.sample(index).map(|i| i as f64 - 29.5);
+            let inside = (x - y).abs() < 7.07 && (x + y).abs() < 35.36;
+            slanted.values[index] = f64::from(u8::from(inside));
+        }
+        let (inputs, distances) = prepared(&[slanted, lying, upright]);
+        let scale = inputs[0].frame.scale();
+        let areas: Vec<f64> = inputs.iter().map(|input| input.volume).collect();
+        let pairs = Pairs::aligned(inputs, distances, || false)
+            .unwrap()
+            .unwrap();
+        let grid = Grid::cube(NODES);
+        let factor = pairs.inputs[0].frame.scale() / scale;
+        for i in 0..3 {
+            for j in (0..3).filter(|&j| j != i) {
+                let (a, b) = pairs.fields(i, j, grid).unwrap();
+                // Bars of one size, up to the steps of the slanted one.
+                assert!(dice(&a, 0.0, &b, 0.0).unwrap() > 0.96, "{i} {j}");
+                let (d, c) = pairs.fields(j, i, grid).unwrap();
+                assert_eq!((a.as_slice(), b.as_slice()), (c.as_slice(), d.as_slice()));
+                let inside = a.as_slice().iter().filter(|u| **u > 0.0).count() as f64;
+                let area = inside / (64.0 * 64.0);
+                // A node stands for its cell: errors of the rim, of a few of them.
+                assert!((area / (factor.powi(2) * areas[i]) - 1.0).abs() < 0.05);
+            }
+        }
+    }
+
+    #[test]
+    fn a_wish_to_stop_is_heard() {
+        let bar = block([60, 60], [1.0; 2], [5, 25], [54, 34]);
+        let (inputs, distances) = prepared(&[bar.clone(), bar]);
+        assert!(
+            Pairs::aligned(inputs, distances, || true)
+                .unwrap()
+                .is_none()
+        );
+    }
+}

@@ -1,0 +1,179 @@
+//! Points in few dimensions whose distances are near given ones.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::DistanceMatrix;
+
+/// Steps of the refinement, at most.
+const MOST_STEPS: usize = 2000;
+/// A step that lowers the stress by less than this share is the last.
+const TOLERANCE: f64 = 1e-9;
+/// Coordinates whose sizes differ by less than this share are equally large.
+const EQUAL: f64 = 1e-6;
+
+/// A map by classical scaling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Embedding<const D: usize> {
+    /// A point for each object, the centroid in the origin.
+    pub points: Vec<[f64; D]>,
+    /// All eigenvalues, largest first.
+    pub eigenvalues: Vec<f64>,
+    /// The first `D` eigenvalues that are positive, over the sum of the sizes of all: the share of
+    /// the variance that the map shows.
+    pub explained: f64,
+    /// The negative eigenvalues over the sum of the sizes of all: the share that no Euclidean
+    /// space could show.
+    pub negative: f64,
+}
+
+/// A map by stress majorisation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refined<const D: usize> {
+    /// A point for each object, the centroid in the origin.
+    pub points: Vec<[f64; D]>,
+    /// Its [`stress`].
+    pub stress: f64,
+    /// Steps taken.
+    pub steps: usize,
+}
+
+/// Classical multidimensional scaling (Torgerson 1952): with `J = 1 - 11^T / n`, the first
+/// eigenvectors of `-J d^2 J / 2`, each times the root of its eigenvalue. Points of a Euclidean
+/// space of `D` dimensions are found up to a rigid motion.
+///
+/// The axes are those of the variance, largest first; the signs are such that the largest
+/// coordinate on each axis is positive (the first of equally large ones).
+pub fn classical_scaling<const D: usize>(matrix: &DistanceMatrix) -> Embedding<D> {
+    let n = matrix.n_objects();
+    let squares = DMatrix::from_fn(n, n, |i, j| matrix.get(i, j).powi(2));
+    let means: Vec<f64> = (0..n).map(|i| squares.row(i).sum() / n as f64).collect();
+    let mean = means.iter().sum::<f64>() / n.max(1) as f64;
+    let centred = DMatrix::from_fn(n, n, |i, j| {
+        -0.5 * (squares[(i, j)] - means[i] - means[j] + mean)
+    });
+    let found = SymmetricEigen::new(centred);
+    let mut ranks: Vec<usize> = (0..n).collect();
+    ranks.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
+    let eigenvalues: Vec<f64> = ranks.iter().map(|&k| found.eigenvalues[k]).collect();
+    let coordinate = |object: usize, axis: usize| {
+        let root = eigenvalues.get(axis).map_or(0.0, |l| l.max(0.0).sqrt());
+        let vector = ranks.get(axis);
+        vector.map_or(0.0, |&k| root * found.eigenvectors[(object, k)])
+    };
+    let mut points: Vec<[f64; D]> = (0..n)
+        .map(|i| std::array::from_fn(|axis| coordinate(i, axis)))
+        .collect();
+    fix_signs(&mut points);
+    let all: f64 = eigenvalues.iter().map(|l| l.abs()).sum();
+    let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
+    Embedding {
+        explained: share(eigenvalues.iter().take(D).map(|l| l.max(0.0)).sum()),
+        negative: share(eigenvalues.iter().map(|l| (-l).max(0.0)).sum()),
+        points,
+        eigenvalues,
+    }
+}
+
+/// Lowers the stress of points by majorisation (SMACOF; de Leeuw 1977): each step is the Guttman
+/// transform `x_i <- 1/n sum_j (x_i - x_j) d_ij / |x_i - x_j|`, which never raises it. Points on a
+/// line stay there. In the end the axes are turned to those of the variance, with signs as those
+/// of [`classical_scaling`], whose points are a good start.
+///
+/// # Panics
+/// Where there is not one point for each object.
+pub fn smacof<const D: usize>(matrix: &DistanceMatrix, start: &[[f64; D]]) -> Refined<D> {
+    assert_eq!(start.len(), matrix.n_objects(), "one point for each object");
+    let mut points = start.to_vec();
+    let mut now = stress(matrix, &points);
+    let mut steps = 0;
+    while steps < MOST_STEPS && now > 0.0 {
+        let next = guttman(matrix, &points);
+        let reached = stress(matrix, &next);
+        // Rounding may raise it at the very end.
+        if reached >= now {
+            break;
+        }
+        let gained = now - reached;
+        (points, now) = (next, reached);
+        steps += 1;
+        if gained < TOLERANCE * now {
+            break;
+        }
+    }
+    turn_to_axes(&mut points);
+    fix_signs(&mut points);
+    Refined {
+        points,
+        stress: now,
+        steps,
+    }
+}
+
+/// The stress of points (Kruskal's first): the root of `sum (|x_i - x_j| - d_ij)^2 / sum d_ij^2`
+/// over all pairs; zero where all distances are.
+///
+/// # Panics
+/// Where there are fewer points than objects.
+pub fn stress<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> f64 {
+    let (mut misfit, mut all) = (0.0, 0.0);
+    for (i, j, distance) in matrix.pairs() {
+        misfit += (apart(&points[i], &points[j]) - distance).powi(2);
+        all += distance * distance;
+    }
+    if all > 0.0 {
+        f64::sqrt(misfit / all)
+    } else {
+        0.0
+    }
+}
+
+fn guttman<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> Vec<[f64; D]> {
+    let n = points.len();
+    let moved = |i: usize| {
+        let mut sum = [0.0; D];
+        for j in (0..n).filter(|&j| j != i) {
+            let length = apart(&points[i], &points[j]);
+            if length > 0.0 {
+                let factor = matrix.get(i, j) / length;
+                sum = std::array::from_fn(|k| sum[k] + factor * (points[i][k] - points[j][k]));
+            }
+        }
+        sum.map(|x| x / n as f64)
+    };
+    (0..n).map(moved).collect()
+}
+
+/// Turns points, whose centroid is the origin, to the axes of their variance.
+fn turn_to_axes<const D: usize>(points: &mut [[f64; D]]) {
+    let spread = DMatrix::from_fn(D, D, |a, b| points.iter().map(|p| p[a] * p[b]).sum::<f64>());
+    let found = SymmetricEigen::new(spread);
+    let mut ranks: Vec<usize> = (0..D).collect();
+    ranks.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
+    for point in points {
+        let old = *point;
+        *point = std::array::from_fn(|axis| {
+            let vector = found.eigenvectors.column(ranks[axis]);
+            old.iter().zip(vector.iter()).map(|(x, v)| x * v).sum()
+        });
+    }
+}
+
+fn fix_signs<const D: usize>(points: &mut [[f64; D]]) {
+    for axis in 0..D {
+        let largest = points.iter().map(|p| p[axis].abs()).fold(0.0, f64::max);
+        let leading = points
+            .iter()
+            .map(|p| p[axis])
+            .find(|x| x.abs() >= (1.0 - EQUAL) * largest);
+        if leading.is_some_and(|x| x < 0.0) {
+            for point in points.iter_mut() {
+                point[axis] = -point[axis];
+            }
+        }
+    }
+}
+
+fn apart<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    let squares = a.iter().zip(b).map(|(x, y)| (x - y).powi(2));
+    squares.sum::<f64>().sqrt()
+}

@@ -1,0 +1,55 @@
+//! Where the triangle inequality fails.
+
+/// Excesses up to this share are rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Triangles among objects, and those of which one side is longer than the other two together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleReport {
+    /// Triangles whose three sides are known.
+    pub count: usize,
+    /// Triangles that violate the inequality.
+    pub violations: usize,
+    /// By how much, as a share of the two sides together; zero without violations.
+    pub worst: f64,
+    /// The ends of the worst long side, and the corner between.
+    pub worst_triangle: Option<[usize; 3]>,
+}
+
+/// Checks `d(i, j) <= d(i, k) + d(k, j)` in all triangles of `n` objects of which `side` knows all
+/// three sides; it is asked for `i < j`. At most one of the three inequalities of a triangle
+/// fails, unless all sides are zero.
+pub fn triangles(n: usize, side: impl Fn(usize, usize) -> Option<f64>) -> TriangleReport {
+    let mut report = TriangleReport {
+        count: 0,
+        violations: 0,
+        worst: 0.0,
+        worst_triangle: None,
+    };
+    for i in 0..n {
+        for j in i + 1..n {
+            for k in j + 1..n {
+                let (Some(ij), Some(jk), Some(ik)) = (side(i, j), side(j, k), side(i, k)) else {
+                    continue;
+                };
+                report.count += 1;
+                for (long, by, triangle) in [
+                    (ij, ik + jk, [i, j, k]),
+                    (jk, ij + ik, [j, k, i]),
+                    (ik, ij + jk, [i, k, j]),
+                ] {
+                    if long > by * (1.0 + ROUNDING) {
+                        report.violations += 1;
+                        // A way of length zero beside a longer one is as bad as can be told.
+                        let excess = (long - by) / by.max(f64::MIN_POSITIVE);
+                        let excess = excess.min(f64::MAX);
+                        if excess > report.worst {
+                            (report.worst, report.worst_triangle) = (excess, Some(triangle));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    report
+}
