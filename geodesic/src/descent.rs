@@ -3,6 +3,7 @@
 use crate::GeodesicParams;
 use fe_grid::minimise::{LbfgsParams, Stopping};
 use fe_grid::{Grid, certify_within};
+use hyperelastic::FoldBarrier;
 
 /// Pairs of the L-BFGS memory.
 const HISTORY: usize = 10;
@@ -14,6 +15,19 @@ const DECREMENT: f64 = 0.1;
 const ENERGY_WINDOW: usize = 5;
 /// Blends to the identity that are tried where a deformation is not admissible.
 const REPAIRS: usize = 40;
+
+/// The barrier is felt by corners whose determinant is below this.
+const BARRIER_ONSET: f64 = 0.2;
+
+/// What keeps the corners of cells from folding in a void so soft that nothing else does. It grows
+/// with the match, whose forces it has to stand: without it paths end on the bound of the
+/// determinant, where no direction is left.
+pub(crate) fn fold_barrier(params: &GeodesicParams) -> FoldBarrier {
+    FoldBarrier {
+        weight: params.void_stiffness * params.resolved_match_weight(),
+        onset: BARRIER_ONSET,
+    }
+}
 
 /// The minimiser of a level.
 pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {

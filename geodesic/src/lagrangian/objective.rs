@@ -2,6 +2,7 @@
 
 use super::metric::PathMetric;
 use crate::cells::{self, continued, solid_cells};
+use crate::descent::fold_barrier;
 use crate::laws::{Kind, StepTerm, value_or_gradient};
 use crate::metric::{ElasticForm, MatchedLevel};
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
@@ -21,7 +22,10 @@ pub struct PathEnergy {
     pub step_energies: Vec<f64>,
     /// The match of the last shape and the end shape, summed over the components.
     pub mismatch: f64,
-    /// `K sum W_k + eta match`.
+    /// The barrier that keeps the corners of cells from folding, summed over the deformations; zero
+    /// where no determinant is below its onset.
+    pub barrier: f64,
+    /// `K sum W_k + eta match`, and the barrier.
     pub total: f64,
 }
 
@@ -147,6 +151,10 @@ impl<const D: usize> PathObjective<D> {
         self.steps
     }
 
+    fn barrier(&self) -> FoldBarrier {
+        fold_barrier(&self.params)
+    }
+
     fn weights(&self) -> ObjectWeights {
         ObjectWeights {
             indicator: self.indicator,
@@ -244,14 +252,29 @@ impl<const D: usize> PathObjective<D> {
             let weight = self.params.resolved_match_weight();
             mismatch += value_or_gradient(&assembly, last, weight, by_last)?;
         }
+        let mut barrier = 0.0;
+        if self.params.void_stiffness > 0.0 {
+            let law = self.barrier();
+            let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
+            for (k, u) in x.chunks_exact(dim).enumerate() {
+                let own = if wanted {
+                    (k + 1) * dim..(k + 2) * dim
+                } else {
+                    0..0
+                };
+                barrier += value_or_gradient(&assembly, u, 1.0, &mut self.path_gradient[own])?;
+            }
+        }
         if wanted {
             vector::copy_into(&self.path_gradient[dim..], gradient);
         }
         let total = count * step_energies.iter().sum::<f64>()
-            + self.params.resolved_match_weight() * mismatch;
+            + self.params.resolved_match_weight() * mismatch
+            + barrier;
         self.energy = PathEnergy {
             step_energies,
             mismatch,
+            barrier,
             total,
         };
         Ok(Evaluation::Value(total))
@@ -332,11 +355,12 @@ impl<const D: usize> Objective for PathObjective<D> {
             indicator: self.indicator,
             step: self.density.step,
             stiffness: 1.0,
+            // All deformations on the way have one, and follow the last by half on average.
             barrier: FoldBarrier {
-                weight: 0.0,
-                onset: 1.0,
+                weight: 0.5 * self.steps as f64 * self.barrier().weight,
+                ..self.barrier()
             },
-            void_stiffness: 0.0,
+            void_stiffness: self.params.void_stiffness,
             match_weight: self.params.resolved_match_weight(),
             matched: &matched,
         };

@@ -3,6 +3,7 @@
 use super::metric::{LevelSetMetric, MetricParts};
 use super::state::Layout;
 use crate::cells::{self, solid_cells};
+use crate::descent::fold_barrier;
 use crate::laws::{Kind, StepTerm, value_or_gradient};
 use crate::shape::KnownEnds;
 use crate::{BoundaryArea, GeodesicError, GeodesicParams, MatchWeights, ObjectWeights, StepMatch};
@@ -16,8 +17,6 @@ use hyperelastic::FoldBarrier;
 use levelset::{Arctan, Compact, Step};
 use rayon::prelude::*;
 
-/// The barrier is felt by corners whose determinant is below this.
-const BARRIER_ONSET: f64 = 0.2;
 /// Longest step of the minimiser, in cells.
 const LONGEST_STEP: f64 = 1.0;
 
@@ -271,10 +270,7 @@ impl<const D: usize> LevelSetObjective<D> {
     }
 
     fn barrier(&self) -> FoldBarrier {
-        FoldBarrier {
-            weight: self.params.void_stiffness * self.params.resolved_match_weight(),
-            onset: BARRIER_ONSET,
-        }
+        fold_barrier(&self.params)
     }
 
     fn add_barrier(&self, x: &[f64], k: usize, gradient: &mut [f64]) -> Result<f64, GridError> {
