@@ -18,11 +18,15 @@
 //!   times, `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
 //!   matched. In the increments of the path its Hessian is a block diagonal and the match of their
 //!   sum, which two multigrid cycles invert: a handful of iterations on every grid. The topology
-//!   stays that of the start.
+//!   stays that of the start. A path that does not reach its end on coarse grids from the identity
+//!   is tried from a viscous flow, too.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
 //!   `phi_k`, and every shape is matched with the next. The first path is a viscous flow, which
 //!   changes the topology where it has to. Motions of the inner shapes that keep them matched are
 //!   the soft directions of the energy; the metric has a part for them.
+//!
+//! A shape may have several components, carried by one motion, and may be hidden in part
+//! ([`Shape`], [`Known`], [`geodesic_between()`]).
 //!
 //! Both are lowered by L-BFGS from `fe-grid`, from coarse grids to fine, in their own metric. What
 //! an energy is at a point is a law of the cell engine: [`PathDissipation`], [`StepDeformation`],

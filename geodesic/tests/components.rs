@@ -49,7 +49,7 @@ fn check_slope(value: impl Fn(&[f64]) -> f64, gradient: &[f64], x: &[f64], direc
     // Truncation and rounding are far below this; but points on their way cross the faces of cells,
     // where the level set has a kink. A wrong factor anywhere shows at a hundred times as much.
     assert!(
-        (difference - slope).abs() < 2e-4 * scale,
+        (difference - slope).abs() <= 2e-4 * scale,
         "{difference} {slope}"
     );
 }
@@ -229,15 +229,16 @@ fn a_hidden_arm_is_restored() {
     let partial = Shape::new(seen.clone()).with_known(Known::Within(view));
     let covered = Shape::new(seen).with_known(Known::Inside);
     let area = |u: &ScalarField<f64, 2>| levelset::mask_volume(u, 0.0);
-    for (found, restored) in [
-        (run(partial.clone(), Shape::new(template.clone())), 1),
-        (run(Shape::new(template.clone()), partial), 3),
-        // What is seen is to be covered, wherever the rest may be: here the template has to grow.
-        (run(Shape::new(template.clone()), covered.clone()), 3),
-        (run(covered, Shape::new(template)), 1),
+    for (found, restored, most) in [
+        (run(partial.clone(), Shape::new(template.clone())), 1, 0.1),
+        (run(Shape::new(template.clone()), partial), 3, 0.1),
+        // What is seen is to be covered, and more costs nothing: the boundary lags behind where the
+        // template has to grow, and is free to be ahead.
+        (run(Shape::new(template.clone()), covered.clone()), 3, 0.2),
+        (run(covered, Shape::new(template)), 1, 0.2),
     ] {
         let change = found.length() / reference.length() - 1.0;
-        assert!(change.abs() < 0.1, "the distance changes by {change}");
+        assert!(change.abs() < most, "the distance changes by {change}");
         // The shape next to the hidden one has its arm.
         let shape = &found.level_sets[restored];
         assert!(shape.sample([0.76, 0.5])[0] > 0.0);
