@@ -62,10 +62,14 @@ pub(crate) fn overlaps<const D: usize>(
     let at_end = product(seen_end, seen_ahead);
     for (u, v) in start.components.iter().zip(&end.components) {
         let pulled = ScalarField::from_fn(grid, |x| v.sample(carry(x)));
-        found.backwards.push(weighted_dice(&pulled, u, &at_start));
+        found
+            .backwards
+            .push(weighted_dice(&pulled, u, at_start.as_ref()));
         let carried = contour(u, 0.0, BoxEdge::Open)?.map(carry);
         let carried = ContourDistance::new(&carried)?.sample(grid);
-        found.forwards.push(weighted_dice(&carried, v, &at_end));
+        found
+            .forwards
+            .push(weighted_dice(&carried, v, at_end.as_ref()));
     }
     Ok(found)
 }
@@ -90,13 +94,11 @@ fn product<const D: usize>(
 fn weighted_dice<const D: usize>(
     a: &ScalarField<f64, D>,
     b: &ScalarField<f64, D>,
-    weight: &Option<ScalarField<f64, D>>,
+    weight: Option<&ScalarField<f64, D>>,
 ) -> f64 {
     let (mut both, mut sum) = (0.0, 0.0);
     for (node, (&u, &v)) in a.as_slice().iter().zip(b.as_slice()).enumerate() {
-        let w = weight
-            .as_ref()
-            .map_or(1.0, |weight| weight.as_slice()[node]);
+        let w = weight.map_or(1.0, |weight| weight.as_slice()[node]);
         let (in_a, in_b) = (u > 0.0, v > 0.0);
         both += if in_a && in_b { w } else { 0.0 };
         sum += w * f64::from(u8::from(in_a) + u8::from(in_b));

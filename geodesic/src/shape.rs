@@ -130,9 +130,9 @@ impl<const D: usize> ShapeOnGrid<D> {
 
 /// A field to be evaluated at arbitrary points, where there is one.
 fn interpolated<const D: usize>(
-    field: &Option<ScalarField<f64, D>>,
+    field: Option<&ScalarField<f64, D>>,
 ) -> Option<Interpolant<'_, f64, D>> {
-    let field = field.as_ref()?;
+    let field = field?;
     Some(Interpolant::new(*field.grid(), field.as_slice()))
 }
 
@@ -168,8 +168,12 @@ impl<const D: usize> KnownEnds<D> {
         };
         Visibility {
             sides,
-            start: (k == 1).then(|| interpolated(&self.start)).flatten(),
-            end: (k == steps).then(|| interpolated(&self.end)).flatten(),
+            start: (k == 1)
+                .then(|| interpolated(self.start.as_ref()))
+                .flatten(),
+            end: (k == steps)
+                .then(|| interpolated(self.end.as_ref()))
+                .flatten(),
         }
     }
 }

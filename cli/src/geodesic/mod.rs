@@ -78,7 +78,7 @@ where
     let [first, last] = shapes(
         &inputs,
         distances,
-        plan.parts,
+        plan.parts.as_ref(),
         plan.views,
         &parameters,
         grid,
@@ -114,7 +114,7 @@ where
 fn shapes<const D: usize>(
     inputs: &[Input<D>],
     distances: Vec<ScalarField<f64, D>>,
-    parts: Option<Components<D>>,
+    parts: Option<&Components<D>>,
     views: [Option<Image<D>>; 2],
     parameters: &Parameters,
     grid: Grid<D>,
@@ -128,7 +128,7 @@ fn shapes<const D: usize>(
     let mut found = Vec::new();
     for (number, ((input, distance), view)) in inputs.iter().zip(distances).zip(views).enumerate() {
         let mut components = vec![distance];
-        if let Some(parts) = &parts {
+        if let Some(parts) = parts {
             components.extend(parts.distances(number, input, grid)?);
         }
         let known = match view {

@@ -154,15 +154,15 @@ fn plan_images<const D: usize>(
     args: &GeodesicArgs,
 ) -> Result<GeodesicPlan<D>, CliError> {
     let (images, parts) = if args.labels {
-        let (images, parts) = Components::split(images)?;
+        let (images, parts) = Components::split(&images)?;
         (images, Some(parts))
     } else {
         (images, None)
     };
     let mut parameters = Parameters::new::<D>(&args.common, &args.path)?;
     parameters.occluded = args.occluded;
-    parameters.valid_start = args.valid_start.clone();
-    parameters.valid_end = args.valid_end.clone();
+    parameters.valid_start.clone_from(&args.valid_start);
+    parameters.valid_end.clone_from(&args.valid_end);
     parameters.labels = parts.as_ref().map(|parts| parts.labels.clone());
     Ok(GeodesicPlan {
         placed: Placed::new(images, &args.common)?,

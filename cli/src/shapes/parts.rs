@@ -32,7 +32,7 @@ impl<const D: usize> Components<D> {
     ///
     /// # Errors
     /// [`CliError::Option`] where the images do not have the same labels.
-    pub fn split(images: Vec<Image<D>>) -> Result<(Vec<Image<D>>, Self), CliError> {
+    pub fn split(images: &[Image<D>]) -> Result<(Vec<Image<D>>, Self), CliError> {
         let sets: Vec<BTreeSet<i64>> = images.iter().map(labels_of).collect();
         if let Some(other) = sets.iter().position(|set| *set != sets[0]) {
             return Err(CliError::Option {
@@ -201,8 +201,8 @@ mod tests {
         let mut image = block([8, 8], [1.0; 2], [2, 2], [5, 5]);
         let one = image.clone();
         image.values[0] = 3.0;
-        assert!(Components::split(vec![one.clone(), image.clone()]).is_err());
-        let (whole, parts) = Components::split(vec![image.clone(), image]).unwrap();
+        assert!(Components::split(&[one.clone(), image.clone()]).is_err());
+        let (whole, parts) = Components::split(&[image.clone(), image]).unwrap();
         assert_eq!(parts.labels, [1, 3]);
         assert_eq!(whole[0].values.iter().sum::<f64>(), 17.0);
         assert_eq!(parts.masks[1][0].values.iter().sum::<f64>(), 1.0);

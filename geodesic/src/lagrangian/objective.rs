@@ -91,7 +91,9 @@ impl<const D: usize> PathObjective<D> {
         let density = HeavisideMatch {
             step: Arctan::new(params.match_cells * h)?,
         };
-        Self::assembled(start, end, steps, params, indicator, density)
+        Ok(Self::assembled(
+            start, end, steps, params, indicator, density,
+        ))
     }
 
     /// The same with other smooth steps for the elastic weight and the match.
@@ -107,7 +109,9 @@ impl<const D: usize> PathObjective<D> {
         density: HeavisideMatch,
     ) -> Result<Self, GeodesicError> {
         let [start, end] = single(start, end)?;
-        Self::assembled(start, end, steps, params, indicator, density)
+        Ok(Self::assembled(
+            start, end, steps, params, indicator, density,
+        ))
     }
 
     fn assembled(
@@ -117,13 +121,13 @@ impl<const D: usize> PathObjective<D> {
         params: &GeodesicParams,
         indicator: Step,
         density: HeavisideMatch,
-    ) -> Result<Self, GeodesicError> {
+    ) -> Self {
         let union = union_of(&start.components);
         let known = KnownEnds::new(&start, &end);
         let grid = *union.grid();
         let solid =
             (params.void_stiffness == 0.0).then(|| solid_cells(&grid, union.as_slice(), indicator));
-        Ok(Self {
+        Self {
             grid,
             params: params.clone(),
             steps,
@@ -138,7 +142,7 @@ impl<const D: usize> PathObjective<D> {
             metric: None,
             path: Vec::new(),
             path_gradient: Vec::new(),
-        })
+        }
     }
 
     /// The grid.
