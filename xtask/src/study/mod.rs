@@ -81,7 +81,7 @@ fn parse(arguments: &[String]) -> Outcome<Options> {
                 ));
             }
             "known" | "solvers" | "flat" | "solid" | "letters" | "triangles" | "materials" => {
-                options.sections.push(argument.clone())
+                options.sections.push(argument.clone());
             }
             other => return Err(format!("there is no section {other}").into()),
         }
