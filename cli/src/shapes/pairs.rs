@@ -180,9 +180,9 @@ impl<const D: usize> Pairs<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::Image;
     use crate::input::fit::{fit_frames, tests::block};
-    use crate::input::{Image, boundary};
-    use levelset::{Moments, dice};
+    use levelset::dice;
 
     const NODES: usize = 65;
 
@@ -191,19 +191,7 @@ mod tests {
         let inputs: Vec<Input<2>> = images
             .iter()
             .zip(frames)
-            .map(|(image, frame)| {
-                let contour = boundary(image, &frame).unwrap();
-                Input {
-                    path: image.path.clone(),
-                    name: String::new(),
-                    size: image.size,
-                    affine: None,
-                    frame,
-                    alignment: None,
-                    volume: Moments::of_contour(&contour).unwrap().volume,
-                    contour,
-                }
-            })
+            .map(|(image, frame)| super::super::input(image, frame, String::new()).unwrap())
             .collect();
         let sample = |input: &Input<2>| {
             ContourDistance::new(&input.contour)

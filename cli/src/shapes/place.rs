@@ -183,17 +183,7 @@ mod tests {
 
     fn input<const D: usize>(image: &Image<D>) -> Input<D> {
         let frame = fit_frames(std::slice::from_ref(image), 33)[0];
-        let contour = boundary(image, &frame).unwrap();
-        Input {
-            path: image.path.clone(),
-            name: String::new(),
-            size: image.size,
-            affine: None,
-            frame,
-            alignment: None,
-            volume: Moments::of_contour(&contour).unwrap().volume,
-            contour,
-        }
+        super::super::input(image, frame, String::new()).unwrap()
     }
 
     /// The record tells where every sample went: frame, then motion.

@@ -155,10 +155,6 @@ impl<const D: usize> PathObjective<D> {
         self.steps
     }
 
-    fn barrier(&self) -> FoldBarrier {
-        fold_barrier(&self.params)
-    }
-
     fn weights(&self) -> ObjectWeights {
         ObjectWeights {
             indicator: self.indicator,
@@ -258,7 +254,7 @@ impl<const D: usize> PathObjective<D> {
         }
         let mut barrier = 0.0;
         if self.params.void_stiffness > 0.0 {
-            let law = self.barrier();
+            let law = fold_barrier(&self.params);
             let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
             for (k, u) in x.chunks_exact(dim).enumerate() {
                 let own = if wanted {
@@ -354,6 +350,7 @@ impl<const D: usize> Objective for PathObjective<D> {
                 visibility,
             })
             .collect();
+        let barrier = fold_barrier(&self.params);
         let form = ElasticForm {
             moduli: self.params.law.moduli,
             indicator: self.indicator,
@@ -361,8 +358,8 @@ impl<const D: usize> Objective for PathObjective<D> {
             stiffness: 1.0,
             // All deformations on the way have one, and follow the last by half on average.
             barrier: FoldBarrier {
-                weight: 0.5 * self.steps as f64 * self.barrier().weight,
-                ..self.barrier()
+                weight: 0.5 * self.steps as f64 * barrier.weight,
+                ..barrier
             },
             void_stiffness: self.params.void_stiffness,
             match_weight: self.params.resolved_match_weight(),

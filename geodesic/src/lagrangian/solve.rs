@@ -4,7 +4,7 @@ use super::objective::{PathEnergy, PathObjective};
 use crate::descent::{minimiser, repair};
 use crate::level_sets::{compose, flow_path};
 use crate::overlap::{REACHED, overlaps};
-use crate::shape::{Known, Shape};
+use crate::shape::{Known, Shape, ShapeOnGrid};
 use crate::{GeodesicError, GeodesicParams};
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 use fe_grid::transfer::prolong_into;
@@ -70,21 +70,10 @@ pub fn lagrangian_path<const D: usize>(
                 x = refine_time(&x, D * grid.n_nodes(), steps, count);
                 steps = count;
             }
-            let mut objective = PathObjective::between(first.clone(), last.clone(), count, params)?;
-            for u in x.chunks_exact_mut(D * grid.n_nodes()) {
-                repair(grid, u, params.min_determinant, objective.solid_cells());
-            }
+            let ends = (first.clone(), last.clone());
             observer.level(levels.len(), n_runs, x.len());
-            let info = minimiser(params).minimise(&mut objective, &mut x, observer)?;
-            let cancelled = info.status == Status::Cancelled;
-            objective.evaluate(&x, &mut [])?;
-            levels.push(PathLevel {
-                nodes: grid.nodes_per_axis().to_vec(),
-                steps: count,
-                info,
-                energy: objective.energy().clone(),
-            });
-            if cancelled {
+            levels.push(lowered(ends, count, params, &mut x, observer)?);
+            if is_cancelled(&levels) {
                 break 'levels;
             }
         }
@@ -94,29 +83,15 @@ pub fn lagrangian_path<const D: usize>(
         };
         if flow_depth == Some(depth) && matches!(start.known(), Known::Everywhere) && unreached()? {
             let mut other = along_flow(start, end, grid, params, observer)?;
-            let mut objective = PathObjective::between(first, last, steps, params)?;
-            for u in other.chunks_exact_mut(D * grid.n_nodes()) {
-                repair(grid, u, params.min_determinant, objective.solid_cells());
-            }
             n_runs += 1;
             observer.level(levels.len(), n_runs, other.len());
-            let info = minimiser(params).minimise(&mut objective, &mut other, observer)?;
-            let cancelled = info.status == Status::Cancelled;
-            objective.evaluate(&other, &mut [])?;
-            let energy = objective.energy().clone();
-            if levels
-                .last()
-                .is_none_or(|level: &PathLevel| energy.total < level.energy.total)
-            {
+            let level = lowered((first, last), steps, params, &mut other, observer)?;
+            let least = levels.last().map(|level| level.energy.total);
+            if least.is_none_or(|least| level.energy.total < least) {
                 x = other;
             }
-            levels.push(PathLevel {
-                nodes: grid.nodes_per_axis().to_vec(),
-                steps,
-                info,
-                energy,
-            });
-            if cancelled {
+            levels.push(level);
+            if is_cancelled(&levels) {
                 break 'levels;
             }
         }
@@ -140,6 +115,36 @@ pub fn lagrangian_path<const D: usize>(
         displacements: displacements?,
         levels,
     })
+}
+
+/// Lowers a path of so many steps between two shapes on their grid, and tells what happened.
+fn lowered<const D: usize>(
+    (first, last): (ShapeOnGrid<D>, ShapeOnGrid<D>),
+    steps: usize,
+    params: &GeodesicParams,
+    x: &mut [f64],
+    observer: &mut dyn Observer,
+) -> Result<PathLevel, GeodesicError> {
+    let mut objective = PathObjective::between(first, last, steps, params)?;
+    let grid = *objective.grid();
+    for u in x.chunks_exact_mut(D * grid.n_nodes()) {
+        repair(&grid, u, params.min_determinant, objective.solid_cells());
+    }
+    let info = minimiser(params).minimise(&mut objective, x, observer)?;
+    objective.evaluate(x, &mut [])?;
+    Ok(PathLevel {
+        nodes: grid.nodes_per_axis().to_vec(),
+        steps,
+        info,
+        energy: objective.energy().clone(),
+    })
+}
+
+/// Whether the observer has cancelled the last level.
+fn is_cancelled(levels: &[PathLevel]) -> bool {
+    levels
+        .last()
+        .is_some_and(|level| level.info.status == Status::Cancelled)
 }
 
 /// The level on which a flow may be a better beginning: the finest that is coarse enough for it, and

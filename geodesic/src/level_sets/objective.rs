@@ -13,7 +13,6 @@ use fe_grid::scatter::{Background, NormalEquations, Source};
 use fe_grid::{
     Assembly, Data, Grid, GridError, Restrained, certify_within, restrain_together, vector,
 };
-use hyperelastic::FoldBarrier;
 use levelset::{Arctan, Compact, Step};
 use rayon::prelude::*;
 
@@ -269,15 +268,11 @@ impl<const D: usize> LevelSetObjective<D> {
         Ok(energy)
     }
 
-    fn barrier(&self) -> FoldBarrier {
-        fold_barrier(&self.params)
-    }
-
     fn add_barrier(&self, x: &[f64], k: usize, gradient: &mut [f64]) -> Result<f64, GridError> {
         if self.params.void_stiffness == 0.0 {
             return Ok(0.0);
         }
-        let law = self.barrier();
+        let law = fold_barrier(&self.params);
         let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
         let range = self.layout.displacement(k);
         let part = part(gradient, &range);
@@ -425,7 +420,7 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
             moduli: self.params.law.moduli,
             indicator: self.indicator,
             match_weight: self.params.resolved_match_weight(),
-            barrier: self.barrier(),
+            barrier: fold_barrier(&self.params),
             void_stiffness: self.params.void_stiffness,
             step: self.step,
             known: &self.known,
