@@ -18,6 +18,9 @@ const REPAIRS: usize = 40;
 
 /// The barrier is felt by corners whose determinant is below this.
 const BARRIER_ONSET: f64 = 0.2;
+/// A gain that is rounding, per weight of the match: what equal shapes leave of a match is a sum of
+/// squares of differences of the order of the machine precision.
+const NOTHING: f64 = 1e-24;
 
 /// What keeps the corners of cells from folding in a void so soft that nothing else does. It grows
 /// with the match, whose forces it has to stand: without it paths end on the bound of the
@@ -37,6 +40,7 @@ pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {
         stopping: Stopping {
             relative_gradient: 0.0,
             relative_decrement: DECREMENT * params.tolerance,
+            absolute_decrement: NOTHING * params.resolved_match_weight(),
             relative_energy: params.tolerance,
             energy_window: ENERGY_WINDOW,
             energy_floor: 0.0,

@@ -6,9 +6,17 @@ use crate::shape::Shape;
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
 use levelset::{BoxEdge, ContourDistance, contour};
 
-/// Overlap with the end shape from which on it counts as reached: on coarse grids the boundary is a
-/// share of a cell away from it.
-pub(crate) const REACHED: f64 = 0.95;
+/// Overlap with the end shape from which on it counts as reached.
+const REACHED_DICE: f64 = 0.95;
+/// Mean distance of the boundaries, in spacings, up to which the end shape counts as reached
+/// whatever the overlap: thin shapes, and volumes on coarse grids, have so much boundary that a
+/// fraction of a cell costs them a tenth of it.
+const REACHED_GAP: f64 = 0.25;
+
+/// Whether so much overlap, or boundaries so near to each other, count as a shape that is reached.
+pub(crate) fn is_reached(dice: f64, gap: f64) -> bool {
+    dice >= REACHED_DICE || gap <= REACHED_GAP
+}
 
 /// The least of several overlaps.
 pub(crate) fn worst(overlaps: &[f64]) -> f64 {
@@ -21,12 +29,24 @@ pub(crate) struct Overlaps {
     pub forwards: Vec<f64>,
     /// Of the start shape with the end shape pulled back.
     pub backwards: Vec<f64>,
+    /// Of the end shape and the start shape carried there, the mean distance of their boundaries in
+    /// spacings, of the component where it is largest.
+    pub gap: f64,
+}
+
+/// What two shapes have in common, by the nodes inside.
+struct Common {
+    /// `2 |A and B| / (|A| + |B|)`, 0 where nothing is seen.
+    dice: f64,
+    /// `|A xor B|` over the nodes within half a spacing of the boundary of `B`: as that band is one
+    /// spacing wide, a mean distance in spacings. Infinite where no boundary is seen.
+    gap: f64,
 }
 
 impl Overlaps {
-    /// The least overlap of all components with the end shape.
-    pub fn worst(&self) -> f64 {
-        worst(&self.forwards)
+    /// Whether every component of the end shape counts as reached.
+    pub fn reached(&self) -> bool {
+        is_reached(worst(&self.forwards), self.gap)
     }
 }
 
@@ -48,6 +68,7 @@ pub(crate) fn overlaps<const D: usize>(
     let mut found = Overlaps {
         forwards: Vec::new(),
         backwards: Vec::new(),
+        gap: 0.0,
     };
     // What a hidden part is deformed to, or from, is not compared with anything.
     let seen_back = seen_end
@@ -64,12 +85,12 @@ pub(crate) fn overlaps<const D: usize>(
         let pulled = ScalarField::from_fn(grid, |x| v.sample(carry(x)));
         found
             .backwards
-            .push(weighted_dice(&pulled, u, at_start.as_ref()));
+            .push(common(&pulled, u, at_start.as_ref()).dice);
         let carried = contour(u, 0.0, BoxEdge::Open)?.map(carry);
         let carried = ContourDistance::new(&carried)?.sample(grid);
-        found
-            .forwards
-            .push(weighted_dice(&carried, v, at_end.as_ref()));
+        let at_end = common(&carried, v, at_end.as_ref());
+        found.forwards.push(at_end.dice);
+        found.gap = found.gap.max(at_end.gap);
     }
     Ok(found)
 }
@@ -90,18 +111,67 @@ fn product<const D: usize>(
     }
 }
 
-/// `2 |A and B| / (|A| + |B|)` of the nodes inside, by their weights; 0 where nothing is seen.
-fn weighted_dice<const D: usize>(
+/// Compares two shapes, given by signed distances, where the weight counts.
+fn common<const D: usize>(
     a: &ScalarField<f64, D>,
     b: &ScalarField<f64, D>,
     weight: Option<&ScalarField<f64, D>>,
-) -> f64 {
-    let (mut both, mut sum) = (0.0, 0.0);
+) -> Common {
+    let half = 0.5 * b.grid().spacing();
+    let (mut both, mut sum, mut band) = (0.0, 0.0, 0.0);
     for (node, (&u, &v)) in a.as_slice().iter().zip(b.as_slice()).enumerate() {
         let w = weight.map_or(1.0, |weight| weight.as_slice()[node]);
         let (in_a, in_b) = (u > 0.0, v > 0.0);
         both += if in_a && in_b { w } else { 0.0 };
         sum += w * f64::from(u8::from(in_a) + u8::from(in_b));
+        band += if v.abs() <= half { w } else { 0.0 };
     }
-    if sum > 0.0 { 2.0 * both / sum } else { 0.0 }
+    Common {
+        dice: if sum > 0.0 { 2.0 * both / sum } else { 0.0 },
+        gap: if band > 0.0 {
+            (sum - 2.0 * both) / band
+        } else {
+            f64::INFINITY
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gap_is_the_mean_distance_of_the_boundaries_in_spacings() {
+        let grid = Grid::cube(129);
+        let ball = |radius: f64| {
+            ScalarField::<f64, 3>::from_fn(Grid::cube(65), move |x| {
+                [radius - x.map(|c| (c - 0.5).powi(2)).iter().sum::<f64>().sqrt()]
+            })
+        };
+        let disk = |radius: f64| {
+            ScalarField::<f64, 2>::from_fn(grid, move |[x, y]| [radius - (x - 0.5).hypot(y - 0.5)])
+        };
+        let h = grid.spacing();
+        // Nodes are counted, and the layer is as thick as a tenth of the radius: some per cent.
+        let found = common(&disk(0.3 + 2.0 * h), &disk(0.3), None);
+        assert!((found.gap - 2.0).abs() < 0.3, "{}", found.gap);
+        let found = common(&ball(0.3 - 1.0 / 64.0), &ball(0.3), None);
+        assert!((found.gap - 1.0).abs() < 0.15, "{}", found.gap);
+    }
+
+    #[test]
+    fn a_fraction_of_a_cell_is_reached_and_a_missing_limb_is_not() {
+        assert!(is_reached(0.96, 1.0) && is_reached(0.9, 0.2));
+        let grid = Grid::cube(65);
+        let arm = |length: f64| {
+            ScalarField::<f64, 2>::from_fn(grid, move |[x, y]| {
+                [(0.05 - (y - 0.5).abs()).min(length - x).min(x - 0.1)]
+            })
+        };
+        let found = common(&arm(0.7), &arm(0.9), None);
+        assert!(!is_reached(found.dice, found.gap));
+        let nothing = ScalarField::<f64, 2>::zeros(grid);
+        let found = common(&arm(0.7), &arm(0.9), Some(&nothing));
+        assert!(!is_reached(found.dice, found.gap));
+    }
 }

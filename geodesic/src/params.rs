@@ -78,7 +78,7 @@ impl Default for GeodesicParams {
             indicator_cells: 2.0,
             flow_nodes: 33,
             coarsest_nodes: 17,
-            tolerance: 3e-4,
+            tolerance: 1e-4,
             max_iterations: 100,
             min_determinant: 1e-3,
         }

@@ -3,7 +3,7 @@
 use crate::cells::{self, object_cells};
 use crate::lagrangian::{eulerian, lagrangian_path};
 use crate::level_sets::{PathState, first_paths, level_set_path};
-use crate::overlap::{Overlaps, REACHED, overlaps, worst};
+use crate::overlap::{Overlaps, is_reached, overlaps, worst};
 use crate::shape::{Known, Shape, union_of};
 use crate::{Form, GeodesicError, GeodesicParams};
 use fe_grid::minimise::{Info, Observer, Status};
@@ -55,6 +55,9 @@ pub struct Geodesic<const D: usize> {
     /// Dice overlap of the end shape with what the deformations make of the start shape, where both
     /// are known; the worst of all components.
     pub dice_end: f64,
+    /// Mean distance of the boundaries of the end shape and of what the deformations make of the
+    /// start shape, in spacings of the grid; of the component where it is largest.
+    pub gap_end: f64,
     /// Dice overlap of the start shape with the end shape pulled back through all steps: void that
     /// was closed up counts against it. The worst of all components.
     pub dice_pulled: f64,
@@ -67,10 +70,11 @@ pub struct Geodesic<const D: usize> {
 }
 
 impl<const D: usize> Geodesic<D> {
-    /// Whether the deformations carry the start shape to the end shape, by and large: a minimiser
-    /// that has converged may have done so on the way.
+    /// Whether the deformations carry the start shape to the end shape, by and large: to a Dice
+    /// overlap of 0.95, or to a quarter of a spacing in the mean. A minimiser that has converged may
+    /// have done so on the way.
     pub fn end_reached(&self) -> bool {
-        self.dice_end >= REACHED
+        is_reached(self.dice_end, self.gap_end)
     }
 
     /// The length `sum sqrt W_k`.
@@ -226,6 +230,7 @@ fn finish<const D: usize>(
     let Overlaps {
         forwards,
         backwards,
+        gap,
     } = overlaps(start, end, &displacements, grid)?;
     let last = levels.last();
     let components = if start.components().len() > 1 {
@@ -244,6 +249,7 @@ fn finish<const D: usize>(
         motions: Vec::new(),
         certificate,
         dice_end: worst(&forwards),
+        gap_end: gap,
         dice_pulled: worst(&backwards),
         dice_components: forwards,
         levels,

@@ -158,6 +158,43 @@ fn two_disks_merge() {
 }
 
 #[test]
+fn a_hole_closes() {
+    let grid = Grid::dyadic(5);
+    let ring = ScalarField::<f64, 2>::from_fn(grid, |[x, y]| {
+        [0.09 - ((x - 0.5).hypot(y - 0.5) - 0.21).abs()]
+    });
+    let found = run(&ring, &ball(5, 0.3), &params(Form::LevelSets, 4));
+    let boundaries = |k: usize| {
+        let curve = levelset::contour(&found.level_sets[k], 0.0, levelset::BoxEdge::Open);
+        curve.unwrap().n_components()
+    };
+    assert_eq!((boundaries(0), boundaries(4)), (2, 1));
+    // What is left of a hole as small as a cell is taken away by the match, not by a deformation.
+    // The hole is a sixth of the disk: of that, and of nothing else, a part is missing.
+    assert!(found.dice_pulled > 0.9, "{}", found.dice_pulled);
+    // The hole shrinks before it is gone.
+    let hole = |k: usize| {
+        let near = ScalarField::<f64, 2>::from_fn(grid, |[x, y]| [(x - 0.5).hypot(y - 0.5)]);
+        let nodes = near.as_slice().iter().zip(found.level_sets[k].as_slice());
+        nodes.filter(|(r, u)| **r < 0.2 && **u <= 0.0).count()
+    };
+    assert!((1..=4).all(|k| hole(k) < hole(k - 1)));
+}
+
+#[test]
+fn equal_shapes_are_connected_by_nothing() {
+    let shape = ellipse(5, [0.3, 0.2], 0.3, [0.5, 0.5]);
+    for form in [Form::Lagrangian, Form::LevelSets] {
+        let found = run(&shape, &shape, &params(form, 2));
+        assert!(found.status.converged(), "{form:?}: {:?}", found.status);
+        // Level sets pay for their boundaries: what is left of the length is less than a hundredth
+        // of a step of one cell.
+        assert!(found.length() < 1e-3, "{form:?}: {}", found.length());
+        assert!(found.end_reached());
+    }
+}
+
+#[test]
 fn threads_do_not_matter() {
     let start = ball::<2>(5, 0.2);
     let end = ellipse(5, [0.26, 0.2], 0.2, [0.5, 0.5]);

@@ -152,6 +152,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
                 let stopping = Stopping {
                     relative_gradient: 0.0,
                     relative_decrement: DECREMENT * tolerance,
+                    absolute_decrement: 0.0,
                     relative_energy: tolerance,
                     energy_window: ENERGY_WINDOW,
                     energy_floor: floor,

@@ -16,9 +16,10 @@ impl Table {
     }
 
     /// Adds a row; said on the error stream at once, as the rest may take its time.
-    pub fn row<const N: usize>(&mut self, cells: [String; N]) {
+    pub fn row(&mut self, cells: impl Into<Vec<String>>) {
+        let cells = cells.into();
         eprintln!("  {}", cells.join(" | "));
-        self.rows.push(cells.into());
+        self.rows.push(cells);
     }
 }
 

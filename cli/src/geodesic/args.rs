@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ::geodesic::GeodesicParams;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
@@ -51,10 +52,11 @@ pub struct PathArgs {
     #[arg(long, value_enum, default_value_t)]
     pub form: Form,
     /// A level ends when five iterations lower the energy by less than this share.
-    #[arg(long, value_name = "SHARE", default_value_t = 1e-4, value_parser = positive)]
+    #[arg(long, value_name = "SHARE", default_value_t = GeodesicParams::default().tolerance,
+          value_parser = positive)]
     pub tolerance: f64,
     /// Weight of the match with the end shape, or of every shape with the next.
-    #[arg(long, default_value_t = 100.0, value_parser = positive)]
+    #[arg(long, default_value_t = GeodesicParams::default().match_weight, value_parser = positive)]
     pub match_weight: f64,
     /// Weight of the boundary area of the shapes along the path, for level sets
     /// [default: 1e-3].

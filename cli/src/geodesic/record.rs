@@ -35,6 +35,8 @@ pub(super) struct ResultRecord<const D: usize> {
     pub total: f64,
     /// Overlap of the end shape with what the deformations make of the start shape.
     pub dice_end: f64,
+    /// Mean distance of their boundaries, in spacings of the grid.
+    pub gap_end: f64,
     /// The same for every component, where there are several: all labels, then the level sets that
     /// tell them apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -98,6 +100,7 @@ impl<const D: usize> ResultRecord<D> {
             matches: result.matches.clone(),
             total: result.total,
             dice_end: result.dice_end,
+            gap_end: result.gap_end,
             dice_components: if result.components.is_empty() {
                 Vec::new()
             } else {

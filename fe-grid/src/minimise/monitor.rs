@@ -10,6 +10,9 @@ pub struct Stopping {
     /// Ends when half the slope along the next direction, which is what the direction promises to
     /// gain, is below this share of `|E - energy_floor|`. 0: never.
     pub relative_decrement: f64,
+    /// Ends when half that slope is below this, whatever the energy: where a minimum is zero, all
+    /// that is left of energy and slope is rounding. 0: never.
+    pub absolute_decrement: f64,
     /// Stop where the energy fell by less than this share of its excess over
     /// [`Stopping::energy_floor`] in [`Stopping::energy_window`] iterations.
     pub relative_energy: f64,
@@ -31,6 +34,7 @@ impl Default for Stopping {
         Self {
             relative_gradient: 1e-6,
             relative_decrement: 0.0,
+            absolute_decrement: 0.0,
             relative_energy: 1e-9,
             energy_window: 5,
             energy_floor: 0.0,
@@ -99,7 +103,8 @@ impl<'a> Monitor<'a> {
         if slope.is_nan() || slope > 0.0 {
             return Some(Status::IndefiniteMetric);
         }
-        if -0.5 * slope <= self.stopping.relative_decrement * excess(self.stopping, energy) {
+        let share = self.stopping.relative_decrement * excess(self.stopping, energy);
+        if -0.5 * slope <= share.max(self.stopping.absolute_decrement) {
             return Some(Status::GradientTolerance);
         }
         let tolerance = self.stopping.relative_gradient * info.first_gradient_norm;

@@ -3,7 +3,7 @@
 use super::objective::{PathEnergy, PathObjective};
 use crate::descent::{minimiser, repair};
 use crate::level_sets::{compose, flow_path};
-use crate::overlap::{REACHED, overlaps};
+use crate::overlap::overlaps;
 use crate::shape::{Known, Shape, ShapeOnGrid};
 use crate::{GeodesicError, GeodesicParams};
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
@@ -79,7 +79,7 @@ pub fn lagrangian_path<const D: usize>(
         }
         let unreached = || -> Result<bool, GeodesicError> {
             let last = Field::from_vec(*grid, x[(steps - 1) * D * grid.n_nodes()..].to_vec())?;
-            Ok(overlaps(start, end, &[last], *grid)?.worst() < REACHED)
+            Ok(!overlaps(start, end, &[last], *grid)?.reached())
         };
         if flow_depth == Some(depth) && matches!(start.known(), Known::Everywhere) && unreached()? {
             let mut other = along_flow(start, end, grid, params, observer)?;

@@ -11,6 +11,7 @@ use shape_average::{AverageParams, AverageResult, LevelShapes, average, average_
 
 use super::Outcome;
 use super::clock::{Watch, peak_mebibytes, process_seconds};
+use super::job::use_threads;
 use super::shapes::{Source, nodal};
 
 /// An average to be taken.
@@ -136,14 +137,7 @@ impl AverageJob {
     /// Takes the average in this process.
     pub fn run(&self) -> Outcome<AverageReport> {
         let watch = Watch::start();
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.max(1));
-        // One thread is this one, so that no other waits for work.
-        let pool = if self.threads <= 1 {
-            pool.use_current_thread()
-        } else {
-            pool
-        };
-        pool.build_global()?;
+        use_threads(self.threads)?;
         match self.source.dimension()? {
             2 => self.in_dimension::<2>(watch),
             _ => self.in_dimension::<3>(watch),

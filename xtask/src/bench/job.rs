@@ -12,6 +12,7 @@ use super::Outcome;
 use super::averages::AverageJob;
 use super::case::Case;
 use super::descents::DescentJob;
+use super::paths::PathJob;
 use super::score::ScoreJob;
 
 /// A piece of work.
@@ -26,6 +27,8 @@ pub enum Job {
     },
     /// Takes an average.
     Average(Box<AverageJob>),
+    /// Finds a geodesic.
+    Path(Box<PathJob>),
     /// Descends to given energies.
     Descent(DescentJob),
     /// Scores a state.
@@ -43,11 +46,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome<()> {
     match serde_json::from_str(&arguments.job)? {
         Job::Repeat { case, times } => {
-            // No other thread, so that nobody waits and the count does not vary.
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(1)
-                .use_current_thread()
-                .build_global()?;
+            use_threads(1)?;
             let mut kernel = case.parse::<Case>()?.prepare()?;
             for _ in 0..times {
                 (kernel.run)();
@@ -55,9 +54,22 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
             print(&times)
         }
         Job::Average(job) => print(&job.run()?),
+        Job::Path(job) => print(&job.run()?),
         Job::Descent(job) => print(&job.run()?),
         Job::Score(job) => print(&job.run()?),
     }
+}
+
+/// Makes the pool of this process. One thread is the one that calls, so that no other waits for work
+/// and counts of instructions do not vary.
+pub fn use_threads(threads: usize) -> Outcome<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1));
+    let pool = if threads <= 1 {
+        pool.use_current_thread()
+    } else {
+        pool
+    };
+    Ok(pool.build_global()?)
 }
 
 fn print(result: &impl Serialize) -> Outcome<()> {

@@ -13,12 +13,14 @@ mod clock;
 mod descents;
 mod fit;
 mod flops;
+mod geodesics;
 mod job;
 mod kernels;
 mod limits;
 mod machine;
 mod measure;
 mod output;
+mod paths;
 mod peers;
 mod plot;
 mod reference;
@@ -56,6 +58,7 @@ enum Task {
     Scaling(scaling::Arguments),
     Peers(peers::Arguments),
     Reference(reference::Arguments),
+    Geodesics(geodesics::Arguments),
     #[command(hide = true)]
     Job(job::Arguments),
 }
@@ -72,6 +75,7 @@ pub fn run(arguments: &[String]) -> ExitCode {
         (Some(Task::Scaling(arguments)), _) => scaling::run(&arguments),
         (Some(Task::Peers(arguments)), _) => peers::run(&arguments),
         (Some(Task::Reference(arguments)), _) => reference::run(&arguments),
+        (Some(Task::Geodesics(arguments)), _) => geodesics::run(&arguments),
         (Some(Task::Job(arguments)), _) => job::run(&arguments),
         (None, true) => check::run(arguments.bless),
         (None, false) => Err("a task or --check is needed (bench --help)".into()),

@@ -6,7 +6,9 @@
 
 #[path = "../../../shape-average/tests/support/angle.rs"]
 mod angle;
+mod clusters;
 mod known;
+mod occlusion;
 mod paths;
 mod real;
 mod shapes;
@@ -19,6 +21,19 @@ use std::process::ExitCode;
 
 use crate::table::Table;
 
+/// The sections, in the order of the help.
+const SECTIONS: [&str; 9] = [
+    "known",
+    "solvers",
+    "flat",
+    "solid",
+    "letters",
+    "triangles",
+    "materials",
+    "occlusion",
+    "clusters",
+];
+
 const HELP: &str = "cargo xtask study [SECTION ...] [--shared DIR] [--write]
 
 sections (all where none is named):
@@ -26,12 +41,13 @@ sections (all where none is named):
   solvers  iterations on every level, and the descent against L-BFGS
   flat     real shapes in 2D: device7, hands, the letter A
   solid    real shapes in 3D: hippocampi
-  letters, triangles, materials
+  letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
+  clusters distances of real shapes (an hour)
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.
               What needs data is left out where there are none.
---write       also write docs/study.md";
+--write       also write docs/study/SECTION.md";
 
 /// A part of the study: a heading, what it is about, and a table.
 struct Section {
@@ -44,7 +60,7 @@ type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// What was asked for.
 struct Options {
-    sections: Vec<String>,
+    sections: Vec<&'static str>,
     data: Option<PathBuf>,
     write: bool,
 }
@@ -80,10 +96,11 @@ fn parse(arguments: &[String]) -> Outcome<Options> {
                     arguments.next().ok_or("--shared needs a folder")?,
                 ));
             }
-            "known" | "solvers" | "flat" | "solid" | "letters" | "triangles" | "materials" => {
-                options.sections.push(argument.clone());
+            name => {
+                let section = SECTIONS.iter().find(|section| **section == name);
+                let section = section.ok_or(format!("there is no section {name}"))?;
+                options.sections.push(section);
             }
-            other => return Err(format!("there is no section {other}").into()),
         }
     }
     options.data = match shared {
@@ -97,57 +114,60 @@ fn parse(arguments: &[String]) -> Outcome<Options> {
 }
 
 fn measure(options: &Options) -> Outcome<()> {
-    let asked =
-        |name: &str| options.sections.is_empty() || options.sections.iter().any(|s| s == name);
-    let mut report = String::from(
-        "# Study\n\nMade by `cargo xtask study --write`. A figure that misses what is asked of it \
-         is marked with **!**.\n",
-    );
-    let mut add = |section: Section| -> Outcome<()> {
-        let mut text = String::new();
-        writeln!(
-            text,
-            "\n## {}\n\n{}\n\n{}",
-            section.title, section.text, section.table
-        )?;
-        print!("{text}");
-        report.push_str(&text);
-        Ok(())
-    };
     if options.data.is_none() {
         eprintln!("no folder of real data (--shared): what needs it is left out");
     }
-    if asked("known") {
-        add(known::section()?)?;
-    }
-    if asked("solvers") {
-        let groups = solvers::groups(options.data.as_deref())?;
-        add(solvers::iterations(&groups))?;
-        add(solvers::against_descent(&groups)?)?;
-    }
-    if let Some(data) = &options.data {
-        if asked("flat") {
-            add(real::flat(data)?)?;
+    let asked = if options.sections.is_empty() {
+        &SECTIONS
+    } else {
+        options.sections.as_slice()
+    };
+    for name in asked {
+        let mut report = format!(
+            "<!-- Made by `cargo xtask study {name} --write`. -->\n\nA figure that misses what is \
+             asked of it is marked with **!**.\n"
+        );
+        let sections = sections(name, options.data.as_deref())?;
+        for section in &sections {
+            let mut text = String::new();
+            writeln!(
+                text,
+                "\n# {}\n\n{}\n\n{}",
+                section.title, section.text, section.table
+            )?;
+            print!("{text}");
+            report.push_str(text.trim_end_matches('\n'));
+            report.push('\n');
         }
-        if asked("solid") {
-            add(real::solid(data)?)?;
+        if options.write && !sections.is_empty() {
+            let folder = root().join("docs/study");
+            std::fs::create_dir_all(&folder)?;
+            std::fs::write(folder.join(format!("{name}.md")), report)?;
         }
-    }
-    for (name, section) in [
-        ("letters", paths::letters as fn() -> Outcome<Section>),
-        ("triangles", paths::triangles),
-        ("materials", paths::materials),
-    ] {
-        if asked(name) {
-            add(section()?)?;
-        }
-    }
-    if options.write {
-        let docs = root().join("docs");
-        std::fs::create_dir_all(&docs)?;
-        std::fs::write(docs.join("study.md"), report)?;
     }
     Ok(())
+}
+
+/// What is measured under a name: nothing where that needs data and there are none.
+fn sections(name: &str, data: Option<&Path>) -> Outcome<Vec<Section>> {
+    Ok(match (name, data) {
+        ("known", _) => vec![known::section()?],
+        ("solvers", data) => {
+            let groups = solvers::groups(data)?;
+            vec![
+                solvers::iterations(&groups),
+                solvers::against_descent(&groups)?,
+            ]
+        }
+        ("flat", Some(data)) => vec![real::flat(data)?],
+        ("solid", Some(data)) => vec![real::solid(data)?],
+        ("letters", _) => vec![paths::letters()?],
+        ("triangles", _) => vec![paths::triangles()?],
+        ("materials", _) => vec![paths::materials()?],
+        ("occlusion", _) => vec![occlusion::section()?],
+        ("clusters", Some(data)) => vec![clusters::section(data)?],
+        _ => Vec::new(),
+    })
 }
 
 /// The folder of the workspace.

@@ -1,0 +1,119 @@
+//! Distances of many real shapes, and what groups they make.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use super::paths::Place;
+use super::real::files;
+use super::{Outcome, Section};
+use crate::table::{Table, checked};
+
+/// Shares that shapes of five classes should reach.
+const LEAST_ACCURACY: f64 = 0.9;
+
+/// A set of shapes.
+struct Set {
+    name: &'static str,
+    typed: &'static str,
+    files: Vec<PathBuf>,
+    options: &'static [&'static str],
+}
+
+/// Distances, clusters and triangles.
+pub fn section(data: &Path) -> Outcome<Section> {
+    let place = Place::new()?;
+    let first = |folder: &str, ending: &str, count: usize| -> Outcome<Vec<PathBuf>> {
+        let all = files(&data.join(folder), ending)?;
+        Ok(all.into_iter().take(count).collect())
+    };
+    let mut classes = Vec::new();
+    for class in ["Bone", "bat", "device7", "fish", "horse"] {
+        classes.extend(first(&format!("mpeg7/{class}"), ".png", 6)?);
+    }
+    let sets = [
+        Set {
+            name: "MPEG-7, 5 classes of 6",
+            typed: "data/mpeg7/{Bone,bat,device7,fish,horse}/*-0[1-6].png --size equal \
+                    --classes folder --grid 65",
+            files: classes,
+            options: &["--size", "equal", "--classes", "folder", "--grid", "65"],
+        },
+        Set {
+            name: "cells",
+            typed: "data/cells/*.png --grid 65",
+            files: first("cells", ".png", usize::MAX)?,
+            options: &["--grid", "65"],
+        },
+        Set {
+            name: "6 hippocampi",
+            typed: "data/hippocampus/labels/*.nii.gz --grid 33",
+            files: first("hippocampus/labels", ".nii.gz", 6)?,
+            options: &["--grid", "33"],
+        },
+    ];
+    let mut table = Table::new([
+        "shapes",
+        "command",
+        "usable paths",
+        "asymmetry, mean",
+        "triangles violated by L",
+        "by the elastic distance",
+        "nearest neighbours",
+        "purity",
+        "adjusted Rand",
+        "seconds of paths",
+    ]);
+    for set in &sets {
+        let record = distances(&place, set)?;
+        let number = |key: &str| record.pointer(key).and_then(Value::as_f64);
+        let share = |key: &str| {
+            number(key).map_or_else(
+                || "–".into(),
+                |value| checked(format!("{value:.2}"), value >= LEAST_ACCURACY),
+            )
+        };
+        let plain = |key: &str| number(key).map_or_else(|| "–".into(), |v| format!("{v:.2}"));
+        let triangles = |matrix: &str| {
+            let of = |key: &str| number(&format!("/{matrix}/triangles/{key}")).unwrap_or(f64::NAN);
+            let (violations, count) = (of("violations"), of("count"));
+            format!("{violations} of {count}, {:.1} %", 100.0 * of("worst"))
+        };
+        let n = set.files.len();
+        let marked = record["marked"].as_array().map_or(0, Vec::len);
+        table.row([
+            set.name.into(),
+            format!("`shapespace distances {}`", set.typed),
+            format!("{} of {}", n * (n - 1) - marked, n * (n - 1)),
+            number("/distances/asymmetry/mean")
+                .map_or_else(|| "–".into(), |value| format!("{:.1} %", 100.0 * value)),
+            triangles("distances"),
+            triangles("elastic"),
+            share("/distances/agreement/nearest_neighbour_accuracy"),
+            plain("/distances/agreement/purity"),
+            plain("/distances/agreement/adjusted_rand_index"),
+            plain("/path_seconds"),
+        ]);
+    }
+    Ok(Section {
+        title: "Distances of real shapes",
+        text: "Symmetrised lengths of paths of four steps between shapes that are turned onto each \
+               other first. Paths that do not reach their end are marked, and their distances taken \
+               by way of other shapes. Clusters are those of average linkage, as many as classes.",
+        table,
+    })
+}
+
+fn distances(place: &Place, set: &Set) -> Outcome<Value> {
+    eprintln!("{}", set.name);
+    let output = "distances";
+    let files: Vec<String> = set.files.iter().map(|f| f.display().to_string()).collect();
+    let mut arguments = vec!["distances", "-o", output, "-K", "4"];
+    arguments.extend(set.options);
+    arguments.extend(files.iter().map(String::as_str));
+    place.run(&arguments)?;
+    let folder = place.folder.join(output);
+    let record = serde_json::from_str(&std::fs::read_to_string(folder.join("result.json"))?)?;
+    std::fs::remove_dir_all(&folder)?;
+    Ok(record)
+}
