@@ -12,8 +12,9 @@ use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
+use crate::segment::{SegmentArgs, run_segment};
 
-/// Averages of 2D and 3D shapes, geodesics and distances between them.
+/// Averages of 2D and 3D shapes, geodesics and distances between them, and shapes in images.
 #[derive(Debug, Parser)]
 #[command(name = "shapespace", version, about, arg_required_else_help = true)]
 pub struct Cli {
@@ -33,6 +34,8 @@ enum Command {
     Transport(TransportArgs),
     /// The distances between all pairs of shapes, with clusters and a map of them.
     Distances(Box<DistancesArgs>),
+    /// The edges of grey images, and the objects between them.
+    Segment(SegmentArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -105,6 +108,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Extend(args) => run_extend(args),
         Command::Transport(args) => run_transport(args),
         Command::Distances(args) => run_distances(args),
+        Command::Segment(args) => run_segment(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {
