@@ -287,6 +287,14 @@ fn a_disk_is_found_in_noise() {
     }
 }
 
+struct Impatient;
+
+impl Observer for Impatient {
+    fn iteration(&mut self, _: &Iteration<'_>) -> Control {
+        Control::Cancel
+    }
+}
+
 #[test]
 fn what_makes_no_sense_is_refused_and_a_wish_to_stop_is_heard() {
     let grid = Grid::<2>::dyadic(5);
@@ -303,12 +311,6 @@ fn what_makes_no_sense_is_refused_and_a_wish_to_stop_is_heard() {
         })
     ));
     assert!(Weights::for_scales(1.0, 0.02, f64::NAN).is_err());
-    struct Impatient;
-    impl Observer for Impatient {
-        fn iteration(&mut self, _: &Iteration<'_>) -> Control {
-            Control::Cancel
-        }
-    }
     let stopped = segment(&image, &SegmentationParams::default(), &mut Impatient).unwrap();
     assert_eq!(stopped.status, Status::Cancelled);
     assert_eq!(stopped.image.grid().nodes_per_axis(), [17, 17]);

@@ -121,7 +121,7 @@ fn box_share<const D: usize>(shape: &impl Implicit<D>, centre: [f64; D], h: f64)
 
 /// Makes a grey image of shares of area: grey values `contrast` apart about the middle, and normal
 /// noise of this standard deviation.
-pub(crate) fn make_grey(values: &mut [f64], contrast: f64, noise: f64, seed: u64) {
+pub fn make_grey(values: &mut [f64], contrast: f64, noise: f64, seed: u64) {
     let mut random = Random::new(seed);
     for value in values {
         *value = 0.5 + contrast * (*value - 0.5) + noise * random.normal();

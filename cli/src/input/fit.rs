@@ -240,6 +240,9 @@ pub fn whole_frame<const D: usize>(
 /// The values of an image at the nodes of a grid: means over the boxes of one spacing about them
 /// where samples are finer than the grid, interpolated where they are not. Beyond the image its
 /// values go on as they are at its border.
+///
+/// # Errors
+/// None in practice: images have two samples along every axis.
 pub fn nodal_values<const D: usize>(
     image: &Image<D>,
     frame: &FrameTransform<D>,

@@ -79,17 +79,26 @@ impl<const D: usize> Slice<D> {
         }
     }
 
+    /// Draws a line, seen along the last axis in 3D.
+    pub fn line(&self, canvas: &mut Canvas, points: &[[f64; D]], width: f32, colour: Colour) {
+        let points: Vec<[f32; 2]> = points.iter().map(|p| self.pixels(p)).collect();
+        canvas.line(&points, false, width, colour);
+    }
+
+    fn pixels(&self, point: &[f64; D]) -> [f32; 2] {
+        [0, 1].map(|k| (self.scale * point[k]) as f32)
+    }
+
     /// Draws a boundary where it meets the plane.
     pub fn outline(&self, canvas: &mut Canvas, contour: &Contour<D>, width: f32, colour: Colour) {
-        let pixels = |p: [f64; D]| [0, 1].map(|k| (self.scale * p[k]) as f32);
         for corners in contour.all_corners() {
-            let ends: Vec<[f32; 2]> = if D == 2 {
-                corners.map(pixels).to_vec()
+            let ends = if D == 2 {
+                corners.to_vec()
             } else {
-                self.crossings(&corners).into_iter().map(pixels).collect()
+                self.crossings(&corners)
             };
             if ends.len() == 2 {
-                canvas.line(&ends, false, width, colour);
+                self.line(canvas, &ends, width, colour);
             }
         }
     }

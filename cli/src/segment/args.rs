@@ -40,28 +40,34 @@ pub struct SegmentArgs {
     /// Masks of the true objects, one for each image and of its size, to compare with.
     #[arg(long, value_name = "MASK", num_args = 1..)]
     pub truth: Vec<PathBuf>,
+    /// Most alternations of the two linear systems on a level.
+    #[arg(long, value_name = "N", default_value_t = 200,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub max_alternations: u32,
     /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
 }
 
 /// How edges and smoothness are weighed, wherever images are segmented.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Copy, Debug, Default, Args)]
 pub struct ScaleArgs {
     /// Length over which the image is smoothed away from its edges, as a share of the longest side
     /// [default: .02, and no less than three spacings of the grid].
     #[arg(long, value_name = "SHARE", value_parser = positive)]
     pub smooth: Option<f64>,
-    /// Least jump of the grey value that is an edge, as a share of the range of the image.
-    #[arg(long, value_name = "SHARE", default_value_t = 0.2, value_parser = positive)]
-    pub contrast: f64,
-    /// Most alternations of the two linear systems on a level.
-    #[arg(long, value_name = "N", default_value_t = 200,
-          value_parser = clap::value_parser!(u32).range(1..))]
-    pub max_alternations: u32,
+    /// Least jump of the grey value that is an edge, as a share of the range of the image
+    /// [default: .2].
+    #[arg(long, value_name = "SHARE", value_parser = positive)]
+    pub contrast: Option<f64>,
 }
 
 impl ScaleArgs {
+    /// The least jump of an edge.
+    pub fn contrast(&self) -> f64 {
+        self.contrast.unwrap_or(0.2)
+    }
+
     /// The length of smoothing on a grid of this spacing.
     pub fn length(&self, spacing: f64) -> f64 {
         self.smooth.unwrap_or(0.02f64.max(3.0 * spacing))

@@ -145,11 +145,11 @@ fn plan<const D: usize>(
             threshold: args.threshold,
             classes: args.classes,
             largest: args.largest,
-            contrast: args.scales.contrast,
+            contrast: args.scales.contrast(),
             interface_cells: usual.interface_cells,
             edge_conductance: usual.edge_conductance,
             tolerance: usual.tolerance,
-            max_alternations: args.scales.max_alternations,
+            max_alternations: args.max_alternations,
             scales: args.scales,
         },
     })

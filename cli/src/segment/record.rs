@@ -1,5 +1,6 @@
 //! The contents of `result.json`, and the closing words. What does not exist is left out.
 
+use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
@@ -207,13 +208,22 @@ impl<const D: usize> ResultRecord<D> {
 
     /// Prints a short summary; the last line names the picture.
     pub fn print(&self, target: &Path) {
-        let mut text = format!(
-            "Edges of {} image{}: {}, {:.1} s\n",
-            self.images.len(),
-            if self.images.len() == 1 { "" } else { "s" },
-            self.status.replace('_', " "),
-            self.seconds
-        );
+        let mut text = String::new();
+        // Writing into a string cannot fail.
+        let _ = self.write_lines(&mut text, target);
+        // Nobody is left to be told where standard output is closed.
+        let _ = std::io::stdout().write_all(text.as_bytes());
+    }
+
+    fn write_lines(&self, text: &mut String, target: &Path) -> std::fmt::Result {
+        let plural = |n: usize| if n == 1 { "" } else { "s" };
+        let (n, status) = (self.images.len(), self.status.replace('_', " "));
+        let seconds = self.seconds;
+        writeln!(
+            text,
+            "Edges of {n} image{}: {status}, {seconds:.1} s",
+            plural(n)
+        )?;
         for image in &self.images {
             let object = match &image.object {
                 Some(ObjectRecord {
@@ -222,21 +232,20 @@ impl<const D: usize> ResultRecord<D> {
                 Some(_) => "object found".into(),
                 None => "no object".into(),
             };
-            text += &format!(
-                "  {}: edges of length {:.3}, {} region{}, {object}\n",
+            writeln!(
+                text,
+                "  {}: edges of length {:.3}, {} region{}, {object}",
                 image.path,
                 image.edge_length,
                 image.regions,
-                if image.regions == 1 { "" } else { "s" },
-            );
+                plural(image.regions),
+            )?;
         }
         if let Some(dice) = self.mean_dice {
-            text += &format!("  overlap      Dice {dice:.4} on average\n");
+            writeln!(text, "  overlap      Dice {dice:.4} on average")?;
         }
         let file = |name: &str| target.join(name).display().to_string();
-        text += &format!("  results      {}\n", file("result.json"));
-        text += &format!("  picture      {}\n", file("segment.png"));
-        // Nobody is left to be told where standard output is closed.
-        let _ = std::io::stdout().write_all(text.as_bytes());
+        writeln!(text, "  results      {}", file("result.json"))?;
+        writeln!(text, "  picture      {}", file("segment.png"))
     }
 }

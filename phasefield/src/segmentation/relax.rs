@@ -8,7 +8,7 @@ use fe_grid::{
     Assembly, CellLaw, CellProbe, CgParams, CgScratch, Data, Grid, Jet, Lane, LinearOperator,
     Point, Reads, conjugate_gradient, probe_cells, vector,
 };
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 /// A field of the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +105,7 @@ impl<F: CellLaw<D, 2>, const D: usize> LinearOperator for Block<'_, F, D> {
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
         let own = self.part * x.len()..(self.part + 1) * x.len();
-        let mut room = self.room.lock().unwrap_or_else(|e| e.into_inner());
+        let mut room = self.room.lock().unwrap_or_else(PoisonError::into_inner);
         let [direction, image] = &mut *room;
         direction[own.clone()].copy_from_slice(x);
         self.assembly

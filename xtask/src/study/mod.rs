@@ -6,6 +6,7 @@
 
 #[path = "../../../shape-average/tests/support/angle.rs"]
 mod angle;
+mod joint;
 mod known;
 mod paths;
 mod real;
@@ -28,6 +29,7 @@ sections (all where none is named):
   solid    real shapes in 3D: hippocampi
   letters, triangles, materials
            the notes' tables of geodesics, on shapes drawn by the program
+  joint    noisy images, segmented alone and jointly with their average
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.
               What needs data is left out where there are none.
@@ -80,7 +82,8 @@ fn parse(arguments: &[String]) -> Outcome<Options> {
                     arguments.next().ok_or("--shared needs a folder")?,
                 ));
             }
-            "known" | "solvers" | "flat" | "solid" | "letters" | "triangles" | "materials" => {
+            "known" | "solvers" | "flat" | "solid" | "letters" | "triangles" | "materials"
+            | "joint" => {
                 options.sections.push(argument.clone());
             }
             other => return Err(format!("there is no section {other}").into()),
@@ -137,6 +140,7 @@ fn measure(options: &Options) -> Outcome<()> {
         ("letters", paths::letters as fn() -> Outcome<Section>),
         ("triangles", paths::triangles),
         ("materials", paths::materials),
+        ("joint", joint::section),
     ] {
         if asked(name) {
             add(section()?)?;
