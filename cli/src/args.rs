@@ -12,8 +12,9 @@ use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
+use crate::segment::{ScaleArgs, SegmentArgs, run_segment};
 
-/// Averages of 2D and 3D shapes, geodesics and distances between them.
+/// Averages of 2D and 3D shapes, geodesics and distances between them, and shapes in images.
 #[derive(Debug, Parser)]
 #[command(name = "shapespace", version, about, arg_required_else_help = true)]
 pub struct Cli {
@@ -33,6 +34,8 @@ enum Command {
     Transport(TransportArgs),
     /// The distances between all pairs of shapes, with clusters and a map of them.
     Distances(Box<DistancesArgs>),
+    /// The edges of grey images, and the objects between them.
+    Segment(SegmentArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -57,19 +60,48 @@ pub struct AverageArgs {
     #[arg(long, value_name = "W,W,..", value_delimiter = ',', value_parser = finite,
           allow_hyphen_values = true)]
     pub weights: Vec<f64>,
+    /// What of the elastic energies is least: their sum, or that of their roots, which a few shapes
+    /// of another kind move little.
+    #[arg(long, value_enum, default_value_t)]
+    pub mean: Mean,
+    /// Averages two or three shapes with all weights on a line or in a triangle, N on a side.
+    #[arg(long, value_name = "N", conflicts_with_all = ["weights", "joint"],
+          value_parser = clap::value_parser!(u32).range(2..=65))]
+    pub sweep: Option<u32>,
+    /// The inputs are grey images of one size: their edges are found and averaged at the same time.
+    #[arg(long)]
+    pub joint: bool,
+    /// With --joint: how edges and smoothness are weighed.
+    #[command(flatten)]
+    pub scales: ScaleArgs,
+    /// With --joint: weight of the length of an image's edges, as a share of the mismatch weight
+    /// [default: .3].
+    #[arg(long, value_name = "SHARE", value_parser = positive)]
+    pub edge_weight: Option<f64>,
     /// Weight of the mismatch between the shapes and the average.
     #[arg(long, default_value_t = 1.0, value_parser = positive)]
     pub mismatch_weight: f64,
     /// Weight of the average's boundary length [default: 1e-4 of the mismatch weight].
     #[arg(long, value_parser = positive)]
     pub length_weight: Option<f64>,
-    /// What the deformations do at the border of the box.
-    #[arg(long, value_enum, default_value_t)]
-    pub boundary: Boundary,
+    /// What the deformations do at the border of the box [default: natural; with --joint identity].
+    #[arg(long, value_enum)]
+    pub boundary: Option<Boundary>,
     /// Most memory to use, such as 4GiB or 500MB; what does not fit goes to temporary files beside
     /// the output, or in TMPDIR. The results do not depend on it.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub memory: Option<u64>,
+}
+
+/// What of the elastic energies is least.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mean {
+    /// Their weighted sum.
+    #[default]
+    Arithmetic,
+    /// The weighted sum of their roots.
+    Median,
 }
 
 /// How the energy is minimised.
@@ -105,6 +137,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Extend(args) => run_extend(args),
         Command::Transport(args) => run_transport(args),
         Command::Distances(args) => run_distances(args),
+        Command::Segment(args) => run_segment(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

@@ -5,12 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use fe_grid::Grid;
 
-use crate::args::{AverageArgs, Boundary, Solver};
+use crate::args::{AverageArgs, Mean, Solver};
 use crate::average::run_drawn;
 use crate::error::{CliError, Exit};
 use crate::generate::{Placed, area_share, letters};
 use crate::input::Image;
 use crate::options::CommonArgs;
+use crate::segment::ScaleArgs;
 
 /// Nodes a side.
 const NODES: usize = 129;
@@ -59,9 +60,14 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             solver: Solver::default(),
             tolerance: 2e-4,
             weights: Vec::new(),
+            mean: Mean::default(),
+            sweep: None,
+            joint: false,
+            scales: ScaleArgs::default(),
+            edge_weight: None,
             mismatch_weight: 1.0,
             length_weight: None,
-            boundary: Boundary::default(),
+            boundary: None,
             memory: None,
         },
     )

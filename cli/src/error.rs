@@ -201,6 +201,15 @@ impl From<shape_average::AverageError> for CliError {
     }
 }
 
+impl From<phasefield::PhaseFieldError> for CliError {
+    fn from(error: phasefield::PhaseFieldError) -> Self {
+        Self::Computation {
+            message: format!("the image cannot be segmented: {error}"),
+            remedy: "try another --smooth or --contrast; if that does not help, please report it with the image".into(),
+        }
+    }
+}
+
 impl From<fe_grid::GridError> for CliError {
     fn from(error: fe_grid::GridError) -> Self {
         shape_average::AverageError::from(error).into()

@@ -15,6 +15,7 @@ pub mod picture;
 mod pool;
 pub mod progress;
 mod report;
+pub mod segment;
 mod shapes;
 mod watch;
 

@@ -131,7 +131,11 @@ impl<const D: usize> LawVisitor<D> for Nothing {
     fn visit<W: StoredEnergy<D>>(self, _law: W) {}
 }
 
-fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {
+/// Whether a grid of so many nodes a side can be made coarser again and again.
+///
+/// # Errors
+/// [`CliError::Option`] with the nearest number that can.
+pub(crate) fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {
     let cells = nodes.saturating_sub(1);
     if cells.is_power_of_two() && (FEWEST_NODES..=most).contains(&nodes) {
         return Ok(());

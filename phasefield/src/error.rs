@@ -14,6 +14,15 @@ pub enum PhaseFieldError {
         /// The value that was given.
         value: f64,
     },
+    /// An image is not a number everywhere.
+    #[error("the image is not finite at node {node}")]
+    NotFinite {
+        /// Position in memory of the node.
+        node: usize,
+    },
+    /// From the grid layer.
+    #[error(transparent)]
+    Grid(#[from] fe_grid::GridError),
     /// A shape could not be represented.
     #[error(transparent)]
     Shape(#[from] levelset::LevelsetError),

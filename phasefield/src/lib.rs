@@ -1,10 +1,11 @@
-//! Shapes as phase fields: profiles, interface length and mismatch energies.
+//! Shapes as phase fields: profiles, interface length and mismatch energies, and the edges of grey
+//! images.
 //!
 //! A phase field is 1 away from the boundary of a shape and falls to 0 on it, over a width
 //! `interface_width` on either side.
 //!
-//! **Invariant:** a phase field is made from a signed distance, never from a mask, so that its
-//! width is what it is said to be.
+//! **Invariant:** a phase field is made from a signed distance or is the minimiser of an energy of
+//! images ([`segmentation`]), never made from a mask, so that its width is what it is said to be.
 //!
 //! ```
 //! use phasefield::{ElasticWeight, Profile};
@@ -21,6 +22,7 @@ mod error;
 mod length;
 mod mismatch;
 pub mod profile;
+pub mod segmentation;
 
 pub use error::PhaseFieldError;
 pub use length::InterfaceLength;

@@ -124,7 +124,7 @@ fn map<const D: usize>(field: &Field<f64, D, 1>, f: impl Fn(f64) -> f64) -> Fiel
     mapped
 }
 
-fn positive(name: &'static str, value: f64) -> Result<f64, PhaseFieldError> {
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<f64, PhaseFieldError> {
     if value > 0.0 && value.is_finite() {
         return Ok(value);
     }

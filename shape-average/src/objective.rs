@@ -44,6 +44,10 @@ pub struct AverageObjective<const D: usize> {
     average: Vec<f64>,
     energy: Energy,
     metric: Metric<D>,
+    /// What the metric multiplies elastic weights by: the slopes of the terms where it was made.
+    slopes: Vec<f64>,
+    /// Whether the average is given, and not solved for.
+    fixed: bool,
     /// For the multigrid cycles of all shapes.
     work_space: WorkSpace<f32>,
     equations: NormalEquations<D>,
@@ -64,6 +68,7 @@ impl<const D: usize> AverageObjective<D> {
         assert_eq!(average.len(), shapes.grid().n_nodes());
         let weights = Weights {
             shapes: params.resolved_weights(n),
+            mean: params.mean,
             mismatch: params.mismatch_weight / n as f64,
             length: params.resolved_length_weight(),
         };
@@ -75,11 +80,21 @@ impl<const D: usize> AverageObjective<D> {
             average,
             energy: Energy::default(),
             metric: Metric::Kept(Vec::new()),
+            slopes: vec![1.0; n],
+            fixed: false,
             work_space: WorkSpace::default(),
             equations,
             scratch: CgScratch::default(),
             shape_evaluations: 0,
             average_iterations: 0,
+        }
+    }
+
+    /// The same with a given average, onto which shapes are deformed.
+    pub(crate) fn onto(shapes: LevelShapes<D>, params: &AverageParams, average: Vec<f64>) -> Self {
+        Self {
+            fixed: true,
+            ..Self::new(shapes, params, average)
         }
     }
 
@@ -199,6 +214,10 @@ impl<const D: usize> AverageObjective<D> {
             Err(GridError::Inadmissible { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
+        let slope = self.weights.mean.slope(elastic);
+        if slope != 1.0 {
+            vector::scale(slope, gradient);
+        }
         let density = Mismatch {
             interface_width: self.shapes.interface_width(),
             scale: 1.0,
@@ -253,7 +272,7 @@ impl<const D: usize> AverageObjective<D> {
 
     /// Weighted energy of one shape.
     pub(crate) fn weigh(&self, shape: usize, terms: ShapeTerms) -> f64 {
-        let elastic = self.weights.shapes[shape] * terms.elastic;
+        let elastic = self.weights.shapes[shape] * self.weights.mean.term(terms.elastic);
         elastic + self.weights.mismatch * terms.mismatch + terms.barrier
     }
 
@@ -268,7 +287,10 @@ impl<const D: usize> AverageObjective<D> {
             &self.shapes,
             shape,
             &self.params,
-            (self.weights.shapes[shape], self.weights.mismatch),
+            (
+                self.slopes[shape] * self.weights.shapes[shape],
+                self.weights.mismatch,
+            ),
             average,
             displacement,
             &self.work_space,
@@ -315,7 +337,9 @@ impl<const D: usize> AverageObjective<D> {
         let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
         };
-        self.solve_average(x)?;
+        if !self.fixed {
+            self.solve_average(x)?;
+        }
         let n = self.shapes.n_shapes();
         self.shape_evaluations += n;
         let energy = |i: usize, gradient: &mut [f64]| {
@@ -409,6 +433,9 @@ impl<const D: usize> Objective for AverageObjective<D> {
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), AverageError> {
         let dim = self.shape_dim();
+        for (slope, energy) in self.slopes.iter_mut().zip(&self.energy.elastic) {
+            *slope = self.weights.mean.slope(*energy);
+        }
         // The old metric goes first: two at a time would double the memory.
         let old = std::mem::replace(&mut self.metric, Metric::Kept(Vec::new()));
         if self.params.storage != Storage::Memory {

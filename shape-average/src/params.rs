@@ -16,6 +16,23 @@ pub enum Solver {
     Descent,
 }
 
+/// What of the elastic energies is least.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mean {
+    /// Their weighted sum: the average.
+    #[default]
+    Arithmetic,
+    /// The weighted sum of their roots, which are like distances: the median, which a few shapes of
+    /// another kind move little. Each term is `2 sqrt(W0) (sqrt(W + s^2) - s)` with `s^2 = W0/100`,
+    /// smooth at zero, and of slope about one where `W` is the reference energy `W0`.
+    Median {
+        /// `W0`; where it is not given, the median of the elastic energies of the arithmetic mean,
+        /// which is computed first.
+        reference: Option<f64>,
+    },
+}
+
 /// What holds the deformations at the faces of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -42,8 +59,11 @@ pub struct AverageParams {
     pub void_stiffness: f64,
     /// Interface width `epsilon` of the phase fields on every level, in grid spacings.
     pub interface_cells: f64,
-    /// Weights `lambda_i` of the shapes, not negative and of sum one; equal where not given.
+    /// Weights `lambda_i` of the shapes, not negative and of sum one; equal where not given. Shapes
+    /// of weight zero have no say in the average and are deformed onto it afterwards.
     pub weights: Option<Vec<f64>>,
+    /// What of the elastic energies is least.
+    pub mean: Mean,
     /// How the functional is minimised.
     pub solver: Solver,
     /// What holds the deformations at the faces of the box.
@@ -79,6 +99,7 @@ impl Default for AverageParams {
             void_stiffness: 1e-4,
             interface_cells: 2.0,
             weights: None,
+            mean: Mean::default(),
             solver: Solver::default(),
             boundary: BoundaryCondition::default(),
             coarsest_nodes: 9,
@@ -128,6 +149,12 @@ impl AverageParams {
         positive("tolerance", self.tolerance)?;
         positive("min_determinant", self.min_determinant)?;
         positive("filter_width", self.filter_width)?;
+        if let Mean::Median {
+            reference: Some(reference),
+        } = self.mean
+        {
+            positive("reference", reference)?;
+        }
         let within = |name, expected, value: f64, bound: f64| {
             if value <= bound {
                 Ok(())

@@ -1,9 +1,11 @@
 //! From coarse levels to fine.
 
 use crate::alternating::Alternating;
+use crate::follow::with_followers;
 use crate::objective::check_law;
+use crate::quiet::Quiet;
 use crate::result::{AverageResult, LevelReport, Timing};
-use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Solver};
+use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Mean, Solver};
 use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Status, Stopping, minimise_levels,
 };
@@ -24,7 +26,9 @@ const LEAST_EXCESS: f64 = 0.2;
 /// memory (five are as good as thirty on hands and stars).
 pub(crate) const HISTORY: usize = 5;
 /// Iterations after which the metric is made anew.
-const METRIC_INTERVAL: usize = 8;
+pub(crate) const METRIC_INTERVAL: usize = 8;
+/// Least reference energy of a median: that of a strain of a thousandth.
+const LEAST_REFERENCE: f64 = 1e-6;
 /// Blends to the identity that are tried where a deformation is not admissible on a finer level.
 const REPAIRS: u32 = 40;
 
@@ -44,6 +48,10 @@ pub fn average<const D: usize>(
 ) -> Result<AverageResult<D>, AverageError> {
     check(signed_distances, params)?;
     let start = Instant::now();
+    let weights = params.resolved_weights(signed_distances.len());
+    if weights.contains(&0.0) {
+        return with_followers(signed_distances, params, start, observer);
+    }
     let levels = levels_of(signed_distances, params)?;
     solve(signed_distances, levels, params, start, observer)
 }
@@ -108,6 +116,8 @@ fn solve<const D: usize>(
     start: Instant,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
+    let referred = refer(signed_distances, &levels, params, observer)?;
+    let params = &referred;
     let mut problem = Levels::new(levels, params);
     let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
     let minimiser = |_| LevelMinimiser {
@@ -121,9 +131,38 @@ fn solve<const D: usize>(
     problem.into_result(signed_distances, &solution.x, &timing)
 }
 
+/// Finds the reference energy of a median that is not given.
+fn refer<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    levels: &[LevelShapes<D>],
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageParams, AverageError> {
+    if params.mean != (Mean::Median { reference: None }) {
+        return Ok(params.clone());
+    }
+    let arithmetic = AverageParams {
+        mean: Mean::Arithmetic,
+        ..params.clone()
+    };
+    let start = Instant::now();
+    let quiet = &mut Quiet(observer);
+    let plain = solve(signed_distances, levels.to_vec(), &arithmetic, start, quiet)?;
+    let mut energies = plain.energy.elastic;
+    energies.sort_unstable_by(f64::total_cmp);
+    // Shapes that are all the same have no energy to refer to, and any will do.
+    let middle = energies[energies.len() / 2];
+    Ok(AverageParams {
+        mean: Mean::Median {
+            reference: Some(middle.max(LEAST_REFERENCE)),
+        },
+        ..params.clone()
+    })
+}
+
 /// The minimiser that the parameters name, with the stopping rule of a level.
-struct LevelMinimiser {
-    params: AverageParams,
+pub(crate) struct LevelMinimiser {
+    pub params: AverageParams,
 }
 
 impl LevelMinimiser {
@@ -179,8 +218,10 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
 }
 
 /// The levels of an average.
-struct Levels<'a, const D: usize> {
+pub(crate) struct Levels<'a, const D: usize> {
     params: &'a AverageParams,
+    /// The average on every level, where it is given.
+    targets: Option<Vec<Vec<f64>>>,
     /// Coarsest first.
     grids: Vec<Grid<D>>,
     shapes: Vec<Option<LevelShapes<D>>>,
@@ -190,15 +231,24 @@ struct Levels<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Levels<'a, D> {
-    fn new(levels: Vec<LevelShapes<D>>, params: &'a AverageParams) -> Self {
+    pub(crate) fn new(levels: Vec<LevelShapes<D>>, params: &'a AverageParams) -> Self {
         let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
         Self {
             params,
+            targets: None,
             average: vec![1.0; grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
             reports: Vec::new(),
             finest: None,
+        }
+    }
+
+    /// The same with the average given on every level.
+    pub(crate) fn onto(self, targets: Vec<Vec<f64>>) -> Self {
+        Self {
+            targets: Some(targets),
+            ..self
         }
     }
 
@@ -224,7 +274,7 @@ impl<'a, const D: usize> Levels<'a, D> {
 }
 
 /// The shapes on all levels, coarsest first.
-fn levels_of<const D: usize>(
+pub(crate) fn levels_of<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     params: &AverageParams,
 ) -> Result<Vec<LevelShapes<D>>, AverageError> {
@@ -242,7 +292,7 @@ fn levels_of<const D: usize>(
     Ok(levels)
 }
 
-fn inject<const D: usize>(grid: &Grid<D>, fine: &Field<f64, D, 1>) -> Field<f64, D, 1> {
+pub(crate) fn inject<const D: usize>(grid: &Grid<D>, fine: &Field<f64, D, 1>) -> Field<f64, D, 1> {
     let mut coarse = Field::zeros(*grid);
     inject_into(grid, fine.as_slice(), coarse.as_mut_slice());
     coarse
@@ -258,6 +308,10 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
 
     fn objective(&mut self, level: usize) -> Result<AverageObjective<D>, AverageError> {
         let shapes = self.shapes[level].take().ok_or(AverageError::NoShapes)?;
+        if let Some(targets) = &self.targets {
+            let target = targets[level].clone();
+            return Ok(AverageObjective::onto(shapes, self.params, target));
+        }
         let average = std::mem::take(&mut self.average);
         Ok(AverageObjective::new(shapes, self.params, average))
     }
@@ -272,8 +326,10 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
             .zip(x.par_chunks_exact(dim))
             .for_each(|(finer, x)| prolong_into(coarse, x, finer));
         let mut average = vec![0.0; fine.n_nodes()];
-        prolong_into(coarse, &self.average, &mut average);
-        self.average = average;
+        if self.targets.is_none() {
+            prolong_into(coarse, &self.average, &mut average);
+            self.average = average;
+        }
         Ok(finer)
     }
 

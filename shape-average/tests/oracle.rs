@@ -21,24 +21,13 @@ use hyperelastic::{
 use phasefield::{InterfaceLength, Mismatch};
 use serde_json::Value;
 use shape_average::{AverageObjective, AverageParams, LevelShapes};
-use support::{distance, max_abs, oracle};
+use support::oracle::{flat, number, oracle};
+use support::{distance, max_abs};
 
 /// What the reference files grant, in the maximum norm of each array.
 const RELATIVE: f64 = 1e-10;
 /// The same for a solved system, whose condition number multiplies the rounding.
 const RELATIVE_SOLUTION: f64 = 1e-9;
-
-fn number(object: &Value, key: &str) -> f64 {
-    object[key].as_f64().unwrap_or_else(|| panic!("no {key}"))
-}
-
-/// All numbers of nested lists, in order.
-fn flat(value: &Value) -> Vec<f64> {
-    match value {
-        Value::Array(list) => list.iter().flat_map(flat).collect(),
-        number => vec![number.as_f64().expect("a number")],
-    }
-}
 
 #[track_caller]
 fn close(what: &str, found: f64, expected: f64) {

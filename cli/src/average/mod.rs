@@ -1,13 +1,16 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
 //! `plan` reads and checks, `memory` sees to it that there is room, `record` and `write` make the
-//! result directory, `draw` its picture, `summary` the closing words.
+//! result directory, `draw` its picture, `summary` the closing words. `sweep` averages with many
+//! weights, `joint` images instead of masks.
 
 mod draw;
+mod joint;
 mod memory;
 mod plan;
 mod record;
 mod summary;
+mod sweep;
 mod write;
 
 use std::time::Instant;
@@ -43,6 +46,9 @@ struct Outcome<const D: usize> {
 /// # Errors
 /// [`CliError`]; then nothing has been written.
 pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
+    if args.joint {
+        return joint::run_joint(args);
+    }
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
@@ -79,6 +85,9 @@ fn run_plan<const D: usize>(
 where
     Pictures: Draw<D>,
 {
+    if let Some(side) = args.sweep {
+        return sweep::run_sweep(plan, args, side as usize, progress, interrupt, start);
+    }
     let output = args.common.output.as_path();
     // A folder that cannot be written to is better known before the computation than after it.
     ResultDir::create(output).map(drop)?;

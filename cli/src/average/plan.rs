@@ -5,7 +5,7 @@ use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Serialize;
 use shape_average::{AverageParams, BoundaryCondition};
 
-use crate::args::{AverageArgs, Boundary, Solver};
+use crate::args::{AverageArgs, Boundary, Mean, Solver};
 use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::options::Align;
@@ -39,6 +39,8 @@ pub struct Parameters {
     pub void_stiffness: f64,
     /// Weights of the shapes.
     pub weights: Vec<f64>,
+    /// What of the elastic energies is least.
+    pub mean: Mean,
     /// Alignment.
     pub align: Align,
     /// Border of the box.
@@ -74,6 +76,27 @@ pub fn plan_average(args: &AverageArgs) -> Result<AnyPlan, CliError> {
             command: "average",
             needed: 2,
             found: args.inputs.len(),
+        });
+    }
+    let of_images = [
+        ("--smooth", args.scales.smooth),
+        ("--contrast", args.scales.contrast),
+        ("--edge-weight", args.edge_weight),
+    ];
+    for (option, value) in of_images {
+        if let Some(value) = value {
+            return Err(CliError::Option {
+                option,
+                value: value.to_string(),
+                remedy: "it is for grey images: add --joint, or leave it out".into(),
+            });
+        }
+    }
+    if args.sweep.is_some() && args.inputs.len() > 3 {
+        return Err(CliError::Option {
+            option: "--sweep",
+            value: format!("of {} masks", args.inputs.len()),
+            remedy: "give two masks for a line of averages, or three for a triangle".into(),
         });
     }
     // Weights are checked first: reading may take long.
@@ -123,12 +146,21 @@ impl Parameters {
             },
             tolerance: self.tolerance,
             max_iterations: self.max_iterations as usize,
-            boundary: match self.boundary {
-                Boundary::Natural => BoundaryCondition::Natural,
-                Boundary::Identity => BoundaryCondition::Identity,
+            boundary: boundary_condition(self.boundary),
+            mean: match self.mean {
+                Mean::Arithmetic => shape_average::Mean::Arithmetic,
+                Mean::Median => shape_average::Mean::Median { reference: None },
             },
             ..AverageParams::default()
         }
+    }
+}
+
+/// The same as the average takes it.
+pub(super) fn boundary_condition(boundary: Boundary) -> BoundaryCondition {
+    match boundary {
+        Boundary::Natural => BoundaryCondition::Natural,
+        Boundary::Identity => BoundaryCondition::Identity,
     }
 }
 
@@ -153,8 +185,9 @@ fn parameters<const D: usize>(
         interface_width: 2.0 * Grid::<D>::cube(nodes).spacing(),
         void_stiffness: common.void_stiffness,
         weights,
+        mean: args.mean,
         align: common.align,
-        boundary: args.boundary,
+        boundary: args.boundary.unwrap_or_default(),
     })
 }
 

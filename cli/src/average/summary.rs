@@ -35,20 +35,16 @@ fn write_lines<const D: usize>(
         record.seconds
     )?;
     let p = &record.parameters;
-    let elastic: f64 = record
-        .energy
-        .elastic
-        .iter()
-        .zip(&p.weights)
-        .map(|(e, w)| e * w)
-        .sum();
     let mismatch: f64 = record.energy.mismatch.iter().sum::<f64>() / p.weights.len() as f64;
+    let (mismatch, length) = (
+        p.mismatch_weight * mismatch,
+        p.length_weight * record.energy.length,
+    );
+    let elastic = record.energy.total - mismatch - length;
     writeln!(
         text,
         "  energy       {:.6e} = elastic {elastic:.3e} + mismatch {:.3e} + length {:.3e}",
-        record.energy.total,
-        p.mismatch_weight * mismatch,
-        p.length_weight * record.energy.length
+        record.energy.total, mismatch, length
     )?;
     if let Some((worst, least)) = worst(&record.dice) {
         writeln!(

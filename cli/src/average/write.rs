@@ -154,11 +154,8 @@ fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
 fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
     let energy = &outcome.result.levels.get(level)?.energy;
     let p = &outcome.parameters;
-    let elastic = energy.elastic.iter().zip(&p.weights).map(|(e, w)| e * w);
     let n = p.weights.len() as f64;
-    Some(vec![
-        elastic.sum(),
-        p.mismatch_weight / n * energy.mismatch.iter().sum::<f64>(),
-        p.length_weight * energy.length,
-    ])
+    let mismatch = p.mismatch_weight / n * energy.mismatch.iter().sum::<f64>();
+    let length = p.length_weight * energy.length;
+    Some(vec![energy.total - mismatch - length, mismatch, length])
 }

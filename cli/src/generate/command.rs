@@ -8,7 +8,7 @@ use fe_grid::{Grid, ScalarField};
 use image::{GrayImage, ImageFormat};
 
 use super::{Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star};
-use super::{area_share, family, letter, letters};
+use super::{area_share, family, letter, letters, make_grey};
 use crate::error::CliError;
 use crate::output::npy::{Precision, field_to, write_field};
 use crate::output::{OutputError, ResultDir, write_new_file};
@@ -38,6 +38,16 @@ struct Common {
     /// Move by X,Y or X,Y,Z.
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     shift: Vec<f64>,
+    /// Grey values of the shape and around it lie so far apart, about the middle: a grey image
+    /// instead of a mask.
+    #[arg(long, default_value_t = 1.0, value_parser = finite)]
+    contrast: f64,
+    /// Standard deviation of the noise that is added, 1 being from black to white.
+    #[arg(long, default_value_t = 0.0, value_parser = finite)]
+    noise: f64,
+    /// Seed of the noise.
+    #[arg(long, default_value_t = 1)]
+    noise_seed: u64,
 }
 
 /// What to draw. All lengths are parts of the unit box.
@@ -184,15 +194,20 @@ fn run<const D: usize>(
 ) -> Result<Vec<PathBuf>, CliError> {
     let grid = grid::<D>(common)?;
     let centre = centre::<D>(common)?;
-    let sampled = |shape: &AnyShape<D>| {
-        area_share(
-            &Placed {
-                shape: shape.as_ref(),
-                rotation: common.rotate,
-                centre,
-            },
-            grid,
-        )
+    check_greys(common)?;
+    // Every member of a family has noise of its own.
+    let sampled = |shape: &AnyShape<D>, number: u64| {
+        let placed = Placed {
+            shape: shape.as_ref(),
+            rotation: common.rotate,
+            centre,
+        };
+        let mut field = area_share(&placed, grid);
+        if common.contrast < 1.0 || common.noise > 0.0 {
+            let seed = common.noise_seed.wrapping_add(number);
+            make_grey(field.as_mut_slice(), common.contrast, common.noise, seed);
+        }
+        field
     };
     if let ShapeCommand::Family {
         family: which,
@@ -205,9 +220,10 @@ fn run<const D: usize>(
             return Err(flat_only("letters"));
         }
         let directory = ResultDir::create(&common.output)?;
-        for member in &members {
+        for (number, member) in members.iter().enumerate() {
             let path = directory.file(format!("{}.npy", member.name));
-            write_field(&path, &sampled(&member.shape), Precision::Double)?;
+            let field = sampled(&member.shape, number as u64);
+            write_field(&path, &field, Precision::Double)?;
         }
         let target = directory.commit()?;
         return Ok(members
@@ -216,8 +232,16 @@ fn run<const D: usize>(
             .collect());
     }
     let shape = shape::<D>(command, draw_letter)?;
-    write_shape(&common.output, || sampled(&shape))?;
+    write_shape(&common.output, || sampled(&shape, 0))?;
     Ok(vec![common.output.clone()])
+}
+
+fn check_greys(common: &Common) -> Result<(), CliError> {
+    let range = 0.0..=1.0;
+    for (option, value) in [("--contrast", common.contrast), ("--noise", common.noise)] {
+        checked(range.contains(&value), option, value, "from 0 to 1")?;
+    }
+    Ok(())
 }
 
 fn grid<const D: usize>(common: &Common) -> Result<Grid<D>, CliError> {

@@ -120,6 +120,15 @@ pub enum InputError {
         /// The value.
         value: f64,
     },
+    /// An image without anything to be seen.
+    #[error("'{}' shows nothing: all values are {value}", path.display())]
+    #[diagnostic(help("give an image in which the object differs from its surroundings"))]
+    Blank {
+        /// The file.
+        path: PathBuf,
+        /// The value.
+        value: f64,
+    },
     /// An intensity image where labels are expected.
     #[error("'{}' is not a mask: it has {levels} grey levels, and neighbours mostly differ", path.display())]
     #[diagnostic(help(

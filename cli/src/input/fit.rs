@@ -10,10 +10,14 @@
 //!    ([`FrameRule::Shared`]).
 //! 3. Otherwise each object's bounding box is put into the middle ([`FrameRule::Centred`]).
 //!
+//! Grey images, of which nobody knows yet where the object is, are placed whole
+//! ([`whole_frame`], [`FrameRule::Whole`]).
+//!
 //! Rules 2 and 3 use one scale for all images, so that relative sizes are kept: the longest side
 //! of the largest bounding box becomes `1 - 2 MARGIN`. Aspect and voxel spacing are kept always.
 //! The box of a sample reaches half a spacing to both sides.
 
+use fe_grid::{Grid, ScalarField};
 use serde::{Deserialize, Serialize};
 
 use super::Image;
@@ -22,6 +26,9 @@ use super::Image;
 pub const MARGIN: f64 = 0.15;
 /// How much longer than the largest object the common bounding box may be for rule 2.
 pub const SHARED_ROOM: f64 = 1.25;
+
+/// Cells along the longest side to which grids of whole images can be made coarser, in 2D and 3D.
+const COARSEST_CELLS: [usize; 2] = [16, 8];
 
 /// The rule by which an image was placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,6 +40,8 @@ pub enum FrameRule {
     Shared,
     /// One scale for all images, each object in the middle.
     Centred,
+    /// The whole image in the middle of the box, its longer side being one.
+    Whole,
 }
 
 /// From sample indices to the unit box:
@@ -194,6 +203,73 @@ pub fn fit_frames<const D: usize>(images: &[Image<D>], nodes: usize) -> Vec<Fram
         .collect()
 }
 
+/// A grid of so many nodes along the longest side of an image, with the transform that places the
+/// image in its middle: the first and the last sample along that side are nodes. The other sides of
+/// the grid are as long as the image, and a little longer where that makes them divisible into
+/// coarser grids.
+///
+/// # Errors
+/// [`fe_grid::GridError`] for fewer than two nodes.
+pub fn whole_frame<const D: usize>(
+    image: &Image<D>,
+    nodes: usize,
+) -> Result<(FrameTransform<D>, Grid<D>), fe_grid::GridError> {
+    let lengths: [f64; D] = std::array::from_fn(|k| (image.size[k] - 1) as f64 * image.spacing[k]);
+    let longest = lengths.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let cells = nodes - 1;
+    let part = (cells / COARSEST_CELLS[usize::from(D == 3)]).max(1);
+    let sides = lengths.map(|length| {
+        // A side that fits exactly is not made longer by rounding.
+        let needed = (length / longest * cells as f64 - 1e-6).max(1.0);
+        (needed / part as f64).ceil() as usize * part + 1
+    });
+    let grid = Grid::with_nodes(sides, 1.0 / cells as f64)?;
+    let extent = grid.extent();
+    let frame = FrameTransform {
+        scale: 1.0 / longest,
+        spacing: image.spacing,
+        origin: image.origin,
+        offset: std::array::from_fn(|k| {
+            0.5 * (extent[k] - lengths[k] / longest) - image.origin[k] / longest
+        }),
+        rule: FrameRule::Whole,
+    };
+    Ok((frame, grid))
+}
+
+/// The values of an image at the nodes of a grid: means over the boxes of one spacing about them
+/// where samples are finer than the grid, interpolated where they are not. Beyond the image its
+/// values go on as they are at its border.
+///
+/// # Errors
+/// None in practice: images have two samples along every axis.
+pub fn nodal_values<const D: usize>(
+    image: &Image<D>,
+    frame: &FrameTransform<D>,
+    grid: Grid<D>,
+) -> Result<ScalarField<f64, D>, fe_grid::GridError> {
+    let lattice = Grid::with_nodes(image.size, 1.0)?;
+    let samples = ScalarField::from_vec(lattice, image.values.clone())?;
+    let h = grid.spacing();
+    let pieces = frame
+        .sample_size()
+        .map(|size| (h / size - 1e-6).ceil().max(1.0) as usize);
+    let n_pieces: usize = pieces.iter().product();
+    Ok(ScalarField::from_fn(grid, |node| {
+        let sum: f64 = (0..n_pieces)
+            .map(|mut piece| {
+                let point = std::array::from_fn(|k| {
+                    let i = piece % pieces[k];
+                    piece /= pieces[k];
+                    node[k] + h * ((i as f64 + 0.5) / pieces[k] as f64 - 0.5)
+                });
+                samples.sample(frame.to_sample(point))[0]
+            })
+            .sum();
+        [sum / n_pieces as f64]
+    }))
+}
+
 fn nodal_frame<const D: usize>(nodes: usize) -> FrameTransform<D> {
     FrameTransform {
         scale: 1.0 / (nodes - 1) as f64,
@@ -276,6 +352,37 @@ pub(crate) mod tests {
         assert_eq!(frame.rule(), FrameRule::AsIs);
         assert_eq!(frame.to_unit([8.0, 4.0]), [1.0, 0.5]);
         assert_eq!(fit_frames(&[image], 17)[0].rule(), FrameRule::Shared);
+    }
+
+    #[test]
+    fn a_whole_image_fills_a_grid_that_can_be_made_coarser() {
+        let image = block([101, 61], [0.5; 2], [10, 10], [40, 30]);
+        let (frame, grid) = whole_frame(&image, 65).unwrap();
+        // 60 of 100 samples are 38.4 cells of 64; ten times four are enough.
+        assert_eq!(grid.nodes_per_axis(), [65, 41]);
+        assert_relative_eq!(frame.to_unit([0.0, 30.0])[0], 0.0, epsilon = 1e-14);
+        assert_relative_eq!(frame.to_unit([100.0, 30.0])[0], 1.0, epsilon = 1e-14);
+        assert_relative_eq!(
+            frame.to_unit([3.0, 30.0])[1],
+            0.5 * 40.0 / 64.0,
+            epsilon = 1e-14
+        );
+        let nodal = nodal_values(&image, &frame, grid).unwrap();
+        let mean = |values: &[f64]| values.iter().sum::<f64>();
+        let share = 0.01 * 0.01 * mean(&image.values);
+        // The samples of an object inside the image stand for squares, nodal means keep their sum.
+        assert_relative_eq!(
+            mean(nodal.as_slice()) / 64.0f64.powi(2),
+            share,
+            epsilon = 5e-3
+        );
+        // An array of the grid's size stays as it is.
+        let image = block([17, 9], [1.0; 2], [2, 3], [9, 5]);
+        let (frame, grid) = whole_frame(&image, 17).unwrap();
+        assert_eq!(
+            nodal_values(&image, &frame, grid).unwrap().as_slice(),
+            image.values
+        );
     }
 
     #[test]

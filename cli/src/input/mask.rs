@@ -28,11 +28,7 @@ pub(super) fn into_image(
         None => scale(&mut samples, path)?,
     }
     check_two_sides(&samples.values, path)?;
-    Ok(if samples.size.len() == 2 {
-        AnyImage::D2(shaped(samples, path))
-    } else {
-        AnyImage::D3(shaped(samples, path))
-    })
+    Ok(shaped_any(samples, path))
 }
 
 /// Checks the numbers of a label image and keeps them as they are.
@@ -51,11 +47,16 @@ pub(super) fn into_label_image(samples: Samples, path: &Path) -> Result<AnyImage
     if samples.values.iter().all(|&v| v != 0.0) {
         return Err(InputError::Full { path: path.into() });
     }
-    Ok(if samples.size.len() == 2 {
+    Ok(shaped_any(samples, path))
+}
+
+/// An image of as many axes as the samples have.
+pub(super) fn shaped_any(samples: Samples, path: &Path) -> AnyImage {
+    if samples.size.len() == 2 {
         AnyImage::D2(shaped(samples, path))
     } else {
         AnyImage::D3(shaped(samples, path))
-    })
+    }
 }
 
 /// `D` equals the number of axes, which the caller has matched.
@@ -71,7 +72,7 @@ fn shaped<const D: usize>(samples: Samples, path: &Path) -> Image<D> {
     }
 }
 
-fn check_spacing(samples: &Samples, path: &Path) -> Result<(), InputError> {
+pub(super) fn check_spacing(samples: &Samples, path: &Path) -> Result<(), InputError> {
     let positive = |&h: &f64| h > 0.0 && h.is_finite();
     if samples.spacing.iter().all(positive) {
         return Ok(());
@@ -82,7 +83,7 @@ fn check_spacing(samples: &Samples, path: &Path) -> Result<(), InputError> {
     })
 }
 
-fn check_finite(samples: &Samples, path: &Path) -> Result<(), InputError> {
+pub(super) fn check_finite(samples: &Samples, path: &Path) -> Result<(), InputError> {
     match find(samples, |v| !v.is_finite()) {
         None => Ok(()),
         Some((value, position)) => Err(InputError::NotFinite {

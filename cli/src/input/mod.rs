@@ -1,4 +1,4 @@
-//! Masks in: files of several formats become images with values in `[0, 1]`.
+//! Masks and grey images in: files of several formats become images with values in `[0, 1]`.
 //!
 //! **Axes.** An array is stored as `[y][x]` or `[z][y][x]`, the last axis running fastest. The
 //! last axis is `x`: axis 0 of an [`Image`]. Row 0 of a picture file is `y = 0`, so that the `y`
@@ -12,6 +12,7 @@ mod boundary;
 mod decode;
 mod error;
 pub mod fit;
+mod grey;
 mod mask;
 mod nifti;
 mod npy;
@@ -22,6 +23,7 @@ use std::path::{Path, PathBuf};
 
 pub use boundary::boundary;
 pub use error::InputError;
+pub use grey::GreyRange;
 
 /// No input may have more values than this (2 GiB in double precision).
 pub const MAX_VALUES: u64 = 1 << 28;
@@ -143,6 +145,19 @@ pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputE
 /// [`InputError`] names the file, what is wrong with it and what to do.
 pub fn read_label_image(path: &Path) -> Result<AnyImage, InputError> {
     mask::into_label_image(decode_samples(&bytes_of(path)?, path)?, path)
+}
+
+/// Reads grey images that all have the same number of axes, each on a scale on which nearly all
+/// values lie between 0 and 1.
+///
+/// # Errors
+/// [`InputError`] names the file, what is wrong with it and what to do.
+pub fn read_grey_images(paths: &[PathBuf]) -> Result<(AnyImages, Vec<GreyRange>), InputError> {
+    let read =
+        |path: &PathBuf| grey::into_grey_image(decode_samples(&bytes_of(path)?, path)?, path);
+    let read: Result<Vec<_>, _> = paths.iter().map(read).collect();
+    let (images, ranges) = read?.into_iter().unzip();
+    Ok((same_dimension(images)?, ranges))
 }
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>, InputError> {

@@ -13,6 +13,7 @@ mod palette;
 mod scatter;
 mod sheet2;
 mod sheet3;
+mod slice;
 mod text;
 mod tree;
 mod window;
@@ -28,6 +29,7 @@ pub use palette::colour;
 pub use scatter::ScatterPlot;
 pub use sheet2::{ContactSheet, Curve, ShapeTile};
 pub use sheet3::SurfaceSheet;
+pub(crate) use slice::{Slice, TileRows, pale};
 pub use tree::TreeChart;
 pub use window::Window;
 

@@ -7,6 +7,7 @@
 #[path = "../../../shape-average/tests/support/angle.rs"]
 mod angle;
 mod clusters;
+mod joint;
 mod known;
 mod occlusion;
 mod paths;
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 use crate::table::Table;
 
 /// The sections, in the order of the help.
-const SECTIONS: [&str; 9] = [
+const SECTIONS: [&str; 10] = [
     "known",
     "solvers",
     "flat",
@@ -32,6 +33,7 @@ const SECTIONS: [&str; 9] = [
     "materials",
     "occlusion",
     "clusters",
+    "joint",
 ];
 
 const HELP: &str = "cargo xtask study [SECTION ...] [--shared DIR] [--write]
@@ -44,6 +46,7 @@ sections (all where none is named):
   letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
   clusters distances of real shapes (an hour)
+  joint    noisy images, segmented alone and jointly with their average
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.
               What needs data is left out where there are none.
@@ -165,6 +168,7 @@ fn sections(name: &str, data: Option<&Path>) -> Outcome<Vec<Section>> {
         ("triangles", _) => vec![paths::triangles()?],
         ("materials", _) => vec![paths::materials()?],
         ("occlusion", _) => vec![occlusion::section()?],
+        ("joint", _) => vec![joint::section()?],
         ("clusters", Some(data)) => vec![clusters::section(data)?],
         _ => Vec::new(),
     })

@@ -1,0 +1,234 @@
+//! `shapespace average --sweep N`: averages of two or three shapes with all weights on a line or in
+//! a triangle, in one picture.
+
+use std::io::Write as _;
+use std::time::Instant;
+
+use fe_grid::ScalarField;
+use levelset::{BoxEdge, Moments, contour};
+use serde::Serialize;
+use shape_average::{AverageParams, AverageResult, average};
+
+use super::plan::{AveragePlan, Parameters};
+use crate::args::AverageArgs;
+use crate::error::{CliError, Exit};
+use crate::output::npy::{Precision, write_field, write_mask};
+use crate::output::{ResultDir, numbered, write_json};
+use crate::picture::{INK, Slice, TileRows, WHITE, colour, mix};
+use crate::progress::Progress;
+use crate::report::{CANCELLED, CertificateRecord, overall, peak_memory};
+use crate::shapes::{InputRecord, SizeRecord, common_scale, prepare};
+use crate::watch::{Interrupt, Watch, level_nodes};
+
+/// Everything in `result.json`.
+#[derive(Clone, Debug, Serialize)]
+struct SweepRecord<const D: usize> {
+    version: &'static str,
+    status: &'static str,
+    dimension: usize,
+    nodes: Vec<usize>,
+    input: Vec<InputRecord<D>>,
+    parameters: Parameters,
+    averages: Vec<OneRecord>,
+    seconds: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_memory_bytes: Option<u64>,
+}
+
+/// One average of the sweep.
+#[derive(Clone, Debug, Serialize)]
+struct OneRecord {
+    weights: Vec<f64>,
+    status: &'static str,
+    energy: f64,
+    elastic: Vec<f64>,
+    dice: Vec<f64>,
+    certificate: CertificateRecord,
+    average: SizeRecord,
+    seconds: f64,
+}
+
+/// Weights on a line or in a triangle, `side` on each side, row by row: whole numbers over
+/// `side - 1`, so that those of one shape are exactly one.
+pub(super) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
+    let parts = side - 1;
+    let share = |k: usize| k as f64 / parts as f64;
+    if shapes == 2 {
+        return (0..side)
+            .map(|k| vec![share(parts - k), share(k)])
+            .collect();
+    }
+    let rows = (0..side)
+        .flat_map(|row| (0..=row).map(move |k| vec![share(parts - row), share(row - k), share(k)]));
+    rows.collect()
+}
+
+/// Averages with all weights, and writes them.
+///
+/// # Errors
+/// [`CliError`]; then nothing has been written.
+pub(super) fn run_sweep<const D: usize>(
+    plan: AveragePlan<D>,
+    args: &AverageArgs,
+    side: usize,
+    progress: &Progress,
+    interrupt: Interrupt,
+    start: Instant,
+) -> Result<Exit, CliError> {
+    let output = args.common.output.as_path();
+    ResultDir::create(output).map(drop)?;
+    let (grid, parameters) = (plan.placed.grid, plan.parameters);
+    let (inputs, distances) = prepare(plan.placed, progress)?;
+    let mut found: Vec<(Vec<f64>, AverageResult<D>)> = Vec::new();
+    for weights in weights(inputs.len(), side) {
+        let params = AverageParams {
+            weights: Some(weights.clone()),
+            ..parameters.average_params()
+        };
+        let words: Vec<String> = weights.iter().map(|w| format!("{w:.3}")).collect();
+        progress.note(format!("weights {}:", words.join(", ")));
+        let levels = level_nodes(&grid.hierarchy(params.coarsest_nodes));
+        let mut watch = Watch::new(progress, interrupt, levels);
+        let result = average(&distances, &params, &mut watch)?;
+        watch.finish();
+        found.push((weights, result));
+        if interrupt.asked() {
+            break;
+        }
+    }
+    progress.stage("writing");
+    interrupt.writing();
+    let directory = ResultDir::create(output)?;
+    let scale = common_scale(&inputs);
+    let mut records = Vec::new();
+    for (i, (weights, result)) in found.iter().enumerate() {
+        write(&directory, i, result)?;
+        records.push(one_record(weights, result, scale));
+    }
+    picture(&found, &grid, side).write_png(&directory.file("sweep.png"))?;
+    let bad = records.iter().map(|r| r.status).find(|s| *s != "converged");
+    let record = SweepRecord {
+        version: env!("CARGO_PKG_VERSION"),
+        status: bad.unwrap_or("converged"),
+        dimension: D,
+        nodes: grid.nodes_per_axis().to_vec(),
+        input: inputs.iter().map(InputRecord::new).collect(),
+        parameters,
+        averages: records,
+        seconds: start.elapsed().as_secs_f64(),
+        peak_memory_bytes: peak_memory(),
+    };
+    write_json(&directory.file("result.json"), &record)?;
+    let target = directory.commit()?;
+    progress.finish();
+    print(&record, &target);
+    Ok(if record.status == CANCELLED {
+        Exit::Interrupted
+    } else {
+        Exit::Success
+    })
+}
+
+fn write<const D: usize>(
+    directory: &ResultDir,
+    i: usize,
+    result: &AverageResult<D>,
+) -> Result<(), CliError> {
+    let path = directory.file(numbered("average", i, "npy"));
+    write_field(&path, &result.average, Precision::Double)?;
+    let mask = result.average_mask.as_slice().iter().map(|&x| x > 0.5);
+    let size = result.average_mask.grid().nodes_per_axis();
+    let path = directory.file(numbered("average_mask", i, "npy"));
+    Ok(write_mask(&path, &mask.collect::<Vec<_>>(), &size)?)
+}
+
+fn one_record<const D: usize>(
+    weights: &[f64],
+    result: &AverageResult<D>,
+    scale: Option<f64>,
+) -> OneRecord {
+    let outline = contour(&result.average_indicator, 0.5, BoxEdge::Closed);
+    let volume = outline.and_then(|outline| Moments::of_contour(&outline));
+    OneRecord {
+        weights: weights.to_vec(),
+        status: overall(result.status, result.levels.last().map(|l| l.status)),
+        energy: result.energy.total,
+        elastic: result.energy.elastic.clone(),
+        dice: result.dice.clone(),
+        certificate: CertificateRecord::new(&result.certificate),
+        average: volume.map_or_else(
+            |_| SizeRecord::default(),
+            |moments| SizeRecord::new::<D>(moments.volume, scale),
+        ),
+        seconds: result.seconds,
+    }
+}
+
+/// The averages in their colours, each between those of the shapes; two shapes in rows, three in a
+/// triangle whose corners are the shapes.
+fn picture<const D: usize>(
+    found: &[(Vec<f64>, AverageResult<D>)],
+    grid: &fe_grid::Grid<D>,
+    side: usize,
+) -> crate::picture::Canvas {
+    let columns = side.min(9);
+    let slice = Slice::middle(grid, TileRows::width(columns));
+    let mut rows = TileRows::new(columns);
+    let mut in_row = 0;
+    let mut length = 1;
+    for (weights, result) in found {
+        let hue = |k: usize| -> f32 {
+            let colours = weights.iter().enumerate();
+            colours.map(|(i, w)| *w as f32 * colour(i)[k]).sum()
+        };
+        let fill = mix(WHITE, [0, 1, 2].map(hue), 0.55);
+        let indicator: &ScalarField<f64, D> = &result.average_indicator;
+        let mut tile = slice.painted(|x| mix(WHITE, fill, indicator.sample(x)[0] as f32));
+        slice.level(&mut tile, indicator, 0.5, 1.4, INK);
+        let words: Vec<String> = weights.iter().map(|w| format!("{w:.2}")).collect();
+        rows.push(words.join(" "), tile);
+        in_row += 1;
+        if weights.len() == 3 && in_row == length {
+            rows.end_row();
+            (in_row, length) = (0, length + 1);
+        }
+    }
+    rows.draw()
+}
+
+fn print<const D: usize>(record: &SweepRecord<D>, target: &std::path::Path) {
+    let least = record.averages.iter().flat_map(|a| a.dice.iter().copied());
+    let text = format!(
+        "{} averages of {} shapes: {}, {:.1} s\n  overlap      Dice {:.4} at least\n  \
+         results      {}\n  picture      {}\n",
+        record.averages.len(),
+        record.input.len(),
+        record.status.replace('_', " "),
+        record.seconds,
+        least.fold(1.0, f64::min),
+        target.join("result.json").display(),
+        target.join("sweep.png").display()
+    );
+    // Nobody is left to be told where standard output is closed.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_add_up_and_begin_and_end_at_the_shapes() {
+        for (shapes, side, count) in [(2, 5, 5), (3, 4, 10)] {
+            let all = weights(shapes, side);
+            assert_eq!(all.len(), count);
+            for weights in &all {
+                assert_eq!(weights.len(), shapes);
+                assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            }
+            for i in 0..shapes {
+                assert_eq!(all.iter().filter(|w| w[i] == 1.0).count(), 1);
+            }
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Edges and objects of images.
+
+use fe_grid::ScalarField;
+use levelset::{BoxEdge, Contour, contour, hausdorff, largest_component, signed_distance};
+use phasefield::segmentation::{Segmentation, SegmentationParams, segment, split_classes};
+
+use super::args::Object;
+use super::plan::{Parameters, Placed};
+use crate::error::CliError;
+use crate::input::{Image, LEVEL, boundary};
+use crate::progress::Progress;
+use crate::watch::{Course, Interrupt, Watch, level_nodes};
+
+/// An image with everything that has been found in it.
+pub(super) struct Found<const D: usize> {
+    pub placed: Placed<D>,
+    pub params: SegmentationParams,
+    pub result: Segmentation<D>,
+    pub course: Vec<Course>,
+    /// None where there is none, or none was asked for.
+    pub object: Option<FoundObject<D>>,
+}
+
+/// The object of an image.
+pub(super) struct FoundObject<const D: usize> {
+    /// Its threshold, on the scale of the image, where it has one.
+    pub threshold: Option<f64>,
+    /// How well the classes of grey values are separated; none for a given threshold.
+    pub separation: Option<f64>,
+    /// Positive inside, on the grid.
+    pub level_set: ScalarField<f64, D>,
+    /// Inside or not, at the samples of the image.
+    pub mask: Vec<bool>,
+    /// Its boundary, in coordinates of the grid; the faces of the box close it.
+    pub outline: Contour<D>,
+    pub truth: Option<Comparison<D>>,
+}
+
+/// An object beside the true one.
+pub(super) struct Comparison<const D: usize> {
+    pub outline: Contour<D>,
+    pub dice: f64,
+    /// Mean and 95th percentile of the distance of the two boundaries, in coordinates of the grid.
+    pub distance: [f64; 2],
+}
+
+/// Segments all images, one after the other.
+///
+/// # Errors
+/// [`CliError`] where a system breaks down.
+pub(super) fn compute<const D: usize>(
+    images: Vec<Placed<D>>,
+    parameters: &Parameters,
+    progress: &Progress,
+    interrupt: Interrupt,
+) -> Result<Vec<Found<D>>, CliError> {
+    let several = images.len() > 1;
+    let found = images.into_iter().map(|placed| {
+        let params = parameters.params(placed.nodal.grid())?;
+        if several {
+            progress.note(format!("{}:", placed.name));
+        }
+        let levels = placed.nodal.grid().hierarchy(params.coarsest_nodes);
+        let mut watch = Watch::new(progress, interrupt, level_nodes(&levels));
+        let result = segment(&placed.nodal, &params, &mut watch)?;
+        let object = object(&placed, &result, parameters);
+        Ok(Found {
+            course: watch.finish(),
+            placed,
+            params,
+            result,
+            object,
+        })
+    });
+    found.collect()
+}
+
+/// A function that is positive in an object, with what led to it.
+struct Inside<const D: usize> {
+    level_set: ScalarField<f64, D>,
+    threshold: Option<f64>,
+    separation: Option<f64>,
+}
+
+/// The object on one side of a threshold; none where there are not so many grey values.
+fn beside_threshold<const D: usize>(
+    placed: &Placed<D>,
+    result: &Segmentation<D>,
+    parameters: &Parameters,
+    sign: f64,
+) -> Option<Inside<D>> {
+    let values = result.image.as_slice();
+    let (threshold, separation) = if let Some(number) = parameters.threshold {
+        (placed.range.scaled(number), None)
+    } else {
+        let classes = split_classes(values, parameters.classes as usize)?;
+        let last = classes.thresholds.len() - 1;
+        let number = if sign > 0.0 { last } else { 0 };
+        (classes.thresholds[number], Some(classes.separation))
+    };
+    let mut level_set = result.image.clone();
+    for u in level_set.as_mut_slice() {
+        *u = sign * (*u - threshold);
+    }
+    Some(Inside {
+        level_set,
+        threshold: Some(threshold),
+        separation,
+    })
+}
+
+/// What the edges part from the largest region. Regions end where the phase field is 1/2, which is
+/// `2 eps ln 2` before the edge: the object is as much smaller than what is left of the box.
+fn enclosed<const D: usize>(result: &Segmentation<D>) -> Option<Inside<D>> {
+    let around = largest_component(&result.phase_field, 0.5).ok()?;
+    let mut rest = around;
+    for inside in rest.as_mut_slice() {
+        *inside = 1.0 - *inside;
+    }
+    let mut level_set = signed_distance(&rest, 0.5).ok()?;
+    let width = result.levels.last()?.interface_width;
+    for d in level_set.as_mut_slice() {
+        *d -= 2.0 * std::f64::consts::LN_2 * width;
+    }
+    Some(Inside {
+        level_set,
+        threshold: None,
+        separation: None,
+    })
+}
+
+fn object<const D: usize>(
+    placed: &Placed<D>,
+    result: &Segmentation<D>,
+    parameters: &Parameters,
+) -> Option<FoundObject<D>> {
+    let Inside {
+        mut level_set,
+        threshold,
+        separation,
+    } = match parameters.object {
+        Object::Bright => beside_threshold(placed, result, parameters, 1.0)?,
+        Object::Dark => beside_threshold(placed, result, parameters, -1.0)?,
+        Object::Enclosed => enclosed(result)?,
+        Object::None => return None,
+    };
+    if parameters.largest {
+        let largest = largest_component(&level_set, 0.0).ok()?;
+        for (u, keep) in level_set.as_mut_slice().iter_mut().zip(largest.as_slice()) {
+            if *keep == 0.0 {
+                *u = -u.abs();
+            }
+        }
+    }
+    // Neither an empty object nor one that fills the image has a boundary.
+    let outline = contour(&level_set, 0.0, BoxEdge::Closed).ok()?;
+    let image = &placed.image;
+    let at = |i: usize| {
+        let sample = image.sample(i).map(|k| k as f64);
+        level_set.sample(placed.frame.to_unit(sample))[0] > 0.0
+    };
+    let mask: Vec<bool> = (0..image.values.len()).map(at).collect();
+    let truth = placed.truth.as_ref();
+    let truth = truth.and_then(|truth| compare(truth, placed, &mask, &outline));
+    Some(FoundObject {
+        threshold,
+        separation,
+        level_set,
+        mask,
+        outline,
+        truth,
+    })
+}
+
+/// None for a truth without a boundary, which masks that were read have not.
+fn compare<const D: usize>(
+    truth: &Image<D>,
+    placed: &Placed<D>,
+    mask: &[bool],
+    outline: &Contour<D>,
+) -> Option<Comparison<D>> {
+    let inside = |v: &f64| *v > LEVEL;
+    let pairs = mask.iter().zip(&truth.values);
+    let both = pairs.filter(|(m, t)| **m && inside(t)).count();
+    let own = mask.iter().filter(|m| **m).count();
+    let other = truth.values.iter().filter(|t| inside(t)).count();
+    let true_outline = boundary(truth, &placed.frame).ok()?;
+    let distance = hausdorff(outline, &true_outline).ok()?;
+    Some(Comparison {
+        outline: true_outline,
+        dice: 2.0 * both as f64 / (own + other).max(1) as f64,
+        distance: [distance.mean, distance.percentile_95],
+    })
+}

@@ -1,0 +1,63 @@
+//! `shapespace segment`: grey images in, their edges and objects out.
+//!
+//! `args` are the options, `plan` reads and checks, `compute` finds edges and objects, `record` and
+//! `write` make the result directory, `draw` its picture.
+
+mod args;
+mod compute;
+mod draw;
+mod plan;
+mod record;
+mod write;
+
+use std::time::Instant;
+
+pub use args::{Object, ScaleArgs, SegmentArgs};
+
+use crate::error::{CliError, Exit};
+use crate::output::ResultDir;
+use crate::pool::in_pool;
+use crate::progress::Progress;
+use crate::watch::Interrupt;
+use plan::{AnyPlan, SegmentPlan, plan_segment};
+
+/// Runs `shapespace segment`.
+///
+/// # Errors
+/// [`CliError`]; then nothing has been written.
+pub fn run_segment(args: &SegmentArgs) -> Result<Exit, CliError> {
+    let start = Instant::now();
+    let interrupt = Interrupt::listen();
+    let progress = Progress::stderr();
+    in_pool(args.threads, || {
+        progress.stage(format!("reading {} images", args.inputs.len()));
+        match plan_segment(args)? {
+            AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
+            AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
+        }
+    })
+}
+
+fn run_plan<const D: usize>(
+    plan: SegmentPlan<D>,
+    args: &SegmentArgs,
+    progress: &Progress,
+    interrupt: Interrupt,
+    start: Instant,
+) -> Result<Exit, CliError> {
+    // A folder that cannot be written to is better known before the computation than after it.
+    ResultDir::create(&args.output).map(drop)?;
+    let found = compute::compute(plan.images, &plan.parameters, progress, interrupt)?;
+    progress.stage("writing");
+    interrupt.writing();
+    let directory = ResultDir::create(&args.output)?;
+    let record = write::write_all(&directory, &plan.parameters, &found, start)?;
+    let target = directory.commit()?;
+    progress.finish();
+    record.print(&target);
+    Ok(if record.cancelled() {
+        Exit::Interrupted
+    } else {
+        Exit::Success
+    })
+}

@@ -1,0 +1,97 @@
+//! Parameters of a segmentation.
+
+use crate::PhaseFieldError;
+use crate::profile::positive;
+
+/// The weights of the three terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Weights {
+    /// `alpha`, of the difference to the image.
+    pub fidelity: f64,
+    /// `beta`, of the gradient away from the edges.
+    pub smoothness: f64,
+    /// `nu`, of the length of the edges.
+    pub edges: f64,
+}
+
+impl Weights {
+    /// The weights for which a jump of height `contrast` is just worth an edge, in the limit of a
+    /// thin interface, and the image is smooth over `length` elsewhere:
+    ///
+    /// ```text
+    /// beta = 2 nu length / contrast^2,    alpha = 2 nu / (length contrast^2).
+    /// ```
+    ///
+    /// # Errors
+    /// [`PhaseFieldError::Parameter`] where a number is not positive and finite.
+    pub fn for_scales(edges: f64, length: f64, contrast: f64) -> Result<Self, PhaseFieldError> {
+        let edges = positive("edges", edges)?;
+        let length = positive("length", length)?;
+        let share = 2.0 * edges / positive("contrast", contrast)?.powi(2);
+        Ok(Self {
+            fidelity: share / length,
+            smoothness: share * length,
+            edges,
+        })
+    }
+
+    /// All weights multiplied by a factor.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self {
+            fidelity: factor * self.fidelity,
+            smoothness: factor * self.smoothness,
+            edges: factor * self.edges,
+        }
+    }
+}
+
+/// Parameters of a segmentation. Lengths are those of the grid's coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SegmentationParams {
+    /// `alpha`, `beta` and `nu`. By default those of [`Weights::for_scales`] for a length of .02,
+    /// a contrast of .2 and `nu = 1`: images with values from 0 to 1, and boxes of side one.
+    pub weights: Weights,
+    /// Interface width `eps` on every level, in grid spacings.
+    pub interface_cells: f64,
+    /// `k_eps / eps^2`: an edge conducts a little, and less than its width, `k_eps = o(eps)`,
+    /// without which the energy is not coercive.
+    pub edge_conductance: f64,
+    /// A level ends when solving both systems lowers the energy by less than this share of it.
+    pub tolerance: f64,
+    /// Most alternations on a level.
+    pub max_iterations: usize,
+    /// Nodes along the longest side of the coarsest level.
+    pub coarsest_nodes: usize,
+}
+
+impl Default for SegmentationParams {
+    fn default() -> Self {
+        Self {
+            weights: Weights {
+                fidelity: 2500.0,
+                smoothness: 1.0,
+                edges: 1.0,
+            },
+            interface_cells: 2.0,
+            edge_conductance: 1.0,
+            tolerance: 1e-5,
+            max_iterations: 200,
+            coarsest_nodes: 17,
+        }
+    }
+}
+
+impl SegmentationParams {
+    /// Checks all values.
+    ///
+    /// # Errors
+    /// [`PhaseFieldError::Parameter`].
+    pub fn check(&self) -> Result<(), PhaseFieldError> {
+        positive("fidelity", self.weights.fidelity)?;
+        positive("smoothness", self.weights.smoothness)?;
+        positive("edges", self.weights.edges)?;
+        positive("interface_cells", self.interface_cells)?;
+        positive("edge_conductance", self.edge_conductance)?;
+        positive("tolerance", self.tolerance).map(drop)
+    }
+}

@@ -1,0 +1,145 @@
+//! One of the two linear systems: the energy's minimum in one field while the other stays.
+
+use crate::PhaseFieldError;
+use fe_grid::engine::MAX_CELL_DATA;
+use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::operators::WeightedMassStiffness;
+use fe_grid::{
+    Assembly, CellLaw, CellProbe, CgParams, CgScratch, Data, Grid, Jet, Lane, LinearOperator,
+    Point, Reads, conjugate_gradient, probe_cells, vector,
+};
+use std::sync::{Mutex, PoisonError};
+
+/// A field of the pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The smoothed image `u`.
+    Image = 0,
+    /// The phase field `v`.
+    PhaseField = 1,
+}
+
+/// What a relaxation did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relaxation {
+    /// The energy before it.
+    pub energy: f64,
+    /// Iterations of conjugate gradients.
+    pub iterations: usize,
+}
+
+/// A residual this much smaller than at the start of a system ends it.
+const SYSTEM_TOLERANCE: f64 = 1e-4;
+
+/// Replaces one field of a state, `u` first and then `v`, by the minimiser of the energy while the
+/// other stays: a Newton step, the energy being quadratic in either.
+///
+/// For any density of two fields that is quadratic in each, and whose second derivative in each is
+/// `m d^2 + s |grad d|^2` with numbers `m`, `s` at every point, such as
+/// [`AmbrosioTortorelli`](super::AmbrosioTortorelli) and what adds to it terms in `v`. The energy
+/// does not rise.
+///
+/// # Errors
+/// [`PhaseFieldError::Grid`] where the state is not finite or the system not definite.
+///
+/// # Panics
+/// If the state does not fit the grid.
+pub fn relax<F: CellLaw<D, 2>, const D: usize>(
+    grid: &Grid<D>,
+    law: &F,
+    data: Data<'_, f64>,
+    state: &mut [f64],
+    part: Part,
+) -> Result<Relaxation, PhaseFieldError> {
+    let n = grid.n_nodes();
+    let own = part as usize * n..(part as usize + 1) * n;
+    let assembly = Assembly::new(*grid, law, data);
+    let mut gradient = vec![0.0; 2 * n];
+    let energy = assembly.value_and_gradient_into(state, &mut gradient)?;
+    let mut rhs = gradient[own.clone()].to_vec();
+    vector::scale(-1.0, &mut rhs);
+    let probe = BlockProbe {
+        law,
+        part: part as usize,
+    };
+    let cells: Vec<Vec<f64>> = probe_cells(grid, &probe, data, state);
+    let cycle: Multigrid<f64, WeightedMassStiffness, D, 1> = Multigrid::new(
+        *grid,
+        &WeightedMassStiffness,
+        cells,
+        MultigridParams::default(),
+    )?;
+    let block = Block {
+        assembly,
+        state,
+        part: part as usize,
+        room: Mutex::new([vec![0.0; 2 * n], gradient]),
+    };
+    let params = CgParams {
+        relative_tolerance: SYSTEM_TOLERANCE,
+        ..CgParams::default()
+    };
+    let mut step = vec![0.0; n];
+    let mut scratch = CgScratch::default();
+    let info = conjugate_gradient(&block, &cycle, &rhs, &mut step, &params, &mut scratch)?;
+    vector::axpy(1.0, &step, &mut state[own]);
+    Ok(Relaxation {
+        energy,
+        iterations: info.iterations,
+    })
+}
+
+/// The second derivative by one field.
+struct Block<'a, F, const D: usize> {
+    assembly: Assembly<'a, F, f64, D, 2>,
+    state: &'a [f64],
+    part: usize,
+    /// A direction that is zero in the other field, and its image.
+    room: Mutex<[Vec<f64>; 2]>,
+}
+
+impl<F: CellLaw<D, 2>, const D: usize> LinearOperator for Block<'_, F, D> {
+    fn dim(&self) -> usize {
+        self.assembly.grid().n_nodes()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        let own = self.part * x.len()..(self.part + 1) * x.len();
+        let mut room = self.room.lock().unwrap_or_else(PoisonError::into_inner);
+        let [direction, image] = &mut *room;
+        direction[own.clone()].copy_from_slice(x);
+        self.assembly
+            .hessian_action_into(self.state, direction, image);
+        y.copy_from_slice(&image[own]);
+    }
+}
+
+/// The coefficients of mass and stiffness of a block, as means over cells: the second derivative
+/// in a direction that is one, and in one whose gradient is.
+struct BlockProbe<'a, F> {
+    law: &'a F,
+    part: usize,
+}
+
+impl<F: Reads> Reads for BlockProbe<'_, F> {
+    const USES_VALUE: bool = F::USES_VALUE;
+    const USES_GRADIENT: bool = F::USES_GRADIENT;
+    const COEFFICIENTS: usize = F::COEFFICIENTS;
+    const CELL_DATA: usize = F::CELL_DATA;
+}
+
+impl<F: CellLaw<D, 2>, const D: usize> CellProbe<D, 2> for BlockProbe<'_, F> {
+    const OUTPUTS: usize = 2;
+
+    #[inline(always)]
+    fn probe<L: Lane>(&self, point: &Point<L, D, 2>) -> [L; MAX_CELL_DATA] {
+        let mut out = [L::zero(); MAX_CELL_DATA];
+        let mut direction = Jet::zero();
+        direction.value[self.part] = L::one();
+        out[0] = self.law.hessian_action(point, &direction).value[self.part];
+        direction = Jet::zero();
+        direction.gradient[self.part][0] = L::one();
+        out[1] = self.law.hessian_action(point, &direction).gradient[self.part][0];
+        out
+    }
+}

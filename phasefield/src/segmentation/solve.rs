@@ -1,0 +1,197 @@
+//! From coarse levels to fine.
+
+use super::alternation::SegmentationObjective;
+use super::{Alternation, AmbrosioTortorelli, Part, SegmentationEnergy, SegmentationParams};
+use crate::PhaseFieldError;
+use fe_grid::minimise::{Info, LevelProblem, Observer, Status, minimise_levels};
+use fe_grid::transfer::{prolong_into, restrict_into};
+use fe_grid::{Buffer, Field, Grid, ScalarField};
+
+/// What happened on one level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentationLevel {
+    /// Nodes along each axis, `x` first.
+    pub nodes: Vec<usize>,
+    /// Interface width `eps`.
+    pub interface_width: f64,
+    /// `k_eps`.
+    pub edge_conductance: f64,
+    /// How it ended.
+    pub status: Status,
+    /// Alternations.
+    pub iterations: usize,
+    /// The energy before the first and after every alternation; it never rises.
+    pub energies: Vec<f64>,
+    /// Iterations of conjugate gradients of all systems for the image, and for the phase field.
+    pub system_iterations: [usize; 2],
+    /// The terms at the end.
+    pub energy: SegmentationEnergy,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+/// A segmented image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segmentation<const D: usize> {
+    /// The image `u`, smooth but for its edges.
+    pub image: ScalarField<f64, D>,
+    /// The phase field `v`: 0 on the edges, 1 away from them.
+    pub phase_field: ScalarField<f64, D>,
+    /// What happened on each level, coarsest first.
+    pub levels: Vec<SegmentationLevel>,
+    /// Converged, or the first level's reason why not.
+    pub status: Status,
+}
+
+impl<const D: usize> Segmentation<D> {
+    /// The terms of the energy on the finest level.
+    pub fn energy(&self) -> SegmentationEnergy {
+        self.levels.last().map(|l| l.energy).unwrap_or_default()
+    }
+}
+
+/// Finds the edges of an image.
+///
+/// The observer hears of every level and alternation and may cancel; what has been reached by then
+/// is the result, on the grid that has been reached.
+///
+/// # Errors
+/// [`PhaseFieldError::Parameter`], [`PhaseFieldError::NotFinite`], and [`PhaseFieldError::Grid`]
+/// where a system breaks down. Not to converge is not an error: the status says so.
+pub fn segment<const D: usize>(
+    image: &ScalarField<f64, D>,
+    params: &SegmentationParams,
+    observer: &mut dyn Observer,
+) -> Result<Segmentation<D>, PhaseFieldError> {
+    params.check()?;
+    if let Some(node) = image.as_slice().iter().position(|u| !u.is_finite()) {
+        return Err(PhaseFieldError::NotFinite { node });
+    }
+    let mut problem = Levels::new(image, *params);
+    let mut start = problem.images[0].as_slice().to_vec();
+    start.resize(2 * start.len(), 1.0);
+    // Without edges, which the first phase field is to find, the image is smooth.
+    let mut coarsest = problem.objective(0)?;
+    coarsest.relax(&mut start, Part::Image)?;
+    let minimiser = |_| Alternation {
+        tolerance: params.tolerance,
+        max_iterations: params.max_iterations,
+    };
+    let solution = minimise_levels(&mut problem, minimiser, start, observer)?;
+    let mut levels = problem.reports;
+    for (report, info) in levels.iter_mut().zip(&solution.levels) {
+        report.seconds = info.seconds;
+    }
+    let grid = *problem.images[levels.len() - 1].grid();
+    let (u, v) = solution.x.split_at(grid.n_nodes());
+    let bad = levels.iter().map(|l| l.status).find(|s| !s.converged());
+    Ok(Segmentation {
+        image: Field::from_vec(grid, u.to_vec())?,
+        phase_field: Field::from_vec(grid, v.to_vec())?,
+        status: bad.unwrap_or(Status::EnergyTolerance),
+        levels,
+    })
+}
+
+/// An image on the grid of twice the spacing: at every node the mean over the fine nodes around it,
+/// weighted as the coarse node's shape function is.
+///
+/// # Panics
+/// If the image does not lie on the grid that halves the coarse one's spacing.
+pub fn coarser_image<const D: usize>(
+    coarse: &Grid<D>,
+    fine: &ScalarField<f64, D>,
+) -> ScalarField<f64, D> {
+    let (mut sum, mut weight) = (Field::zeros(*coarse), Field::<f64, D, 1>::zeros(*coarse));
+    restrict_into(coarse, fine.as_slice(), sum.as_mut_slice());
+    let ones = vec![1.0; fine.as_slice().len()];
+    restrict_into(coarse, &ones, weight.as_mut_slice());
+    for (sum, weight) in sum.as_mut_slice().iter_mut().zip(weight.as_slice()) {
+        *sum /= weight;
+    }
+    sum
+}
+
+struct Levels<const D: usize> {
+    params: SegmentationParams,
+    /// The image on every level, coarsest first.
+    images: Vec<ScalarField<f64, D>>,
+    reports: Vec<SegmentationLevel>,
+}
+
+impl<const D: usize> Levels<D> {
+    fn new(image: &ScalarField<f64, D>, params: SegmentationParams) -> Self {
+        let grids = image.grid().hierarchy(params.coarsest_nodes);
+        let mut images = vec![image.clone()];
+        for grid in grids.iter().rev().skip(1) {
+            images.push(coarser_image(grid, &images[images.len() - 1]));
+        }
+        images.reverse();
+        Self {
+            params,
+            images,
+            reports: Vec::new(),
+        }
+    }
+
+    fn law(&self, level: usize) -> AmbrosioTortorelli {
+        let width = self.params.interface_cells * self.images[level].grid().spacing();
+        AmbrosioTortorelli {
+            weights: self.params.weights,
+            interface_width: width,
+            edge_conductance: self.params.edge_conductance * width * width,
+        }
+    }
+}
+
+impl<const D: usize> LevelProblem for Levels<D> {
+    type Error = PhaseFieldError;
+    type Objective = SegmentationObjective<D>;
+
+    fn n_levels(&self) -> usize {
+        self.images.len()
+    }
+
+    fn objective(&mut self, level: usize) -> Result<SegmentationObjective<D>, PhaseFieldError> {
+        Ok(SegmentationObjective {
+            grid: *self.images[level].grid(),
+            law: self.law(level),
+            image: self.images[level].as_slice().to_vec(),
+            system_iterations: [0; 2],
+        })
+    }
+
+    fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Buffer<f64>, PhaseFieldError> {
+        let (coarse, fine) = (self.images[level].grid(), self.images[level + 1].grid());
+        let mut finer = Buffer::zeros(2 * fine.n_nodes());
+        prolong_into(coarse, x, &mut finer);
+        Ok(finer)
+    }
+
+    fn finish_level(
+        &mut self,
+        _level: usize,
+        objective: SegmentationObjective<D>,
+        x: &[f64],
+        info: &Info,
+    ) -> Result<(), PhaseFieldError> {
+        let SegmentationObjective {
+            grid,
+            law,
+            image,
+            system_iterations,
+        } = objective;
+        self.reports.push(SegmentationLevel {
+            nodes: grid.nodes_per_axis().to_vec(),
+            interface_width: law.interface_width,
+            edge_conductance: law.edge_conductance,
+            status: info.status,
+            iterations: info.iterations,
+            energies: info.energies.clone(),
+            system_iterations,
+            energy: law.terms(&grid, &image, x)?,
+            seconds: 0.0,
+        });
+        Ok(())
+    }
+}

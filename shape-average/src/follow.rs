@@ -1,0 +1,124 @@
+//! Shapes of weight zero: they have no say in the average, and are deformed onto it afterwards.
+//!
+//! Their elastic energy costs nothing, so that at the optimum they follow wherever the others go.
+//! In one functional with the others they would do so in any way at all, folded up to the bound of
+//! the determinant, and pull the average to themselves as long as they have not arrived. So the
+//! others are averaged by themselves, with the same weight of a mismatch, and each of these is then
+//! deformed onto the result with a small elastic weight, which makes the deformation a good one.
+
+use crate::result::Timing;
+use crate::solve::{LevelMinimiser, Levels, average, levels_of};
+use crate::{AverageError, AverageParams, AverageResult, LevelShapes, Mean};
+use fe_grid::minimise::{Observer, Status, minimise_levels};
+use fe_grid::{Field, ScalarField};
+use std::time::Instant;
+
+/// Elastic weight of a shape that follows, beside a mismatch of its whole weight.
+const ELASTIC_WEIGHT: f64 = 0.01;
+
+/// The average where some weights are zero.
+///
+/// # Errors
+/// Those of [`average`].
+pub(crate) fn with_followers<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    params: &AverageParams,
+    start: Instant,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let n = signed_distances.len();
+    let weights = params.resolved_weights(n);
+    let leads = |i: &usize| weights[*i] > 0.0;
+    let leaders: Vec<usize> = (0..n).filter(leads).collect();
+    let led: Vec<_> = leaders
+        .iter()
+        .map(|&i| signed_distances[i].clone())
+        .collect();
+    let own = AverageParams {
+        weights: Some(leaders.iter().map(|&i| weights[i]).collect()),
+        // A mismatch of one shape costs what it costs among all.
+        mismatch_weight: params.mismatch_weight * leaders.len() as f64 / n as f64,
+        length_weight: Some(params.resolved_length_weight()),
+        ..params.clone()
+    };
+    let result = average(&led, &own, observer)?;
+    let grid = *result.average.grid();
+    let on_grid = |d: &ScalarField<f64, D>| ScalarField::from_fn(grid, |x| d.sample(x));
+    let distances: Vec<_> = signed_distances.iter().map(on_grid).collect();
+    let target = levelset::signed_distance(&result.average_indicator, 0.5)?;
+    let stopped = result
+        .levels
+        .last()
+        .is_some_and(|level| level.status == Status::Cancelled);
+    let mut x = Vec::with_capacity(n * D * grid.n_nodes());
+    let mut led = result.displacements.iter();
+    for i in 0..n {
+        if !leads(&i) && stopped {
+            x.resize(x.len() + D * grid.n_nodes(), 0.0);
+        } else if !leads(&i) {
+            x.extend(follow(&distances[i], &target, params, observer)?);
+        } else if let Some(displacement) = led.next() {
+            x.extend_from_slice(displacement.as_slice());
+        }
+    }
+    let mut levels = result.levels;
+    for level in &mut levels {
+        // Shapes that follow are no part of the functional.
+        for terms in [&mut level.energy.elastic, &mut level.energy.mismatch] {
+            let mut led = terms.clone().into_iter();
+            *terms = (0..n)
+                .map(|i| {
+                    if leads(&i) {
+                        led.next().unwrap_or(0.0)
+                    } else {
+                        0.0
+                    }
+                })
+                .collect();
+        }
+    }
+    let shapes = LevelShapes::new(grid, &distances, params)?;
+    let timing = Timing {
+        levels: Vec::new(),
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    let seconds: Vec<f64> = levels.iter().map(|level| level.seconds).collect();
+    let average = result.average.into_vec();
+    let mut all = AverageResult::new(&distances, params, shapes, &x, average, levels, &timing)?;
+    for (level, seconds) in all.levels.iter_mut().zip(seconds) {
+        level.seconds = seconds;
+    }
+    Ok(all)
+}
+
+/// The displacement that carries a shape onto a target, both given by signed distances.
+fn follow<const D: usize>(
+    distance: &ScalarField<f64, D>,
+    target: &ScalarField<f64, D>,
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<Vec<f64>, AverageError> {
+    let own = AverageParams {
+        weights: Some(vec![ELASTIC_WEIGHT]),
+        mean: Mean::Arithmetic,
+        ..params.clone()
+    };
+    let levels = levels_of(std::slice::from_ref(distance), &own)?;
+    let targets = levels_of(std::slice::from_ref(target), &own)?;
+    let targets = targets.into_iter().flat_map(|level| level.phase_fields);
+    let targets: Vec<Vec<f64>> = targets.map(Field::into_vec).collect();
+    let dim = D * levels[0].grid().n_nodes();
+    let mut problem = Levels::new(levels, &own).onto(targets);
+    let minimiser = |_| LevelMinimiser {
+        params: own.clone(),
+    };
+    let quiet = &mut crate::quiet::Quiet(observer);
+    let solution = minimise_levels(&mut problem, minimiser, vec![0.0; dim], quiet)?;
+    let mut displacement = solution.x.to_vec();
+    // A wish to stop ends it on a coarser grid: the shape then stays where it is.
+    let size = D * distance.grid().n_nodes();
+    if displacement.len() != size {
+        displacement = vec![0.0; size];
+    }
+    Ok(displacement)
+}

@@ -1,0 +1,32 @@
+//! Edges of images and their average at the same time.
+//!
+//! Shapes are image morphologies: the object is the whole box, a shape the set of edges of an image
+//! `u_i0`. Images `u_i`, their phase fields `v_i`, deformations `phi_i` and the average phase field
+//! `v` minimise together
+//!
+//! ```text
+//! E = (1/n) sum_i ( int W(D phi_i) + gamma F[v o phi_i, v_i] + E_AT[u_i, v_i, u_i0] ) + mu_L L[v]
+//! ```
+//!
+//! with the energy of Ambrosio and Tortorelli, [`phasefield::segmentation`]. A minimum exists, and
+//! its deformations are homeomorphisms, where the law grows as Theorem 4.8 of the lecture notes
+//! asks. What one image shows badly, the others tell: an edge that all have in common costs an
+//! image little, and one that it has alone costs more than it would on its own.
+//!
+//! # Method
+//! On every level, coarsest first: at fixed phase fields, steps of the minimiser of averages for
+//! `(phi_i)`, with `v` eliminated; then for every image the two linear systems of `v_i` and `u_i`,
+//! the mismatch being quadratic in `v_i`, too. It is evaluated at the same points in both, so that
+//! neither half ever raises the energy. Round by round, until that falls no more.
+
+mod density;
+mod maps;
+mod params;
+mod result;
+mod round;
+mod solve;
+
+pub use maps::StrainMaps;
+pub use params::JointParams;
+pub use result::{JointEnergy, JointLevel, JointResult};
+pub use solve::joint_average;

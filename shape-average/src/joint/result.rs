@@ -1,0 +1,84 @@
+//! The result of a joint average.
+
+use crate::Energy;
+use fe_grid::minimise::Status;
+use fe_grid::{Certificate, Field, ScalarField};
+use phasefield::segmentation::SegmentationEnergy;
+
+/// The terms of the energy.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct JointEnergy {
+    /// The energy, without the barrier against folding.
+    pub total: f64,
+    /// Those of the shapes; its total holds the weighted sum of them alone.
+    pub shapes: Energy,
+    /// Those of the images, with their weights.
+    pub images: Vec<SegmentationEnergy>,
+}
+
+impl JointEnergy {
+    /// What is lowered: the energy and the barrier.
+    pub fn objective(&self) -> f64 {
+        self.total + self.shapes.barrier
+    }
+}
+
+/// What happened on one level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointLevel {
+    /// Nodes along each axis, `x` first.
+    pub nodes: Vec<usize>,
+    /// Interface width `epsilon`.
+    pub interface_width: f64,
+    /// How it ended.
+    pub status: Status,
+    /// Rounds of both halves.
+    pub rounds: usize,
+    /// Accepted steps of the minimiser of averages.
+    pub steps: usize,
+    /// Iterations of conjugate gradients of all systems of images, and of phase fields.
+    pub system_iterations: [usize; 2],
+    /// What is lowered, after the first deformation and then after every half of a round.
+    pub energies: Vec<f64>,
+    /// The terms at the end.
+    pub energy: JointEnergy,
+    /// The worst deformation at the end.
+    pub certificate: Certificate,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+/// The joint average of a number of images, on the finest level.
+#[derive(Clone, Debug)]
+pub struct JointResult<const D: usize> {
+    /// The average phase field `v`: 0 on the edges of the average.
+    pub average: ScalarField<f64, D>,
+    /// The average image, the mean of `u_i o phi_i^-1` over all images that reach a point.
+    pub average_image: ScalarField<f64, D>,
+    /// The smoothed images `u_i`.
+    pub images: Vec<ScalarField<f64, D>>,
+    /// Their phase fields `v_i`.
+    pub phase_fields: Vec<ScalarField<f64, D>>,
+    /// Displacements; `phi_i(x) = x + u_i(x)` maps image `i` to the average.
+    pub displacements: Vec<Field<f64, D, D>>,
+    /// The smoothed images pushed forward, `u_i o phi_i^-1`.
+    pub pushed: Vec<ScalarField<f64, D>>,
+    /// What happened on each level, coarsest first.
+    pub levels: Vec<JointLevel>,
+    /// Converged, or the first level's reason why not.
+    pub status: Status,
+    /// The worst deformation: certified where the determinant is positive on all cells of all.
+    pub certificate: Certificate,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+impl<const D: usize> JointResult<D> {
+    /// The terms of the energy on the finest level.
+    pub fn energy(&self) -> JointEnergy {
+        self.levels
+            .last()
+            .map(|l| l.energy.clone())
+            .unwrap_or_default()
+    }
+}

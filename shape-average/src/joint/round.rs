@@ -1,0 +1,197 @@
+//! The state on one level, and the two halves of a round.
+
+use super::density::JointDensity;
+use super::{JointEnergy, JointParams};
+use crate::objective::shape;
+use crate::quiet::Quiet;
+use crate::solve::{HISTORY, METRIC_INTERVAL};
+use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Mean};
+use fe_grid::composition::{Interpolant, Matching};
+use fe_grid::minimise::{
+    Evaluation, LbfgsParams, Minimiser, Objective, Observer, Status, Stopping,
+};
+use fe_grid::{Assembly, Data, Field, Grid, ScalarField};
+use phasefield::Mismatch;
+use phasefield::segmentation::{AmbrosioTortorelli, Part, relax};
+use rayon::prelude::*;
+
+/// A direction that promises less than this share of the energy ends a half.
+const DECREMENT: f64 = 1e-5;
+
+/// Everything that is known on a level.
+pub(super) struct State<const D: usize> {
+    pub grid: Grid<D>,
+    /// The images `u_i0`.
+    pub images: Vec<ScalarField<f64, D>>,
+    /// `u_i`, then `v_i`, of every image.
+    pub pairs: Vec<Vec<f64>>,
+    /// Displacements of all images, one after the other.
+    pub displacements: Vec<f64>,
+    pub average: Vec<f64>,
+    pub energy: Energy,
+    pub work: Work,
+}
+
+/// What was computed on a level.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Work {
+    /// Accepted steps of the minimiser of averages.
+    pub steps: usize,
+    /// Iterations of conjugate gradients of all systems of images and of phase fields.
+    pub system_iterations: [usize; 2],
+}
+
+impl<const D: usize> State<D> {
+    fn law(&self, params: &JointParams) -> AmbrosioTortorelli {
+        let width = self.interface_width(params);
+        AmbrosioTortorelli {
+            weights: params.segmentation.weights,
+            interface_width: width,
+            edge_conductance: params.segmentation.edge_conductance * width * width,
+        }
+    }
+
+    pub fn interface_width(&self, params: &JointParams) -> f64 {
+        params.average.interface_cells * self.grid.spacing()
+    }
+
+    /// Deforms: at most so many steps at fixed phase fields.
+    pub fn deform(
+        &mut self,
+        params: &JointParams,
+        observer: &mut dyn Observer,
+    ) -> Result<Status, AverageError> {
+        let n = self.images.len();
+        let average_params = AverageParams {
+            // The whole box is the object.
+            void_stiffness: 1.0,
+            weights: None,
+            mean: Mean::Arithmetic,
+            ..params.average.clone()
+        };
+        let phase_fields: Result<Vec<_>, _> = self
+            .pairs
+            .iter()
+            .map(|pair| Field::from_vec(self.grid, pair[self.grid.n_nodes()..].to_vec()))
+            .collect();
+        let everywhere = Field::from_fn(self.grid, |_| [1.0]);
+        let shapes = LevelShapes::from_fields(
+            self.grid,
+            self.interface_width(params),
+            phase_fields?,
+            vec![everywhere; n],
+        );
+        let average = std::mem::take(&mut self.average);
+        let mut objective = AverageObjective::new(shapes, &average_params, average);
+        let minimiser = LbfgsParams {
+            metric_interval: METRIC_INTERVAL,
+            history: HISTORY,
+            stopping: Stopping {
+                relative_gradient: 0.0,
+                relative_decrement: DECREMENT,
+                energy_window: 0,
+                max_iterations: params.steps,
+                ..Stopping::default()
+            },
+            ..LbfgsParams::default()
+        };
+        let x = &mut self.displacements;
+        let info = minimiser.minimise(&mut objective, x, &mut Quiet(observer))?;
+        self.work.steps += info.iterations;
+        // The last evaluation may have been a trial that was refused.
+        if let Evaluation::Value(_) = objective.value(x)? {
+            self.energy = objective.energy().clone();
+        }
+        self.average = objective.average().to_vec();
+        Ok(info.status)
+    }
+
+    /// Segments: the phase field and the image of every input, at fixed average and deformations;
+    /// without looking at the average where `alone`.
+    pub fn segment(&mut self, params: &JointParams, alone: bool) -> Result<(), AverageError> {
+        let (law, grid) = (self.law(params), self.grid);
+        let density = |scale: f64| JointDensity {
+            segmentation: law,
+            mismatch: Mismatch {
+                interface_width: law.interface_width,
+                scale,
+            },
+            average: Interpolant::new(grid, &self.average),
+        };
+        let density = density(if alone {
+            0.0
+        } else {
+            params.average.mismatch_weight
+        });
+        let dim = D * grid.n_nodes();
+        let (images, displacements) = (&self.images, &self.displacements);
+        let solved: Result<Vec<[usize; 2]>, AverageError> = self
+            .pairs
+            .par_iter_mut()
+            .enumerate()
+            .map(|(i, pair)| {
+                let mut coefficients = vec![images[i].as_slice()];
+                coefficients.extend(shape(displacements, i, dim).chunks_exact(grid.n_nodes()));
+                let data = Data {
+                    coefficients: &coefficients,
+                    cells: &[],
+                };
+                let of_v = relax(&grid, &density, data, pair, Part::PhaseField)?;
+                let of_u = relax(&grid, &density, data, pair, Part::Image)?;
+                Ok([of_u.iterations, of_v.iterations])
+            })
+            .collect();
+        for iterations in solved? {
+            for (sum, more) in self.work.system_iterations.iter_mut().zip(iterations) {
+                *sum += more;
+            }
+        }
+        Ok(())
+    }
+
+    /// The terms of the energy of the state as it is.
+    pub fn evaluate(&self, params: &JointParams) -> Result<JointEnergy, AverageError> {
+        let (law, n) = (self.law(params), self.images.len() as f64);
+        let images: Result<Vec<_>, _> = self
+            .images
+            .iter()
+            .zip(&self.pairs)
+            .map(|(image, pair)| law.terms(&self.grid, image.as_slice(), pair))
+            .collect();
+        let images = images?;
+        let mismatch: Result<Vec<f64>, AverageError> = (0..self.images.len())
+            .map(|i| self.mismatch(params, i))
+            .collect();
+        let mut shapes = self.energy.clone();
+        shapes.mismatch = mismatch?;
+        let of_images: f64 = images.iter().map(|image| image.total).sum::<f64>() / n;
+        let sum = |terms: &[f64]| terms.iter().sum::<f64>() / n;
+        shapes.total = sum(&shapes.elastic)
+            + params.average.mismatch_weight * sum(&shapes.mismatch)
+            + params.average.resolved_length_weight() * shapes.length;
+        Ok(JointEnergy {
+            total: shapes.total + of_images,
+            shapes,
+            images,
+        })
+    }
+
+    /// The mismatch of one image's phase field with the average, which only that field has changed
+    /// since it was last deformed.
+    fn mismatch(&self, params: &JointParams, i: usize) -> Result<f64, AverageError> {
+        let density = Mismatch {
+            interface_width: self.interface_width(params),
+            scale: 1.0,
+        };
+        let average = Interpolant::new(self.grid, &self.average);
+        let law = Matching::new(density, average);
+        let coefficients = [&self.pairs[i][self.grid.n_nodes()..]];
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
+        let dim = D * self.grid.n_nodes();
+        let assembly = Assembly::new(self.grid, &law, data);
+        Ok(assembly.value(shape(&self.displacements, i, dim))?)
+    }
+}

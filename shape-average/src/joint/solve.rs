@@ -1,0 +1,229 @@
+//! From coarse levels to fine, round by round.
+
+use super::round::{State, Work};
+use super::{JointLevel, JointParams, JointResult};
+use crate::objective::check_law;
+use crate::quiet::Quiet;
+use crate::solve::worst_certificate;
+use crate::{AverageError, Energy};
+use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Status};
+use fe_grid::transfer::prolong_into;
+use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
+use phasefield::segmentation::{coarser_image, segment};
+use std::time::Instant;
+
+/// Segments images on one grid and averages their edges, both at the same time.
+///
+/// The observer hears of every level and of every round, and may cancel; what has been reached by
+/// then is the result, on the grid that has been reached.
+///
+/// # Errors
+/// [`AverageError`] for parameters out of range, images on different grids or not finite, and
+/// solvers that break down. Not to converge is not an error: the status of the levels says so.
+pub fn joint_average<const D: usize>(
+    images: &[ScalarField<f64, D>],
+    params: &JointParams,
+    observer: &mut dyn Observer,
+) -> Result<JointResult<D>, AverageError> {
+    let start = Instant::now();
+    let first = images.first().ok_or(AverageError::NoShapes)?;
+    params.check(images.len())?;
+    check_law::<D>(&params.average.law)?;
+    for (index, image) in images.iter().enumerate() {
+        if image.grid() != first.grid() {
+            return Err(AverageError::GridsDiffer { index });
+        }
+        if let Some(node) = image.as_slice().iter().position(|u| !u.is_finite()) {
+            return Err(AverageError::NotFinite { index, node });
+        }
+    }
+    let grids = first.grid().hierarchy(params.segmentation.coarsest_nodes);
+    let mut coarser: Vec<Vec<ScalarField<f64, D>>> = vec![images.to_vec()];
+    for grid in grids.iter().rev().skip(1) {
+        let finer = &coarser[coarser.len() - 1];
+        let images = finer.iter().map(|image| coarser_image(grid, image));
+        coarser.push(images.collect());
+    }
+    let mut state: Option<State<D>> = None;
+    let mut levels = Vec::with_capacity(grids.len());
+    for (level, (grid, images)) in grids.iter().zip(coarser.into_iter().rev()).enumerate() {
+        observer.level(level, grids.len(), images.len() * (D + 2) * grid.n_nodes());
+        let mut now = match state.take() {
+            None => first_state(*grid, images, params, observer)?,
+            Some(coarse) => {
+                let mut finer = prolonged(&coarse, *grid, images);
+                finer.segment(params, true)?;
+                finer
+            }
+        };
+        let report = improve(&mut now, params, observer)?;
+        let cancelled = report.status == Status::Cancelled;
+        levels.push(report);
+        state = Some(now);
+        if cancelled {
+            break;
+        }
+    }
+    // There is a level, hence a state.
+    let state = state.ok_or(AverageError::NoShapes)?;
+    finish(&state, levels, start)
+}
+
+/// Images segmented each for itself on the coarsest grid, and nothing deformed yet.
+fn first_state<const D: usize>(
+    grid: Grid<D>,
+    images: Vec<ScalarField<f64, D>>,
+    params: &JointParams,
+    observer: &mut dyn Observer,
+) -> Result<State<D>, AverageError> {
+    let mut alone = params.segmentation;
+    alone.interface_cells = params.average.interface_cells;
+    // No coarser grid than this one.
+    alone.coarsest_nodes = grid.nodes_per_axis().into_iter().fold(0, usize::max);
+    let mut pairs = Vec::with_capacity(images.len());
+    for image in &images {
+        let found = segment(image, &alone, &mut Quiet(observer))?;
+        pairs.push([found.image.into_vec(), found.phase_field.into_vec()].concat());
+    }
+    Ok(State {
+        displacements: vec![0.0; D * grid.n_nodes() * images.len()],
+        average: vec![1.0; grid.n_nodes()],
+        energy: Energy::default(),
+        work: Work::default(),
+        grid,
+        images,
+        pairs,
+    })
+}
+
+fn prolonged<const D: usize>(
+    coarse: &State<D>,
+    grid: Grid<D>,
+    images: Vec<ScalarField<f64, D>>,
+) -> State<D> {
+    let finer = |x: &[f64]| {
+        let components = x.len() / coarse.grid.n_nodes();
+        let mut out = vec![0.0; components * grid.n_nodes()];
+        prolong_into(&coarse.grid, x, &mut out);
+        out
+    };
+    let dim = D * coarse.grid.n_nodes();
+    State {
+        pairs: coarse.pairs.iter().map(|pair| finer(pair)).collect(),
+        displacements: coarse
+            .displacements
+            .chunks_exact(dim)
+            .flat_map(finer)
+            .collect(),
+        average: finer(&coarse.average),
+        energy: Energy::default(),
+        work: Work::default(),
+        grid,
+        images,
+    }
+}
+
+/// Rounds on one level.
+fn improve<const D: usize>(
+    state: &mut State<D>,
+    params: &JointParams,
+    observer: &mut dyn Observer,
+) -> Result<JointLevel, AverageError> {
+    let start = Instant::now();
+    let mut energies = Vec::new();
+    let mut rounds = 0;
+    let mut evaluations = Evaluations::default();
+    let status = loop {
+        let deformed = state.deform(params, observer)?;
+        let energy = state.evaluate(params)?.objective();
+        energies.push(energy);
+        evaluations.gradients = 1 + state.work.steps;
+        let iteration = Iteration {
+            iteration: rounds,
+            energy,
+            gradient_norm: 0.0,
+            step_length: 1.0,
+            evaluations,
+            x: &state.displacements,
+        };
+        let asked = observer.iteration(&iteration) == Control::Cancel;
+        if deformed == Status::InadmissibleStart {
+            break Status::InadmissibleStart;
+        }
+        if asked || deformed == Status::Cancelled {
+            break Status::Cancelled;
+        }
+        if let [.., before, _, last] = energies[..]
+            && before - last <= params.tolerance * last
+        {
+            break Status::EnergyTolerance;
+        }
+        if rounds == params.max_rounds {
+            break Status::MaxIterations;
+        }
+        state.segment(params, false)?;
+        energies.push(state.evaluate(params)?.objective());
+        rounds += 1;
+    };
+    Ok(JointLevel {
+        nodes: state.grid.nodes_per_axis().to_vec(),
+        interface_width: state.interface_width(params),
+        status,
+        rounds,
+        steps: state.work.steps,
+        system_iterations: state.work.system_iterations,
+        energies,
+        energy: state.evaluate(params)?,
+        certificate: worst_certificate(&state.grid, &state.displacements),
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+fn finish<const D: usize>(
+    state: &State<D>,
+    levels: Vec<JointLevel>,
+    start: Instant,
+) -> Result<JointResult<D>, AverageError> {
+    let (grid, n) = (state.grid, state.grid.n_nodes());
+    let field = |values: &[f64]| Field::from_vec(grid, values.to_vec());
+    let images: Result<Vec<ScalarField<f64, D>>, _> =
+        state.pairs.iter().map(|pair| field(&pair[..n])).collect();
+    let phase_fields: Result<Vec<ScalarField<f64, D>>, _> =
+        state.pairs.iter().map(|pair| field(&pair[n..])).collect();
+    let displacements: Result<Vec<Field<f64, D, D>>, _> = state
+        .displacements
+        .chunks_exact(D * n)
+        .map(|u| Field::from_vec(grid, u.to_vec()))
+        .collect();
+    let (images, displacements) = (images?, displacements?);
+    let mut sum = ScalarField::<f64, D>::zeros(grid);
+    let mut reached = vec![0.0; n];
+    let mut pushed = Vec::with_capacity(images.len());
+    for (image, displacement) in images.iter().zip(&displacements) {
+        let inverse = InverseDeformation::new(displacement);
+        let seen = inverse.push_forward(image, 0.0);
+        for node in 0..n {
+            if inverse.position(node).is_some() {
+                sum.as_mut_slice()[node] += seen.as_slice()[node];
+                reached[node] += 1.0;
+            }
+        }
+        pushed.push(seen);
+    }
+    for (sum, reached) in sum.as_mut_slice().iter_mut().zip(&reached) {
+        *sum /= f64::max(*reached, 1.0);
+    }
+    let bad = levels.iter().map(|l| l.status).find(|s| !s.converged());
+    Ok(JointResult {
+        average: field(&state.average)?,
+        average_image: sum,
+        images,
+        phase_fields: phase_fields?,
+        pushed,
+        certificate: worst_certificate(&grid, &state.displacements),
+        displacements,
+        status: bad.unwrap_or(Status::EnergyTolerance),
+        levels,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}

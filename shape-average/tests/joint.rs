@@ -1,0 +1,133 @@
+//! Segmentation and averaging at the same time.
+
+use fe_grid::minimise::{Control, Iteration, Observer, Silent, Status};
+use fe_grid::{Field, Grid, ScalarField};
+use phasefield::segmentation::{SegmentationParams, Weights};
+use shape_average::AverageError;
+use shape_average::joint::{JointParams, JointResult, StrainMaps, joint_average};
+
+/// Disks, bright on dark, with even noise that is the same in every run.
+fn disk(grid: Grid<2>, centre: [f64; 2], radius: f64, noise: f64) -> ScalarField<f64, 2> {
+    let h = grid.spacing();
+    let mut image = ScalarField::from_fn(grid, |x| {
+        let inside = radius - (x[0] - centre[0]).hypot(x[1] - centre[1]);
+        [0.5 + (inside / h).clamp(-0.5, 0.5)]
+    });
+    let mut state = (1e6 * (centre[0] + 10.0 * radius)) as u64;
+    for v in image.as_mut_slice() {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        *v += noise * ((state >> 11) as f64 / (1u64 << 53) as f64 - 0.5);
+    }
+    image
+}
+
+fn params() -> JointParams {
+    JointParams {
+        segmentation: SegmentationParams {
+            weights: Weights::for_scales(0.3, 0.06, 0.4).unwrap(),
+            ..SegmentationParams::default()
+        },
+        ..JointParams::default()
+    }
+}
+
+fn run(images: &[ScalarField<f64, 2>]) -> JointResult<2> {
+    let result = joint_average(images, &params(), &mut Silent).unwrap();
+    assert!(result.certificate.certified);
+    for level in &result.levels {
+        // The average is solved for to 1e-7, which enters the energy squared.
+        let falls = |w: &[f64]| w[1] <= w[0] * (1.0 + 1e-12);
+        assert!(level.energies.windows(2).all(falls), "{:?}", level.energies);
+        assert_eq!(level.energies.len(), 2 * level.rounds + 1);
+        let last = level.energies[2 * level.rounds];
+        assert!((level.energy.objective() / last - 1.0).abs() < 1e-12);
+        // The terms add up.
+        let (n, energy) = (images.len() as f64, &level.energy);
+        let images: f64 = energy.images.iter().map(|i| i.total).sum();
+        let elastic: f64 = energy.shapes.elastic.iter().sum();
+        let mismatch: f64 = energy.shapes.mismatch.iter().sum();
+        let sum = (images + elastic + mismatch) / n + 1e-4 * energy.shapes.length;
+        assert!((sum / energy.total - 1.0).abs() < 1e-12);
+    }
+    result
+}
+
+/// Three disks at different places: each is brought to one place by about its own shift, and the
+/// average image is as sharp as they are.
+#[test]
+fn shifted_disks_are_brought_together() {
+    let grid = Grid::<2>::dyadic(6);
+    let centres = [[0.46, 0.5], [0.5, 0.54], [0.54, 0.46]];
+    let images = centres.map(|centre| disk(grid, centre, 0.25, 0.2));
+    let result = run(&images);
+    for (centre, displacement) in centres.iter().zip(&result.displacements) {
+        let found = displacement.sample(*centre);
+        for k in 0..2 {
+            // A shift costs nothing; where the interfaces meet is known to a part of a spacing.
+            assert!((found[k] - (0.5 - centre[k])).abs() < 0.02, "{found:?}");
+        }
+    }
+    let at = |x: f64| result.average_image.sample([x, 0.5])[0];
+    assert!(
+        at(0.5) > 0.9 && at(0.5 + 0.25 + 0.06) < 0.1,
+        "{} {}",
+        at(0.5),
+        at(0.81)
+    );
+    // Without deformation the mean is grey there.
+    let plain = |x: f64| images.iter().map(|i| i.sample([x, 0.5])[0]).sum::<f64>() / 3.0;
+    assert!((plain(0.74) - 0.5).abs() < 0.3, "{}", plain(0.74));
+    // The edge of the average is where its phase field is small.
+    assert!(result.average.sample([0.75, 0.5])[0] < 0.3);
+    assert!(result.average.sample([0.5, 0.5])[0] > 0.8);
+}
+
+#[test]
+fn equal_images_stay_where_they_are() {
+    let grid = Grid::<2>::dyadic(5);
+    let image = disk(grid, [0.5; 2], 0.25, 0.0);
+    let result = run(&[image.clone(), image]);
+    let moved = result.displacements.iter().flat_map(Field::as_slice);
+    // A discrete interface costs a little less where it is stretched: a part of a spacing.
+    let moved = moved.fold(0.0f64, |m, u| m.max(u.abs()));
+    assert!(moved < 0.3 * grid.spacing(), "{moved}");
+    let maps = StrainMaps::new(&result.displacements[0]);
+    let off = |values: &[f64], one: f64| values.iter().fold(0.0f64, |m, v| m.max((v - one).abs()));
+    assert!(off(&maps.norm, 2f64.sqrt()) < 0.1 && off(&maps.determinant, 1.0) < 0.15);
+}
+
+struct Impatient;
+
+impl Observer for Impatient {
+    fn iteration(&mut self, _: &Iteration<'_>) -> Control {
+        Control::Cancel
+    }
+    fn between(&mut self) -> Control {
+        Control::Cancel
+    }
+}
+
+#[test]
+fn bad_images_are_named_and_a_wish_to_stop_is_heard() {
+    let grid = Grid::<2>::dyadic(5);
+    let image = disk(grid, [0.5; 2], 0.25, 0.0);
+    let other = disk(Grid::dyadic(4), [0.5; 2], 0.25, 0.0);
+    let error =
+        |images: &[ScalarField<f64, 2>]| joint_average(images, &params(), &mut Silent).unwrap_err();
+    assert_eq!(error(&[]), AverageError::NoShapes);
+    assert_eq!(
+        error(&[image.clone(), other]),
+        AverageError::GridsDiffer { index: 1 }
+    );
+    let mut hole = image.clone();
+    hole.as_mut_slice()[3] = f64::NAN;
+    assert_eq!(
+        error(&[image.clone(), hole]),
+        AverageError::NotFinite { index: 1, node: 3 }
+    );
+    let stopped = joint_average(&[image.clone(), image], &params(), &mut Impatient).unwrap();
+    assert_eq!(stopped.status, Status::Cancelled);
+    assert_eq!(stopped.average.grid().nodes_per_axis(), [17, 17]);
+}
