@@ -41,9 +41,9 @@ pub struct DistancesArgs {
     /// Compute all paths with half as many steps, too, and extrapolate their lengths.
     #[arg(long)]
     pub richardson: bool,
-    /// Overlap (Dice) with the end shape from which on a path counts as one to it [default: 0.95,
-    /// which `geodesic` asks for]. The length of a path that falls short is too small, and stays
-    /// marked.
+    /// Overlap (Dice) with the end shape from which on a path counts as one to it [default: what
+    /// `geodesic` asks for, 0.95 or boundaries a quarter of a spacing apart]. The length of a path
+    /// that falls short is too small, and stays marked.
     #[arg(long, value_name = "DICE", value_parser = share)]
     pub reached: Option<f64>,
     /// Compute paths that do not reach their end, or fold, once more in this form.
