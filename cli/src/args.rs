@@ -75,7 +75,7 @@ pub struct AverageArgs {
     #[command(flatten)]
     pub scales: ScaleArgs,
     /// With --joint: weight of the length of an image's edges, as a share of the mismatch weight
-    /// [default: .3].
+    /// [default: 1].
     #[arg(long, value_name = "SHARE", value_parser = positive)]
     pub edge_weight: Option<f64>,
     /// Weight of the mismatch between the shapes and the average.

@@ -13,8 +13,10 @@ use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Field, ScalarField};
 use std::time::Instant;
 
-/// Elastic weight of a shape that follows, beside a mismatch of its whole weight.
-const ELASTIC_WEIGHT: f64 = 0.01;
+/// Elastic weight of a shape that follows, beside a mismatch of its whole weight. With less,
+/// deformations fold up to the bound on their determinant before they have arrived: a bent bar
+/// comes to lie on a straight one with a Dice overlap of .95 at this weight, of .91 at half of it.
+const ELASTIC_WEIGHT: f64 = 0.02;
 
 /// The average where some weights are zero.
 ///

@@ -31,9 +31,9 @@ fn radius(law: &str, strain: f64) -> f64 {
 #[test]
 fn inverse_averages_differ_by_the_second_power_of_the_strain() {
     let gaps = [0.15, 0.3].map(|s| radius("inverse:logdet", s) - radius("logdet", s));
-    // A ball that grows costs more than its inverse, so that the inverse model lets it grow more:
-    // for large strains the two are different averages.
-    assert!(gaps[1].abs() > 0.004, "{gaps:?}");
+    // The inverse model charges the compression of the larger disk to the area of the average, which
+    // is smaller: the average is larger, by a tenth of a spacing at these strains.
+    assert!(gaps[1] > 0.0015, "{gaps:?}");
     let order = (gaps[1] / gaps[0]).log2();
     // Radii are known to a fiftieth of a spacing, which is an eighth of the smaller gap.
     assert!((order - 2.0).abs() < 0.5, "{order} {gaps:?}");

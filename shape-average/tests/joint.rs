@@ -26,7 +26,7 @@ fn disk(grid: Grid<2>, centre: [f64; 2], radius: f64, noise: f64) -> ScalarField
 fn params() -> JointParams {
     JointParams {
         segmentation: SegmentationParams {
-            weights: Weights::for_scales(0.3, 0.06, 0.4).unwrap(),
+            weights: Weights::for_scales(1.0, 0.06, 0.4).unwrap(),
             ..SegmentationParams::default()
         },
         ..JointParams::default()

@@ -26,7 +26,7 @@ pub(super) fn picture<const D: usize>(found: &[Found<D>]) -> Canvas {
                 let mut label = String::from("object");
                 if let Some(truth) = &object.truth {
                     slice.outline(&mut last, &truth.outline, 2.4, colour(1));
-                    label = format!("object (blue), truth (red): Dice {:.3}", truth.dice);
+                    label = format!("Dice {:.3}, truth in red", truth.dice);
                 }
                 slice.level(&mut last, &object.level_set, 0.0, 1.4, colour(0));
                 label

@@ -18,6 +18,11 @@
 //! `(phi_i)`, with `v` eliminated; then for every image the two linear systems of `v_i` and `u_i`,
 //! the mismatch being quadratic in `v_i`, too. It is evaluated at the same points in both, so that
 //! neither half ever raises the energy. Round by round, until that falls no more.
+//!
+//! # Weights
+//! The mismatch has two minima where a phase field meets one that it agrees with: both 0 and both 1.
+//! With a weight `nu` of the edges well below `gamma` it wins over the energy of the phase fields, and
+//! edges that lie close together fill the space between them; so `nu` should be no less than `gamma`.
 
 mod density;
 mod maps;

@@ -10,6 +10,7 @@ use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{
     Evaluation, LbfgsParams, Minimiser, Objective, Observer, Status, Stopping,
 };
+use fe_grid::transfer::prolong_into;
 use fe_grid::{Assembly, Data, Field, Grid, ScalarField};
 use phasefield::Mismatch;
 use phasefield::segmentation::{AmbrosioTortorelli, Part, relax};
@@ -42,6 +43,29 @@ pub(super) struct Work {
 }
 
 impl<const D: usize> State<D> {
+    /// Segmented images, and nothing deformed yet.
+    pub fn new(grid: Grid<D>, images: Vec<ScalarField<f64, D>>, pairs: Vec<Vec<f64>>) -> Self {
+        Self {
+            displacements: vec![0.0; D * grid.n_nodes() * images.len()],
+            average: vec![1.0; grid.n_nodes()],
+            energy: Energy::default(),
+            work: Work::default(),
+            grid,
+            images,
+            pairs,
+        }
+    }
+
+    /// Deformations and average of the next coarser level.
+    pub fn take_deformations(&mut self, coarse: &Self) {
+        let (dim, fine) = (D * coarse.grid.n_nodes(), D * self.grid.n_nodes());
+        let finer = self.displacements.chunks_exact_mut(fine);
+        for (finer, u) in finer.zip(coarse.displacements.chunks_exact(dim)) {
+            prolong_into(&coarse.grid, u, finer);
+        }
+        prolong_into(&coarse.grid, &coarse.average, &mut self.average);
+    }
+
     fn law(&self, params: &JointParams) -> AmbrosioTortorelli {
         let width = self.interface_width(params);
         AmbrosioTortorelli {
@@ -106,23 +130,17 @@ impl<const D: usize> State<D> {
         Ok(info.status)
     }
 
-    /// Segments: the phase field and the image of every input, at fixed average and deformations;
-    /// without looking at the average where `alone`.
-    pub fn segment(&mut self, params: &JointParams, alone: bool) -> Result<(), AverageError> {
+    /// Segments: the phase field and the image of every input, at fixed average and deformations.
+    pub fn segment(&mut self, params: &JointParams) -> Result<(), AverageError> {
         let (law, grid) = (self.law(params), self.grid);
-        let density = |scale: f64| JointDensity {
+        let density = JointDensity {
             segmentation: law,
             mismatch: Mismatch {
                 interface_width: law.interface_width,
-                scale,
+                scale: params.average.mismatch_weight,
             },
             average: Interpolant::new(grid, &self.average),
         };
-        let density = density(if alone {
-            0.0
-        } else {
-            params.average.mismatch_weight
-        });
         let dim = D * grid.n_nodes();
         let (images, displacements) = (&self.images, &self.displacements);
         let solved: Result<Vec<[usize; 2]>, AverageError> = self

@@ -1,15 +1,14 @@
 //! From coarse levels to fine, round by round.
 
-use super::round::{State, Work};
+use super::round::State;
 use super::{JointLevel, JointParams, JointResult};
+use crate::AverageError;
 use crate::objective::check_law;
 use crate::quiet::Quiet;
 use crate::solve::worst_certificate;
-use crate::{AverageError, Energy};
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Status};
-use fe_grid::transfer::prolong_into;
-use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
-use phasefield::segmentation::{coarser_image, segment};
+use fe_grid::{Field, InverseDeformation, ScalarField};
+use phasefield::segmentation::{SegmentationParams, coarser_image, segment};
 use std::time::Instant;
 
 /// Segments images on one grid and averages their edges, both at the same time.
@@ -48,14 +47,11 @@ pub fn joint_average<const D: usize>(
     let mut levels = Vec::with_capacity(grids.len());
     for (level, (grid, images)) in grids.iter().zip(coarser.into_iter().rev()).enumerate() {
         observer.level(level, grids.len(), images.len() * (D + 2) * grid.n_nodes());
-        let mut now = match state.take() {
-            None => first_state(*grid, images, params, observer)?,
-            Some(coarse) => {
-                let mut finer = prolonged(&coarse, *grid, images);
-                finer.segment(params, true)?;
-                finer
-            }
-        };
+        let pairs = segmented(&images, params, observer)?;
+        let mut now = State::new(*grid, images, pairs);
+        if let Some(coarse) = state.take() {
+            now.take_deformations(&coarse);
+        }
         let report = improve(&mut now, params, observer)?;
         let cancelled = report.status == Status::Cancelled;
         levels.push(report);
@@ -69,58 +65,28 @@ pub fn joint_average<const D: usize>(
     finish(&state, levels, start)
 }
 
-/// Images segmented each for itself on the coarsest grid, and nothing deformed yet.
-fn first_state<const D: usize>(
-    grid: Grid<D>,
-    images: Vec<ScalarField<f64, D>>,
+/// `u_i` and `v_i` of images that are segmented each for itself. Every level begins with these:
+/// edges of a coarser one, as wide as its interfaces, would stay that wide where the phase fields of
+/// all images agree on them.
+fn segmented<const D: usize>(
+    images: &[ScalarField<f64, D>],
     params: &JointParams,
     observer: &mut dyn Observer,
-) -> Result<State<D>, AverageError> {
-    let mut alone = params.segmentation;
-    alone.interface_cells = params.average.interface_cells;
-    // No coarser grid than this one.
-    alone.coarsest_nodes = grid.nodes_per_axis().into_iter().fold(0, usize::max);
-    let mut pairs = Vec::with_capacity(images.len());
-    for image in &images {
-        let found = segment(image, &alone, &mut Quiet(observer))?;
-        pairs.push([found.image.into_vec(), found.phase_field.into_vec()].concat());
-    }
-    Ok(State {
-        displacements: vec![0.0; D * grid.n_nodes() * images.len()],
-        average: vec![1.0; grid.n_nodes()],
-        energy: Energy::default(),
-        work: Work::default(),
-        grid,
-        images,
-        pairs,
-    })
-}
-
-fn prolonged<const D: usize>(
-    coarse: &State<D>,
-    grid: Grid<D>,
-    images: Vec<ScalarField<f64, D>>,
-) -> State<D> {
-    let finer = |x: &[f64]| {
-        let components = x.len() / coarse.grid.n_nodes();
-        let mut out = vec![0.0; components * grid.n_nodes()];
-        prolong_into(&coarse.grid, x, &mut out);
-        out
+) -> Result<Vec<Vec<f64>>, AverageError> {
+    let alone = SegmentationParams {
+        interface_cells: params.average.interface_cells,
+        ..params.segmentation
     };
-    let dim = D * coarse.grid.n_nodes();
-    State {
-        pairs: coarse.pairs.iter().map(|pair| finer(pair)).collect(),
-        displacements: coarse
-            .displacements
-            .chunks_exact(dim)
-            .flat_map(finer)
-            .collect(),
-        average: finer(&coarse.average),
-        energy: Energy::default(),
-        work: Work::default(),
-        grid,
-        images,
-    }
+    let pairs = images.iter().map(|image| {
+        let found = segment(image, &alone, &mut Quiet(observer))?;
+        let mut pair = [found.image, found.phase_field];
+        if pair[0].grid() != image.grid() {
+            // A wish to stop ends it on a coarser grid of the same box.
+            pair = pair.map(|field| ScalarField::from_fn(*image.grid(), |x| field.sample(x)));
+        }
+        Ok(pair.map(Field::into_vec).concat())
+    });
+    pairs.collect()
 }
 
 /// Rounds on one level.
@@ -161,7 +127,7 @@ fn improve<const D: usize>(
         if rounds == params.max_rounds {
             break Status::MaxIterations;
         }
-        state.segment(params, false)?;
+        state.segment(params)?;
         energies.push(state.evaluate(params)?.objective());
         rounds += 1;
     };

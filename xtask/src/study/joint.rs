@@ -24,7 +24,7 @@ const CASES: [(f64, f64); 6] = [
     (0.25, 0.1),
 ];
 /// Weight of the edges of an image, beside a mismatch of weight one.
-const EDGES: f64 = 0.3;
+const EDGES: f64 = 1.0;
 /// Length over which images are smoothed, in spacings.
 const SMOOTH_CELLS: f64 = 4.0;
 /// Least jump of an edge, as a share of the contrast.

@@ -161,7 +161,7 @@ fn plan<const D: usize>(
 
 fn params<const D: usize>(args: &AverageArgs, smooth: f64) -> Result<JointParams, CliError> {
     let usual = JointParams::default();
-    let edges = args.edge_weight.unwrap_or(0.3) * args.mismatch_weight;
+    let edges = args.edge_weight.unwrap_or(1.0) * args.mismatch_weight;
     Ok(JointParams {
         average: AverageParams {
             law: args.common.material::<D>()?,
