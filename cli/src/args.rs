@@ -12,8 +12,9 @@ use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
+use crate::pca::{PcaArgs, ScoreArgs, SynthesizeArgs, run_pca, run_score, run_synthesize};
 
-/// Averages of 2D and 3D shapes, geodesics and distances between them.
+/// Averages of 2D and 3D shapes, their modes of variation, geodesics and distances between them.
 #[derive(Debug, Parser)]
 #[command(name = "shapespace", version, about, arg_required_else_help = true)]
 pub struct Cli {
@@ -33,6 +34,12 @@ enum Command {
     Transport(TransportArgs),
     /// The distances between all pairs of shapes, with clusters and a map of them.
     Distances(Box<DistancesArgs>),
+    /// The principal modes of variation of the shapes of an average.
+    Pca(PcaArgs),
+    /// A shape from its scores in the modes of variation.
+    Synthesize(SynthesizeArgs),
+    /// The scores of new shapes in the modes of variation.
+    Score(ScoreArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -105,6 +112,9 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Extend(args) => run_extend(args),
         Command::Transport(args) => run_transport(args),
         Command::Distances(args) => run_distances(args),
+        Command::Pca(args) => run_pca(args),
+        Command::Synthesize(args) => run_synthesize(args),
+        Command::Score(args) => run_score(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

@@ -11,10 +11,12 @@ pub mod geodesic;
 pub mod input;
 pub mod options;
 pub mod output;
+pub mod pca;
 pub mod picture;
 mod pool;
 pub mod progress;
 mod report;
+mod results;
 mod shapes;
 mod watch;
 

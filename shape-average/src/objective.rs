@@ -42,6 +42,8 @@ pub struct AverageObjective<const D: usize> {
     weights: Weights,
     /// The average `v`, the start of the next solve.
     average: Vec<f64>,
+    /// Whether the average is given, and no solve changes it.
+    average_is_given: bool,
     energy: Energy,
     metric: Metric<D>,
     /// For the multigrid cycles of all shapes.
@@ -73,6 +75,7 @@ impl<const D: usize> AverageObjective<D> {
             params: params.clone(),
             weights,
             average,
+            average_is_given: false,
             energy: Energy::default(),
             metric: Metric::Kept(Vec::new()),
             work_space: WorkSpace::default(),
@@ -81,6 +84,12 @@ impl<const D: usize> AverageObjective<D> {
             shape_evaluations: 0,
             average_iterations: 0,
         }
+    }
+
+    /// The same functional with the average that was handed in kept as it is.
+    pub(crate) fn with_given_average(mut self) -> Self {
+        self.average_is_given = true;
+        self
     }
 
     /// The shapes.
@@ -138,6 +147,9 @@ impl<const D: usize> AverageObjective<D> {
     /// [`GridError::NotPositiveDefinite`] where the normal equations are not definite, which
     /// rounding alone can bring about.
     pub fn solve_average(&mut self, x: &[f64]) -> Result<(), GridError> {
+        if self.average_is_given {
+            return Ok(());
+        }
         let rule = Mismatch {
             interface_width: self.shapes.interface_width(),
             scale: self.weights.mismatch,

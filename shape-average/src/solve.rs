@@ -77,6 +77,45 @@ pub fn average_on_levels<const D: usize>(
     solve(signed_distances, levels, params, start, observer)
 }
 
+/// The deformation of a new shape onto an average that stays as it is: both terms of the average
+/// that belong to one shape, minimised by its deformation alone.
+///
+/// The shape is given by its signed distance; the average by its own, from which the phase field
+/// on coarse levels is made, and by its phase field on the finest. The shape has weight one, so
+/// that its deformation is the one that it would have among the shapes of the average, if they are
+/// of equal weight.
+///
+/// # Errors
+/// As [`average`]; all fields have to lie on one grid.
+pub fn match_to<const D: usize>(
+    signed_distance: &Field<f64, D, 1>,
+    target: &Field<f64, D, 1>,
+    target_phase_field: &Field<f64, D, 1>,
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let params = AverageParams {
+        weights: None,
+        ..params.clone()
+    };
+    let shape = std::slice::from_ref(signed_distance);
+    check(&[signed_distance.clone(), target.clone()], &params)?;
+    if target_phase_field.grid() != signed_distance.grid() {
+        return Err(AverageError::GridsDiffer { index: 1 });
+    }
+    let start = Instant::now();
+    let levels = levels_of(shape, &params)?;
+    let mut given: Vec<Vec<f64>> = levels_of(std::slice::from_ref(target), &params)?
+        .into_iter()
+        .flat_map(|level| level.phase_fields)
+        .map(Field::into_vec)
+        .collect();
+    if let Some(finest) = given.last_mut() {
+        *finest = target_phase_field.as_slice().to_vec();
+    }
+    solve_levels(shape, Levels::new(levels, &params).with_averages(given), start, observer)
+}
+
 /// Looks at all inputs and gives the first.
 fn check<'a, const D: usize>(
     signed_distances: &'a [Field<f64, D, 1>],
@@ -108,7 +147,16 @@ fn solve<const D: usize>(
     start: Instant,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
-    let mut problem = Levels::new(levels, params);
+    solve_levels(signed_distances, Levels::new(levels, params), start, observer)
+}
+
+fn solve_levels<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    mut problem: Levels<'_, D>,
+    start: Instant,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let params = problem.params;
     let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
     let minimiser = |_| LevelMinimiser {
         params: params.clone(),
@@ -184,6 +232,8 @@ struct Levels<'a, const D: usize> {
     grids: Vec<Grid<D>>,
     shapes: Vec<Option<LevelShapes<D>>>,
     average: Vec<f64>,
+    /// The averages of all levels, where they are given.
+    given: Vec<Vec<f64>>,
     reports: Vec<LevelReport>,
     finest: Option<LevelShapes<D>>,
 }
@@ -196,9 +246,16 @@ impl<'a, const D: usize> Levels<'a, D> {
             average: vec![1.0; grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
+            given: Vec::new(),
             reports: Vec::new(),
             finest: None,
         }
+    }
+
+    /// The same with the average of every level given.
+    fn with_averages(mut self, given: Vec<Vec<f64>>) -> Self {
+        self.given = given;
+        self
     }
 
     fn into_result(
@@ -257,6 +314,10 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
 
     fn objective(&mut self, level: usize) -> Result<AverageObjective<D>, AverageError> {
         let shapes = self.shapes[level].take().ok_or(AverageError::NoShapes)?;
+        if let Some(given) = self.given.get(level) {
+            let objective = AverageObjective::new(shapes, self.params, given.clone());
+            return Ok(objective.with_given_average());
+        }
         let average = std::mem::take(&mut self.average);
         Ok(AverageObjective::new(shapes, self.params, average))
     }

@@ -14,6 +14,7 @@ mod scatter;
 mod sheet2;
 mod sheet3;
 mod text;
+mod tiles;
 mod tree;
 mod window;
 
@@ -28,6 +29,7 @@ pub use palette::colour;
 pub use scatter::ScatterPlot;
 pub use sheet2::{ContactSheet, Curve, ShapeTile};
 pub use sheet3::SurfaceSheet;
+pub use tiles::Tiles;
 pub use tree::TreeChart;
 pub use window::Window;
 
