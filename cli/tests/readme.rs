@@ -16,8 +16,9 @@ fn readme() -> String {
 }
 
 /// Commands that write a directory, and the headings over the tables of their files.
-const TABLES: [(&str, &str); 3] = [
+const TABLES: [(&str, &str); 4] = [
     ("shapespace average", "## What it writes"),
+    ("shapespace pca", "## Modes of variation"),
     ("shapespace geodesic", "## Geodesics"),
     ("shapespace distances", "## Distances, clusters and maps"),
 ];
@@ -142,7 +143,7 @@ fn blocks_and_tables_are_found() {
     assert!(promised.contains(&"result.json".to_owned()));
     assert!(promised.contains(&"energy.csv".to_owned()));
     assert!(!promised.contains(&"average.stl".to_owned()));
-    let promised = promised_files(&text, TABLES[1].1);
+    let promised = promised_files(&text, TABLES[2].1);
     assert!(promised.contains(&"geodesic.png".to_owned()));
     for (start, _) in TABLES {
         assert!(

@@ -147,9 +147,11 @@ fn layer_ranges<const D: usize>(grid: &Grid<D>, source: &PullbackSource<'_>) -> 
         .enumerate()
         .map(|(p, nodes)| {
             let place = |u: f64| p as f64 + u / grid.spacing();
-            nodes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, &u| {
-                [r[0].min(place(u)), r[1].max(place(u))]
-            })
+            nodes
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |r, &u| {
+                    [r[0].min(place(u)), r[1].max(place(u))]
+                })
         })
         .collect();
     of_plane
@@ -235,8 +237,7 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
                     continue;
                 }
                 for row in rows_of_layer(self.grid, layer) {
-                    let nodes =
-                        RowData::new::<Seen<F>>(self.grid, source.displacement, &data, row);
+                    let nodes = RowData::new::<Seen<F>>(self.grid, source.displacement, &data, row);
                     for i in (0..cells[0]).step_by(L::COUNT) {
                         block.read::<Seen<F>, f64>(&nodes, i);
                         for q in 0..1usize << D {
@@ -481,7 +482,11 @@ impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
     ) {
         let n = self.grid.nodes_per_axis();
         let plane = if D == 3 { n[0] * n[1] } else { n[0] };
-        let side = if D == 3 { (row[0] + (corner >> 1 & 1)) * n[0] } else { 0 };
+        let side = if D == 3 {
+            (row[0] + (corner >> 1 & 1)) * n[0]
+        } else {
+            0
+        };
         let target = self.slab.plane(output, layer, corner >> (D - 1), plane);
         let start = side + (corner & 1);
         for (i, t) in target[start..start + n[0] - 1].iter_mut().enumerate() {
@@ -498,11 +503,7 @@ const fn upper<const D: usize>(r: usize, s: usize) -> usize {
 
 /// Derivatives of all shape functions of the cell of a point, `[b][corner]`.
 #[inline(always)]
-fn slopes<const D: usize>(
-    grid: &Grid<D>,
-    places: &Places<D>,
-    l: usize,
-) -> [[f64; MAX_CORNERS]; D] {
+fn slopes<const D: usize>(grid: &Grid<D>, places: &Places<D>, l: usize) -> [[f64; MAX_CORNERS]; D] {
     let mut slopes = [[0.0; MAX_CORNERS]; D];
     for b in 0..D {
         let scale = places.inside[b][l] / grid.spacing();

@@ -113,7 +113,12 @@ pub fn match_to<const D: usize>(
     if let Some(finest) = given.last_mut() {
         *finest = target_phase_field.as_slice().to_vec();
     }
-    solve_levels(shape, Levels::new(levels, &params).with_averages(given), start, observer)
+    solve_levels(
+        shape,
+        Levels::new(levels, &params).with_averages(given),
+        start,
+        observer,
+    )
 }
 
 /// Looks at all inputs and gives the first.
@@ -147,7 +152,12 @@ fn solve<const D: usize>(
     start: Instant,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
-    solve_levels(signed_distances, Levels::new(levels, params), start, observer)
+    solve_levels(
+        signed_distances,
+        Levels::new(levels, params),
+        start,
+        observer,
+    )
 }
 
 fn solve_levels<const D: usize>(

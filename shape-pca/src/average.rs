@@ -103,6 +103,11 @@ impl<const D: usize> Average<D> {
         &self.displacements
     }
 
+    /// Indicators of the objects.
+    pub fn indicators(&self) -> &[ScalarField<f64, D>] {
+        &self.indicators
+    }
+
     /// The smooth indicator of the average object, `sum_i lambda_i chi_i o phi_i^-1`; its level 1/2
     /// is the average shape.
     pub fn object(&self) -> &ScalarField<f64, D> {

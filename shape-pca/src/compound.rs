@@ -48,7 +48,11 @@ pub fn evaluate<const D: usize>(
         derivatives,
     };
     let found: Box<dyn Any> = if D == 2 {
-        Box::new(in_the_plane(law, Grid::with_nodes([nodes[0], nodes[1]], spacing)?, task)?)
+        Box::new(in_the_plane(
+            law,
+            Grid::with_nodes([nodes[0], nodes[1]], spacing)?,
+            task,
+        )?)
     } else {
         let grid = Grid::with_nodes([nodes[0], nodes[1], nodes[D - 1]], spacing)?;
         Box::new(in_space(law, grid, task)?)
@@ -101,6 +105,12 @@ impl<const D: usize> LawVisitor<D> for Visitor<'_, D> {
                 coefficients,
             })
             .collect();
-        pull_back(&self.grid, &law, &sources, self.task.state, self.task.derivatives)
+        pull_back(
+            &self.grid,
+            &law,
+            &sources,
+            self.task.state,
+            self.task.derivatives,
+        )
     }
 }

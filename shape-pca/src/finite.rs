@@ -173,7 +173,9 @@ impl<const D: usize> Objective for Loaded<'_, D> {
         // The old one goes first: two at a time would double the memory.
         self.hessian = None;
         let found = self.problem.evaluate(w, Derivatives::Hessian)?;
-        self.hessian = found.and_then(|found| found.hessian).map(|(matrix, _)| matrix);
+        self.hessian = found
+            .and_then(|found| found.hessian)
+            .map(|(matrix, _)| matrix);
         Ok(())
     }
 }

@@ -48,9 +48,7 @@ impl Modes {
         let rank = kept.count().min(n - 1).min(most);
         let combinations = (0..rank)
             .map(|j| {
-                let column: Vec<f64> = (0..n)
-                    .map(|i| found.eigenvectors[(i, order[j])])
-                    .collect();
+                let column: Vec<f64> = (0..n).map(|i| found.eigenvectors[(i, order[j])]).collect();
                 let sign = leading_sign(&column, weights);
                 let scale = sign / eigenvalues[j].sqrt();
                 let parts = column.iter().zip(weights);
@@ -135,6 +133,10 @@ impl Scores {
     /// What all modes together leave of the displacement, relative.
     pub fn residual(&self) -> f64 {
         let left = self.errors.last().copied().unwrap_or(0.0);
-        if self.norm > 0.0 { left / self.norm } else { 0.0 }
+        if self.norm > 0.0 {
+            left / self.norm
+        } else {
+            0.0
+        }
     }
 }

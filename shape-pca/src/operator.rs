@@ -1,7 +1,7 @@
 //! The compound operator: assembled, preconditioned and constrained.
 
 use crate::compound::evaluate;
-use crate::{Average, PcaError, PcaParams, RigidMotions, Source, SolveReport, krylov};
+use crate::{Average, PcaError, PcaParams, RigidMotions, SolveReport, Source, krylov};
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::pullback::Derivatives;
 use fe_grid::stencil::BlockStencil;
@@ -31,21 +31,52 @@ impl<const D: usize> Compound<D> {
     /// # Errors
     /// Those of the law and of the grid layer.
     pub fn new(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
-        let grid = *average.grid();
-        let rest = vec![0.0; D * grid.n_nodes()];
+        if params.prestressed {
+            let sources = average.sources();
+            return Self::of_sources(average, params, params.void_stiffness, &sources);
+        }
+        let rest = vec![0.0; D * average.grid().n_nodes()];
         let at_rest = [Source {
             weight: 1.0,
             displacement: &rest,
             indicator: average.object().as_slice(),
         }];
-        let sources = average.sources();
-        let sources = if params.prestressed {
-            &sources[..]
-        } else {
-            &at_rest[..]
-        };
+        Self::of_sources(average, params, params.void_stiffness, &at_rest)
+    }
+
+    /// The operator of the object alone, under the stresses of the deformations, in a void at rest.
+    ///
+    /// The void is a device, and in places compressed to next to nothing: there its tangent is
+    /// indefinite, whatever the object does. Whether the object is stable is seen without that.
+    ///
+    /// # Errors
+    /// Those of the law and of the grid layer.
+    pub fn of_object(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
+        let rest = vec![0.0; D * average.grid().n_nodes()];
+        let outside: Vec<f64> = average
+            .object()
+            .as_slice()
+            .iter()
+            .map(|x| 1.0 - x)
+            .collect();
+        let mut sources = average.sources();
+        sources.push(Source {
+            weight: params.void_stiffness,
+            displacement: &rest,
+            indicator: &outside,
+        });
+        Self::of_sources(average, params, 0.0, &sources)
+    }
+
+    fn of_sources(
+        average: &Average<D>,
+        params: &PcaParams,
+        void_stiffness: f64,
+        sources: &[Source<'_>],
+    ) -> Result<Self, PcaError> {
+        let grid = *average.grid();
         let all = Derivatives::Hessian;
-        let found = evaluate(&grid, &params.law, params.void_stiffness, sources, &[], all)?;
+        let found = evaluate(&grid, &params.law, void_stiffness, sources, &[], all)?;
         // The Hessian was asked for.
         let (stiffness, traces) = found.hessian.expect("it was asked for");
         Ok(Self {
@@ -178,5 +209,10 @@ fn cycle<const D: usize>(
         moduli: params.law.moduli,
         regularisation: REGULARISATION * params.void_stiffness,
     };
-    Ok(Multigrid::new(*grid, &law, cells, MultigridParams::default())?)
+    Ok(Multigrid::new(
+        *grid,
+        &law,
+        cells,
+        MultigridParams::default(),
+    )?)
 }

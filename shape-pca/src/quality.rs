@@ -83,7 +83,12 @@ fn leave_out(gram: &DMatrix<f64>, i: usize, zero: f64, most: usize) -> Result<Sc
         terms.map(|(a, &j)| a * centred[(i, j)]).sum()
     };
     let products: Vec<f64> = modes.combinations.iter().map(product).collect();
-    Ok(Scores::new(&products, centred[(i, i)], &modes.eigenvalues, n))
+    Ok(Scores::new(
+        &products,
+        centred[(i, i)],
+        &modes.eigenvalues,
+        n,
+    ))
 }
 
 fn specificity(gram: &DMatrix<f64>, modes: &Modes) -> Vec<f64> {

@@ -30,9 +30,8 @@ fn check_derivatives<const D: usize>(grid: Grid<D>, law: &str) {
     let law = LawSpec::new(law, hyperelastic::LameModuli::default()).unwrap();
     let average = three(grid);
     let sources = average.sources();
-    let at = |w: &[f64], derivatives| {
-        evaluate(&grid, &law, 1e-2, &sources, w, derivatives).unwrap()
-    };
+    let at =
+        |w: &[f64], derivatives| evaluate(&grid, &law, 1e-2, &sources, w, derivatives).unwrap();
     let state = smooth(grid, 0.01, 0.7).into_vec();
     let direction = smooth(grid, 1.0, 2.1).into_vec();
     let found = at(&state, Derivatives::Hessian);
@@ -49,9 +48,16 @@ fn check_derivatives<const D: usize>(grid: Grid<D>, law: &str) {
     let slope = (up.value - down.value) / (2.0 * t);
     let expected = dot(&found.gradient, &direction);
     // Differences of second order with a step of 1e-5: errors of t^2 and of rounding over t.
-    assert!((slope - expected).abs() < 1e-7 * expected.abs().max(1.0), "{slope} {expected}");
+    assert!(
+        (slope - expected).abs() < 1e-7 * expected.abs().max(1.0),
+        "{slope} {expected}"
+    );
     let mut product = vec![0.0; direction.len()];
-    found.hessian.unwrap().0.apply_into(&direction, &mut product);
+    found
+        .hessian
+        .unwrap()
+        .0
+        .apply_into(&direction, &mut product);
     let mut change = up.gradient;
     axpy(-1.0, &down.gradient, &mut change);
     let change: Vec<f64> = change.iter().map(|x| x / (2.0 * t)).collect();
@@ -73,8 +79,18 @@ fn a_fold_is_told_and_no_panic() {
     let average = three(grid);
     let law = LawSpec::default();
     let inwards = Field::<f64, 2, 2>::from_fn(grid, |x| x.map(|x| -2.0 * x)).into_vec();
-    let found = evaluate(&grid, &law, 1e-4, &average.sources(), &inwards, Derivatives::Value);
-    assert!(matches!(found, Err(PcaError::Grid(fe_grid::GridError::Inadmissible { .. }))));
+    let found = evaluate(
+        &grid,
+        &law,
+        1e-4,
+        &average.sources(),
+        &inwards,
+        Derivatives::Value,
+    );
+    assert!(matches!(
+        found,
+        Err(PcaError::Grid(fe_grid::GridError::Inadmissible { .. }))
+    ));
 }
 
 proptest! {
@@ -172,7 +188,12 @@ fn check<const D: usize>(average: &Average<D>, params: &PcaParams) {
     }
     // All modes together give the training shapes back.
     let mut square = 0.0;
-    for ((scores, u), weight) in pca.training.iter().zip(&pca.displacements).zip(average.weights()) {
+    for ((scores, u), weight) in pca
+        .training
+        .iter()
+        .zip(&pca.displacements)
+        .zip(average.weights())
+    {
         let made = pca.space.synthesise(&scores.scores).unwrap();
         assert!(distance(made.as_slice(), u.as_slice()) < 1e-8 * max_abs(u.as_slice()));
         square += weight * scores.mahalanobis.powi(2);
@@ -199,7 +220,10 @@ fn modes_are_what_they_should_be() {
     let displacements = average.displacements().to_vec();
     let indicators = [0.25, 0.28, 0.3].map(|radius| blob(*average.grid(), radius));
     let weights = vec![0.2, 0.5, 0.3];
-    check(&Average::new(displacements, indicators.into(), weights).unwrap(), &params);
+    check(
+        &Average::new(displacements, indicators.into(), weights).unwrap(),
+        &params,
+    );
     check(&three(Grid::<3>::dyadic(3)), &params);
 }
 
@@ -244,8 +268,10 @@ fn quality_is_measured() {
     let grid = Grid::<2>::dyadic(4);
     // Shapes of two modes: the third that is left out is made of the others but for its size.
     let phases = [0.0, 0.4, 1.3, 2.0, 2.9];
-    let displacements: Vec<VectorField<f64, 2>> =
-        phases.iter().map(|phase| smooth(grid, 0.03, *phase)).collect();
+    let displacements: Vec<VectorField<f64, 2>> = phases
+        .iter()
+        .map(|phase| smooth(grid, 0.03, *phase))
+        .collect();
     let indicators = vec![blob(grid, 0.3); 5];
     let average = Average::new(displacements, indicators, vec![0.2; 5]).unwrap();
     let (_, pca) = analysed(&average, &PcaParams::default());

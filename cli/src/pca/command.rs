@@ -58,7 +58,10 @@ where
     let most = args.modes.map_or(usize::MAX, |modes| modes as usize);
     progress.stage("assembling the compound operator");
     let compound = Compound::new(&given.average, &params)?;
-    progress.stage(format!("solving for {} displacements", given.average.n_shapes()));
+    progress.stage(format!(
+        "solving for {} displacements",
+        given.average.n_shapes()
+    ));
     let pca = Pca::new(&given.average, &compound, most)?;
     let quality = Quality::new(&pca.gram, params.zero_eigenvalue, most)?;
     progress.stage("writing");
@@ -93,13 +96,27 @@ fn write_lines(text: &mut String, record: &PcaRecord, target: &Path) -> std::fmt
         "{} modes of variation of {} shapes in {:.1} s",
         record.n_modes, record.n_shapes, record.seconds
     )?;
-    let ratios: Vec<String> = record.ratios.iter().take(6).map(|r| format!("{r:.3}")).collect();
-    writeln!(text, "  eigenvalues  {:.4e}, ratios {}", record.eigenvalues[0], ratios.join(" "))?;
+    let ratios: Vec<String> = record
+        .ratios
+        .iter()
+        .take(6)
+        .map(|r| format!("{r:.3}"))
+        .collect();
     writeln!(
         text,
-        "  stresses     balanced up to {:.1} %, operator {}",
+        "  eigenvalues  {:.4e}, ratios {}",
+        record.eigenvalues[0],
+        ratios.join(" ")
+    )?;
+    writeln!(
+        text,
+        "  stresses     balanced up to {:.1} %, object {}",
         100.0 * record.balance,
-        if record.definite { "positive definite" } else { "NOT positive definite" }
+        if record.definite {
+            "positive definite"
+        } else {
+            "NOT positive definite"
+        }
     )?;
     let file = |name: &str| target.join(name).display().to_string();
     writeln!(text, "  results      {}", file("result.json"))?;

@@ -2,7 +2,6 @@
 
 use fe_grid::VectorField;
 use levelset::{Contour, LevelsetError};
-use shape_pca::PcaError;
 
 use crate::error::CliError;
 use crate::geodesic::draw::{Draw, Pictures};
@@ -50,15 +49,17 @@ where
 {
     /// The shape with one score, `(1 - a sqrt Lambda_j y_j)(S)`.
     fn shape(&self, j: usize, score: f64) -> Contour<D> {
-        moved(self.average, &self.fields[j], -score * self.eigenvalues[j].sqrt())
+        moved(
+            self.average,
+            &self.fields[j],
+            -score * self.eigenvalues[j].sqrt(),
+        )
     }
 
     /// Modes in rows: shapes at even scores, from one end to the other.
     pub fn strip(&self) -> Canvas {
         let rows = self.fields.len().min(ROWS);
-        let score = |i: usize| {
-            self.amplitude * (2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0)
-        };
+        let score = |i: usize| self.amplitude * (2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0);
         let mut shapes = Vec::new();
         let mut names = Vec::new();
         for j in 0..rows {

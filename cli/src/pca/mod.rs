@@ -2,11 +2,12 @@
 //! average, shapes made of them, and new shapes measured by them.
 //!
 //! `read` reads directories back, `command`, `synthesize` and `score` compute, `record` is what
-//! `result.json` tells, `write`, `draw`, `tables` and `report` make the rest of the directory.
+//! `result.json` tells, `procrustes` compares boundaries, `write`, `draw`, `tables` and `report` make the rest of the directory.
 
 mod args;
 mod command;
 mod draw;
+mod procrustes;
 mod read;
 mod record;
 mod report;
@@ -17,5 +18,6 @@ mod write;
 
 pub use args::{Metric, PcaArgs, ScoreArgs, Size, SynthesizeArgs};
 pub use command::run_pca;
+pub use procrustes::{Procrustes, there_and_back};
 pub use score::run_score;
 pub use synthesize::run_synthesize;

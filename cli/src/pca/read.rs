@@ -93,7 +93,10 @@ fn told<T: DeserializeOwned>(
     unfit: fn(&Path, String) -> CliError,
 ) -> Result<T, CliError> {
     let text = fs::read(directory.join("result.json")).map_err(|source| {
-        unfit(directory, format!("its result.json cannot be read: {source}"))
+        unfit(
+            directory,
+            format!("its result.json cannot be read: {source}"),
+        )
     })?;
     serde_json::from_slice(&text)
         .map_err(|error| unfit(directory, format!("its result.json is another's: {error}")))
@@ -109,7 +112,10 @@ pub(super) fn read_average(directory: &Path) -> Result<AnyAverage, CliError> {
     match told.dimension {
         2 => given_average(directory, told).map(AnyAverage::D2),
         3 => given_average(directory, told).map(AnyAverage::D3),
-        other => Err(unfit_average(directory, format!("it has {other} dimensions"))),
+        other => Err(unfit_average(
+            directory,
+            format!("it has {other} dimensions"),
+        )),
     }
 }
 
@@ -130,14 +136,22 @@ fn given_average<const D: usize>(
         let mut weight = fields.numbered_scalar::<D>("weight", i)?;
         for x in weight.as_mut_slice() {
             // Where the void is as stiff as the object, all of the box is the object.
-            *x = if delta < 1.0 { (*x - delta) / (1.0 - delta) } else { 1.0 };
+            *x = if delta < 1.0 {
+                (*x - delta) / (1.0 - delta)
+            } else {
+                1.0
+            };
         }
         indicators.push(weight);
     }
     let nowhere = || unfit_average(directory, "it does not say where its inputs lie".into());
     let first = told.input.first().ok_or_else(nowhere)?;
     let frame = serde_json::from_value(first.frame.clone()).map_err(|_| nowhere())?;
-    let paths: Vec<&Path> = told.input.iter().map(|input| input.path.as_path()).collect();
+    let paths: Vec<&Path> = told
+        .input
+        .iter()
+        .map(|input| input.path.as_path())
+        .collect();
     let names = labels(&paths);
     let size = first.size.clone();
     let p = told.parameters;
@@ -237,7 +251,10 @@ fn given_pca<const D: usize>(
         .map(|j| fields.vector(&grid, &numbered("mode", j, "npy")))
         .collect();
     if told.eigenvalues.len() < told.n_modes {
-        return Err(unfit_pca(directory, "it has fewer eigenvalues than modes".into()));
+        return Err(unfit_pca(
+            directory,
+            "it has fewer eigenvalues than modes".into(),
+        ));
     }
     let space = ModeSpace {
         params: average.pca_params(told.metric, !told.prestressed, told.tolerance),

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::args::{Metric, Size};
 use super::command::Outcome;
+use super::procrustes::Procrustes;
 
 /// Everything in `result.json` of `shapespace pca`.
 #[derive(Clone, Debug, Serialize)]
@@ -31,14 +32,21 @@ pub(super) struct PcaRecord {
     pub ratios: Vec<f64>,
     /// `|sum u_k|` over the mean of `|u_k|` in `L^2`, before centring.
     pub balance: f64,
-    /// Whether all curvature that was met is positive.
+    /// Whether the object is positive definite under its stresses, in a void at rest.
     pub definite: bool,
-    /// The least curvature of the operator that was met, relative to its preconditioner.
+    /// The least curvature of it that was met, relative to linear elasticity.
     pub least_curvature: f64,
+    /// Whether the operator that was solved is, with its void as the deformations leave it.
+    pub definite_with_void: bool,
     /// Of the training shapes.
     pub mahalanobis: Vec<f64>,
     /// Root of their weighted mean square: `sqrt((n-1)/n)` with all modes.
     pub mahalanobis_rms: f64,
+    /// Of every shape, how far `(1 - u_k)(S)` is from it after a rigid motion: root mean square
+    /// distance of the boundaries over that of the shape's from its centroid.
+    pub procrustes: Vec<f64>,
+    /// The same distance in lengths of the unit box.
+    pub procrustes_distance: Vec<f64>,
     /// Area or volume of the average object.
     pub object_size: f64,
     pub quality: QualityRecord,
@@ -66,7 +74,11 @@ pub(super) struct SolveRecord {
 
 impl PcaRecord {
     /// The record of an outcome. The time is that until now.
-    pub fn new<const D: usize>(outcome: &Outcome<'_, D>, object_size: f64) -> Self {
+    pub fn new<const D: usize>(
+        outcome: &Outcome<'_, D>,
+        object_size: f64,
+        fits: &[Procrustes<D>],
+    ) -> Self {
         let (given, pca, quality) = (outcome.given, outcome.pca, &outcome.quality);
         let weights = given.average.weights();
         let mahalanobis: Vec<f64> = pca.training.iter().map(|s| s.mahalanobis).collect();
@@ -94,15 +106,22 @@ impl PcaRecord {
             balance: pca.balance,
             definite: pca.definite(),
             least_curvature: pca.least_curvature,
+            definite_with_void: pca.definite_with_void,
             mahalanobis_rms: squares.map(|(d, w)| w * d * d).sum::<f64>().sqrt(),
             mahalanobis,
+            procrustes: fits.iter().map(|fit| fit.residual).collect(),
+            procrustes_distance: fits.iter().map(|fit| fit.distance).collect(),
             object_size,
             quality: QualityRecord {
                 compactness: quality.compactness.clone(),
                 generalisation: quality.generalisation.clone(),
                 specificity: quality.specificity.clone(),
                 left_out_mahalanobis: quality.left_out.iter().map(|s| s.mahalanobis).collect(),
-                left_out_residual: quality.left_out.iter().map(shape_pca::Scores::residual).collect(),
+                left_out_residual: quality
+                    .left_out
+                    .iter()
+                    .map(shape_pca::Scores::residual)
+                    .collect(),
             },
             solves: pca
                 .solves
@@ -163,8 +182,8 @@ pub(super) struct ScoreRecord {
     pub errors: Vec<Vec<f64>>,
     /// Of every shape, the Dice overlap of what `m` modes make of it with the mask itself.
     pub reconstruction_dice: Vec<Vec<f64>>,
-    /// Of every shape, root mean square distance of the boundary that `m` modes make of it from
-    /// its own, in lengths of the unit box.
+    /// Of every shape, root mean square distance of its boundary from what `m` modes make of it,
+    /// point by point after a rigid motion, in lengths of the unit box.
     pub reconstruction_distance: Vec<Vec<f64>>,
     /// Overlap of the shapes, deformed onto the average, with the average.
     pub dice: Vec<f64>,

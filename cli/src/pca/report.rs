@@ -40,9 +40,19 @@ fn write_text(text: &mut String, r: &PcaRecord) -> std::fmt::Result {
     )?;
     writeln!(
         text,
-        "- The operator is {} (least curvature met: {:.2e} of that of the same material at rest).",
-        if r.definite { "positive definite" } else { "**not positive definite**" },
-        r.least_curvature
+        "- The object under its stresses is {} (least curvature met: {:.2e} of that of the same \
+         material at rest){}.",
+        if r.definite {
+            "positive definite"
+        } else {
+            "**not positive definite**"
+        },
+        r.least_curvature,
+        if r.definite_with_void {
+            ""
+        } else {
+            "; the void around it, compressed, is not"
+        }
     )?;
     writeln!(
         text,
@@ -58,8 +68,14 @@ fn write_text(text: &mut String, r: &PcaRecord) -> std::fmt::Result {
         "- Each in the modes of the others: at most {largest:.3}. A shape much farther off is of \
          another kind.\n"
     )?;
-    writeln!(text, "![Modes: shapes at -2, -1, 0, 1, 2 standard deviations](modes.png)\n")?;
-    writeln!(text, "| modes | eigenvalue | ratio | share of variance | generalisation | specificity |")?;
+    writeln!(
+        text,
+        "![Modes: shapes at -2, -1, 0, 1, 2 standard deviations](modes.png)\n"
+    )?;
+    writeln!(
+        text,
+        "| modes | eigenvalue | ratio | share of variance | generalisation | specificity |"
+    )?;
     writeln!(text, "|---|---|---|---|---|---|")?;
     for m in 1..=r.n_modes.min(ROWS) {
         let general = r.quality.generalisation.get(m);
@@ -79,5 +95,8 @@ fn write_text(text: &mut String, r: &PcaRecord) -> std::fmt::Result {
          how far random shapes of these modes are from the nearest shape, both in the norm of the \
          inner product. A shape with score s in mode j is (1 - s sqrt(eigenvalue) y_j)(S).\n"
     )?;
-    writeln!(text, "![Eigenvalues](scree.svg)\n\n![Generalisation and specificity](quality.svg)")
+    writeln!(
+        text,
+        "![Eigenvalues](scree.svg)\n\n![Generalisation and specificity](quality.svg)"
+    )
 }

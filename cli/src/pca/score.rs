@@ -17,6 +17,7 @@ use shape_pca::{Compound, Scores, Source};
 
 use super::args::{ScoreArgs, Size};
 use super::draw::{moved, shown};
+use super::procrustes::{Procrustes, there_and_back};
 use super::read::{AnyPca, GivenPca, read_pca};
 use super::record::ScoreRecord;
 use super::tables::{write_reconstruction, write_scores};
@@ -118,7 +119,9 @@ where
         compound: Compound::new(&given.average.average, &given.space.params)?,
         size: Moments::of_contour(&outline).map_err(shown)?.volume,
         distance: signed_distance(object, 0.5).map_err(shown)?,
-        coarse: ContourDistance::new(&outline).map_err(shown)?.sample(Grid::cube(nodes)),
+        coarse: ContourDistance::new(&outline)
+            .map_err(shown)?
+            .sample(Grid::cube(nodes)),
         outline,
         align: args.align.unwrap_or(given.average.align),
         scale: args.size,
@@ -157,7 +160,10 @@ impl<const D: usize> Target<'_, D> {
         watch.finish();
         if *matched.average.grid() != grid {
             return Err(CliError::Computation {
-                message: format!("'{}' was not deformed onto the average", image.path.display()),
+                message: format!(
+                    "'{}' was not deformed onto the average",
+                    image.path.display()
+                ),
                 remedy: "the run was stopped; repeat it".into(),
             });
         }
@@ -170,15 +176,15 @@ impl<const D: usize> Target<'_, D> {
         let displacement = space.represent(&self.compound, source)?;
         let scores = space.scores(&self.compound, &displacement);
         let (mut reconstructions, mut dice, mut distances) = (Vec::new(), Vec::new(), Vec::new());
-        let own = ContourDistance::new(&outline).map_err(shown)?;
+        let onto = &matched.displacements[0];
         for m in 0..=scores.scores.len() {
             let u = space.synthesise(&scores.scores[..m])?;
-            let made = moved(&self.outline, &u, -1.0);
+            let back = there_and_back(&outline, onto, &u, -1.0);
+            let fit = Procrustes::new(back.points(), outline.points());
+            let made = fit.apply(&moved(&self.outline, &u, -1.0));
             let field = ContourDistance::new(&made).map_err(shown)?.sample(grid);
             dice.push(levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?);
-            let squares = made.points().iter().map(|p| own.signed_distance(*p).powi(2));
-            let count = made.points().len().max(1) as f64;
-            distances.push((squares.sum::<f64>() / count).sqrt());
+            distances.push(fit.distance);
             reconstructions.push(made);
         }
         Ok(Measured {
@@ -245,7 +251,11 @@ where
         nodes: given.space.object.grid().nodes_per_axis().to_vec(),
         pca: args.pca.display().to_string(),
         size: args.size,
-        shapes: args.inputs.iter().map(|path| path.display().to_string()).collect(),
+        shapes: args
+            .inputs
+            .iter()
+            .map(|path| path.display().to_string())
+            .collect(),
         mahalanobis: found.iter().map(|f| f.scores.mahalanobis).collect(),
         scores: found.iter().map(|f| f.scores.scores.clone()).collect(),
         residual: found.iter().map(|f| f.scores.residual()).collect(),
@@ -309,7 +319,12 @@ fn print(record: &ScoreRecord, target: &Path) {
 }
 
 fn write_lines(text: &mut String, record: &ScoreRecord, target: &Path) -> std::fmt::Result {
-    writeln!(text, "{} shapes scored in {:.1} s", record.shapes.len(), record.seconds)?;
+    writeln!(
+        text,
+        "{} shapes scored in {:.1} s",
+        record.shapes.len(),
+        record.seconds
+    )?;
     for (k, shape) in record.shapes.iter().enumerate() {
         writeln!(
             text,

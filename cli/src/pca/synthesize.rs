@@ -87,7 +87,14 @@ where
     };
     sheet.draw().write_png(&directory.file("shape.png"))?;
     Pictures::write_shape(&directory.file("shape.stl"), &shape)?;
-    let record = record(given, args, &displacement, [&shape, &outline], report, start)?;
+    let record = record(
+        given,
+        args,
+        &displacement,
+        [&shape, &outline],
+        report,
+        start,
+    )?;
     write_json(&directory.file("result.json"), &record)?;
     let target = directory.commit()?;
     progress.finish();
@@ -128,7 +135,11 @@ fn record<const D: usize>(
     let share = report.as_ref().map_or(1.0, |report| report.share);
     Ok(SynthesisRecord {
         version: env!("CARGO_PKG_VERSION"),
-        status: if share < 1.0 { "load_not_reached" } else { "complete" },
+        status: if share < 1.0 {
+            "load_not_reached"
+        } else {
+            "complete"
+        },
         dimension: D,
         nodes: grid.nodes_per_axis().to_vec(),
         pca: args.pca.display().to_string(),
@@ -159,7 +170,10 @@ fn write_lines(text: &mut String, record: &SynthesisRecord, target: &Path) -> st
     writeln!(
         text,
         "Shape of scores {:?}: Mahalanobis distance {:.3}, size {:.4} ({:.4} of the average)",
-        record.scores, record.mahalanobis, record.size, record.size / record.average_size
+        record.scores,
+        record.mahalanobis,
+        record.size,
+        record.size / record.average_size
     )?;
     if record.load_share < 1.0 {
         writeln!(
@@ -169,7 +183,10 @@ fn write_lines(text: &mut String, record: &SynthesisRecord, target: &Path) -> st
         )?;
     }
     if record.min_det <= 0.0 {
-        writeln!(text, "  warning      the displacement folds: smaller scores, or --nonlinear")?;
+        writeln!(
+            text,
+            "  warning      the displacement folds: smaller scores, or --nonlinear"
+        )?;
     }
     let file = |name: &str| target.join(name).display().to_string();
     writeln!(text, "  results      {}", file("result.json"))?;

@@ -108,10 +108,16 @@ pub(super) fn write_quality(
         plot,
         &[
             chart("generalisation: error of shapes left out", &general),
-            chart("specificity: random shapes from the nearest of the given", &specific),
+            chart(
+                "specificity: random shapes from the nearest of the given",
+                &specific,
+            ),
         ],
     )?;
-    let rows = quality.generalisation.len().max(quality.specificity.len() + 1);
+    let rows = quality
+        .generalisation
+        .len()
+        .max(quality.specificity.len() + 1);
     let cell = |value: Option<&f64>| value.map_or_else(String::new, |v| format!("{v:e}"));
     let lines: Vec<Vec<String>> = (0..rows)
         .map(|m| {
@@ -124,7 +130,11 @@ pub(super) fn write_quality(
             ]
         })
         .collect();
-    write_lines(table, "modes,compactness,generalisation,specificity", &lines)
+    write_lines(
+        table,
+        "modes,compactness,generalisation,specificity",
+        &lines,
+    )
 }
 
 /// Writes `reconstruction.svg`: what the first modes leave of new shapes.

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use levelset::{Contour, Moments};
+use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::command::Outcome;
 use super::draw::{DrawnModes, animated, shown};
+use super::procrustes::{Procrustes, there_and_back};
 use super::record::PcaRecord;
 use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
@@ -31,7 +32,11 @@ where
 {
     write_arrays(directory, outcome)?;
     let pca = outcome.pca;
-    write_scores(&directory.file("scores.csv"), &outcome.given.names, &pca.training)?;
+    write_scores(
+        &directory.file("scores.csv"),
+        &outcome.given.names,
+        &pca.training,
+    )?;
     let compactness = &outcome.quality.compactness;
     write_scree(&directory.file("scree.svg"), &pca.ratios(), compactness)?;
     write_quality(
@@ -51,10 +56,24 @@ where
         write_animation(&directory.file(numbered("mode", j, "apng")), &frames)?;
     }
     let size = Moments::of_contour(outline).map_err(shown)?.volume;
-    let record = PcaRecord::new(outcome, size);
+    let record = PcaRecord::new(outcome, size, &fits(outcome)?);
     write_report(&directory.file("report.md"), &record)?;
     write_json(&directory.file("result.json"), &record)?;
     Ok(record)
+}
+
+/// How well the shapes come back from their displacements.
+fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, CliError> {
+    let average = &outcome.given.average;
+    let shapes = average.indicators().iter().zip(average.displacements());
+    shapes
+        .zip(&outcome.pca.displacements)
+        .map(|((indicator, onto), u)| {
+            let own = contour(indicator, 0.5, BoxEdge::Closed).map_err(shown)?;
+            let back = there_and_back(&own, onto, u, -1.0);
+            Ok(Procrustes::new(back.points(), own.points()))
+        })
+        .collect()
 }
 
 fn write_arrays<const D: usize>(
@@ -64,13 +83,21 @@ fn write_arrays<const D: usize>(
     let pca = outcome.pca;
     let double = Precision::Double;
     for (k, u) in pca.displacements.iter().enumerate() {
-        write_field(&directory.file(numbered("displacement", k, "npy")), u, double)?;
+        write_field(
+            &directory.file(numbered("displacement", k, "npy")),
+            u,
+            double,
+        )?;
     }
     for (j, mode) in pca.space.fields.iter().enumerate() {
         write_field(&directory.file(numbered("mode", j, "npy")), mode, double)?;
     }
     let object = &pca.space.object;
-    write_field(&directory.file("mean_displacement.npy"), &pca.space.mean, double)?;
+    write_field(
+        &directory.file("mean_displacement.npy"),
+        &pca.space.mean,
+        double,
+    )?;
     write_field(&directory.file("object.npy"), object, double)?;
     let gram = |i: usize, j: usize| Some(pca.gram[(i, j)]);
     write_matrix_array(&directory.file("gram.npy"), pca.gram.nrows(), gram)?;

@@ -22,7 +22,11 @@ pub struct Tiles<'a> {
 impl Tiles<'_> {
     /// Draws them on one canvas.
     pub fn draw(&self) -> Canvas {
-        let reduced: Vec<Canvas> = self.tiles.iter().map(|(_, p)| p.reduced(self.side)).collect();
+        let reduced: Vec<Canvas> = self
+            .tiles
+            .iter()
+            .map(|(_, p)| p.reduced(self.side))
+            .collect();
         let tile = reduced.iter().fold([1; 2], |size: [usize; 2], picture| {
             let own = picture.size();
             [size[0].max(own[0]), size[1].max(own[1])]

@@ -1,5 +1,5 @@
-//! The study: figures of averages whose result is known, of both solvers, and of real shapes; and
-//! of geodesics.
+//! The study: figures of averages whose result is known, of both solvers, and of real shapes; of
+//! modes of variation; and of geodesics.
 //!
 //! Every figure stands beside what is asked of it. Real shapes are averaged by the program
 //! itself, with the command that is printed.
@@ -7,6 +7,7 @@
 #[path = "../../../shape-average/tests/support/angle.rs"]
 mod angle;
 mod known;
+mod modes;
 mod paths;
 mod real;
 mod shapes;
@@ -26,6 +27,7 @@ sections (all where none is named):
   solvers  iterations on every level, and the descent against L-BFGS
   flat     real shapes in 2D: device7, hands, the letter A
   solid    real shapes in 3D: hippocampi
+  modes    modes of variation of drawn and of real shapes; hands beside their landmarks
   letters, triangles, materials
            the notes' tables of geodesics, on shapes drawn by the program
 
@@ -80,7 +82,8 @@ fn parse(arguments: &[String]) -> Outcome<Options> {
                     arguments.next().ok_or("--shared needs a folder")?,
                 ));
             }
-            "known" | "solvers" | "flat" | "solid" | "letters" | "triangles" | "materials" => {
+            "known" | "solvers" | "flat" | "solid" | "modes" | "letters" | "triangles"
+            | "materials" => {
                 options.sections.push(argument.clone());
             }
             other => return Err(format!("there is no section {other}").into()),
@@ -131,6 +134,12 @@ fn measure(options: &Options) -> Outcome<()> {
         }
         if asked("solid") {
             add(real::solid(data)?)?;
+        }
+    }
+    if asked("modes") {
+        add(modes::section(options.data.as_deref())?)?;
+        if let Some(data) = &options.data {
+            add(modes::landmarks(data)?)?;
         }
     }
     for (name, section) in [

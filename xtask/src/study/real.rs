@@ -71,7 +71,7 @@ pub fn solid(data: &Path) -> Outcome<Section> {
     section("Real shapes in 3D", &[set])
 }
 
-fn files(folder: &Path, ending: &str) -> Outcome<Vec<PathBuf>> {
+pub(super) fn files(folder: &Path, ending: &str) -> Outcome<Vec<PathBuf>> {
     let entries: std::io::Result<Vec<_>> = std::fs::read_dir(folder)?
         .map(|entry| entry.map(|e| e.path()))
         .collect();
