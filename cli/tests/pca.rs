@@ -111,6 +111,12 @@ fn bars_have_one_mode_which_bends_them() {
         // The average is matched again, to the tolerance of the minimiser.
         assert!((found / known - 1.0).abs() < 0.1, "{found} {known}");
     }
+    assert!(
+        scored
+            .numbers("/dice")
+            .iter()
+            .all(|d| (0.9..1.0).contains(d))
+    );
     assert!(scored.numbers("/residual").iter().all(|r| *r < 0.3));
     assert!(scored.path("score.png").is_file() && scored.path("reconstruction.svg").is_file());
 }

@@ -1,6 +1,6 @@
 //! What an analysis takes of an average.
 
-use crate::{PcaError, Source, push_forward};
+use crate::{PcaError, PcaParams, Source, push_forward};
 use fe_grid::{Field, Grid, ScalarField, VectorField};
 use shape_average::{AverageParams, AverageResult};
 
@@ -12,6 +12,10 @@ pub struct Average<const D: usize> {
     indicators: Vec<ScalarField<f64, D>>,
     weights: Vec<f64>,
     object: ScalarField<f64, D>,
+    /// One less the indicator of the object.
+    outside: Vec<f64>,
+    /// The displacement zero.
+    rest: Vec<f64>,
 }
 
 impl<const D: usize> Average<D> {
@@ -66,6 +70,8 @@ impl<const D: usize> Average<D> {
             displacements,
             indicators,
             weights,
+            outside: object.as_slice().iter().map(|x| 1.0 - x).collect(),
+            rest: vec![0.0; D * grid.n_nodes()],
             object,
         })
     }
@@ -122,6 +128,28 @@ impl<const D: usize> Average<D> {
                 ..self.source(i)
             })
             .collect()
+    }
+
+    /// The energies that the compound object is made of, with the void stiffness that belongs to
+    /// them: of all shapes, or of the average at rest; a void at rest is a source of its own.
+    pub(crate) fn compound_sources(&self, params: &PcaParams) -> (Vec<Source<'_>>, f64) {
+        let at_rest = |weight, indicator| Source {
+            weight,
+            displacement: &self.rest,
+            indicator,
+        };
+        if !params.prestressed {
+            return (
+                vec![at_rest(1.0, self.object.as_slice())],
+                params.void_stiffness,
+            );
+        }
+        let mut sources = self.sources();
+        if !params.void_at_rest {
+            return (sources, params.void_stiffness);
+        }
+        sources.push(at_rest(params.void_stiffness, &self.outside));
+        (sources, 0.0)
     }
 
     /// The energy of one shape, with weight one.

@@ -26,6 +26,7 @@ use fe_grid::{Field, GridError, LinearOperator, VectorField};
 pub struct Finite<'a, const D: usize> {
     compound: &'a Compound<D>,
     sources: Vec<Source<'a>>,
+    void_stiffness: f64,
     /// Steps in which a load is applied.
     pub load_steps: usize,
     /// Share of the load's work at which an iteration has converged.
@@ -42,11 +43,13 @@ pub struct FiniteReport {
 }
 
 impl<'a, const D: usize> Finite<'a, D> {
-    /// The problem of an average and its operator; the compound object is prestressed.
+    /// The problem of an average and its operator.
     pub fn new(average: &'a Average<D>, compound: &'a Compound<D>) -> Self {
+        let (sources, void_stiffness) = average.compound_sources(compound.params());
         Self {
             compound,
-            sources: average.sources(),
+            sources,
+            void_stiffness,
             load_steps: 1,
             tolerance: 1e-10,
         }
@@ -107,7 +110,7 @@ impl<'a, const D: usize> Finite<'a, D> {
         let found = evaluate(
             self.compound.grid(),
             &params.law,
-            params.void_stiffness,
+            self.void_stiffness,
             &self.sources,
             w,
             derivatives,

@@ -31,52 +31,10 @@ impl<const D: usize> Compound<D> {
     /// # Errors
     /// Those of the law and of the grid layer.
     pub fn new(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
-        if params.prestressed {
-            let sources = average.sources();
-            return Self::of_sources(average, params, params.void_stiffness, &sources);
-        }
-        let rest = vec![0.0; D * average.grid().n_nodes()];
-        let at_rest = [Source {
-            weight: 1.0,
-            displacement: &rest,
-            indicator: average.object().as_slice(),
-        }];
-        Self::of_sources(average, params, params.void_stiffness, &at_rest)
-    }
-
-    /// The operator of the object alone, under the stresses of the deformations, in a void at rest.
-    ///
-    /// The void is a device, and in places compressed to next to nothing: there its tangent is
-    /// indefinite, whatever the object does. Whether the object is stable is seen without that.
-    ///
-    /// # Errors
-    /// Those of the law and of the grid layer.
-    pub fn of_object(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
-        let rest = vec![0.0; D * average.grid().n_nodes()];
-        let outside: Vec<f64> = average
-            .object()
-            .as_slice()
-            .iter()
-            .map(|x| 1.0 - x)
-            .collect();
-        let mut sources = average.sources();
-        sources.push(Source {
-            weight: params.void_stiffness,
-            displacement: &rest,
-            indicator: &outside,
-        });
-        Self::of_sources(average, params, 0.0, &sources)
-    }
-
-    fn of_sources(
-        average: &Average<D>,
-        params: &PcaParams,
-        void_stiffness: f64,
-        sources: &[Source<'_>],
-    ) -> Result<Self, PcaError> {
         let grid = *average.grid();
+        let (sources, void_stiffness) = average.compound_sources(params);
         let all = Derivatives::Hessian;
-        let found = evaluate(&grid, &params.law, void_stiffness, sources, &[], all)?;
+        let found = evaluate(&grid, &params.law, void_stiffness, &sources, &[], all)?;
         // The Hessian was asked for.
         let (stiffness, traces) = found.hessian.expect("it was asked for");
         Ok(Self {
@@ -120,7 +78,13 @@ impl<const D: usize> Compound<D> {
     /// # Errors
     /// Those of the law and of the grid layer.
     pub fn load(&self, source: Source<'_>) -> Result<Vec<f64>, PcaError> {
-        let (law, delta) = (&self.params.law, self.params.void_stiffness);
+        let law = &self.params.law;
+        // A void at rest has no stress.
+        let delta = if self.params.void_at_rest {
+            0.0
+        } else {
+            self.params.void_stiffness
+        };
         let gradient = Derivatives::Gradient;
         Ok(evaluate(&self.grid, law, delta, &[source], &[], gradient)?.gradient)
     }

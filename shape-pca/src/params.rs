@@ -27,6 +27,11 @@ pub struct PcaParams {
     /// Whether the compound object is under the stresses of all deformations, as the theory has
     /// it; otherwise it is the same law at rest, under the same loads.
     pub prestressed: bool,
+    /// Whether the void around the object is at rest. Left as the deformations leave it, it is in
+    /// places compressed to next to nothing, with a tangent that is indefinite and large and a
+    /// stress that pushes the object, although it is only a device. The theory knows the object
+    /// alone; a void at rest holds what the deformations of the object leave free.
+    pub void_at_rest: bool,
     /// Linear problems are solved until the residual is this share of the load.
     pub tolerance: f64,
     /// Most iterations of a linear solve.
@@ -42,6 +47,7 @@ impl Default for PcaParams {
             void_stiffness: 1e-4,
             metric: Metric::default(),
             prestressed: true,
+            void_at_rest: true,
             tolerance: 1e-9,
             max_iterations: 2000,
             zero_eigenvalue: 1e-10,

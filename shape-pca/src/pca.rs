@@ -28,12 +28,9 @@ pub struct Pca<const D: usize> {
     pub training: Vec<Scores>,
     /// How the linear problems were solved.
     pub solves: Vec<SolveReport>,
-    /// The least curvature of the object in a void at rest ([`Compound::of_object`]), relative to
-    /// linear elasticity of the same mean stiffness; of the operator itself where that is at rest.
+    /// The least curvature of the operator that was met, relative to linear elasticity of the same
+    /// mean stiffness.
     pub least_curvature: f64,
-    /// Whether all curvature of the operator that was met is positive, that of the compressed void
-    /// included.
-    pub definite_with_void: bool,
 }
 
 /// The displacement that represents the Cauchy stress of a deformation onto the average, before
@@ -107,17 +104,10 @@ impl<const D: usize> Pca<D> {
             .map(|u| space.scores(compound, u))
             .collect();
         let rough = compound.look_for_curvature().least_curvature;
-        let met = solves
+        let least_curvature = solves
             .iter()
             .map(|solve: &SolveReport| solve.least_curvature)
             .fold(rough, f64::min);
-        let least_curvature = if params.prestressed {
-            Compound::of_object(average, &params)?
-                .look_for_curvature()
-                .least_curvature
-        } else {
-            met
-        };
         Ok(Self {
             space,
             displacements,
@@ -127,12 +117,10 @@ impl<const D: usize> Pca<D> {
             training,
             solves,
             least_curvature,
-            definite_with_void: met > 0.0,
         })
     }
 
-    /// Whether the compound object is positive definite under its stresses: all curvature of it
-    /// that was met is positive.
+    /// Whether the operator is positive definite: all curvature of it that was met is positive.
     pub fn definite(&self) -> bool {
         self.least_curvature > 0.0
     }

@@ -214,7 +214,11 @@ fn modes_are_what_they_should_be() {
         ..params
     };
     let average = three(Grid::<2>::dyadic(4));
-    for params in [params, hessian, at_rest] {
+    let deformed_void = PcaParams {
+        void_at_rest: false,
+        ..params
+    };
+    for params in [params, hessian, at_rest, deformed_void] {
         check(&average, &params);
     }
     let displacements = average.displacements().to_vec();

@@ -32,12 +32,10 @@ pub(super) struct PcaRecord {
     pub ratios: Vec<f64>,
     /// `|sum u_k|` over the mean of `|u_k|` in `L^2`, before centring.
     pub balance: f64,
-    /// Whether the object is positive definite under its stresses, in a void at rest.
+    /// Whether all curvature of the compound operator that was met is positive.
     pub definite: bool,
-    /// The least curvature of it that was met, relative to linear elasticity.
+    /// The least, relative to linear elasticity.
     pub least_curvature: f64,
-    /// Whether the operator that was solved is, with its void as the deformations leave it.
-    pub definite_with_void: bool,
     /// Of the training shapes.
     pub mahalanobis: Vec<f64>,
     /// Root of their weighted mean square: `sqrt((n-1)/n)` with all modes.
@@ -106,7 +104,6 @@ impl PcaRecord {
             balance: pca.balance,
             definite: pca.definite(),
             least_curvature: pca.least_curvature,
-            definite_with_void: pca.definite_with_void,
             mahalanobis_rms: squares.map(|(d, w)| w * d * d).sum::<f64>().sqrt(),
             mahalanobis,
             procrustes: fits.iter().map(|fit| fit.residual).collect(),

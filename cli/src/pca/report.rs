@@ -41,18 +41,13 @@ fn write_text(text: &mut String, r: &PcaRecord) -> std::fmt::Result {
     writeln!(
         text,
         "- The object under its stresses is {} (least curvature met: {:.2e} of that of the same \
-         material at rest){}.",
+         material at rest).",
         if r.definite {
             "positive definite"
         } else {
             "**not positive definite**"
         },
-        r.least_curvature,
-        if r.definite_with_void {
-            ""
-        } else {
-            "; the void around it, compressed, is not"
-        }
+        r.least_curvature
     )?;
     writeln!(
         text,

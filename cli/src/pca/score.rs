@@ -76,6 +76,8 @@ fn unfit(args: &ScoreArgs, reason: &str) -> CliError {
 
 /// A new shape that has been measured.
 struct Measured<const D: usize> {
+    /// Overlap of the shape, deformed onto the average, with the average.
+    overlap: f64,
     outline: Contour<D>,
     scores: Scores,
     /// What the first `m` modes make of it.
@@ -187,7 +189,9 @@ impl<const D: usize> Target<'_, D> {
             distances.push(fit.distance);
             reconstructions.push(made);
         }
+        let pushed = &matched.pushed[0];
         Ok(Measured {
+            overlap: levelset::dice(pushed, 0.0, &self.distance, 0.0).map_err(shown)?,
             outline,
             scores,
             reconstructions,
@@ -262,7 +266,7 @@ where
         errors: found.iter().map(|f| relative(&f.scores)).collect(),
         reconstruction_dice: found.iter().map(|f| f.dice.clone()).collect(),
         reconstruction_distance: found.iter().map(|f| f.distance.clone()).collect(),
-        dice: found.iter().map(|f| f.matched.dice[0]).collect(),
+        dice: found.iter().map(|f| f.overlap).collect(),
         elastic: found.iter().map(|f| f.matched.energy.elastic[0]).collect(),
         seconds: start.elapsed().as_secs_f64(),
     };

@@ -57,7 +57,9 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
             })
         };
         let rigid = &["--align", "rigid"];
-        sets.push(real("hands", "hands/mask512", ".png", rigid)?);
+        let mut hands = real("hands", "hands/mask512", ".png", rigid)?;
+        hands.files.retain(|file| open(file));
+        sets.push(hands);
         sets.push(real("fish-roundfish", "fish-roundfish", ".png", rigid)?);
         sets.push(real("device7", "mpeg7/device7", ".png", rigid)?);
         sets.push(real(
@@ -85,7 +87,8 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
         title: "Modes of variation",
         text: "`shapespace average SHAPES --length-weight 1e-5 --tolerance 1e-6`, with `--align \
                rigid` for pictures and `--grid 65` for volumes, then `shapespace pca`. Bars have \
-               one mode and balanced stresses, crosses two modes; the root mean square of the \
+               one mode and balanced stresses, crosses two modes. Of the hands, three with closed \
+               fingers are left out: the gaps are lost on the grid. The root mean square of the \
                Mahalanobis distances is `sqrt((n-1)/n)`.",
         table,
     })
@@ -161,13 +164,23 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
     Ok(())
 }
 
+/// Hands whose fingers are closed: the gaps between them are lost on the grid.
+const CLOSED: [&str; 3] = ["hand-p1-06", "hand-p2-05", "hand-p2-06"];
+
+/// Whether a file is that of a hand with open fingers.
+fn open(file: &Path) -> bool {
+    let name = file.file_stem().unwrap_or_default();
+    CLOSED.iter().all(|closed| name != *closed)
+}
+
 /// Nodes a side for the hands.
 const NODES: usize = 129;
 
 /// Modes of hands beside those of their landmarks: how well shapes left out are given back.
 pub fn landmarks(data: &Path) -> Outcome<Section> {
-    let files = files(&data.join("hands/mask512"), ".png")?;
-    let elastic = elastic_generalisation(&files)?;
+    let mut masks = files(&data.join("hands/mask512"), ".png")?;
+    masks.retain(|file| open(file));
+    let elastic = elastic_generalisation(&masks)?;
     let points = landmark_generalisation(&data.join("hands/contours"))?;
     let mut table = Table::new(["modes", "elastic modes", "landmarks"]);
     for m in (0..elastic.len().min(points.len())).step_by(2) {
@@ -179,7 +192,8 @@ pub fn landmarks(data: &Path) -> Outcome<Section> {
     }
     Ok(Section {
         title: "Hands: elastic modes and a point distribution model",
-        text: "Each hand given back by the modes of the other 19: root mean square distance of the \
+        text: "Each of 17 hands (three with closed fingers are left out: the gaps are lost on the \
+               grid) given back by the modes of the others: root mean square distance of the \
                boundary after a rigid motion, over its distance from the centroid. The landmarks \
                are the 56 points that were set by hand for every photograph, aligned by \
                generalised Procrustes analysis; the elastic modes know the masks alone.",
@@ -252,7 +266,7 @@ fn left_out(gram: &DMatrix<f64>, i: usize) -> Outcome<Vec<Vec<f64>>> {
 /// The same for landmarks, each hand scaled as its mask is: to one longest side.
 fn landmark_generalisation(folder: &Path) -> Outcome<Vec<f64>> {
     let mut hands = Vec::new();
-    for file in files(folder, ".csv")? {
+    for file in files(folder, ".csv")?.into_iter().filter(|file| open(file)) {
         let text = std::fs::read_to_string(file)?;
         let points: Option<Vec<[f64; 2]>> = text
             .lines()
