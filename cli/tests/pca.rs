@@ -63,7 +63,7 @@ fn bars_have_one_mode_which_bends_them() {
     );
     assert_eq!(results.json["definite"], true);
     // The first bar, straight, comes back from the bent average but for its curvature.
-    assert!(results.numbers("/procrustes").iter().all(|r| *r < 0.03));
+    assert!(results.numbers("/procrustes").iter().all(|r| *r < 0.04));
     let rms = results.number("/mahalanobis_rms");
     assert!((rms - 0.5f64.sqrt()).abs() < 1e-8, "{rms}");
 
@@ -115,7 +115,7 @@ fn bars_have_one_mode_which_bends_them() {
         scored
             .numbers("/dice")
             .iter()
-            .all(|d| (0.9..1.0).contains(d))
+            .all(|d| (0.9..=1.0).contains(d))
     );
     assert!(scored.numbers("/residual").iter().all(|r| *r < 0.3));
     assert!(scored.path("score.png").is_file() && scored.path("reconstruction.svg").is_file());
