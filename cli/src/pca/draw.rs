@@ -1,7 +1,7 @@
 //! Modes in pictures: a strip of shapes for each, and each in motion.
 
 use fe_grid::VectorField;
-use levelset::{Contour, LevelsetError};
+use levelset::Contour;
 
 use crate::error::CliError;
 use crate::geodesic::draw::{Draw, Pictures};
@@ -15,7 +15,7 @@ const COLUMNS: usize = 5;
 const FRAMES: usize = 17;
 
 /// A contour that cannot be drawn.
-pub(super) fn shown(error: LevelsetError) -> CliError {
+pub(super) fn shown(error: impl std::fmt::Display) -> CliError {
     CliError::Computation {
         message: format!("the average cannot be drawn: {error}"),
         remedy: "see that the average has an inside on its grid".into(),

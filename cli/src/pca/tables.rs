@@ -19,10 +19,11 @@ pub(super) fn write_scores(
     scores: &[Scores],
 ) -> Result<(), OutputError> {
     let modes = scores.first().map_or(0, |s| s.scores.len());
-    let mut head = "shape,mahalanobis,residual".to_owned();
-    for j in 0..modes {
-        head.push_str(&format!(",score_{j}"));
-    }
+    let head: Vec<String> = ["shape", "mahalanobis", "residual"]
+        .map(String::from)
+        .into_iter()
+        .chain((0..modes).map(|j| format!("score_{j}")))
+        .collect();
     let lines: Vec<Vec<String>> = names
         .iter()
         .zip(scores)
@@ -36,7 +37,7 @@ pub(super) fn write_scores(
             line
         })
         .collect();
-    write_lines(path, &head, &lines)
+    write_lines(path, &head.join(","), &lines)
 }
 
 /// A line of a chart.
