@@ -327,7 +327,7 @@ fn landmark_generalisation(folder: &Path) -> Outcome<Vec<f64>> {
 }
 
 /// Points whose longest side is one.
-fn scaled(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+fn scaled(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let extent = |c: usize| {
         let values = || points.iter().map(|p| p[c]);
         values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)
