@@ -12,9 +12,11 @@ use crate::error::{CliError, Exit};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
+use crate::pca::{PcaArgs, ScoreArgs, SynthesizeArgs, run_pca, run_score, run_synthesize};
 use crate::segment::{ScaleArgs, SegmentArgs, run_segment};
 
-/// Averages of 2D and 3D shapes, geodesics and distances between them, and shapes in images.
+/// Averages of 2D and 3D shapes, their modes of variation, geodesics and distances between them, and
+/// shapes in images.
 #[derive(Debug, Parser)]
 #[command(name = "shapespace", version, about, arg_required_else_help = true)]
 pub struct Cli {
@@ -36,6 +38,12 @@ enum Command {
     Distances(Box<DistancesArgs>),
     /// The edges of grey images, and the objects between them.
     Segment(SegmentArgs),
+    /// The principal modes of variation of the shapes of an average.
+    Pca(PcaArgs),
+    /// A shape from its scores in the modes of variation.
+    Synthesize(SynthesizeArgs),
+    /// The scores of new shapes in the modes of variation.
+    Score(ScoreArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -138,6 +146,9 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Transport(args) => run_transport(args),
         Command::Distances(args) => run_distances(args),
         Command::Segment(args) => run_segment(args),
+        Command::Pca(args) => run_pca(args),
+        Command::Synthesize(args) => run_synthesize(args),
+        Command::Score(args) => run_score(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

@@ -151,6 +151,23 @@ pub enum CliError {
         /// Why.
         reason: String,
     },
+    /// The modes of variation cannot be computed.
+    #[error("the modes of variation cannot be computed: {0}")]
+    #[diagnostic(help(
+        "see that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
+    ))]
+    Pca(#[from] shape_pca::PcaError),
+    /// A directory that is not what a command goes on from.
+    #[error("'{}' is no result of `shapespace {command}`: {reason}", path.display())]
+    #[diagnostic(help("name a directory that `shapespace {command}` has written"))]
+    NoResult {
+        /// The directory.
+        path: PathBuf,
+        /// The command whose result it should be.
+        command: &'static str,
+        /// Why it is none.
+        reason: String,
+    },
     /// A variation that does not fit a geodesic.
     #[error("'{}' is no variation of the geodesic's first shape: it {reason}", path.display())]
     #[diagnostic(help("draw it over the first mask, in an image of the same size"))]
@@ -231,6 +248,7 @@ impl CliError {
             Self::Computation { .. }
             | Self::Average(_)
             | Self::Geodesic(_)
+            | Self::Pca(_)
             | Self::Spill(_)
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure

@@ -17,11 +17,12 @@ fn readme() -> String {
 
 /// Commands that write a directory, and the headings over the tables of their files.
 /// Of several beginnings of a command the first counts; those without a table have no heading.
-const TABLES: [(&str, &str); 6] = [
+const TABLES: [(&str, &str); 7] = [
     ("shapespace average --joint", "### Several images together"),
     ("shapespace average --sweep", ""),
     ("shapespace segment", "## Shapes in images"),
     ("shapespace average", "## What it writes"),
+    ("shapespace pca", "## Modes of variation"),
     ("shapespace geodesic", "## Geodesics"),
     ("shapespace distances", "## Distances, clusters and maps"),
 ];
@@ -144,7 +145,7 @@ fn blocks_and_tables_are_found() {
     assert!(promised.contains(&"result.json".to_owned()));
     assert!(promised.contains(&"energy.csv".to_owned()));
     assert!(!promised.contains(&"average.stl".to_owned()));
-    let promised = promised_files(&text, TABLES[4].1);
+    let promised = promised_files(&text, TABLES[5].1);
     assert!(promised.contains(&"geodesic.png".to_owned()));
     for (start, _) in TABLES {
         assert!(

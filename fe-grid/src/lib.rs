@@ -3,7 +3,8 @@
 //! - Nodes and data: [`Grid`], [`Field`], and [`transfer`] to the grid of half the spacing.
 //! - Energies: a pointwise density is a [`CellLaw`], written once for every [`Lane`];
 //!   [`Assembly`] gives its integral, gradient and Hessian action on a grid.
-//! - Deformations: fields seen through one ([`composition`], [`scatter`]), its inverse
+//! - Deformations: fields seen through one ([`composition`], [`scatter`]), energies as functions of
+//!   a further one ([`pullback`]), its inverse
 //!   ([`InverseDeformation`]), and the [`Certificate`] that it does not fold.
 //! - Linear systems: [`UniformOperator`], [`conjugate_gradient`], [`SpectralSolver`],
 //!   [`multigrid`].
@@ -47,6 +48,7 @@ mod moments;
 pub mod multigrid;
 pub mod operators;
 mod pool;
+pub mod pullback;
 mod restraint;
 pub mod scatter;
 mod simd;

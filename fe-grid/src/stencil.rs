@@ -1,7 +1,8 @@
-//! Symmetric matrices that couple a node with its `3^D` neighbours, one number a coupling.
+//! Symmetric matrices that couple a node with its `3^D` neighbours: one number a coupling
+//! ([`SymmetricStencil`]) or a block of them ([`BlockStencil`]).
 //!
-//! Of each pair of couplings one is stored: `(3^D + 1) / 2` nodal arrays, for the offset zero
-//! and the offsets that come after it in memory.
+//! Of each pair of couplings one is stored: `(3^D + 1) / 2` nodal arrays (of each entry of a
+//! block), for the offset zero and the offsets that come after it in memory.
 
 use crate::engine::element::{GAUSS, MAX_CORNERS, shape_derivative, shape_value};
 use crate::linear::LinearOperator;
@@ -93,22 +94,72 @@ impl<const D: usize> LinearOperator for SymmetricStencil<D> {
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        let n = self.grid.nodes_per_axis();
-        let plane = if D == 3 { n[0] * n[1] } else { 16 * n[0] };
+        multiply::<D, 1>(&self.grid, &self.coupling, x, y);
+    }
+}
+
+/// A symmetric matrix over the nodes of a grid whose entries are `M` x `M` blocks. Vectors hold
+/// component by component, as fields do.
+#[derive(Clone, Debug)]
+pub struct BlockStencil<const D: usize, const M: usize> {
+    grid: Grid<D>,
+    /// For each of [`half_offsets`] and each entry `(r, s)` of a block, row by row, a nodal array:
+    /// what component `s` of the node at that offset adds to component `r` of a node. Couplings
+    /// that leave the grid are zero.
+    coupling: Vec<f64>,
+}
+
+impl<const D: usize, const M: usize> BlockStencil<D, M> {
+    pub(crate) fn from_parts(grid: Grid<D>, coupling: Vec<f64>) -> Self {
+        let arrays = M * M * half_offsets::<D>().len();
+        assert_eq!(coupling.len(), arrays * grid.n_nodes());
+        Self { grid, coupling }
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid<D> {
+        &self.grid
+    }
+}
+
+impl<const D: usize, const M: usize> LinearOperator for BlockStencil<D, M> {
+    fn dim(&self) -> usize {
+        M * self.grid.n_nodes()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        multiply::<D, M>(&self.grid, &self.coupling, x, y);
+    }
+}
+
+/// Nodes from which on the rows of a product go to threads.
+const PARALLEL_NODES: usize = 16384;
+
+/// `y = A x` for couplings as [`BlockStencil`] stores them.
+fn multiply<const D: usize, const M: usize>(
+    grid: &Grid<D>,
+    coupling: &[f64],
+    x: &[f64],
+    y: &mut [f64],
+) {
+    let (n, total) = (grid.nodes_per_axis(), grid.n_nodes());
+    let plane = if D == 3 { n[0] * n[1] } else { 16 * n[0] };
+    for (component, y) in y.chunks_exact_mut(total).enumerate() {
         let work = |(p, out): (usize, &mut [f64])| {
             let first_row = p * plane / n[0];
-            for (r, row) in out.chunks_exact_mut(n[0]).enumerate() {
-                let row_number = first_row + r;
-                let kernel = RowProduct {
-                    matrix: self,
+            for (r, out) in out.chunks_exact_mut(n[0]).enumerate() {
+                let kernel = RowProduct::<D, M> {
+                    grid,
+                    coupling,
                     x,
-                    row: row_number,
-                    out: row,
+                    component,
+                    row: first_row + r,
+                    out,
                 };
                 <f64 as crate::Element>::dispatch(SimdLevel::active(), kernel);
             }
         };
-        if self.dim() < 16384 {
+        if total < PARALLEL_NODES {
             y.chunks_mut(plane).enumerate().for_each(work);
         } else {
             y.par_chunks_mut(plane).enumerate().for_each(work);
@@ -116,21 +167,23 @@ impl<const D: usize> LinearOperator for SymmetricStencil<D> {
     }
 }
 
-/// One row of nodes of the product.
-struct RowProduct<'a, const D: usize> {
-    matrix: &'a SymmetricStencil<D>,
+/// One row of nodes of one component of the product.
+struct RowProduct<'a, const D: usize, const M: usize> {
+    grid: &'a Grid<D>,
+    coupling: &'a [f64],
     x: &'a [f64],
+    component: usize,
     row: usize,
     out: &'a mut [f64],
 }
 
-impl<const D: usize> LaneKernel<f64> for RowProduct<'_, D> {
+impl<const D: usize, const M: usize> LaneKernel<f64> for RowProduct<'_, D, M> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane<Element = f64>>(self) {
-        let n = self.matrix.grid.nodes_per_axis();
-        let total = self.matrix.grid.n_nodes();
+        let n = self.grid.nodes_per_axis();
+        let total = self.grid.n_nodes();
         let width = n[0];
         let (j, k) = if D == 3 {
             (self.row % n[1], self.row / n[1])
@@ -145,7 +198,6 @@ impl<const D: usize> LaneKernel<f64> for RowProduct<'_, D> {
             let dx = (code % 3) as isize - 1;
             let dy = (code / 3 % 3) as isize - 1;
             let dz = if D == 3 { (code / 9) as isize - 1 } else { 0 };
-            let coupling = &self.matrix.coupling[(code - half) * total..(code - half + 1) * total];
             for sign in [1, -1] {
                 if sign < 0 && code == half {
                     continue;
@@ -161,13 +213,19 @@ impl<const D: usize> LaneKernel<f64> for RowProduct<'_, D> {
                 // Nodes of the row whose neighbour along x exists.
                 let from = usize::from(dx < 0);
                 let to = width - usize::from(dx > 0);
-                let x = &self.x[other.wrapping_add_signed(dx).wrapping_add(from)..][..to - from];
-                let a = if sign > 0 {
-                    &coupling[start + from..start + to]
-                } else {
-                    &coupling[other.wrapping_add_signed(dx).wrapping_add(from)..][..to - from]
-                };
-                multiply_add::<L>(a, x, &mut self.out[from..to]);
+                let neighbour = other.wrapping_add_signed(dx).wrapping_add(from);
+                for s in 0..M {
+                    // Of the earlier of two nodes the block is stored; the later has its transpose.
+                    let (entry, first) = if sign > 0 {
+                        (self.component * M + s, start + from)
+                    } else {
+                        (s * M + self.component, neighbour)
+                    };
+                    let array = (code - half) * M * M + entry;
+                    let a = &self.coupling[array * total + first..][..to - from];
+                    let x = &self.x[s * total + neighbour..][..to - from];
+                    multiply_add::<L>(a, x, &mut self.out[from..to]);
+                }
             }
         }
     }

@@ -14,7 +14,7 @@
 //! [`average`] minimises it from coarse grids to fine, with `epsilon` proportional to the
 //! spacing; [`Solver`] chooses between the two algorithms. The minimiser adds a barrier that is
 //! zero unless a corner of a cell comes near to folding ([`Energy::barrier`]). [`align`] turns and
-//! moves shapes onto each other beforehand.
+//! moves shapes onto each other beforehand; [`match_to`] deforms a new shape onto an average.
 //!
 //! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files
 //! but the temporary ones that [`AverageParams::storage`] may ask for.
@@ -63,4 +63,4 @@ pub use memory::{MemoryEstimate, memory_estimate};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};
-pub use solve::{average, average_on_levels};
+pub use solve::{average, average_on_levels, match_to};

@@ -46,7 +46,7 @@ pub struct AverageObjective<const D: usize> {
     metric: Metric<D>,
     /// What the metric multiplies elastic weights by: the slopes of the terms where it was made.
     slopes: Vec<f64>,
-    /// Whether the average is given, and not solved for.
+    /// Whether the average is given, and no solve changes it.
     fixed: bool,
     /// For the multigrid cycles of all shapes.
     work_space: WorkSpace<f32>,
@@ -147,12 +147,15 @@ impl<const D: usize> AverageObjective<D> {
         certificate.certified.then_some(certificate.min_corner_det)
     }
 
-    /// The minimiser `v` of the functional for fixed displacements.
+    /// The minimiser `v` of the functional for fixed displacements; an average that is given stays.
     ///
     /// # Errors
     /// [`GridError::NotPositiveDefinite`] where the normal equations are not definite, which
     /// rounding alone can bring about.
     pub fn solve_average(&mut self, x: &[f64]) -> Result<(), GridError> {
+        if self.fixed {
+            return Ok(());
+        }
         let rule = Mismatch {
             interface_width: self.shapes.interface_width(),
             scale: self.weights.mismatch,
@@ -337,9 +340,7 @@ impl<const D: usize> AverageObjective<D> {
         let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
         };
-        if !self.fixed {
-            self.solve_average(x)?;
-        }
+        self.solve_average(x)?;
         let n = self.shapes.n_shapes();
         self.shape_evaluations += n;
         let energy = |i: usize, gradient: &mut [f64]| {

@@ -85,6 +85,51 @@ pub fn average_on_levels<const D: usize>(
     solve(signed_distances, levels, params, start, observer)
 }
 
+/// The deformation of a new shape onto an average that stays as it is: both terms of the average
+/// that belong to one shape, minimised by its deformation alone.
+///
+/// The shape is given by its signed distance; the average by its own, from which the phase field
+/// on coarse levels is made, and by its phase field on the finest. The shape has weight one, so
+/// that its deformation is the one that it would have among the shapes of the average, if they are
+/// of equal weight.
+///
+/// # Errors
+/// As [`average`]; all fields have to lie on one grid.
+pub fn match_to<const D: usize>(
+    signed_distance: &Field<f64, D, 1>,
+    target: &Field<f64, D, 1>,
+    target_phase_field: &Field<f64, D, 1>,
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let params = AverageParams {
+        weights: None,
+        mean: Mean::Arithmetic,
+        ..params.clone()
+    };
+    let shape = std::slice::from_ref(signed_distance);
+    check(&[signed_distance.clone(), target.clone()], &params)?;
+    if target_phase_field.grid() != signed_distance.grid() {
+        return Err(AverageError::GridsDiffer { index: 1 });
+    }
+    let start = Instant::now();
+    let levels = levels_of(shape, &params)?;
+    let mut given: Vec<Vec<f64>> = levels_of(std::slice::from_ref(target), &params)?
+        .into_iter()
+        .flat_map(|level| level.phase_fields)
+        .map(Field::into_vec)
+        .collect();
+    if let Some(finest) = given.last_mut() {
+        *finest = target_phase_field.as_slice().to_vec();
+    }
+    solve_levels(
+        shape,
+        Levels::new(levels, &params).onto(given),
+        start,
+        observer,
+    )
+}
+
 /// Looks at all inputs and gives the first.
 fn check<'a, const D: usize>(
     signed_distances: &'a [Field<f64, D, 1>],
@@ -117,8 +162,21 @@ fn solve<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
     let referred = refer(signed_distances, &levels, params, observer)?;
-    let params = &referred;
-    let mut problem = Levels::new(levels, params);
+    solve_levels(
+        signed_distances,
+        Levels::new(levels, &referred),
+        start,
+        observer,
+    )
+}
+
+fn solve_levels<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    mut problem: Levels<'_, D>,
+    start: Instant,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let params = problem.params;
     let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
     let minimiser = |_| LevelMinimiser {
         params: params.clone(),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ::geodesic::GeodesicParams;
 use ::geodesic::calculus::CalculusParams;
-use fe_grid::{Field, Grid, ScalarField};
+use fe_grid::{Field, ScalarField};
 use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Deserialize;
 
@@ -13,8 +13,7 @@ use super::args::SolverArgs;
 use crate::error::CliError;
 use crate::geodesic::Form;
 use crate::input::fit::FrameTransform;
-use crate::input::read_array;
-use crate::output::numbered;
+use crate::results::ResultFields;
 use crate::shapes::labels;
 
 /// What is read of `result.json`.
@@ -139,12 +138,12 @@ fn given<const D: usize>(directory: &Path, told: &Told) -> Result<Given<D>, CliE
     if steps == 0 || told.parameters.form != Form::Lagrangian {
         return Err(unfit(directory, "it has no steps".into()));
     }
-    let fields = Fields { directory };
-    let mut level_sets = vec![fields.level_set::<D>(0)?];
+    let fields = ResultFields { directory, unfit };
+    let mut level_sets = vec![fields.numbered_scalar::<D>("shape", 0)?];
     let grid = *level_sets[0].grid();
     let (mut displacements, mut motions) = (Vec::new(), Vec::new());
     for k in 1..=steps {
-        level_sets.push(fields.level_set(k)?);
+        level_sets.push(fields.numbered_scalar("shape", k)?);
         displacements.push(fields.displacement(&grid, "deformation", k)?);
         motions.push(fields.displacement(&grid, "psi", k)?);
     }
@@ -180,49 +179,6 @@ fn home<const D: usize>(start: &ToldInput) -> Option<Home<D>> {
         frame: serde_json::from_value(start.frame.clone()).ok()?,
         motion,
     })
-}
-
-/// The arrays of a directory.
-struct Fields<'a> {
-    directory: &'a Path,
-}
-
-impl Fields<'_> {
-    fn level_set<const D: usize>(&self, k: usize) -> Result<ScalarField<f64, D>, CliError> {
-        let name = numbered("shape", k, "npy");
-        let (size, values) = read_array(&self.directory.join(&name))?;
-        let nodes = size.first().copied().unwrap_or(0);
-        if size.len() != D || nodes < 3 || size.iter().any(|&n| n != nodes) {
-            return Err(self.wrong_size(&name));
-        }
-        Ok(ScalarField::from_vec(Grid::cube(nodes), values)?)
-    }
-
-    /// A field of positions, read as displacements.
-    fn displacement<const D: usize>(
-        &self,
-        grid: &Grid<D>,
-        kind: &str,
-        k: usize,
-    ) -> Result<Field<f64, D, D>, CliError> {
-        let name = numbered(kind, k, "npy");
-        let (size, mut values) = read_array(&self.directory.join(&name))?;
-        let mut asked = grid.nodes_per_axis().to_vec();
-        asked.push(D);
-        if size != asked {
-            return Err(self.wrong_size(&name));
-        }
-        let identity = Field::<f64, D, D>::identity(*grid);
-        for (value, x) in values.iter_mut().zip(identity.as_slice()) {
-            *value -= x;
-        }
-        Ok(Field::from_vec(*grid, values)?)
-    }
-
-    fn wrong_size(&self, name: &Path) -> CliError {
-        let reason = format!("{} has another size than the rest", name.display());
-        unfit(self.directory, reason)
-    }
 }
 
 impl ToldParameters {

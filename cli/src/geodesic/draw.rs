@@ -32,6 +32,9 @@ pub(crate) trait Draw<const D: usize> {
     /// Shapes as they are seen beside each other, each in its colour.
     fn portraits(shapes: &[(&Contour<D>, Colour)]) -> Vec<Canvas>;
 
+    /// Writes a boundary as a surface in the unit box where it is one.
+    fn write_shape(path: &std::path::Path, shape: &Contour<D>) -> Result<(), CliError>;
+
     /// Writes `shape_000.stl` and so on where there are surfaces, and tells their coordinates.
     fn surfaces(
         directory: &ResultDir,
@@ -101,6 +104,10 @@ impl Draw<2> for Pictures {
             canvas
         });
         portraits.collect()
+    }
+
+    fn write_shape(_path: &std::path::Path, _shape: &Contour<2>) -> Result<(), CliError> {
+        Ok(())
     }
 
     fn surfaces(
@@ -177,6 +184,10 @@ impl Draw<3> for Pictures {
             surface(contour, &triangles).render(view, bounds, paint, SIDES[1])
         });
         portraits.collect()
+    }
+
+    fn write_shape(path: &std::path::Path, shape: &Contour<3>) -> Result<(), CliError> {
+        Ok(write_surface(path, shape.points(), &triangles(shape))?)
     }
 
     fn surfaces(

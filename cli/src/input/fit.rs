@@ -270,6 +270,40 @@ pub fn nodal_values<const D: usize>(
     }))
 }
 
+/// Where an image comes to lie that belongs to others: `frame` is that of one of them, `size` its
+/// samples. In a shared frame an image of the same lattice keeps its position; any other has its
+/// object put into the middle, with the scale of the others times `factor`.
+pub(crate) fn frame_like<const D: usize>(
+    image: &Image<D>,
+    (size, frame): (&[usize], &FrameTransform<D>),
+    nodes: usize,
+    factor: f64,
+) -> FrameTransform<D> {
+    if image.plain_array && image.size == [nodes; D] {
+        return nodal_frame(nodes);
+    }
+    let same_lattice =
+        image.size == size && image.spacing == frame.spacing && image.origin == frame.origin;
+    if frame.rule == FrameRule::Shared && same_lattice && factor == 1.0 {
+        return *frame;
+    }
+    // Nodal values of the others have the scale of the box.
+    let scale = factor
+        * if frame.rule == FrameRule::AsIs {
+            (1.0 - 2.0 * MARGIN) / Bounds::of_object(image).longest()
+        } else {
+            frame.scale
+        };
+    let centre = Bounds::of_object(image).centre();
+    FrameTransform {
+        scale,
+        spacing: image.spacing,
+        origin: image.origin,
+        offset: centre.map(|c| 0.5 - scale * c),
+        rule: FrameRule::Centred,
+    }
+}
+
 fn nodal_frame<const D: usize>(nodes: usize) -> FrameTransform<D> {
     FrameTransform {
         scale: 1.0 / (nodes - 1) as f64,

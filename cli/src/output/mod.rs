@@ -6,7 +6,7 @@ pub mod energy;
 mod json;
 pub mod matrix;
 pub mod npy;
-mod plot;
+pub(crate) mod plot;
 pub mod pvd;
 pub mod steps;
 pub mod stl;

@@ -9,7 +9,7 @@ use crate::picture;
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
 /// A line of a chart.
-pub(super) struct Series {
+pub(crate) struct Series {
     /// Its name in the legend; without one it has no place there.
     pub label: String,
     pub colour: RGBColor,
@@ -17,7 +17,7 @@ pub(super) struct Series {
 }
 
 /// One chart.
-pub(super) struct Chart<'a> {
+pub(crate) struct Chart<'a> {
     pub title: &'a str,
     /// What runs along the horizontal axis.
     pub axis: &'a str,
@@ -27,7 +27,7 @@ pub(super) struct Chart<'a> {
 }
 
 /// A colour of the pictures.
-pub(super) fn colour(index: usize) -> RGBColor {
+pub(crate) fn colour(index: usize) -> RGBColor {
     let [r, g, b] = picture::colour(index).map(|c| (255.0 * c).round() as u8);
     RGBColor(r, g, b)
 }
@@ -36,7 +36,7 @@ pub(super) fn colour(index: usize) -> RGBColor {
 ///
 /// # Errors
 /// What the plotting library says.
-pub(super) fn stacked(size: (u32, u32), charts: &[Chart]) -> Result<String, String> {
+pub(crate) fn stacked(size: (u32, u32), charts: &[Chart]) -> Result<String, String> {
     let mut text = String::new();
     {
         let area = SVGBackend::with_string(&mut text, size).into_drawing_area();

@@ -15,6 +15,7 @@ mod sheet2;
 mod sheet3;
 mod slice;
 mod text;
+mod tiles;
 mod tree;
 mod window;
 
@@ -30,6 +31,7 @@ pub use scatter::ScatterPlot;
 pub use sheet2::{ContactSheet, Curve, ShapeTile};
 pub use sheet3::SurfaceSheet;
 pub(crate) use slice::{Slice, TileRows, pale};
+pub use tiles::Tiles;
 pub use tree::TreeChart;
 pub use window::Window;
 

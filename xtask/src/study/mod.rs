@@ -1,5 +1,5 @@
-//! The study: figures of averages whose result is known, of both solvers, and of real shapes; and
-//! of geodesics.
+//! The study: figures of averages whose result is known, of both solvers, and of real shapes; of
+//! modes of variation; and of geodesics.
 //!
 //! Every figure stands beside what is asked of it. Real shapes are averaged by the program
 //! itself, with the command that is printed.
@@ -9,6 +9,7 @@ mod angle;
 mod clusters;
 mod joint;
 mod known;
+mod modes;
 mod occlusion;
 mod paths;
 mod real;
@@ -23,11 +24,12 @@ use std::process::ExitCode;
 use crate::table::Table;
 
 /// The sections, in the order of the help.
-const SECTIONS: [&str; 10] = [
+const SECTIONS: [&str; 11] = [
     "known",
     "solvers",
     "flat",
     "solid",
+    "modes",
     "letters",
     "triangles",
     "materials",
@@ -43,6 +45,7 @@ sections (all where none is named):
   solvers  iterations on every level, and the descent against L-BFGS
   flat     real shapes in 2D: device7, hands, the letter A
   solid    real shapes in 3D: hippocampi
+  modes    modes of variation of drawn and of real shapes; hands beside their landmarks
   letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
   clusters distances of real shapes (an hour)
@@ -164,6 +167,8 @@ fn sections(name: &str, data: Option<&Path>) -> Outcome<Vec<Section>> {
         }
         ("flat", Some(data)) => vec![real::flat(data)?],
         ("solid", Some(data)) => vec![real::solid(data)?],
+        ("modes", None) => vec![modes::section(None)?],
+        ("modes", Some(data)) => vec![modes::section(Some(data))?, modes::landmarks(data)?],
         ("letters", _) => vec![paths::letters()?],
         ("triangles", _) => vec![paths::triangles()?],
         ("materials", _) => vec![paths::materials()?],

@@ -1,0 +1,109 @@
+//! Modes in pictures: a strip of shapes for each, and each in motion.
+
+use fe_grid::VectorField;
+use levelset::Contour;
+
+use crate::error::CliError;
+use crate::geodesic::draw::{Draw, Pictures};
+use crate::picture::{Canvas, Colour, INK, Tiles, colour, mix};
+
+/// Most modes in the strip.
+const ROWS: usize = 5;
+/// Shapes of a mode in the strip: the average in the middle.
+const COLUMNS: usize = 5;
+/// Frames of an animation, from one end to the other.
+const FRAMES: usize = 17;
+
+/// A contour that cannot be drawn.
+pub(super) fn shown(error: impl std::fmt::Display) -> CliError {
+    CliError::Computation {
+        message: format!("the average cannot be drawn: {error}"),
+        remedy: "see that the average has an inside on its grid".into(),
+    }
+}
+
+/// The average shape moved by a multiple of a displacement.
+pub(super) fn moved<const D: usize>(
+    shape: &Contour<D>,
+    u: &VectorField<f64, D>,
+    factor: f64,
+) -> Contour<D> {
+    shape.map(|p| {
+        let u = u.sample(p);
+        std::array::from_fn(|k| p[k] + factor * u[k])
+    })
+}
+
+/// Modes that are drawn: fields with their eigenvalues.
+pub(super) struct DrawnModes<'a, const D: usize> {
+    pub average: &'a Contour<D>,
+    pub fields: &'a [VectorField<f64, D>],
+    pub eigenvalues: &'a [f64],
+    /// In standard deviations.
+    pub amplitude: f64,
+}
+
+impl<const D: usize> DrawnModes<'_, D>
+where
+    Pictures: Draw<D>,
+{
+    /// The shape with one score, `(1 - a sqrt Lambda_j y_j)(S)`.
+    fn shape(&self, j: usize, score: f64) -> Contour<D> {
+        moved(
+            self.average,
+            &self.fields[j],
+            -score * self.eigenvalues[j].sqrt(),
+        )
+    }
+
+    /// Modes in rows: shapes at even scores, from one end to the other.
+    pub fn strip(&self) -> Canvas {
+        let rows = self.fields.len().min(ROWS);
+        let score = |i: usize| self.amplitude * (2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0);
+        let mut shapes = Vec::new();
+        let mut names = Vec::new();
+        for j in 0..rows {
+            for i in 0..COLUMNS {
+                shapes.push((self.shape(j, score(i)), hue(score(i) / self.amplitude)));
+                let ratio = self.eigenvalues[j] / self.eigenvalues[0];
+                names.push(if i == COLUMNS / 2 {
+                    format!("mode {j}, ratio {ratio:.2}")
+                } else {
+                    format!("{:+.1} s", score(i))
+                });
+            }
+        }
+        let pairs: Vec<(&Contour<D>, Colour)> = shapes.iter().map(|(s, c)| (s, *c)).collect();
+        let pictures = Pictures::portraits(&pairs);
+        let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
+        Tiles {
+            tiles: &tiles,
+            columns: COLUMNS,
+            side: 200,
+        }
+        .draw()
+    }
+
+    /// One mode in motion.
+    pub fn animation(&self, j: usize) -> Vec<Canvas> {
+        let shapes: Vec<(Contour<D>, Colour)> = (0..FRAMES)
+            .map(|i| {
+                let share = 2.0 * i as f64 / (FRAMES - 1) as f64 - 1.0;
+                (self.shape(j, share * self.amplitude), hue(share))
+            })
+            .collect();
+        let pairs: Vec<(&Contour<D>, Colour)> = shapes.iter().map(|(s, c)| (s, *c)).collect();
+        Pictures::portraits(&pairs)
+    }
+}
+
+/// From one colour by the ink of the average to another.
+fn hue(share: f64) -> Colour {
+    let end = colour(usize::from(share > 0.0));
+    mix(INK, end, share.abs() as f32)
+}
+
+/// How many modes are drawn in motion.
+pub(super) fn animated(modes: usize) -> usize {
+    modes.min(ROWS)
+}

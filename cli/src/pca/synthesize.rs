@@ -1,0 +1,194 @@
+//! `shapespace synthesize`: a shape from its scores.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+use fe_grid::{ScalarField, VectorField, certify_within};
+use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
+use shape_pca::{Compound, Finite, FiniteReport};
+
+use super::args::SynthesizeArgs;
+use super::draw::{moved, shown};
+use super::read::{AnyPca, GivenPca, read_pca};
+use super::record::SynthesisRecord;
+use crate::error::{CliError, Exit};
+use crate::geodesic::draw::{Draw, Pictures};
+use crate::output::npy::{Precision, write_field, write_mask};
+use crate::output::{ResultDir, write_json};
+use crate::picture::{Canvas, INK, Tiles, colour};
+use crate::pool::in_pool;
+use crate::progress::Progress;
+
+/// Runs `shapespace synthesize`.
+///
+/// # Errors
+/// [`CliError`]; then nothing has been written.
+pub fn run_synthesize(args: &SynthesizeArgs) -> Result<Exit, CliError> {
+    let start = Instant::now();
+    let progress = Progress::stderr();
+    in_pool(args.threads, || {
+        ResultDir::create(&args.output).map(drop)?;
+        progress.stage("reading the modes");
+        match read_pca(&args.pca, args.average.as_deref())? {
+            AnyPca::D2(given) => run(&given, args, &progress, start),
+            AnyPca::D3(given) => run(&given, args, &progress, start),
+        }
+    })
+}
+
+fn run<const D: usize>(
+    given: &GivenPca<D>,
+    args: &SynthesizeArgs,
+    progress: &Progress,
+    start: Instant,
+) -> Result<Exit, CliError>
+where
+    Pictures: Draw<D>,
+{
+    let modes = given.space.fields.len();
+    if args.scores.len() > modes {
+        return Err(CliError::Option {
+            option: "--scores",
+            value: format!("with {} numbers", args.scores.len()),
+            remedy: format!("there are {modes} modes: give at most one score for each"),
+        });
+    }
+    // `S_k` is about `(1 - u_k)(S)`.
+    let mut displacement = given.space.synthesise(&args.scores)?;
+    fe_grid::vector::scale(-1.0, displacement.as_mut_slice());
+    let mut report = None;
+    if args.nonlinear {
+        progress.stage("solving the nonlinear elastic problem");
+        let compound = Compound::new(&given.average.average, &given.space.params)?;
+        let load = compound.apply(displacement.as_slice());
+        let mut problem = Finite::new(&given.average.average, &compound);
+        problem.load_steps = args.load_steps as usize;
+        let found = problem.respond(&load)?;
+        displacement = found.0;
+        report = Some(found.1);
+    }
+    progress.stage("writing");
+    let outline = contour(&given.space.object, 0.5, BoxEdge::Closed).map_err(shown)?;
+    let shape = moved(&outline, &displacement, 1.0);
+    let level_set = ContourDistance::new(&shape)
+        .map_err(shown)?
+        .sample(*given.space.object.grid());
+    let directory = ResultDir::create(&args.output)?;
+    write_arrays(&directory, &level_set, &displacement)?;
+    let portraits = Pictures::portraits(&[(&outline, INK), (&shape, colour(0))]);
+    let names = ["average".to_owned(), "shape".to_owned()];
+    let tiles: Vec<(String, Canvas)> = names.into_iter().zip(portraits).collect();
+    let sheet = Tiles {
+        tiles: &tiles,
+        columns: 2,
+        side: 360,
+    };
+    sheet.draw().write_png(&directory.file("shape.png"))?;
+    Pictures::write_shape(&directory.file("shape.stl"), &shape)?;
+    let record = record(
+        given,
+        args,
+        &displacement,
+        [&shape, &outline],
+        report,
+        start,
+    )?;
+    write_json(&directory.file("result.json"), &record)?;
+    let target = directory.commit()?;
+    progress.finish();
+    print(&record, &target);
+    Ok(Exit::Success)
+}
+
+fn write_arrays<const D: usize>(
+    directory: &ResultDir,
+    level_set: &ScalarField<f64, D>,
+    displacement: &VectorField<f64, D>,
+) -> Result<(), CliError> {
+    let double = Precision::Double;
+    write_field(&directory.file("shape.npy"), level_set, double)?;
+    write_field(&directory.file("displacement.npy"), displacement, double)?;
+    let mask: Vec<bool> = level_set.as_slice().iter().map(|&d| d > 0.0).collect();
+    let size = level_set.grid().nodes_per_axis();
+    Ok(write_mask(&directory.file("shape_mask.npy"), &mask, &size)?)
+}
+
+fn record<const D: usize>(
+    given: &GivenPca<D>,
+    args: &SynthesizeArgs,
+    displacement: &VectorField<f64, D>,
+    [shape, average]: [&Contour<D>; 2],
+    report: Option<FiniteReport>,
+    start: Instant,
+) -> Result<SynthesisRecord, CliError> {
+    let size = |c: &Contour<D>| Ok::<_, CliError>(Moments::of_contour(c).map_err(shown)?.volume);
+    let object = &given.space.object;
+    let grid = *object.grid();
+    let inside: Vec<bool> = (0..grid.n_cells())
+        .map(|cell| object.as_slice()[grid.node_index(grid.cell(cell))] > 0.5)
+        .collect();
+    let u = displacement.as_slice();
+    let certificate = certify_within(&grid, u, 0.0, f64::INFINITY, Some(&inside));
+    let sum: f64 = args.scores.iter().map(|s| s * s).sum();
+    let share = report.as_ref().map_or(1.0, |report| report.share);
+    Ok(SynthesisRecord {
+        version: env!("CARGO_PKG_VERSION"),
+        status: if share < 1.0 {
+            "load_not_reached"
+        } else {
+            "complete"
+        },
+        dimension: D,
+        nodes: grid.nodes_per_axis().to_vec(),
+        pca: args.pca.display().to_string(),
+        scores: args.scores.clone(),
+        nonlinear: args.nonlinear,
+        load_share: share,
+        iterations: report.map_or_else(Vec::new, |report| {
+            report.steps.iter().map(|step| step.iterations).collect()
+        }),
+        mahalanobis: (sum / given.space.n_shapes as f64).sqrt(),
+        min_det: certificate.min_det,
+        size: size(shape)?,
+        average_size: size(average)?,
+        seconds: start.elapsed().as_secs_f64(),
+    })
+}
+
+/// The closing words on standard output; the last line names the picture.
+fn print(record: &SynthesisRecord, target: &Path) {
+    let mut text = String::new();
+    // Writing into a string cannot fail, and nobody is left to be told where standard output is
+    // closed.
+    let _ = write_lines(&mut text, record, target);
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
+
+fn write_lines(text: &mut String, record: &SynthesisRecord, target: &Path) -> std::fmt::Result {
+    writeln!(
+        text,
+        "Shape of scores {:?}: Mahalanobis distance {:.3}, size {:.4} ({:.4} of the average)",
+        record.scores,
+        record.mahalanobis,
+        record.size,
+        record.size / record.average_size
+    )?;
+    if record.load_share < 1.0 {
+        writeln!(
+            text,
+            "  load         only {:.0} % of it was reached; try more --load-steps",
+            100.0 * record.load_share
+        )?;
+    }
+    if record.min_det <= 0.0 {
+        writeln!(
+            text,
+            "  warning      the displacement folds: smaller scores, or --nonlinear"
+        )?;
+    }
+    let file = |name: &str| target.join(name).display().to_string();
+    writeln!(text, "  results      {}", file("result.json"))?;
+    writeln!(text, "  picture      {}", file("shape.png"))
+}

@@ -1,0 +1,110 @@
+//! The files of the directory of an analysis.
+
+use std::path::Path;
+
+use levelset::{BoxEdge, Contour, Moments, contour};
+
+use super::command::Outcome;
+use super::draw::{DrawnModes, animated, shown};
+use super::procrustes::{Procrustes, there_and_back};
+use super::record::PcaRecord;
+use super::report::write_report;
+use super::tables::{write_quality, write_scores, write_scree};
+use crate::error::CliError;
+use crate::geodesic::draw::{Draw, Pictures};
+use crate::output::apng::write_animation;
+use crate::output::matrix::write_matrix_array;
+use crate::output::npy::{Precision, write_field};
+use crate::output::vti::VtiFile;
+use crate::output::{ResultDir, numbered, write_json};
+
+/// Writes everything, `result.json` last, and returns what is in it.
+///
+/// # Errors
+/// [`CliError`]; the directory is not complete then.
+pub(super) fn write_all<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<'_, D>,
+    outline: &Contour<D>,
+) -> Result<PcaRecord, CliError>
+where
+    Pictures: Draw<D>,
+{
+    write_arrays(directory, outcome)?;
+    let pca = outcome.pca;
+    write_scores(
+        &directory.file("scores.csv"),
+        &outcome.given.names,
+        &pca.training,
+    )?;
+    let compactness = &outcome.quality.compactness;
+    write_scree(&directory.file("scree.svg"), &pca.ratios(), compactness)?;
+    write_quality(
+        &directory.file("quality.svg"),
+        &directory.file("quality.csv"),
+        &outcome.quality,
+    )?;
+    let modes = DrawnModes {
+        average: outline,
+        fields: &pca.space.fields,
+        eigenvalues: &pca.space.eigenvalues,
+        amplitude: outcome.args.amplitude,
+    };
+    modes.strip().write_png(&directory.file("modes.png"))?;
+    for j in 0..animated(pca.modes.rank()) {
+        let frames = modes.animation(j);
+        write_animation(&directory.file(numbered("mode", j, "apng")), &frames)?;
+    }
+    let size = Moments::of_contour(outline).map_err(shown)?.volume;
+    let record = PcaRecord::new(outcome, size, &fits(outcome)?);
+    write_report(&directory.file("report.md"), &record)?;
+    write_json(&directory.file("result.json"), &record)?;
+    Ok(record)
+}
+
+/// How well the shapes come back from their displacements.
+fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, CliError> {
+    let average = &outcome.given.average;
+    let shapes = average.indicators().iter().zip(average.displacements());
+    shapes
+        .zip(&outcome.pca.displacements)
+        .map(|((indicator, onto), u)| {
+            let own = contour(indicator, 0.5, BoxEdge::Closed).map_err(shown)?;
+            let back = there_and_back(&own, onto, u, -1.0);
+            Ok(Procrustes::new(back.points(), own.points()))
+        })
+        .collect()
+}
+
+fn write_arrays<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<'_, D>,
+) -> Result<(), CliError> {
+    let pca = outcome.pca;
+    let double = Precision::Double;
+    for (k, u) in pca.displacements.iter().enumerate() {
+        write_field(
+            &directory.file(numbered("displacement", k, "npy")),
+            u,
+            double,
+        )?;
+    }
+    for (j, mode) in pca.space.fields.iter().enumerate() {
+        write_field(&directory.file(numbered("mode", j, "npy")), mode, double)?;
+    }
+    let object = &pca.space.object;
+    write_field(
+        &directory.file("mean_displacement.npy"),
+        &pca.space.mean,
+        double,
+    )?;
+    write_field(&directory.file("object.npy"), object, double)?;
+    let gram = |i: usize, j: usize| Some(pca.gram[(i, j)]);
+    write_matrix_array(&directory.file("gram.npy"), pca.gram.nrows(), gram)?;
+    let mut file = VtiFile::new(*object.grid(), Precision::Single).field("object", object);
+    for (j, mode) in pca.space.fields.iter().enumerate() {
+        file = file.field(&format!("mode_{j:03}"), mode);
+    }
+    let path: &Path = &directory.file("modes.vti");
+    Ok(file.write(path)?)
+}

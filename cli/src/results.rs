@@ -1,0 +1,85 @@
+//! Arrays of result directories, read back.
+
+use std::path::Path;
+
+use fe_grid::{Field, Grid, ScalarField};
+
+use crate::error::CliError;
+use crate::input::read_array;
+use crate::output::numbered;
+
+/// The arrays of a directory.
+pub(crate) struct ResultFields<'a> {
+    /// The directory.
+    pub directory: &'a Path,
+    /// What to say where it does not hold what it should.
+    pub unfit: fn(&Path, String) -> CliError,
+}
+
+impl ResultFields<'_> {
+    /// A scalar field on a cube of nodes, `name.npy`.
+    ///
+    /// # Errors
+    /// Those of reading the array, and what `unfit` says of one of another shape.
+    pub fn scalar<const D: usize>(&self, name: &Path) -> Result<ScalarField<f64, D>, CliError> {
+        let (size, values) = read_array(&self.directory.join(name))?;
+        let nodes = size.first().copied().unwrap_or(0);
+        if size.len() != D || nodes < 3 || size.iter().any(|&n| n != nodes) {
+            return Err(self.wrong_size(name));
+        }
+        Ok(ScalarField::from_vec(Grid::cube(nodes), values)?)
+    }
+
+    /// The same of one of several.
+    ///
+    /// # Errors
+    /// As [`Self::scalar`].
+    pub fn numbered_scalar<const D: usize>(
+        &self,
+        kind: &str,
+        k: usize,
+    ) -> Result<ScalarField<f64, D>, CliError> {
+        self.scalar(&numbered(kind, k, "npy"))
+    }
+
+    /// A vector field on a grid.
+    ///
+    /// # Errors
+    /// As [`Self::scalar`].
+    pub fn vector<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        name: &Path,
+    ) -> Result<Field<f64, D, D>, CliError> {
+        let (size, values) = read_array(&self.directory.join(name))?;
+        let mut asked = grid.nodes_per_axis().to_vec();
+        asked.push(D);
+        if size != asked {
+            return Err(self.wrong_size(name));
+        }
+        Ok(Field::from_vec(*grid, values)?)
+    }
+
+    /// A field of positions, one of several, read as displacements.
+    ///
+    /// # Errors
+    /// As [`Self::scalar`].
+    pub fn displacement<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        kind: &str,
+        k: usize,
+    ) -> Result<Field<f64, D, D>, CliError> {
+        let mut field = self.vector(grid, &numbered(kind, k, "npy"))?;
+        let identity = Field::<f64, D, D>::identity(*grid);
+        for (value, x) in field.as_mut_slice().iter_mut().zip(identity.as_slice()) {
+            *value -= x;
+        }
+        Ok(field)
+    }
+
+    fn wrong_size(&self, name: &Path) -> CliError {
+        let reason = format!("{} has another size than the rest", name.display());
+        (self.unfit)(self.directory, reason)
+    }
+}

@@ -1,0 +1,166 @@
+//! What an analysis takes of an average.
+
+use crate::{PcaError, PcaParams, Source, push_forward};
+use fe_grid::{Field, Grid, ScalarField, VectorField};
+use shape_average::{AverageParams, AverageResult};
+
+/// Deformations of shapes onto their average.
+#[derive(Clone, Debug)]
+pub struct Average<const D: usize> {
+    grid: Grid<D>,
+    displacements: Vec<VectorField<f64, D>>,
+    indicators: Vec<ScalarField<f64, D>>,
+    weights: Vec<f64>,
+    object: ScalarField<f64, D>,
+    /// One less the indicator of the object.
+    outside: Vec<f64>,
+    /// The displacement zero.
+    rest: Vec<f64>,
+}
+
+impl<const D: usize> Average<D> {
+    /// From displacements `phi_i - id`, indicators of the objects (1 inside, 0 outside, 1/2 on the
+    /// boundary) and weights `lambda_i`. Where all of the box is the object, as for images,
+    /// indicators are one everywhere.
+    ///
+    /// # Errors
+    /// [`PcaError`] for fewer than two shapes, fields that do not fit, weights that are no convex
+    /// combination.
+    pub fn new(
+        displacements: Vec<VectorField<f64, D>>,
+        indicators: Vec<ScalarField<f64, D>>,
+        weights: Vec<f64>,
+    ) -> Result<Self, PcaError> {
+        let n = displacements.len();
+        if n < 2 {
+            return Err(PcaError::TooFewShapes { found: n });
+        }
+        let grid = *displacements[0].grid();
+        if let Some(index) = displacements.iter().position(|u| *u.grid() != grid) {
+            let what = "deformation";
+            return Err(PcaError::Fields { what, index });
+        }
+        let what = "indicator";
+        if indicators.len() != n {
+            let index = indicators.len().min(n);
+            return Err(PcaError::Fields { what, index });
+        }
+        if let Some(index) = indicators.iter().position(|chi| *chi.grid() != grid) {
+            return Err(PcaError::Fields { what, index });
+        }
+        let sum: f64 = weights.iter().sum();
+        let bad = |w: &f64| w.is_nan() || *w < 0.0;
+        if weights.len() != n || weights.iter().any(bad) || (sum - 1.0).abs() > 1e-9 {
+            let expected = n;
+            return Err(PcaError::Weights { expected, weights });
+        }
+        let mut object = ScalarField::zeros(grid);
+        for ((u, chi), weight) in displacements.iter().zip(&indicators).zip(&weights) {
+            fe_grid::vector::axpy(
+                *weight,
+                push_forward(chi, u, 0.0).as_slice(),
+                object.as_mut_slice(),
+            );
+        }
+        if !object.as_slice().iter().any(|&x| x > 0.5) {
+            return Err(PcaError::EmptyObject);
+        }
+        Ok(Self {
+            grid,
+            displacements,
+            indicators,
+            weights,
+            outside: object.as_slice().iter().map(|x| 1.0 - x).collect(),
+            rest: vec![0.0; D * grid.n_nodes()],
+            object,
+        })
+    }
+
+    /// From an average that has just been computed.
+    ///
+    /// # Errors
+    /// Those of [`Average::new`].
+    pub fn of_result(result: &AverageResult<D>, params: &AverageParams) -> Result<Self, PcaError> {
+        let n = result.displacements.len();
+        Self::new(
+            result.displacements.clone(),
+            result.shapes.indicators.clone(),
+            params.resolved_weights(n),
+        )
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid<D> {
+        &self.grid
+    }
+
+    /// Number of shapes.
+    pub fn n_shapes(&self) -> usize {
+        self.displacements.len()
+    }
+
+    /// Weights `lambda_i`.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// Displacements `phi_i - id`.
+    pub fn displacements(&self) -> &[Field<f64, D, D>] {
+        &self.displacements
+    }
+
+    /// Indicators of the objects.
+    pub fn indicators(&self) -> &[ScalarField<f64, D>] {
+        &self.indicators
+    }
+
+    /// The smooth indicator of the average object, `sum_i lambda_i chi_i o phi_i^-1`; its level 1/2
+    /// is the average shape.
+    pub fn object(&self) -> &ScalarField<f64, D> {
+        &self.object
+    }
+
+    /// The energies of all shapes, as sources of the compound operator.
+    pub fn sources(&self) -> Vec<Source<'_>> {
+        (0..self.n_shapes())
+            .map(|i| Source {
+                weight: self.weights[i],
+                ..self.source(i)
+            })
+            .collect()
+    }
+
+    /// The energies that the compound object is made of, with the void stiffness that belongs to
+    /// them: of all shapes, or of the average at rest; a void at rest is a source of its own.
+    pub(crate) fn compound_sources(&self, params: &PcaParams) -> (Vec<Source<'_>>, f64) {
+        let at_rest = |weight, indicator| Source {
+            weight,
+            displacement: &self.rest,
+            indicator,
+        };
+        if !params.prestressed {
+            return (
+                vec![at_rest(1.0, self.object.as_slice())],
+                params.void_stiffness,
+            );
+        }
+        let mut sources = self.sources();
+        if !params.void_at_rest {
+            return (sources, params.void_stiffness);
+        }
+        sources.push(at_rest(params.void_stiffness, &self.outside));
+        (sources, 0.0)
+    }
+
+    /// The energy of one shape, with weight one.
+    ///
+    /// # Panics
+    /// If there is no such shape.
+    pub fn source(&self, i: usize) -> Source<'_> {
+        Source {
+            weight: 1.0,
+            displacement: self.displacements[i].as_slice(),
+            indicator: self.indicators[i].as_slice(),
+        }
+    }
+}

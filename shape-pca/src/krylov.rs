@@ -1,0 +1,131 @@
+//! Conjugate gradients that tell the curvature they have met.
+//!
+//! Beside the solution they give the extreme Ritz values of the preconditioned operator: whether it
+//! is positive definite is a result of the analysis, not an assumption. For that they go on where
+//! the curvature of a direction is negative, where the solver of `fe-grid` stops; the iterates are
+//! then stationary in the Krylov space and no minimisers.
+
+use fe_grid::vector::{axpy, copy_into, dot, norm, scale_add};
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// How a linear problem was solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveReport {
+    /// Iterations, one application of the operator each.
+    pub iterations: usize,
+    /// Residual at the end, as a share of the load.
+    pub residual: f64,
+    /// The least Ritz value of the preconditioned operator; positive where all curvature that was
+    /// met is.
+    pub least_curvature: f64,
+    /// The largest.
+    pub largest_curvature: f64,
+}
+
+/// Ritz values are taken of so many iterations at most.
+const MAX_RITZ: usize = 400;
+
+/// Solves `A x = b` from zero, with a symmetric `A` and a symmetric positive preconditioner, down
+/// to `|b - A x| <= tolerance |b|`.
+pub(crate) fn solve(
+    operator: impl Fn(&[f64], &mut [f64]),
+    preconditioner: impl Fn(&[f64], &mut [f64]),
+    b: &[f64],
+    tolerance: f64,
+    max_iterations: usize,
+) -> (Vec<f64>, SolveReport) {
+    let size = norm(b);
+    let zeros = || vec![0.0; b.len()];
+    let (mut x, mut r, mut z, mut p, mut q) = (zeros(), b.to_vec(), zeros(), zeros(), zeros());
+    let (mut steps, mut shares) = (Vec::new(), Vec::new());
+    let mut report = SolveReport {
+        iterations: 0,
+        residual: 0.0,
+        least_curvature: f64::INFINITY,
+        largest_curvature: 0.0,
+    };
+    if size == 0.0 {
+        return (x, report);
+    }
+    let mut previous = 0.0;
+    loop {
+        report.residual = norm(&r) / size;
+        if report.residual <= tolerance || report.iterations >= max_iterations {
+            break;
+        }
+        preconditioner(&r, &mut z);
+        let product = dot(&r, &z);
+        if report.iterations == 0 {
+            copy_into(&z, &mut p);
+        } else {
+            shares.push(product / previous);
+            scale_add(&z, product / previous, &mut p);
+        }
+        operator(&p, &mut q);
+        let curvature = dot(&p, &q);
+        // A breakdown: neither sign of the curvature can be told, or there is nothing left.
+        if !(product > 0.0 && curvature.is_finite()) || curvature == 0.0 {
+            break;
+        }
+        let step = product / curvature;
+        axpy(step, &p, &mut x);
+        axpy(-step, &q, &mut r);
+        steps.push(step);
+        previous = product;
+        report.iterations += 1;
+    }
+    if let Some((least, largest)) = ritz(&steps, &shares) {
+        (report.least_curvature, report.largest_curvature) = (least, largest);
+    }
+    (x, report)
+}
+
+/// Extreme eigenvalues of the tridiagonal matrix that conjugate gradients are the factors of.
+fn ritz(steps: &[f64], shares: &[f64]) -> Option<(f64, f64)> {
+    let n = steps.len().min(MAX_RITZ);
+    let mut matrix = DMatrix::zeros(n, n);
+    for k in 0..n {
+        matrix[(k, k)] = 1.0 / steps[k];
+        if k > 0 {
+            matrix[(k, k)] += shares[k - 1] / steps[k - 1];
+            let beside = shares[k - 1].max(0.0).sqrt() / steps[k - 1];
+            matrix[(k, k - 1)] = beside;
+            matrix[(k - 1, k)] = beside;
+        }
+    }
+    if n == 0 {
+        return None;
+    }
+    let values = SymmetricEigen::new(matrix).eigenvalues;
+    Some((values.min(), values.max()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curvature_of_either_sign_is_met() {
+        for least in [0.5, -0.5] {
+            let diagonal = [least, 1.0, 2.0, 7.0];
+            let b = [1.0, -2.0, 0.5, 1.0];
+            let (x, report) = solve(
+                |x, y| {
+                    for (y, (x, d)) in y.iter_mut().zip(x.iter().zip(diagonal)) {
+                        *y = d * x;
+                    }
+                },
+                |x, y| y.copy_from_slice(x),
+                &b,
+                1e-12,
+                10,
+            );
+            for ((x, b), d) in x.iter().zip(b).zip(diagonal) {
+                assert!((x - b / d).abs() < 1e-10);
+            }
+            // Four steps span the whole space: the Ritz values are the eigenvalues.
+            assert!((report.least_curvature - least).abs() < 1e-9);
+            assert!((report.largest_curvature - 7.0).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! The compound operator: assembled, preconditioned and constrained.
+
+use crate::compound::evaluate;
+use crate::{Average, PcaError, PcaParams, RigidMotions, SolveReport, Source, krylov};
+use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::pullback::Derivatives;
+use fe_grid::stencil::BlockStencil;
+use fe_grid::{Grid, LinearOperator};
+use hyperelastic::{Corotational, LameModuli};
+
+/// Share of the void's stiffness that keeps the preconditioner definite: rigid motions cost
+/// nothing.
+const REGULARISATION: f64 = 1e-3;
+
+/// The preconditioner: one cycle.
+type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
+
+/// The operator `K`, `w . K u = int C Du : Dw`, on displacements without rigid part.
+pub struct Compound<const D: usize> {
+    params: PcaParams,
+    grid: Grid<D>,
+    stiffness: BlockStencil<D, D>,
+    cycle: Cycle<D>,
+    rigid: RigidMotions,
+    imbalance: Vec<f64>,
+}
+
+impl<const D: usize> Compound<D> {
+    /// Assembles the operator of an average.
+    ///
+    /// # Errors
+    /// Those of the law and of the grid layer.
+    pub fn new(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
+        let grid = *average.grid();
+        let (sources, void_stiffness) = average.compound_sources(params);
+        let all = Derivatives::Hessian;
+        let found = evaluate(&grid, &params.law, void_stiffness, &sources, &[], all)?;
+        // The Hessian was asked for.
+        let (stiffness, traces) = found.hessian.expect("it was asked for");
+        Ok(Self {
+            params: *params,
+            grid,
+            stiffness,
+            cycle: cycle(&grid, params, &traces)?,
+            rigid: RigidMotions::new(average.object())?,
+            imbalance: found.gradient,
+        })
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid<D> {
+        &self.grid
+    }
+
+    /// The parameters.
+    pub fn params(&self) -> &PcaParams {
+        &self.params
+    }
+
+    /// The matrix, unconstrained.
+    pub fn stiffness(&self) -> &BlockStencil<D, D> {
+        &self.stiffness
+    }
+
+    /// The constraints.
+    pub fn rigid(&self) -> &RigidMotions {
+        &self.rigid
+    }
+
+    /// `sum_i lambda_i int sigma_i : Dw`, the load that the average bears: zero but for what its
+    /// mismatch and its length hold (and where it is not prestressed).
+    pub fn imbalance(&self) -> &[f64] {
+        &self.imbalance
+    }
+
+    /// The load of a Cauchy stress: `int sigma : Dw` for the stress of one deformation.
+    ///
+    /// # Errors
+    /// Those of the law and of the grid layer.
+    pub fn load(&self, source: Source<'_>) -> Result<Vec<f64>, PcaError> {
+        let law = &self.params.law;
+        // A void at rest has no stress.
+        let delta = if self.params.void_at_rest {
+            0.0
+        } else {
+            self.params.void_stiffness
+        };
+        let gradient = Derivatives::Gradient;
+        Ok(evaluate(&self.grid, law, delta, &[source], &[], gradient)?.gradient)
+    }
+
+    /// `K u`.
+    pub fn apply(&self, u: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; u.len()];
+        self.stiffness.apply_into(u, &mut product);
+        product
+    }
+
+    /// The response `u` to a load: `w . K u = w . f` for all `w`, under the rigid constraints; what
+    /// of the load is a total force or moment has no response.
+    ///
+    /// # Errors
+    /// [`PcaError::NotSolved`].
+    pub fn respond(&self, load: &[f64]) -> Result<(Vec<f64>, SolveReport), PcaError> {
+        let (u, report) = self.solve(load, self.params.tolerance);
+        if report.residual > self.params.tolerance {
+            return Err(PcaError::NotSolved {
+                residual: report.residual,
+                iterations: report.iterations,
+            });
+        }
+        Ok((u, report))
+    }
+
+    /// Looks for the curvature of the operator with a rough load, which has a part in everything:
+    /// beside what the loads themselves meet, this is what the check of definiteness rests on.
+    pub fn look_for_curvature(&self) -> SolveReport {
+        let wave = |i: usize| ((i * 7919) % 1013) as f64 / 506.0 - 1.0;
+        let rough: Vec<f64> = (0..self.stiffness.dim()).map(wave).collect();
+        self.solve(&rough, 1e-6).1
+    }
+
+    fn solve(&self, load: &[f64], tolerance: f64) -> (Vec<f64>, SolveReport) {
+        let mut balanced = load.to_vec();
+        self.rigid.balance(&mut balanced);
+        let (mut u, report) = krylov::solve(
+            |x, y| {
+                self.stiffness.apply_into(x, y);
+                self.rigid.balance(y);
+            },
+            |x, y| self.precondition_into(x, y),
+            &balanced,
+            tolerance,
+            self.params.max_iterations,
+        );
+        self.rigid.constrain(&mut u);
+        (u, report)
+    }
+
+    /// An approximate response: `P G P^T` with one multigrid cycle `G`.
+    pub(crate) fn precondition_into(&self, load: &[f64], out: &mut [f64]) {
+        let mut balanced = load.to_vec();
+        self.rigid.balance(&mut balanced);
+        self.cycle.apply_into(&balanced, out);
+        self.rigid.constrain(out);
+    }
+}
+
+/// The cycle for linear elasticity of the mean stiffness of every cell.
+fn cycle<const D: usize>(
+    grid: &Grid<D>,
+    params: &PcaParams,
+    traces: &[f64],
+) -> Result<Cycle<D>, PcaError> {
+    let LameModuli {
+        bulk_lambda,
+        shear_modulus,
+    } = params.law.moduli;
+    let d = D as f64;
+    // The trace of the tensor at rest, lambda 1 (x) 1 + mu (1 + transposition).
+    let at_rest = bulk_lambda * d + shear_modulus * (d * d + d);
+    // A cell that no point has come to is as stiff as the void.
+    let stiffness = |trace: f64| (trace / at_rest).max(0.1 * params.void_stiffness);
+    let mut cells = vec![vec![0.0f32; grid.n_cells()]; Corotational::<D>::CELL_DATA];
+    for (cell, trace) in traces.iter().enumerate() {
+        let k = stiffness(*trace) as f32;
+        cells[0][cell] = k;
+        for i in 0..D {
+            cells[1 + i * D + i][cell] = k;
+        }
+    }
+    let law = Corotational {
+        moduli: params.law.moduli,
+        regularisation: REGULARISATION * params.void_stiffness,
+    };
+    Ok(Multigrid::new(
+        *grid,
+        &law,
+        cells,
+        MultigridParams::default(),
+    )?)
+}

@@ -1,0 +1,151 @@
+//! The analysis itself.
+
+use crate::space::dual;
+use crate::{
+    Average, Compound, ModeSpace, Modes, PcaError, PcaParams, Scores, SolveReport, Source,
+    object_product,
+};
+use fe_grid::vector::{axpy, dot};
+use fe_grid::{Field, VectorField};
+use nalgebra::DMatrix;
+
+/// Principal modes of variation.
+#[derive(Clone, Debug)]
+pub struct Pca<const D: usize> {
+    /// The modes as fields, by which other shapes are measured.
+    pub space: ModeSpace<D>,
+    /// Displacements `u_k` of the shapes, centred: `S_k` is about `(1 - u_k)(S)`.
+    pub displacements: Vec<VectorField<f64, D>>,
+    /// Of the displacements before they were centred, `n |sum lambda_k u_k| / sum lambda_k |u_k|`
+    /// in `L^2`; for equal weights `|sum u_k|` over the mean of `|u_k|`. Zero where the stresses
+    /// balance exactly.
+    pub balance: f64,
+    /// Gram matrix of the displacements.
+    pub gram: DMatrix<f64>,
+    /// Eigenvalues and combinations.
+    pub modes: Modes,
+    /// Scores of the training shapes.
+    pub training: Vec<Scores>,
+    /// How the linear problems were solved.
+    pub solves: Vec<SolveReport>,
+    /// The least curvature of the operator that was met, relative to linear elasticity of the same
+    /// mean stiffness.
+    pub least_curvature: f64,
+}
+
+/// The displacement that represents the Cauchy stress of a deformation onto the average, before
+/// it is centred.
+///
+/// # Errors
+/// Those of the law and of the linear solve.
+pub fn representation<const D: usize>(
+    compound: &Compound<D>,
+    source: Source<'_>,
+) -> Result<(VectorField<f64, D>, SolveReport), PcaError> {
+    let load = compound.load(source)?;
+    let (u, report) = compound.respond(&load)?;
+    Ok((Field::from_vec(*compound.grid(), u)?, report))
+}
+
+impl<const D: usize> Pca<D> {
+    /// Analyses an average; no more than `most` modes are made.
+    ///
+    /// # Errors
+    /// Those of the law and of the linear solves, [`PcaError::NoVariation`] where all shapes are
+    /// equal.
+    pub fn new(
+        average: &Average<D>,
+        compound: &Compound<D>,
+        most: usize,
+    ) -> Result<Self, PcaError> {
+        let grid = *average.grid();
+        let (mut displacements, mut solves) = (Vec::new(), Vec::new());
+        for i in 0..average.n_shapes() {
+            let (u, report) = representation(compound, average.source(i))?;
+            displacements.push(u);
+            solves.push(report);
+        }
+        let weights = average.weights();
+        let mut mean = VectorField::<f64, D>::zeros(grid);
+        for (u, weight) in displacements.iter().zip(weights) {
+            axpy(*weight, u.as_slice(), mean.as_mut_slice());
+        }
+        let object = average.object();
+        let size = |u: &VectorField<f64, D>| {
+            let u = u.as_slice();
+            dot(u, &object_product(object, u)).max(0.0).sqrt()
+        };
+        let sizes = displacements.iter().zip(weights);
+        let typical: f64 = sizes.map(|(u, weight)| weight * size(u)).sum();
+        let balance = weights.len() as f64 * size(&mean) / typical.max(f64::MIN_POSITIVE);
+        for u in &mut displacements {
+            axpy(-1.0, mean.as_slice(), u.as_mut_slice());
+        }
+        let params = *compound.params();
+        let gram = gram_matrix(&params, object, compound, &displacements);
+        let modes = Modes::new(&gram, weights, params.zero_eigenvalue, most)?;
+        let fields = modes.combinations.iter().map(|combination| {
+            let mut mode = VectorField::zeros(grid);
+            for (a, u) in combination.iter().zip(&displacements) {
+                axpy(*a, u.as_slice(), mode.as_mut_slice());
+            }
+            mode
+        });
+        let space = ModeSpace {
+            params,
+            object: object.clone(),
+            mean,
+            eigenvalues: modes.eigenvalues[..modes.rank()].to_vec(),
+            fields: fields.collect(),
+            n_shapes: weights.len(),
+        };
+        let training = displacements
+            .iter()
+            .map(|u| space.scores(compound, u))
+            .collect();
+        let rough = compound.look_for_curvature().least_curvature;
+        let least_curvature = solves
+            .iter()
+            .map(|solve: &SolveReport| solve.least_curvature)
+            .fold(rough, f64::min);
+        Ok(Self {
+            space,
+            displacements,
+            balance,
+            gram,
+            modes,
+            training,
+            solves,
+            least_curvature,
+        })
+    }
+
+    /// Whether the operator is positive definite: all curvature of it that was met is positive.
+    pub fn definite(&self) -> bool {
+        self.least_curvature > 0.0
+    }
+
+    /// Eigenvalues over the first.
+    pub fn ratios(&self) -> Vec<f64> {
+        let all = &self.modes.eigenvalues;
+        all.iter().map(|l| l / all[0]).collect()
+    }
+}
+
+fn gram_matrix<const D: usize>(
+    params: &PcaParams,
+    object: &fe_grid::ScalarField<f64, D>,
+    compound: &Compound<D>,
+    displacements: &[VectorField<f64, D>],
+) -> DMatrix<f64> {
+    let n = displacements.len();
+    let mut gram = DMatrix::zeros(n, n);
+    for (i, u) in displacements.iter().enumerate() {
+        let dual = dual(params.metric, object, compound, u);
+        for (j, v) in displacements.iter().enumerate() {
+            gram[(i, j)] = dot(&dual, v.as_slice());
+        }
+    }
+    // Symmetric up to rounding: made so.
+    (&gram + gram.transpose()) * 0.5
+}

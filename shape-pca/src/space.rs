@@ -1,0 +1,81 @@
+//! The modes as fields: what they make of other shapes.
+
+use crate::{
+    Compound, Metric, PcaError, PcaParams, Scores, Source, object_product, representation,
+};
+use fe_grid::vector::{axpy, dot};
+use fe_grid::{ScalarField, VectorField};
+
+/// The space that the modes span about the average.
+#[derive(Clone, Debug)]
+pub struct ModeSpace<const D: usize> {
+    /// The parameters of the analysis.
+    pub params: PcaParams,
+    /// Indicator of the average object.
+    pub object: ScalarField<f64, D>,
+    /// What is taken from displacements to centre them, `sum_k lambda_k u_k`.
+    pub mean: VectorField<f64, D>,
+    /// Eigenvalues of the modes.
+    pub eigenvalues: Vec<f64>,
+    /// The modes `y_j`, orthonormal.
+    pub fields: Vec<VectorField<f64, D>>,
+    /// Number of training shapes.
+    pub n_shapes: usize,
+}
+
+/// The linear form `g(u, .)`.
+pub(crate) fn dual<const D: usize>(
+    metric: Metric,
+    object: &ScalarField<f64, D>,
+    compound: &Compound<D>,
+    u: &VectorField<f64, D>,
+) -> Vec<f64> {
+    match metric {
+        Metric::L2 => object_product(object, u.as_slice()),
+        Metric::Hessian => compound.apply(u.as_slice()),
+    }
+}
+
+impl<const D: usize> ModeSpace<D> {
+    /// Scores of a displacement that has been centred.
+    pub fn scores(&self, compound: &Compound<D>, u: &VectorField<f64, D>) -> Scores {
+        let dual = dual(self.params.metric, &self.object, compound, u);
+        let fields = self.fields.iter();
+        let products: Vec<f64> = fields.map(|y| dot(&dual, y.as_slice())).collect();
+        let square = dot(&dual, u.as_slice());
+        Scores::new(&products, square, &self.eigenvalues, self.n_shapes)
+    }
+
+    /// The centred displacement of a new shape that has been deformed onto the average.
+    ///
+    /// # Errors
+    /// Those of the law and of the linear solve.
+    pub fn represent(
+        &self,
+        compound: &Compound<D>,
+        source: Source<'_>,
+    ) -> Result<VectorField<f64, D>, PcaError> {
+        let (mut u, _) = representation(compound, source)?;
+        axpy(-1.0, self.mean.as_slice(), u.as_mut_slice());
+        Ok(u)
+    }
+
+    /// `sum_j score_j sqrt(Lambda_j) y_j`: the displacement of a shape with these scores in the
+    /// first modes. The shape itself is `(1 - u)(S)`.
+    ///
+    /// # Errors
+    /// [`PcaError::TooManyScores`].
+    pub fn synthesise(&self, scores: &[f64]) -> Result<VectorField<f64, D>, PcaError> {
+        if scores.len() > self.fields.len() {
+            return Err(PcaError::TooManyScores {
+                found: scores.len(),
+                modes: self.fields.len(),
+            });
+        }
+        let mut u = VectorField::zeros(*self.object.grid());
+        for ((score, lambda), mode) in scores.iter().zip(&self.eigenvalues).zip(&self.fields) {
+            axpy(score * lambda.sqrt(), mode.as_slice(), u.as_mut_slice());
+        }
+        Ok(u)
+    }
+}
