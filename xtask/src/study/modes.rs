@@ -293,7 +293,7 @@ fn landmark_generalisation(folder: &Path) -> Outcome<Vec<f64>> {
             })
             .collect();
         hands.push(scaled(
-            points.ok_or("a contour that is no table of points")?,
+            &points.ok_or("a contour that is no table of points")?,
         ));
     }
     let mut mean = hands[0].clone();
