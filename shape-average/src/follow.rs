@@ -7,7 +7,7 @@
 //! deformed onto the result with a small elastic weight, which makes the deformation a good one.
 
 use crate::result::Timing;
-use crate::solve::{LevelMinimiser, Levels, average, levels_of};
+use crate::solve::{LevelMinimiser, Levels, average, levels_of, targets_of};
 use crate::{AverageError, AverageParams, AverageResult, LevelShapes, Mean};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Field, ScalarField};
@@ -106,11 +106,8 @@ fn follow<const D: usize>(
         ..params.clone()
     };
     let levels = levels_of(std::slice::from_ref(distance), &own)?;
-    let targets = levels_of(std::slice::from_ref(target), &own)?;
-    let targets = targets.into_iter().flat_map(|level| level.phase_fields);
-    let targets: Vec<Vec<f64>> = targets.map(Field::into_vec).collect();
     let dim = D * levels[0].grid().n_nodes();
-    let mut problem = Levels::new(levels, &own).onto(targets);
+    let mut problem = Levels::new(levels, &own).onto(targets_of(target, &own)?);
     let minimiser = |_| LevelMinimiser {
         params: own.clone(),
     };

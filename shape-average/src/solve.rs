@@ -114,20 +114,26 @@ pub fn match_to<const D: usize>(
     }
     let start = Instant::now();
     let levels = levels_of(shape, &params)?;
-    let mut given: Vec<Vec<f64>> = levels_of(std::slice::from_ref(target), &params)?
-        .into_iter()
-        .flat_map(|level| level.phase_fields)
-        .map(Field::into_vec)
-        .collect();
-    if let Some(finest) = given.last_mut() {
+    let mut targets = targets_of(target, &params)?;
+    if let Some(finest) = targets.last_mut() {
         *finest = target_phase_field.as_slice().to_vec();
     }
     solve_levels(
         shape,
-        Levels::new(levels, &params).onto(given),
+        Levels::new(levels, &params).onto(targets),
         start,
         observer,
     )
+}
+
+/// The phase fields of a shape on all levels, coarsest first, for others to be deformed onto.
+pub(crate) fn targets_of<const D: usize>(
+    target: &Field<f64, D, 1>,
+    params: &AverageParams,
+) -> Result<Vec<Vec<f64>>, AverageError> {
+    let levels = levels_of(std::slice::from_ref(target), params)?;
+    let fields = levels.into_iter().flat_map(|level| level.phase_fields);
+    Ok(fields.map(Field::into_vec).collect())
 }
 
 /// Looks at all inputs and gives the first.
