@@ -12,17 +12,11 @@ use fe_grid::{Field, Grid, LinearOperator};
 use hyperelastic::{LameModuli, LawSpec};
 use serde_json::Value;
 use shape_pca::{Source, evaluate};
-use support::{distance, max_abs, oracle};
+use support::oracle::{flat, oracle};
+use support::{distance, max_abs};
 
 /// What the reference files grant, in the maximum norm of each array.
 const RELATIVE: f64 = 1e-10;
-
-fn flat(value: &Value) -> Vec<f64> {
-    match value {
-        Value::Array(list) => list.iter().flat_map(flat).collect(),
-        number => vec![number.as_f64().expect("a number")],
-    }
-}
 
 #[track_caller]
 fn close(what: &str, found: &[f64], expected: &Value) {

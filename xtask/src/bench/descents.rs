@@ -7,6 +7,7 @@ use shape_average::AverageParams;
 use super::Outcome;
 use super::averages::CurvePoint;
 use super::clock::{peak_mebibytes, process_seconds};
+use super::job::use_threads;
 use super::shapes::Source;
 use crate::descent::{LevelDescent, MULTIPLES};
 
@@ -50,10 +51,7 @@ pub struct DescentLevel {
 impl DescentJob {
     /// Descends in this process.
     pub fn run(&self) -> Outcome<DescentReport> {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(1)
-            .use_current_thread()
-            .build_global()?;
+        use_threads(1)?;
         match self.source.dimension()? {
             2 => self.descend(&self.source.distances::<2>()?),
             _ => self.descend(&self.source.distances::<3>()?),
