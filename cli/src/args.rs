@@ -9,6 +9,7 @@ use crate::calculus::{ExtendArgs, TransportArgs, run_extend, run_transport};
 use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
 use crate::error::{CliError, Exit};
+use crate::figure::{FigureArgs, run_figure};
 use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
@@ -44,6 +45,8 @@ enum Command {
     Synthesize(SynthesizeArgs),
     /// The scores of new shapes in the modes of variation.
     Score(ScoreArgs),
+    /// A figure with its table: what averages and modes do, on drawn or given shapes.
+    Figure(FigureArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -72,6 +75,10 @@ pub struct AverageArgs {
     /// of another kind move little.
     #[arg(long, value_enum, default_value_t)]
     pub mean: Mean,
+    /// What was seen of each input, bright there, of its size; 'all' where everything was. Nothing is
+    /// compared with the average where an input was not seen.
+    #[arg(long, value_name = "MASK", num_args = 1.., conflicts_with = "joint")]
+    pub valid: Vec<PathBuf>,
     /// Averages two or three shapes with all weights on a line or in a triangle, N on a side.
     #[arg(long, value_name = "N", conflicts_with_all = ["weights", "joint"],
           value_parser = clap::value_parser!(u32).range(2..=65))]
@@ -149,6 +156,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Pca(args) => run_pca(args),
         Command::Synthesize(args) => run_synthesize(args),
         Command::Score(args) => run_score(args),
+        Command::Figure(args) => run_figure(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

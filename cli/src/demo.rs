@@ -62,6 +62,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             weights: Vec::new(),
             mean: Mean::default(),
             sweep: None,
+            valid: Vec::new(),
             joint: false,
             scales: ScaleArgs::default(),
             edge_weight: None,

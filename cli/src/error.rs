@@ -157,6 +157,10 @@ pub enum CliError {
         "see that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
     ))]
     Pca(#[from] shape_pca::PcaError),
+    /// Ctrl-C before anything was whole.
+    #[error("stopped before the figure was done; nothing has been written")]
+    #[diagnostic(help("run it again; a smaller --grid takes less time"))]
+    Stopped,
     /// A directory that is not what a command goes on from.
     #[error("'{}' is no result of `shapespace {command}`: {reason}", path.display())]
     #[diagnostic(help("name a directory that `shapespace {command}` has written"))]
@@ -253,6 +257,7 @@ impl CliError {
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure
             }
+            Self::Stopped => Exit::Interrupted,
             _ => Exit::BadInput,
         }
     }

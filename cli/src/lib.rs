@@ -6,6 +6,7 @@ pub mod calculus;
 pub mod demo;
 pub mod distances;
 pub mod error;
+pub mod figure;
 pub mod generate;
 pub mod geodesic;
 pub mod input;

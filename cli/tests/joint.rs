@@ -64,6 +64,33 @@ fn images_are_averaged_with_their_edges() {
     );
 }
 
+/// The average image has modes: here one, by which disks grow.
+#[test]
+fn images_have_modes() {
+    let place = Place::new();
+    let [a, b] = grey_disks(&place);
+    let joint = ["average", "--joint", a, b, "--grid", "33", "-o", "average"];
+    succeeded(&place.run(&joint));
+    let printed = succeeded(&place.run(&["pca", "average", "-o", "modes"]));
+    assert!(printed.trim_end().ends_with("modes.png"), "{printed}");
+    let results = Results::read(&place.path("modes"));
+    assert_eq!(results.json["definite"], true);
+    let ratios = results.numbers("/ratios");
+    assert!(ratios.len() == 2 && ratios[1].abs() < 1e-8, "{ratios:?}");
+    assert_eq!(results.number("/object_size"), 1.0);
+    let (shape, mode) = results.array("mode_000.npy");
+    assert_eq!(shape, [2, 33, 33]);
+    // To both sides of the middle it points to or from it, alike.
+    let (left, right) = (mode[16 * 33 + 8], mode[16 * 33 + 24]);
+    assert!(left * right < 0.0, "{left} {right}");
+    assert!((left + right).abs() < 0.2 * left.abs(), "{left} {right}");
+    assert!(results.path("mode_000.apng").is_file());
+    // Boundaries cannot be measured by them.
+    let run = place.run(&["score", a, "--pca", "modes", "-o", "scored"]);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("images"));
+}
+
 #[test]
 fn options_that_do_not_go_together_are_reported() {
     let place = Place::new();

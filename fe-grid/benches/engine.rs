@@ -102,6 +102,7 @@ fn composition_of<const D: usize>(c: &mut Criterion, n: usize) {
     let source = Source {
         displacement: &state,
         coefficients: &coefficients,
+        weight: 1.0,
     };
     let background = Background {
         mass: 0.0,

@@ -5,10 +5,10 @@
 //! quadrature point, [`normal_equations`] assembles
 //!
 //! ```text
-//! A = sum_i sum_q w a N(Phi_i(x_q)) N(Phi_i(x_q))^T,    r = sum_i sum_q w b N(Phi_i(x_q)),
+//! A = sum_i c_i sum_q w a N(Phi_i(x_q)) N(Phi_i(x_q))^T,    r = sum_i c_i sum_q w b N(Phi_i(x_q)),
 //! ```
 //!
-//! with `Phi_i(x) = x + u_i(x)` and `N(y)` the vector of all shape functions at `y`. In a cell
+//! with weights `c_i` of the sources, `Phi_i(x) = x + u_i(x)` and `N(y)` the vector of all shape functions at `y`. In a cell
 //! the products `N N^T` span no more than `3^D` functions, the tensor products of `(1-s)^2`,
 //! `s(1-s)`, `s^2`: a point adds to `3^D` moments of its cell, and moments become matrix entries
 //! once all points are in.
@@ -46,6 +46,8 @@ pub struct Source<'a, T> {
     pub displacement: &'a [T],
     /// Nodal coefficient fields.
     pub coefficients: &'a [&'a [T]],
+    /// Factor of both numbers.
+    pub weight: f64,
 }
 
 /// What is added to the matrix and to the right-hand side besides the scattered points: the
@@ -273,7 +275,8 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
                     let nodes = RowData::new::<P>(self.grid, source.displacement, &data, row);
                     for (run, range) in ranges.iter().enumerate() {
                         if reached(range) {
-                            self.evaluate::<L>(&nodes, run * RUN, &mut block, &mut points);
+                            let first = run * RUN;
+                            self.evaluate(&nodes, first, source.weight, &mut block, &mut points);
                             accumulate::<L, T, D>(&points, moments);
                         }
                     }
@@ -291,10 +294,11 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
         &self,
         nodes: &RowData<'_, T, D, D>,
         first: usize,
+        factor: f64,
         block: &mut Block<L, D, D>,
         points: &mut RunPoints<T, D>,
     ) {
-        let weight = L::splat(self.grid.cell_volume() / f64::from(1u32 << D));
+        let weight = L::splat(factor * self.grid.cell_volume() / f64::from(1u32 << D));
         let cells = self.grid.cells_per_axis();
         let first_layer = L::splat(self.slab.layers.start as f64);
         points.length = RUN.min(cells[0] - first);

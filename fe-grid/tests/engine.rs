@@ -232,6 +232,7 @@ fn bits<const D: usize>(nodes: [usize; D], level: SimdLevel, threads: usize) -> 
             let source = Source {
                 displacement: &case.state,
                 coefficients: &coefficients,
+                weight: 1.0,
             };
             let (matrix, rhs) = normal_equations(
                 &case.grid,
@@ -315,6 +316,7 @@ fn composition_and_its_adjoint_agree() {
         let source = Source {
             displacement: &displacement,
             coefficients: &coefficients,
+            weight: 1.0,
         };
         let (matrix, rhs) = normal_equations(&grid, &Square, &[source], Background::default());
         let mut product = vec![0.0; field.len()];
@@ -357,6 +359,7 @@ fn normal_equations_are_assembled_again() {
         let source = |displacement| Source {
             displacement,
             coefficients: &coefficients,
+            weight: 1.0,
         };
         let background = Background {
             mass: 0.1,

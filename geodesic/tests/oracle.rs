@@ -109,6 +109,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
         let source = Source {
             displacement: &state[n..],
             coefficients: &[&state[..n]],
+            weight: 1.0,
         };
         let rule = MatchWeights {
             step,

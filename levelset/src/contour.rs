@@ -70,6 +70,18 @@ impl<const D: usize> Contour<D> {
         (0..self.simplices.len()).map(|i| self.corners(i))
     }
 
+    /// The segments or triangles whose corners pass a test; what is left may be open, or empty. All
+    /// points stay.
+    #[must_use]
+    pub fn part(&self, keep: impl Fn(&[[f64; D]; D]) -> bool) -> Self {
+        let all = self.all_corners().zip(&self.simplices);
+        let kept = all.filter(|(corners, _)| keep(corners));
+        Self {
+            points: self.points.clone(),
+            simplices: kept.map(|(_, simplex)| *simplex).collect(),
+        }
+    }
+
     /// The contour with every point moved. The map must keep the orientation (for one that
     /// does not, follow it by [`Contour::flipped`]).
     pub fn map(&self, f: impl Fn([f64; D]) -> [f64; D]) -> Self {

@@ -31,5 +31,5 @@ pub use error::LevelsetError;
 pub use extract::{BoxEdge, contour};
 pub use hausdorff::{Hausdorff, hausdorff};
 pub use heaviside::{Arctan, Compact, Step};
-pub use measures::{Moments, dice, mask_volume};
+pub use measures::{Moments, dice, dice_within, mask_volume};
 pub use polyline::Polyline;

@@ -125,20 +125,38 @@ pub fn dice<const D: usize>(
     b: &Field<f64, D, 1>,
     level_b: f64,
 ) -> Result<f64, LevelsetError> {
-    if a.grid() != b.grid() {
-        return Err(LevelsetError::GridMismatch {
-            left: a.grid().nodes_per_axis().to_vec(),
-            right: b.grid().nodes_per_axis().to_vec(),
-        });
+    dice_within(a, level_a, b, level_b, None)
+}
+
+/// The same where nodes count with a weight, on the same grid.
+///
+/// # Errors
+/// As [`dice`].
+pub fn dice_within<const D: usize>(
+    a: &Field<f64, D, 1>,
+    level_a: f64,
+    b: &Field<f64, D, 1>,
+    level_b: f64,
+    weight: Option<&Field<f64, D, 1>>,
+) -> Result<f64, LevelsetError> {
+    let others = [Some(b), weight];
+    for other in others.into_iter().flatten() {
+        if a.grid() != other.grid() {
+            return Err(LevelsetError::GridMismatch {
+                left: a.grid().nodes_per_axis().to_vec(),
+                right: other.grid().nodes_per_axis().to_vec(),
+            });
+        }
     }
-    let (mut n_both, mut n_sum) = (0usize, 0usize);
-    for (&u, &v) in a.as_slice().iter().zip(b.as_slice()) {
+    let (mut both, mut sum) = (0.0, 0.0);
+    for (node, (&u, &v)) in a.as_slice().iter().zip(b.as_slice()).enumerate() {
+        let w = weight.map_or(1.0, |weight| weight.as_slice()[node]);
         let (in_a, in_b) = (u > level_a, v > level_b);
-        n_both += usize::from(in_a && in_b);
-        n_sum += usize::from(in_a) + usize::from(in_b);
+        both += if in_a && in_b { w } else { 0.0 };
+        sum += w * f64::from(u8::from(in_a) + u8::from(in_b));
     }
-    if n_sum == 0 {
+    if sum <= 0.0 {
         return Err(LevelsetError::EmptyObject { level: level_a });
     }
-    Ok(2.0 * n_both as f64 / n_sum as f64)
+    Ok(2.0 * both / sum)
 }

@@ -26,5 +26,5 @@ pub mod segmentation;
 
 pub use error::PhaseFieldError;
 pub use length::InterfaceLength;
-pub use mismatch::Mismatch;
+pub use mismatch::{LeastMismatch, Mismatch, Seen};
 pub use profile::{ElasticWeight, Profile};

@@ -68,3 +68,69 @@ impl<const D: usize> PointWeights<D> for Mismatch {
         ((missing + surplus) * self.factor(), surplus * self.factor())
     }
 }
+
+/// The least that the mismatch with a phase field can be, whatever the other one,
+///
+/// ```text
+/// (1/epsilon) int v_i^2 (1 - v_i)^2 / (v_i^2 + (1 - v_i)^2),
+/// ```
+///
+/// with coefficient 0 the phase field `v_i`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeastMismatch {
+    /// Interface width `epsilon`.
+    pub interface_width: f64,
+}
+
+impl MatchDensity for LeastMismatch {
+    const COEFFICIENTS: usize = 1;
+
+    #[inline(always)]
+    fn value<L: Lane>(&self, _s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> L {
+        let v = coefficient[0];
+        let (one, other) = (v * v, (L::one() - v) * (L::one() - v));
+        (one * other / (one + other)).scale(1.0 / self.interface_width)
+    }
+
+    #[inline(always)]
+    fn derivatives<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> (L, L, L) {
+        (self.value(s, coefficient), L::zero(), L::zero())
+    }
+}
+
+/// A density that counts only where a shape was seen: times one more coefficient, behind those of
+/// the density itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen<F>(pub F);
+
+impl<F: MatchDensity> MatchDensity for Seen<F> {
+    const COEFFICIENTS: usize = F::COEFFICIENTS + 1;
+
+    #[inline(always)]
+    fn value<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> L {
+        self.0.value(s, coefficient) * coefficient[F::COEFFICIENTS]
+    }
+
+    #[inline(always)]
+    fn derivatives<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> (L, L, L) {
+        let seen = coefficient[F::COEFFICIENTS];
+        let (value, slope, curvature) = self.0.derivatives(s, coefficient);
+        (value * seen, slope * seen, curvature * seen)
+    }
+}
+
+impl<F: Reads> Reads for Seen<F> {
+    const USES_VALUE: bool = F::USES_VALUE;
+    const USES_GRADIENT: bool = F::USES_GRADIENT;
+    const COEFFICIENTS: usize = F::COEFFICIENTS + 1;
+    const CELL_DATA: usize = F::CELL_DATA;
+}
+
+impl<F: PointWeights<D>, const D: usize> PointWeights<D> for Seen<F> {
+    #[inline(always)]
+    fn weights<L: Lane>(&self, point: &Point<L, D, D>, deformed: &[L; D]) -> (L, L) {
+        let seen = point.coefficient[F::COEFFICIENTS];
+        let (square, load) = self.0.weights(point, deformed);
+        (square * seen, load * seen)
+    }
+}

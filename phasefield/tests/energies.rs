@@ -67,6 +67,7 @@ impl<const D: usize> Edge<D> {
         let source = Source {
             displacement: &still,
             coefficients: &coefficients,
+            weight: 1.0,
         };
         let background = Background::default();
         let (matrix, rhs) = normal_equations(&self.grid, &self.density(), &[source], background);
@@ -263,6 +264,7 @@ fn check_convexity<const D: usize>(cells: usize) {
     let source = Source {
         displacement: &u,
         coefficients: &coefficients,
+        weight: 1.0,
     };
     let (matrix, rhs) = normal_equations(&grid, &density, &[source], Background::default());
     for phase in [0.0, 0.9, 2.3] {

@@ -4,14 +4,14 @@
 //! E = sum_i lambda_i W_i[phi_i] + (gamma / n) sum_i F[v o phi_i, v_i] + mu_L L[v].
 //! ```
 
-use crate::Mean;
-
 /// The terms of the functional, without their weights, and their weighted sum.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Energy {
-    /// The functional: the weighted sum of the terms (of what [`Mean`] makes of the elastic ones),
-    /// without the barrier.
+    /// The functional: the weighted sum of the terms, without the barrier. In the rounds of a median
+    /// the terms of shapes count with their shares.
     pub total: f64,
+    /// Of that the elastic, the mismatch and the length terms.
+    pub parts: [f64; 3],
     /// Elastic energy `W_i` of each shape.
     pub elastic: Vec<f64>,
     /// Mismatch `F_i` of each shape.
@@ -23,48 +23,29 @@ pub struct Energy {
     pub barrier: f64,
 }
 
-/// Smoothing of the median: `s^2` as a share of the reference energy.
-const SMOOTHING: f64 = 0.01;
-
-impl Mean {
-    fn squares(self) -> Option<(f64, f64)> {
-        match self {
-            Self::Arithmetic => None,
-            Self::Median { reference } => {
-                let reference = reference.unwrap_or(1.0);
-                Some((reference, SMOOTHING * reference))
-            }
-        }
-    }
-
-    /// What an elastic energy counts.
-    pub(crate) fn term(self, energy: f64) -> f64 {
-        self.squares().map_or(energy, |(reference, smoothing)| {
-            // The difference of the roots, without cancellation.
-            let roots = (energy + smoothing).sqrt() + smoothing.sqrt();
-            2.0 * reference.sqrt() * energy / roots
-        })
-    }
-
-    /// The derivative of the term: what reweights a shape.
-    pub(crate) fn slope(self, energy: f64) -> f64 {
-        self.squares().map_or(1.0, |(reference, smoothing)| {
-            (reference / (energy + smoothing)).sqrt()
-        })
-    }
-}
-
 /// The weights of the terms.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Weights {
     /// `lambda_i`.
     pub shapes: Vec<f64>,
-    /// What of the elastic energies is summed.
-    pub mean: Mean,
+    /// What both terms of a shape are multiplied by besides: one, but in the rounds of a median.
+    pub shares: Vec<f64>,
     /// `gamma / n`.
     pub mismatch: f64,
     /// `mu_L`.
     pub length: f64,
+}
+
+impl Weights {
+    /// The weight of the elastic energy of a shape.
+    pub fn of_elastic(&self, shape: usize) -> f64 {
+        self.shares[shape] * self.shapes[shape]
+    }
+
+    /// The weight of the mismatch of a shape.
+    pub fn of_mismatch(&self, shape: usize) -> f64 {
+        self.shares[shape] * self.mismatch
+    }
 }
 
 /// What one shape adds.
@@ -88,15 +69,19 @@ impl Energy {
         let elastic: Vec<f64> = terms.iter().map(|t| t.elastic).collect();
         let mismatch: Vec<f64> = terms.iter().map(|t| t.mismatch).collect();
         let barrier = terms.iter().map(|t| t.barrier).sum();
-        let elastic_sum: f64 = elastic
-            .iter()
-            .zip(&weights.shapes)
-            .map(|(w, l)| weights.mean.term(*w) * l)
-            .sum();
-        let mismatch_sum: f64 = mismatch.iter().sum();
-        let total = elastic_sum + weights.mismatch * mismatch_sum + weights.length * length;
+        let sum = |terms: &[f64], weight: &dyn Fn(usize) -> f64| -> f64 {
+            let weighted = terms.iter().enumerate().map(|(i, term)| weight(i) * term);
+            weighted.sum()
+        };
+        let parts = [
+            sum(&elastic, &|i| weights.of_elastic(i)),
+            sum(&mismatch, &|i| weights.of_mismatch(i)),
+            weights.length * length,
+        ];
+        let total = parts.iter().sum();
         Self {
             total,
+            parts,
             elastic,
             mismatch,
             length,

@@ -13,6 +13,14 @@ pub enum AverageError {
         /// Position of the shape.
         index: usize,
     },
+    /// The weights of what was seen do not fit the shapes.
+    #[error("the weight of what was seen of shape {index} is {what}")]
+    Seen {
+        /// Position of the shape.
+        index: usize,
+        /// What is wrong with its weight.
+        what: &'static str,
+    },
     /// A shape has no inside or no outside on the grid.
     #[error("shape {index} is {what} on this grid")]
     Degenerate {

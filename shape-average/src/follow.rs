@@ -7,7 +7,7 @@
 //! deformed onto the result with a small elastic weight, which makes the deformation a good one.
 
 use crate::result::Timing;
-use crate::solve::{LevelMinimiser, Levels, average, levels_of, targets_of};
+use crate::solve::{LevelMinimiser, Levels, average_of_seen, levels_of_seen, targets_of};
 use crate::{AverageError, AverageParams, AverageResult, LevelShapes, Mean};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Field, ScalarField};
@@ -24,6 +24,7 @@ const ELASTIC_WEIGHT: f64 = 0.02;
 /// Those of [`average`].
 pub(crate) fn with_followers<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
+    seen: &[Field<f64, D, 1>],
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
@@ -32,10 +33,10 @@ pub(crate) fn with_followers<const D: usize>(
     let weights = params.resolved_weights(n);
     let leads = |i: &usize| weights[*i] > 0.0;
     let leaders: Vec<usize> = (0..n).filter(leads).collect();
-    let led: Vec<_> = leaders
-        .iter()
-        .map(|&i| signed_distances[i].clone())
-        .collect();
+    let of_leaders = |fields: &[ScalarField<f64, D>]| -> Vec<_> {
+        let found = leaders.iter().filter_map(|&i| fields.get(i));
+        found.cloned().collect()
+    };
     let own = AverageParams {
         weights: Some(leaders.iter().map(|&i| weights[i]).collect()),
         // A mismatch of one shape costs what it costs among all.
@@ -43,10 +44,12 @@ pub(crate) fn with_followers<const D: usize>(
         length_weight: Some(params.resolved_length_weight()),
         ..params.clone()
     };
-    let result = average(&led, &own, observer)?;
+    let (led, led_seen) = (of_leaders(signed_distances), of_leaders(seen));
+    let result = average_of_seen(&led, &led_seen, &own, observer)?;
     let grid = *result.average.grid();
     let on_grid = |d: &ScalarField<f64, D>| ScalarField::from_fn(grid, |x| d.sample(x));
     let distances: Vec<_> = signed_distances.iter().map(on_grid).collect();
+    let seen: Vec<_> = seen.iter().map(on_grid).collect();
     let target = levelset::signed_distance(&result.average_indicator, 0.5)?;
     let stopped = result
         .levels
@@ -58,7 +61,8 @@ pub(crate) fn with_followers<const D: usize>(
         if !leads(&i) && stopped {
             x.resize(x.len() + D * grid.n_nodes(), 0.0);
         } else if !leads(&i) {
-            x.extend(follow(&distances[i], &target, params, observer)?);
+            let seen = seen.get(i).map_or(&[][..], std::slice::from_ref);
+            x.extend(follow(&distances[i], seen, &target, params, observer)?);
         } else if let Some(displacement) = led.next() {
             x.extend_from_slice(displacement.as_slice());
         }
@@ -79,23 +83,25 @@ pub(crate) fn with_followers<const D: usize>(
                 .collect();
         }
     }
-    let shapes = LevelShapes::new(grid, &distances, params)?;
+    let shapes = LevelShapes::new(grid, &distances, params)?.with_seen(seen);
     let timing = Timing {
         levels: Vec::new(),
         seconds: start.elapsed().as_secs_f64(),
     };
     let seconds: Vec<f64> = levels.iter().map(|level| level.seconds).collect();
     let average = result.average.into_vec();
-    let mut all = AverageResult::new(&distances, params, shapes, &x, average, levels, &timing)?;
+    let mut all = AverageResult::new(&distances, &weights, shapes, &x, average, levels, &timing)?;
     for (level, seconds) in all.levels.iter_mut().zip(seconds) {
         level.seconds = seconds;
     }
     Ok(all)
 }
 
-/// The displacement that carries a shape onto a target, both given by signed distances.
+/// The displacement that carries a shape onto a target, both given by signed distances; of the shape
+/// what was seen, where that is not everything.
 fn follow<const D: usize>(
     distance: &ScalarField<f64, D>,
+    seen: &[ScalarField<f64, D>],
     target: &ScalarField<f64, D>,
     params: &AverageParams,
     observer: &mut dyn Observer,
@@ -105,7 +111,7 @@ fn follow<const D: usize>(
         mean: Mean::Arithmetic,
         ..params.clone()
     };
-    let levels = levels_of(std::slice::from_ref(distance), &own)?;
+    let levels = levels_of_seen(std::slice::from_ref(distance), seen, &own)?;
     let dim = D * levels[0].grid().n_nodes();
     let mut problem = Levels::new(levels, &own).onto(targets_of(target, &own)?);
     let minimiser = |_| LevelMinimiser {

@@ -13,6 +13,7 @@ pub struct LevelShapes<const D: usize> {
     pub phase_fields: Vec<Field<f64, D, 1>>,
     /// Smooth indicators `chi_i`.
     pub indicators: Vec<Field<f64, D, 1>>,
+    seen: Vec<Field<f64, D, 1>>,
 }
 
 impl<const D: usize> LevelShapes<D> {
@@ -39,6 +40,7 @@ impl<const D: usize> LevelShapes<D> {
                 .iter()
                 .map(|u| weight.indicator_field(u))
                 .collect(),
+            seen: Vec::new(),
         })
     }
 
@@ -58,7 +60,31 @@ impl<const D: usize> LevelShapes<D> {
             interface_width,
             phase_fields,
             indicators,
+            seen: Vec::new(),
         }
+    }
+
+    /// The same where not all of the shapes was seen: one weight a shape, 1 where it was and 0 where
+    /// it was not. The mismatch of a shape counts with its weight.
+    ///
+    /// # Panics
+    /// If there are weights, but not one a shape.
+    #[must_use]
+    pub fn with_seen(self, seen: Vec<Field<f64, D, 1>>) -> Self {
+        assert!(seen.is_empty() || seen.len() == self.n_shapes());
+        Self { seen, ..self }
+    }
+
+    /// The weights of what was seen, one a shape; none where everything was.
+    pub fn seen(&self) -> &[Field<f64, D, 1>] {
+        &self.seen
+    }
+
+    /// The coefficients of the mismatch of a shape.
+    pub(crate) fn match_coefficients(&self, shape: usize) -> Vec<&[f64]> {
+        let mut fields = vec![self.phase_fields[shape].as_slice()];
+        fields.extend(self.seen.get(shape).map(Field::as_slice));
+        fields
     }
 
     /// The grid.
@@ -81,10 +107,19 @@ impl<const D: usize> LevelShapes<D> {
         let length = InterfaceLength {
             interface_width: self.interface_width,
         };
-        let lengths = self
-            .phase_fields
-            .iter()
-            .map(|v| length.of(&self.grid, v.as_slice()));
+        let length = |(i, v): (usize, &Field<f64, D, 1>)| match self.seen.get(i) {
+            Some(seen) => self.seen_length(v, seen),
+            None => length.of(&self.grid, v.as_slice()),
+        };
+        let lengths = self.phase_fields.iter().enumerate().map(length);
         phasefield::profile::MISMATCH_FLOOR * lengths.sum::<f64>()
+    }
+
+    /// The length of the part of an interface that was seen. Both halves of the length are alike in
+    /// an optimal profile, so that the one without derivatives tells it.
+    fn seen_length(&self, v: &Field<f64, D, 1>, seen: &Field<f64, D, 1>) -> f64 {
+        let nodes = v.as_slice().iter().zip(seen.as_slice());
+        let sum: f64 = nodes.map(|(v, seen)| seen * (1.0 - v) * (1.0 - v)).sum();
+        sum * self.grid.spacing().powi(D as i32) / (2.0 * self.interface_width)
     }
 }

@@ -14,7 +14,8 @@
 //! [`average`] minimises it from coarse grids to fine, with `epsilon` proportional to the
 //! spacing; [`Solver`] chooses between the two algorithms. The minimiser adds a barrier that is
 //! zero unless a corner of a cell comes near to folding ([`Energy::barrier`]). [`align`] turns and
-//! moves shapes onto each other beforehand; [`match_to`] deforms a new shape onto an average.
+//! moves shapes onto each other beforehand; [`match_to`] deforms a new shape onto an average, and
+//! [`average_of_seen`] averages shapes of which parts are hidden.
 //!
 //! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files
 //! but the temporary ones that [`AverageParams::storage`] may ask for.
@@ -46,6 +47,7 @@ mod error;
 mod follow;
 pub mod joint;
 mod level;
+mod median;
 mod memory;
 mod metric;
 mod objective;
@@ -54,6 +56,7 @@ mod partial;
 mod quiet;
 mod result;
 mod solve;
+mod stress;
 
 pub use alternating::Alternating;
 pub use energy::Energy;
@@ -63,4 +66,5 @@ pub use memory::{MemoryEstimate, memory_estimate};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};
-pub use solve::{average, average_on_levels, match_to};
+pub use solve::{average, average_of_seen, average_on_levels, match_to};
+pub use stress::cauchy_stress_at_nodes;

@@ -7,7 +7,7 @@ use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
 use fe_grid::{CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, probe_cells};
 use hyperelastic::Corotational;
-use phasefield::Mismatch;
+use phasefield::{Mismatch, Seen};
 
 /// Share of the void stiffness that regularises the metric.
 const REGULARISATION: f64 = 1e-3;
@@ -44,27 +44,29 @@ impl<const D: usize> ShapeMetric<D> {
     ) -> Result<Self, GridError> {
         let grid = *shapes.grid();
         let elastic_weight = elastic_weight.max(LEAST_WEIGHT);
-        let probe = MetricProbe {
-            stiffness: elastic_weight,
-            void_stiffness: params.void_stiffness.max(METRIC_VOID_STIFFNESS),
-            mismatch: Mismatch {
-                interface_width: shapes.interface_width(),
-                scale: mismatch_weight,
-            },
-            average: Interpolant::new(grid, average),
+        let void_stiffness = params.void_stiffness.max(METRIC_VOID_STIFFNESS);
+        let mismatch = Mismatch {
+            interface_width: shapes.interface_width(),
+            scale: mismatch_weight,
         };
-        let coefficients = [
-            shapes.indicators[shape].as_slice(),
-            shapes.phase_fields[shape].as_slice(),
-        ];
+        let mut coefficients = vec![shapes.indicators[shape].as_slice()];
+        coefficients.extend(shapes.match_coefficients(shape));
         let data = Data {
             coefficients: &coefficients,
             cells: &[],
         };
-        let cells = probe_cells(&grid, &probe, data, displacement);
+        let average = Interpolant::new(grid, average);
+        let stiffness = [elastic_weight, void_stiffness];
+        let cells = if shapes.seen().is_empty() {
+            let probe = MetricProbe::new(stiffness, mismatch, average);
+            probe_cells(&grid, &probe, data, displacement)
+        } else {
+            let probe = MetricProbe::new(stiffness, Seen(mismatch), average);
+            probe_cells(&grid, &probe, data, displacement)
+        };
         let law = Corotational {
             moduli: params.law.moduli,
-            regularisation: REGULARISATION * probe.void_stiffness * elastic_weight,
+            regularisation: REGULARISATION * void_stiffness * elastic_weight,
         };
         let cycle = Multigrid::new(grid, &law, cells, CYCLE)?;
         Ok(Self {
@@ -85,21 +87,36 @@ impl<const D: usize> LinearOperator for ShapeMetric<D> {
 
 /// The data of [`Corotational`] at a state: the mean stiffness of a cell, the rotation of its
 /// mean deformation gradient, and the mean of the Gauss–Newton matrix of the mismatch.
-struct MetricProbe<'a, const D: usize> {
+struct MetricProbe<'a, F, const D: usize> {
     stiffness: f64,
     void_stiffness: f64,
-    mismatch: Mismatch,
+    mismatch: F,
     average: Interpolant<'a, f64, D>,
 }
 
-impl<const D: usize> Reads for MetricProbe<'_, D> {
+impl<'a, F, const D: usize> MetricProbe<'a, F, D> {
+    fn new(
+        [stiffness, void_stiffness]: [f64; 2],
+        mismatch: F,
+        average: Interpolant<'a, f64, D>,
+    ) -> Self {
+        Self {
+            stiffness,
+            void_stiffness,
+            mismatch,
+            average,
+        }
+    }
+}
+
+impl<F: MatchDensity, const D: usize> Reads for MetricProbe<'_, F, D> {
     const USES_VALUE: bool = true;
     const USES_GRADIENT: bool = true;
-    const COEFFICIENTS: usize = 2;
+    const COEFFICIENTS: usize = 1 + F::COEFFICIENTS;
     const CELL_DATA: usize = 0;
 }
 
-impl<const D: usize> CellProbe<D, D> for MetricProbe<'_, D> {
+impl<F: MatchDensity, const D: usize> CellProbe<D, D> for MetricProbe<'_, F, D> {
     const OUTPUTS: usize = Corotational::<D>::CELL_DATA;
 
     #[inline(always)]
@@ -118,8 +135,9 @@ impl<const D: usize> CellProbe<D, D> for MetricProbe<'_, D> {
             deformed[k] += point.value[k];
         }
         let (s, slope) = self.average.sample(&deformed);
-        let mut coefficient = point.coefficient;
-        coefficient[0] = point.coefficient[1];
+        // Behind the indicator stand those of the mismatch.
+        let all = &point.coefficient;
+        let coefficient = std::array::from_fn(|k| all.get(k + 1).copied().unwrap_or(L::zero()));
         let (_, _, curvature) = self.mismatch.derivatives(s, &coefficient);
         for i in 0..D {
             for j in i..D {

@@ -9,7 +9,7 @@ use crate::elastic::{ElasticTerm, value_or_gradient};
 use crate::energy::{ShapeTerms, Weights};
 use crate::metric::ShapeMetric;
 use crate::{AverageError, AverageParams, BoundaryCondition, Energy, LevelShapes};
-use fe_grid::composition::{Interpolant, Matching};
+use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::multigrid::WorkSpace;
 use fe_grid::scatter::{Background, NormalEquations, Source};
@@ -18,7 +18,7 @@ use fe_grid::{
     LinearOperator, Storage, certify_below, conjugate_gradient, restrain_step, vector,
 };
 use hyperelastic::{FoldBarrier, LawError, LawSpec, LawVisitor, StoredEnergy};
-use phasefield::{InterfaceLength, Mismatch};
+use phasefield::{InterfaceLength, Mismatch, Seen};
 use rayon::prelude::*;
 
 /// Accuracy of the average: its error enters the energy squared.
@@ -44,8 +44,6 @@ pub struct AverageObjective<const D: usize> {
     average: Vec<f64>,
     energy: Energy,
     metric: Metric<D>,
-    /// What the metric multiplies elastic weights by: the slopes of the terms where it was made.
-    slopes: Vec<f64>,
     /// Whether the average is given, and no solve changes it.
     fixed: bool,
     /// For the multigrid cycles of all shapes.
@@ -68,7 +66,7 @@ impl<const D: usize> AverageObjective<D> {
         assert_eq!(average.len(), shapes.grid().n_nodes());
         let weights = Weights {
             shapes: params.resolved_weights(n),
-            mean: params.mean,
+            shares: vec![1.0; n],
             mismatch: params.mismatch_weight / n as f64,
             length: params.resolved_length_weight(),
         };
@@ -80,7 +78,6 @@ impl<const D: usize> AverageObjective<D> {
             average,
             energy: Energy::default(),
             metric: Metric::Kept(Vec::new()),
-            slopes: vec![1.0; n],
             fixed: false,
             work_space: WorkSpace::default(),
             equations,
@@ -96,6 +93,16 @@ impl<const D: usize> AverageObjective<D> {
             fixed: true,
             ..Self::new(shapes, params, average)
         }
+    }
+
+    /// The same with all that belongs to a shape times its share.
+    ///
+    /// # Panics
+    /// If there is not one share a shape.
+    pub(crate) fn with_shares(mut self, shares: &[f64]) -> Self {
+        assert_eq!(shares.len(), self.shapes.n_shapes());
+        self.weights.shares = shares.to_vec();
+        self
     }
 
     /// The shapes.
@@ -166,21 +173,24 @@ impl<const D: usize> AverageObjective<D> {
             stiffness: self.weights.length * self.shapes.interface_width(),
             load: potential,
         };
-        let coefficients: Vec<[&[f64]; 1]> = self
-            .shapes
-            .phase_fields
-            .iter()
-            .map(|v| [v.as_slice()])
+        let coefficients: Vec<Vec<&[f64]>> = (0..self.shapes.n_shapes())
+            .map(|i| self.shapes.match_coefficients(i))
             .collect();
         let sources: Vec<Source<'_, f64>> = x
             .chunks_exact(self.shape_dim())
             .zip(&coefficients)
-            .map(|(displacement, coefficients)| Source {
+            .zip(&self.weights.shares)
+            .map(|((displacement, coefficients), share)| Source {
                 displacement,
                 coefficients,
+                weight: *share,
             })
             .collect();
-        self.equations.assemble(&rule, &sources, background);
+        if self.shapes.seen().is_empty() {
+            self.equations.assemble(&rule, &sources, background);
+        } else {
+            self.equations.assemble(&Seen(rule), &sources, background);
+        }
         let matrix = self.equations.matrix();
         let jacobi = Diagonal::jacobi(matrix.diagonal())?;
         let params = CgParams {
@@ -217,22 +227,15 @@ impl<const D: usize> AverageObjective<D> {
             Err(GridError::Inadmissible { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
-        let slope = self.weights.mean.slope(elastic);
-        if slope != 1.0 {
-            vector::scale(slope, gradient);
-        }
         let density = Mismatch {
             interface_width: self.shapes.interface_width(),
             scale: 1.0,
         };
-        let law = Matching::new(density, Interpolant::new(grid, &self.average));
-        let coefficients = [self.shapes.phase_fields[shape].as_slice()];
-        let data = Data {
-            coefficients: &coefficients,
-            cells: &[],
+        let mismatch = if self.shapes.seen().is_empty() {
+            self.mismatch(density, shape, displacement, gradient)?
+        } else {
+            self.mismatch(Seen(density), shape, displacement, gradient)?
         };
-        let matching = Assembly::new(grid, &law, data);
-        let mismatch = value_or_gradient(&matching, displacement, self.weights.mismatch, gradient)?;
         let mut barrier = 0.0;
         if min_corner < BARRIER_ONSET {
             let law = self.barrier();
@@ -245,6 +248,31 @@ impl<const D: usize> AverageObjective<D> {
             mismatch,
             barrier,
         }))
+    }
+
+    /// The mismatch of one shape by a density of it; its weighted gradient is added to `gradient`
+    /// unless that is empty.
+    fn mismatch<F: MatchDensity>(
+        &self,
+        density: F,
+        shape: usize,
+        displacement: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<f64, GridError> {
+        let grid = *self.grid();
+        let law = Matching::new(density, Interpolant::new(grid, &self.average));
+        let coefficients = self.shapes.match_coefficients(shape);
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
+        let matching = Assembly::new(grid, &law, data);
+        value_or_gradient(
+            &matching,
+            displacement,
+            self.weights.of_mismatch(shape),
+            gradient,
+        )
     }
 
     /// The barrier against folding.
@@ -267,7 +295,7 @@ impl<const D: usize> AverageObjective<D> {
             indicator: self.shapes.indicators[shape].as_slice(),
             void_stiffness: self.params.void_stiffness,
             displacement,
-            factor: self.weights.shapes[shape],
+            factor: self.weights.of_elastic(shape),
             gradient,
         };
         term.add(self.grid())
@@ -275,8 +303,9 @@ impl<const D: usize> AverageObjective<D> {
 
     /// Weighted energy of one shape.
     pub(crate) fn weigh(&self, shape: usize, terms: ShapeTerms) -> f64 {
-        let elastic = self.weights.shapes[shape] * self.weights.mean.term(terms.elastic);
-        elastic + self.weights.mismatch * terms.mismatch + terms.barrier
+        self.weights.of_elastic(shape) * terms.elastic
+            + self.weights.of_mismatch(shape) * terms.mismatch
+            + terms.barrier
     }
 
     /// The metric of one shape at a state.
@@ -291,8 +320,8 @@ impl<const D: usize> AverageObjective<D> {
             shape,
             &self.params,
             (
-                self.slopes[shape] * self.weights.shapes[shape],
-                self.weights.mismatch,
+                self.weights.of_elastic(shape),
+                self.weights.of_mismatch(shape),
             ),
             average,
             displacement,
@@ -434,9 +463,6 @@ impl<const D: usize> Objective for AverageObjective<D> {
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), AverageError> {
         let dim = self.shape_dim();
-        for (slope, energy) in self.slopes.iter_mut().zip(&self.energy.elastic) {
-            *slope = self.weights.mean.slope(*energy);
-        }
         // The old metric goes first: two at a time would double the memory.
         let old = std::mem::replace(&mut self.metric, Metric::Kept(Vec::new()));
         if self.params.storage != Storage::Memory {

@@ -16,21 +16,37 @@ pub enum Solver {
     Descent,
 }
 
-/// What of the elastic energies is least.
+/// What of the energies of the shapes is least.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mean {
     /// Their weighted sum: the average.
     #[default]
     Arithmetic,
-    /// The weighted sum of their roots, which are like distances: the median, which a few shapes of
-    /// another kind move little. Each term is `2 sqrt(W0) (sqrt(W + s^2) - s)` with `s^2 = W0/100`,
-    /// smooth at zero, and of slope about one where `W` is the reference energy `W0`.
+    /// The sum of roots, which are like distances: the median, which a few shapes of another kind
+    /// move little. Of every shape the root is taken of all that is its own,
+    /// `e_i = lambda_i W_i + gamma/n (F_i - min F_i)`: a shape that cannot be deformed onto the
+    /// others would otherwise pull by its mismatch. Each term is
+    /// `2 sqrt(e0) (sqrt(e_i + s^2) - s)` with `s^2 = e0/100`, smooth at zero, and of slope about one
+    /// where `e_i` is the reference `e0`.
+    ///
+    /// It is found by rounds of averages whose terms are multiplied by the slopes at the last one,
+    /// which lower the sum of roots (the root is concave).
     Median {
-        /// `W0`; where it is not given, the median of the elastic energies of the arithmetic mean,
-        /// which is computed first.
+        /// `e0`; where it is not given, the median of the `e_i` of the arithmetic mean, which is
+        /// computed first.
         reference: Option<f64>,
     },
+}
+
+impl Mean {
+    /// The reference energy of a median, where it is given.
+    pub(crate) fn reference(self) -> Option<f64> {
+        match self {
+            Self::Arithmetic => None,
+            Self::Median { reference } => reference,
+        }
+    }
 }
 
 /// What holds the deformations at the faces of the box.
@@ -62,7 +78,7 @@ pub struct AverageParams {
     /// Weights `lambda_i` of the shapes, not negative and of sum one; equal where not given. Shapes
     /// of weight zero have no say in the average and are deformed onto it afterwards.
     pub weights: Option<Vec<f64>>,
-    /// What of the elastic energies is least.
+    /// What of the energies of the shapes is least.
     pub mean: Mean,
     /// How the functional is minimised.
     pub solver: Solver,

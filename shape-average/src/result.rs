@@ -1,10 +1,10 @@
 //! The result of an average.
 
 use crate::solve::{overall_status, worst_certificate};
-use crate::{AverageError, AverageParams, Energy, LevelShapes};
+use crate::{AverageError, Energy, LevelShapes};
 use fe_grid::minimise::{Evaluations, LevelInfo, Status};
 use fe_grid::{Certificate, Field, InverseDeformation, ScalarField};
-use levelset::{BoxEdge, Hausdorff, contour, dice, hausdorff};
+use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
 use rayon::prelude::*;
 
 /// What happened on one level.
@@ -40,7 +40,7 @@ pub struct AverageResult<const D: usize> {
     /// The average phase field `v`.
     pub average: ScalarField<f64, D>,
     /// Where the average object is: 1 inside, 0 outside. The weighted majority of the indicators
-    /// of the shapes, pushed forward by their deformations.
+    /// of the shapes, pushed forward by their deformations; in a median each votes with its share.
     pub average_mask: ScalarField<f64, D>,
     /// The weighted mean of those indicators, whose level 1/2 is the boundary of the average.
     pub average_indicator: ScalarField<f64, D>,
@@ -49,19 +49,23 @@ pub struct AverageResult<const D: usize> {
     /// Signed distances of the shapes pushed forward, `d_i o phi_i^{-1}`: their zero levels are
     /// the shapes' boundaries seen in the average.
     pub pushed: Vec<ScalarField<f64, D>>,
+    /// The weights of what was seen of the shapes, pushed forward; none where everything was.
+    pub pushed_seen: Vec<ScalarField<f64, D>>,
     /// Phase fields and indicators of the shapes.
     pub shapes: LevelShapes<D>,
     /// The terms of the functional.
     pub energy: Energy,
     /// The worst deformation: certified where the determinant is positive on all cells of all.
     pub certificate: Certificate,
-    /// Dice overlap of each pushed-forward shape with the average.
+    /// Dice overlap of each pushed-forward shape with the average, where the shape was seen.
     pub dice: Vec<f64>,
-    /// Distance of the boundaries of each pushed-forward shape and of the average; none where
-    /// one of the two has no boundary on the grid.
+    /// Distance of the boundaries of each pushed-forward shape and of the average, where the shape
+    /// was seen; none where one of the two has no boundary there.
     pub hausdorff: Vec<Option<Hausdorff>>,
     /// What happened on each level, coarsest first.
     pub levels: Vec<LevelReport>,
+    /// Of a median the sum of roots before the first and after every round; empty otherwise.
+    pub rounds: Vec<f64>,
     /// Converged, or the first level's reason why not.
     pub status: Status,
     /// Wall time.
@@ -76,7 +80,7 @@ pub(crate) struct Timing {
 impl<const D: usize> AverageResult<D> {
     pub(crate) fn new(
         signed_distances: &[Field<f64, D, 1>],
-        params: &AverageParams,
+        votes: &[f64],
         shapes: LevelShapes<D>,
         x: &[f64],
         average: Vec<f64>,
@@ -99,13 +103,19 @@ impl<const D: usize> AverageResult<D> {
             .map(|d| ScalarField::from_fn(grid, |x| d.sample(x)))
             .collect();
         let far = -grid.extent().iter().fold(0.0f64, |a, &b| a.max(b));
-        let pushed: Vec<ScalarField<f64, D>> = displacements
+        let seen = shapes.seen();
+        let (pushed, pushed_seen): (Vec<_>, Vec<_>) = displacements
             .par_iter()
-            .zip(&distances)
-            .map(|(u, d)| InverseDeformation::new(u).push_forward(d, far))
-            .collect();
-        let weights = params.resolved_weights(signed_distances.len());
-        let average_indicator = majority(&pushed, &weights)?;
+            .enumerate()
+            .map(|(i, u)| {
+                let inverse = InverseDeformation::new(u);
+                // Beyond the box everything was seen: nothing is there.
+                let seen = seen.get(i).map(|seen| inverse.push_forward(seen, 1.0));
+                (inverse.push_forward(&distances[i], far), seen)
+            })
+            .unzip();
+        let pushed_seen: Vec<_> = pushed_seen.into_iter().flatten().collect();
+        let average_indicator = majority(&pushed, &pushed_seen, votes)?;
         let inside = |x: f64| if x > 0.5 { 1.0 } else { 0.0 };
         let mask = average_indicator
             .as_slice()
@@ -115,7 +125,8 @@ impl<const D: usize> AverageResult<D> {
         let average_mask = ScalarField::from_vec(grid, mask)?;
         let measures: Result<Vec<_>, AverageError> = pushed
             .par_iter()
-            .map(|d| measure(d, &average_indicator))
+            .enumerate()
+            .map(|(i, d)| measure(d, &average_indicator, pushed_seen.get(i)))
             .collect();
         let (dice, hausdorff) = measures?.into_iter().unzip();
         Ok(Self {
@@ -124,10 +135,12 @@ impl<const D: usize> AverageResult<D> {
             average_indicator,
             displacements,
             pushed,
+            pushed_seen,
             energy: levels.last().map(|l| l.energy.clone()).unwrap_or_default(),
             certificate: worst_certificate(&grid, x),
             dice,
             hausdorff,
+            rounds: Vec::new(),
             status: overall_status(&levels),
             levels,
             shapes,
@@ -146,32 +159,62 @@ impl<const D: usize> AverageResult<D> {
     }
 }
 
+/// Where shapes of less weight than this were seen, none counts as seen.
+const LEAST_VOTE: f64 = 1e-3;
+/// A point was seen where the weight says more than this.
+const SEEN: f64 = 0.5;
+
 /// Weighted mean of the indicators of signed distances, each with a ramp one spacing wide, so
-/// that a tie of two shapes ends half way between their boundaries.
+/// that a tie of two shapes ends half way between their boundaries. A shape votes where it was
+/// seen; where none was, all vote.
 fn majority<const D: usize>(
     pushed: &[ScalarField<f64, D>],
+    seen: &[ScalarField<f64, D>],
     weights: &[f64],
 ) -> Result<ScalarField<f64, D>, AverageError> {
     let grid = *pushed[0].grid();
     let inverse_h = 1.0 / grid.spacing();
     let mean = (0..grid.n_nodes())
-        .map(|i| {
+        .map(|node| {
             let ramp =
-                |d: &ScalarField<f64, D>| (0.5 + d.as_slice()[i] * inverse_h).clamp(0.0, 1.0);
-            pushed.iter().zip(weights).map(|(d, w)| w * ramp(d)).sum()
+                |d: &ScalarField<f64, D>| (0.5 + d.as_slice()[node] * inverse_h).clamp(0.0, 1.0);
+            let vote = |says: &dyn Fn(usize) -> f64| -> (f64, f64) {
+                let votes = pushed.iter().zip(weights).enumerate();
+                votes.fold((0.0, 0.0), |(sum, total), (i, (d, w))| {
+                    (sum + w * says(i) * ramp(d), total + w * says(i))
+                })
+            };
+            if seen.is_empty() {
+                return vote(&|_| 1.0).0;
+            }
+            let (sum, total) = vote(&|i| seen[i].as_slice()[node]);
+            if total > LEAST_VOTE {
+                sum / total
+            } else {
+                vote(&|_| 1.0).0
+            }
         })
         .collect();
     Ok(ScalarField::from_vec(grid, mean)?)
 }
 
-/// Overlap and distance of a pushed-forward shape with the average.
+/// Overlap and distance of a pushed-forward shape with the average, where the shape was seen.
 fn measure<const D: usize>(
     pushed: &ScalarField<f64, D>,
     indicator: &ScalarField<f64, D>,
+    seen: Option<&ScalarField<f64, D>>,
 ) -> Result<(f64, Option<Hausdorff>), AverageError> {
-    let overlap = dice(pushed, 0.0, indicator, 0.5)?;
-    let own = contour(pushed, 0.0, BoxEdge::Open);
-    let average = contour(indicator, 0.5, BoxEdge::Open);
+    let overlap = match dice_within(pushed, 0.0, indicator, 0.5, seen) {
+        // Nothing of either was seen, and nothing is known of an overlap.
+        Err(LevelsetError::EmptyObject { .. }) if seen.is_some() => 0.0,
+        found => found?,
+    };
+    let visible = |whole: Contour<D>| match seen {
+        Some(seen) => whole.part(|corners| corners.iter().all(|x| seen.sample(*x)[0] > SEEN)),
+        None => whole,
+    };
+    let own = contour(pushed, 0.0, BoxEdge::Open).map(visible);
+    let average = contour(indicator, 0.5, BoxEdge::Open).map(visible);
     let distance = own.and_then(|own| hausdorff(&own, &average?)).ok();
     Ok((overlap, distance))
 }

@@ -3,7 +3,6 @@
 use crate::alternating::Alternating;
 use crate::follow::with_followers;
 use crate::objective::check_law;
-use crate::quiet::Quiet;
 use crate::result::{AverageResult, LevelReport, Timing};
 use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Mean, Solver};
 use fe_grid::minimise::{
@@ -27,8 +26,6 @@ const LEAST_EXCESS: f64 = 0.2;
 pub(crate) const HISTORY: usize = 5;
 /// Iterations after which the metric is made anew.
 pub(crate) const METRIC_INTERVAL: usize = 8;
-/// Least reference energy of a median: that of a strain of a thousandth.
-const LEAST_REFERENCE: f64 = 1e-6;
 /// Blends to the identity that are tried where a deformation is not admissible on a finer level.
 const REPAIRS: u32 = 40;
 
@@ -46,13 +43,32 @@ pub fn average<const D: usize>(
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
+    average_of_seen(signed_distances, &[], params, observer)
+}
+
+/// The average of shapes of which not everything was seen.
+///
+/// `seen` has one weight a shape, on the same grid: 1 where the shape was seen, 0 where it was not.
+/// No mismatch is charged where it was not, and the shape has no say there in where the average
+/// lies; of its boundary the signed distance may tell anything there. Overlaps and distances in the
+/// result count what was seen.
+///
+/// # Errors
+/// As [`average`], and [`AverageError::Seen`] for weights that do not fit the shapes.
+pub fn average_of_seen<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    seen: &[Field<f64, D, 1>],
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
     check(signed_distances, params)?;
+    check_seen(signed_distances, seen)?;
     let start = Instant::now();
     let weights = params.resolved_weights(signed_distances.len());
     if weights.contains(&0.0) {
-        return with_followers(signed_distances, params, start, observer);
+        return with_followers(signed_distances, seen, params, start, observer);
     }
-    let levels = levels_of(signed_distances, params)?;
+    let levels = levels_of_seen(signed_distances, seen, params)?;
     solve(signed_distances, levels, params, start, observer)
 }
 
@@ -160,6 +176,36 @@ fn check<'a, const D: usize>(
     Ok(first)
 }
 
+/// Weights are none, or one a shape on the shapes' grid, between 0 and 1 and somewhere 1.
+fn check_seen<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    seen: &[Field<f64, D, 1>],
+) -> Result<(), AverageError> {
+    if !seen.is_empty() && seen.len() != signed_distances.len() {
+        return Err(AverageError::Seen {
+            index: seen.len().min(signed_distances.len()),
+            what: "missing, or one too many",
+        });
+    }
+    let wrong = |weight: &Field<f64, D, 1>| {
+        let values = weight.as_slice();
+        if weight.grid() != signed_distances[0].grid() {
+            Some("on another grid than the shapes")
+        } else if !values.iter().all(|w| (0.0..=1.0).contains(w)) {
+            Some("not between 0 and 1")
+        } else if values.iter().all(|&w| w == 0.0) {
+            Some("zero everywhere")
+        } else {
+            None
+        }
+    };
+    let mut all = seen.iter().enumerate();
+    match all.find_map(|(index, weight)| wrong(weight).map(|what| (index, what))) {
+        Some((index, what)) => Err(AverageError::Seen { index, what }),
+        None => Ok(()),
+    }
+}
+
 fn solve<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     levels: Vec<LevelShapes<D>>,
@@ -167,16 +213,18 @@ fn solve<const D: usize>(
     start: Instant,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
-    let referred = refer(signed_distances, &levels, params, observer)?;
+    if params.mean != Mean::Arithmetic {
+        return crate::median::solve(signed_distances, levels, params, start, observer);
+    }
     solve_levels(
         signed_distances,
-        Levels::new(levels, &referred),
+        Levels::new(levels, params),
         start,
         observer,
     )
 }
 
-fn solve_levels<const D: usize>(
+pub(crate) fn solve_levels<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     mut problem: Levels<'_, D>,
     start: Instant,
@@ -184,44 +232,16 @@ fn solve_levels<const D: usize>(
 ) -> Result<AverageResult<D>, AverageError> {
     let params = problem.params;
     let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
+    let first = problem.start.take().unwrap_or_else(|| vec![0.0; dim]);
     let minimiser = |_| LevelMinimiser {
         params: params.clone(),
     };
-    let solution = minimise_levels(&mut problem, minimiser, vec![0.0; dim], observer)?;
+    let solution = minimise_levels(&mut problem, minimiser, first, observer)?;
     let timing = Timing {
         levels: solution.levels,
         seconds: start.elapsed().as_secs_f64(),
     };
     problem.into_result(signed_distances, &solution.x, &timing)
-}
-
-/// Finds the reference energy of a median that is not given.
-fn refer<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
-    levels: &[LevelShapes<D>],
-    params: &AverageParams,
-    observer: &mut dyn Observer,
-) -> Result<AverageParams, AverageError> {
-    if params.mean != (Mean::Median { reference: None }) {
-        return Ok(params.clone());
-    }
-    let arithmetic = AverageParams {
-        mean: Mean::Arithmetic,
-        ..params.clone()
-    };
-    let start = Instant::now();
-    let quiet = &mut Quiet(observer);
-    let plain = solve(signed_distances, levels.to_vec(), &arithmetic, start, quiet)?;
-    let mut energies = plain.energy.elastic;
-    energies.sort_unstable_by(f64::total_cmp);
-    // Shapes that are all the same have no energy to refer to, and any will do.
-    let middle = energies[energies.len() / 2];
-    Ok(AverageParams {
-        mean: Mean::Median {
-            reference: Some(middle.max(LEAST_REFERENCE)),
-        },
-        ..params.clone()
-    })
 }
 
 /// The minimiser that the parameters name, with the stopping rule of a level.
@@ -286,6 +306,10 @@ pub(crate) struct Levels<'a, const D: usize> {
     params: &'a AverageParams,
     /// The average on every level, where it is given.
     targets: Option<Vec<Vec<f64>>>,
+    /// What the terms of every shape are multiplied by, where that is not one.
+    shares: Option<Vec<f64>>,
+    /// Displacements on the coarsest level to start from, where they are not zero.
+    start: Option<Vec<f64>>,
     /// Coarsest first.
     grids: Vec<Grid<D>>,
     shapes: Vec<Option<LevelShapes<D>>>,
@@ -300,6 +324,8 @@ impl<'a, const D: usize> Levels<'a, D> {
         Self {
             params,
             targets: None,
+            shares: None,
+            start: None,
             average: vec![1.0; grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
@@ -316,6 +342,22 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
+    /// The same with the terms of every shape times its share.
+    pub(crate) fn shared(self, shares: Vec<f64>) -> Self {
+        Self {
+            shares: Some(shares),
+            ..self
+        }
+    }
+
+    /// The same from these displacements on the coarsest level.
+    pub(crate) fn from(self, start: Vec<f64>) -> Self {
+        Self {
+            start: Some(start),
+            ..self
+        }
+    }
+
     fn into_result(
         self,
         signed_distances: &[Field<f64, D, 1>],
@@ -325,9 +367,19 @@ impl<'a, const D: usize> Levels<'a, D> {
         let (shapes, reports) = (self.finest, self.reports);
         // A level that was cancelled is the last.
         let shapes = shapes.ok_or(AverageError::NoShapes)?;
+        let mut votes = self.params.resolved_weights(signed_distances.len());
+        if let Some(shares) = &self.shares {
+            for (vote, share) in votes.iter_mut().zip(shares) {
+                *vote *= share;
+            }
+            let sum: f64 = votes.iter().sum();
+            for vote in &mut votes {
+                *vote /= sum;
+            }
+        }
         AverageResult::new(
             signed_distances,
-            self.params,
+            &votes,
             shapes,
             x,
             self.average,
@@ -342,15 +394,25 @@ pub(crate) fn levels_of<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     params: &AverageParams,
 ) -> Result<Vec<LevelShapes<D>>, AverageError> {
+    levels_of_seen(signed_distances, &[], params)
+}
+
+/// The same where not all of them was seen.
+pub(crate) fn levels_of_seen<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    seen: &[Field<f64, D, 1>],
+    params: &AverageParams,
+) -> Result<Vec<LevelShapes<D>>, AverageError> {
     let grids = signed_distances[0].grid().hierarchy(params.coarsest_nodes);
     let mut levels = Vec::with_capacity(grids.len());
-    let mut distances = signed_distances.to_vec();
+    let (mut distances, mut seen) = (signed_distances.to_vec(), seen.to_vec());
     for (depth, grid) in grids.iter().enumerate().rev() {
         if depth + 1 < grids.len() {
             // Nodes of a coarse grid are nodes of the fine one: the exact distance there.
             distances = distances.iter().map(|u| inject(grid, u)).collect();
+            seen = seen.iter().map(|w| inject(grid, w)).collect();
         }
-        levels.push(LevelShapes::new(*grid, &distances, params)?);
+        levels.push(LevelShapes::new(*grid, &distances, params)?.with_seen(seen.clone()));
     }
     levels.reverse();
     Ok(levels)
@@ -377,7 +439,11 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
             return Ok(AverageObjective::onto(shapes, self.params, target));
         }
         let average = std::mem::take(&mut self.average);
-        Ok(AverageObjective::new(shapes, self.params, average))
+        let objective = AverageObjective::new(shapes, self.params, average);
+        Ok(match &self.shares {
+            Some(shares) => objective.with_shares(shares),
+            None => objective,
+        })
     }
 
     fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Buffer<f64>, AverageError> {

@@ -119,6 +119,7 @@ impl<const D: usize> Case<'_, D> {
         let source = Source {
             displacement: &displacement,
             coefficients: &coefficients,
+            weight: 1.0,
         };
         let equations = normal_equations(&self.grid, &density, &[source], Background::default());
         let slope = quadratic_slope(&equations, &average);
@@ -165,6 +166,7 @@ impl<const D: usize> Case<'_, D> {
             .map(|(displacement, coefficients)| Source {
                 displacement,
                 coefficients,
+                weight: 1.0,
             })
             .collect();
         normal_equations(&self.grid, &rule, &sources, background)

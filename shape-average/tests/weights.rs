@@ -4,7 +4,7 @@ mod support;
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
-use levelset::{Moments, dice};
+use levelset::{BoxEdge, Moments, contour, dice, hausdorff};
 use shape_average::{AverageParams, AverageResult, Mean, average};
 use support::shapes::{ball, bar};
 
@@ -103,6 +103,40 @@ fn a_median_is_moved_little_by_a_few_others() {
     );
     assert!(arithmetic > 0.02, "{arithmetic}");
     assert!(median.abs() < arithmetic / 3.0, "{median} {arithmetic}");
+}
+
+/// Two shapes of another kind, which cannot be deformed onto the others, among eight bars spread evenly
+/// about the middle one.
+#[test]
+fn a_median_gives_little_to_shapes_of_another_kind() {
+    let grid = Grid::<2>::dyadic(5);
+    let bends = [-12.0, -8.0, -4.0, 0.0, 0.0, 4.0, 8.0, 12.0];
+    let clean: Vec<_> = bends.iter().map(|b| bar(grid, 150.0 + b, 0.0)).collect();
+    let others = [ball(grid, [0.5; 2], 0.2), ball(grid, [0.5; 2], 0.22)];
+    let all = [&clean[..], &others].concat();
+    let alone = AverageParams {
+        // A mismatch of one shape costs a tenth in all.
+        mismatch_weight: 0.8,
+        length_weight: Some(1e-4),
+        ..AverageParams::default()
+    };
+    let truth = run(&clean, &alone);
+    let mean = run(&all, &AverageParams::default());
+    let params = AverageParams {
+        mean: Mean::Median { reference: None },
+        ..AverageParams::default()
+    };
+    let median = run(&all, &params);
+    let rounds = &median.rounds;
+    assert!(rounds.len() > 2 && mean.rounds.is_empty());
+    assert!(rounds.windows(2).all(|w| w[1] <= w[0]), "{rounds:?}");
+    assert_eq!(median.energy.total, rounds[rounds.len() - 1]);
+    let boundary =
+        |r: &AverageResult<2>| contour(&r.average_indicator, 0.5, BoxEdge::Closed).unwrap();
+    let away = |r| hausdorff(&boundary(r), &boundary(&truth)).unwrap().mean;
+    let (of_mean, of_median) = (away(&mean), away(&median));
+    assert!(of_mean > 0.25 * grid.spacing(), "{of_mean}");
+    assert!(of_median < of_mean / 3.0, "{of_median} {of_mean}");
 }
 
 /// Equal shapes are their own median.

@@ -4,6 +4,7 @@
 mod bench;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod descent;
+mod figures;
 #[cfg(feature = "study")]
 mod study;
 #[cfg(any(feature = "bench", feature = "study"))]
@@ -14,9 +15,10 @@ use std::process::ExitCode;
 
 /// The tasks, one file each.
 const TASKS: &str = "tasks:
-  tidy   check the rules that no compiler checks
-  study  measure averages of built-in and real shapes (study --help)
-  bench  measure speed: kernels, averages, other programs (bench --help)";
+  tidy     check the rules that no compiler checks
+  figures  make docs/figures anew, or the named ones
+  study    measure averages of built-in and real shapes (study --help)
+  bench    measure speed: kernels, averages, other programs (bench --help)";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -24,6 +26,7 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     match task.as_deref() {
         Some("tidy") => tidy::run(),
+        Some("figures") => figures::run(&rest),
         #[cfg(feature = "study")]
         Some("study") => study::run(&rest),
         #[cfg(feature = "bench")]

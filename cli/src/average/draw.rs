@@ -42,9 +42,13 @@ impl Draw<2> for Pictures {
             .result
             .pushed
             .iter()
-            .map(|distance| {
-                let warped = contour(distance, 0.0, BoxEdge::Closed);
-                Ok(curves(&warped.map_err(AverageError::from)?))
+            .enumerate()
+            .map(|(i, distance)| {
+                let warped = contour(distance, 0.0, BoxEdge::Closed).map_err(AverageError::from)?;
+                let seen = outcome.result.pushed_seen.get(i);
+                Ok(curves(&seen.map_or(warped.clone(), |seen| {
+                    warped.part(|corners| corners.iter().all(|x| seen.sample(*x)[0] > 0.5))
+                })))
             })
             .collect();
         let sheet = ContactSheet {

@@ -2,7 +2,7 @@
 //!
 //! `plan` reads and checks, `memory` sees to it that there is room, `record` and `write` make the
 //! result directory, `draw` its picture, `summary` the closing words. `sweep` averages with many
-//! weights, `joint` images instead of masks.
+//! weights, `views` has what was seen of the masks, `joint` images instead of masks.
 
 mod draw;
 mod joint;
@@ -11,11 +11,12 @@ mod plan;
 mod record;
 mod summary;
 mod sweep;
+mod views;
 mod write;
 
 use std::time::Instant;
 
-use shape_average::{AverageResult, MemoryEstimate, average};
+use shape_average::{AverageResult, MemoryEstimate, average_of_seen};
 
 use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
@@ -30,6 +31,8 @@ use memory::provide;
 
 pub(crate) use memory::{bytes, format_bytes};
 pub use plan::{AnyPlan, AveragePlan, Parameters, plan_average, plan_images};
+pub(crate) use sweep::weights as weights_between;
+pub(crate) use write::write_inputs;
 
 /// Everything there is to tell about an average.
 struct Outcome<const D: usize> {
@@ -95,15 +98,16 @@ where
     let mut params = parameters.average_params();
     let n = plan.placed.images.len();
     let memory = provide(&mut params, n, grid, args, progress)?;
-    let (inputs, distances) = prepare(plan.placed, progress)?;
+    let (mut inputs, mut distances) = prepare(plan.placed, progress)?;
+    let seen = views::apply(plan.views, &mut inputs, &mut distances, grid)?;
     let mut watch = Watch::new(
         progress,
         interrupt,
         level_nodes(&grid.hierarchy(params.coarsest_nodes)),
     );
-    let result = average(&distances, &params, &mut watch)?;
+    let result = average_of_seen(&distances, &seen, &params, &mut watch)?;
     let course = watch.finish();
-    drop(distances);
+    drop((distances, seen));
     let outcome = Outcome {
         inputs,
         parameters,

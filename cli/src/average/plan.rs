@@ -1,10 +1,13 @@
 //! From the options to a checked plan.
 
+use std::path::PathBuf;
+
 use fe_grid::Grid;
 use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Serialize;
 use shape_average::{AverageParams, BoundaryCondition};
 
+use super::views;
 use crate::args::{AverageArgs, Boundary, Mean, Solver};
 use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
@@ -45,6 +48,9 @@ pub struct Parameters {
     pub align: Align,
     /// Border of the box.
     pub boundary: Boundary,
+    /// What was seen of the shapes, where that is not everything.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub valid: Vec<PathBuf>,
 }
 
 /// Inputs that are read, placed and checked, and what is to be done with them.
@@ -52,6 +58,8 @@ pub struct Parameters {
 pub struct AveragePlan<const D: usize> {
     /// The masks in the unit box.
     pub(crate) placed: Placed<D>,
+    /// What was seen of them: none, or one each.
+    pub(super) views: Vec<Option<Image<D>>>,
     /// The parameters.
     pub parameters: Parameters,
 }
@@ -104,9 +112,24 @@ pub fn plan_average(args: &AverageArgs) -> Result<AnyPlan, CliError> {
     let options = ReadOptions {
         label: args.common.label,
     };
+    views::check(&args.valid, args.inputs.len())?;
     match read_images(&args.inputs, &options)? {
-        AnyImages::D2(images) => plan_images(images, args).map(AnyPlan::D2),
-        AnyImages::D3(images) => plan_images(images, args).map(AnyPlan::D3),
+        AnyImages::D2(images) => {
+            let views = views::read(&args.valid, |images| match images {
+                AnyImages::D2(images) => Some(images),
+                AnyImages::D3(_) => None,
+            })?;
+            let plan = plan_images(images, args)?;
+            Ok(AnyPlan::D2(AveragePlan { views, ..plan }))
+        }
+        AnyImages::D3(images) => {
+            let views = views::read(&args.valid, |images| match images {
+                AnyImages::D2(_) => None,
+                AnyImages::D3(images) => Some(images),
+            })?;
+            let plan = plan_images(images, args)?;
+            Ok(AnyPlan::D3(AveragePlan { views, ..plan }))
+        }
     }
 }
 
@@ -121,6 +144,7 @@ pub fn plan_images<const D: usize>(
     let weights = weights(&args.weights, images.len())?;
     Ok(AveragePlan {
         placed: Placed::new(images, &args.common)?,
+        views: Vec::new(),
         parameters: parameters::<D>(args, weights)?,
     })
 }
@@ -188,6 +212,7 @@ fn parameters<const D: usize>(
         mean: args.mean,
         align: common.align,
         boundary: args.boundary.unwrap_or_default(),
+        valid: args.valid.clone(),
     })
 }
 

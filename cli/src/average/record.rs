@@ -36,6 +36,9 @@ pub(super) struct ResultRecord<const D: usize> {
     pub average: SizeRecord,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surface: Option<SurfaceRecord>,
+    /// Of a median: the sum of roots before the first and after every round.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rounds: Vec<f64>,
     pub seconds: f64,
     /// Of these, the minimisation.
     pub solver_seconds: f64,
@@ -120,6 +123,7 @@ impl<const D: usize> ResultRecord<D> {
                 |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
             ),
             surface,
+            rounds: result.rounds.clone(),
             seconds: outcome.start.elapsed().as_secs_f64(),
             solver_seconds: result.seconds,
             memory_estimate: outcome.memory,

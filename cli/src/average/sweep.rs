@@ -7,9 +7,10 @@ use std::time::Instant;
 use fe_grid::ScalarField;
 use levelset::{BoxEdge, Moments, contour};
 use serde::Serialize;
-use shape_average::{AverageParams, AverageResult, average};
+use shape_average::{AverageParams, AverageResult, average_of_seen};
 
 use super::plan::{AveragePlan, Parameters};
+use super::views;
 use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
 use crate::output::npy::{Precision, write_field, write_mask};
@@ -50,7 +51,7 @@ struct OneRecord {
 
 /// Weights on a line or in a triangle, `side` on each side, row by row: whole numbers over
 /// `side - 1`, so that those of one shape are exactly one.
-pub(super) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
+pub(crate) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
     let parts = side - 1;
     let share = |k: usize| k as f64 / parts as f64;
     if shapes == 2 {
@@ -78,7 +79,8 @@ pub(super) fn run_sweep<const D: usize>(
     let output = args.common.output.as_path();
     ResultDir::create(output).map(drop)?;
     let (grid, parameters) = (plan.placed.grid, plan.parameters);
-    let (inputs, distances) = prepare(plan.placed, progress)?;
+    let (mut inputs, mut distances) = prepare(plan.placed, progress)?;
+    let seen = views::apply(plan.views, &mut inputs, &mut distances, grid)?;
     let mut found: Vec<(Vec<f64>, AverageResult<D>)> = Vec::new();
     for weights in weights(inputs.len(), side) {
         let params = AverageParams {
@@ -89,7 +91,7 @@ pub(super) fn run_sweep<const D: usize>(
         progress.note(format!("weights {}:", words.join(", ")));
         let levels = level_nodes(&grid.hierarchy(params.coarsest_nodes));
         let mut watch = Watch::new(progress, interrupt, levels);
-        let result = average(&distances, &params, &mut watch)?;
+        let result = average_of_seen(&distances, &seen, &params, &mut watch)?;
         watch.finish();
         found.push((weights, result));
         if interrupt.asked() {

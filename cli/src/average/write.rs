@@ -43,7 +43,7 @@ where
 ///
 /// # Errors
 /// [`CliError::Output`].
-pub(super) fn write_inputs<const D: usize>(
+pub(crate) fn write_inputs<const D: usize>(
     directory: &ResultDir,
     images: &[Image<D>],
 ) -> Result<(), CliError> {
@@ -153,9 +153,5 @@ fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
 /// The weighted parts of the energy at the end of a level.
 fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
     let energy = &outcome.result.levels.get(level)?.energy;
-    let p = &outcome.parameters;
-    let n = p.weights.len() as f64;
-    let mismatch = p.mismatch_weight / n * energy.mismatch.iter().sum::<f64>();
-    let length = p.length_weight * energy.length;
-    Some(vec![energy.total - mismatch - length, mismatch, length])
+    Some(energy.parts.to_vec())
 }

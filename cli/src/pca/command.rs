@@ -5,11 +5,9 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
-use levelset::{BoxEdge, contour};
 use shape_pca::{Compound, Pca, Quality};
 
 use super::args::PcaArgs;
-use super::draw::shown;
 use super::read::{AnyAverage, GivenAverage, read_average};
 use super::record::PcaRecord;
 use super::write::write_all;
@@ -73,8 +71,7 @@ where
         start,
     };
     let directory = ResultDir::create(&args.output)?;
-    let outline = contour(given.average.object(), 0.5, BoxEdge::Closed).map_err(shown)?;
-    let record = write_all(&directory, &outcome, &outline)?;
+    let record = write_all(&directory, &outcome)?;
     let target = directory.commit()?;
     progress.finish();
     print(&record, &target);

@@ -2,11 +2,12 @@
 //! average, shapes made of them, and new shapes measured by them.
 //!
 //! `read` reads directories back, `command`, `synthesize` and `score` compute, `record` is what
-//! `result.json` tells, `procrustes` compares boundaries, `write`, `draw`, `tables` and `report` make the rest of the directory.
+//! `result.json` tells, `procrustes` compares boundaries, `write`, `draw`, `images`, `tables` and `report` make the rest of the directory.
 
 mod args;
 mod command;
 mod draw;
+mod images;
 mod procrustes;
 mod read;
 mod record;

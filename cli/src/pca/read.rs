@@ -22,6 +22,8 @@ use crate::shapes::labels;
 #[derive(Clone, Debug, Deserialize)]
 struct ToldAverage {
     dimension: usize,
+    /// Shapes, or images that were averaged with their edges.
+    #[serde(alias = "images")]
     input: Vec<ToldInput>,
     parameters: ToldParameters,
 }
@@ -40,10 +42,13 @@ struct ToldParameters {
     mu: f64,
     mismatch_weight: f64,
     length_weight: f64,
-    void_stiffness: f64,
-    tolerance: f64,
-    max_iterations: usize,
+    /// Missing where images were averaged: all of the box is the object.
+    void_stiffness: Option<f64>,
+    tolerance: Option<f64>,
+    max_iterations: Option<usize>,
+    #[serde(default)]
     weights: Vec<f64>,
+    #[serde(default)]
     align: Align,
 }
 
@@ -53,6 +58,8 @@ pub(super) struct GivenAverage<const D: usize> {
     pub average: Average<D>,
     /// Its phase field.
     pub phase_field: ScalarField<f64, D>,
+    /// The average image, where images were averaged.
+    pub image: Option<ScalarField<f64, D>>,
     /// Its parameters.
     pub params: AverageParams,
     /// Short names of its shapes.
@@ -129,10 +136,18 @@ fn given_average<const D: usize>(
     };
     let phase_field = fields.scalar::<D>(Path::new("average.npy"))?;
     let grid = *phase_field.grid();
-    let delta = told.parameters.void_stiffness;
+    let of_images = told.parameters.void_stiffness.is_none();
+    let delta = told.parameters.void_stiffness.unwrap_or(1.0);
+    let image = of_images
+        .then(|| fields.scalar::<D>(Path::new("average_image.npy")))
+        .transpose()?;
     let (mut displacements, mut indicators) = (Vec::new(), Vec::new());
     for i in 0..told.input.len() {
         displacements.push(fields.displacement(&grid, "deformation", i)?);
+        if of_images {
+            indicators.push(ScalarField::from_fn(grid, |_| [1.0]));
+            continue;
+        }
         let mut weight = fields.numbered_scalar::<D>("weight", i)?;
         for x in weight.as_mut_slice() {
             // Where the void is as stiff as the object, all of the box is the object.
@@ -155,6 +170,13 @@ fn given_average<const D: usize>(
     let names = labels(&paths);
     let size = first.size.clone();
     let p = told.parameters;
+    let n = told.input.len();
+    let weights = if p.weights.is_empty() {
+        vec![1.0 / n as f64; n]
+    } else {
+        p.weights
+    };
+    let usual = AverageParams::default();
     let params = AverageParams {
         law: LawSpec {
             law: p.law,
@@ -166,13 +188,14 @@ fn given_average<const D: usize>(
         mismatch_weight: p.mismatch_weight,
         length_weight: Some(p.length_weight),
         void_stiffness: delta,
-        tolerance: p.tolerance,
-        max_iterations: p.max_iterations,
-        ..AverageParams::default()
+        tolerance: p.tolerance.unwrap_or(usual.tolerance),
+        max_iterations: p.max_iterations.unwrap_or(usual.max_iterations),
+        ..usual
     };
     Ok(GivenAverage {
-        average: Average::new(displacements, indicators, p.weights)?,
+        average: Average::new(displacements, indicators, weights)?,
         phase_field,
+        image,
         params,
         names,
         frame: (size, frame),
@@ -228,7 +251,7 @@ pub(super) enum AnyPca {
 /// Reads the directory of an analysis, and that of its average.
 ///
 /// # Errors
-/// As [`read_average`].
+/// As [`read_average`]; [`CliError::NoResult`] for modes of images, which are not made of boundaries.
 pub(super) fn read_pca(directory: &Path, average: Option<&Path>) -> Result<AnyPca, CliError> {
     let told: ToldPca = told(directory, unfit_pca)?;
     match read_average(average.unwrap_or(&told.average))? {
@@ -246,6 +269,12 @@ fn given_pca<const D: usize>(
         directory,
         unfit: unfit_pca,
     };
+    if average.image.is_some() {
+        return Err(unfit_pca(
+            directory,
+            "its modes are those of images, and shapes are asked for".into(),
+        ));
+    }
     let grid: Grid<D> = *average.average.grid();
     let modes: Result<Vec<_>, CliError> = (0..told.n_modes)
         .map(|j| fields.vector(&grid, &numbered("mode", j, "npy")))

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use levelset::{BoxEdge, Contour, Moments, contour};
+use levelset::{BoxEdge, Moments, contour};
 
 use super::command::Outcome;
 use super::draw::{DrawnModes, animated, shown};
+use super::images::ImageModes;
 use super::procrustes::{Procrustes, there_and_back};
 use super::record::PcaRecord;
 use super::report::write_report;
@@ -17,6 +18,7 @@ use crate::output::matrix::write_matrix_array;
 use crate::output::npy::{Precision, write_field};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered, write_json};
+use crate::picture::Canvas;
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
@@ -25,7 +27,6 @@ use crate::output::{ResultDir, numbered, write_json};
 pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<'_, D>,
-    outline: &Contour<D>,
 ) -> Result<PcaRecord, CliError>
 where
     Pictures: Draw<D>,
@@ -44,22 +45,46 @@ where
         &directory.file("quality.csv"),
         &outcome.quality,
     )?;
-    let modes = DrawnModes {
-        average: outline,
-        fields: &pca.space.fields,
-        eigenvalues: &pca.space.eigenvalues,
-        amplitude: outcome.args.amplitude,
+    let (size, fits) = if let Some(image) = &outcome.given.image {
+        let modes = ImageModes {
+            image,
+            space: &pca.space,
+            amplitude: outcome.args.amplitude,
+        };
+        modes.strip().write_png(&directory.file("modes.png"))?;
+        write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
+        // All of the box, and no boundary to come back to.
+        (image.grid().extent().iter().product(), Vec::new())
+    } else {
+        let object = outcome.given.average.object();
+        let outline = &contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let modes = DrawnModes {
+            average: outline,
+            fields: &pca.space.fields,
+            eigenvalues: &pca.space.eigenvalues,
+            amplitude: outcome.args.amplitude,
+        };
+        modes.strip().write_png(&directory.file("modes.png"))?;
+        write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
+        let size = Moments::of_contour(outline).map_err(shown)?.volume;
+        (size, fits(outcome)?)
     };
-    modes.strip().write_png(&directory.file("modes.png"))?;
-    for j in 0..animated(pca.modes.rank()) {
-        let frames = modes.animation(j);
-        write_animation(&directory.file(numbered("mode", j, "apng")), &frames)?;
-    }
-    let size = Moments::of_contour(outline).map_err(shown)?.volume;
-    let record = PcaRecord::new(outcome, size, &fits(outcome)?);
+    let record = PcaRecord::new(outcome, size, &fits);
     write_report(&directory.file("report.md"), &record)?;
     write_json(&directory.file("result.json"), &record)?;
     Ok(record)
+}
+
+/// The first modes in motion.
+fn write_animations(
+    directory: &ResultDir,
+    modes: usize,
+    frames: impl Fn(usize) -> Vec<Canvas>,
+) -> Result<(), CliError> {
+    for j in 0..animated(modes) {
+        write_animation(&directory.file(numbered("mode", j, "apng")), &frames(j))?;
+    }
+    Ok(())
 }
 
 /// How well the shapes come back from their displacements.

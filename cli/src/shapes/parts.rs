@@ -102,6 +102,8 @@ pub(crate) struct View<const D: usize> {
     /// The signed distance to the boundary that was seen, whose nearest piece tells inside from
     /// outside: it goes on behind what stands in the way.
     pub distance: ScalarField<f64, D>,
+    /// The boundary that was seen.
+    pub boundary: Contour<D>,
     /// 1 at the nodes that were seen and beyond the image, 0 at the others and near them, where an
     /// end of the boundary that was seen is nearest, with a ramp of two grid spacings between.
     pub weight: ScalarField<f64, D>,
@@ -149,23 +151,14 @@ pub(crate) fn view_of<const D: usize>(
     let screen = ContourDistance::new(&placed(&seen, input)?).map_err(failed)?;
     let sample = seen.spacing.iter().fold(0.0f64, |a, b| a.max(*b));
     let margin = EDGE * sample * input.frame.scale();
-    let contour = &input.contour;
-    let mut kept = contour.simplices().to_vec();
-    let mut number = 0;
-    kept.retain(|_| {
-        let corners = contour.corners(number);
-        number += 1;
-        corners
-            .iter()
-            .all(|corner| screen.signed_distance(*corner) < -margin)
-    });
-    if kept.is_empty() {
+    let visible = |corner: &[f64; D]| screen.signed_distance(*corner) < -margin;
+    let boundary = input.contour.part(|corners| corners.iter().all(visible));
+    if boundary.is_empty() {
         return Err(wrong(
             format!("'{}'", seen.path.display()),
             "nothing of the shape's boundary was seen; is the mask inverted?".into(),
         ));
     }
-    let boundary = Contour::new(contour.points().to_vec(), kept).map_err(failed)?;
     let mut weight = screen.sample(grid);
     let ramp = Step::Compact(Compact::new(grid.spacing()).map_err(failed)?);
     for w in weight.as_mut_slice() {
@@ -175,6 +168,7 @@ pub(crate) fn view_of<const D: usize>(
         distance: ContourDistance::new(&boundary)
             .map_err(failed)?
             .sample(grid),
+        boundary,
         weight,
     })
 }

@@ -341,6 +341,7 @@ impl<const D: usize> LevelSetObjective<D> {
                 let source = Source {
                     displacement: &x[displacement],
                     coefficients: &[&x[before]],
+                    weight: 1.0,
                 };
                 self.equations
                     .assemble(&rule, &[source], Background::default());

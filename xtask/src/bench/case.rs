@@ -348,6 +348,7 @@ fn normal<const D: usize>(case: Case, grid: Grid<D>) -> Outcome<Kernel> {
         let source = Source {
             displacement: &state,
             coefficients: &coefficients,
+            weight: 1.0,
         };
         black_box(normal_equations(
             &grid,

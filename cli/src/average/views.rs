@@ -1,0 +1,82 @@
+//! `--valid`: what was seen of the inputs.
+
+use std::path::{Path, PathBuf};
+
+use fe_grid::{Grid, ScalarField};
+
+use crate::error::CliError;
+use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::shapes::{Input, view_of};
+
+const OPTION: &str = "--valid";
+/// Stands for a mask that is bright everywhere.
+const ALL: &str = "all";
+
+/// Looks whether there is one mask for every input, or none at all.
+///
+/// # Errors
+/// [`CliError::Option`].
+pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
+    if valid.is_empty() || valid.len() == inputs {
+        return Ok(());
+    }
+    Err(CliError::Option {
+        option: OPTION,
+        value: format!("of {} masks", valid.len()),
+        remedy: format!(
+            "give one mask for each of the {inputs} inputs, in their order, and '{ALL}' for one that \
+             was seen everywhere"
+        ),
+    })
+}
+
+/// Reads the masks; `of_dimension` takes images that have as many axes as the inputs.
+///
+/// # Errors
+/// [`CliError`] for masks that cannot be read, or have another number of axes than the inputs.
+pub(super) fn read<const D: usize>(
+    valid: &[PathBuf],
+    of_dimension: impl Fn(AnyImages) -> Option<Vec<Image<D>>>,
+) -> Result<Vec<Option<Image<D>>>, CliError> {
+    let read = |path: &PathBuf| -> Result<Option<Image<D>>, CliError> {
+        if path == Path::new(ALL) {
+            return Ok(None);
+        }
+        let images = read_images(std::slice::from_ref(path), &ReadOptions::default())?;
+        match of_dimension(images).and_then(|mut images| images.pop()) {
+            Some(image) => Ok(Some(image)),
+            None => Err(CliError::Option {
+                option: OPTION,
+                value: format!("'{}'", path.display()),
+                remedy: "give a mask with as many axes and values as its input".into(),
+            }),
+        }
+    };
+    valid.iter().map(read).collect()
+}
+
+/// Replaces the distances of inputs that were not seen everywhere by those to the boundary that was
+/// seen, which is also what is drawn of them. Returns the weights of what was seen, none where
+/// everything was.
+///
+/// # Errors
+/// Those of [`view_of`].
+pub(super) fn apply<const D: usize>(
+    views: Vec<Option<Image<D>>>,
+    inputs: &mut [Input<D>],
+    distances: &mut [ScalarField<f64, D>],
+    grid: Grid<D>,
+) -> Result<Vec<ScalarField<f64, D>>, CliError> {
+    let mut seen = Vec::with_capacity(views.len());
+    for ((view, input), distance) in views.into_iter().zip(inputs).zip(distances) {
+        let Some(view) = view else {
+            seen.push(ScalarField::from_fn(grid, |_| [1.0]));
+            continue;
+        };
+        let view = view_of(view, input, grid, OPTION)?;
+        *distance = view.distance;
+        input.contour = view.boundary;
+        seen.push(view.weight);
+    }
+    Ok(seen)
+}

@@ -1,0 +1,90 @@
+//! The shapes that figures show things on where no files are given.
+
+use std::path::Path;
+
+use fe_grid::Grid;
+
+use super::FigureName;
+use crate::generate::{Bar, Blob, Cross, Ellipsoid, Implicit, Placed, Star, area_share, letters};
+use crate::input::Image;
+
+type Drawn = (String, Box<dyn Implicit<2>>);
+
+/// The shapes of a figure as images of so many nodes a side, which say that they lie in a folder.
+pub(super) fn images(figure: FigureName, nodes: usize, folder: &Path) -> Vec<Image<2>> {
+    let grid = Grid::<2>::cube(nodes);
+    let shapes = shapes(figure).into_iter();
+    shapes
+        .map(|(name, shape)| Image {
+            values: area_share(&Placed::centred(shape.as_ref()), grid).into_vec(),
+            size: grid.nodes_per_axis(),
+            spacing: [1.0; 2],
+            origin: [0.0; 2],
+            path: folder.join(format!("{name}.npy")),
+            affine: None,
+            plain_array: true,
+        })
+        .collect()
+}
+
+fn bar(angle: f64) -> Box<dyn Implicit<2>> {
+    Box::new(Bar::new(0.6, 0.12, angle))
+}
+
+fn cross(bend: [f64; 2]) -> Box<dyn Implicit<2>> {
+    Box::new(Cross {
+        arm: 0.33,
+        width: 0.11,
+        bend,
+    })
+}
+
+fn shapes(figure: FigureName) -> Vec<Drawn> {
+    let named = |kind: &str, shapes: Vec<Box<dyn Implicit<2>>>| -> Vec<Drawn> {
+        let numbered = shapes.into_iter().enumerate();
+        numbered
+            .map(|(k, shape)| (format!("{kind}_{k:03}"), shape))
+            .collect()
+    };
+    match figure {
+        FigureName::Median => {
+            // Spread evenly about the middle, where mean and median of the bars alone agree.
+            let angles = [138.0, 142.0, 146.0, 150.0, 150.0, 154.0, 158.0, 162.0];
+            let mut shapes: Vec<Box<dyn Implicit<2>>> = angles.map(bar).into();
+            shapes.push(Box::new(Ellipsoid { radii: [0.2; 2] }));
+            shapes.push(Box::new(Star {
+                pins: 5,
+                radius: 0.17,
+                reach: 0.3,
+                width: 0.07,
+                first_pin: 0.0,
+            }));
+            named("shape", shapes)
+        }
+        FigureName::ForceBalance | FigureName::MismatchWeight | FigureName::InverseModel => {
+            named("bar", vec![bar(180.0), bar(118.0)])
+        }
+        FigureName::Weights | FigureName::ElasticDomain => {
+            let letters = letters().into_iter();
+            letters.map(|member| (member.name, member.shape)).collect()
+        }
+        FigureName::Stiffness => named(
+            "shape",
+            vec![
+                Box::new(Ellipsoid { radii: [0.36, 0.1] }),
+                Box::new(Ellipsoid { radii: [0.14, 0.3] }),
+                Box::new(Ellipsoid { radii: [0.22; 2] }),
+            ],
+        ),
+        FigureName::AddingShapes => {
+            let blob = |k: u64| -> Box<dyn Implicit<2>> { Box::new(Blob::<2>::new(0.24, 0.3, k)) };
+            named("blob", (1..=20).map(blob).collect())
+        }
+        FigureName::LargeBends => named("cross", vec![cross([51.0, 51.0]), cross([-51.0, -51.0])]),
+        FigureName::MissingParts => named("bar", vec![bar(180.0), bar(160.0), bar(150.0)]),
+        FigureName::Modes => {
+            let bends = [[20.0, 12.5], [20.0, -12.5], [-20.0, 12.5], [-20.0, -12.5]];
+            named("cross", bends.map(cross).into())
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! A part of one shape is hidden.
+
+use fe_grid::ScalarField;
+
+use super::averages::{columns, usual};
+use super::scene::{Scene, apart, outline};
+use super::sheet::{Cell, Sheet, Table, Tiles};
+use crate::error::CliError;
+
+/// The share of the first shape's extent along the first axis that is hidden.
+const HIDDEN: f64 = 0.3;
+
+/// Hides the end of the first shape and averages all: whole, knowing what is hidden, and not.
+pub(super) fn missing_parts<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
+    let grid = scene.grid();
+    let first = &scene.distances[0];
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for (index, _) in first
+        .as_slice()
+        .iter()
+        .enumerate()
+        .filter(|(_, d)| **d > 0.0)
+    {
+        let x = grid.position(grid.node(index))[0];
+        (low, high) = (low.min(x), high.max(x));
+    }
+    let end = high - HIDDEN * (high - low);
+    let cut = ScalarField::from_fn(grid, |x| [first.sample(x)[0].min(end - x[0])]);
+    let cut = levelset::signed_distance(&cut, 0.0).map_err(shape_average::AverageError::from)?;
+    let mut partly = scene.distances.clone();
+    partly[0] = cut;
+    let ramp = 2.0 * grid.spacing();
+    let mut seen = vec![ScalarField::from_fn(grid, |_| [1.0]); partly.len()];
+    // The edge where it is cut off is hidden as well.
+    seen[0] = ScalarField::from_fn(grid, |x| [((end - x[0]) / ramp - 1.0).clamp(0.0, 1.0)]);
+
+    let whole = scene.average("whole shapes", |_| ())?;
+    let known = scene.average_of("hidden, and known to be", &partly, &seen, |_| ())?;
+    let blind = scene.average_of("hidden, and not known to be", &partly, &[], |_| ())?;
+    let truth = outline(&whole)?;
+    let mut table = Table::new(&columns(&["average"], &["distance to that of the whole"]));
+    let mut tiles = Tiles::new(&grid, 4);
+    tiles.shapes("shapes, the first cut", &partly, 0.0);
+    for (label, result) in [
+        ("whole shapes", &whole),
+        ("hidden, and known to be", &known),
+        ("hidden, and not known to be", &blind),
+    ] {
+        tiles.average(label, result);
+        let mut row: Vec<Cell> = vec![label.into()];
+        row.extend(usual(result));
+        row.push(apart(&outline(result)?, &truth)?.into());
+        table.row(row);
+    }
+    Ok(Sheet {
+        title: "Missing parts",
+        text: format!(
+            "The last {HIDDEN} of the first shape is hidden. Where a mask tells so (`average --valid`), \
+             no mismatch is charged there, and the average is nearly that of the whole shapes."
+        ),
+        table,
+        picture: tiles.draw(),
+    })
+}

@@ -1,0 +1,184 @@
+//! `shapespace figure`: figures and tables about averages and modes, each redone by one command, on
+//! shapes that the program draws or on the user's own.
+//!
+//! `scene` holds the shapes and averages them, `drawn` draws them where none are given, `sheet` is
+//! what a figure comes to; every other file has the figures of one subject.
+
+mod args;
+mod averages;
+mod bends;
+mod drawn;
+mod force;
+mod inverse;
+mod missing;
+mod modes;
+mod scene;
+mod sheet;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hyperelastic::LawSpec;
+use serde::Serialize;
+use shape_average::AverageParams;
+
+pub use args::{FigureArgs, FigureName};
+
+use crate::average::write_inputs;
+use crate::error::{CliError, Exit};
+use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::output::{OutputError, ResultDir, write_json};
+use crate::pool::in_pool;
+use crate::progress::Progress;
+use crate::shapes::{Placed, prepare};
+use crate::watch::Interrupt;
+use scene::Scene;
+use sheet::{Sheet, Table};
+
+/// Everything in `result.json`.
+#[derive(Clone, Debug, Serialize)]
+struct FigureRecord<'a> {
+    version: &'static str,
+    status: &'static str,
+    figure: FigureName,
+    title: &'static str,
+    text: &'a str,
+    dimension: usize,
+    nodes: Vec<usize>,
+    inputs: Vec<PathBuf>,
+    tolerance: f64,
+    law: LawSpec,
+    table: &'a Table,
+    seconds: f64,
+}
+
+/// Runs `shapespace figure`.
+///
+/// # Errors
+/// [`CliError`]; then nothing has been written.
+pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
+    ResultDir::check(&args.common.output)?;
+    let interrupt = Interrupt::listen();
+    let progress = Progress::stderr();
+    in_pool(args.common.threads, || {
+        if args.inputs.is_empty() {
+            let folder = args.common.output.join("inputs");
+            let images = drawn::images(args.name, args.common.nodes::<2>()?, &folder);
+            return run(images, true, args, &progress, interrupt);
+        }
+        let needed = args.name.fewest();
+        if args.inputs.len() < needed {
+            return Err(CliError::TooFewInputs {
+                command: "figure",
+                needed,
+                found: args.inputs.len(),
+            });
+        }
+        progress.stage(format!("reading {} masks", args.inputs.len()));
+        let options = ReadOptions {
+            label: args.common.label,
+        };
+        match read_images(&args.inputs, &options)? {
+            AnyImages::D2(images) => run(images, false, args, &progress, interrupt),
+            AnyImages::D3(images) => run(images, false, args, &progress, interrupt),
+        }
+    })
+}
+
+fn run<const D: usize>(
+    images: Vec<Image<D>>,
+    own: bool,
+    args: &FigureArgs,
+    progress: &Progress,
+    interrupt: Interrupt,
+) -> Result<Exit, CliError> {
+    let start = Instant::now();
+    let output = args.common.output.as_path();
+    ResultDir::create(output).map(drop)?;
+    let params = AverageParams {
+        law: args.common.material::<D>()?,
+        void_stiffness: args.common.void_stiffness,
+        tolerance: args.tolerance,
+        max_iterations: args.common.max_iterations as usize,
+        ..AverageParams::default()
+    };
+    let law = params.law;
+    let drawn = own.then(|| images.clone());
+    let (inputs, distances) = prepare(Placed::new(images, &args.common)?, progress)?;
+    let scene = Scene {
+        names: inputs.iter().map(|input| input.name.clone()).collect(),
+        distances,
+        params,
+        progress,
+        interrupt,
+    };
+    let sheet = made(args.name, &scene)?;
+    progress.stage("writing");
+    interrupt.writing();
+    let directory = ResultDir::create(output)?;
+    if let Some(drawn) = drawn {
+        write_inputs(&directory, &drawn)?;
+    }
+    sheet.picture.write_png(&directory.file("figure.png"))?;
+    write_text(&directory.file("table.csv"), &sheet.table.csv())?;
+    let page = format!(
+        "# {}\n\n{}\n\n{}\n![{}](figure.png)\n",
+        sheet.title,
+        sheet.text,
+        sheet.table.markdown(),
+        sheet.title
+    );
+    write_text(&directory.file("figure.md"), &page)?;
+    let record = FigureRecord {
+        version: env!("CARGO_PKG_VERSION"),
+        status: "done",
+        figure: args.name,
+        title: sheet.title,
+        text: &sheet.text,
+        dimension: D,
+        nodes: scene.grid().nodes_per_axis().to_vec(),
+        inputs: inputs.iter().map(|input| input.path.clone()).collect(),
+        tolerance: args.tolerance,
+        law,
+        table: &sheet.table,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    write_json(&directory.file("result.json"), &record)?;
+    let target = directory.commit()?;
+    progress.finish();
+    print(&sheet, &target, record.seconds);
+    Ok(Exit::Success)
+}
+
+fn made<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
+    match name {
+        FigureName::Weights => averages::weights(scene),
+        FigureName::Median => averages::median(scene),
+        FigureName::ForceBalance => force::force_balance(scene),
+        FigureName::ElasticDomain => averages::elastic_domain(scene),
+        FigureName::Stiffness => averages::stiffness(scene),
+        FigureName::AddingShapes => averages::adding_shapes(scene),
+        FigureName::MismatchWeight => averages::mismatch_weight(scene),
+        FigureName::LargeBends => bends::large_bends(scene),
+        FigureName::MissingParts => missing::missing_parts(scene),
+        FigureName::InverseModel => inverse::inverse_model(scene),
+        FigureName::Modes => modes::modes(scene),
+    }
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
+    Ok(std::fs::write(path, text).map_err(OutputError::at(path))?)
+}
+
+fn print(sheet: &Sheet, target: &Path, seconds: f64) {
+    let text = format!(
+        "{}, {seconds:.1} s\n{}  results  {}\n  picture  {}\n",
+        sheet.title,
+        sheet.table.words(),
+        target.join("figure.md").display(),
+        target.join("figure.png").display()
+    );
+    // Nobody is left to be told where standard output is closed.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}

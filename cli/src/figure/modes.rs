@@ -1,0 +1,167 @@
+//! Modes by both inner products, with and without the stress in the average, of both materials.
+
+use fe_grid::VectorField;
+use levelset::Contour;
+use shape_average::{AverageParams, AverageResult};
+use shape_pca::{Average, Compound, Metric, Pca, PcaParams};
+
+use super::averages::materials;
+use super::scene::{Scene, outline};
+use super::sheet::{Cell, Sheet, Table, Tiles};
+use crate::error::CliError;
+use crate::picture::{Colour, INK, colour, mix};
+
+/// Shapes of a mode, to both sides of the average.
+const COLUMNS: usize = 5;
+/// How far they go, in standard deviations.
+const AMPLITUDE: f64 = 2.0;
+/// Modes drawn of every analysis.
+const MODES: usize = 2;
+
+/// A kind of analysis.
+struct Kind {
+    name: &'static str,
+    metric: Metric,
+    prestressed: bool,
+}
+
+const KINDS: [Kind; 3] = [
+    Kind {
+        name: "L2",
+        metric: Metric::L2,
+        prestressed: true,
+    },
+    Kind {
+        name: "Hessian",
+        metric: Metric::Hessian,
+        prestressed: true,
+    },
+    Kind {
+        name: "L2, at rest",
+        metric: Metric::L2,
+        prestressed: false,
+    },
+];
+
+/// Analyses of the same shapes.
+pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
+    let mut table = Table::new(&[
+        "material keeps",
+        "analysis",
+        "first eigenvalue",
+        "second ratio",
+        "third ratio",
+        "balance",
+        "definite",
+    ]);
+    let mut tiles = Tiles::new(&scene.grid(), COLUMNS);
+    // Modes are drawn with the signs that those of the first analysis have.
+    let mut first: Vec<VectorField<f64, D>> = Vec::new();
+    for (k, (material, moduli)) in materials().into_iter().enumerate() {
+        let mut params = scene.params.clone();
+        let result = scene.average(material, |own| {
+            own.law.moduli = moduli;
+            // The stresses balance where no length carries a part of them.
+            own.length_weight = Some(1e-5 * own.mismatch_weight);
+            own.tolerance = own.tolerance.min(1e-6);
+            params = own.clone();
+        })?;
+        let boundary = outline(&result)?;
+        // All kinds of analysis of the usual material, one of each of the others.
+        let kinds = if k == 1 { &KINDS[..] } else { &KINDS[..1] };
+        for kind in kinds {
+            let pca = analyse(scene, &result, &params, kind)?;
+            let label = format!("{}, {}", kind.name, short(material));
+            if first.is_empty() {
+                first.clone_from(&pca.space.fields);
+            }
+            draw(&mut tiles, &label, &boundary, &pca, &first);
+            let ratios = pca.ratios();
+            let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);
+            let definite = if pca.definite() { "yes" } else { "no" };
+            table.row([
+                Cell::from(material),
+                kind.name.into(),
+                pca.modes.eigenvalues[0].into(),
+                ratio(1).into(),
+                ratio(2).into(),
+                pca.balance.into(),
+                definite.into(),
+            ]);
+        }
+    }
+    Ok(Sheet {
+        title: "Modes of variation",
+        text: format!(
+            "The first {MODES} modes up to {AMPLITUDE} standard deviations to both sides of the \
+             average: by the inner product of L2 and by that of the second variation, about the \
+             stressed average and about the average at rest, and of materials that keep lengths or \
+             volumes."
+        ),
+        table,
+        picture: tiles.draw(),
+    })
+}
+
+/// What a material keeps, in a word or two.
+fn short(material: &str) -> &str {
+    material.split(',').next().unwrap_or(material)
+}
+
+fn analyse<const D: usize>(
+    scene: &Scene<'_, D>,
+    result: &AverageResult<D>,
+    params: &AverageParams,
+    kind: &Kind,
+) -> Result<Pca<D>, CliError> {
+    scene.progress.stage(format!("modes by {}", kind.name));
+    let average = Average::of_result(result, params)?;
+    let own = PcaParams {
+        law: params.law,
+        void_stiffness: params.void_stiffness,
+        metric: kind.metric,
+        prestressed: kind.prestressed,
+        ..PcaParams::default()
+    };
+    let compound = Compound::new(&average, &own)?;
+    Ok(Pca::new(&average, &compound, usize::MAX)?)
+}
+
+/// The first modes, each a row.
+fn draw<const D: usize>(
+    tiles: &mut Tiles<D>,
+    label: &str,
+    boundary: &Contour<D>,
+    pca: &Pca<D>,
+    like: &[VectorField<f64, D>],
+) {
+    let space = &pca.space;
+    for j in 0..space.eigenvalues.len().min(MODES) {
+        let sign = like.get(j).map_or(1.0, |like| {
+            let both = |p: &[f64; D]| -> f64 {
+                let pairs = space.fields[j].sample(*p).into_iter().zip(like.sample(*p));
+                pairs.map(|(a, b)| a * b).sum()
+            };
+            f64::signum(boundary.points().iter().map(both).sum())
+        });
+        for i in 0..COLUMNS {
+            let share = 2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0;
+            let factor = -sign * share * AMPLITUDE * space.eigenvalues[j].sqrt();
+            let moved = boundary.map(|p| {
+                let u = space.fields[j].sample(p);
+                std::array::from_fn(|k| p[k] + factor * u[k])
+            });
+            let own: Colour = mix(INK, colour(usize::from(share > 0.0)), share.abs() as f32);
+            let words = if i == 0 {
+                format!("{label}, mode {}", j + 1)
+            } else {
+                String::new()
+            };
+            tiles.outlines(
+                &words,
+                &[(boundary, mix([1.0; 3], INK, 0.25)), (&moved, own)],
+            );
+        }
+        tiles.end_row();
+    }
+}

@@ -1,0 +1,105 @@
+//! The shapes of a figure, and how they are averaged.
+
+use fe_grid::transfer::inject_into;
+use fe_grid::{Grid, ScalarField};
+use levelset::{BoxEdge, Contour, contour, hausdorff};
+use shape_average::{AverageError, AverageParams, AverageResult, average_of_seen};
+
+use crate::error::CliError;
+use crate::progress::Progress;
+use crate::watch::{Interrupt, Watch, level_nodes};
+
+/// The shapes of a figure.
+pub(super) struct Scene<'a, const D: usize> {
+    /// Their labels.
+    pub names: Vec<String>,
+    /// Their signed distances.
+    pub distances: Vec<ScalarField<f64, D>>,
+    /// The parameters that a figure starts from.
+    pub params: AverageParams,
+    pub progress: &'a Progress,
+    pub interrupt: Interrupt,
+}
+
+impl<const D: usize> Scene<'_, D> {
+    /// The finest grid.
+    pub fn grid(&self) -> Grid<D> {
+        *self.distances[0].grid()
+    }
+
+    /// Number of shapes.
+    pub fn n_shapes(&self) -> usize {
+        self.distances.len()
+    }
+
+    /// The average of all shapes with some parameters changed.
+    ///
+    /// # Errors
+    /// Those of the average, and [`CliError::Stopped`] where Ctrl-C has been pressed.
+    pub fn average(
+        &self,
+        what: &str,
+        change: impl FnOnce(&mut AverageParams),
+    ) -> Result<AverageResult<D>, CliError> {
+        self.average_of(what, &self.distances, &[], change)
+    }
+
+    /// The same of other shapes, of which what these weights say was seen.
+    ///
+    /// # Errors
+    /// As [`Self::average`].
+    pub fn average_of(
+        &self,
+        what: &str,
+        distances: &[ScalarField<f64, D>],
+        seen: &[ScalarField<f64, D>],
+        change: impl FnOnce(&mut AverageParams),
+    ) -> Result<AverageResult<D>, CliError> {
+        let mut params = self.params.clone();
+        change(&mut params);
+        self.progress.note(format!("{what}:"));
+        let levels = level_nodes(&distances[0].grid().hierarchy(params.coarsest_nodes));
+        let mut watch = Watch::new(self.progress, self.interrupt, levels);
+        let result = average_of_seen(distances, seen, &params, &mut watch)?;
+        watch.finish();
+        if self.interrupt.asked() {
+            return Err(CliError::Stopped);
+        }
+        Ok(result)
+    }
+
+    /// The shapes on the grid of twice the spacing, so many times; `None` where there is none.
+    pub fn coarser(&self, times: usize) -> Option<Vec<ScalarField<f64, D>>> {
+        let mut distances = self.distances.clone();
+        for _ in 0..times {
+            let grid = distances[0].grid().coarser()?;
+            distances = distances
+                .iter()
+                .map(|fine| {
+                    let mut coarse = ScalarField::zeros(grid);
+                    inject_into(&grid, fine.as_slice(), coarse.as_mut_slice());
+                    coarse
+                })
+                .collect();
+        }
+        Some(distances)
+    }
+}
+
+/// The boundary of an average.
+///
+/// # Errors
+/// [`AverageError`] where there is none.
+pub(super) fn outline<const D: usize>(
+    result: &AverageResult<D>,
+) -> Result<Contour<D>, AverageError> {
+    Ok(contour(&result.average_indicator, 0.5, BoxEdge::Closed)?)
+}
+
+/// The mean distance of two boundaries, in unit boxes.
+///
+/// # Errors
+/// [`AverageError`] where one of them does not exist.
+pub(super) fn apart<const D: usize>(a: &Contour<D>, b: &Contour<D>) -> Result<f64, AverageError> {
+    Ok(hausdorff(a, b)?.mean)
+}
