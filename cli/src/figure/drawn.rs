@@ -61,7 +61,11 @@ fn shapes(figure: FigureName) -> Vec<Drawn> {
             }));
             named("shape", shapes)
         }
-        FigureName::ForceBalance | FigureName::MismatchWeight | FigureName::InverseModel => {
+        FigureName::ForceBalance => {
+            let thick = |angle| -> Box<dyn Implicit<2>> { Box::new(Bar::new(0.62, 0.22, angle)) };
+            named("bar", vec![thick(180.0), thick(130.0)])
+        }
+        FigureName::MismatchWeight | FigureName::InverseModel => {
             named("bar", vec![bar(180.0), bar(118.0)])
         }
         FigureName::Weights | FigureName::ElasticDomain => {

@@ -19,13 +19,13 @@ const CELLS: [f64; 3] = [2.0, 4.0, 8.0];
 /// The length weight stays as it is, and small: a length would carry a part of the forces.
 const LENGTH_WEIGHT: f64 = 1e-6;
 /// From the first to the second of these shares of the greatest depth, points come to be inside:
-/// smoothly, so that forces which change sign from node to node still cancel each other.
-const INSIDE: [f64; 2] = [0.3, 0.8];
+/// forces of the mismatch reach some interface widths into the object.
+const INSIDE: [f64; 2] = [0.5, 0.8];
 
 /// What is left of the two balances.
 struct Residuals {
-    /// What `div sigma_i` in the object does, over what all of the load of `sigma_i` does: zero where
-    /// every deformation is in equilibrium.
+    /// The share of the forces `div sigma_i` that lies inside the object, as forces smoothed over the
+    /// width of the interface, in `L^2`: zero where every deformation is in equilibrium there.
     inside: f64,
     /// What `sum_i lambda_i sigma_i nu` does, over the sum of what `lambda_i sigma_i nu` do.
     boundary: f64,
@@ -38,12 +38,15 @@ fn residuals<const D: usize>(
     let average = Average::of_result(result, params)?;
     let grid = *average.grid();
     let response = Response::new(grid)?;
+    let width = result.shapes.interface_width();
+    let smoothing = SpectralSolver::new(grid, 1.0, width * width, Boundary::Natural)?;
+    let smoothing = smoothing.with_components(D);
     let depths = levelset::signed_distance(&result.average_indicator, 0.5)
         .map_err(shape_average::AverageError::from)?;
     let deepest = depths.as_slice().iter().copied().fold(0.0, f64::max);
     let n = grid.n_nodes();
     let mut sum = vec![0.0; D * n];
-    let (mut apart, mut inside) = (0.0, 0.0);
+    let (mut apart, mut all, mut inside) = (0.0, 0.0, 0.0);
     for (i, weight) in average.weights().iter().enumerate() {
         let source = [Source {
             weight: *weight,
@@ -56,15 +59,18 @@ fn residuals<const D: usize>(
             *s += f;
         }
         apart += response.size(&load);
-        let deep = |(k, f): (usize, &f64)| {
+        let mut forces = vec![0.0; D * n];
+        smoothing.solve_into(&load, &mut forces);
+        all += fe_grid::vector::dot(&forces, &forces).sqrt();
+        for (k, f) in forces.iter_mut().enumerate() {
             let share = depths.as_slice()[k % n] / deepest;
             let t = ((share - INSIDE[0]) / (INSIDE[1] - INSIDE[0])).clamp(0.0, 1.0);
-            f * t * t * (3.0 - 2.0 * t)
-        };
-        inside += response.size(&load.iter().enumerate().map(deep).collect::<Vec<_>>());
+            *f *= t * t * (3.0 - 2.0 * t);
+        }
+        inside += fe_grid::vector::dot(&forces, &forces).sqrt();
     }
     Ok(Residuals {
-        inside: inside / apart,
+        inside: inside / all,
         boundary: response.size(&sum) / apart,
     })
 }
@@ -124,10 +130,11 @@ pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
         title: "Balance of forces",
         text: format!(
             "At the average the stresses of all deformations balance: inside the object the divergence \
-             of each vanishes, and on the boundary the tractions add up to zero. What is left of both, \
-             relative to the tractions and measured by the displacement that it would cause, falls \
-             with the spacing where the interface stays as wide. Inside means deeper than {} of the \
-             greatest depth. Length weight {LENGTH_WEIGHT}. The \
+             of each vanishes, and on the boundary the tractions add up to zero. What is left on the \
+             boundary, by the displacement that it would cause, relative to what the tractions of each \
+             would, falls with the spacing where the interface stays as wide; what is left inside (deeper \
+             than {} of the greatest depth, as a share of all forces, smoothed over an interface width) \
+             falls where the interface becomes thin beside the object. Length weight {LENGTH_WEIGHT}. The \
              picture shows, on the last average, the magnitude of the Cauchy stress of each shape, and \
              the tractions of all on the boundary in their colours.",
             INSIDE[0]

@@ -28,6 +28,8 @@ struct Set {
     name: &'static str,
     files: Vec<PathBuf>,
     options: &'static [&'static str],
+    /// Shapes of another class, with its name.
+    others: (&'static str, Vec<PathBuf>),
     /// Bounds of the balance and of the largest residual.
     balance: f64,
     residual: f64,
@@ -45,6 +47,7 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
         name: "bars",
         files: files(&folder, ".npy")?,
         options: &[],
+        others: ("", Vec::new()),
         balance: 0.1,
         residual: 0.04,
     });
@@ -58,30 +61,46 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
         name: "crosses",
         files: files(&folder, ".npy")?,
         options: &[],
+        others: ("", Vec::new()),
         balance: 0.28,
         residual: 0.015,
     });
     if let Some(data) = data {
-        let real = |name, folder: &str, ending, options| -> Outcome<Set> {
+        // The first three of a class measure how far away another class is.
+        let others = |name, folder: &str, ending| -> Outcome<(&str, Vec<PathBuf>)> {
+            let mut found = files(&data.join(folder), ending)?;
+            found.truncate(3);
+            Ok((name, found))
+        };
+        let bones = || others("Bone", "mpeg7/Bone", ".png");
+        let real = |name, folder: &str, ending, options, others| -> Outcome<Set> {
             Ok(Set {
                 name,
                 files: files(&data.join(folder), ending)?,
                 options,
+                others,
                 balance: f64::INFINITY,
                 residual: f64::INFINITY,
             })
         };
         let rigid = &["--align", "rigid"];
-        let mut hands = real("hands", "hands/mask512", ".png", rigid)?;
+        let mut hands = real("hands", "hands/mask512", ".png", rigid, bones()?)?;
         hands.files.retain(|file| open(file));
         sets.push(hands);
-        sets.push(real("fish-roundfish", "fish-roundfish", ".png", rigid)?);
-        sets.push(real("device7", "mpeg7/device7", ".png", rigid)?);
+        sets.push(real(
+            "fish-roundfish",
+            "fish-roundfish",
+            ".png",
+            rigid,
+            bones()?,
+        )?);
+        sets.push(real("device7", "mpeg7/device7", ".png", rigid, bones()?)?);
         sets.push(real(
             "hippocampi",
             "hippocampus/labels",
             ".nii.gz",
             &["--grid", "65"],
+            others("adrenal gland", "adrenal", ".nii.gz")?,
         )?);
     }
     let mut table = Table::new([
@@ -92,6 +111,7 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
         "residual of (1 - u)(S), largest",
         "RMS of d_M / expected",
         "d_M left out, largest",
+        "d_M of another class",
         "seconds: average, modes",
     ]);
     for (k, set) in sets.iter().enumerate() {
@@ -104,7 +124,9 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
                rigid` for pictures and `--grid 65` for volumes, then `shapespace pca`. Bars have \
                one mode and balanced stresses, crosses two modes. Of the hands, three with closed \
                fingers are left out: the gaps are lost on the grid. The root mean square of the \
-               Mahalanobis distances is `sqrt((n-1)/n)`.",
+               Mahalanobis distances is `sqrt((n-1)/n)`. Three shapes of another class, scored \
+               with `--size equal`, are to be three times as far away as any shape is in the \
+               modes of the others.",
         table,
     })
 }
@@ -163,6 +185,7 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
     let n = set.files.len() as f64;
     let rms = number(&record["mahalanobis_rms"]) / ((n - 1.0) / n).sqrt();
     let definite = record["definite"] == true;
+    let left_out = largest(&record["quality"]["left_out_mahalanobis"]);
     table.row([
         format!("{} ({})", set.name, set.files.len()),
         checked(shown.join(" "), one && two),
@@ -170,7 +193,8 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
         if definite { "yes" } else { "no" }.to_owned(),
         checked(format!("{residual:.4}"), residual <= set.residual),
         checked(format!("{rms:.6}"), (rms - 1.0).abs() < 1e-6),
-        format!("{:.2}", largest(&record["quality"]["left_out_mahalanobis"])),
+        format!("{left_out:.2}"),
+        others(set, &modes, 3.0 * left_out)?,
         format!(
             "{:.0}, {:.0}",
             number(&made["seconds"]),
@@ -178,6 +202,35 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
         ),
     ]);
     Ok(())
+}
+
+/// The Mahalanobis distances of shapes of another class, which are to be larger than a bound.
+fn others(set: &Set, modes: &Path, bound: f64) -> Outcome<String> {
+    let (name, files) = &set.others;
+    if files.is_empty() {
+        return Ok("-".to_owned());
+    }
+    let scored = modes.with_extension("scored");
+    let mut arguments = vec!["score"];
+    for file in files {
+        arguments.push(text(file)?);
+    }
+    arguments.extend([
+        "--pca",
+        text(modes)?,
+        "--size",
+        "equal",
+        "-o",
+        text(&scored)?,
+    ]);
+    program(&arguments)?;
+    let distances = numbers(&record(&scored)?["mahalanobis"]);
+    let words: Vec<String> = distances.iter().map(|d| format!("{d:.1}")).collect();
+    let least = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    Ok(checked(
+        format!("{name}: {}", words.join(", ")),
+        least >= bound,
+    ))
 }
 
 /// Hands whose fingers are closed: the gaps between them are lost on the grid.
