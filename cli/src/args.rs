@@ -14,6 +14,7 @@ use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
 use crate::pca::{PcaArgs, ScoreArgs, SynthesizeArgs, run_pca, run_score, run_synthesize};
 use crate::segment::{ScaleArgs, SegmentArgs, run_segment};
+use crate::verify::{VerifyArgs, run_verify};
 
 /// Averages of 2D and 3D shapes, their modes of variation, geodesics and distances between them, and
 /// shapes in images.
@@ -44,6 +45,8 @@ enum Command {
     Synthesize(SynthesizeArgs),
     /// The scores of new shapes in the modes of variation.
     Score(ScoreArgs),
+    /// Tries the theory behind all this by numerical experiments.
+    Verify(VerifyArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -149,6 +152,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Pca(args) => run_pca(args),
         Command::Synthesize(args) => run_synthesize(args),
         Command::Score(args) => run_score(args),
+        Command::Verify(args) => run_verify(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

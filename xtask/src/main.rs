@@ -9,6 +9,7 @@ mod study;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod table;
 mod tidy;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -16,7 +17,8 @@ use std::process::ExitCode;
 const TASKS: &str = "tasks:
   tidy   check the rules that no compiler checks
   study  measure averages of built-in and real shapes (study --help)
-  bench  measure speed: kernels, averages, other programs (bench --help)";
+  bench  measure speed: kernels, averages, other programs (bench --help)
+  verify try the theory by experiments, and write docs/verification";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -24,6 +26,7 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     match task.as_deref() {
         Some("tidy") => tidy::run(),
+        Some("verify") => verify::run(&rest),
         #[cfg(feature = "study")]
         Some("study") => study::run(&rest),
         #[cfg(feature = "bench")]

@@ -1,0 +1,327 @@
+//! Theorems 4.2, 4.7 and 4.8: growth, minimising sequences, and the minimisers themselves.
+
+use fe_grid::minimise::Silent;
+use fe_grid::{Field, Grid, ScalarField, tensor};
+use phasefield::segmentation::{AmbrosioTortorelli, Weights};
+use shape_average::joint::{JointParams, joint_average};
+use shape_average::{AverageParams, BoundaryCondition, average};
+
+use crate::verify::VerifyError;
+use crate::verify::order::differences;
+use crate::verify::outcome::{Outcome, Requirement};
+use crate::verify::statement::{Setting, Statement};
+use crate::verify::tools::matrices::{Sequence, norm, stretches};
+use crate::verify::tools::pointwise::{density, law};
+use crate::verify::tools::shapes::{ball, ellipse};
+
+/// The statements of this theme.
+pub const STATEMENTS: &[Statement] = &[
+    Statement {
+        name: "existence-growth",
+        reference: "Theorem 4.7, growth",
+        claim: "There is a law of any moduli with \
+                W ≥ κ(|A|^p + |cof A|^q + D^r + D^−s), p, q > 3 and s > 2q/(q−3)",
+        broken: "the law is logdet",
+        run: growth,
+    },
+    Statement {
+        name: "existence-bounded",
+        reference: "Theorem 4.2",
+        claim: "Deformations of bounded energy have bounded gradients",
+        broken: "the law is that of linear elasticity, as if it had the growth",
+        run: |setting| bounded(setting, setting.ingredient("power", "linear")),
+    },
+    Statement {
+        name: "existence-bounded-linear",
+        reference: "Theorem 4.2",
+        claim: "The same with linear elasticity, whose growth is none",
+        broken: "the hypothesis is taken as met",
+        run: |setting| bounded(setting, "linear"),
+    },
+    Statement {
+        name: "existence-average",
+        reference: "Theorem 4.7",
+        claim: "The energy of the phase-field average has a minimiser with 0 ≤ v ≤ 1 and \
+                homeomorphic deformations; energies of minimisers converge in h",
+        broken: "ε shrinks with the grid, so that every grid has another energy",
+        run: |setting| minimisers(setting, "power"),
+    },
+    Statement {
+        name: "existence-average-logdet",
+        reference: "Theorem 4.7",
+        claim: "The same with the default law, whose growth is below what the theorem asks for",
+        broken: "ε shrinks with the grid; the hypothesis is taken as met",
+        run: |setting| minimisers(setting, "logdet"),
+    },
+    Statement {
+        name: "existence-joint",
+        reference: "Theorem 4.8",
+        claim: "The energy of joint segmentation and averaging has a minimiser with phase fields in \
+                [0, 1] and homeomorphic deformations, where v² + k_ε stands in place of v²",
+        broken: "k_ε is left out, as printed",
+        run: joint,
+    },
+];
+
+fn growth(setting: Setting) -> Result<Outcome, VerifyError> {
+    let spec = law(setting.ingredient("power", "logdet"), 0.01, 1.0)?;
+    let mut outcome = Outcome::with_law::<3>(spec, &[Requirement::HomeomorphismGrowth])?;
+    let path = |f: fn(f64) -> [f64; 3]| -> Result<Vec<(f64, f64)>, VerifyError> {
+        [1e2, 1e3, 1e4]
+            .into_iter()
+            .map(|t| Ok((t, density(&spec, &stretches(f(t)))?)))
+            .collect()
+    };
+    let reason = "the powers have left constants behind at 1e2 and beyond";
+    outcome.order(
+        "W along diag(t, t^−½, t^−½), where |A| = t",
+        "t",
+        path(|t| [t, t.powf(-0.5), t.powf(-0.5)])?,
+        4.0,
+        0.05,
+        reason,
+    );
+    outcome.order(
+        "W along diag(t^½, t^½, 1/t), where |cof A| = t",
+        "t",
+        path(|t| [t.sqrt(), t.sqrt(), 1.0 / t])?,
+        4.0,
+        0.05,
+        reason,
+    );
+    outcome.order(
+        "W along t^−⅓ 1, where det A = 1/t",
+        "t",
+        path(|t| [t.powf(-1.0 / 3.0); 3])?,
+        9.0,
+        0.05,
+        "s = 9 > 2q/(q − 3) = 8",
+    );
+    outcome.order(
+        "W along t^⅓ 1, where det A = t",
+        "t",
+        path(|t| [t.powf(1.0 / 3.0); 3])?,
+        8.0 / 3.0,
+        0.1,
+        "|cof A|⁴ = 9 t^(8/3), more than D²",
+    );
+    Ok(outcome)
+}
+
+fn bounded(_setting: Setting, name: &str) -> Result<Outcome, VerifyError> {
+    let spec = law(name, 1.0, 1.0)?;
+    let mut outcome =
+        Outcome::with_law::<3>(spec, &[Requirement::Polyconvexity, Requirement::NormGrowth])?;
+    // Gradients of energy at most one along lines from the identity, in many directions, some of
+    // them skew.
+    let mut numbers = Sequence::new(14);
+    let mut largest = 0.0f64;
+    for sample in 0..200 {
+        let b = numbers.matrix::<3>();
+        let b = if sample % 2 == 0 {
+            tensor::sub(&b, &tensor::transpose(&b))
+        } else {
+            b
+        };
+        let mut s = 0.0f64;
+        let mut step = 0.1;
+        while s < 1e6 {
+            let value = density(&spec, &tensor::scale(&b, s + step))?;
+            if value > 1.0 {
+                break;
+            }
+            s += step;
+            step *= 1.1;
+        }
+        largest = largest.max(norm(&tensor::scale(&b, s)));
+    }
+    outcome.at_most(
+        "largest |Dφ − 1| with W ≤ 1, along 200 lines from the identity",
+        largest,
+        10.0,
+        "W ≥ c|A|^p − C; lines end at 1e6",
+    );
+    Ok(outcome)
+}
+
+fn minimisers(setting: Setting, name: &str) -> Result<Outcome, VerifyError> {
+    let spec = law(name, 1.0, 1.0)?;
+    let mut outcome = Outcome::with_law::<2>(
+        spec,
+        &[Requirement::Polyconvexity, Requirement::HomeomorphismGrowth],
+    )?;
+    outcome.condition("0 ≤ v_i ≤ 1", true);
+    let levels = setting.effort(4..=6, 4..=7);
+    let (mut steps, mut energies, mut strains) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut rises, mut least_det) = (0.0f64, f64::INFINITY);
+    for level in levels {
+        let grid = Grid::<2>::dyadic(level);
+        let shapes = [ball(grid, 0.24), ellipse(grid, [0.3, 0.2])?];
+        let params = AverageParams {
+            law: spec,
+            boundary: BoundaryCondition::Identity,
+            // The same width on every finest grid.
+            interface_cells: if setting.is_broken() {
+                1.0
+            } else {
+                f64::from(1u32 << (level - 4))
+            },
+            tolerance: 1e-7,
+            max_iterations: 400,
+            ..AverageParams::default()
+        };
+        let result = average(&shapes, &params, &mut Silent)?;
+        energies.push(result.energy.total);
+        steps.push(grid.spacing());
+        for v in result.average.as_slice() {
+            low = low.min(*v);
+            high = high.max(*v);
+        }
+        for level in &result.levels {
+            for pair in level.energies.windows(2) {
+                rises = rises.max((pair[1] - pair[0]) / pair[0]);
+            }
+        }
+        least_det = least_det.min(result.certificate.min_det);
+        let elastic: f64 = result.energy.elastic.iter().sum();
+        strains.push(elastic);
+    }
+    outcome.order(
+        "|E_h − E_{h/2}|",
+        "h",
+        differences(&steps, &energies),
+        2.0,
+        0.6,
+        "bilinear elements where fields are smooth; phase fields have a kink on the curve, which \
+         cells cut anew on every grid",
+    );
+    outcome.at_least(
+        "least det Dφ on whole cells",
+        least_det,
+        1e-3,
+        "with the identity on the faces of the box: homeomorphisms",
+    );
+    outcome.at_least(
+        "least v",
+        low,
+        -1e-2,
+        "0 ≤ v by the maximum principle; elements with mass are below it by a hundredth at most",
+    );
+    outcome.at_most("largest v", high, 1.0 + 1e-2, "v ≤ 1, the same");
+    outcome.at_most(
+        "largest rise of the energy in an iteration",
+        rises,
+        0.0,
+        "minimising sequences fall",
+    );
+    outcome.at_most(
+        "largest elastic energy of any grid over the least",
+        strains.iter().fold(0.0f64, |a, b| a.max(*b))
+            / strains.iter().fold(f64::INFINITY, |a, b| a.min(*b)),
+        2.0,
+        "minimisers stay bounded in h",
+    );
+    Ok(outcome)
+}
+
+/// Disks, bright on dark.
+fn image(grid: Grid<2>, radius: f64) -> ScalarField<f64, 2> {
+    let h = grid.spacing();
+    let mut numbers = Sequence::new(15);
+    let mut image = Field::from_fn(grid, |[x, y]| {
+        let inside = radius - (x - 0.5).hypot(y - 0.5);
+        [0.5 + (inside / h).clamp(-0.5, 0.5)]
+    });
+    for v in image.as_mut_slice() {
+        *v += numbers.between(-0.05, 0.05);
+    }
+    image
+}
+
+fn joint(setting: Setting) -> Result<Outcome, VerifyError> {
+    let spec = law("power", 1.0, 1.0)?;
+    let mut outcome = Outcome::with_law::<2>(
+        spec,
+        &[Requirement::Polyconvexity, Requirement::HomeomorphismGrowth],
+    )?;
+    let grid = Grid::<2>::dyadic(setting.effort(5, 6));
+    // Coercivity: the energy of a steep image where the phase field is zero.
+    let width = 2.0 * grid.spacing();
+    let conductance = setting.ingredient(width * width, 0.0);
+    outcome.condition("k_ε > 0", conductance > 0.0);
+    let energy = AmbrosioTortorelli {
+        weights: Weights {
+            fidelity: 0.0,
+            smoothness: 1.0,
+            edges: 1.0,
+        },
+        interface_width: width,
+        edge_conductance: conductance,
+    };
+    let zero = vec![0.0; grid.n_nodes()];
+    let slope = 1.0 / width;
+    let mut state = Field::<f64, 2, 1>::from_fn(grid, |[x, _]| [slope * x]).into_vec();
+    state.extend(&zero);
+    let smoothness = energy.terms(&grid, &zero, &state)?.smoothness;
+    outcome.value(
+        "β∫(v² + k_ε)|∇u|² where v = 0 and |∇u| = 1/ε, k_ε = ε²",
+        smoothness,
+        1.0,
+        1e-10,
+        "gradients of bounded energy are bounded; without k_ε they cost nothing on edges",
+    );
+    if setting.is_broken() {
+        return Ok(outcome);
+    }
+    let params = JointParams {
+        average: AverageParams {
+            law: spec,
+            boundary: BoundaryCondition::Identity,
+            ..AverageParams::default()
+        },
+        segmentation: phasefield::segmentation::SegmentationParams {
+            weights: Weights::for_scales(1.0, 0.06, 0.4)?,
+            ..Default::default()
+        },
+        ..JointParams::default()
+    };
+    let result = joint_average(
+        &[image(grid, 0.22), image(grid, 0.28)],
+        &params,
+        &mut Silent,
+    )?;
+    let mut rises = f64::NEG_INFINITY;
+    for level in &result.levels {
+        for pair in level.energies.windows(2) {
+            rises = rises.max(pair[1] / pair[0] - 1.0);
+        }
+    }
+    outcome.at_most(
+        "largest rise of the energy in half a round, relative",
+        rises,
+        1e-10,
+        "both halves lower it, up to how well the average is solved for",
+    );
+    let fields = || result.phase_fields.iter().chain([&result.average]);
+    let all = || fields().flat_map(|v| v.as_slice().iter().copied());
+    outcome.at_least(
+        "least of all phase fields",
+        all().fold(f64::INFINITY, f64::min),
+        -1e-2,
+        "0 ≤ v by the maximum principle, elements with mass but for a hundredth",
+    );
+    outcome.at_most(
+        "largest of all phase fields",
+        all().fold(f64::NEG_INFINITY, f64::max),
+        1.0 + 1e-2,
+        "v ≤ 1, the same",
+    );
+    outcome.at_least(
+        "least det Dφ on whole cells",
+        result.certificate.min_det,
+        1e-3,
+        "with the identity on the faces of the box: homeomorphisms",
+    );
+    Ok(outcome)
+}
