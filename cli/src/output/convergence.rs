@@ -4,6 +4,9 @@ use plotters::prelude::*;
 
 use super::plot::colour;
 
+/// Most letters of a name in the legend.
+const MOST_LETTERS: usize = 48;
+
 /// Errors of one figure.
 pub(crate) struct Errors<'a> {
     /// Its name in the legend.
@@ -44,7 +47,7 @@ fn draw(
     let columns = padded(points().map(|p| p.0), 1.25);
     // Room for the legend below the lines, which rise to the right.
     let mut rows = padded(points().map(|p| p.1), 2.0);
-    rows.start /= (rows.end / rows.start).powf(0.1 + 0.06 * all.len() as f64);
+    rows.start /= (rows.end / rows.start).powf(0.12 + 0.085 * all.len() as f64);
     let label = ("sans-serif", 13).into_font().color(&RGBColor(70, 75, 82));
     let mut chart = ChartBuilder::on(area)
         .caption(
@@ -65,7 +68,7 @@ fn draw(
         .x_desc(axis)
         .x_labels(6)
         .y_labels(7)
-        .x_label_formatter(&short)
+        .x_label_formatter(&step)
         .y_label_formatter(&|y| format!("{y:.0e}"))
         .draw()
         .map_err(|e| e.to_string())?;
@@ -79,7 +82,11 @@ fn draw(
             chart.draw_series(dashes).map_err(|e| e.to_string())?;
         }
         let line = LineSeries::new(errors.points.iter().copied(), colour.stroke_width(2));
-        let name = format!("{} (dashed: order {})", errors.label, errors.order);
+        let name = format!(
+            "{} (dashed: {})",
+            short(errors.label),
+            rounded(errors.order)
+        );
         chart
             .draw_series(line)
             .map_err(|e| e.to_string())?
@@ -119,7 +126,25 @@ fn padded(values: impl Iterator<Item = f64>, factor: f64) -> std::ops::Range<f64
     }
 }
 
-fn short(x: &f64) -> String {
+/// A name that fits in the chart.
+fn short(label: &str) -> String {
+    if label.chars().count() <= MOST_LETTERS {
+        return label.into();
+    }
+    let mut short: String = label.chars().take(MOST_LETTERS - 1).collect();
+    short.push('…');
+    short
+}
+
+/// An order with two digits at most.
+fn rounded(order: f64) -> String {
+    format!("{order:.2}")
+        .trim_end_matches('0')
+        .trim_end_matches('.')
+        .into()
+}
+
+fn step(x: &f64) -> String {
     if (0.01..1000.0).contains(x) {
         format!("{x:.3}")
             .trim_end_matches('0')
@@ -144,7 +169,7 @@ mod tests {
         }];
         let text = convergence_plot((500, 360), "balls", "step", &errors).unwrap();
         assert_eq!(text.matches("<circle").count(), 3);
-        for word in ["balls", "step", "Diss", "order 2"] {
+        for word in ["balls", "step", "Diss", "dashed: 2)"] {
             assert!(text.contains(word), "{word}");
         }
         assert!(convergence_plot((500, 360), "none", "step", &[]).is_ok());

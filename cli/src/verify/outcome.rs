@@ -124,18 +124,21 @@ impl Requirement {
                 ),
                 h.growth.norm > d as f64,
             ),
-            Self::HomeomorphismGrowth => (
-                format!(
-                    "W grows as |A|^p + |cof A|^q + D^r + D^-s with p, q > {d}, r > 1, \
-                     s > {}q/(q-{d}) (here p = {}, q = {}, r = {}, s = {})",
-                    d - 1,
-                    h.growth.norm,
-                    h.growth.cofactor,
-                    h.growth.expansion,
-                    h.growth.compression
-                ),
-                h.homeomorphism_theorem(),
-            ),
+            Self::HomeomorphismGrowth => {
+                let bound = if d == 2 { "q/(q-2)" } else { "2q/(q-3)" };
+                let growth = h.growth;
+                let found = format!(
+                    "p = {}, q = {}, r = {}, s = {}",
+                    growth.norm, growth.cofactor, growth.expansion, growth.compression
+                );
+                (
+                    format!(
+                        "W grows as |A|^p + |cof A|^q + D^r + D^-s with p, q > {d}, r > 1, \
+                         s > {bound} (here {found})"
+                    ),
+                    h.homeomorphism_theorem(),
+                )
+            }
         };
         Condition { name, met }
     }
@@ -225,22 +228,47 @@ impl Outcome {
         tolerance: f64,
         reason: &str,
     ) {
-        let observable = observable.into();
+        let expected = Expectation::Order { order, tolerance };
+        self.slope(observable.into(), axis, points, order, expected, reason);
+    }
+
+    /// An order of convergence of which no more is known than that it is no less than a bound.
+    pub fn order_at_least(
+        &mut self,
+        observable: impl Into<String>,
+        axis: &str,
+        points: Vec<(f64, f64)>,
+        bound: f64,
+        reason: &str,
+    ) {
+        let expected = Expectation::AtLeast(bound);
+        self.slope(observable.into(), axis, points, bound, expected, reason);
+    }
+
+    fn slope(
+        &mut self,
+        observable: String,
+        axis: &str,
+        points: Vec<(f64, f64)>,
+        slope: f64,
+        expected: Expectation,
+        reason: &str,
+    ) {
         let points: Vec<_> = points.into_iter().map(|(x, y)| (x, y.abs())).collect();
         let (measured, uncertainty) =
             Fit::of(&points).map_or((f64::NAN, f64::NAN), |fit| (fit.slope, fit.error));
         self.check(
-            format!("order of {observable} in {axis}"),
+            format!("order in {axis}: {observable}"),
             measured,
             uncertainty,
-            Expectation::Order { order, tolerance },
+            expected,
             reason,
         );
         self.lines.push(Line {
             label: observable,
             axis: axis.to_owned(),
             points,
-            slope: order,
+            slope,
         });
     }
 

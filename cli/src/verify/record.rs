@@ -269,7 +269,9 @@ impl Check {
             }
             Expectation::AtMost(bound) => format!("≤ {}", number(bound)),
             Expectation::AtLeast(bound) => format!("≥ {}", number(bound)),
-            Expectation::Order { order, tolerance } => format!("order {order} ± {tolerance}"),
+            Expectation::Order { order, tolerance } => {
+                format!("order {} ± {}", number(order), number(tolerance))
+            }
         }
     }
 

@@ -33,7 +33,7 @@ pub(super) fn plain(record: &VerifyRecord) -> String {
         rows.push([
             s.name.to_owned(),
             s.reference.to_owned(),
-            hypotheses(s),
+            shortened(&hypotheses(s), 36),
             shortened(&s.observable, 60),
             s.expected.clone(),
             s.measured.clone(),

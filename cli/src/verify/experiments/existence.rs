@@ -2,6 +2,7 @@
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Field, Grid, ScalarField, tensor};
+use geodesic::{GeodesicParams, geodesic};
 use phasefield::segmentation::{AmbrosioTortorelli, Weights};
 use shape_average::joint::{JointParams, joint_average};
 use shape_average::{AverageParams, BoundaryCondition, average};
@@ -43,14 +44,14 @@ pub const STATEMENTS: &[Statement] = &[
         reference: "Theorem 4.7",
         claim: "The energy of the phase-field average has a minimiser with 0 ≤ v ≤ 1 and \
                 homeomorphic deformations; energies of minimisers converge in h",
-        broken: "ε shrinks with the grid, so that every grid has another energy",
+        broken: "γ grows with the grid, so that every grid has another energy",
         run: |setting| minimisers(setting, "power"),
     },
     Statement {
         name: "existence-average-logdet",
         reference: "Theorem 4.7",
         claim: "The same with the default law, whose growth is below what the theorem asks for",
-        broken: "ε shrinks with the grid; the hypothesis is taken as met",
+        broken: "γ grows with the grid; the hypothesis is taken as met",
         run: |setting| minimisers(setting, "logdet"),
     },
     Statement {
@@ -60,6 +61,14 @@ pub const STATEMENTS: &[Statement] = &[
                 [0, 1] and homeomorphic deformations, where v² + k_ε stands in place of v²",
         broken: "k_ε is left out, as printed",
         run: joint,
+    },
+    Statement {
+        name: "existence-geodesic",
+        reference: "Theorem 6.3",
+        claim: "Between diffeomorphic shapes there is a discrete geodesic whose deformations do not \
+                fold, and its dissipation is a continuous function of the shapes",
+        broken: "the end shape jumps by 0.02",
+        run: discrete_geodesic,
     },
 ];
 
@@ -162,11 +171,8 @@ fn minimisers(setting: Setting, name: &str) -> Result<Outcome, VerifyError> {
             law: spec,
             boundary: BoundaryCondition::Identity,
             // The same width on every finest grid.
-            interface_cells: if setting.is_broken() {
-                1.0
-            } else {
-                f64::from(1u32 << (level - 4))
-            },
+            interface_cells: f64::from(1u32 << (level - 4)),
+            mismatch_weight: setting.ingredient(1.0, f64::from(1u32 << (level - 4))),
             tolerance: 1e-7,
             max_iterations: 400,
             ..AverageParams::default()
@@ -187,14 +193,13 @@ fn minimisers(setting: Setting, name: &str) -> Result<Outcome, VerifyError> {
         let elastic: f64 = result.energy.elastic.iter().sum();
         strains.push(elastic);
     }
-    outcome.order(
+    outcome.order_at_least(
         "|E_h − E_{h/2}|",
         "h",
         differences(&steps, &energies),
-        2.0,
-        0.6,
-        "bilinear elements where fields are smooth; phase fields have a kink on the curve, which \
-         cells cut anew on every grid",
+        1.5,
+        "bilinear elements have the second order where fields are smooth; here the coarsest grid has \
+         one cell for the width of the interface, and gains more",
     );
     outcome.at_least(
         "least det Dφ on whole cells",
@@ -205,10 +210,11 @@ fn minimisers(setting: Setting, name: &str) -> Result<Outcome, VerifyError> {
     outcome.at_least(
         "least v",
         low,
-        -1e-2,
-        "0 ≤ v by the maximum principle; elements with mass are below it by a hundredth at most",
+        -2e-2,
+        "0 ≤ v by the maximum principle, which elements with mass keep up to two hundredths where \
+         the interface is one cell wide",
     );
-    outcome.at_most("largest v", high, 1.0 + 1e-2, "v ≤ 1, the same");
+    outcome.at_most("largest v", high, 1.0 + 2e-2, "v ≤ 1, the same");
     outcome.at_most(
         "largest rise of the energy in an iteration",
         rises,
@@ -322,6 +328,62 @@ fn joint(setting: Setting) -> Result<Outcome, VerifyError> {
         result.certificate.min_det,
         1e-3,
         "with the identity on the faces of the box: homeomorphisms",
+    );
+    Ok(outcome)
+}
+
+fn discrete_geodesic(setting: Setting) -> Result<Outcome, VerifyError> {
+    let spec = law("power", 1.0, 1.0)?;
+    let mut outcome = Outcome::with_law::<2>(
+        spec,
+        &[Requirement::Polyconvexity, Requirement::HomeomorphismGrowth],
+    )?;
+    outcome.condition("the shapes are diffeomorphic", true);
+    let grid = Grid::<2>::dyadic(setting.effort(5, 6));
+    let (mut least_det, mut rises) = (f64::INFINITY, 0.0f64);
+    let mut dissipation = |more: f64| -> Result<f64, VerifyError> {
+        let params = GeodesicParams {
+            steps: 4,
+            law: spec,
+            tolerance: 1e-7,
+            max_iterations: 400,
+            ..GeodesicParams::default()
+        };
+        let end = ellipse(grid, [0.3 + more, 0.2])?;
+        let path = geodesic(&ball(grid, 0.24), &end, &params, &mut Silent)?;
+        least_det = least_det.min(path.certificate.min_det);
+        for level in &path.levels {
+            for pair in level.info.energies.windows(2) {
+                rises = rises.max((pair[1] - pair[0]) / pair[0]);
+            }
+        }
+        Ok(path.dissipation())
+    };
+    let at_rest = dissipation(0.0)?;
+    let mut points = Vec::new();
+    for more in [0.02, 0.01, 0.005] {
+        let jump = setting.ingredient(0.0, 0.02);
+        points.push((more, dissipation(more + jump)? / at_rest - 1.0));
+    }
+    outcome.order(
+        "|Diss(S + δ)/Diss(S) − 1|, δ added to a half-axis",
+        "δ",
+        points,
+        1.0,
+        0.3,
+        "a smooth function of the half-axis, whose second derivative is positive",
+    );
+    outcome.at_least(
+        "least det Dφ_k on the cells of the shapes",
+        least_det,
+        1e-3,
+        "locally injective; the bound of the certificate",
+    );
+    outcome.at_most(
+        "largest rise of the energy in an iteration",
+        rises,
+        0.0,
+        "minimising sequences fall",
     );
     Ok(outcome)
 }

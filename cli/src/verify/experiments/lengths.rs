@@ -1,6 +1,9 @@
 //! Definitions 6.1 and 6.2: what lengths of discrete paths have in common with distances.
 
+use fe_grid::Grid;
+use fe_grid::minimise::Silent;
 use geodesic::finite::{Balls, Dissimilarity, finite_geodesic};
+use geodesic::{GeodesicParams, geodesic};
 use hyperelastic::LawSpec;
 
 use super::doubling;
@@ -10,6 +13,7 @@ use crate::verify::statement::{Setting, Statement};
 use crate::verify::tools::ellipses::Ellipses;
 use crate::verify::tools::matrices::Sequence;
 use crate::verify::tools::pointwise::law;
+use crate::verify::tools::shapes::ellipse_at;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[
@@ -58,6 +62,13 @@ pub const STATEMENTS: &[Statement] = &[
         claim: "The larger λ/μ, the better shapes on a geodesic preserve their volume",
         broken: "λ and μ are exchanged",
         run: volume_preservation,
+    },
+    Statement {
+        name: "length-rigid-motions",
+        reference: "section 6, rigid body motions",
+        claim: "Between a shape and the same, turned or moved, the geodesic has no length",
+        broken: "the law is that of linear elasticity",
+        run: rigid_motions,
     },
 ];
 
@@ -227,7 +238,7 @@ fn triangle(setting: Setting) -> Result<Outcome, VerifyError> {
     // On one geodesic, where the limit is an equality.
     let (small, middle, large) = ([0.15], [0.225], [0.3]);
     let mut points = Vec::new();
-    for k in doubling(4, setting.effort(64, 128)) {
+    for k in doubling(16, setting.effort(128, 256)) {
         let direct = length(setting, &balls, small, large, k)?;
         let over =
             length(setting, &balls, small, middle, k)? + length(setting, &balls, middle, large, k)?;
@@ -272,7 +283,7 @@ fn same_hessian(setting: Setting) -> Result<Outcome, VerifyError> {
     for other in ["power", "inverse:logdet"] {
         let second = law(other, 1.0, setting.ingredient(1.0, 1.1))?;
         let mut points = Vec::new();
-        for k in doubling(8, setting.effort(64, 128)) {
+        for k in doubling(16, setting.effort(64, 128)) {
             let at = |law: LawSpec| -> Result<f64, VerifyError> {
                 Ok(finite_geodesic(&Ellipses { law }, START, END, k)?.length())
             };
@@ -325,5 +336,43 @@ fn volume_preservation(setting: Setting) -> Result<Outcome, VerifyError> {
         1.2,
         "more freedom still, though μ holds the volume as well",
     );
+    Ok(outcome)
+}
+
+fn rigid_motions(setting: Setting) -> Result<Outcome, VerifyError> {
+    let spec = law(setting.ingredient("logdet", "linear"), 1.0, 1.0)?;
+    let mut outcome = Outcome::with_law::<2>(spec, &[Requirement::FrameIndifference])?;
+    let grid = Grid::<2>::dyadic(setting.effort(5, 6));
+    let axes = [0.25, 0.15];
+    let start = ellipse_at(grid, axes, [0.5; 2], 0.0)?;
+    for (what, end) in [
+        ("turned by 0.4", ellipse_at(grid, axes, [0.5; 2], 0.4)?),
+        (
+            "moved by (0.06, −0.03)",
+            ellipse_at(grid, axes, [0.56, 0.47], 0.0)?,
+        ),
+    ] {
+        let params = GeodesicParams {
+            steps: 2,
+            law: spec,
+            tolerance: 1e-6,
+            max_iterations: 400,
+            ..GeodesicParams::default()
+        };
+        let path = geodesic(&start, &end, &params, &mut Silent)?;
+        outcome.at_most(
+            format!("length of the geodesic to the ellipse {what}"),
+            path.length(),
+            4e-3,
+            "an ellipse on a grid, and the same turned, are a hundredth of a spacing apart; a stretch \
+             by a tenth has the length .06",
+        );
+        outcome.at_most(
+            format!("distance of the boundaries at the end, {what}, in spacings"),
+            path.gap_end,
+            0.25,
+            "the path reaches its end",
+        );
+    }
     Ok(outcome)
 }

@@ -18,9 +18,33 @@ pub fn ball<const D: usize>(grid: Grid<D>, radius: f64) -> ScalarField<f64, D> {
 /// # Errors
 /// [`VerifyError::Levelset`] where it does not fit in the box.
 pub fn ellipse(grid: Grid<2>, axes: [f64; 2]) -> Result<ScalarField<f64, 2>, VerifyError> {
-    let implicit = ScalarField::from_fn(grid, |[x, y]| {
-        let scaled = ((x - 0.5) / axes[0]).hypot((y - 0.5) / axes[1]);
-        [axes[0].min(axes[1]) * (1.0 - scaled)]
+    ellipse_at(grid, axes, [0.5; 2], 0.0)
+}
+
+/// The signed distance of an ellipse about a centre, turned by an angle.
+///
+/// # Errors
+/// [`VerifyError::Levelset`] where it does not fit in the box.
+pub fn ellipse_at(
+    grid: Grid<2>,
+    axes: [f64; 2],
+    centre: [f64; 2],
+    angle: f64,
+) -> Result<ScalarField<f64, 2>, VerifyError> {
+    let (sin, cos) = angle.sin_cos();
+    let implicit = ScalarField::from_fn(grid, |x| {
+        let r = [x[0] - centre[0], x[1] - centre[1]];
+        let (a, b) = (cos * r[0] + sin * r[1], cos * r[1] - sin * r[0]);
+        // The distance to first order: exact at the boundary, so that no grid shifts it. At the centre
+        // both size and slope vanish, and the distance is the smaller half-axis.
+        let size = (a / axes[0]).hypot(b / axes[1]);
+        let slope = (a / (axes[0] * axes[0])).hypot(b / (axes[1] * axes[1]));
+        let radius = if slope > 0.0 {
+            size / slope
+        } else {
+            axes[0].min(axes[1])
+        };
+        [(1.0 - size) * radius]
     });
     Ok(signed_distance(&implicit, 0.0)?)
 }
