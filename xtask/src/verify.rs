@@ -3,6 +3,7 @@
 //! Runs the program on all statements, sound and with broken ingredients, and replaces
 //! `docs/verification` by what comes of it: a table of each, the figures as JSON, and the plots.
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -78,7 +79,8 @@ fn verify(quick: bool) -> io::Result<bool> {
         fs::copy(&plot, folder.join("plots").join(name))?;
         let name = name.to_string_lossy();
         let title = name.trim_end_matches(".svg");
-        text.push_str(&format!("![{title}](plots/{name})\n"));
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "![{title}](plots/{name})");
     }
     fs::write(folder.join("README.md"), text)?;
     let table = fs::read_to_string(broken.join("table.md"))?;

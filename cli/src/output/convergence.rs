@@ -68,7 +68,7 @@ fn draw(
         .x_desc(axis)
         .x_labels(6)
         .y_labels(7)
-        .x_label_formatter(&step)
+        .x_label_formatter(&|x| step(*x))
         .y_label_formatter(&|y| format!("{y:.0e}"))
         .draw()
         .map_err(|e| e.to_string())?;
@@ -144,8 +144,8 @@ fn rounded(order: f64) -> String {
         .into()
 }
 
-fn step(x: &f64) -> String {
-    if (0.01..1000.0).contains(x) {
+fn step(x: f64) -> String {
+    if (0.01..1000.0).contains(&x) {
         format!("{x:.3}")
             .trim_end_matches('0')
             .trim_end_matches('.')

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use super::plots::Plot;
-use super::record::{StatementRecord, VerifyRecord};
+use super::record::{LawRecord, StatementRecord, VerifyRecord};
 use super::table::hypotheses;
 use super::verdict::Verdict;
 use crate::output::OutputError;
@@ -15,6 +15,7 @@ h1{font-size:1.5rem}h2{font-size:1.1rem;margin:2.2rem 0 .3rem}
 table{border-collapse:collapse;font-size:13px;width:100%}
 th,td{text-align:left;vertical-align:top;padding:.25rem .6rem .25rem 0;border-bottom:1px solid #e4e6e9}
 th{color:#5a6069;font-weight:600}
+.all td:nth-child(3){max-width:15rem}.all td:nth-child(n+5){white-space:nowrap}
 a{color:inherit}code{font-size:92%}
 .confirmed,.refuted,.not{font-weight:600;white-space:nowrap}
 .confirmed{color:#1f7a4d}.refuted{color:#b3261e}.not{color:#8a6100}
@@ -65,7 +66,7 @@ fn write_page(text: &mut String, record: &VerifyRecord, plots: &[Plot]) -> std::
     };
     writeln!(
         text,
-        "<p>{why}</p>\n<table><tr><th>statement<th>reference<th>{head}<th>observable<th>expected\
+        "<p>{why}</p>\n<table class=\"all\"><tr><th>statement<th>reference<th>{head}<th>observable<th>expected\
          <th>measured<th>verdict</tr>"
     )?;
     for s in &record.statements {
@@ -97,7 +98,7 @@ fn write_page(text: &mut String, record: &VerifyRecord, plots: &[Plot]) -> std::
 fn write_statement(text: &mut String, s: &StatementRecord) -> std::fmt::Result {
     writeln!(
         text,
-        "<h2 id=\"{0}\"><code>{0}</code> <span class=\"reference\">{1}</span> {2}</h2>\n<p>{3}</p>",
+        "<h2 id=\"{0}\"><code>{0}</code> <span class=\"reference\">{1}</span> {2}</h2>\n<p>{3}.</p>",
         s.name,
         escaped(s.reference),
         verdict(&s.decided),
@@ -107,14 +108,7 @@ fn write_statement(text: &mut String, s: &StatementRecord) -> std::fmt::Result {
         writeln!(text, "<p>Broken: {}.</p>", escaped(what))?;
     }
     if let Some(law) = &s.law {
-        let moduli = law.spec.moduli;
-        writeln!(
-            text,
-            "<p class=\"notes\">Law: <code>{}</code>, λ = {}, μ = {}.</p>",
-            escaped(&law.spec.law.to_string()),
-            moduli.bulk_lambda,
-            moduli.shear_modulus
-        )?;
+        write_law(text, law)?;
     }
     if !s.hypotheses.is_empty() {
         writeln!(text, "<p class=\"notes\">Hypotheses:")?;
@@ -144,6 +138,33 @@ fn write_statement(text: &mut String, s: &StatementRecord) -> std::fmt::Result {
         writeln!(text, "<p class=\"notes\">{}</p>", escaped(note))?;
     }
     Ok(())
+}
+
+/// A law, and what it satisfies.
+fn write_law(text: &mut String, law: &LawRecord) -> std::fmt::Result {
+    let (moduli, h) = (law.spec.moduli, &law.satisfies);
+    writeln!(
+        text,
+        "<p class=\"notes\">Law: <code>{}</code>, λ = {}, μ = {}, in {} dimensions.<br>",
+        escaped(&law.spec.law.to_string()),
+        moduli.bulk_lambda,
+        moduli.shear_modulus,
+        h.dimension
+    )?;
+    for (name, met) in [
+        ("frame indifferent", h.frame_indifferent),
+        ("isotropic", h.isotropic),
+        ("stress free", h.stress_free),
+        ("polyconvex", h.polyconvex),
+        ("barrier", h.barrier),
+        ("least on rotations", h.minimum_on_rotations),
+        ("growth of Theorem 4.2", h.existence_theorem()),
+        ("growth of Theorem 4.7", h.homeomorphism_theorem()),
+    ] {
+        let mark = if met { "✓" } else { "✗" };
+        write!(text, "{mark} {name} &ensp;")?;
+    }
+    writeln!(text, "</p>")
 }
 
 fn verdict(verdict: &Verdict) -> String {

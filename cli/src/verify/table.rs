@@ -94,12 +94,18 @@ pub(super) fn markdown(record: &VerifyRecord) -> String {
     text
 }
 
-/// The hypotheses in a word: how many, or the one that fails.
+/// The law, and how many hypotheses are met, or the one that is not.
 pub(super) fn hypotheses(s: &StatementRecord) -> String {
-    match s.hypotheses.iter().find(|h| !h.met) {
-        Some(unmet) => format!("not met: {}", unmet.name),
-        None if s.hypotheses.is_empty() => "none".into(),
-        None => format!("{} met", s.hypotheses.len()),
+    let law = s.law.as_ref().map(|law| law.spec.law.to_string());
+    let met = match s.hypotheses.iter().find(|h| !h.met) {
+        Some(unmet) => Some(format!("not met: {}", unmet.name)),
+        None if s.hypotheses.is_empty() => None,
+        None => Some(format!("{} met", s.hypotheses.len())),
+    };
+    match (law, met) {
+        (None, None) => "none".into(),
+        (Some(one), None) | (None, Some(one)) => one,
+        (Some(law), Some(met)) => format!("{law}: {met}"),
     }
 }
 

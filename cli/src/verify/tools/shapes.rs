@@ -48,3 +48,28 @@ pub fn ellipse_at(
     });
     Ok(signed_distance(&implicit, 0.0)?)
 }
+
+/// The signed distance of a ball that is stretched along the first axis: half-axes `along`, and
+/// `across` in all other directions.
+///
+/// # Errors
+/// [`VerifyError::Levelset`] where it does not fit in the box.
+pub fn spheroid<const D: usize>(
+    grid: Grid<D>,
+    along: f64,
+    across: f64,
+) -> Result<ScalarField<f64, D>, VerifyError> {
+    let implicit = ScalarField::from_fn(grid, |x| {
+        let (mut size, mut slope) = (0.0, 0.0);
+        for (k, x) in x.iter().enumerate() {
+            let axis = if k == 0 { along } else { across };
+            size += ((x - 0.5) / axis).powi(2);
+            slope += ((x - 0.5) / (axis * axis)).powi(2);
+        }
+        let (size, slope) = (size.sqrt(), slope.sqrt());
+        // As for ellipses.
+        let radius = if slope > 0.0 { size / slope } else { across };
+        [(1.0 - size) * radius]
+    });
+    Ok(signed_distance(&implicit, 0.0)?)
+}
