@@ -44,9 +44,18 @@ fn draw(
     all: &[Errors<'_>],
 ) -> Result<(), String> {
     let points = || all.iter().flat_map(|e| e.points.iter().copied());
-    let columns = padded(points().map(|p| p.0), 1.25);
+    let (across, up) = (
+        points().map(|p| p.0).fold(None, bounds),
+        points().map(|p| p.1).fold(None, bounds),
+    );
+    // Powers of ten alone have labels, and a short axis may have none.
+    let axis = match across {
+        Some((low, high)) => format!("{axis}, from {} to {}", step(low), step(high)),
+        None => axis.to_owned(),
+    };
+    let columns = padded(across, 1.25);
     // Room for the legend below the lines, which rise to the right.
-    let mut rows = padded(points().map(|p| p.1), 2.0);
+    let mut rows = padded(up, 2.0);
     rows.start /= (rows.end / rows.start).powf(0.12 + 0.085 * all.len() as f64);
     let label = ("sans-serif", 13).into_font().color(&RGBColor(70, 75, 82));
     let mut chart = ChartBuilder::on(area)
@@ -65,7 +74,7 @@ fn draw(
         .bold_line_style(RGBColor(228, 230, 233))
         .axis_style(RGBColor(140, 145, 152))
         .label_style(label.clone())
-        .x_desc(axis)
+        .x_desc(axis.as_str())
         .x_labels(6)
         .y_labels(7)
         .x_label_formatter(&|x| step(*x))
@@ -109,21 +118,18 @@ fn draw(
         .map_err(|e| e.to_string())
 }
 
+fn bounds(range: Option<(f64, f64)>, x: f64) -> Option<(f64, f64)> {
+    range.map_or(Some((x, x)), |(low, high)| Some((low.min(x), high.max(x))))
+}
+
 /// The point of the smallest step.
 fn finest(points: &[(f64, f64)]) -> Option<&(f64, f64)> {
     points.iter().min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// The range of numbers, made wider by a factor.
-fn padded(values: impl Iterator<Item = f64>, factor: f64) -> std::ops::Range<f64> {
-    let (low, high) = values.fold((f64::INFINITY, 0.0f64), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
-    if low <= high {
-        low / factor..high * factor
-    } else {
-        0.1..1.0
-    }
+/// A range, made wider by a factor.
+fn padded(range: Option<(f64, f64)>, factor: f64) -> std::ops::Range<f64> {
+    range.map_or(0.1..1.0, |(low, high)| low / factor..high * factor)
 }
 
 /// A name that fits in the chart.
@@ -145,8 +151,8 @@ fn rounded(order: f64) -> String {
 }
 
 fn step(x: f64) -> String {
-    if (0.01..1000.0).contains(&x) {
-        format!("{x:.3}")
+    if (0.001..1000.0).contains(&x) {
+        format!("{x:.4}")
             .trim_end_matches('0')
             .trim_end_matches('.')
             .into()

@@ -13,12 +13,12 @@
 //! the same code gets one wrong ingredient (a factor, a law, a weight) and has to end refuted.
 //!
 //! # Data flow
-//! [`experiments::all`] → [`select`] by name → each [`Statement::run`] in its [`Setting`] →
-//! [`Outcome`](outcome::Outcome) → [`Verdict`](verdict::Verdict) → [`record`], [`table`],
-//! [`plots`], [`report`].
+//! [`experiments::all`] → `select` by name → each [`Statement::run`] in its [`Setting`] →
+//! [`Outcome`](outcome::Outcome) → [`Verdict`](verdict::Verdict) → `record`, `table`,
+//! `plots`, `report`.
 //!
 //! Orders are slopes of least squares with their standard error, limits without a closed form are
-//! extrapolated ([`order`]). No result depends on the number of threads.
+//! extrapolated (`order`). No result depends on the number of threads.
 
 mod args;
 mod command;

@@ -279,6 +279,7 @@ impl Check {
     pub fn measured(&self) -> String {
         let value = match self.expected {
             Expectation::Order { .. } => format!("{:.2}", self.measured),
+            Expectation::Value { tolerance, .. } => beside(self.measured, tolerance),
             _ => number(self.measured),
         };
         if self.uncertainty > 0.0 {
@@ -286,6 +287,24 @@ impl Check {
         } else {
             value
         }
+    }
+}
+
+/// A number with as many digits as tell how far it is off beside a tolerance.
+fn beside(x: f64, tolerance: f64) -> String {
+    let plain = number(x);
+    if plain.contains('e') || !(tolerance > 0.0 && x.is_finite()) {
+        return plain;
+    }
+    let digits = (2.0 - tolerance.log10().floor()).clamp(0.0, 14.0) as usize;
+    trimmed(&format!("{x:.digits$}"))
+}
+
+fn trimmed(text: &str) -> String {
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    } else {
+        text.into()
     }
 }
 
@@ -297,12 +316,7 @@ pub(super) fn number(x: f64) -> String {
         format!("{x}")
     } else if (1e-3..1e4).contains(&x.abs()) {
         let digits = (3 - x.abs().log10().floor() as i32).max(0) as usize;
-        let text = format!("{x:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').into()
-        } else {
-            text
-        }
+        trimmed(&format!("{x:.digits$}"))
     } else {
         format!("{x:.2e}").replace(".00e", "e")
     }
@@ -370,6 +384,14 @@ mod tests {
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(number(x), text);
+        }
+        for (x, tolerance, text) in [
+            (1.00036, 0.01, "1.0004"),
+            (0.999_999_999_4, 1e-9, "0.9999999994"),
+            (2.0, 1e-12, "2"),
+            (2.0, 0.0, "2"),
+        ] {
+            assert_eq!(beside(x, tolerance), text);
         }
     }
 }

@@ -166,7 +166,7 @@ fn certificate(setting: Setting) -> Outcome {
             "a bound from below, up to rounding",
         );
         outcome.order(
-            format!("|bound − least det of the smooth deformation|, {d}D"),
+            format!("|bound − least det of the deformation|, {d}D"),
             "h",
             points,
             1.0,
