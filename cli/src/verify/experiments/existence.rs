@@ -223,7 +223,7 @@ fn minimisers<const D: usize>(
         outcome.at_most(
             "|E_h/E_{h/2} − 1| of the two grids",
             (energies[0] / energies[energies.len() - 1] - 1.0).abs(),
-            0.5,
+            0.1,
             "the coarsest grid has one cell for the width of the interface",
         );
     }
