@@ -28,7 +28,8 @@ pub const STATEMENTS: &[Statement] = &[
         name: "dissipation-balls-3d",
         reference: "Theorem 6.5",
         claim: "On the discrete geodesic of balls in space Diss_τ tends to \
-                Diss = (6λ+4μ)π(4/9)(R₁^(3/2)−R₀^(3/2))², with the first order of τ",
+                Diss = (6λ+4μ)π(4/9)(R₁^(3/2)−R₀^(3/2))², with the first order of τ; at 9λ = 10μ with \
+                the second",
         broken: "the law has 1.1 times the λ of the fluid",
         run: |setting| geodesic_of_balls::<3>(setting),
     },

@@ -129,7 +129,7 @@ fn ellipse_shapes(setting: Setting) -> Result<Outcome, VerifyError> {
         "τ",
         points,
         1.0,
-        0.35,
+        setting.effort(0.5, 0.35),
         "as for ellipses; few steps leave some of the next term",
     );
     let affine = finite_geodesic(
