@@ -15,6 +15,7 @@ use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
 use crate::pca::{PcaArgs, ScoreArgs, SynthesizeArgs, run_pca, run_score, run_synthesize};
 use crate::segment::{ScaleArgs, SegmentArgs, run_segment};
+use crate::verify::{VerifyArgs, run_verify};
 
 /// Averages of 2D and 3D shapes, their modes of variation, geodesics and distances between them, and
 /// shapes in images.
@@ -47,6 +48,8 @@ enum Command {
     Score(ScoreArgs),
     /// A figure with its table: what averages and modes do, on drawn or given shapes.
     Figure(FigureArgs),
+    /// Tries the theory behind all this by numerical experiments.
+    Verify(VerifyArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -157,6 +160,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Synthesize(args) => run_synthesize(args),
         Command::Score(args) => run_score(args),
         Command::Figure(args) => run_figure(args),
+        Command::Verify(args) => run_verify(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

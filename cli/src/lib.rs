@@ -20,6 +20,7 @@ mod report;
 mod results;
 pub mod segment;
 mod shapes;
+pub mod verify;
 mod watch;
 
 /// The examples of the README, as documentation tests.

@@ -17,7 +17,7 @@ fn readme() -> String {
 
 /// Commands that write a directory, and the headings over the tables of their files.
 /// Of several beginnings of a command the first counts; those without a table have no heading.
-const TABLES: [(&str, &str); 7] = [
+const TABLES: [(&str, &str); 9] = [
     ("shapespace average --joint", "### Several images together"),
     ("shapespace average --sweep", ""),
     ("shapespace segment", "## Shapes in images"),
@@ -25,6 +25,11 @@ const TABLES: [(&str, &str); 7] = [
     ("shapespace pca", "## Modes of variation"),
     ("shapespace geodesic", "## Geodesics"),
     ("shapespace distances", "## Distances, clusters and maps"),
+    ("shapespace verify --quick", ""),
+    (
+        "shapespace verify misprint",
+        "## Theory, tried by experiments",
+    ),
 ];
 
 /// The lines of all blocks of commands.

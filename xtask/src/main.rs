@@ -10,6 +10,7 @@ mod study;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod table;
 mod tidy;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -18,7 +19,8 @@ const TASKS: &str = "tasks:
   tidy     check the rules that no compiler checks
   figures  make docs/figures anew, or the named ones
   study    measure averages of built-in and real shapes (study --help)
-  bench    measure speed: kernels, averages, other programs (bench --help)";
+  bench    measure speed: kernels, averages, other programs (bench --help)
+  verify   try the theory by experiments, and write docs/verification";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -27,6 +29,7 @@ fn main() -> ExitCode {
     match task.as_deref() {
         Some("tidy") => tidy::run(),
         Some("figures") => figures::run(&rest),
+        Some("verify") => verify::run(&rest),
         #[cfg(feature = "study")]
         Some("study") => study::run(&rest),
         #[cfg(feature = "bench")]

@@ -1,0 +1,28 @@
+//! What can keep an experiment from its end.
+
+/// Why an experiment could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum VerifyError {
+    /// A law.
+    #[error(transparent)]
+    Law(#[from] hyperelastic::LawError),
+    /// A grid or a linear system.
+    #[error(transparent)]
+    Grid(#[from] fe_grid::GridError),
+    /// A signed distance.
+    #[error(transparent)]
+    Levelset(#[from] levelset::LevelsetError),
+    /// A phase field.
+    #[error(transparent)]
+    PhaseField(#[from] phasefield::PhaseFieldError),
+    /// An average.
+    #[error(transparent)]
+    Average(#[from] shape_average::AverageError),
+    /// An analysis of an average.
+    #[error(transparent)]
+    Pca(#[from] shape_pca::PcaError),
+    /// A geodesic.
+    #[error(transparent)]
+    Geodesic(#[from] geodesic::GeodesicError),
+}

@@ -1,0 +1,126 @@
+//! The time discretisation in finite dimensions: the sphere, springs and dashpots.
+
+use geodesic::finite::{Dashpots, Dissimilarity, Rule, StereographicSphere, finite_geodesic};
+
+use super::doubling;
+use crate::verify::VerifyError;
+use crate::verify::outcome::Outcome;
+use crate::verify::statement::{Setting, Statement};
+
+/// The statements of this theme.
+pub const STATEMENTS: &[Statement] = &[
+    Statement {
+        name: "finite-sphere",
+        reference: "section 6, finite dimensions",
+        claim: "On the sphere in its stereographic chart discrete geodesics tend to great circles: \
+                with the second order of τ for the metric at midpoints, with the first for that at \
+                starts of steps",
+        broken: "the great circle is that of a sphere of radius 1.02",
+        run: sphere,
+    },
+    Statement {
+        name: "finite-springs-dashpots",
+        reference: "section 2, springs and dashpots",
+        claim: "Springs forget the way on which they were stretched, dashpots do not: their length \
+                is that of the way, √(2μ)(1.5 + 0.5) for a detour",
+        broken: "springs stand in the place of the dashpots",
+        run: springs_and_dashpots,
+    },
+];
+
+const START: [f64; 2] = [0.9, -0.3];
+const END: [f64; 2] = [-0.2, 1.1];
+
+fn sphere(setting: Setting) -> Result<Outcome, VerifyError> {
+    let mut outcome = Outcome::default();
+    let radius = setting.ingredient(1.0, 1.02);
+    let exact = radius * StereographicSphere::distance(&START, &END);
+    for (rule, name, order) in [
+        (Rule::Midpoint, "metric at midpoints", 2.0),
+        (Rule::Left, "metric at starts of steps", 1.0),
+    ] {
+        let sphere = StereographicSphere { rule };
+        let (mut lengths, mut off) = (Vec::new(), Vec::new());
+        for k in doubling(16, setting.effort(64, 128)) {
+            let path = finite_geodesic(&sphere, START, END, k)?;
+            let tau = 1.0 / k as f64;
+            lengths.push((tau, path.length() - exact));
+            off.push((tau, path.points.iter().map(off_circle).fold(0.0, f64::max)));
+        }
+        let reason = "the error of the chart's metric in a step";
+        outcome.order(
+            format!("|L_τ − L|, {name}"),
+            "τ",
+            lengths,
+            order,
+            0.15,
+            reason,
+        );
+        if rule == Rule::Midpoint {
+            outcome.order(
+                "distance of the points from the great circle",
+                "τ",
+                off,
+                order,
+                0.15,
+                reason,
+            );
+        }
+    }
+    Ok(outcome)
+}
+
+/// How far a point lies off the plane of the great circle.
+fn off_circle(x: &[f64; 2]) -> f64 {
+    let lift = |x: &[f64; 2]| {
+        let s = x[0] * x[0] + x[1] * x[1];
+        nalgebra::Vector3::new(2.0 * x[0], 2.0 * x[1], s - 1.0) / (1.0 + s)
+    };
+    let normal = lift(&START).cross(&lift(&END)).normalize();
+    lift(x).dot(&normal).abs()
+}
+
+fn springs_and_dashpots(setting: Setting) -> Result<Outcome, VerifyError> {
+    let mut outcome = Outcome::default();
+    let viscosity = 0.5;
+    let dashpot = Dashpots {
+        viscosity,
+        ground: 0.0,
+    };
+    let segment = |length: f64| [0.0, 0.0, length, 0.0];
+    let stored = |from: f64, to: f64| dashpot.value(&segment(from), &segment(to)).sqrt();
+    let direct = stored(1.0, 2.0);
+    // What has been stored in a spring is a matter of its two ends alone.
+    let detour = [1.0, 2.5, 2.0];
+    let dissipated: f64 = detour.windows(2).map(|p| stored(p[0], p[1])).sum();
+    let along = setting.ingredient(dissipated, stored(detour[0], detour[2]));
+    let unit = (2.0 * viscosity).sqrt();
+    outcome.value(
+        "length of the detour 1 → 2.5 → 2 with a dashpot",
+        along,
+        unit * 2.0,
+        1e-12,
+        "√(2μ) times the way, up to rounding",
+    );
+    outcome.value(
+        "root of the energy stored in a spring by the same",
+        direct,
+        unit,
+        1e-12,
+        "√(2μ) times the difference of the ends",
+    );
+    // The ground holds what is left of rigid motions.
+    let held = Dashpots {
+        viscosity,
+        ground: 1e-4,
+    };
+    let path = finite_geodesic(&held, segment(1.0), segment(2.0), setting.effort(8, 16))?;
+    outcome.value(
+        "length of the geodesic of the dashpot from 1 to 2",
+        path.length(),
+        unit,
+        1e-3,
+        "the ground dissipates a ten-thousandth",
+    );
+    Ok(outcome)
+}

@@ -1,0 +1,397 @@
+//! `result.json`, and the same figures as tables.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use hyperelastic::{Hypotheses, LawSpec};
+use serde::Serialize;
+
+use super::outcome::{Check, Expectation, Line, Outcome};
+use super::statement::{Effort, Setting, Statement};
+use super::verdict::Verdict;
+use crate::output::{OutputError, ResultDir};
+
+/// What a run of the command found.
+#[derive(Clone, Debug, Serialize)]
+pub struct VerifyRecord {
+    /// `quick` or `full`.
+    pub effort: &'static str,
+    /// Whether one ingredient of every experiment was broken.
+    pub broken: bool,
+    /// Statements by verdict.
+    pub confirmed: usize,
+    /// Statements that say nothing of the case that was tried.
+    pub not_covered: usize,
+    /// Statements with a figure that is not as expected.
+    pub refuted: usize,
+    /// The statements, in the order of the notes.
+    pub statements: Vec<StatementRecord>,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+/// What was found of one statement. `expected`, `measured` and `order` are those of the figure that
+/// decided: the first that failed, or else the first.
+#[derive(Clone, Debug, Serialize)]
+pub struct StatementRecord {
+    /// Its name.
+    pub name: &'static str,
+    /// Where it stands.
+    pub reference: &'static str,
+    /// What it claims.
+    pub claim: &'static str,
+    /// What was broken, in a broken run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub broken_ingredient: Option<&'static str>,
+    /// The law used.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub law: Option<LawRecord>,
+    /// The hypotheses of the statement.
+    pub hypotheses: Vec<HypothesisRecord>,
+    /// The observable that decided.
+    pub observable: String,
+    /// What was expected of it.
+    pub expected: String,
+    /// What was found.
+    pub measured: String,
+    /// The first order of convergence among the figures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<OrderRecord>,
+    /// Whether the verdict is what this run should end with.
+    pub well: bool,
+    /// The verdict.
+    #[serde(flatten)]
+    pub decided: Verdict,
+    /// All figures.
+    pub figures: Vec<FigureRecord>,
+    /// What is plotted.
+    pub lines: Vec<LineRecord>,
+    /// What else there is to say.
+    pub notes: Vec<String>,
+    /// Wall time.
+    pub seconds: f64,
+}
+
+/// A law and what it satisfies.
+#[derive(Clone, Debug, Serialize)]
+pub struct LawRecord {
+    /// Name and moduli.
+    #[serde(flatten)]
+    pub spec: LawSpec,
+    /// What it satisfies.
+    pub satisfies: Hypotheses,
+}
+
+/// A hypothesis.
+#[derive(Clone, Debug, Serialize)]
+pub struct HypothesisRecord {
+    /// In words.
+    pub name: String,
+    /// Whether it holds.
+    pub met: bool,
+}
+
+/// An order of convergence.
+#[derive(Clone, Debug, Serialize)]
+pub struct OrderRecord {
+    /// That of the theory.
+    pub expected: f64,
+    /// That of the fit.
+    pub observed: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+/// A figure.
+#[derive(Clone, Debug, Serialize)]
+pub struct FigureRecord {
+    /// What was measured.
+    pub observable: String,
+    /// What was expected.
+    pub expected: String,
+    /// Why.
+    pub reason: String,
+    /// What was found; left out where it is not a finite number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// What was found, in words.
+    pub measured: String,
+    /// How well it is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<f64>,
+    /// Whether it is as expected.
+    pub holds: bool,
+}
+
+/// A line of a plot.
+#[derive(Clone, Debug, Serialize)]
+pub struct LineRecord {
+    /// What it shows.
+    pub label: String,
+    /// What runs along the horizontal axis.
+    pub axis: String,
+    /// The order expected.
+    pub order: f64,
+    /// Its points, those that are positive and finite.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl VerifyRecord {
+    /// Of all statements.
+    pub fn new(setting: Setting, statements: Vec<StatementRecord>, seconds: f64) -> Self {
+        let count = |word: &str| {
+            let of = |s: &&StatementRecord| s.decided.word() == word;
+            statements.iter().filter(of).count()
+        };
+        Self {
+            effort: match setting.effort {
+                Effort::Quick => "quick",
+                Effort::Full => "full",
+            },
+            broken: setting.is_broken(),
+            confirmed: count("confirmed"),
+            not_covered: count("not covered"),
+            refuted: count("refuted"),
+            statements,
+            seconds,
+        }
+    }
+
+    /// Whether every statement ended as it should.
+    pub fn is_well(&self) -> bool {
+        self.statements.iter().all(|s| s.well)
+    }
+
+    /// The counts in a sentence.
+    pub fn summary(&self) -> String {
+        let all = self.statements.len();
+        if self.broken {
+            return format!(
+                "{} of {all} statements with a broken ingredient are refuted, as they should be",
+                self.refuted
+            );
+        }
+        format!(
+            "of {all} statements {} are confirmed, {} not covered, {} refuted",
+            self.confirmed, self.not_covered, self.refuted
+        )
+    }
+}
+
+impl StatementRecord {
+    /// Of an outcome and its verdict.
+    pub fn new(
+        statement: &Statement,
+        setting: Setting,
+        outcome: &Outcome,
+        verdict: &Verdict,
+        seconds: f64,
+    ) -> Self {
+        let failed = outcome.checks.iter().find(|check| !check.holds());
+        let decisive = failed.or(outcome.checks.first());
+        let text = |f: fn(&Check) -> String| decisive.map(f).unwrap_or_default();
+        Self {
+            name: statement.name,
+            reference: statement.reference,
+            claim: statement.claim,
+            broken_ingredient: setting.is_broken().then_some(statement.broken),
+            law: outcome.law.map(|used| LawRecord {
+                spec: used.spec,
+                satisfies: used.hypotheses,
+            }),
+            hypotheses: outcome
+                .conditions
+                .iter()
+                .map(|c| HypothesisRecord {
+                    name: c.name.clone(),
+                    met: c.met,
+                })
+                .collect(),
+            observable: text(|check| check.observable.clone()),
+            expected: text(Check::expected),
+            measured: text(Check::measured),
+            order: outcome.checks.iter().find_map(order),
+            well: verdict.is_well(setting.ingredient),
+            decided: verdict.clone(),
+            figures: outcome.checks.iter().map(FigureRecord::new).collect(),
+            lines: outcome.lines.iter().map(LineRecord::new).collect(),
+            notes: outcome.notes.clone(),
+            seconds,
+        }
+    }
+}
+
+impl FigureRecord {
+    fn new(check: &Check) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        Self {
+            observable: check.observable.clone(),
+            expected: check.expected(),
+            reason: check.reason.clone(),
+            value: finite(check.measured),
+            measured: check.measured(),
+            uncertainty: finite(check.uncertainty).filter(|u| *u > 0.0),
+            holds: check.holds(),
+        }
+    }
+}
+
+impl LineRecord {
+    fn new(line: &Line) -> Self {
+        let usable = |x: f64| x > 0.0 && x.is_finite();
+        let points = line.points.iter().copied();
+        Self {
+            label: line.label.clone(),
+            axis: line.axis.clone(),
+            order: line.slope,
+            points: points.filter(|&(x, y)| usable(x) && usable(y)).collect(),
+        }
+    }
+}
+
+fn order(check: &Check) -> Option<OrderRecord> {
+    let Expectation::Order { order, .. } = check.expected else {
+        return None;
+    };
+    (check.measured.is_finite() && check.uncertainty.is_finite()).then_some(OrderRecord {
+        expected: order,
+        observed: check.measured,
+        error: check.uncertainty,
+    })
+}
+
+impl Check {
+    /// What is expected, in words.
+    pub fn expected(&self) -> String {
+        match self.expected {
+            Expectation::Value { value, tolerance } => {
+                format!("{} ± {}", number(value), number(tolerance))
+            }
+            Expectation::AtMost(bound) => format!("≤ {}", number(bound)),
+            Expectation::AtLeast(bound) => format!("≥ {}", number(bound)),
+            Expectation::Order { order, tolerance } => {
+                format!("order {} ± {}", number(order), number(tolerance))
+            }
+        }
+    }
+
+    /// What was measured, in words.
+    pub fn measured(&self) -> String {
+        let value = match self.expected {
+            Expectation::Order { .. } => format!("{:.2}", self.measured),
+            Expectation::Value { tolerance, .. } => beside(self.measured, tolerance),
+            _ => number(self.measured),
+        };
+        if self.uncertainty > 0.0 {
+            format!("{value} ± {:.0e}", self.uncertainty)
+        } else {
+            value
+        }
+    }
+}
+
+/// A number with as many digits as tell how far it is off beside a tolerance.
+fn beside(x: f64, tolerance: f64) -> String {
+    let plain = number(x);
+    if plain.contains('e') || !(tolerance > 0.0 && x.is_finite()) {
+        return plain;
+    }
+    let digits = (2.0 - tolerance.log10().floor()).clamp(0.0, 14.0) as usize;
+    trimmed(&format!("{x:.digits$}"))
+}
+
+fn trimmed(text: &str) -> String {
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    } else {
+        text.into()
+    }
+}
+
+/// A number with as many digits as are of use.
+pub(super) fn number(x: f64) -> String {
+    if x == 0.0 {
+        "0".into()
+    } else if !x.is_finite() {
+        format!("{x}")
+    } else if (1e-3..1e4).contains(&x.abs()) {
+        let digits = (3 - x.abs().log10().floor() as i32).max(0) as usize;
+        trimmed(&format!("{x:.digits$}"))
+    } else {
+        format!("{x:.2e}").replace(".00e", "e")
+    }
+}
+
+/// Writes `figures.csv`, a line for every figure, and `lines.csv`, a line for every point that is
+/// plotted.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub(super) fn write_tables(
+    directory: &ResultDir,
+    record: &VerifyRecord,
+) -> Result<(), OutputError> {
+    let mut figures = String::from("statement,observable,expected,measured,uncertainty,holds\n");
+    let mut lines = String::from("statement,line,x,y\n");
+    for s in &record.statements {
+        for f in &s.figures {
+            let plain = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:e}"));
+            // Writing into a string cannot fail.
+            let _ = writeln!(
+                figures,
+                "{},{},{},{},{},{}",
+                s.name,
+                quoted(&f.observable),
+                quoted(&f.expected),
+                plain(f.value),
+                plain(f.uncertainty),
+                f.holds
+            );
+        }
+        for line in &s.lines {
+            for (x, y) in &line.points {
+                let _ = writeln!(lines, "{},{},{x:e},{y:e}", s.name, quoted(&line.label));
+            }
+        }
+    }
+    for (name, text) in [("figures.csv", figures), ("lines.csv", lines)] {
+        let path = directory.file(name);
+        fs::write(&path, text).map_err(OutputError::at(&path))?;
+    }
+    Ok(())
+}
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (x, text) in [
+            (0.0, "0"),
+            (1.0, "1"),
+            (0.15, "0.15"),
+            (std::f64::consts::PI, "3.142"),
+            (1234.56, "1235"),
+            (1e-12, "1e-12"),
+            (1.25e-12, "1.25e-12"),
+            (-0.5, "-0.5"),
+            (100.0, "100"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(number(x), text);
+        }
+        for (x, tolerance, text) in [
+            (1.00036, 0.01, "1.0004"),
+            (0.999_999_999_4, 1e-9, "0.9999999994"),
+            (2.0, 1e-12, "2"),
+            (2.0, 0.0, "2"),
+        ] {
+            assert_eq!(beside(x, tolerance), text);
+        }
+    }
+}

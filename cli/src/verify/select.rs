@@ -1,0 +1,90 @@
+//! Statements by name.
+
+use super::statement::Statement;
+use crate::error::CliError;
+
+/// Names that are offered in place of one that there is not.
+const OFFERED: usize = 4;
+
+/// The statements of the names, in their own order; all where none is named. A name also stands
+/// for all statements that begin with it and a hyphen.
+///
+/// # Errors
+/// [`CliError::Option`] with near names, where there is none of a name.
+pub(super) fn select(all: Vec<Statement>, names: &[String]) -> Result<Vec<Statement>, CliError> {
+    let is_of = |statement: &Statement, name: &str| {
+        let rest = statement.name.strip_prefix(name);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
+    };
+    if let Some(name) = names.iter().find(|n| !all.iter().any(|s| is_of(s, n))) {
+        return Err(CliError::Option {
+            option: "NAME",
+            value: name.clone(),
+            remedy: format!(
+                "near it are {}; `shapespace verify --list` lists all statements",
+                nearest(&all, name).join(", ")
+            ),
+        });
+    }
+    Ok(all
+        .into_iter()
+        .filter(|s| names.is_empty() || names.iter().any(|name| is_of(s, name)))
+        .collect())
+}
+
+/// The names nearest to one that there is not.
+fn nearest(all: &[Statement], name: &str) -> Vec<&'static str> {
+    let mut names: Vec<&str> = all.iter().map(|s| s.name).collect();
+    // A part of a name is as near as can be.
+    names.sort_by_key(|known| {
+        let part = !name.is_empty() && known.contains(name);
+        (!part, distance(known, name))
+    });
+    names.truncate(OFFERED);
+    names
+}
+
+/// Letters to change, add or leave out to get from one word to the other (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let changed = corner + usize::from(x != *y);
+            corner = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(corner + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::experiments;
+    use super::*;
+
+    #[test]
+    fn names_and_themes_select() {
+        let all = experiments::all();
+        let one = select(all.clone(), &["dissipation-balls-2d".to_owned()]).unwrap();
+        assert_eq!(one.len(), 1);
+        let theme = select(all.clone(), &["dissipation".to_owned()]).unwrap();
+        assert!(theme.len() > 2);
+        assert_eq!(select(all.clone(), &[]).unwrap().len(), all.len());
+        // A part of a word is no theme.
+        assert!(select(all, &["dissip".to_owned()]).is_err());
+    }
+
+    #[test]
+    fn an_unknown_name_is_told_its_neighbours() {
+        match select(experiments::all(), &["disipation-bals-2d".to_owned()]) {
+            Err(CliError::Option { remedy, .. }) => {
+                assert!(remedy.contains("dissipation-balls-2d"), "{remedy}");
+            }
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(distance("kitten", "sitting"), 3);
+    }
+}

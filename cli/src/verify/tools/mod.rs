@@ -1,0 +1,8 @@
+//! What several experiments need: laws at a point, random matrices, quadrature.
+
+pub mod ellipses;
+pub mod fields;
+pub mod matrices;
+pub mod pointwise;
+pub mod quadrature;
+pub mod shapes;

@@ -1,0 +1,98 @@
+//! A law at one point, by its name.
+
+use fe_grid::Tensor;
+use hyperelastic::{
+    Hypotheses, LameModuli, LawError, LawSpec, LawVisitor, StoredEnergy, ViscousDissipation,
+};
+
+use crate::verify::VerifyError;
+
+/// What a law says at a displacement gradient.
+#[derive(Clone, Copy, Debug)]
+pub struct Response<const D: usize> {
+    /// `W(1 + h)`.
+    pub value: f64,
+    /// First Piola–Kirchhoff stress.
+    pub stress: Tensor<f64, D>,
+    /// `W_,AA(1 + h)[b]`.
+    pub action: Tensor<f64, D>,
+}
+
+struct At<const D: usize> {
+    h: Tensor<f64, D>,
+    b: Tensor<f64, D>,
+}
+
+impl<const D: usize> LawVisitor<D> for At<D> {
+    type Output = Response<D>;
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> Response<D> {
+        let (value, stress) = law.gradient(&self.h);
+        Response {
+            value,
+            stress,
+            action: law.hessian_action(&self.h, &self.b),
+        }
+    }
+}
+
+struct Value<const D: usize>(Tensor<f64, D>);
+
+impl<const D: usize> LawVisitor<D> for Value<D> {
+    type Output = f64;
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> f64 {
+        law.value(&self.0)
+    }
+}
+
+struct Answers;
+
+impl<const D: usize> LawVisitor<D> for Answers {
+    type Output = Hypotheses;
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> Hypotheses {
+        law.hypotheses()
+    }
+}
+
+/// A law of a name with moduli `lambda` and `mu`.
+///
+/// # Errors
+/// [`VerifyError::Law`].
+pub fn law(name: &str, bulk_lambda: f64, shear_modulus: f64) -> Result<LawSpec, VerifyError> {
+    Ok(LawSpec::new(
+        name,
+        LameModuli::new(bulk_lambda, shear_modulus)?,
+    )?)
+}
+
+/// The energy density, stress and tangent at `1 + h`, the tangent applied to `b`.
+///
+/// # Errors
+/// Where there is no such law.
+pub fn response<const D: usize>(
+    spec: &LawSpec,
+    h: &Tensor<f64, D>,
+    b: &Tensor<f64, D>,
+) -> Result<Response<D>, LawError> {
+    spec.visit(At { h: *h, b: *b })
+}
+
+/// The energy density at `1 + h`.
+///
+/// # Errors
+/// Where there is no such law.
+pub fn density<const D: usize>(spec: &LawSpec, h: &Tensor<f64, D>) -> Result<f64, LawError> {
+    spec.visit(Value(*h))
+}
+
+/// What a law satisfies.
+///
+/// # Errors
+/// Where there is no such law.
+pub fn hypotheses<const D: usize>(spec: &LawSpec) -> Result<Hypotheses, LawError> {
+    spec.visit::<D, _>(Answers)
+}
+
+/// The rate of viscous dissipation of a velocity gradient.
+pub fn dissipation<const D: usize>(moduli: LameModuli, gradient: &Tensor<f64, D>) -> f64 {
+    ViscousDissipation { moduli }.rate(gradient)
+}
