@@ -27,7 +27,11 @@ pub fn ellipsoid<const D: usize>(grid: Grid<D>, radii: [f64; D], turn: f64) -> S
             terms.sum::<f64>().sqrt()
         };
         let (size, slope) = (scaled(1), scaled(2));
-        (1.0 - size) * size / slope.max(1e-9)
+        if size < 1e-9 {
+            // The middle itself, where the ratio has no value: as deep as the object is.
+            return radii.iter().copied().fold(f64::INFINITY, f64::min);
+        }
+        (1.0 - size) * size / slope
     })
 }
 

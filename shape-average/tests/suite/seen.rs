@@ -1,7 +1,6 @@
 //! Averages of shapes of which parts are hidden.
 
-mod support;
-
+use crate::support::shapes::{bar, ellipsoid};
 use fe_grid::minimise::{Evaluation, Objective, Silent};
 use fe_grid::{Grid, ScalarField};
 use levelset::dice;
@@ -9,7 +8,6 @@ use shape_average::{
     AverageError, AverageObjective, AverageParams, AverageResult, LevelShapes, average,
     average_of_seen,
 };
-use support::shapes::{bar, ellipsoid};
 
 fn everywhere<const D: usize>(grid: Grid<D>) -> ScalarField<f64, D> {
     ScalarField::from_fn(grid, |_| [1.0])
@@ -157,7 +155,7 @@ fn weights_that_do_not_fit_are_refused() {
         matches!(found, Err(AverageError::Seen { .. }))
     };
     let one = everywhere(grid);
-    assert!(refused(&[one.clone()]));
+    assert!(refused(std::slice::from_ref(&one)));
     assert!(refused(&[one.clone(), everywhere(Grid::dyadic(3))]));
     assert!(refused(&[one.clone(), ScalarField::zeros(grid)]));
     assert!(refused(&[one, ScalarField::from_fn(grid, |_| [f64::NAN])]));

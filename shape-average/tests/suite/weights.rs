@@ -1,12 +1,10 @@
 //! Shapes of weight zero, and medians.
 
-mod support;
-
+use crate::support::shapes::{ball, bar};
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Moments, contour, dice, hausdorff};
 use shape_average::{AverageParams, AverageResult, Mean, average};
-use support::shapes::{ball, bar};
 
 fn run(shapes: &[ScalarField<f64, 2>], params: &AverageParams) -> AverageResult<2> {
     let result = average(shapes, params, &mut Silent).unwrap();

@@ -1,15 +1,13 @@
 //! Averages of shapes whose average is known, and properties that every average has.
 
-mod support;
-
+use crate::support::angle::{indicator, inner_angle};
+use crate::support::shapes::{ball, bar};
+use crate::support::{max_abs, run};
 use fe_grid::{Grid, ScalarField};
 use levelset::Moments;
 use shape_average::align::align_group;
 use shape_average::{AverageParams, AverageResult};
 use std::f64::consts::{FRAC_PI_3, PI};
-use support::angle::{indicator, inner_angle};
-use support::shapes::{ball, bar};
-use support::{max_abs, run};
 
 #[track_caller]
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {

@@ -1,12 +1,10 @@
 //! Averages on levels that the caller fills.
 
-mod support;
-
+use crate::support::shapes::bar;
 use fe_grid::minimise::Silent;
 use fe_grid::transfer::inject_into;
 use fe_grid::{Field, Grid, ScalarField};
 use shape_average::{AverageError, AverageParams, LevelShapes, average, average_on_levels};
-use support::shapes::bar;
 
 fn bars() -> [ScalarField<f64, 2>; 2] {
     [180.0, 130.0].map(|angle| bar(Grid::dyadic(5), angle, 0.0))

@@ -1,7 +1,7 @@
 //! Properties of every average, and what happens when it cannot be had.
 
-mod support;
-
+use crate::support::shapes::{ball, bar, ellipsoid};
+use crate::support::{distance, max_abs, on_threads, run};
 use fe_grid::minimise::{Control, Evaluation, Iteration, Objective, Observer, Silent, Status};
 use fe_grid::{Field, Grid, ScalarField};
 use hyperelastic::LameModuli;
@@ -10,8 +10,6 @@ use shape_average::{
     AverageError, AverageObjective, AverageParams, AverageResult, BoundaryCondition, LevelShapes,
     Solver, average,
 };
-use support::shapes::{ball, bar, ellipsoid};
-use support::{distance, max_abs, on_threads, run};
 
 fn three_shapes() -> [ScalarField<f64, 2>; 3] {
     let grid = Grid::dyadic(5);

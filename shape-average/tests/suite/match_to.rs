@@ -1,13 +1,11 @@
 //! A shape matched to an average that stays as it is.
 
-mod support;
-
+use crate::support::run;
+use crate::support::shapes::ball;
 use fe_grid::Grid;
 use fe_grid::minimise::Silent;
 use levelset::signed_distance;
 use shape_average::{AverageError, AverageParams, match_to};
-use support::run;
-use support::shapes::ball;
 
 #[test]
 fn a_shape_of_the_average_is_deformed_as_it_was() {

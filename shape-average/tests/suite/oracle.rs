@@ -4,8 +4,8 @@
 //! The reference stores deformed positions `Phi`; here unknowns are displacements
 //! `u = Phi - id`, by which the derivatives are the same.
 
-mod support;
-
+use crate::support::oracle::{flat, number, oracle};
+use crate::support::{distance, max_abs};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{Background, Source, normal_equations};
@@ -21,8 +21,6 @@ use hyperelastic::{
 use phasefield::{InterfaceLength, Mismatch};
 use serde_json::Value;
 use shape_average::{AverageObjective, AverageParams, LevelShapes};
-use support::oracle::{flat, number, oracle};
-use support::{distance, max_abs};
 
 /// What the reference files grant, in the maximum norm of each array.
 const RELATIVE: f64 = 1e-10;

@@ -1,14 +1,12 @@
 //! The inverse model, in which the deformations from the average to the shapes cost energy: the
 //! average is the same up to the second power of the strain.
 
-mod support;
-
+use crate::support::run;
+use crate::support::shapes::ball;
 use fe_grid::Grid;
 use hyperelastic::LawSpec;
 use levelset::Moments;
 use shape_average::AverageParams;
-use support::run;
-use support::shapes::ball;
 
 /// The radius of the average of two disks of radii `.25 (1 - s)` and `.25 (1 + s)`.
 fn radius(law: &str, strain: f64) -> f64 {

@@ -1,0 +1,17 @@
+//! All tests of the average but that of its memory, as one program: the average is generic, and every
+//! program that uses it compiles it again, for minutes.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod align;
+mod align_data;
+mod average;
+mod average_properties;
+mod inverse;
+mod joint;
+mod levels;
+mod match_to;
+mod oracle;
+mod seen;
+mod weights;
