@@ -6,8 +6,9 @@
 //! others are averaged by themselves, with the same weight of a mismatch, and each of these is then
 //! deformed onto the result with a small elastic weight, which makes the deformation a good one.
 
+use crate::hierarchy::{LevelMinimiser, Levels, levels_of_seen, targets_of};
 use crate::result::Timing;
-use crate::solve::{LevelMinimiser, Levels, average_of_seen, levels_of_seen, targets_of};
+use crate::solve::average_of_seen;
 use crate::{AverageError, AverageParams, AverageResult, LevelShapes, Mean};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Field, ScalarField};

@@ -45,6 +45,7 @@ mod elastic;
 mod energy;
 mod error;
 mod follow;
+mod hierarchy;
 pub mod joint;
 mod level;
 mod median;

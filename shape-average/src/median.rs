@@ -4,8 +4,8 @@
 //! at the last average, the next average therefore lowers the sum of roots at least as much as its
 //! own functional, whatever that is lowered by (majorisation and minimisation).
 
+use crate::hierarchy::{Levels, solve_levels};
 use crate::quiet::Quiet;
-use crate::solve::{Levels, solve_levels};
 use crate::{AverageError, AverageParams, AverageResult, Energy, LevelShapes, Mean};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Observer, Status};

@@ -5,7 +5,7 @@
 //! counted once, by its largest: one is gone when the next comes. The program
 //! around it, boundaries of shapes and pictures are not counted.
 
-use crate::solve::HISTORY;
+use crate::hierarchy::HISTORY;
 use crate::{AverageParams, Solver};
 use fe_grid::{Grid, Storage};
 use hyperelastic::Corotational;

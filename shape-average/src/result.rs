@@ -1,9 +1,8 @@
 //! The result of an average.
 
-use crate::solve::{overall_status, worst_certificate};
 use crate::{AverageError, Energy, LevelShapes};
 use fe_grid::minimise::{Evaluations, LevelInfo, Status};
-use fe_grid::{Certificate, Field, InverseDeformation, ScalarField};
+use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
 use rayon::prelude::*;
 
@@ -217,4 +216,23 @@ fn measure<const D: usize>(
     let average = contour(indicator, 0.5, BoxEdge::Open).map(visible);
     let distance = own.and_then(|own| hausdorff(&own, &average?)).ok();
     Ok((overlap, distance))
+}
+
+/// The certificate of the worst of all displacements, for a determinant above zero.
+pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Certificate {
+    let certificates: Vec<Certificate> = x
+        .par_chunks_exact(D * grid.n_nodes())
+        .map(|u| certify(grid, u, 0.0))
+        .collect();
+    let worst = certificates
+        .iter()
+        .copied()
+        .reduce(|a, b| if b.min_det < a.min_det { b } else { a });
+    worst.unwrap_or_else(|| certify(grid, &vec![0.0; D * grid.n_nodes()], 0.0))
+}
+
+/// Whether all levels ended as they should.
+pub(crate) fn overall_status(reports: &[LevelReport]) -> Status {
+    let bad = reports.iter().map(|r| r.status).find(|s| !s.converged());
+    bad.unwrap_or(Status::EnergyTolerance)
 }

@@ -2,9 +2,9 @@
 
 use super::density::JointDensity;
 use super::{JointEnergy, JointParams};
+use crate::hierarchy::{HISTORY, METRIC_INTERVAL};
 use crate::objective::shape;
 use crate::quiet::Quiet;
-use crate::solve::{HISTORY, METRIC_INTERVAL};
 use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Mean};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{

@@ -5,7 +5,7 @@ use super::{JointLevel, JointParams, JointResult};
 use crate::AverageError;
 use crate::objective::check_law;
 use crate::quiet::Quiet;
-use crate::solve::worst_certificate;
+use crate::result::worst_certificate;
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Status};
 use fe_grid::{Field, InverseDeformation, ScalarField};
 use phasefield::segmentation::{SegmentationParams, coarser_image, segment};

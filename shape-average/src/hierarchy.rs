@@ -1,0 +1,330 @@
+//! The levels of an average, from coarse to fine, and the stopping rule of each.
+
+use crate::alternating::Alternating;
+use crate::result::{AverageResult, LevelReport, Timing, worst_certificate};
+use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Solver};
+use fe_grid::minimise::{
+    Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
+};
+use fe_grid::transfer::{inject_into, prolong_into};
+use fe_grid::{Buffer, Field, Grid, certify};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// Iterations over which the fall of the energy is judged.
+const ENERGY_WINDOW: usize = 5;
+/// A direction that promises less than this share of the tolerance ends a level: levels that the
+/// coarser ones have settled need no steps, and equal shapes stay exactly where they are.
+const DECREMENT: f64 = 0.2;
+/// On coarse grids the floor, which is that of the continuum, comes close to the energy or lies
+/// above it; on fine ones the excess is this share of the energy and more.
+const LEAST_EXCESS: f64 = 0.2;
+/// Pairs of the L-BFGS memory: the metric carries most of the curvature, and pairs are what needs
+/// memory (five are as good as thirty on hands and stars).
+pub(crate) const HISTORY: usize = 5;
+/// Iterations after which the metric is made anew.
+pub(crate) const METRIC_INTERVAL: usize = 8;
+/// Blends to the identity that are tried where a deformation is not admissible on a finer level.
+const REPAIRS: u32 = 40;
+
+/// Minimises on all levels and puts the result together.
+pub(crate) fn solve_levels<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    mut problem: Levels<'_, D>,
+    start: Instant,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    let params = problem.params;
+    let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
+    let first = problem.start.take().unwrap_or_else(|| vec![0.0; dim]);
+    let minimiser = |_| LevelMinimiser {
+        params: params.clone(),
+    };
+    let solution = minimise_levels(&mut problem, minimiser, first, observer)?;
+    let timing = Timing {
+        levels: solution.levels,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    problem.into_result(signed_distances, &solution.x, &timing)
+}
+
+/// The minimiser that the parameters name, with the stopping rule of a level.
+pub(crate) struct LevelMinimiser {
+    pub params: AverageParams,
+}
+
+impl LevelMinimiser {
+    /// A factor of the tolerance: the least weight over that of equal ones, but no less than a
+    /// tenth. A shape of little weight shows little in the energy.
+    fn strictness(&self, n_shapes: usize) -> f64 {
+        let weights = self.params.resolved_weights(n_shapes);
+        let least = weights.into_iter().fold(f64::INFINITY, f64::min);
+        (n_shapes as f64 * least).clamp(0.1, 1.0)
+    }
+}
+
+impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
+    fn minimise(
+        &self,
+        objective: &mut AverageObjective<D>,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Info, AverageError> {
+        let n = objective.shapes().n_shapes() as f64;
+        // The interface of a discrete phase field is a little shorter than the shape's.
+        let tolerance = self.params.tolerance * self.strictness(objective.shapes().n_shapes());
+        let floor = 0.9 * self.params.mismatch_weight / n * objective.shapes().mismatch_floor();
+        match self.params.solver {
+            Solver::Lbfgs => {
+                let stopping = Stopping {
+                    relative_gradient: 0.0,
+                    relative_decrement: DECREMENT * tolerance,
+                    absolute_decrement: 0.0,
+                    relative_energy: tolerance,
+                    energy_window: ENERGY_WINDOW,
+                    energy_floor: floor,
+                    least_excess: LEAST_EXCESS,
+                    max_iterations: self.params.max_iterations,
+                };
+                LbfgsParams {
+                    metric_interval: METRIC_INTERVAL,
+                    history: HISTORY,
+                    stopping,
+                    ..LbfgsParams::default()
+                }
+                .minimise(objective, x, observer)
+            }
+            Solver::Descent => Alternating {
+                max_iterations: self.params.max_iterations,
+                tolerance,
+                energy_floor: floor,
+                target: None,
+            }
+            .minimise(objective, x, observer),
+        }
+    }
+}
+
+/// The phase fields of a shape on all levels, coarsest first, for others to be deformed onto.
+pub(crate) fn targets_of<const D: usize>(
+    target: &Field<f64, D, 1>,
+    params: &AverageParams,
+) -> Result<Vec<Vec<f64>>, AverageError> {
+    let levels = levels_of(std::slice::from_ref(target), params)?;
+    let fields = levels.into_iter().flat_map(|level| level.phase_fields);
+    Ok(fields.map(Field::into_vec).collect())
+}
+
+/// The levels of an average.
+pub(crate) struct Levels<'a, const D: usize> {
+    params: &'a AverageParams,
+    /// The average on every level, where it is given.
+    targets: Option<Vec<Vec<f64>>>,
+    /// What the terms of every shape are multiplied by, where that is not one.
+    shares: Option<Vec<f64>>,
+    /// Displacements on the coarsest level to start from, where they are not zero.
+    start: Option<Vec<f64>>,
+    /// Coarsest first.
+    grids: Vec<Grid<D>>,
+    shapes: Vec<Option<LevelShapes<D>>>,
+    average: Vec<f64>,
+    reports: Vec<LevelReport>,
+    finest: Option<LevelShapes<D>>,
+}
+
+impl<'a, const D: usize> Levels<'a, D> {
+    pub(crate) fn new(levels: Vec<LevelShapes<D>>, params: &'a AverageParams) -> Self {
+        let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
+        Self {
+            params,
+            targets: None,
+            shares: None,
+            start: None,
+            average: vec![1.0; grids[0].n_nodes()],
+            grids,
+            shapes: levels.into_iter().map(Some).collect(),
+            reports: Vec::new(),
+            finest: None,
+        }
+    }
+
+    /// The same with the average given on every level.
+    pub(crate) fn onto(self, targets: Vec<Vec<f64>>) -> Self {
+        Self {
+            targets: Some(targets),
+            ..self
+        }
+    }
+
+    /// The same with the terms of every shape times its share.
+    pub(crate) fn shared(self, shares: Vec<f64>) -> Self {
+        Self {
+            shares: Some(shares),
+            ..self
+        }
+    }
+
+    /// The same from these displacements on the coarsest level.
+    pub(crate) fn from(self, start: Vec<f64>) -> Self {
+        Self {
+            start: Some(start),
+            ..self
+        }
+    }
+
+    fn into_result(
+        self,
+        signed_distances: &[Field<f64, D, 1>],
+        x: &[f64],
+        timing: &Timing,
+    ) -> Result<AverageResult<D>, AverageError> {
+        let (shapes, reports) = (self.finest, self.reports);
+        // A level that was cancelled is the last.
+        let shapes = shapes.ok_or(AverageError::NoShapes)?;
+        let mut votes = self.params.resolved_weights(signed_distances.len());
+        if let Some(shares) = &self.shares {
+            for (vote, share) in votes.iter_mut().zip(shares) {
+                *vote *= share;
+            }
+            let sum: f64 = votes.iter().sum();
+            for vote in &mut votes {
+                *vote /= sum;
+            }
+        }
+        AverageResult::new(
+            signed_distances,
+            &votes,
+            shapes,
+            x,
+            self.average,
+            reports,
+            timing,
+        )
+    }
+}
+
+/// The shapes on all levels, coarsest first.
+pub(crate) fn levels_of<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    params: &AverageParams,
+) -> Result<Vec<LevelShapes<D>>, AverageError> {
+    levels_of_seen(signed_distances, &[], params)
+}
+
+/// The same where not all of them was seen.
+pub(crate) fn levels_of_seen<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    seen: &[Field<f64, D, 1>],
+    params: &AverageParams,
+) -> Result<Vec<LevelShapes<D>>, AverageError> {
+    let grids = signed_distances[0].grid().hierarchy(params.coarsest_nodes);
+    let mut levels = Vec::with_capacity(grids.len());
+    let (mut distances, mut seen) = (signed_distances.to_vec(), seen.to_vec());
+    for (depth, grid) in grids.iter().enumerate().rev() {
+        if depth + 1 < grids.len() {
+            // Nodes of a coarse grid are nodes of the fine one: the exact distance there.
+            distances = distances.iter().map(|u| inject(grid, u)).collect();
+            seen = seen.iter().map(|w| inject(grid, w)).collect();
+        }
+        levels.push(LevelShapes::new(*grid, &distances, params)?.with_seen(seen.clone()));
+    }
+    levels.reverse();
+    Ok(levels)
+}
+
+pub(crate) fn inject<const D: usize>(grid: &Grid<D>, fine: &Field<f64, D, 1>) -> Field<f64, D, 1> {
+    let mut coarse = Field::zeros(*grid);
+    inject_into(grid, fine.as_slice(), coarse.as_mut_slice());
+    coarse
+}
+
+impl<const D: usize> LevelProblem for Levels<'_, D> {
+    type Error = AverageError;
+    type Objective = AverageObjective<D>;
+
+    fn n_levels(&self) -> usize {
+        self.grids.len()
+    }
+
+    fn objective(&mut self, level: usize) -> Result<AverageObjective<D>, AverageError> {
+        let shapes = self.shapes[level].take().ok_or(AverageError::NoShapes)?;
+        if let Some(targets) = &self.targets {
+            let target = targets[level].clone();
+            return Ok(AverageObjective::onto(shapes, self.params, target));
+        }
+        let average = std::mem::take(&mut self.average);
+        let objective = AverageObjective::new(shapes, self.params, average);
+        Ok(match &self.shares {
+            Some(shares) => objective.with_shares(shares),
+            None => objective,
+        })
+    }
+
+    fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Buffer<f64>, AverageError> {
+        let (coarse, fine) = (&self.grids[level], &self.grids[level + 1]);
+        let dim = D * coarse.n_nodes();
+        let size = x.len() / dim * D * fine.n_nodes();
+        let mut finer = self.params.storage.zeros(size)?;
+        finer
+            .par_chunks_exact_mut(D * fine.n_nodes())
+            .zip(x.par_chunks_exact(dim))
+            .for_each(|(finer, x)| prolong_into(coarse, x, finer));
+        let mut average = vec![0.0; fine.n_nodes()];
+        if self.targets.is_none() {
+            prolong_into(coarse, &self.average, &mut average);
+            self.average = average;
+        }
+        Ok(finer)
+    }
+
+    /// Nested spaces leave the determinant as it was; a state that came from elsewhere is drawn
+    /// to the identity, shape by shape, until it is admissible.
+    fn repair(&mut self, level: usize, x: &mut [f64]) -> Result<(), AverageError> {
+        let grid = &self.grids[level];
+        let bound = self.params.min_determinant;
+        x.par_chunks_exact_mut(D * grid.n_nodes()).for_each(|u| {
+            for _ in 0..REPAIRS {
+                if certify(grid, u, bound).certified {
+                    return;
+                }
+                for u in &mut *u {
+                    *u *= 0.9;
+                }
+            }
+            u.fill(0.0);
+        });
+        Ok(())
+    }
+
+    fn finish_level(
+        &mut self,
+        _level: usize,
+        objective: AverageObjective<D>,
+        x: &[f64],
+        info: &Info,
+    ) -> Result<(), AverageError> {
+        let mut objective = objective;
+        // The last evaluation may have been a trial that was refused.
+        let energy = match objective.evaluate(x, &mut [])? {
+            fe_grid::minimise::Evaluation::Value(_) => objective.energy().clone(),
+            fe_grid::minimise::Evaluation::Inadmissible => Energy::default(),
+        };
+        let grid = *objective.grid();
+        self.reports.push(LevelReport {
+            nodes: grid.nodes_per_axis().to_vec(),
+            interface_width: objective.shapes().interface_width(),
+            status: info.status,
+            iterations: info.iterations,
+            evaluations: info.evaluations,
+            shape_evaluations: objective.shape_evaluations - objective.shapes().n_shapes(),
+            average_iterations: objective.average_iterations,
+            energies: info.energies.clone(),
+            energy,
+            certificate: worst_certificate(&grid, x),
+            seconds: 0.0,
+        });
+        self.average = objective.average().to_vec();
+        self.finest = Some(objective.into_shapes());
+        Ok(())
+    }
+}
