@@ -107,6 +107,8 @@ fn forces_balance_and_modes_agree() {
         row(33.0, 4.0),
         row(17.0, 2.0)
     );
+    let pins = figure(&place, "pins", &["--grid", "33"], "pins");
+    assert!(pins.number(0, "second ratio").abs() < 1e-8);
     let modes = figure(&place, "modes", &["--grid", "65"], "modes");
     // Two bends, whatever the inner product and the material.
     for row in 0..modes.rows() {

@@ -51,6 +51,8 @@ pub enum FigureName {
     MissingParts,
     /// A law against its inverse model.
     InverseModel,
+    /// The mode of two shapes with pins at different places.
+    Pins,
     /// Modes by both inner products, with and without the stress in the average, of both materials.
     Modes,
 }

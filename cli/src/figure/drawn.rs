@@ -5,7 +5,9 @@ use std::path::Path;
 use fe_grid::Grid;
 
 use super::FigureName;
-use crate::generate::{Bar, Blob, Cross, Ellipsoid, Implicit, Placed, Star, area_share, letters};
+use crate::generate::{
+    Bar, Blob, Cross, Ellipsoid, Implicit, Outline, Pen, Placed, Star, area_share, letters,
+};
 use crate::input::Image;
 
 type Drawn = (String, Box<dyn Implicit<2>>);
@@ -29,6 +31,22 @@ pub(super) fn images(figure: FigureName, nodes: usize, folder: &Path) -> Vec<Ima
 
 fn bar(angle: f64) -> Box<dyn Implicit<2>> {
     Box::new(Bar::new(0.6, 0.12, angle))
+}
+
+/// A block with a pin on its upper side, at a share of its length.
+fn pinned(place: f64) -> Box<dyn Implicit<2>> {
+    let (left, right) = (place - 0.0625, place + 0.0625);
+    let corners = [
+        [0.0, 0.16],
+        [left, 0.16],
+        [left, 0.0],
+        [right, 0.0],
+        [right, 0.16],
+        [1.0, 0.16],
+        [1.0, 0.44],
+        [0.0, 0.44],
+    ];
+    Box::new(Outline::new(vec![Pen::polygon(&corners)], 0.64))
 }
 
 fn cross(bend: [f64; 2]) -> Box<dyn Implicit<2>> {
@@ -86,6 +104,7 @@ fn shapes(figure: FigureName) -> Vec<Drawn> {
         }
         FigureName::LargeBends => named("cross", vec![cross([51.0, 51.0]), cross([-51.0, -51.0])]),
         FigureName::MissingParts => named("bar", vec![bar(180.0), bar(160.0), bar(150.0)]),
+        FigureName::Pins => named("pin", vec![pinned(0.25), pinned(0.75)]),
         FigureName::Modes => {
             let bends = [[20.0, 12.5], [20.0, -12.5], [-20.0, 12.5], [-20.0, -12.5]];
             named("cross", bends.map(cross).into())

@@ -163,6 +163,7 @@ fn made<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet,
         FigureName::LargeBends => bends::large_bends(scene),
         FigureName::MissingParts => missing::missing_parts(scene),
         FigureName::InverseModel => inverse::inverse_model(scene),
+        FigureName::Pins => modes::pins(scene),
         FigureName::Modes => modes::modes(scene),
     }
 }

@@ -5,7 +5,7 @@ use levelset::Contour;
 use shape_average::{AverageParams, AverageResult};
 use shape_pca::{Average, Compound, Metric, Pca, PcaParams};
 
-use super::averages::materials;
+use super::averages::{columns, materials, usual};
 use super::scene::{Scene, outline};
 use super::sheet::{Cell, Sheet, Table, Tiles};
 use crate::error::CliError;
@@ -43,6 +43,46 @@ const KINDS: [Kind; 3] = [
     },
 ];
 
+/// The mode of shapes whose parts stand at different places.
+pub(super) fn pins<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
+    let mut params = scene.params.clone();
+    let result = scene.average("average", |own| {
+        balanced(own);
+        params = own.clone();
+    })?;
+    let pca = analyse(scene, &result, &params, &KINDS[0])?;
+    let mut tiles = Tiles::new(&scene.grid(), COLUMNS);
+    tiles.shapes("shapes", &scene.distances, 0.0);
+    tiles.average("average", &result);
+    tiles.end_row();
+    draw(&mut tiles, KINDS[0].name, &outline(&result)?, &pca, &[]);
+    let definite = if pca.definite() { "yes" } else { "no" };
+    let mut table = Table::new(&columns(
+        &["first eigenvalue", "second ratio"],
+        &["balance", "definite"],
+    ));
+    let second = pca.ratios().get(1).copied().unwrap_or(0.0);
+    let mut row: Vec<Cell> = vec![pca.modes.eigenvalues[0].into(), second.into()];
+    row.extend(usual(&result));
+    row.extend([pca.balance.into(), definite.into()]);
+    table.row(row);
+    Ok(Sheet {
+        title: "Pins at different places",
+        text: "The average has a low pin at either place, and its mode lets one of them grow while the \
+               other sinks: a pin here is not taken for the one there, moved along."
+            .into(),
+        table,
+        picture: tiles.draw(),
+    })
+}
+
+/// Parameters for which the stresses balance: no length carries a part of them.
+fn balanced(params: &mut AverageParams) {
+    params.length_weight = Some(1e-5 * params.mismatch_weight);
+    params.tolerance = params.tolerance.min(1e-6);
+    params.max_iterations = params.max_iterations.max(1000);
+}
+
 /// Analyses of the same shapes.
 pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let mut table = Table::new(&[
@@ -61,9 +101,7 @@ pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliEr
         let mut params = scene.params.clone();
         let result = scene.average(material, |own| {
             own.law.moduli = moduli;
-            // The stresses balance where no length carries a part of them.
-            own.length_weight = Some(1e-5 * own.mismatch_weight);
-            own.tolerance = own.tolerance.min(1e-6);
+            balanced(own);
             params = own.clone();
         })?;
         let boundary = outline(&result)?;
