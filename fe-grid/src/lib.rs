@@ -9,6 +9,7 @@
 //! - Linear systems: [`UniformOperator`], [`conjugate_gradient`], [`SpectralSolver`],
 //!   [`multigrid`].
 //! - Minimisation: [`minimise`], from coarse levels to fine.
+//! - Compilation: [`dimension`] ends what is generic at a version for the plane and one for space.
 //!
 //! Everything holds for `D = 2` and `D = 3` alike. Elements are multilinear, with two quadrature
 //! points an axis. Nodal data are stored component by component, `x` fastest, as `f64` or `f32`;
@@ -36,6 +37,7 @@ mod buffer;
 mod certificate;
 pub mod composition;
 pub mod csr;
+pub mod dimension;
 pub mod engine;
 mod error;
 mod field;

@@ -6,6 +6,7 @@ use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::overlap::{Overlaps, is_reached, overlaps, worst};
 use crate::shape::{Known, Shape, union_of};
 use crate::{Form, GeodesicError, GeodesicParams};
+use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
 
@@ -110,15 +111,24 @@ pub fn geodesic<const D: usize>(
     )
 }
 
-/// The geodesic between two shapes of one or several components, that may be hidden in part.
-///
-/// Components are matched in their order. With the notes' model of a hidden part, a path of level
-/// sets restores it: what the first step is matched with is the shape as it is seen, and the shape
-/// after it is whole.
-///
-/// # Errors
-/// As for [`geodesic`], and for shapes with different numbers of components.
-pub fn geodesic_between<const D: usize>(
+compiled_once! {
+    /// The geodesic between two shapes of one or several components, that may be hidden in part.
+    ///
+    /// Components are matched in their order. With the notes' model of a hidden part, a path of level
+    /// sets restores it: what the first step is matched with is the shape as it is seen, and the shape
+    /// after it is whole.
+    ///
+    /// # Errors
+    /// As for [`geodesic`], and for shapes with different numbers of components.
+    pub fn geodesic_between<'a, D>(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Geodesic<D>, GeodesicError> = path_between;
+}
+
+fn path_between<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,

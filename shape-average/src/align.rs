@@ -20,6 +20,7 @@ mod motion;
 mod starts;
 
 use fe_grid::Field;
+use fe_grid::compiled_once;
 use levelset::{Compact, LevelsetError};
 use rayon::prelude::*;
 
@@ -81,12 +82,19 @@ pub struct Alignment<const D: usize> {
     pub mismatch: f64,
 }
 
-/// The motion that brings the shape `moving` onto the shape `reference`, both given as signed
-/// distances on one grid.
-///
-/// # Errors
-/// [`AlignError`]; the reference counts as shape 0, the moving one as shape 1.
-pub fn align_to<const D: usize>(
+compiled_once! {
+    /// The motion that brings the shape `moving` onto the shape `reference`, both given as signed
+    /// distances on one grid.
+    ///
+    /// # Errors
+    /// [`AlignError`]; the reference counts as shape 0, the moving one as shape 1.
+    pub fn align_to<'a, D>(
+        reference: &'a Field<f64, D, 1>,
+        moving: &'a Field<f64, D, 1>,
+    ) -> Result<Alignment<D>, AlignError> = aligned;
+}
+
+fn aligned<const D: usize>(
     reference: &Field<f64, D, 1>,
     moving: &Field<f64, D, 1>,
 ) -> Result<Alignment<D>, AlignError> {
@@ -96,17 +104,23 @@ pub fn align_to<const D: usize>(
     target.align(moving, None).map_err(|source| at(1, source))
 }
 
-/// The motions that bring a group of shapes onto each other, given as signed distances on one
-/// grid. The first shape stays where it is, with the identity as its motion.
-///
-/// All shapes are aligned to the first; then each in turn to the mean of the indicators of all,
-/// so that what the first shape lacks or has too much of does not decide. (This alternation of
-/// mean and motions, generalised Procrustes analysis, never increases the sum of squared
-/// differences from the mean.)
-///
-/// # Errors
-/// [`AlignError`].
-pub fn align_group<const D: usize>(
+compiled_once! {
+    /// The motions that bring a group of shapes onto each other, given as signed distances on one
+    /// grid. The first shape stays where it is, with the identity as its motion.
+    ///
+    /// All shapes are aligned to the first; then each in turn to the mean of the indicators of all,
+    /// so that what the first shape lacks or has too much of does not decide. (This alternation of
+    /// mean and motions, generalised Procrustes analysis, never increases the sum of squared
+    /// differences from the mean.)
+    ///
+    /// # Errors
+    /// [`AlignError`].
+    pub fn align_group<'a, D>(
+        shapes: &'a [&'a Field<f64, D, 1>],
+    ) -> Result<Vec<Alignment<D>>, AlignError> = aligned_group;
+}
+
+fn aligned_group<const D: usize>(
     shapes: &[&Field<f64, D, 1>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
     check_shapes(shapes)?;

@@ -6,6 +6,7 @@ use crate::objective::check_law;
 use crate::result::AverageResult;
 use crate::{AverageError, AverageParams, LevelShapes, Mean};
 use fe_grid::Field;
+use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
 use std::time::Instant;
 
@@ -26,16 +27,25 @@ pub fn average<const D: usize>(
     average_of_seen(signed_distances, &[], params, observer)
 }
 
-/// The average of shapes of which not everything was seen.
-///
-/// `seen` has one weight a shape, on the same grid: 1 where the shape was seen, 0 where it was not.
-/// No mismatch is charged where it was not, and the shape has no say there in where the average
-/// lies; of its boundary the signed distance may tell anything there. Overlaps and distances in the
-/// result count what was seen.
-///
-/// # Errors
-/// As [`average`], and [`AverageError::Seen`] for weights that do not fit the shapes.
-pub fn average_of_seen<const D: usize>(
+compiled_once! {
+    /// The average of shapes of which not everything was seen.
+    ///
+    /// `seen` has one weight a shape, on the same grid: 1 where the shape was seen, 0 where it was not.
+    /// No mismatch is charged where it was not, and the shape has no say there in where the average
+    /// lies; of its boundary the signed distance may tell anything there. Overlaps and distances in the
+    /// result count what was seen.
+    ///
+    /// # Errors
+    /// As [`average`], and [`AverageError::Seen`] for weights that do not fit the shapes.
+    pub fn average_of_seen<'a, D>(
+        signed_distances: &'a [Field<f64, D, 1>],
+        seen: &'a [Field<f64, D, 1>],
+        params: &'a AverageParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<AverageResult<D>, AverageError> = seen_average;
+}
+
+fn seen_average<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
     params: &AverageParams,
@@ -52,15 +62,24 @@ pub fn average_of_seen<const D: usize>(
     solve(signed_distances, levels, params, start, observer)
 }
 
-/// The average of shapes whose phase fields and indicators the caller gives on every level,
-/// coarsest first; the signed distances are those on the finest and serve to measure the result.
-///
-/// What the parameters say of interface widths and of the coarsest level is not used.
-///
-/// # Errors
-/// Those of [`average`], and [`AverageError::Levels`] where the levels do not fit each other or
-/// the signed distances.
-pub fn average_on_levels<const D: usize>(
+compiled_once! {
+    /// The average of shapes whose phase fields and indicators the caller gives on every level,
+    /// coarsest first; the signed distances are those on the finest and serve to measure the result.
+    ///
+    /// What the parameters say of interface widths and of the coarsest level is not used.
+    ///
+    /// # Errors
+    /// Those of [`average`], and [`AverageError::Levels`] where the levels do not fit each other or
+    /// the signed distances.
+    pub fn average_on_levels<'a, D>(
+        signed_distances: &'a [Field<f64, D, 1>],
+        levels: Vec<LevelShapes<D>>,
+        params: &'a AverageParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<AverageResult<D>, AverageError> = level_average;
+}
+
+fn level_average<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     levels: Vec<LevelShapes<D>>,
     params: &AverageParams,
@@ -81,17 +100,27 @@ pub fn average_on_levels<const D: usize>(
     solve(signed_distances, levels, params, start, observer)
 }
 
-/// The deformation of a new shape onto an average that stays as it is: both terms of the average
-/// that belong to one shape, minimised by its deformation alone.
-///
-/// The shape is given by its signed distance; the average by its own, from which the phase field
-/// on coarse levels is made, and by its phase field on the finest. The shape has weight one, so
-/// that its deformation is the one that it would have among the shapes of the average, if they are
-/// of equal weight.
-///
-/// # Errors
-/// As [`average`]; all fields have to lie on one grid.
-pub fn match_to<const D: usize>(
+compiled_once! {
+    /// The deformation of a new shape onto an average that stays as it is: both terms of the average
+    /// that belong to one shape, minimised by its deformation alone.
+    ///
+    /// The shape is given by its signed distance; the average by its own, from which the phase field
+    /// on coarse levels is made, and by its phase field on the finest. The shape has weight one, so
+    /// that its deformation is the one that it would have among the shapes of the average, if they are
+    /// of equal weight.
+    ///
+    /// # Errors
+    /// As [`average`]; all fields have to lie on one grid.
+    pub fn match_to<'a, D>(
+        signed_distance: &'a Field<f64, D, 1>,
+        target: &'a Field<f64, D, 1>,
+        target_phase_field: &'a Field<f64, D, 1>,
+        params: &'a AverageParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<AverageResult<D>, AverageError> = matched;
+}
+
+fn matched<const D: usize>(
     signed_distance: &Field<f64, D, 1>,
     target: &Field<f64, D, 1>,
     target_phase_field: &Field<f64, D, 1>,

@@ -5,6 +5,7 @@ use super::{CalculusParams, DeformationSpace, Ladder, PathSpace, SolveReport, So
 use crate::cells::object_cells;
 use crate::lagrangian::{LagrangianPath, lagrangian_path, step_between};
 use crate::{GeodesicError, GeodesicParams, Shape};
+use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{axpy, scale};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
@@ -99,18 +100,28 @@ fn cancelled(reports: &[SolveReport]) -> bool {
     status(reports) == SolveStatus::Cancelled
 }
 
-/// Continues a geodesic of deformations of a start shape, given by the displacements of
-/// `psi_1, ..., psi_k`, by further steps of the same length (`psi_0` is the identity).
-///
-/// The steps are those of [`PathSpace::exponential`]: the first step of a geodesic of `K` steps,
-/// continued, gives back the rest of it. Where an equation has no solution that does not fold the
-/// void, the last shape becomes the start shape of what follows.
-///
-/// # Errors
-/// [`GeodesicError`] for parameters out of range, an unfit shape, no deformation, and deformations
-/// on other grids. Not to get on is not an error: fewer deformations come back, and the reports
-/// say why.
-pub fn exponential<const D: usize>(
+compiled_once! {
+    /// Continues a geodesic of deformations of a start shape, given by the displacements of
+    /// `psi_1, ..., psi_k`, by further steps of the same length (`psi_0` is the identity).
+    ///
+    /// The steps are those of [`PathSpace::exponential`]: the first step of a geodesic of `K` steps,
+    /// continued, gives back the rest of it. Where an equation has no solution that does not fold the
+    /// void, the last shape becomes the start shape of what follows.
+    ///
+    /// # Errors
+    /// [`GeodesicError`] for parameters out of range, an unfit shape, no deformation, and deformations
+    /// on other grids. Not to get on is not an error: fewer deformations come back, and the reports
+    /// say why.
+    pub fn exponential<'a, D>(
+        start: &'a ScalarField<f64, D>,
+        path: &'a [Field<f64, D, D>],
+        steps: usize,
+        params: &'a CalculusParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Extension<D>, GeodesicError> = continued;
+}
+
+fn continued<const D: usize>(
     start: &ScalarField<f64, D>,
     path: &[Field<f64, D, D>],
     steps: usize,
@@ -246,14 +257,25 @@ pub fn logarithm<const D: usize>(
     Ok(Logarithm { velocity, path })
 }
 
-/// Carries a variation of a start shape, a displacement on its domain, along a path of
-/// deformations given by the displacements of `psi_1, ..., psi_K`, to the last of them: see
-/// [`PathSpace::transport`]. Where an equation has no solution that does not fold the void, this
-/// rung and the later ones are made on the domains of the shapes at which they begin.
-///
-/// # Errors
-/// As [`exponential()`]. Not to get on is not an error: there is no variation then.
-pub fn transport<const D: usize>(
+compiled_once! {
+    /// Carries a variation of a start shape, a displacement on its domain, along a path of
+    /// deformations given by the displacements of `psi_1, ..., psi_K`, to the last of them: see
+    /// [`PathSpace::transport`]. Where an equation has no solution that does not fold the void, this
+    /// rung and the later ones are made on the domains of the shapes at which they begin.
+    ///
+    /// # Errors
+    /// As [`exponential()`]. Not to get on is not an error: there is no variation then.
+    pub fn transport<'a, D>(
+        start: &'a ScalarField<f64, D>,
+        path: &'a [Field<f64, D, D>],
+        variation: &'a Field<f64, D, D>,
+        ladder: Ladder,
+        params: &'a CalculusParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Transport<D>, GeodesicError> = transported;
+}
+
+fn transported<const D: usize>(
     start: &ScalarField<f64, D>,
     path: &[Field<f64, D, D>],
     variation: &Field<f64, D, D>,
@@ -318,12 +340,21 @@ fn pulled_back<const D: usize>(
     pulled
 }
 
-/// The shape at the end of a path of deformations of a start shape, given by the displacement of
-/// the last of them, and a variation there as a displacement on the domain of that shape.
-///
-/// # Errors
-/// [`GeodesicError`] for fields on other grids and shapes without a boundary.
-pub fn at_end<const D: usize>(
+compiled_once! {
+    /// The shape at the end of a path of deformations of a start shape, given by the displacement of
+    /// the last of them, and a variation there as a displacement on the domain of that shape.
+    ///
+    /// # Errors
+    /// [`GeodesicError`] for fields on other grids and shapes without a boundary.
+    pub fn at_end<'a, D>(
+        start: &'a ScalarField<f64, D>,
+        last: &'a Field<f64, D, D>,
+        variation: &'a Field<f64, D, D>,
+        params: &'a CalculusParams,
+    ) -> Result<(ScalarField<f64, D>, Field<f64, D, D>), GeodesicError> = moved_to_end;
+}
+
+fn moved_to_end<const D: usize>(
     start: &ScalarField<f64, D>,
     last: &Field<f64, D, D>,
     variation: &Field<f64, D, D>,

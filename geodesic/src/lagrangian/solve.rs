@@ -6,6 +6,7 @@ use crate::level_sets::{compose, flow_path};
 use crate::overlap::overlaps;
 use crate::shape::{Known, Shape, ShapeOnGrid};
 use crate::{GeodesicError, GeodesicParams};
+use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid};
@@ -33,13 +34,22 @@ pub struct LagrangianPath<const D: usize> {
     pub levels: Vec<PathLevel>,
 }
 
-/// The shortest path between two shapes given by their signed distances (positive inside) on one
-/// grid, found from the identity; where that does not reach the end shape on coarse grids, also from
-/// a viscous flow of one shape to the other, and the path of less energy is followed.
-///
-/// # Errors
-/// [`GeodesicError`] for parameters out of range and shapes that do not fit.
-pub fn lagrangian_path<const D: usize>(
+compiled_once! {
+    /// The shortest path between two shapes given by their signed distances (positive inside) on one
+    /// grid, found from the identity; where that does not reach the end shape on coarse grids, also from
+    /// a viscous flow of one shape to the other, and the path of less energy is followed.
+    ///
+    /// # Errors
+    /// [`GeodesicError`] for parameters out of range and shapes that do not fit.
+    pub fn lagrangian_path<'a, D>(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<LagrangianPath<D>, GeodesicError> = lowered_path;
+}
+
+fn lowered_path<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,

@@ -6,6 +6,7 @@ use crate::descent::{minimiser, repair};
 use crate::shape::{KnownEnds, Shape};
 use crate::{GeodesicError, GeodesicParams};
 use fe_grid::Grid;
+use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 
 /// Factor of the tolerance where a path is only preliminary.
@@ -32,17 +33,28 @@ pub struct LevelSetPath<const D: usize> {
     pub levels: Vec<LevelSetLevel>,
 }
 
-/// The minimal path of level sets near one of several first paths, each of `2^m` times as many steps
-/// on the same grid or on one that is coarser by a power of two. All lie on one grid; there the
-/// best of them is found, and followed to the grid of the shapes.
-///
-/// A path of many steps is lowered first, where every deformation is small and nothing jams; then
-/// steps are joined in pairs, and the path is lowered again, down to the number of steps that is
-/// wanted. Then the grid is refined.
-///
-/// # Errors
-/// [`GeodesicError`] for parameters out of range and paths that do not fit.
-pub fn level_set_path<const D: usize>(
+compiled_once! {
+    /// The minimal path of level sets near one of several first paths, each of `2^m` times as many steps
+    /// on the same grid or on one that is coarser by a power of two. All lie on one grid; there the
+    /// best of them is found, and followed to the grid of the shapes.
+    ///
+    /// A path of many steps is lowered first, where every deformation is small and nothing jams; then
+    /// steps are joined in pairs, and the path is lowered again, down to the number of steps that is
+    /// wanted. Then the grid is refined.
+    ///
+    /// # Errors
+    /// [`GeodesicError`] for parameters out of range and paths that do not fit.
+    pub fn level_set_path<'a, D>(
+        first: PathState<D>,
+        others: Vec<PathState<D>>,
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<LevelSetPath<D>, GeodesicError> = descended_path;
+}
+
+fn descended_path<const D: usize>(
     first: PathState<D>,
     others: Vec<PathState<D>>,
     start: &Shape<D>,

@@ -3,6 +3,7 @@
 use super::alternation::SegmentationObjective;
 use super::{Alternation, AmbrosioTortorelli, Part, SegmentationEnergy, SegmentationParams};
 use crate::PhaseFieldError;
+use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, LevelProblem, Observer, Status, minimise_levels};
 use fe_grid::transfer::{prolong_into, restrict_into};
 use fe_grid::{Buffer, Field, Grid, ScalarField};
@@ -50,15 +51,23 @@ impl<const D: usize> Segmentation<D> {
     }
 }
 
-/// Finds the edges of an image.
-///
-/// The observer hears of every level and alternation and may cancel; what has been reached by then
-/// is the result, on the grid that has been reached.
-///
-/// # Errors
-/// [`PhaseFieldError::Parameter`], [`PhaseFieldError::NotFinite`], and [`PhaseFieldError::Grid`]
-/// where a system breaks down. Not to converge is not an error: the status says so.
-pub fn segment<const D: usize>(
+compiled_once! {
+    /// Finds the edges of an image.
+    ///
+    /// The observer hears of every level and alternation and may cancel; what has been reached by then
+    /// is the result, on the grid that has been reached.
+    ///
+    /// # Errors
+    /// [`PhaseFieldError::Parameter`], [`PhaseFieldError::NotFinite`], and [`PhaseFieldError::Grid`]
+    /// where a system breaks down. Not to converge is not an error: the status says so.
+    pub fn segment<'a, D>(
+        image: &'a ScalarField<f64, D>,
+        params: &'a SegmentationParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Segmentation<D>, PhaseFieldError> = segmented;
+}
+
+fn segmented<const D: usize>(
     image: &ScalarField<f64, D>,
     params: &SegmentationParams,
     observer: &mut dyn Observer,

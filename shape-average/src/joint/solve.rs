@@ -6,20 +6,29 @@ use crate::AverageError;
 use crate::objective::check_law;
 use crate::quiet::Quiet;
 use crate::result::worst_certificate;
+use fe_grid::compiled_once;
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Status};
 use fe_grid::{Field, InverseDeformation, ScalarField};
 use phasefield::segmentation::{SegmentationParams, coarser_image, segment};
 use std::time::Instant;
 
-/// Segments images on one grid and averages their edges, both at the same time.
-///
-/// The observer hears of every level and of every round, and may cancel; what has been reached by
-/// then is the result, on the grid that has been reached.
-///
-/// # Errors
-/// [`AverageError`] for parameters out of range, images on different grids or not finite, and
-/// solvers that break down. Not to converge is not an error: the status of the levels says so.
-pub fn joint_average<const D: usize>(
+compiled_once! {
+    /// Segments images on one grid and averages their edges, both at the same time.
+    ///
+    /// The observer hears of every level and of every round, and may cancel; what has been reached by
+    /// then is the result, on the grid that has been reached.
+    ///
+    /// # Errors
+    /// [`AverageError`] for parameters out of range, images on different grids or not finite, and
+    /// solvers that break down. Not to converge is not an error: the status of the levels says so.
+    pub fn joint_average<'a, D>(
+        images: &'a [ScalarField<f64, D>],
+        params: &'a JointParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<JointResult<D>, AverageError> = average_images;
+}
+
+fn average_images<const D: usize>(
     images: &[ScalarField<f64, D>],
     params: &JointParams,
     observer: &mut dyn Observer,

@@ -1,0 +1,534 @@
+//! `average` and `demo` from files to files.
+
+#[cfg(target_os = "linux")]
+use crate::common::interrupted;
+use crate::common::{Place, Results, arrays, draw, drawn, npy_f64, succeeded};
+
+const KEYS: [&str; 20] = [
+    "average",
+    "certificate",
+    "dice",
+    "dimension",
+    "energy",
+    "evaluations",
+    "hausdorff",
+    "hausdorff_input_units",
+    "input",
+    "iterations",
+    "levels",
+    "mean_dice",
+    "memory_estimate",
+    "nodes",
+    "parameters",
+    "seconds",
+    "shape_evaluations",
+    "solver_seconds",
+    "status",
+    "version",
+];
+
+fn averaged(place: &Place, inputs: &[String], options: &[&str], output: &str) -> Results {
+    let mut arguments = vec!["average"];
+    arguments.extend(inputs.iter().map(String::as_str));
+    arguments.extend(["-o", output]);
+    arguments.extend(options);
+    succeeded(&place.run(&arguments));
+    Results::read(&place.path(output))
+}
+
+/// Everything that holds for every average of `n` shapes.
+fn check(results: &Results, n: usize, shape: &[u64]) {
+    for key in KEYS {
+        assert!(!results.json[key].is_null(), "no {key} in result.json");
+    }
+    let p = &results.json["parameters"];
+    for key in [
+        "align",
+        "boundary",
+        "grid",
+        "interface_width",
+        "lambda",
+        "law",
+        "length_weight",
+        "mismatch_weight",
+        "mu",
+        "solver",
+        "void_stiffness",
+        "weights",
+    ] {
+        assert!(!p[key].is_null(), "no parameter {key}");
+    }
+    check_energy(results, n);
+    let levels = results.json["levels"].as_array().unwrap();
+    let sum = |key: &str| -> u64 { levels.iter().map(|l| l[key].as_u64().unwrap()).sum() };
+    assert_eq!(results.json["iterations"], sum("iterations"));
+    assert_eq!(results.json["evaluations"], sum("evaluations"));
+    assert_eq!(levels.last().unwrap()["energy"], results.json["energy"]);
+    assert_eq!(levels.last().unwrap()["nodes"], results.json["nodes"]);
+    assert_eq!(results.json["certificate"]["certified"], true);
+    for dice in results.numbers("/dice") {
+        assert!(dice > 0.5 && dice <= 1.0, "{dice}");
+    }
+    let distances = results.json["hausdorff"].as_array().unwrap();
+    let physical = results.json["hausdorff_input_units"].as_array().unwrap();
+    for (i, (unit, own)) in distances.iter().zip(physical).enumerate() {
+        let scale = results.number(&format!("/input/{i}/frame/scale"));
+        let (unit, own) = (
+            unit["maximum"].as_f64().unwrap(),
+            own["maximum"].as_f64().unwrap(),
+        );
+        assert!((unit - own * scale).abs() < 1e-14);
+    }
+    check_arrays(results, n, shape);
+    let table = std::fs::read_to_string(results.path("energy.csv")).unwrap();
+    let steps: usize = sum("iterations") as usize + levels.len();
+    assert_eq!(table.lines().count(), 1 + steps);
+    for name in ["average.png", "average.vti", "energy.svg"] {
+        assert!(
+            std::fs::metadata(results.path(name)).unwrap().len() > 500,
+            "{name}"
+        );
+    }
+}
+
+/// The functional is the weighted sum of its terms.
+fn check_energy(results: &Results, n: usize) {
+    let weights = results.numbers("/parameters/weights");
+    let (elastic, mismatch) = (
+        results.numbers("/energy/elastic"),
+        results.numbers("/energy/mismatch"),
+    );
+    assert_eq!([weights.len(), elastic.len(), mismatch.len()], [n; 3]);
+    let total = weights
+        .iter()
+        .zip(&elastic)
+        .map(|(w, e)| w * e)
+        .sum::<f64>()
+        + results.number("/parameters/mismatch_weight") / n as f64 * mismatch.iter().sum::<f64>()
+        + results.number("/parameters/length_weight") * results.number("/energy/length");
+    let written = results.number("/energy/total");
+    // A few sums in another order.
+    assert!(
+        (total - written).abs() <= 1e-12 * written,
+        "{total} {written}"
+    );
+}
+
+fn check_arrays(results: &Results, n: usize, shape: &[u64]) {
+    let (found, phase_field) = results.array("average.npy");
+    assert_eq!(found, shape);
+    assert!(phase_field.iter().all(|v| (-0.1..1.1).contains(v)));
+    assert_eq!(results.mask("average_mask.npy").0, shape);
+    let mut vector = vec![shape.len() as u64];
+    vector.extend(shape);
+    let stiffness = results.number("/parameters/void_stiffness");
+    for i in 0..n {
+        assert_eq!(results.array(&format!("deformation_{i:03}.npy")).0, vector);
+        let (found, values) = results.array(&format!("phasefield_{i:03}.npy"));
+        assert_eq!(found, shape);
+        assert!(values.iter().all(|v| (0.0..1.0).contains(v)));
+        let (found, weight) = results.array(&format!("weight_{i:03}.npy"));
+        assert_eq!(found, shape);
+        assert!(weight.iter().all(|w| (stiffness..=1.0).contains(w)));
+    }
+    assert!(!results.path(&format!("weight_{n:03}.npy")).exists());
+}
+
+/// Largest `|phi - id|` of a deformation, and the mean of `phi - id` along each axis.
+fn displacement(results: &Results, index: usize) -> (f64, Vec<f64>) {
+    let (shape, positions) = results.array(&format!("deformation_{index:03}.npy"));
+    let (dimension, side) = (shape[0] as usize, shape[1] as usize);
+    let n = side.pow(dimension as u32);
+    let (mut largest, mut means) = (0.0, Vec::new());
+    for k in 0..dimension {
+        let moved = (0..n).map(|i| {
+            // Component 0 is x, and x runs fastest.
+            let own = (i / side.pow(k as u32) % side) as f64 / (side - 1) as f64;
+            positions[k * n + i] - own
+        });
+        largest = moved.clone().fold(largest, |a: f64, u| a.max(u.abs()));
+        means.push(moved.sum::<f64>() / n as f64);
+    }
+    (largest, means)
+}
+
+#[test]
+fn a_flat_average_has_all_its_files() {
+    let place = Place::new();
+    let inputs = drawn(&place, "bars", "2", "33");
+    let results = averaged(&place, &inputs, &["--grid", "33"], "out");
+    check(&results, 2, &[33, 33]);
+    assert!(!results.path("average.stl").exists());
+    let area = results.number("/average/area");
+    // Bars of .6 x .12; bending keeps the area to a few per cent.
+    assert!((area / 0.072 - 1.0).abs() < 0.08, "{area}");
+    let (_, mask) = results.mask("average_mask.npy");
+    let counted = mask.iter().copied().map(f64::from).sum::<f64>() / 1024.0;
+    assert!((counted / area - 1.0).abs() < 0.1, "{counted} {area}");
+    for i in 0..2 {
+        let own = results.number(&format!("/input/{i}/area"));
+        assert!((own / 0.072 - 1.0).abs() < 0.08, "{own}");
+        // The file's length unit is one sample, 1/32 of the box.
+        let samples = results.number(&format!("/input/{i}/area_input_units"));
+        assert!((samples / (1024.0 * own) - 1.0).abs() < 1e-12);
+    }
+    assert_eq!(results.json["nodes"], serde_json::json!([33, 33]));
+    // Nothing else lies beside the results.
+    assert_eq!(place.listing(), ["bars", "out"]);
+}
+
+#[test]
+fn an_average_in_space_has_its_surface() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "3", "17");
+    let results = averaged(&place, &inputs, &["--grid", "17"], "out");
+    check(&results, 2, &[17, 17, 17]);
+    let mut file = std::fs::File::open(results.path("average.stl")).unwrap();
+    let mesh = stl_io::read_stl(&mut file).unwrap();
+    mesh.validate().unwrap();
+    // In the coordinates of the inputs: samples of an array of 17.
+    assert_eq!(results.json["surface"]["coordinates"], "input");
+    for k in 0..3 {
+        let axis = || mesh.vertices.iter().map(|v| v.0[k]);
+        let (low, high) = (axis().fold(16.0, f32::min), axis().fold(0.0, f32::max));
+        // Balls of radius 3.2 and 4.8 samples about sample 8.
+        assert!((low + high - 16.0).abs() < 0.3, "{low} {high}");
+        assert!((6.4..9.6).contains(&(high - low)), "{low} {high}");
+    }
+}
+
+#[test]
+fn the_summary_ends_with_the_picture() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "33");
+    let mut arguments = vec!["average", "-o", "out", "--grid", "33"];
+    arguments.extend(inputs.iter().map(String::as_str));
+    let run = place.run(&arguments);
+    let text = succeeded(&run);
+    let last = text.lines().last().unwrap();
+    assert!(last.ends_with("out/average.png"), "{last}");
+    for word in ["energy", "Dice", "certified", "converged"] {
+        assert!(text.contains(word), "no '{word}' in: {text}");
+    }
+    // Progress has its own stream: a line for each of the levels 9, 17 and 33.
+    let progress = String::from_utf8(run.stderr).unwrap();
+    assert_eq!(progress.matches("nodes a side").count(), 3, "{progress}");
+}
+
+#[test]
+fn the_bits_do_not_depend_on_the_threads() {
+    let place = Place::new();
+    let flat = drawn(&place, "letters", "2", "65");
+    let solid = drawn(&place, "blobs", "3", "17");
+    for (name, inputs, grid, align) in [
+        ("flat", &flat[..], "65", "rigid"),
+        ("solid", &solid[..3], "17", "none"),
+    ] {
+        let runs: Vec<Results> = ["1", "2"]
+            .iter()
+            .map(|threads| {
+                let options = ["--grid", grid, "--align", align, "--threads", threads];
+                averaged(&place, inputs, &options, &format!("{name}_{threads}"))
+            })
+            .collect();
+        let (one, two) = (arrays(&runs[0]), arrays(&runs[1]));
+        assert_eq!(one.len(), 2 + 3 * 3);
+        for ((name, a), (_, b)) in one.iter().zip(&two) {
+            assert!(a == b, "{name} differs");
+        }
+        assert_eq!(runs[0].json["energy"], runs[1].json["energy"]);
+    }
+}
+
+#[test]
+fn identical_inputs_stay_where_they_are() {
+    let place = Place::new();
+    draw(
+        &place,
+        "bar.npy",
+        &["bar", "--angle", "118", "--grid", "65"],
+    );
+    let inputs = vec!["bar.npy".to_owned(); 3];
+    let results = averaged(&place, &inputs, &["--grid", "65"], "out");
+    for i in 0..3 {
+        let (largest, _) = displacement(&results, i);
+        assert!(largest < 1e-3, "{largest}");
+    }
+    assert!(results.numbers("/dice").iter().all(|d| *d > 0.995));
+}
+
+#[test]
+fn deformations_go_from_the_inputs_to_the_average() {
+    let place = Place::new();
+    draw(
+        &place,
+        "left.npy",
+        &["disk", "--grid", "33", "--shift", "-.06,-.02"],
+    );
+    draw(
+        &place,
+        "right.npy",
+        &["disk", "--grid", "33", "--shift", ".06,.02"],
+    );
+    let inputs = ["left.npy".to_owned(), "right.npy".to_owned()];
+    let results = averaged(&place, &inputs, &["--grid", "33"], "out");
+    let (_, left) = displacement(&results, 0);
+    let (_, right) = displacement(&results, 1);
+    // The void follows the disks only in part.
+    assert!(left[0] > 0.01 && right[0] < -0.01, "{left:?} {right:?}");
+    assert!(left[0] > 2.0 * left[1].abs() && right[0] < -2.0 * right[1].abs());
+}
+
+#[test]
+fn weights_pull_the_average() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "33");
+    let area = |weights: &str, name: &str| {
+        let options = ["--grid", "33", "--weights", weights];
+        let results = averaged(&place, &inputs, &options, name);
+        check(&results, 2, &[33, 33]);
+        results.number("/average/area")
+    };
+    // Radii .2 and .3.
+    let (small, large) = (area(".75,.25", "small"), area(".25,.75", "large"));
+    assert!(
+        small > 0.125 && large < 0.283 && small < 0.93 * large,
+        "{small} {large}"
+    );
+}
+
+#[test]
+fn the_descent_and_every_option_run() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "17");
+    let options = ["--grid", "17", "--solver", "descent"];
+    let descent = averaged(&place, &inputs, &options, "descent");
+    check(&descent, 2, &[17, 17]);
+    assert_eq!(descent.json["parameters"]["solver"], "descent");
+    let options = [
+        "--grid",
+        "17",
+        "--law",
+        "inverse:logdet",
+        "--lambda",
+        "2",
+        "--mu",
+        ".5",
+        "--mismatch-weight",
+        ".5",
+        "--length-weight",
+        "1e-3",
+        "--void-stiffness",
+        "1e-3",
+        "--boundary",
+        "identity",
+    ];
+    let other = averaged(&place, &inputs, &options, "other");
+    check(&other, 2, &[17, 17]);
+    for (key, value) in [("lambda", 2.0), ("mu", 0.5), ("mismatch_weight", 0.5)] {
+        assert_eq!(other.number(&format!("/parameters/{key}")), value);
+    }
+    assert_eq!(other.json["parameters"]["law"], "inverse:logdet");
+    // The faces of the box stay where they are.
+    let (_, positions) = other.array("deformation_000.npy");
+    for i in 0..17 {
+        assert_eq!(positions[i], i as f64 / 16.0);
+        assert_eq!(positions[289 + i], 0.0);
+    }
+}
+
+#[test]
+fn aligned_inputs_lie_on_each_other() {
+    let place = Place::new();
+    let bar = ["bar", "--angle", "100", "--grid", "65"];
+    draw(&place, "a.npy", &bar);
+    let mut turned = bar.to_vec();
+    turned.extend(["--rotate", "70", "--shift", ".04,-.03"]);
+    draw(&place, "b.npy", &turned);
+    let inputs = ["a.npy".to_owned(), "b.npy".to_owned()];
+    let options = ["--grid", "33", "--align", "rigid"];
+    let results = averaged(&place, &inputs, &options, "out");
+    check(&results, 2, &[33, 33]);
+    let angles: Vec<f64> = (0..2)
+        .map(|i| results.number(&format!("/input/{i}/alignment/angle_degrees")))
+        .collect();
+    let (least, most) = (angles[0].min(angles[1]), angles[0].max(angles[1]));
+    // Drawn on 65 nodes, an edge is known to a few hundredths of a cell: a few tenths of a degree.
+    assert!(least == 0.0 && (most - 70.0).abs() < 0.5, "{angles:?}");
+    let dice = results.numbers("/dice");
+    assert!(dice.iter().all(|d| *d > 0.97), "{dice:?}");
+    let elastic = results.numbers("/energy/elastic");
+    // What is left is a shift of hundredths of a cell; a bend of a few degrees costs 1e-3.
+    assert!(elastic.iter().all(|e| *e < 2e-5), "{elastic:?}");
+}
+
+#[test]
+fn options_that_cannot_work_are_refused_before_anything_is_written() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "17");
+    // A thin angle, none of whose points is a node of the coarse grid.
+    let thin: Vec<f64> = (0..200 * 200)
+        .map(|k| {
+            f64::from(u8::from(
+                k % 200 == 3 && k < 39000 || k / 200 == 194 && k % 200 > 2,
+            ))
+        })
+        .collect();
+    place.write("thin.npy", &npy_f64(&[200, 200], &thin));
+    let before = place.listing();
+    for (options, words) in [
+        (vec!["--void-stiffness", "2"], ["--void-stiffness", "2"]),
+        (
+            vec!["--law", "power_two_term", "--lambda", ".01"],
+            ["power_two_term", "--lambda"],
+        ),
+        (vec!["--law", "rubber"], ["rubber", "inverse:logdet"]),
+        (vec!["thin.npy", "--grid", "9"], ["thin.npy", "--grid"]),
+        (vec!["--threads", "0"], ["--threads", "0"]),
+    ] {
+        let mut arguments = vec!["average", &inputs[0], &inputs[1], "-o", "out"];
+        arguments.extend(&options);
+        let run = place.run(&arguments);
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{options:?}: {report}");
+        for word in words {
+            assert!(report.contains(word), "no '{word}' in: {report}");
+        }
+        assert_eq!(place.listing(), before);
+    }
+}
+
+#[test]
+fn the_demo_picks_a_free_name_and_ends_with_the_picture() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("shapespace-demo")).unwrap();
+    let text = succeeded(&place.run(&["demo"]));
+    let last = text.lines().last().unwrap();
+    assert!(last.ends_with("shapespace-demo-2/average.png"), "{last}");
+    let results = Results::read(&place.path("shapespace-demo-2"));
+    let n = results.json["input"].as_array().unwrap().len();
+    check(&results, n, &[129, 129]);
+    assert!(results.number("/mean_dice") > 0.97);
+    for input in results.json["input"].as_array().unwrap() {
+        assert!(place.path(input["path"].as_str().unwrap()).exists());
+    }
+}
+
+/// Ctrl-C ends the minimisation, and what has been reached is written.
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_writes_what_is_reached() {
+    let place = Place::new();
+    let inputs = drawn(&place, "crosses", "2", "33");
+    // Far too fine to end by itself in the time of this test.
+    let mut arguments = vec!["average", "--grid", "1025", "-o", "out"];
+    arguments.extend(inputs.iter().map(String::as_str));
+    assert_eq!(interrupted(&place, &arguments), Some(130));
+    let results = Results::read(&place.path("out"));
+    assert_eq!(results.json["status"], "cancelled");
+    let nodes = results.numbers("/nodes")[0] as u64;
+    assert!(nodes < 1025);
+    check(&results, 4, &[nodes, nodes]);
+    assert_eq!(place.listing(), ["crosses", "out"]);
+}
+
+/// What does not fit into the memory that is allowed goes to files, which nobody sees; the results
+/// are the same.
+#[test]
+fn memory_is_saved_when_asked_for() {
+    let place = Place::new();
+    let inputs = drawn(&place, "crosses", "2", "33");
+    let plain = averaged(&place, &inputs, &["--grid", "33"], "plain");
+    let needed = plain.number("/memory_estimate/memory");
+    assert!(plain.number("/memory_estimate/files") == 0.0);
+    let limit = (needed - 1.0).to_string();
+    let spilled = averaged(
+        &place,
+        &inputs,
+        &["--grid", "33", "--memory", &limit],
+        "spilled",
+    );
+    assert!(spilled.number("/memory_estimate/memory") < needed);
+    assert!(spilled.number("/memory_estimate/files") > 0.0);
+    for array in ["average.npy", "deformation_001.npy"] {
+        assert!(plain.array(array) == spilled.array(array), "{array}");
+    }
+    assert_eq!(place.listing(), ["crosses", "plain", "spilled"]);
+
+    let mut arguments = vec!["average", "-o", "none", "--grid", "33", "--memory", "9kB"];
+    arguments.extend(inputs.iter().map(String::as_str));
+    let refused = place.run(&arguments);
+    let report = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{report}");
+    assert!(
+        report.contains("--memory") && report.contains("--grid"),
+        "{report}"
+    );
+    assert_eq!(place.listing(), ["crosses", "plain", "spilled"]);
+}
+
+/// One of three bars is covered in part; a mask that says so gives the average of the whole bars.
+#[test]
+fn what_was_not_seen_is_not_missed() {
+    let place = Place::new();
+    for (k, angle) in ["180", "160", "150"].iter().enumerate() {
+        let bar = ["bar", "--angle", angle, "--grid", "65"];
+        draw(&place, &format!("{k}.npy"), &bar);
+    }
+    let whole = std::fs::read(place.path("0.npy")).unwrap();
+    let header = whole.len() - 8 * 65 * 65;
+    let mut values: Vec<f64> = whole[header..]
+        .chunks_exact(8)
+        .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+        .collect();
+    let mut view = vec![1.0; values.len()];
+    for (index, (value, seen)) in values.iter_mut().zip(&mut view).enumerate() {
+        if index % 65 >= 42 {
+            (*value, *seen) = (0.0, 0.0);
+        }
+    }
+    place.write("covered.npy", &npy_f64(&[65, 65], &values));
+    place.write("view.npy", &npy_f64(&[65, 65], &view));
+    let run = |first: &str, options: &[&str], output: &str| {
+        let inputs = [first, "1.npy", "2.npy"].map(str::to_owned);
+        let options = [&["--grid", "65"], options].concat();
+        let results = averaged(&place, &inputs, &options, output);
+        check(&results, 3, &[65, 65]);
+        results
+    };
+    let full = run("0.npy", &[], "full");
+    let known = run(
+        "covered.npy",
+        &["--valid", "view.npy", "all", "all"],
+        "known",
+    );
+    let blind = run("covered.npy", &[], "blind");
+    assert_eq!(known.json["parameters"]["valid"][1], "all");
+    assert!(full.json["parameters"]["valid"].is_null());
+    let area = |results: &Results| results.number("/average/area");
+    let (known_change, blind_change) = (
+        area(&known) / area(&full) - 1.0,
+        area(&blind) / area(&full) - 1.0,
+    );
+    // What is hidden of one in three: without the mask the average loses a good part of it.
+    assert!(
+        known_change.abs() < 0.02 && blind_change < -0.04,
+        "{known_change} {blind_change}"
+    );
+    let inputs = ["covered.npy", "1.npy", "2.npy", "-o", "out"];
+    for (valid, word) in [
+        (&["view.npy"][..], "3 inputs"),
+        (&["view.npy", "all", "missing.npy"], "missing.npy"),
+        (&["view.npy", "all", "small.npy"], "small.npy"),
+    ] {
+        place.write("small.npy", &npy_f64(&[2, 2], &[0.0, 1.0, 1.0, 1.0]));
+        let mut arguments = vec!["average"];
+        arguments.extend(inputs);
+        arguments.push("--valid");
+        arguments.extend(valid);
+        let run = place.run(&arguments);
+        assert_eq!(run.status.code(), Some(2));
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert!(report.contains(word), "no '{word}' in: {report}");
+    }
+}

@@ -1,0 +1,200 @@
+//! A folder of its own for each test, and small files of every format, byte by byte.
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A temporary folder in which the program runs.
+pub struct Place(tempfile::TempDir);
+
+impl Place {
+    pub fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, bytes: &[u8]) {
+        std::fs::write(self.path(name), bytes).unwrap();
+    }
+
+    /// Names in the folder, hidden ones too.
+    pub fn listing(&self) -> Vec<String> {
+        let mut names: Vec<String> = std::fs::read_dir(self.0.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    pub fn run(&self, arguments: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_shapespace"))
+            .args(arguments)
+            .current_dir(self.0.path())
+            .output()
+            .unwrap()
+    }
+}
+
+pub fn npy_f64(shape: &[usize], values: &[f64]) -> Vec<u8> {
+    let sides: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    let sides = sides.join(", ");
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({sides}), }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(values.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+pub fn grey_png(width: u32, height: u32, grey: &[u8]) -> Vec<u8> {
+    let picture = image::GrayImage::from_raw(width, height, grey.to_vec()).unwrap();
+    let mut bytes = Cursor::new(Vec::new());
+    picture
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .unwrap();
+    bytes.into_inner()
+}
+
+/// A little-endian NIfTI-1 file of `u8` labels.
+pub fn nifti(size: [u16; 3], pixdim: [f32; 3], labels: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![0u8; 352];
+    bytes[..4].copy_from_slice(&348i32.to_le_bytes());
+    for (k, n) in [3, size[0], size[1], size[2], 1, 1, 1, 1]
+        .iter()
+        .enumerate()
+    {
+        bytes[40 + 2 * k..42 + 2 * k].copy_from_slice(&n.to_le_bytes());
+    }
+    bytes[70..72].copy_from_slice(&2i16.to_le_bytes());
+    bytes[72..74].copy_from_slice(&8i16.to_le_bytes());
+    for (k, h) in [1.0, pixdim[0], pixdim[1], pixdim[2]].iter().enumerate() {
+        bytes[76 + 4 * k..80 + 4 * k].copy_from_slice(&f32::to_le_bytes(*h));
+    }
+    bytes[108..112].copy_from_slice(&352f32.to_le_bytes());
+    bytes[344..348].copy_from_slice(b"n+1\0");
+    bytes.extend(labels);
+    bytes
+}
+
+/// The standard output of a run that must succeed.
+pub fn succeeded(run: &Output) -> String {
+    let report = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(0), "{report}");
+    String::from_utf8(run.stdout.clone()).unwrap()
+}
+
+/// A result directory.
+pub struct Results {
+    folder: PathBuf,
+    pub json: serde_json::Value,
+}
+
+impl Results {
+    pub fn read(folder: &Path) -> Self {
+        let text = std::fs::read(folder.join("result.json")).unwrap();
+        Self {
+            folder: folder.into(),
+            json: serde_json::from_slice(&text).unwrap(),
+        }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// The number at a place such as `/energy/total`.
+    pub fn number(&self, place: &str) -> f64 {
+        let value = self.json.pointer(place).and_then(serde_json::Value::as_f64);
+        value.unwrap_or_else(|| panic!("no number at {place}"))
+    }
+
+    /// The numbers of a list.
+    pub fn numbers(&self, place: &str) -> Vec<f64> {
+        let list = self.json.pointer(place).and_then(|v| v.as_array()).unwrap();
+        list.iter().map(|v| v.as_f64().unwrap()).collect()
+    }
+
+    /// Shape and values of an array of doubles.
+    pub fn array(&self, name: &str) -> (Vec<u64>, Vec<f64>) {
+        let bytes = std::fs::read(self.path(name)).unwrap();
+        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+        (file.shape().to_vec(), file.into_vec().unwrap())
+    }
+
+    /// Shape and values of an array of bytes.
+    pub fn mask(&self, name: &str) -> (Vec<u64>, Vec<u8>) {
+        let bytes = std::fs::read(self.path(name)).unwrap();
+        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
+        (file.shape().to_vec(), file.into_vec().unwrap())
+    }
+}
+
+/// Draws a family at so many nodes and returns its files.
+pub fn drawn(place: &Place, family: &str, dimension: &str, grid: &str) -> Vec<String> {
+    let mut arguments = vec!["generate", "family", family, "--dimension", dimension];
+    arguments.extend(["--grid", grid, "-o", family]);
+    succeeded(&place.run(&arguments));
+    let mut files: Vec<String> = std::fs::read_dir(place.path(family))
+        .unwrap()
+        .map(|entry| entry.unwrap().path().to_str().unwrap().to_owned())
+        .collect();
+    files.sort();
+    files
+}
+
+/// Draws one shape into a file.
+pub fn draw(place: &Place, name: &str, arguments: &[&str]) {
+    let mut all = vec!["generate"];
+    all.extend(arguments);
+    all.extend(["-o", name]);
+    succeeded(&place.run(&all));
+}
+
+/// Every array of a run, by name.
+pub fn arrays(results: &Results) -> Vec<(String, Vec<u8>)> {
+    let mut arrays: Vec<_> = std::fs::read_dir(results.path("."))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "npy"))
+        .map(|path| {
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+            (name, std::fs::read(path).unwrap())
+        })
+        .collect();
+    arrays.sort();
+    arrays
+}
+
+/// Runs the program until it listens to Ctrl-C, presses that, and returns the exit code.
+#[cfg(target_os = "linux")]
+pub fn interrupted(place: &Place, arguments: &[&str]) -> Option<i32> {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_shapespace"))
+        .args(arguments)
+        .current_dir(place.path("."))
+        .stderr(std::process::Stdio::null())
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // Signal 2 is caught once its bit is set in the mask that the system shows.
+    let listens = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let mask = status
+            .lines()
+            .find_map(|l| l.strip_prefix("SigCgt:"))
+            .unwrap();
+        u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0
+    };
+    while !listens() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status()
+        .unwrap();
+    assert!(sent.success());
+    child.wait().unwrap().code()
+}

@@ -1,0 +1,152 @@
+//! `shapespace average --joint`, `--mean median` and `--sweep`.
+
+use crate::common::{Place, Results, arrays, draw, drawn, grey_png, succeeded};
+
+/// Two grey disks of different size.
+fn grey_disks(place: &Place) -> [&'static str; 2] {
+    for (name, radius) in [("a.npy", ".22"), ("b.npy", ".28")] {
+        let disk = ["disk", "--radius", radius, "--grid", "33"];
+        let grey = ["--contrast", ".6", "--noise", ".03"];
+        draw(place, name, &[&disk[..], &grey[..]].concat());
+    }
+    ["a.npy", "b.npy"]
+}
+
+#[test]
+fn images_are_averaged_with_their_edges() {
+    let place = Place::new();
+    let [a, b] = grey_disks(&place);
+    let joint = ["average", "--joint", a, b, "--grid", "33"];
+    let run = place.run(&[&joint[..], &["-o", "out"]].concat());
+    let printed = succeeded(&run);
+    assert!(printed.trim_end().ends_with("average.png"), "{printed}");
+    let results = Results::read(&place.path("out"));
+    assert_eq!(results.json["certificate"]["certified"], true);
+    for level in results.json["levels"].as_array().unwrap() {
+        let energies = level["energies"].as_array().unwrap();
+        let energies: Vec<f64> = energies.iter().map(|e| e.as_f64().unwrap()).collect();
+        // The average is solved for to 1e-7, which enters the energy squared.
+        assert!(
+            energies.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-12)),
+            "{energies:?}"
+        );
+    }
+    // Brought onto each other the images differ less.
+    assert!(results.number("/spread_after") < 0.5 * results.number("/spread_before"));
+    for (name, shape) in [
+        ("average.npy", vec![33, 33]),
+        ("average_image.npy", vec![33, 33]),
+        ("smoothed_001.npy", vec![33, 33]),
+        ("phasefield_001.npy", vec![33, 33]),
+        ("deformation_001.npy", vec![2, 33, 33]),
+        ("norm_001.npy", vec![32, 32]),
+        ("determinant_001.npy", vec![32, 32]),
+    ] {
+        let (found, values) = results.array(name);
+        assert_eq!(found, shape, "{name}");
+        assert!(values.iter().all(|v| v.is_finite()), "{name}");
+    }
+    let (_, determinant) = results.array("determinant_000.npy");
+    // The smaller disk grows.
+    assert!(
+        determinant[16 * 32 + 16] > 1.05,
+        "{}",
+        determinant[16 * 32 + 16]
+    );
+    // The results do not depend on the threads.
+    let threads = ["--threads", "3", "-o", "again"];
+    succeeded(&place.run(&[&joint[..], &threads[..]].concat()));
+    assert_eq!(
+        arrays(&results),
+        arrays(&Results::read(&place.path("again")))
+    );
+}
+
+/// The average image has modes: here one, by which disks grow.
+#[test]
+fn images_have_modes() {
+    let place = Place::new();
+    let [a, b] = grey_disks(&place);
+    let joint = ["average", "--joint", a, b, "--grid", "33", "-o", "average"];
+    succeeded(&place.run(&joint));
+    let printed = succeeded(&place.run(&["pca", "average", "-o", "modes"]));
+    assert!(printed.trim_end().ends_with("modes.png"), "{printed}");
+    let results = Results::read(&place.path("modes"));
+    assert_eq!(results.json["definite"], true);
+    let ratios = results.numbers("/ratios");
+    assert!(ratios.len() == 2 && ratios[1].abs() < 1e-8, "{ratios:?}");
+    assert_eq!(results.number("/object_size"), 1.0);
+    let (shape, mode) = results.array("mode_000.npy");
+    assert_eq!(shape, [2, 33, 33]);
+    // To both sides of the middle it points to or from it, alike.
+    let (left, right) = (mode[16 * 33 + 8], mode[16 * 33 + 24]);
+    assert!(left * right < 0.0, "{left} {right}");
+    assert!((left + right).abs() < 0.2 * left.abs(), "{left} {right}");
+    assert!(results.path("mode_000.apng").is_file());
+    // Boundaries cannot be measured by them.
+    let run = place.run(&["score", a, "--pca", "modes", "-o", "scored"]);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("images"));
+}
+
+#[test]
+fn options_that_do_not_go_together_are_reported() {
+    let place = Place::new();
+    let [a, b] = grey_disks(&place);
+    place.write(
+        "small.png",
+        &grey_png(4, 4, &[0, 9, 0, 9, 0, 9, 0, 9, 0, 9, 0, 9, 0, 9, 0, 9]),
+    );
+    let cases: [(&[&str], &str); 6] = [
+        (&["--joint", a], "at least 2"),
+        (&["--joint", a, "small.png"], "small.png"),
+        (&["--joint", a, b, "--weights", ".5,.5"], "--weights"),
+        (&["--joint", a, b, "--align", "rigid"], "--align"),
+        (&[a, b, "--contrast", ".3"], "add --joint"),
+        (&[a, b, a, b, "--sweep", "3"], "--sweep"),
+    ];
+    for (arguments, word) in cases {
+        let run = place.run(&[&["average", "-o", "out"], arguments].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(report.contains(word), "{report}");
+    }
+}
+
+#[test]
+fn a_sweep_begins_and_ends_at_its_shapes() {
+    let place = Place::new();
+    let files = drawn(&place, "bars", "2", "33");
+    let fixed = ["average", &files[0], &files[1], "--grid", "33"];
+    let sweep = ["--sweep", "3", "-o", "out"];
+    let printed = succeeded(&place.run(&[&fixed[..], &sweep[..]].concat()));
+    assert!(printed.trim_end().ends_with("sweep.png"), "{printed}");
+    let results = Results::read(&place.path("out"));
+    let averages = results.json["averages"].as_array().unwrap();
+    assert_eq!(averages.len(), 3);
+    for (i, file) in [(0, &files[0]), (2, &files[1])] {
+        let name = format!("average_mask_{i:03}.npy");
+        let (_, mask) = results.mask(&name);
+        let bytes = std::fs::read(file).unwrap();
+        let shape: Vec<f64> = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
+        let inside: Vec<bool> = mask.iter().map(|m| *m == 1).collect();
+        let own: Vec<bool> = shape.iter().map(|s| *s > 0.5).collect();
+        let count = |mask: &[bool]| mask.iter().filter(|m| **m).count();
+        let both = inside.iter().zip(&own).filter(|(a, b)| **a && **b).count();
+        let sum = count(&inside) + count(&own);
+        let dice = 2.0 * both as f64 / sum as f64;
+        assert!(dice > 0.99, "{name}: {dice}");
+    }
+}
+
+#[test]
+fn a_median_is_asked_for_by_name() {
+    let place = Place::new();
+    let files = drawn(&place, "stars", "2", "33");
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    let options = ["--mean", "median", "--grid", "33", "-o", "out"];
+    succeeded(&place.run(&[&["average"], &files[..], &options[..]].concat()));
+    let results = Results::read(&place.path("out"));
+    assert_eq!(results.json["parameters"]["mean"], "median");
+    assert!(results.number("/mean_dice") > 0.9);
+}

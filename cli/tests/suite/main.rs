@@ -1,0 +1,18 @@
+//! All tests of the program that run it, linked once.
+
+mod common;
+
+mod average;
+mod bad_input;
+mod calculus;
+mod damaged_files;
+mod distances;
+mod figure;
+mod generate;
+mod geodesic;
+mod joint;
+mod pca;
+mod readme;
+mod real_data;
+mod segment;
+mod verify;

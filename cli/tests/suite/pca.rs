@@ -1,0 +1,199 @@
+//! `pca`, `synthesize` and `score` from files to files.
+
+use crate::common::{Place, Results, arrays, drawn, succeeded};
+
+/// The average of shapes of a family, and its modes.
+fn analysed(place: &Place, shapes: &[String], grid: &str, options: &[&str]) -> Results {
+    let mut arguments = vec!["average"];
+    arguments.extend(shapes.iter().map(String::as_str));
+    arguments.extend(["-o", "average", "--grid", grid]);
+    arguments.extend(["--length-weight", "1e-5", "--tolerance", "1e-6"]);
+    succeeded(&place.run(&arguments));
+    let mut arguments = vec!["pca", "average", "-o", "modes"];
+    arguments.extend(options);
+    let printed = succeeded(&place.run(&arguments));
+    assert!(printed.contains("modes of variation"), "{printed}");
+    Results::read(&place.path("modes"))
+}
+
+/// What every directory holds.
+fn check_files(results: &Results, size: &[u64], shapes: usize, modes: usize) {
+    let mut vector = vec![size.len() as u64];
+    vector.extend(size);
+    for (kind, count) in [("mode", modes), ("displacement", shapes)] {
+        for k in 0..count {
+            assert_eq!(results.array(&format!("{kind}_{k:03}.npy")).0, vector);
+        }
+        assert!(!results.path(&format!("{kind}_{count:03}.npy")).exists());
+    }
+    let n = shapes as u64;
+    assert_eq!(results.array("gram.npy").0, [n, n]);
+    let table = std::fs::read_to_string(results.path("scores.csv")).unwrap();
+    assert_eq!(table.lines().count(), shapes + 1);
+    for name in ["modes.png", "mode_000.apng"] {
+        let bytes = std::fs::read(results.path(name)).unwrap();
+        let picture = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png).unwrap();
+        assert!(picture.width() > 100 && picture.height() > 100, "{name}");
+    }
+    for name in [
+        "report.md",
+        "scree.svg",
+        "quality.svg",
+        "quality.csv",
+        "modes.vti",
+    ] {
+        assert!(results.path(name).is_file(), "{name}");
+    }
+}
+
+#[test]
+fn bars_have_one_mode_which_bends_them() {
+    let place = Place::new();
+    let bars = drawn(&place, "bars", "2", "65");
+    let results = analysed(&place, &bars, "65", &[]);
+    check_files(&results, &[65, 65], 2, 1);
+    let ratios = results.numbers("/ratios");
+    assert!(ratios.len() == 2 && ratios[1].abs() < 1e-10, "{ratios:?}");
+    assert!(
+        results.number("/balance") < 0.1,
+        "{}",
+        results.number("/balance")
+    );
+    assert_eq!(results.json["definite"], true);
+    // The first bar, straight, comes back from the bent average but for its curvature.
+    assert!(results.numbers("/procrustes").iter().all(|r| *r < 0.04));
+    let rms = results.number("/mahalanobis_rms");
+    assert!((rms - 0.5f64.sqrt()).abs() < 1e-8, "{rms}");
+
+    // A shape with the score of the first bar is about that bar.
+    let table = std::fs::read_to_string(results.path("scores.csv")).unwrap();
+    let first: Vec<&str> = table.lines().nth(1).unwrap().split(',').collect();
+    let arguments = ["synthesize", "modes", "--scores", first[3], "-o"];
+    let run = |output: &str, more: &[&str]| {
+        let mut arguments = arguments.to_vec();
+        arguments.push(output);
+        arguments.extend(more);
+        succeeded(&place.run(&arguments));
+        Results::read(&place.path(output))
+    };
+    let made = run("linear", &[]);
+    let curved = run("nonlinear", &["--nonlinear"]);
+    assert_eq!(made.array("shape.npy").0, [65, 65]);
+    assert_eq!(curved.number("/load_share"), 1.0);
+    let inside = |values: &[f64], level: f64| values.iter().map(|v| *v > level).collect::<Vec<_>>();
+    let bytes = std::fs::read(&bars[0]).unwrap();
+    let drawn = npyz::NpyFile::new(&bytes[..])
+        .unwrap()
+        .into_vec::<f64>()
+        .unwrap();
+    let bar = inside(&drawn, 0.5);
+    for shape in [&made, &curved] {
+        let mask = inside(&shape.array("shape.npy").1, 0.0);
+        let both = mask.iter().zip(&bar).filter(|(a, b)| **a && **b).count();
+        let all = mask.iter().chain(&bar).filter(|a| **a).count();
+        let dice = 2.0 * both as f64 / all as f64;
+        assert!(dice > 0.9, "{dice}");
+    }
+
+    // A training shape that is scored as a new one is where it was.
+    let arguments = [
+        "score", &bars[0], &bars[1], "--pca", "modes", "-o", "scored",
+    ];
+    succeeded(&place.run(&arguments));
+    let scored = Results::read(&place.path("scored"));
+    let (found, known) = (
+        scored.numbers("/mahalanobis"),
+        results.numbers("/mahalanobis"),
+    );
+    for (found, known) in found.iter().zip(&known) {
+        // The average is matched again, to the tolerance of the minimiser.
+        assert!((found / known - 1.0).abs() < 0.1, "{found} {known}");
+    }
+    assert!(
+        scored
+            .numbers("/dice")
+            .iter()
+            .all(|d| (0.9..=1.0).contains(d))
+    );
+    assert!(scored.numbers("/residual").iter().all(|r| *r < 0.3));
+    assert!(scored.path("score.png").is_file() && scored.path("reconstruction.svg").is_file());
+}
+
+#[test]
+fn threads_do_not_matter_and_modes_can_be_few() {
+    let place = Place::new();
+    let crosses = drawn(&place, "crosses", "2", "65");
+    let results = analysed(
+        &place,
+        &crosses,
+        "33",
+        &["--modes", "2", "--metric", "hessian"],
+    );
+    check_files(&results, &[33, 33], 4, 2);
+    assert_eq!(results.numbers("/eigenvalues").len(), 4);
+    let run = |threads: &str| {
+        let output = format!("on{threads}");
+        let arguments = [
+            "pca",
+            "average",
+            "-o",
+            &output,
+            "--threads",
+            threads,
+            "--at-rest",
+        ];
+        succeeded(&place.run(&arguments));
+        arrays(&Results::read(&place.path(&output)))
+    };
+    assert!(run("1") == run("3"));
+}
+
+#[test]
+fn volumes_have_modes_too() {
+    let place = Place::new();
+    let disks = drawn(&place, "disks", "3", "17");
+    let results = analysed(&place, &disks, "17", &[]);
+    check_files(&results, &[17, 17, 17], 2, 1);
+    let arguments = ["synthesize", "modes", "--scores", "1", "-o", "made"];
+    succeeded(&place.run(&arguments));
+    assert!(place.path("made/shape.stl").is_file());
+    let arguments = ["score", &disks[0], "--pca", "modes", "-o", "scored"];
+    succeeded(&place.run(&arguments));
+}
+
+fn refused(place: &Place, arguments: &[&str], words: &[&str]) {
+    let before = place.listing();
+    let run = place.run(arguments);
+    let report = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{report}");
+    for word in words {
+        assert!(report.contains(word), "{word}: {report}");
+    }
+    assert_eq!(place.listing(), before);
+}
+
+#[test]
+fn what_cannot_be_used_is_refused() {
+    let place = Place::new();
+    let bars = drawn(&place, "bars", "2", "33");
+    analysed(&place, &bars, "17", &[]);
+    refused(
+        &place,
+        &["pca", "nothing", "-o", "on"],
+        &["nothing", "result.json", "average"],
+    );
+    refused(
+        &place,
+        &["pca", "modes", "-o", "on"],
+        &["shapespace average"],
+    );
+    refused(
+        &place,
+        &["pca", "average", "-o", "average"],
+        &["exists already"],
+    );
+    let many = ["synthesize", "modes", "--scores", "1,2", "-o", "on"];
+    refused(&place, &many, &["--scores", "1 modes"]);
+    let none = ["score", &bars[0], "--pca", "average", "-o", "on"];
+    refused(&place, &none, &["shapespace pca"]);
+}

@@ -1,0 +1,161 @@
+//! The commands of the README do what it says.
+//!
+//! Every line of its `sh` blocks is run, in order and in one folder, as a reader would. Its Rust
+//! blocks run as documentation tests of the library.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use crate::common::Place;
+
+fn readme() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// Commands that write a directory, and the headings over the tables of their files.
+/// Of several beginnings of a command the first counts; those without a table have no heading.
+const TABLES: [(&str, &str); 9] = [
+    ("shapespace average --joint", "### Several images together"),
+    ("shapespace average --sweep", ""),
+    ("shapespace segment", "## Shapes in images"),
+    ("shapespace average", "## What it writes"),
+    ("shapespace pca", "## Modes of variation"),
+    ("shapespace geodesic", "## Geodesics"),
+    ("shapespace distances", "## Distances, clusters and maps"),
+    ("shapespace verify --quick", ""),
+    (
+        "shapespace verify misprint",
+        "## Theory, tried by experiments",
+    ),
+];
+
+/// The lines of all blocks of commands.
+fn commands(text: &str) -> Vec<String> {
+    let mut inside = false;
+    let mut found = Vec::new();
+    for line in text.lines() {
+        match line.trim() {
+            "```sh" => inside = true,
+            "```" => inside = false,
+            command if inside && !command.is_empty() => found.push(command.to_owned()),
+            _ => {}
+        }
+    }
+    found
+}
+
+/// The arguments of a call of the program; none for a command that is none.
+fn arguments(command: &str) -> Option<Vec<&str>> {
+    let program = ["shapespace ", "cargo run --release -- "];
+    let rest = program.iter().find_map(|p| command.strip_prefix(p))?;
+    Some(rest.split_whitespace().collect())
+}
+
+/// `folder/*.ending` as the shell expands it.
+fn expanded(place: &Place, argument: &str) -> Vec<String> {
+    let Some((folder, ending)) = argument.split_once("/*") else {
+        return vec![argument.to_owned()];
+    };
+    let entries = std::fs::read_dir(place.path(folder)).unwrap();
+    let mut names: Vec<String> = entries
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.ends_with(ending))
+        .map(|name| format!("{folder}/{name}"))
+        .collect();
+    names.sort();
+    assert!(!names.is_empty(), "nothing matches {argument}");
+    names
+}
+
+fn run(place: &Place, command: &str) -> Output {
+    let Some(arguments) = arguments(command) else {
+        panic!("this test does not know how to run `{command}`");
+    };
+    let arguments: Vec<String> = arguments
+        .into_iter()
+        .flat_map(|argument| expanded(place, argument))
+        .collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let output = place.run(&arguments);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "`{command}` fails:\n{errors}");
+    output
+}
+
+/// The directory after `-o` of a command.
+fn output_directory(place: &Place, command: &str) -> PathBuf {
+    let (_, rest) = command.split_once("-o ").unwrap();
+    place.path(rest.split_whitespace().next().unwrap())
+}
+
+/// Files in the table of outputs of a section, for flat shapes.
+fn promised_files(text: &str, heading: &str) -> Vec<String> {
+    let (_, section) = text.split_once(heading).unwrap();
+    let (section, _) = section.split_once("\n##").unwrap();
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    rows.filter(|row| !row.contains("3D only"))
+        .flat_map(|row| row.split('|').nth(1).unwrap().split('`').skip(1).step_by(2))
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The last line that the program printed names a picture, and it is there.
+fn assert_names_a_picture(place: &Place, output: &Output) {
+    let printed = [output.stderr.as_slice(), output.stdout.as_slice()].concat();
+    let printed = String::from_utf8(printed).unwrap();
+    let last = printed.lines().rfind(|line| !line.trim().is_empty());
+    let mut words = last.expect("something is printed").split_whitespace();
+    let picture = words.find(|word| Path::new(word).extension().is_some_and(|e| e == "png"));
+    let picture = place.path(picture.expect("the last line names a picture"));
+    let (width, height) = image::image_dimensions(&picture).unwrap();
+    assert!(width > 100 && height > 100, "{width} x {height}");
+}
+
+#[test]
+fn every_command_of_the_readme_works() {
+    let text = readme();
+    let place = Place::new();
+    let commands = commands(&text);
+    assert!(commands.iter().any(|c| c.contains("demo")));
+    for command in &commands {
+        if command.starts_with("cargo test") {
+            eprintln!("not run here: `{command}`, which runs this test");
+            continue;
+        }
+        let output = run(&place, command);
+        if command.ends_with(" demo") {
+            assert_names_a_picture(&place, &output);
+        }
+        let table = TABLES.iter().find(|(start, _)| command.starts_with(start));
+        if let Some((_, heading)) = table.filter(|(_, heading)| !heading.is_empty()) {
+            let directory = output_directory(&place, command);
+            for name in promised_files(&text, heading) {
+                assert!(
+                    directory.join(&name).is_file(),
+                    "`{command}` writes no {name}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn blocks_and_tables_are_found() {
+    let text = readme();
+    assert!(commands(&text).contains(&"cargo test --workspace".to_owned()));
+    let promised = promised_files(&text, TABLES[3].1);
+    assert!(promised.contains(&"result.json".to_owned()));
+    assert!(promised.contains(&"energy.csv".to_owned()));
+    assert!(!promised.contains(&"average.stl".to_owned()));
+    let promised = promised_files(&text, TABLES[5].1);
+    assert!(promised.contains(&"geodesic.png".to_owned()));
+    for (start, _) in TABLES {
+        assert!(
+            commands(&text).iter().any(|c| c.starts_with(start)),
+            "{start}"
+        );
+    }
+    assert_eq!(arguments("shapespace a b"), Some(vec!["a", "b"]));
+    assert_eq!(arguments("rm -r x"), None);
+}

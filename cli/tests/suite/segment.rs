@@ -1,0 +1,165 @@
+//! `shapespace segment`: grey images in, edges and objects out.
+
+use crate::common::{Place, Results, arrays, draw, grey_png, nifti, succeeded};
+
+const NODES: &str = "65";
+
+/// A noisy letter beside its mask.
+fn noisy_letter(place: &Place) {
+    draw(place, "mask.npy", &["letter", "b", "--grid", NODES]);
+    let noise = ["--contrast", ".4", "--noise", ".05"];
+    let letter = ["letter", "b", "--grid", NODES];
+    draw(place, "grey.npy", &[&letter[..], &noise[..]].concat());
+}
+
+#[test]
+fn a_noisy_letter_is_found() {
+    let place = Place::new();
+    noisy_letter(&place);
+    let run = place.run(&["segment", "grey.npy", "--truth", "mask.npy", "-o", "out"]);
+    let printed = succeeded(&run);
+    assert!(printed.contains("Dice") && printed.trim_end().ends_with("segment.png"));
+    let results = Results::read(&place.path("out"));
+    // A letter of strokes six spacings wide: a boundary off by a tenth of one is 97 %.
+    assert!(results.number("/mean_dice") > 0.97, "{printed}");
+    assert_eq!(results.json["status"], "converged");
+    let levels = results.json.pointer("/images/0/levels").unwrap();
+    let levels = levels.as_array().unwrap();
+    assert_eq!(levels.len(), 3);
+    assert!(levels.iter().all(|level| level["monotone"] == true));
+    // The terms add up.
+    let term = |name: &str| results.number(&format!("/images/0/energy/{name}"));
+    let sum = term("fidelity") + term("smoothness") + term("edges");
+    assert!((sum / term("total") - 1.0).abs() < 1e-12);
+    for name in ["smoothed_000.npy", "phasefield_000.npy"] {
+        let (shape, values) = results.array(name);
+        assert_eq!(shape, [65, 65], "{name}");
+        assert!(values.iter().all(|v| v.is_finite()));
+    }
+    let (shape, mask) = results.mask("mask_000.npy");
+    assert_eq!(shape, [65, 65]);
+    let share = mask.iter().map(|&m| f64::from(m)).sum::<f64>() / mask.len() as f64;
+    let area = results.number("/images/0/object/area");
+    assert!((share - area).abs() < 0.01, "{share} {area}");
+    for name in [
+        "segment.png",
+        "energy.svg",
+        "energy.csv",
+        "outline_000.csv",
+        "segment_000.vti",
+    ] {
+        assert!(results.path(name).is_file(), "{name}");
+    }
+    // The mask is an input of the other commands.
+    succeeded(&place.run(&[
+        "average",
+        "out/mask_000.npy",
+        "mask.npy",
+        "--grid",
+        "17",
+        "-o",
+        "two",
+    ]));
+}
+
+#[test]
+fn results_do_not_depend_on_threads() {
+    let place = Place::new();
+    noisy_letter(&place);
+    let of = |threads: &str| {
+        let out = format!("out{threads}");
+        succeeded(&place.run(&["segment", "grey.npy", "--threads", threads, "-o", &out]));
+        arrays(&Results::read(&place.path(&out)))
+    };
+    assert_eq!(of("1"), of("3"));
+}
+
+/// A dark disk on a bright ground, whose grey values are those of the file.
+#[test]
+fn a_dark_object_is_found_by_threshold_and_by_its_edges() {
+    let place = Place::new();
+    let disk = |x: i32, y: i32| (x - 30).pow(2) + (y - 24).pow(2) < 15 * 15;
+    let grey: Vec<u8> = (0..60 * 48)
+        .map(|i| if disk(i % 60, i / 60) { 90 } else { 200 })
+        .collect();
+    place.write("disk.png", &grey_png(60, 48, &grey));
+    let area = std::f64::consts::PI * 225.0;
+    let options = [
+        vec!["--object", "dark"],
+        vec!["--object", "dark", "--threshold", "145"],
+        vec!["--object", "enclosed"],
+        vec!["--object", "dark", "--classes", "2", "--largest"],
+    ];
+    for (k, options) in options.iter().enumerate() {
+        let out = format!("out{k}");
+        let fixed = ["segment", "disk.png", "--grid", "65", "-o", &out];
+        succeeded(&place.run(&[&fixed[..], &options[..]].concat()));
+        let results = Results::read(&place.path(&out));
+        let found = results.number("/images/0/object/area_input_units");
+        // Edges are found to a small part of a spacing, thresholds better still.
+        assert!(
+            (found / area - 1.0).abs() < 0.08,
+            "{options:?}: {found} {area}"
+        );
+        assert_eq!(results.mask("mask_000.npy").0, [48, 60]);
+        // 59 spacings of the image are 64 of the grid; 47 are 51, and with it 52.
+        assert_eq!(results.array("smoothed_000.npy").0, [53, 65]);
+    }
+    succeeded(&place.run(&["segment", "disk.png", "--object", "none", "-o", "edges"]));
+    let results = Results::read(&place.path("edges"));
+    assert!(results.json.pointer("/images/0/object").is_none());
+    assert_eq!(results.number("/images/0/regions"), 2.0);
+}
+
+#[test]
+fn a_volume_is_segmented() {
+    let place = Place::new();
+    let ball = |i: i32| {
+        let x = [i % 20, i / 20 % 16, i / 320].map(|k| f64::from(k) - 8.0);
+        x.iter().map(|x| x * x).sum::<f64>() < 30.0
+    };
+    let grey: Vec<u8> = (0..20 * 16 * 16)
+        .map(|i| if ball(i) { 180 } else { 60 + (i % 7) as u8 })
+        .collect();
+    place.write("ball.nii", &nifti([20, 16, 16], [1.0; 3], &grey));
+    let smooth = ["--smooth", ".06"];
+    let fixed = ["segment", "ball.nii", "--grid", "33", "-o", "out"];
+    succeeded(&place.run(&[&fixed[..], &smooth[..]].concat()));
+    let results = Results::read(&place.path("out"));
+    let volume = results.number("/images/0/object/volume_input_units");
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * 30f64.powf(1.5);
+    // Sixteen voxels across half a ball's surface are what its volume is told by.
+    assert!((volume / exact - 1.0).abs() < 0.1, "{volume} {exact}");
+    assert_eq!(results.array("phasefield_000.npy").0, [29, 29, 33]);
+}
+
+#[test]
+fn what_makes_no_sense_is_reported() {
+    let place = Place::new();
+    noisy_letter(&place);
+    place.write("blank.png", &grey_png(9, 9, &[7; 81]));
+    place.write(
+        "small.png",
+        &grey_png(4, 4, &[0, 9, 9, 9, 0, 9, 9, 9, 0, 9, 9, 9, 0, 9, 9, 9]),
+    );
+    let cases: [(&[&str], &str); 5] = [
+        (&["blank.png"], "shows nothing"),
+        (&["grey.npy", "--grid", "50"], "--grid 50 is not allowed"),
+        (&["grey.npy", "--truth", "small.png"], "--truth"),
+        (
+            &["grey.npy", "grey.npy", "--truth", "mask.npy"],
+            "give one for each",
+        ),
+        (
+            &["grey.npy", "--object", "none", "--threshold", ".5"],
+            "--threshold",
+        ),
+    ];
+    for (arguments, word) in cases {
+        let run = place.run(&[&["segment", "-o", "out"], arguments].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(report.contains(word), "{report}");
+        assert!(!place.path("out").exists());
+    }
+}

@@ -1,0 +1,104 @@
+//! Generic code, compiled once.
+//!
+//! Code that is generic over the dimension is compiled again in every crate, and in every test
+//! program, that calls it. A [`Routine`] ends what is generic at two functions that are not, one for
+//! the plane and one for space: they are compiled with the crate that defines them, and whoever calls
+//! [`run`] only links them. [`compiled_once!`](crate::compiled_once) writes both.
+
+use std::mem::ManuallyDrop;
+
+/// A function of arguments that depend on the dimension, with a version for each.
+pub trait Routine {
+    /// What it is given.
+    type Arguments<const D: usize>;
+    /// What it gives.
+    type Output<const D: usize>;
+
+    /// The function for `D = 2`.
+    fn in_the_plane(arguments: Self::Arguments<2>) -> Self::Output<2>;
+
+    /// The function for `D = 3`.
+    fn in_space(arguments: Self::Arguments<3>) -> Self::Output<3>;
+}
+
+/// Runs the version for `D` dimensions, which have to be two or three.
+pub fn run<R: Routine, const D: usize>(arguments: R::Arguments<D>) -> R::Output<D> {
+    const { assert!(D == 2 || D == 3) };
+    if D == 2 {
+        // SAFETY: D is 2, so that both pairs of types are the same.
+        unsafe {
+            let arguments = renamed::<R::Arguments<D>, R::Arguments<2>>(arguments);
+            renamed(R::in_the_plane(arguments))
+        }
+    } else {
+        // SAFETY: D is 3, so that both pairs of types are the same.
+        unsafe {
+            let arguments = renamed::<R::Arguments<D>, R::Arguments<3>>(arguments);
+            renamed(R::in_space(arguments))
+        }
+    }
+}
+
+/// A value by another name of its type.
+///
+/// # Safety
+/// Both have to be the same type.
+unsafe fn renamed<A, B>(value: A) -> B {
+    debug_assert_eq!(size_of::<A>(), size_of::<B>());
+    let value = ManuallyDrop::new(value);
+    // SAFETY: the value is of type B, and is not used again.
+    unsafe { std::mem::transmute_copy::<A, B>(&value) }
+}
+
+/// Writes a public function that is generic over the dimension and calls another, private one, which
+/// is compiled here for both dimensions and nowhere else.
+///
+/// All references that the function is given live as long as the lifetime that stands before the
+/// dimension.
+///
+/// ```
+/// use fe_grid::{Grid, compiled_once};
+///
+/// compiled_once! {
+///     /// Some multiple of the numbers of nodes.
+///     pub fn nodes<'a, D>(grid: &'a Grid<D>, factor: usize) -> [usize; D] = nodes_of;
+/// }
+///
+/// fn nodes_of<const D: usize>(grid: &Grid<D>, factor: usize) -> [usize; D] {
+///     grid.nodes_per_axis().map(|n| factor * n)
+/// }
+///
+/// assert_eq!(nodes(&Grid::<2>::dyadic(2), 3), [15, 15]);
+/// assert_eq!(nodes(&Grid::<3>::dyadic(1), 1), [3, 3, 3]);
+/// ```
+#[macro_export]
+macro_rules! compiled_once {
+    (
+        $(#[$documentation:meta])*
+        pub fn $name:ident<$life:lifetime, $D:ident>(
+            $($argument:ident: $type:ty),+ $(,)?
+        ) -> $output:ty = $function:path;
+    ) => {
+        $(#[$documentation])*
+        pub fn $name<$life, const $D: usize>($($argument: $type),+) -> $output {
+            struct Once<$life>(std::marker::PhantomData<&$life ()>);
+
+            impl<$life> $crate::dimension::Routine for Once<$life> {
+                type Arguments<const $D: usize> = ($($type,)+);
+                type Output<const $D: usize> = $output;
+
+                #[inline(never)]
+                fn in_the_plane(($($argument,)+): Self::Arguments<2>) -> Self::Output<2> {
+                    $function($($argument),+)
+                }
+
+                #[inline(never)]
+                fn in_space(($($argument,)+): Self::Arguments<3>) -> Self::Output<3> {
+                    $function($($argument),+)
+                }
+            }
+
+            $crate::dimension::run::<Once<$life>, $D>(($($argument,)+))
+        }
+    };
+}

@@ -1,0 +1,98 @@
+//! The vectors that L-BFGS keeps: in single precision, in memory or in files.
+
+use crate::support::noise;
+use crate::support::objectives::Quadratic;
+use fe_grid::minimise::{Evaluation, LbfgsParams, Minimiser, Objective, Silent, Status, Stopping};
+use fe_grid::{Buffer, Element, GridError, Storage};
+
+fn lbfgs(relative_gradient: f64, max_iterations: usize) -> LbfgsParams {
+    LbfgsParams {
+        history: 3,
+        stopping: Stopping {
+            relative_gradient,
+            relative_energy: 0.0,
+            max_iterations,
+            ..Stopping::default()
+        },
+        ..LbfgsParams::default()
+    }
+}
+
+/// Curvatures from 1 to 100.
+fn quadratic(dim: usize) -> Quadratic {
+    let curvature = |j: usize| 100f64.powf(j as f64 / (dim - 1) as f64);
+    Quadratic {
+        curvatures: (0..dim).map(curvature).collect(),
+        minimum: noise(dim, 11),
+        exact_metric: false,
+    }
+}
+
+/// A problem whose minimiser keeps its vectors in files of a folder.
+struct InFiles {
+    problem: Quadratic,
+    storage: Storage,
+}
+
+impl Objective for InFiles {
+    type Error = GridError;
+
+    fn dim(&self) -> usize {
+        self.problem.dim()
+    }
+
+    fn value_and_gradient(&mut self, x: &[f64], g: &mut [f64]) -> Result<Evaluation, GridError> {
+        let Ok(evaluation) = self.problem.value_and_gradient(x, g);
+        Ok(evaluation)
+    }
+
+    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, GridError> {
+        self.storage.zeros(len)
+    }
+}
+
+#[test]
+fn same_bits_in_memory_and_in_files() {
+    let dim = 50_000;
+    let folder = tempfile::tempdir().unwrap();
+    let minimised = |storage: Storage| {
+        let mut problem = InFiles {
+            problem: quadratic(dim),
+            storage,
+        };
+        let mut x = vec![0.0; dim];
+        let info = lbfgs(1e-8, 12).minimise(&mut problem, &mut x, &mut Silent);
+        info.map(|info| (x, info.energies))
+    };
+    let in_memory = minimised(Storage::Memory).unwrap();
+    assert!(in_memory == minimised(Storage::Folder(folder.path().into())).unwrap());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    let nowhere = folder.path().join("nowhere");
+    assert!(matches!(
+        minimised(Storage::Folder(nowhere.clone())),
+        Err(GridError::Spill { folder, .. }) if folder == nowhere
+    ));
+}
+
+/// Pairs are kept in single precision, of a range of 1e38 up and down; a change of units by a
+/// power of two, which is exact, must not be seen at all.
+#[test]
+fn the_memory_knows_no_units() {
+    let minimised = |exponent: i32| {
+        let unit = 2f64.powi(exponent);
+        let mut problem = quadratic(40);
+        for c in &mut problem.minimum {
+            *c *= unit;
+        }
+        let mut x = vec![0.0; 40];
+        let Ok(info) = lbfgs(1e-8, 200).minimise(&mut problem, &mut x, &mut Silent);
+        assert_eq!(info.status, Status::GradientTolerance);
+        for x in &mut x {
+            *x /= unit;
+        }
+        (x, info.iterations)
+    };
+    let usual = minimised(0);
+    assert!(usual.1 > 10);
+    assert!(usual == minimised(200) && usual == minimised(-200));
+}

@@ -1,0 +1,14 @@
+//! All tests of the grids and the solvers on them, as one program: what is generic is compiled once for all.
+
+mod support;
+
+mod deformations;
+mod engine;
+mod history;
+mod lanes;
+mod linear;
+mod minimise;
+mod multigrid;
+mod multilevel;
+mod spectral;
+mod uniform;

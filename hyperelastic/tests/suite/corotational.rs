@@ -1,0 +1,394 @@
+//! The rotation of the polar decomposition, and the quadratic form that is built on it.
+
+use crate::common::{
+    Matrix, admissible, angles, any_rotation, config, direction, distance, minus_identity, moduli,
+    norm, rotation, stretched,
+};
+use fe_grid::engine::{MAX_CELL_DATA, MAX_COEFFICIENTS};
+use fe_grid::multigrid::CoefficientLaw;
+use fe_grid::{
+    Assembly, CellLaw, Data, Element, Grid, Jet, Lane, LaneKernel, Point, SimdLevel, Tensor, tensor,
+};
+use hyperelastic::{
+    Corotational, LameModuli, LogDet, StoredEnergy, ViscousDissipation, polar_rotation,
+};
+use proptest::prelude::*;
+
+/// Rounding of a rotation that has been found by iteration.
+const ROUNDING: f64 = 1e-13;
+
+fn identity<const D: usize>() -> Matrix<D> {
+    tensor::diagonal(1.0)
+}
+
+/// `r` is a rotation, and `r^T a` symmetric and positive definite: the two properties that define
+/// the polar decomposition.
+fn check_polar<const D: usize>(a: &Matrix<D>, least_stretch: f64) {
+    let r = polar_rotation(a);
+    let gram = tensor::transposed_product(&r, &r);
+    assert!(distance(&gram, &identity()) < ROUNDING, "{r:?}");
+    assert!((tensor::determinant(&r) - 1.0).abs() < ROUNDING);
+    let stretch = tensor::transposed_product(&r, a);
+    let skew = distance(&stretch, &tensor::transpose(&stretch));
+    assert!(skew < ROUNDING * norm(a) / least_stretch, "{skew}");
+    // Symmetric with the singular values of `a` up to signs; all of them positive where traces of
+    // the matrix and of its cofactors are.
+    assert!(tensor::trace(&stretch) > 0.0);
+    assert!(tensor::trace(&tensor::cofactor(&stretch)) > 0.0);
+}
+
+proptest! {
+    #![proptest_config(config("tests/corotational.proptest-regressions"))]
+
+    #[test]
+    fn polar_rotation_2d((s, a) in stretched::<2>(0.05, 5.0)) {
+        check_polar(&a, s[0].min(s[1]));
+    }
+
+    #[test]
+    fn polar_rotation_3d((s, a) in stretched::<3>(0.05, 5.0)) {
+        check_polar(&a, s.into_iter().fold(f64::INFINITY, f64::min));
+    }
+
+    #[test]
+    fn rotations_are_their_own_2d(q in any_rotation::<2>()) {
+        prop_assert!(distance(&polar_rotation(&q), &q) < ROUNDING);
+    }
+
+    #[test]
+    fn rotations_are_their_own_3d(q in any_rotation::<3>()) {
+        prop_assert!(distance(&polar_rotation(&q), &q) < ROUNDING);
+    }
+
+    /// `polar(q a) = q polar(a)`.
+    #[test]
+    fn polar_rotation_turns_with_the_frame(q in any_rotation::<3>(), h in admissible::<3>()) {
+        let a = tensor::add_identity(&h);
+        let turned = polar_rotation(&tensor::product(&q, &a));
+        prop_assert!(distance(&turned, &tensor::product(&q, &polar_rotation(&a))) < 1e-12);
+    }
+
+    /// Reflections and matrices that flatten have no rotation.
+    #[test]
+    fn without_orientation_it_is_the_identity((_, a) in stretched::<3>(0.1, 3.0)) {
+        let mirrored = [a[0].map(|x| -x), a[1], a[2]];
+        prop_assert_eq!(polar_rotation(&mirrored), identity());
+        let flat = [a[0], a[1], a[0]];
+        prop_assert_eq!(polar_rotation(&flat), identity());
+    }
+}
+
+struct PolarKernel<'a, T, const D: usize> {
+    /// Entries of many matrices, `[entry][matrix]`, and room for their rotations.
+    matrices: &'a [Vec<T>],
+    rotations: &'a mut [Vec<T>],
+}
+
+impl<T: Element, const D: usize> LaneKernel<T> for PolarKernel<'_, T, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) {
+        let n = self.matrices[0].len();
+        let mut at = 0;
+        while at < n {
+            let mut a = tensor::zero::<L, D>();
+            for i in 0..D {
+                for k in 0..D {
+                    a[i][k] = L::load(&self.matrices[i * D + k][at..]);
+                }
+            }
+            let r: Tensor<L, D> = polar_rotation(&a);
+            for i in 0..D {
+                for k in 0..D {
+                    r[i][k].store(&mut self.rotations[i * D + k][at..]);
+                }
+            }
+            at += L::COUNT;
+        }
+    }
+}
+
+/// Lanes give the bits of the scalar formula, mirrored neighbours or not.
+fn check_lanes<T: Element, const D: usize>() {
+    let n = 21;
+    let matrix = |j: usize| -> Matrix<D> {
+        let t = j as f64;
+        let q = rotation::<D>([t, 2.0 * t + 0.3, 1.0 - t]);
+        let mut a = q;
+        for (k, row) in a.iter_mut().enumerate() {
+            let stretch = 0.3 + ((t + 1.7 * k as f64).sin() + 1.0);
+            *row = row.map(|x| stretch * x);
+        }
+        if j % 5 == 3 {
+            a[0] = a[0].map(|x| -x);
+        }
+        a
+    };
+    let entries: Vec<Vec<T>> = (0..D * D)
+        .map(|e| {
+            (0..n)
+                .map(|j| T::from_f64(matrix(j)[e / D][e % D]))
+                .collect()
+        })
+        .collect();
+    for level in [SimdLevel::Scalar, SimdLevel::Wide256, SimdLevel::Widest] {
+        let mut found = vec![vec![T::default(); n]; D * D];
+        let kernel = PolarKernel::<T, D> {
+            matrices: &entries,
+            rotations: &mut found,
+        };
+        T::dispatch(level, kernel);
+        for j in 0..n {
+            let mut a = tensor::zero::<T, D>();
+            for e in 0..D * D {
+                a[e / D][e % D] = entries[e][j];
+            }
+            let expected = polar_rotation(&a);
+            for e in 0..D * D {
+                let (x, y) = (found[e][j].to_f64(), expected[e / D][e % D].to_f64());
+                assert_eq!(x.to_bits(), y.to_bits(), "{level:?} {j}");
+            }
+        }
+    }
+}
+
+#[test]
+fn lanes_find_the_same_rotations() {
+    check_lanes::<f64, 2>();
+    check_lanes::<f64, 3>();
+    check_lanes::<f32, 2>();
+    check_lanes::<f32, 3>();
+}
+
+#[test]
+fn single_precision_is_as_good_as_it_can_be() {
+    fn check<const D: usize>() {
+        for j in 0..40 {
+            let q = rotation::<D>([f64::from(j), 0.3 * f64::from(j), 2.0]);
+            let narrow = q.map(|row| row.map(|x| 3.0 * x as f32));
+            let wide = polar_rotation(&narrow).map(|row| row.map(f64::from));
+            // A few units in the last place of single precision, 6e-8.
+            assert!(distance(&wide, &q) < 5e-7, "{wide:?}");
+        }
+    }
+    check::<2>();
+    check::<3>();
+}
+
+/// The data of a cell: stiffness, rotation, and the matrix of the second part.
+fn cell<const D: usize>(stiffness: f64, r: &Matrix<D>, mass: &Matrix<D>) -> [f64; MAX_CELL_DATA] {
+    let mut data = [0.0; MAX_CELL_DATA];
+    data[0] = stiffness;
+    for i in 0..D {
+        for k in 0..D {
+            data[1 + i * D + k] = stiffness * r[i][k];
+        }
+        for k in i..D {
+            data[Corotational::<D>::mass_entry(i, k)] = mass[i][k];
+        }
+    }
+    data
+}
+
+fn point<const D: usize>(data: [f64; MAX_CELL_DATA], jet: &Jet<f64, D, D>) -> Point<f64, D, D> {
+    Point {
+        position: [0.0; D],
+        value: jet.value,
+        gradient: jet.gradient,
+        coefficient: [0.0; MAX_COEFFICIENTS],
+        cell: data,
+    }
+}
+
+fn law<const D: usize>(lambda: f64, regularisation: f64) -> Corotational<D> {
+    Corotational {
+        moduli: moduli(lambda, 0.7),
+        regularisation,
+    }
+}
+
+/// At a rotation the form is the Hessian of the law, and twice the dissipation of the turned
+/// direction.
+fn check_hessian<const D: usize>(q: &Matrix<D>, b: &Matrix<D>, lambda: f64) {
+    let elastic = LogDet::<D>::new(moduli(lambda, 0.7)).unwrap();
+    let jet = Jet {
+        value: [0.0; D],
+        gradient: *b,
+    };
+    let at = point(cell(2.5, q, &tensor::zero()), &jet);
+    let corotational = law::<D>(lambda, 0.0);
+    let found = corotational.hessian_action(&at, &jet).gradient;
+    let exact = tensor::scale(&elastic.hessian_action(&minus_identity(q), b), 2.5);
+    let tolerance = 1e-12 * (1.0 + lambda) * (1.0 + norm(b));
+    assert!(distance(&found, &exact) < tolerance);
+    let friction = ViscousDissipation {
+        moduli: moduli(lambda, 0.7),
+    };
+    let rate = friction.rate(&tensor::transposed_product(q, b));
+    let value = corotational.value(&at);
+    assert!((value - 2.5 * rate).abs() < tolerance * (1.0 + norm(b)));
+}
+
+fn check_definite<const D: usize>(q: &Matrix<D>, b: &Matrix<D>, m: &Matrix<D>, v: [f64; D]) {
+    let jet = Jet {
+        value: v,
+        gradient: *b,
+    };
+    // G = m^T m is positive semidefinite.
+    let mass = tensor::transposed_product(m, m);
+    let data = cell(0.3, q, &mass);
+    let at = point(data, &jet);
+    let pair = |a: &Jet<f64, D, D>, b: &Jet<f64, D, D>| {
+        let values: f64 = (0..D).map(|k| a.value[k] * b.value[k]).sum();
+        values + tensor::contract(&a.gradient, &b.gradient)
+    };
+    let action = law::<D>(1.2, 0.0).hessian_action(&at, &jet);
+    let square = pair(&action, &jet);
+    assert!(square > -1e-13 * pair(&jet, &jet), "{square}");
+    assert!((square - 2.0 * law::<D>(1.2, 0.0).value(&at)).abs() < 1e-12 * (1.0 + square));
+    // The regularisation adds r (|d|^2 + |Dd|^2).
+    let more = law::<D>(1.2, 0.1).hessian_action(&at, &jet);
+    let expected = square + 0.1 * pair(&jet, &jet);
+    assert!((pair(&more, &jet) - expected).abs() < 1e-12 * (1.0 + expected));
+    // Symmetric.
+    let other = Jet {
+        value: [0.4; D],
+        gradient: *m,
+    };
+    let there = law::<D>(1.2, 0.0).hessian_action(&at, &other);
+    let (a, b) = (pair(&there, &jet), pair(&action, &other));
+    assert!((a - b).abs() < 1e-12 * (1.0 + a.abs()));
+    // Rotations about the cell's own state cost nothing: q times a skew matrix.
+    let skew = tensor::sub(m, &tensor::transpose(m));
+    let spin = Jet {
+        value: [0.0; D],
+        gradient: tensor::product(q, &skew),
+    };
+    let flux = law::<D>(1.2, 0.0).hessian_action(&at, &spin).gradient;
+    assert!(norm(&flux) < 1e-12 * (1.0 + norm(&skew)));
+}
+
+/// Children that are turned alike hand their rotation on, whatever their stiffness; others their
+/// stiffness-weighted mean rotation, at full stiffness.
+fn check_coarsening<const D: usize>(q: &Matrix<D>, tilt: f64) {
+    let children = 1 << D;
+    let (mut same, mut tilted) = ([0.0; MAX_CELL_DATA], [0.0; MAX_CELL_DATA]);
+    let mut stiffness = 0.0;
+    for child in 0..children {
+        let k = 10f64.powi(-(child % 5)) / f64::from(children);
+        stiffness += k;
+        // Half of the children are turned to one side, half to the other.
+        let sign = if child % 2 == 0 { tilt } else { -tilt };
+        let turn = rotation::<D>([sign, 0.0, 0.0]);
+        let data = [
+            cell(k, q, &identity()),
+            cell(
+                1.0 / f64::from(children),
+                &tensor::product(q, &turn),
+                &identity(),
+            ),
+        ];
+        for j in 0..MAX_CELL_DATA {
+            same[j] += data[0][j];
+            tilted[j] += data[1][j];
+        }
+    }
+    for (means, k) in [(&mut same, stiffness), (&mut tilted, 1.0)] {
+        law::<D>(1.0, 0.0).coarsen(means);
+        let expected = cell(k, q, &tensor::diagonal(f64::from(children)));
+        for j in 0..MAX_CELL_DATA {
+            assert!(
+                (means[j] - expected[j]).abs() < 1e-12,
+                "{j}: {means:?} {expected:?}"
+            );
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(config("tests/corotational.proptest-regressions"))]
+
+    #[test]
+    fn the_form_is_the_hessian_at_a_rotation_2d(
+        q in any_rotation::<2>(), b in direction::<2>(), lambda in 0.0f64..50.0
+    ) {
+        check_hessian(&q, &b, lambda);
+    }
+
+    #[test]
+    fn the_form_is_the_hessian_at_a_rotation_3d(
+        q in any_rotation::<3>(), b in direction::<3>(), lambda in 0.0f64..50.0
+    ) {
+        check_hessian(&q, &b, lambda);
+    }
+
+    #[test]
+    fn the_form_is_semidefinite_2d(
+        q in any_rotation::<2>(), b in direction::<2>(), m in direction::<2>()
+    ) {
+        check_definite(&q, &b, &m, m[0]);
+    }
+
+    #[test]
+    fn the_form_is_semidefinite_3d(
+        q in any_rotation::<3>(), b in direction::<3>(), m in direction::<3>()
+    ) {
+        check_definite(&q, &b, &m, m[0]);
+    }
+
+    #[test]
+    fn coarsening_keeps_rotations(a in angles(), tilt in 0.0f64..1.2) {
+        check_coarsening(&rotation::<2>(a), tilt);
+        check_coarsening(&rotation::<3>(a), tilt);
+    }
+}
+
+/// The blocks that the engine takes from moments, since the form is the same all over a cell, are
+/// those of its Hessian action.
+fn check_block_diagonal<const D: usize>(nodes: [usize; D]) {
+    let grid = Grid::with_nodes(nodes, 0.1).unwrap();
+    let (n, count) = (grid.n_nodes(), Corotational::<D>::CELL_DATA);
+    let wave = |i: usize| ((i * 7919 + 13) % 1009) as f64 / 1009.0;
+    let cells: Vec<Vec<f64>> = (0..count)
+        .map(|f| {
+            let entry = |i: usize| wave(f * grid.n_cells() + i) + f64::from(u8::from(f == 0));
+            (0..grid.n_cells()).map(entry).collect()
+        })
+        .collect();
+    let cells: Vec<&[f64]> = cells.iter().map(Vec::as_slice).collect();
+    let law = Corotational::<D> {
+        moduli: LameModuli {
+            bulk_lambda: 1.3,
+            shear_modulus: 0.7,
+        },
+        regularisation: 0.2,
+    };
+    let data = Data {
+        coefficients: &[],
+        cells: &cells,
+    };
+    let assembly = Assembly::new(grid, &law, data);
+    let zero = vec![0.0; D * n];
+    let mut blocks = vec![0.0; D * D * n];
+    assembly.block_diagonal_into(&zero, &mut blocks);
+    let (mut unit, mut column) = (zero.clone(), zero.clone());
+    for node in [0, n / 3, n - 1] {
+        for m in 0..D {
+            unit[m * n + node] = 1.0;
+            assembly.hessian_action_into(&zero, &unit, &mut column);
+            unit[m * n + node] = 0.0;
+            for r in 0..D {
+                let (a, b) = (column[r * n + node], blocks[(r * D + m) * n + node]);
+                // The same sum in another order.
+                assert!((a - b).abs() <= 1e-13 * column[m * n + node], "{a} {b}");
+            }
+        }
+    }
+}
+
+#[test]
+fn block_diagonal_from_moments() {
+    check_block_diagonal([6, 4]);
+    check_block_diagonal([4, 5, 3]);
+}

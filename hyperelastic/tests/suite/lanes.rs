@@ -1,0 +1,116 @@
+//! Wide registers give, bit for bit, what one number at a time gives.
+
+use crate::common::{Matrix, stretched};
+use fe_grid::{Element, Lane, LaneKernel, SimdLevel, Tensor, tensor};
+use hyperelastic::{LawName, LawSpec, LawVisitor, StoredEnergy};
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+
+/// Applies a law to states stored component by component.
+struct Apply<'a, T, W, const D: usize> {
+    law: W,
+    states: &'a [Tensor<T, D>],
+}
+
+fn gather<L: Lane, const D: usize>(states: &[Tensor<L::Element, D>]) -> Tensor<L, D> {
+    let mut h = tensor::zero::<L, D>();
+    for i in 0..D {
+        for k in 0..D {
+            let column: Vec<_> = states.iter().map(|state| state[i][k]).collect();
+            h[i][k] = L::load(&column);
+        }
+    }
+    h
+}
+
+impl<T: Element, W: StoredEnergy<D>, const D: usize> LaneKernel<T> for Apply<'_, T, W, D> {
+    type Output = Vec<T>;
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) -> Vec<T> {
+        let n = self.states.len();
+        let n_numbers = 1 + 2 * D * D;
+        let mut out = vec![T::default(); n_numbers * n];
+        let mut start = 0;
+        while start < n {
+            let h = gather::<L, D>(&self.states[start..n.min(start + L::COUNT)]);
+            let (value, stress) = self.law.gradient(&h);
+            let action = self.law.hessian_action(&h, &stress);
+            let end = n.min(start + L::COUNT);
+            value.store(&mut out[start..end]);
+            for i in 0..D {
+                for k in 0..D {
+                    let place = (1 + D * i + k) * n;
+                    stress[i][k].store(&mut out[place + start..place + end]);
+                    let place = place + D * D * n;
+                    action[i][k].store(&mut out[place + start..place + end]);
+                }
+            }
+            start += L::COUNT;
+        }
+        out
+    }
+}
+
+struct SameBits<'a, T, const D: usize>(&'a [Tensor<T, D>]);
+
+impl<T: Element, const D: usize> LawVisitor<D> for SameBits<'_, T, D> {
+    type Output = usize;
+    fn visit<W: StoredEnergy<D>>(self, law: W) -> usize {
+        let at = |level: SimdLevel| {
+            let states = self.0;
+            T::dispatch(level, Apply { law, states })
+        };
+        let bits = |numbers: Vec<T>| -> Vec<u64> {
+            // One NaN is as good as another.
+            let bits = |x: T| match x.to_f64() {
+                x if x.is_nan() => u64::MAX,
+                x => x.to_bits(),
+            };
+            numbers.into_iter().map(bits).collect()
+        };
+        let scalar = bits(at(SimdLevel::Scalar));
+        for level in [SimdLevel::Wide256, SimdLevel::Widest] {
+            assert!(bits(at(level)) == scalar, "{} at {level:?}", law.name());
+        }
+        scalar.into_iter().filter(|&x| x != u64::MAX).count()
+    }
+}
+
+/// 37 states, some folded: no multiple of any register's width.
+fn states<const D: usize>() -> Vec<Matrix<D>> {
+    let mut runner = TestRunner::deterministic();
+    let mut draw = |low: f64, high: f64| {
+        let tree = stretched::<D>(low, high).new_tree(&mut runner).unwrap();
+        crate::common::minus_identity(&tree.current().1)
+    };
+    let mut states: Vec<_> = (0..35).map(|_| draw(0.3, 2.0)).collect();
+    states.extend([draw(-1.5, -0.5), tensor::diagonal(-1.0)]);
+    states
+}
+
+fn check<const D: usize>() {
+    let states = states::<D>();
+    let narrow: Vec<Tensor<f32, D>> = states
+        .iter()
+        .map(|a| a.map(|row| row.map(|x| x as f32)))
+        .collect();
+    for law in LawName::all() {
+        let moduli = crate::common::moduli(20.0, 1.0);
+        let spec = LawSpec { law, moduli };
+        let finite = spec.visit(SameBits(&states)).unwrap();
+        let finite32 = spec.visit(SameBits(&narrow)).unwrap();
+        assert!(finite >= 35 * (1 + 2 * D * D), "{finite}");
+        assert_eq!(finite, finite32);
+    }
+}
+
+#[test]
+fn lanes_agree_bit_for_bit_in_2d() {
+    check::<2>();
+}
+
+#[test]
+fn lanes_agree_bit_for_bit_in_3d() {
+    check::<3>();
+}

@@ -1,0 +1,9 @@
+//! All tests of signed distances, contours and measures, as one program: what is generic is compiled once for all.
+
+mod common;
+
+mod contour;
+mod distance;
+mod heaviside;
+mod measures;
+mod surface;

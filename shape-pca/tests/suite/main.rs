@@ -1,0 +1,6 @@
+//! All tests of the modes of variation, as one program: what is generic is compiled once for all.
+
+mod support;
+
+mod oracle;
+mod properties;
