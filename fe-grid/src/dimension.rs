@@ -50,7 +50,7 @@ unsafe fn renamed<A, B>(value: A) -> B {
     unsafe { std::mem::transmute_copy::<A, B>(&value) }
 }
 
-/// Writes a public function that is generic over the dimension and calls another, private one, which
+/// Writes a function that is generic over the dimension and calls another, private one, which
 /// is compiled here for both dimensions and nowhere else.
 ///
 /// All references that the function is given live as long as the lifetime that stands before the
@@ -75,12 +75,12 @@ unsafe fn renamed<A, B>(value: A) -> B {
 macro_rules! compiled_once {
     (
         $(#[$documentation:meta])*
-        pub fn $name:ident<$life:lifetime, $D:ident>(
+        $visible:vis fn $name:ident<$life:lifetime, $D:ident>(
             $($argument:ident: $type:ty),+ $(,)?
         ) -> $output:ty = $function:path;
     ) => {
         $(#[$documentation])*
-        pub fn $name<$life, const $D: usize>($($argument: $type),+) -> $output {
+        $visible fn $name<$life, const $D: usize>($($argument: $type),+) -> $output {
             struct Once<$life>(std::marker::PhantomData<&$life ()>);
 
             impl<$life> $crate::dimension::Routine for Once<$life> {

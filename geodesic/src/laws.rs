@@ -1,11 +1,13 @@
 //! The energies of a step under whatever law the parameters name.
 //!
-//! All laws are compiled here for both dimensions, once: what is generic ends at functions that
-//! are not, so that crates which use geodesics do not compile every law again.
+//! All laws are compiled here for both dimensions, once, so that crates which use geodesics do not
+//! compile every law again.
 
 use crate::{ObjectWeights, PathDissipation, StepDeformation};
+use fe_grid::dimension::{self, Routine};
 use fe_grid::{Assembly, CellLaw, Data, Grid, GridError};
 use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy};
+use std::marker::PhantomData;
 
 /// Which energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,30 +43,26 @@ impl StepTerm<'_> {
     /// [`LawError`] where there is no such law; [`GridError::Inadmissible`] in the inner result
     /// where the density is not finite.
     pub fn add<const D: usize>(self, grid: &Grid<D>) -> Result<Result<f64, GridError>, LawError> {
-        const { assert!(D == 2 || D == 3) };
-        let (nodes, spacing) = (grid.nodes_per_axis(), grid.spacing());
-        if D == 2 {
-            match Grid::with_nodes([nodes[0], nodes[1]], spacing) {
-                Ok(grid) => add_in_the_plane(self, grid),
-                Err(error) => Ok(Err(error)),
-            }
-        } else {
-            match Grid::with_nodes([nodes[0], nodes[1], nodes[D - 1]], spacing) {
-                Ok(grid) => add_in_space(self, grid),
-                Err(error) => Ok(Err(error)),
-            }
-        }
+        dimension::run::<Steps<'_>, D>((self, *grid))
     }
 }
 
-#[inline(never)]
-fn add_in_the_plane(term: StepTerm<'_>, grid: Grid<2>) -> Result<Result<f64, GridError>, LawError> {
-    term.law.visit(Visitor::<2, 3, 4> { grid, term })
-}
+/// The numbers of components of both energies, `D + 1` and `2 D`, have to be written as numbers.
+struct Steps<'a>(PhantomData<&'a ()>);
 
-#[inline(never)]
-fn add_in_space(term: StepTerm<'_>, grid: Grid<3>) -> Result<Result<f64, GridError>, LawError> {
-    term.law.visit(Visitor::<3, 4, 6> { grid, term })
+impl<'a> Routine for Steps<'a> {
+    type Arguments<const D: usize> = (StepTerm<'a>, Grid<D>);
+    type Output<const D: usize> = Result<Result<f64, GridError>, LawError>;
+
+    #[inline(never)]
+    fn in_the_plane((term, grid): Self::Arguments<2>) -> Self::Output<2> {
+        term.law.visit(Visitor::<2, 3, 4> { grid, term })
+    }
+
+    #[inline(never)]
+    fn in_space((term, grid): Self::Arguments<3>) -> Self::Output<3> {
+        term.law.visit(Visitor::<3, 4, 6> { grid, term })
+    }
 }
 
 /// Evaluates one of the energies, of `S = D + 1` or `P = 2 D` components.

@@ -1,9 +1,9 @@
 //! The elastic energy of one shape, under whatever law the parameters name.
 //!
-//! All laws are compiled here for both dimensions, once: what is generic ends at two functions
-//! that are not, so that crates which use the average do not compile every law again.
+//! All laws are compiled here for both dimensions, once ([`fe_grid::dimension`]), so that crates
+//! which use the average do not compile every law again.
 
-use fe_grid::{Assembly, CellLaw, Data, Grid, GridError};
+use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, compiled_once};
 use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
 
 /// The energy `int ((1 - delta) chi + delta) W(1 + Du)` of a displacement `u`.
@@ -29,32 +29,22 @@ impl ElasticTerm<'_> {
     /// [`LawError`] where there is no such law; [`GridError::Inadmissible`] in the inner result
     /// where the density is not finite.
     pub fn add<const D: usize>(self, grid: &Grid<D>) -> Result<Result<f64, GridError>, LawError> {
-        const { assert!(D == 2 || D == 3) };
-        let (nodes, spacing) = (grid.nodes_per_axis(), grid.spacing());
-        if D == 2 {
-            match Grid::with_nodes([nodes[0], nodes[1]], spacing) {
-                Ok(grid) => add_in_the_plane(self, grid),
-                Err(error) => Ok(Err(error)),
-            }
-        } else {
-            match Grid::with_nodes([nodes[0], nodes[1], nodes[D - 1]], spacing) {
-                Ok(grid) => add_in_space(self, grid),
-                Err(error) => Ok(Err(error)),
-            }
-        }
+        of_law(self, *grid)
     }
 }
 
-#[inline(never)]
-fn add_in_the_plane(
-    term: ElasticTerm<'_>,
-    grid: Grid<2>,
-) -> Result<Result<f64, GridError>, LawError> {
-    term.law.visit(Visitor { grid, term })
+compiled_once! {
+    /// The energy under the law of the term.
+    fn of_law<'a, D>(
+        term: ElasticTerm<'a>,
+        grid: Grid<D>,
+    ) -> Result<Result<f64, GridError>, LawError> = visit_law;
 }
 
-#[inline(never)]
-fn add_in_space(term: ElasticTerm<'_>, grid: Grid<3>) -> Result<Result<f64, GridError>, LawError> {
+fn visit_law<const D: usize>(
+    term: ElasticTerm<'_>,
+    grid: Grid<D>,
+) -> Result<Result<f64, GridError>, LawError> {
     term.law.visit(Visitor { grid, term })
 }
 

@@ -38,6 +38,7 @@ fn images_are_averaged_with_their_edges() {
         ("average_image.npy", vec![33, 33]),
         ("smoothed_001.npy", vec![33, 33]),
         ("phasefield_001.npy", vec![33, 33]),
+        ("predicted_001.npy", vec![33, 33]),
         ("deformation_001.npy", vec![2, 33, 33]),
         ("norm_001.npy", vec![32, 32]),
         ("determinant_001.npy", vec![32, 32]),
@@ -45,6 +46,19 @@ fn images_are_averaged_with_their_edges() {
         let (found, values) = results.array(name);
         assert_eq!(found, shape, "{name}");
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
+    }
+    // What the average says of an image is near it, the images being alike but for their sizes: the
+    // noise of both, and a boundary that is half a spacing off here and there.
+    for i in 0..2 {
+        let (_, smoothed) = results.array(&format!("smoothed_00{i}.npy"));
+        let (_, predicted) = results.array(&format!("predicted_00{i}.npy"));
+        let off: f64 = smoothed
+            .iter()
+            .zip(&predicted)
+            .map(|(u, p)| (u - p).powi(2))
+            .sum();
+        let off = (off / smoothed.len() as f64).sqrt();
+        assert!(off < 0.06, "{i}: {off}");
     }
     let (_, determinant) = results.array("determinant_000.npy");
     // The smaller disk grows.

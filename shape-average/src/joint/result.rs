@@ -4,6 +4,7 @@ use crate::Energy;
 use fe_grid::minimise::Status;
 use fe_grid::{Certificate, Field, ScalarField};
 use phasefield::segmentation::SegmentationEnergy;
+use rayon::prelude::*;
 
 /// The terms of the energy.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -80,5 +81,22 @@ impl<const D: usize> JointResult<D> {
             .last()
             .map(|l| l.energy.clone())
             .unwrap_or_default()
+    }
+
+    /// What the average says of an image: the average image seen through its deformation,
+    /// `u o phi_i`. Noise that the images do not share has gone from it.
+    ///
+    /// # Panics
+    /// If there is no such image.
+    pub fn predicted(&self, i: usize) -> ScalarField<f64, D> {
+        let (grid, displacement) = (*self.average_image.grid(), &self.displacements[i]);
+        let mut predicted = ScalarField::zeros(grid);
+        let values = predicted.as_mut_slice().par_iter_mut().enumerate();
+        values.for_each(|(node, value)| {
+            let (x, u) = (grid.position(grid.node(node)), displacement.at(node));
+            let point = std::array::from_fn(|k| x[k] + u[k]);
+            *value = self.average_image.sample(point)[0];
+        });
+        predicted
     }
 }

@@ -42,6 +42,7 @@ pub(super) fn write_all<const D: usize>(
             &result.phase_fields[i],
             Precision::Double,
         )?;
+        write_field(&file("predicted"), &result.predicted(i), Precision::Double)?;
         write_field(
             &file("deformation"),
             &deformation(displacement),
