@@ -47,18 +47,18 @@ fn images_are_averaged_with_their_edges() {
         assert_eq!(found, shape, "{name}");
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
     }
-    // What the average says of an image is near it, the images being alike but for their sizes: the
-    // noise of both, and a boundary that is half a spacing off here and there.
+    // The average image is nearer to an image through its deformation than as it is. A third of the
+    // difference is little to ask: boundaries here are as wide as the disks are apart.
+    let (_, average) = results.array("average_image.npy");
     for i in 0..2 {
         let (_, smoothed) = results.array(&format!("smoothed_00{i}.npy"));
         let (_, predicted) = results.array(&format!("predicted_00{i}.npy"));
-        let off: f64 = smoothed
-            .iter()
-            .zip(&predicted)
-            .map(|(u, p)| (u - p).powi(2))
-            .sum();
-        let off = (off / smoothed.len() as f64).sqrt();
-        assert!(off < 0.06, "{i}: {off}");
+        let off = |image: &[f64]| -> f64 {
+            let squares = smoothed.iter().zip(image).map(|(u, p)| (u - p).powi(2));
+            squares.sum::<f64>().sqrt()
+        };
+        let (through, as_it_is) = (off(&predicted), off(&average));
+        assert!(through < as_it_is * 2.0 / 3.0, "{i}: {through} {as_it_is}");
     }
     let (_, determinant) = results.array("determinant_000.npy");
     // The smaller disk grows.
