@@ -1,6 +1,7 @@
 //! Nodal fields on a grid.
 
 use crate::{Element, Grid, GridError};
+use rayon::prelude::*;
 
 /// A field of `M` components, one number a node and component: component by component, `x`
 /// fastest. `T` is the storage type; sums over a field are taken in double precision.
@@ -121,6 +122,30 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
             }
         }
         value
+    }
+
+    /// The field `f o Phi` at the nodes, where `Phi(x) = x + u(x)` with the displacement `u`, its
+    /// components one after the other on the field's grid.
+    ///
+    /// # Panics
+    /// If the displacement does not fit the grid.
+    pub fn compose(&self, displacement: &[f64]) -> Field<f64, D, M> {
+        let (grid, n) = (self.grid, self.grid.n_nodes());
+        assert_eq!(displacement.len(), D * n, "a displacement of another grid");
+        let values: Vec<[f64; M]> = (0..n)
+            .into_par_iter()
+            .map(|node| {
+                let x = grid.position(grid.node(node));
+                self.sample(std::array::from_fn(|k| x[k] + displacement[k * n + node]))
+            })
+            .collect();
+        let mut composed = Field::zeros(grid);
+        for c in 0..M {
+            for (value, found) in composed.component_mut(c).iter_mut().zip(&values) {
+                *value = found[c];
+            }
+        }
+        composed
     }
 }
 

@@ -304,7 +304,7 @@ fn transported<const D: usize>(
             let own = near.combination(1.0 / share, side, 0.0, side);
             let carried = near.carried(&identity, next, &own, share, ladder.symmetric)?;
             // The same displacement of the same matter, on the domain of the path.
-            found = carried.map(|carried| pulled_back(&carried, a));
+            found = carried.map(|carried| carried.compose(a.as_slice()));
             let reports = near.into_reports();
             space = space.after(reports);
         }
@@ -321,23 +321,6 @@ fn transported<const D: usize>(
         variation: Some(variation),
         reports: space.into_reports(),
     })
-}
-
-/// `field o psi` at the nodes, for a displacement of `psi`.
-fn pulled_back<const D: usize>(
-    field: &Field<f64, D, D>,
-    displacement: &Field<f64, D, D>,
-) -> Field<f64, D, D> {
-    let grid = *field.grid();
-    let mut pulled = Field::zeros(grid);
-    for node in 0..grid.n_nodes() {
-        let (x, u) = (grid.position(grid.node(node)), displacement.at(node));
-        let value = field.sample(std::array::from_fn(|k| x[k] + u[k]));
-        for k in 0..D {
-            pulled.component_mut(k)[node] = value[k];
-        }
-    }
-    pulled
 }
 
 compiled_once! {

@@ -181,19 +181,11 @@ pub(crate) fn compose<const D: usize>(
     grid: &Grid<D>,
     motions: &[Field<f64, D, D>],
 ) -> Field<f64, D, D> {
-    let n = grid.n_nodes();
     let mut total = Field::zeros(*grid);
     for motion in motions {
-        for index in 0..n {
-            let mut position = grid.position(grid.node(index));
-            let moved = total.at(index);
-            for k in 0..D {
-                position[k] += moved[k];
-            }
-            let step = motion.sample(position);
-            for k in 0..D {
-                total.component_mut(k)[index] += step[k];
-            }
+        let step = motion.compose(total.as_slice());
+        for (total, step) in total.as_mut_slice().iter_mut().zip(step.as_slice()) {
+            *total += step;
         }
     }
     total
