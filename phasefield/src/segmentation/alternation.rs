@@ -7,6 +7,13 @@ use fe_grid::minimise::{
 };
 use fe_grid::{Assembly, Data, Grid};
 
+/// Shares of the cost of an edge that the second start passes through.
+const CHEAPER_EDGES: [f64; 2] = [0.25, 0.5];
+/// Times that both systems are solved at each of them,
+const STEPS: usize = 3;
+/// and at the full cost before the two starts are compared.
+const TRIAL: usize = 4;
+
 /// The energy on one level. Its state is `u`, then `v`.
 pub struct SegmentationObjective<const D: usize> {
     pub(super) grid: Grid<D>,
@@ -27,6 +34,49 @@ impl<const D: usize> SegmentationObjective<D> {
         let done = relax(&self.grid, &self.law, data, x, part)?;
         self.system_iterations[part as usize] += done.iterations;
         Ok(done.energy)
+    }
+}
+
+impl<const D: usize> SegmentationObjective<D> {
+    /// Solves for both so many times.
+    fn alternate(&mut self, x: &mut [f64], times: usize) -> Result<(), PhaseFieldError> {
+        for _ in 0..times {
+            self.relax(x, Part::PhaseField)?;
+            self.relax(x, Part::Image)?;
+        }
+        Ok(())
+    }
+
+    /// The better of two states to begin with: the one that is given, and the one that edges which
+    /// cost less lead to, the cost rising step by step. From a smooth image a jump has to be higher
+    /// to become an edge than to stay one, and noise that hides a part of an edge hides it from the
+    /// first start only.
+    fn better_start(&mut self, x: &mut [f64]) -> Result<(), PhaseFieldError> {
+        let mut other = x.to_vec();
+        let weight = self.law.weights.edges;
+        for share in CHEAPER_EDGES {
+            self.law.weights.edges = share * weight;
+            let softened = self.alternate(&mut other, STEPS);
+            self.law.weights.edges = weight;
+            softened?;
+        }
+        let mut given = x.to_vec();
+        self.alternate(&mut given, TRIAL)?;
+        self.alternate(&mut other, TRIAL)?;
+        if self.energy(&other)? < self.energy(&given)? {
+            given = other;
+        }
+        x.copy_from_slice(&given);
+        Ok(())
+    }
+
+    fn energy(&self, x: &[f64]) -> Result<f64, PhaseFieldError> {
+        let coefficients = [self.image.as_slice()];
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
+        Ok(Assembly::new(self.grid, &self.law, data).value(x)?)
     }
 }
 
@@ -73,12 +123,19 @@ impl<const D: usize> Minimiser<SegmentationObjective<D>> for Alternation {
     ) -> Result<Info, PhaseFieldError> {
         let mut energies: Vec<f64> = Vec::new();
         let mut evaluations = Evaluations::default();
+        objective.better_start(x)?;
+        let mut last = x.to_vec();
         let status = loop {
             // The relaxation tells the energy before it: the next state is computed ahead, and
             // thrown away where the last one was good enough.
             let mut next = x.to_vec();
             let energy = objective.relax(&mut next, Part::PhaseField)?;
             evaluations.gradients += 1;
+            // At the minimum rounding is all that is left of a step.
+            if energies.last().is_some_and(|&before| energy > before) {
+                x.copy_from_slice(&last);
+                break Status::EnergyTolerance;
+            }
             energies.push(energy);
             let iteration = Iteration {
                 iteration: energies.len() - 1,
@@ -101,6 +158,7 @@ impl<const D: usize> Minimiser<SegmentationObjective<D>> for Alternation {
             }
             objective.relax(&mut next, Part::Image)?;
             evaluations.gradients += 1;
+            last.copy_from_slice(x);
             x.copy_from_slice(&next);
         };
         Ok(Info {

@@ -21,6 +21,10 @@
 //! coarse grid is the mean over what its nodes stand for: what is noise has left the coarse images,
 //! and the edges found there tell the finer levels where to begin.
 //!
+//! Each quadratic form has one minimum, the energy has many: from a smooth image a jump has to be
+//! higher to become an edge than to stay one. So every level has a second start, by way of edges that
+//! cost a quarter and a half of what they should, and goes on from the one with the lower energy.
+//!
 //! # Parameters
 //! Alone, the energy knows only the ratios of its weights. They are chosen by two numbers with a
 //! meaning ([`Weights::for_scales`]): in one dimension a jump of height `c` is an edge where
