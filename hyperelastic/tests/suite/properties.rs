@@ -4,6 +4,7 @@ use crate::common::*;
 use fe_grid::{Tensor, tensor};
 use hyperelastic::{PolyconvexForm, StoredEnergy, ViscousDissipation, cauchy_stress};
 use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
 
 const FAILURES: &str = "proptest-regressions/properties.txt";
 
@@ -291,6 +292,15 @@ fn independent<const D: usize>() -> impl Strategy<Value = (Matrix<D>, Matrix<D>,
         .prop_map(|(a, c, e)| (tensor::scale(&a, 3.0), tensor::scale(&c, 3.0), e.exp()))
 }
 
+/// Tries a property on values of a strategy. The property is no type parameter: proptest's machinery
+/// would be compiled for each of two hundred, for minutes.
+fn check<S: Strategy>(strategy: &S, property: &dyn Fn(S::Value) -> Outcome) {
+    let mut runner = TestRunner::new(config(FAILURES));
+    if let Err(error) = runner.run(strategy, property) {
+        panic!("{error}");
+    }
+}
+
 /// Properties of every law, linear elasticity included.
 macro_rules! smooth_law {
     ($law:ident, $d:literal) => {
@@ -298,32 +308,33 @@ macro_rules! smooth_law {
         fn is_zero_at_the_identity() {
             zero_at_identity(&$law::<$d>());
         }
-        proptest! {
-            #![proptest_config(config(FAILURES))]
-            #[test]
-            fn satisfies_lemma_6_4(b in direction::<$d>()) {
-                lemma_6_4(&$law::<$d>(), &b)?;
-            }
-            #[test]
-            fn has_symmetric_hessian(
-                h in admissible::<$d>(), b in direction::<$d>(), c in direction::<$d>()
-            ) {
-                symmetry(&$law::<$d>(), &h, &b, &c)?;
-            }
-            #[test]
-            fn has_taylor_slopes(
-                h in moderate::<$d>(), b in prop::array::uniform6(direction::<$d>())
-            ) {
-                taylor_slopes(&$law::<$d>(), &h, &b)?;
-            }
-            #[test]
-            fn agrees_in_single_precision(h in admissible::<$d>(), b in direction::<$d>()) {
-                single_precision(&$law::<$d>(), &h, &b)?;
-            }
-            #[test]
-            fn keeps_digits_of_small_strains(b in direction::<$d>()) {
-                small_strains_keep_digits(&$law::<$d>(), &b)?;
-            }
+        #[test]
+        fn satisfies_lemma_6_4() {
+            let law = $law::<$d>();
+            check(&direction::<$d>(), &|b| lemma_6_4(&law, &b));
+        }
+        #[test]
+        fn has_symmetric_hessian() {
+            let law = $law::<$d>();
+            let states = (admissible::<$d>(), direction::<$d>(), direction::<$d>());
+            check(&states, &|(h, b, c)| symmetry(&law, &h, &b, &c));
+        }
+        #[test]
+        fn has_taylor_slopes() {
+            let law = $law::<$d>();
+            let states = (moderate::<$d>(), prop::array::uniform6(direction::<$d>()));
+            check(&states, &|(h, b)| taylor_slopes(&law, &h, &b));
+        }
+        #[test]
+        fn agrees_in_single_precision() {
+            let law = $law::<$d>();
+            let states = (admissible::<$d>(), direction::<$d>());
+            check(&states, &|(h, b)| single_precision(&law, &h, &b));
+        }
+        #[test]
+        fn keeps_digits_of_small_strains() {
+            let law = $law::<$d>();
+            check(&direction::<$d>(), &|b| small_strains_keep_digits(&law, &b));
         }
     };
 }
@@ -332,39 +343,45 @@ macro_rules! smooth_law {
 macro_rules! finite_strain_law {
     ($law:ident, $d:literal) => {
         smooth_law!($law, $d);
-        proptest! {
-            #![proptest_config(config(FAILURES))]
-            #[test]
-            fn is_frame_indifferent(h in admissible::<$d>(), q in any_rotation::<$d>()) {
-                frame_indifference(&$law::<$d>(), &h, &q)?;
-            }
-            #[test]
-            fn is_isotropic(h in admissible::<$d>(), q in any_rotation::<$d>()) {
-                isotropy(&$law::<$d>(), &h, &q)?;
-            }
-            #[test]
-            fn has_its_minimum_on_rotations(
-                q in any_rotation::<$d>(), (s, a) in stretched::<$d>(0.3, 2.5)
-            ) {
-                minimum_on_rotations(&$law::<$d>(), &q, &s, &a)?;
-            }
-            #[test]
-            fn is_infinite_where_folded(h in admissible::<$d>()) {
-                infinite_where_folded(&$law::<$d>(), &h)?;
-            }
-            #[test]
-            fn has_symmetric_cauchy_stress(h in admissible::<$d>(), q in any_rotation::<$d>()) {
-                cauchy_is_symmetric(&$law::<$d>(), &h, &q)?;
-            }
-            #[test]
-            fn is_polyconvex(
-                h in admissible::<$d>(),
-                first in independent::<$d>(),
-                second in independent::<$d>(),
-                t in 0.0f64..1.0
-            ) {
-                polyconvexity(&$law::<$d>(), &h, &[first, second], t)?;
-            }
+        #[test]
+        fn is_frame_indifferent() {
+            let law = $law::<$d>();
+            let states = (admissible::<$d>(), any_rotation::<$d>());
+            check(&states, &|(h, q)| frame_indifference(&law, &h, &q));
+        }
+        #[test]
+        fn is_isotropic() {
+            let law = $law::<$d>();
+            let states = (admissible::<$d>(), any_rotation::<$d>());
+            check(&states, &|(h, q)| isotropy(&law, &h, &q));
+        }
+        #[test]
+        fn has_its_minimum_on_rotations() {
+            let law = $law::<$d>();
+            let states = (any_rotation::<$d>(), stretched::<$d>(0.3, 2.5));
+            check(&states, &|(q, (s, a))| {
+                minimum_on_rotations(&law, &q, &s, &a)
+            });
+        }
+        #[test]
+        fn is_infinite_where_folded() {
+            let law = $law::<$d>();
+            check(&admissible::<$d>(), &|h| infinite_where_folded(&law, &h));
+        }
+        #[test]
+        fn has_symmetric_cauchy_stress() {
+            let law = $law::<$d>();
+            let states = (admissible::<$d>(), any_rotation::<$d>());
+            check(&states, &|(h, q)| cauchy_is_symmetric(&law, &h, &q));
+        }
+        #[test]
+        fn is_polyconvex() {
+            let law = $law::<$d>();
+            let pair = (independent::<$d>(), independent::<$d>());
+            let states = (admissible::<$d>(), pair, 0.0f64..1.0);
+            check(&states, &|(h, (first, second), t)| {
+                polyconvexity(&law, &h, &[first, second], t)
+            });
         }
     };
 }
