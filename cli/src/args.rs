@@ -10,7 +10,7 @@ use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
 use crate::error::{CliError, Exit};
 use crate::figure::{FigureArgs, run_figure};
-use crate::generate::command::{GenerateArgs, finite, positive, run_generate};
+use crate::generate::command::{GenerateArgs, finite, not_negative, positive, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::options::CommonArgs;
 use crate::pca::{PcaArgs, ScoreArgs, SynthesizeArgs, run_pca, run_score, run_synthesize};
@@ -93,7 +93,7 @@ pub struct AverageArgs {
     #[command(flatten)]
     pub scales: ScaleArgs,
     /// With --joint: weight of the length of an image's edges, as a share of the mismatch weight
-    /// [default: 1].
+    /// [default: 2].
     #[arg(long, value_name = "SHARE", value_parser = positive)]
     pub edge_weight: Option<f64>,
     /// Weight of the mismatch between the shapes and the average.
@@ -105,6 +105,14 @@ pub struct AverageArgs {
     /// What the deformations do at the border of the box [default: natural; with --joint identity].
     #[arg(long, value_enum)]
     pub boundary: Option<Boundary>,
+    /// Begins with the deformations of an earlier average of the same inputs, in their order: one
+    /// that was stopped, or of other parameters, on this grid or a coarser one.
+    #[arg(long, value_name = "DIR", conflicts_with = "sweep")]
+    pub start: Option<PathBuf>,
+    /// Minutes between checkpoints, 0 for none: after a sudden end the same command goes on from the
+    /// last one, which is kept in OUTPUT.partial until the result is written.
+    #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = not_negative)]
+    pub checkpoint: f64,
     /// Most memory to use, such as 4GiB or 500MB; what does not fit goes to temporary files beside
     /// the output, or in TMPDIR. The results do not depend on it.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]

@@ -69,6 +69,8 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             mismatch_weight: 1.0,
             length_weight: None,
             boundary: None,
+            start: None,
+            checkpoint: 0.0,
             memory: None,
         },
     )

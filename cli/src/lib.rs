@@ -7,6 +7,7 @@ pub mod demo;
 pub mod distances;
 pub mod error;
 pub mod figure;
+mod fingerprint;
 pub mod generate;
 pub mod geodesic;
 pub mod input;

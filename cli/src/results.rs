@@ -60,6 +60,16 @@ impl ResultFields<'_> {
         Ok(Field::from_vec(*grid, values)?)
     }
 
+    /// The nodes along each axis of a field of vectors.
+    ///
+    /// # Errors
+    /// As [`Self::scalar`].
+    pub fn nodes(&self, name: &Path) -> Result<Vec<usize>, CliError> {
+        let (mut size, _) = read_array(&self.directory.join(name))?;
+        size.pop();
+        Ok(size)
+    }
+
     /// A field of positions, one of several, read as displacements.
     ///
     /// # Errors

@@ -129,6 +129,11 @@ impl<'a> Watch<'a> {
         self.course
     }
 
+    /// Tells something.
+    pub fn note(&self, text: String) {
+        self.progress.note(text);
+    }
+
     /// Nodes a side of this level. Where there are more levels than grids, the first of them are
     /// on the coarsest; where there are fewer, the coarsest are left out.
     fn nodes(&self) -> usize {

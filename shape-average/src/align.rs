@@ -24,7 +24,7 @@ use fe_grid::compiled_once;
 use levelset::{Compact, LevelsetError};
 use rayon::prelude::*;
 
-use matching::{Indicator, Matching, Pose, thinned};
+use matching::{Indicator, Matching, Pose, Seen, thinned};
 pub use motion::RigidMotion;
 
 /// Nodes a side of the coarse and the fine set of sample nodes. Coarse in 3D, where nodes are
@@ -70,6 +70,12 @@ pub enum AlignError {
         /// What is wrong with it.
         source: LevelsetError,
     },
+    /// What was seen of a shape is missing, on another grid, or not given by weights.
+    #[error("shape {shape}: what was seen of it must be given by weights from 0 to 1 on its grid")]
+    Seen {
+        /// Position of the shape.
+        shape: usize,
+    },
 }
 
 /// The motion found for a shape.
@@ -98,15 +104,30 @@ fn aligned<const D: usize>(
     reference: &Field<f64, D, 1>,
     moving: &Field<f64, D, 1>,
 ) -> Result<Alignment<D>, AlignError> {
-    let shapes = [reference, moving];
-    check_shapes(&shapes)?;
+    let shapes = checked(&[reference, moving], &[])?;
     let target = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
-    target.align(moving, None).map_err(|source| at(1, source))
+    target
+        .align(shapes[1], None)
+        .map_err(|source| at(1, source))
+}
+
+/// The motions that bring a group of shapes onto each other, given as signed distances on one grid:
+/// [`align_group_of_seen`] where everything was seen.
+///
+/// # Errors
+/// [`AlignError`].
+pub fn align_group<const D: usize>(
+    shapes: &[&Field<f64, D, 1>],
+) -> Result<Vec<Alignment<D>>, AlignError> {
+    align_group_of_seen(shapes, &[])
 }
 
 compiled_once! {
     /// The motions that bring a group of shapes onto each other, given as signed distances on one
-    /// grid. The first shape stays where it is, with the identity as its motion.
+    /// grid, of which not everything was seen: `seen` has none, or one field a shape on the same
+    /// grid, 1 where it was seen and 0 where it was not. The difference is that of what was seen of
+    /// both a shape and what it is moved onto. The first shape, best one that was seen whole, stays
+    /// where it is, with the identity as its motion.
     ///
     /// All shapes are aligned to the first; then each in turn to the mean of the indicators of all,
     /// so that what the first shape lacks or has too much of does not decide. (This alternation of
@@ -115,22 +136,24 @@ compiled_once! {
     ///
     /// # Errors
     /// [`AlignError`].
-    pub fn align_group<'a, D>(
+    pub fn align_group_of_seen<'a, D>(
         shapes: &'a [&'a Field<f64, D, 1>],
+        seen: &'a [&'a Field<f64, D, 1>],
     ) -> Result<Vec<Alignment<D>>, AlignError> = aligned_group;
 }
 
 fn aligned_group<const D: usize>(
     shapes: &[&Field<f64, D, 1>],
+    seen: &[&Field<f64, D, 1>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    check_shapes(shapes)?;
+    let shapes = checked(shapes, seen)?;
     let first = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
-    let mut found = align_each(&first, shapes, &vec![None; shapes.len()])?;
+    let mut found = align_each(&first, &shapes, &vec![None; shapes.len()])?;
     for _ in 0..if shapes.len() > 2 { ROUNDS } else { 0 } {
         let motions: Vec<_> = found.iter().map(|a| a.motion).collect();
-        let mean = Target::new(shapes, &motions)?;
+        let mean = Target::new(&shapes, &motions)?;
         let known: Vec<_> = motions.iter().copied().map(Some).collect();
-        found = align_each(&mean, shapes, &known)?;
+        found = align_each(&mean, &shapes, &known)?;
         let turns = found.iter().zip(&motions);
         if turns.fold(0.0, |t, (a, m)| {
             f64::max(t, a.motion.after(&m.inverse()).angle())
@@ -149,14 +172,14 @@ fn aligned_group<const D: usize>(
 
 fn align_each<const D: usize>(
     target: &Target<D>,
-    shapes: &[&Field<f64, D, 1>],
+    shapes: &[Seen<'_, D>],
     motions: &[Option<RigidMotion<D>>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
     let found: Vec<_> = shapes
         .par_iter()
         .zip(motions)
         .enumerate()
-        .map(|(i, (shape, known))| target.align(shape, *known).map_err(|e| at(i, e)))
+        .map(|(i, (shape, known))| target.align(*shape, *known).map_err(|e| at(i, e)))
         .collect();
     found.into_iter().collect()
 }
@@ -165,10 +188,20 @@ fn at(shape: usize, source: LevelsetError) -> AlignError {
     AlignError::Shape { shape, source }
 }
 
-fn check_shapes<const D: usize>(shapes: &[&Field<f64, D, 1>]) -> Result<(), AlignError> {
+/// The shapes with what was seen of them, after a look at both.
+fn checked<'a, const D: usize>(
+    shapes: &[&'a Field<f64, D, 1>],
+    seen: &[&'a Field<f64, D, 1>],
+) -> Result<Vec<Seen<'a, D>>, AlignError> {
     let Some(first) = shapes.first() else {
         return Err(AlignError::NoShapes);
     };
+    if !seen.is_empty() && seen.len() != shapes.len() {
+        return Err(AlignError::Seen {
+            shape: seen.len().min(shapes.len()),
+        });
+    }
+    let mut list = Vec::with_capacity(shapes.len());
     for (i, shape) in shapes.iter().enumerate() {
         if shape.grid() != first.grid() {
             return Err(AlignError::GridMismatch {
@@ -182,8 +215,21 @@ fn check_shapes<const D: usize>(shapes: &[&Field<f64, D, 1>]) -> Result<(), Alig
             let value = shape.as_slice()[bad];
             return Err(at(i, LevelsetError::NonFinite { node, value }));
         }
+        let weight = seen.get(i).copied();
+        if let Some(weight) = weight {
+            let inside = |w: &f64| (0.0..=1.0).contains(w);
+            if weight.grid() != first.grid() || !weight.as_slice().iter().all(inside) {
+                return Err(AlignError::Seen { shape: i });
+            }
+        }
+        // Where all was seen nobody has to look.
+        let weight = weight.filter(|weight| weight.as_slice().iter().any(|&w| w < 1.0));
+        list.push(Seen {
+            distance: shape,
+            weight,
+        });
     }
-    Ok(())
+    Ok(list)
 }
 
 /// What shapes are aligned to: the mean indicator of some shapes, at two resolutions.
@@ -194,11 +240,11 @@ struct Target<const D: usize> {
 
 impl<const D: usize> Target<D> {
     /// The mean of shapes under their motions.
-    fn new(shapes: &[&Field<f64, D, 1>], motions: &[RigidMotion<D>]) -> Result<Self, AlignError> {
+    fn new(shapes: &[Seen<'_, D>], motions: &[RigidMotion<D>]) -> Result<Self, AlignError> {
         let dim = usize::from(D == 3);
         let moved: Vec<_> = shapes.iter().zip(motions).map(|(s, m)| (*s, *m)).collect();
         let mean = |n_nodes: usize| -> Result<Indicator<D>, LevelsetError> {
-            let nodes = thinned(shapes[0].grid(), n_nodes)?;
+            let nodes = thinned(shapes[0].distance.grid(), n_nodes)?;
             let step = Compact::new(HALF_WIDTH * nodes.spacing())?;
             Indicator::mean(&moved, nodes, step)
         };
@@ -212,7 +258,7 @@ impl<const D: usize> Target<D> {
     /// The best motion of a shape; `known` is a motion to start from besides all others.
     fn align(
         &self,
-        shape: &Field<f64, D, 1>,
+        shape: Seen<'_, D>,
         known: Option<RigidMotion<D>>,
     ) -> Result<Alignment<D>, LevelsetError> {
         let coarse = Matching::new(&self.coarse, shape)?;

@@ -46,6 +46,15 @@ pub enum AverageError {
         /// The level, counted from the coarsest.
         level: usize,
     },
+    /// Deformations to start from do not fit the shapes.
+    #[error(
+        "the deformations to start from must be one for each of the shapes, all finite and on one \
+         grid of their hierarchy; {what}"
+    )]
+    Start {
+        /// What was found.
+        what: &'static str,
+    },
     /// A parameter is out of range.
     #[error("{name} must be {expected}, found {value}")]
     Parameter {

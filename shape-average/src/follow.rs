@@ -8,7 +8,7 @@
 
 use crate::hierarchy::{LevelMinimiser, Levels, levels_of_seen, targets_of};
 use crate::result::Timing;
-use crate::solve::average_of_seen;
+use crate::solve::average_from;
 use crate::{AverageError, AverageParams, AverageResult, LevelShapes, Mean};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Field, ScalarField};
@@ -26,6 +26,7 @@ const ELASTIC_WEIGHT: f64 = 0.02;
 pub(crate) fn with_followers<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
+    known: &[Field<f64, D, D>],
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
@@ -46,7 +47,13 @@ pub(crate) fn with_followers<const D: usize>(
         ..params.clone()
     };
     let (led, led_seen) = (of_leaders(signed_distances), of_leaders(seen));
-    let result = average_of_seen(&led, &led_seen, &own, observer)?;
+    // What does not have one displacement a shape must not seem to fit.
+    let led_known: Vec<_> = if known.len() == n {
+        leaders.iter().map(|&i| known[i].clone()).collect()
+    } else {
+        known.to_vec()
+    };
+    let result = average_from(&led, &led_seen, &led_known, &own, observer)?;
     let grid = *result.average.grid();
     let on_grid = |d: &ScalarField<f64, D>| ScalarField::from_fn(grid, |x| d.sample(x));
     let distances: Vec<_> = signed_distances.iter().map(on_grid).collect();

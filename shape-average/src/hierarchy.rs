@@ -35,8 +35,11 @@ pub(crate) fn solve_levels<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
     let params = problem.params;
-    let dim = D * problem.grids[0].n_nodes() * signed_distances.len();
-    let first = problem.start.take().unwrap_or_else(|| vec![0.0; dim]);
+    let dim = D * problem.grids[0].n_nodes();
+    let mut first = params.storage.zeros(dim * signed_distances.len())?;
+    for (x, u) in first.chunks_exact_mut(dim).zip(problem.start) {
+        x.copy_from_slice(u.as_slice());
+    }
     let minimiser = |_| LevelMinimiser {
         params: params.clone(),
     };
@@ -122,8 +125,8 @@ pub(crate) struct Levels<'a, const D: usize> {
     targets: Option<Vec<Vec<f64>>>,
     /// What the terms of every shape are multiplied by, where that is not one.
     shares: Option<Vec<f64>>,
-    /// Displacements on the coarsest level to start from, where they are not zero.
-    start: Option<Vec<f64>>,
+    /// Displacements on the coarsest level to start from; none where they are zero.
+    start: &'a [Field<f64, D, D>],
     /// Coarsest first.
     grids: Vec<Grid<D>>,
     shapes: Vec<Option<LevelShapes<D>>>,
@@ -139,7 +142,7 @@ impl<'a, const D: usize> Levels<'a, D> {
             params,
             targets: None,
             shares: None,
-            start: None,
+            start: &[],
             average: vec![1.0; grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
@@ -164,12 +167,9 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
-    /// The same from these displacements on the coarsest level.
-    pub(crate) fn from(self, start: Vec<f64>) -> Self {
-        Self {
-            start: Some(start),
-            ..self
-        }
+    /// The same from these displacements on the coarsest level, if there are any.
+    pub(crate) fn from(self, start: &'a [Field<f64, D, D>]) -> Self {
+        Self { start, ..self }
     }
 
     fn into_result(

@@ -15,7 +15,8 @@
 //! spacing; [`Solver`] chooses between the two algorithms. The minimiser adds a barrier that is
 //! zero unless a corner of a cell comes near to folding ([`Energy::barrier`]). [`align`] turns and
 //! moves shapes onto each other beforehand; [`match_to`] deforms a new shape onto an average, and
-//! [`average_of_seen`] averages shapes of which parts are hidden.
+//! [`average_of_seen`] averages shapes of which parts are hidden, [`average_from`] goes on from
+//! deformations that are known.
 //!
 //! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files
 //! but the temporary ones that [`AverageParams::storage`] may ask for.
@@ -67,5 +68,5 @@ pub use memory::{MemoryEstimate, memory_estimate};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};
-pub use solve::{average, average_of_seen, average_on_levels, match_to};
+pub use solve::{average, average_from, average_of_seen, average_on_levels, match_to};
 pub use stress::cauchy_stress_at_nodes;

@@ -80,6 +80,7 @@ impl Roots {
 pub(crate) fn solve<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     levels: Vec<LevelShapes<D>>,
+    known: &[Field<f64, D, D>],
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
@@ -99,7 +100,7 @@ pub(crate) fn solve<const D: usize>(
         weights: params.resolved_weights(signed_distances.len()),
         mismatch: params.mismatch_weight / signed_distances.len() as f64,
     };
-    let problem = Levels::new(levels.clone(), &arithmetic);
+    let problem = Levels::new(levels.clone(), &arithmetic).from(known);
     let plain = solve_levels(signed_distances, problem, start, &mut Quiet(observer))?;
     if cancelled(&plain) {
         return Ok(plain);
@@ -111,7 +112,9 @@ pub(crate) fn solve<const D: usize>(
     roots.reference = params.mean.reference().unwrap_or(middle);
     // The first round begins on the coarsest level again: what the outliers have done to the mean
     // may be far from the median.
-    let problem = Levels::new(levels, &arithmetic).shared(roots.slopes(&plain.energy));
+    let problem = Levels::new(levels, &arithmetic)
+        .shared(roots.slopes(&plain.energy))
+        .from(known);
     let mut found = solve_levels(signed_distances, problem, start, observer)?;
     found.rounds.push(roots.total(&plain.energy));
     found.rounds.push(roots.total(&found.energy));
@@ -163,10 +166,9 @@ fn round<const D: usize>(
     last: &AverageResult<D>,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
-    let displacements = last.displacements.iter().map(Field::as_slice);
     let problem = Levels::new(finest.to_vec(), params)
         .shared(roots.slopes(&last.energy))
-        .from(displacements.collect::<Vec<_>>().concat());
+        .from(&last.displacements);
     let quiet = &mut Quiet(observer);
     let mut next = solve_levels(signed_distances, problem, Instant::now(), quiet)?;
     next.rounds.push(roots.total(&next.energy));

@@ -19,7 +19,7 @@ const SINGLE: u64 = 4;
 /// and in [`MemoryEstimate::files`], not in [`MemoryEstimate::memory`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct MemoryEstimate {
-    /// Signed distances, phase fields and indicators.
+    /// Signed distances, phase fields and indicators, and weights of what was seen.
     pub shapes: u64,
     /// The displacements.
     pub displacements: u64,
@@ -43,10 +43,12 @@ pub struct MemoryEstimate {
 }
 
 /// What an average of `n_shapes` shapes needs whose finest grid this is, on as many threads as
-/// the present pool has.
+/// the present pool has; `partly_seen` says whether weights tell what was seen of them
+/// ([`average_of_seen`](crate::average_of_seen)).
 pub fn memory_estimate<const D: usize>(
     params: &AverageParams,
     n_shapes: usize,
+    partly_seen: bool,
     grid: &Grid<D>,
 ) -> MemoryEstimate {
     let sizes = Sizes::new(grid, n_shapes);
@@ -56,7 +58,8 @@ pub fn memory_estimate<const D: usize>(
     let lbfgs = params.solver == Solver::Lbfgs;
     // The level before keeps its phase fields and indicators until its successor is done.
     let coarser = grid.coarser().map_or(0, |g| g.n_nodes() as u64 * DOUBLE);
-    let shapes = n * (3 * sizes.field + 2 * coarser);
+    let seen = u64::from(partly_seen);
+    let shapes = n * ((3 + 2 * seen) * sizes.field + (2 + seen) * coarser);
     let metric = sizes.metric();
     let (minimiser, history, metrics) = if lbfgs {
         let pairs = 2 * HISTORY as u64 * state * SINGLE / DOUBLE;
@@ -80,9 +83,9 @@ pub fn memory_estimate<const D: usize>(
         ),
     };
     let temporary = work_space + sizes.temporary().max(transfer);
-    // Of every shape the displacement, the signed distance and what it is pushed forward to;
-    // while an inverse is made, the points that were found.
-    let result = state + n * 2 * sizes.field + sizes.at_once * 10 * sizes.field;
+    // Of every shape the displacement, the signed distance and what it is pushed forward to, with
+    // its weights; while an inverse is made, the points that were found.
+    let result = state + n * (2 + seen) * sizes.field + sizes.at_once * 10 * sizes.field;
     let vectors = minimiser + history + if spilled { metrics } else { 0 };
     let files = if spilled && lbfgs { state + vectors } else { 0 };
     let everything = shapes + state + minimiser + history + metrics + average + temporary;

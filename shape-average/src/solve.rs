@@ -5,9 +5,9 @@ use crate::hierarchy::{Levels, levels_of, levels_of_seen, solve_levels, targets_
 use crate::objective::check_law;
 use crate::result::AverageResult;
 use crate::{AverageError, AverageParams, LevelShapes, Mean};
-use fe_grid::Field;
 use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
+use fe_grid::{Field, Grid};
 use std::time::Instant;
 
 /// The average of shapes given by their signed distances (positive inside) on one grid.
@@ -27,27 +27,47 @@ pub fn average<const D: usize>(
     average_of_seen(signed_distances, &[], params, observer)
 }
 
-compiled_once! {
-    /// The average of shapes of which not everything was seen.
-    ///
-    /// `seen` has one weight a shape, on the same grid: 1 where the shape was seen, 0 where it was not.
-    /// No mismatch is charged where it was not, and the shape has no say there in where the average
-    /// lies; of its boundary the signed distance may tell anything there. Overlaps and distances in the
-    /// result count what was seen.
-    ///
-    /// # Errors
-    /// As [`average`], and [`AverageError::Seen`] for weights that do not fit the shapes.
-    pub fn average_of_seen<'a, D>(
-        signed_distances: &'a [Field<f64, D, 1>],
-        seen: &'a [Field<f64, D, 1>],
-        params: &'a AverageParams,
-        observer: &'a mut dyn Observer,
-    ) -> Result<AverageResult<D>, AverageError> = seen_average;
-}
-
-fn seen_average<const D: usize>(
+/// The average of shapes of which not everything was seen.
+///
+/// `seen` has one weight a shape, on the same grid: 1 where the shape was seen, 0 where it was not.
+/// No mismatch is charged where it was not, and the shape has no say there in where the average lies;
+/// of its boundary the signed distance may tell anything there. Overlaps and distances in the result
+/// count what was seen.
+///
+/// # Errors
+/// As [`average`], and [`AverageError::Seen`] for weights that do not fit the shapes.
+pub fn average_of_seen<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
+    average_from(signed_distances, seen, &[], params, observer)
+}
+
+compiled_once! {
+    /// The same from deformations that are known already, such as those of a run that was stopped
+    /// or of one on a coarser grid.
+    ///
+    /// `seen` and `start` are empty, or have one weight and one displacement a shape. The
+    /// displacements lie on one of the grids of the hierarchy of the shapes' grid; coarser ones are
+    /// left out. Where one is not admissible it is drawn to the identity until it is.
+    ///
+    /// # Errors
+    /// As [`average_of_seen`], and [`AverageError::Start`] for displacements that do not fit.
+    pub fn average_from<'a, D>(
+        signed_distances: &'a [Field<f64, D, 1>],
+        seen: &'a [Field<f64, D, 1>],
+        start: &'a [Field<f64, D, D>],
+        params: &'a AverageParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<AverageResult<D>, AverageError> = averaged_from;
+}
+
+fn averaged_from<const D: usize>(
+    signed_distances: &[Field<f64, D, 1>],
+    seen: &[Field<f64, D, 1>],
+    known: &[Field<f64, D, D>],
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
@@ -56,10 +76,41 @@ fn seen_average<const D: usize>(
     let start = Instant::now();
     let weights = params.resolved_weights(signed_distances.len());
     if weights.contains(&0.0) {
-        return with_followers(signed_distances, seen, params, start, observer);
+        return with_followers(signed_distances, seen, known, params, start, observer);
     }
-    let levels = levels_of_seen(signed_distances, seen, params)?;
-    solve(signed_distances, levels, params, start, observer)
+    let mut levels = levels_of_seen(signed_distances, seen, params)?;
+    let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
+    levels.drain(..first_level(&grids, signed_distances.len(), known)?);
+    solve(signed_distances, levels, known, params, start, observer)
+}
+
+/// The grid on which displacements of shapes to start from lie, of these; the first without any.
+///
+/// # Errors
+/// [`AverageError::Start`].
+pub(crate) fn first_level<const D: usize>(
+    grids: &[Grid<D>],
+    n_shapes: usize,
+    start: &[Field<f64, D, D>],
+) -> Result<usize, AverageError> {
+    let Some(first) = start.first() else {
+        return Ok(0);
+    };
+    let wrong = |what| Err(AverageError::Start { what });
+    if start.len() != n_shapes {
+        return wrong("there are more or fewer");
+    }
+    if start.iter().any(|u| u.grid() != first.grid()) {
+        return wrong("they lie on several grids");
+    }
+    let finite = |u: &Field<f64, D, D>| u.as_slice().iter().all(|x| x.is_finite());
+    if !start.iter().all(finite) {
+        return wrong("not all are finite");
+    }
+    match grids.iter().position(|grid| grid == first.grid()) {
+        Some(level) => Ok(level),
+        None => wrong("they lie on another grid"),
+    }
 }
 
 compiled_once! {
@@ -97,7 +148,7 @@ fn level_average<const D: usize>(
     if levels.is_empty() {
         return Err(AverageError::Levels { level: 0 });
     }
-    solve(signed_distances, levels, params, start, observer)
+    solve(signed_distances, levels, &[], params, start, observer)
 }
 
 compiled_once! {
@@ -208,17 +259,14 @@ fn check_seen<const D: usize>(
 fn solve<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     levels: Vec<LevelShapes<D>>,
+    known: &[Field<f64, D, D>],
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
     if params.mean != Mean::Arithmetic {
-        return crate::median::solve(signed_distances, levels, params, start, observer);
+        return crate::median::solve(signed_distances, levels, known, params, start, observer);
     }
-    solve_levels(
-        signed_distances,
-        Levels::new(levels, params),
-        start,
-        observer,
-    )
+    let problem = Levels::new(levels, params).from(known);
+    solve_levels(signed_distances, problem, start, observer)
 }

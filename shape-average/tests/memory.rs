@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField, Storage};
-use shape_average::{AverageParams, AverageResult, Solver, average, memory_estimate};
+use shape_average::{AverageParams, AverageResult, Solver, average_of_seen, memory_estimate};
 
 /// Bytes in use, and the most there have been.
 static IN_USE: AtomicUsize = AtomicUsize::new(0);
@@ -56,10 +56,12 @@ fn ellipsoids<const D: usize>(grid: Grid<D>, n: usize) -> Vec<ScalarField<f64, D
     (0..n).map(ellipsoid).collect()
 }
 
-/// Averages on one thread; the result, and the most memory in use meanwhile over the estimate.
+/// Averages on one thread, of shapes of which half of the box was seen or all of it; the result, and
+/// the most memory in use meanwhile over the estimate.
 fn measured<const D: usize>(
     shapes: usize,
     nodes: usize,
+    partly_seen: bool,
     params: &AverageParams,
 ) -> (AverageResult<D>, f64) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
@@ -68,16 +70,28 @@ fn measured<const D: usize>(
         let grid = Grid::<D>::cube(nodes);
         let inputs = ellipsoids(grid, shapes);
         MOST.store(IN_USE.load(Ordering::Relaxed), Ordering::Relaxed);
-        let result = average(&inputs, params, &mut Silent).unwrap();
+        let half = |_| ScalarField::from_fn(grid, |x| [f64::from(u8::from(x[0] < 0.5))]);
+        let views = if partly_seen { shapes } else { 0 };
+        let seen: Vec<_> = (0..views).map(half).collect();
+        let result = average_of_seen(&inputs, &seen, params, &mut Silent).unwrap();
         let most = MOST.load(Ordering::Relaxed) - before;
-        let estimate = memory_estimate(params, shapes, &grid);
+        let estimate = memory_estimate(params, shapes, partly_seen, &grid);
         (result, estimate.memory as f64 / most as f64)
     })
 }
 
 /// The arrays of an estimate are few and known; what is missing is small beside them.
 fn check<const D: usize>(shapes: usize, nodes: usize, params: &AverageParams) -> AverageResult<D> {
-    let (result, ratio) = measured(shapes, nodes, params);
+    check_seen(shapes, nodes, false, params)
+}
+
+fn check_seen<const D: usize>(
+    shapes: usize,
+    nodes: usize,
+    partly_seen: bool,
+    params: &AverageParams,
+) -> AverageResult<D> {
+    let (result, ratio) = measured(shapes, nodes, partly_seen, params);
     println!("{D}D, {shapes} shapes at {nodes}: estimate / measured = {ratio:.3}");
     assert!(
         (0.85..1.15).contains(&ratio),
@@ -100,6 +114,7 @@ fn estimates_are_what_is_used() {
     check::<3>(5, 33, &params);
     check::<3>(2, 33, &params);
     check::<2>(4, 129, &params);
+    check_seen::<3>(5, 33, true, &params);
     let descent = AverageParams {
         solver: Solver::Descent,
         max_iterations: 2,
@@ -129,13 +144,13 @@ fn files_save_memory_and_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let params = AverageParams::default();
     let spilled = in_files(&params, folder.path());
-    let (plain, _) = measured::<3>(5, 33, &params);
+    let (plain, _) = measured::<3>(5, 33, false, &params);
     let same = check::<3>(5, 33, &spilled);
     assert!(plain.average == same.average && plain.displacements == same.displacements);
     assert_eq!(plain.energy, same.energy);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     let grid = Grid::<3>::cube(33);
-    let sizes = [&params, &spilled].map(|p| memory_estimate(p, 8, &grid).memory);
+    let sizes = [&params, &spilled].map(|p| memory_estimate(p, 8, false, &grid).memory);
     assert!(2 * sizes[1] < sizes[0], "{sizes:?}");
 }
 
@@ -145,6 +160,6 @@ fn a_folder_that_is_missing_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let params = in_files(&AverageParams::default(), &folder.path().join("nowhere"));
     let inputs = ellipsoids(Grid::<2>::cube(17), 2);
-    let error = average(&inputs, &params, &mut Silent).unwrap_err();
+    let error = average_of_seen(&inputs, &[], &params, &mut Silent).unwrap_err();
     assert!(error.to_string().contains("nowhere"), "{error}");
 }

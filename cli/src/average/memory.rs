@@ -17,16 +17,17 @@ use crate::progress::Progress;
 pub(super) fn provide<const D: usize>(
     params: &mut AverageParams,
     n_shapes: usize,
+    partly_seen: bool,
     grid: Grid<D>,
     args: &AverageArgs,
     progress: &Progress,
 ) -> Result<MemoryEstimate, CliError> {
-    let mut estimate = memory_estimate(params, n_shapes, &grid);
+    let mut estimate = memory_estimate(params, n_shapes, partly_seen, &grid);
     if let Some(limit) = args.memory
         && estimate.memory > limit
     {
         params.storage = Storage::Folder(folder(&args.common.output));
-        estimate = memory_estimate(params, n_shapes, &grid);
+        estimate = memory_estimate(params, n_shapes, partly_seen, &grid);
         if estimate.memory > limit {
             return Err(CliError::Memory {
                 limit,

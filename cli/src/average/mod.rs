@@ -1,9 +1,11 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
-//! `plan` reads and checks, `memory` sees to it that there is room, `record` and `write` make the
+//! `plan` reads and checks, `memory` sees to it that there is room, `checkpoint` has what a run goes on
+//! from, `record` and `write` make the
 //! result directory, `draw` its picture, `summary` the closing words. `sweep` averages with many
 //! weights, `views` has what was seen of the masks, `joint` images instead of masks.
 
+mod checkpoint;
 mod draw;
 mod joint;
 mod memory;
@@ -16,16 +18,19 @@ mod write;
 
 use std::time::Instant;
 
-use shape_average::{AverageResult, MemoryEstimate, average_of_seen};
+use serde::Serialize;
+use shape_average::{AverageResult, MemoryEstimate, average_from};
 
 use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
+use crate::fingerprint::{Fingerprint, hash};
 use crate::input::Image;
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::shapes::{Input, prepare};
+use crate::shapes::{Input, SeenMask, prepare};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
+use checkpoint::{Keeper, Place, compare_places, started};
 use draw::{Draw, Pictures};
 use memory::provide;
 
@@ -97,16 +102,28 @@ where
     let (grid, parameters) = (plan.placed.grid, plan.parameters);
     let mut params = parameters.average_params();
     let n = plan.placed.images.len();
-    let memory = provide(&mut params, n, grid, args, progress)?;
-    let (mut inputs, mut distances) = prepare(plan.placed, progress)?;
-    let seen = views::apply(plan.views, &mut inputs, &mut distances, grid)?;
-    let mut watch = Watch::new(
+    let memory = provide(&mut params, n, !plan.views.is_empty(), grid, args, progress)?;
+    let grids = grid.hierarchy(params.coarsest_nodes);
+    let started = started(args.start.as_ref(), n, &grids)?;
+    let place = Place {
+        target: output,
+        fingerprint: fingerprint(&parameters, &plan.placed.images, &plan.views),
+        minutes: args.checkpoint,
+    };
+    let watch = Watch::new(progress, interrupt, level_nodes(&grids));
+    let leads = parameters.weights.iter().map(|w| *w > 0.0).collect();
+    let (mut keeper, kept) = Keeper::new(watch, place, grids, leads)?;
+    let known = if kept.is_empty() { started } else { kept };
+    let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, progress)?;
+    compare_places(
+        args.start.as_ref(),
+        inputs.iter().map(|i| i.frame),
         progress,
-        interrupt,
-        level_nodes(&grid.hierarchy(params.coarsest_nodes)),
     );
-    let result = average_of_seen(&distances, &seen, &params, &mut watch)?;
-    let course = watch.finish();
+    let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
+    let result = average_from(&distances, &seen, &known, &params, &mut keeper)?;
+    let (course, checkpoints) = keeper.finish();
+    drop(known);
     drop((distances, seen));
     let outcome = Outcome {
         inputs,
@@ -124,6 +141,9 @@ where
     }
     let record = write::write_all(&directory, &outcome)?;
     let target = directory.commit()?;
+    if let Some(checkpoints) = checkpoints {
+        checkpoints.remove()?;
+    }
     progress.finish();
     summary::print(&record, &target);
     Ok(if record.cancelled() {
@@ -131,4 +151,15 @@ where
     } else {
         Exit::Success
     })
+}
+
+/// What the deformations depend on.
+fn fingerprint<const D: usize>(
+    parameters: &impl Serialize,
+    images: &[Image<D>],
+    views: &[Option<SeenMask<D>>],
+) -> Fingerprint {
+    let parameters = serde_json::to_value(parameters).unwrap_or_default();
+    let views = views.iter().flatten().map(|mask| hash(&mask.image));
+    Fingerprint::new(parameters, images.iter().map(hash).chain(views).collect())
 }

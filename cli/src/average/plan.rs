@@ -13,7 +13,7 @@ use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::options::Align;
 use crate::output::ResultDir;
-use crate::shapes::Placed;
+use crate::shapes::{Placed, SeenMask};
 
 /// All parameters of an average, with nothing left to choose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -48,6 +48,9 @@ pub struct Parameters {
     pub align: Align,
     /// Border of the box.
     pub boundary: Boundary,
+    /// The average whose deformations it began with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<PathBuf>,
     /// What was seen of the shapes, where that is not everything.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub valid: Vec<PathBuf>,
@@ -59,7 +62,7 @@ pub struct AveragePlan<const D: usize> {
     /// The masks in the unit box.
     pub(crate) placed: Placed<D>,
     /// What was seen of them: none, or one each.
-    pub(super) views: Vec<Option<Image<D>>>,
+    pub(super) views: Vec<Option<SeenMask<D>>>,
     /// The parameters.
     pub parameters: Parameters,
 }
@@ -212,6 +215,7 @@ fn parameters<const D: usize>(
         mean: args.mean,
         align: common.align,
         boundary: args.boundary.unwrap_or_default(),
+        start: args.start.clone(),
         valid: args.valid.clone(),
     })
 }

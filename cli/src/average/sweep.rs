@@ -79,8 +79,8 @@ pub(super) fn run_sweep<const D: usize>(
     let output = args.common.output.as_path();
     ResultDir::create(output).map(drop)?;
     let (grid, parameters) = (plan.placed.grid, plan.parameters);
-    let (mut inputs, mut distances) = prepare(plan.placed, progress)?;
-    let seen = views::apply(plan.views, &mut inputs, &mut distances, grid)?;
+    let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, progress)?;
+    let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
     let mut found: Vec<(Vec<f64>, AverageResult<D>)> = Vec::new();
     for weights in weights(inputs.len(), side) {
         let params = AverageParams {

@@ -6,7 +6,7 @@ use fe_grid::{Grid, ScalarField};
 
 use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
-use crate::shapes::{Input, view_of};
+use crate::shapes::{Input, SeenMask, view_of};
 
 const OPTION: &str = "--valid";
 /// Stands for a mask that is bright everywhere.
@@ -37,14 +37,17 @@ pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
 pub(super) fn read<const D: usize>(
     valid: &[PathBuf],
     of_dimension: impl Fn(AnyImages) -> Option<Vec<Image<D>>>,
-) -> Result<Vec<Option<Image<D>>>, CliError> {
-    let read = |path: &PathBuf| -> Result<Option<Image<D>>, CliError> {
+) -> Result<Vec<Option<SeenMask<D>>>, CliError> {
+    let read = |path: &PathBuf| -> Result<Option<SeenMask<D>>, CliError> {
         if path == Path::new(ALL) {
             return Ok(None);
         }
         let images = read_images(std::slice::from_ref(path), &ReadOptions::default())?;
         match of_dimension(images).and_then(|mut images| images.pop()) {
-            Some(image) => Ok(Some(image)),
+            Some(image) => Ok(Some(SeenMask {
+                image,
+                option: OPTION,
+            })),
             None => Err(CliError::Option {
                 option: OPTION,
                 value: format!("'{}'", path.display()),
@@ -62,18 +65,18 @@ pub(super) fn read<const D: usize>(
 /// # Errors
 /// Those of [`view_of`].
 pub(super) fn apply<const D: usize>(
-    views: Vec<Option<Image<D>>>,
+    views: &[Option<SeenMask<D>>],
     inputs: &mut [Input<D>],
     distances: &mut [ScalarField<f64, D>],
     grid: Grid<D>,
 ) -> Result<Vec<ScalarField<f64, D>>, CliError> {
     let mut seen = Vec::with_capacity(views.len());
-    for ((view, input), distance) in views.into_iter().zip(inputs).zip(distances) {
+    for ((view, input), distance) in views.iter().zip(inputs).zip(distances) {
         let Some(view) = view else {
             seen.push(ScalarField::from_fn(grid, |_| [1.0]));
             continue;
         };
-        let view = view_of(view, input, grid, OPTION)?;
+        let view = view_of(view, input, grid)?;
         *distance = view.distance;
         input.contour = view.boundary;
         seen.push(view.weight);

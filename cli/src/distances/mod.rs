@@ -34,7 +34,7 @@ use compute::Task;
 use draw::{Draw, Pictures};
 use pair::PairRecord;
 use plan::{AnyPlan, DistancesPlan, plan_distances};
-use store::{Fingerprint, Store};
+use store::{Store, fingerprint};
 use study::Study;
 
 pub use args::{DistancesArgs, Linkage, Size};
@@ -81,8 +81,8 @@ where
 {
     let (grid, parameters) = (plan.placed.grid, plan.parameters);
     let aligned = plan.align == Align::Rigid;
-    let fingerprint = Fingerprint::new(&parameters.work, aligned, &plan.placed.images);
-    let (inputs, distances) = prepare(plan.placed, progress)?;
+    let fingerprint = fingerprint(&parameters.work, aligned, &plan.placed.images);
+    let (inputs, distances) = prepare(plan.placed, &[], progress)?;
     let wanted = wanted(inputs.len(), parameters.one_way);
     let store = Store::open(&args.common.output, &fingerprint)?;
     let interrupted = || {

@@ -1,127 +1,35 @@
 //! What of the work is kept between runs.
 //!
-//! As long as not all paths are computed, the result directory is `DIR.partial`. It holds
-//! `work.json`, which says what the paths depend on: the version of the program, the parameters of
-//! the paths, and the contents of all inputs, as a hash of the masks as they were read. And it
-//! holds `pairs/START_END.json` for every pair that is finished. A run that finds such a directory
-//! goes on with it where all that agrees, and refuses it where it does not. What is made of the
-//! paths afterwards (clusters, classes, whether both directions count) may be chosen anew.
+//! As long as not all paths are computed, the result directory is `DIR.partial`, of which
+//! [`Fingerprint`] says what it depends on. It holds `pairs/START_END.json` for every pair that is
+//! finished. What is made of the paths afterwards (clusters, classes, whether both directions count)
+//! may be chosen anew.
 
 use std::path::PathBuf;
-
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::pair::PairRecord;
 use super::plan::Work;
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::input::Image;
 use crate::output::{OutputError, WorkDir};
 
-const WORK: &str = "work.json";
 const PAIRS: &str = "pairs";
 
 /// What paths depend on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Fingerprint {
-    version: String,
-    parameters: Value,
-    /// A hash for each input.
-    inputs: Vec<String>,
-}
-
-impl Fingerprint {
-    pub fn new<const D: usize>(work: &Work, aligned: bool, images: &[Image<D>]) -> Self {
-        let mut parameters = serde_json::to_value(work).unwrap_or_default();
-        // The parameters of one path say how all shapes are aligned, here it is pair by pair.
-        parameters["align"] = if aligned { "pairs" } else { "none" }.into();
-        // Without a second attempt, what counts as reached is asked afterwards only.
-        if let (None, Some(all)) = (&work.retry, parameters.as_object_mut()) {
-            all.remove("reached");
-        }
-        Self {
-            version: env!("CARGO_PKG_VERSION").into(),
-            parameters,
-            inputs: images.iter().map(hash).collect(),
-        }
+pub(super) fn fingerprint<const D: usize>(
+    work: &Work,
+    aligned: bool,
+    images: &[Image<D>],
+) -> Fingerprint {
+    let mut parameters = serde_json::to_value(work).unwrap_or_default();
+    // The parameters of one path say how all shapes are aligned, here it is pair by pair.
+    parameters["align"] = if aligned { "pairs" } else { "none" }.into();
+    // Without a second attempt, what counts as reached is asked afterwards only.
+    if let (None, Some(all)) = (&work.retry, parameters.as_object_mut()) {
+        all.remove("reached");
     }
-
-    /// What is not the same, in words.
-    fn differences(&self, found: &Self) -> Vec<String> {
-        let mut lines = Vec::new();
-        if self.version != found.version {
-            lines.push(format!(
-                "version {} there, {} here",
-                found.version, self.version
-            ));
-        }
-        differences("", &found.parameters, &self.parameters, &mut lines);
-        let (there, here) = (found.inputs.len(), self.inputs.len());
-        if there != here {
-            lines.push(format!("{there} inputs there, {here} here"));
-        }
-        let both = found.inputs.iter().zip(&self.inputs).enumerate();
-        let changed = both.filter(|(_, (there, here))| there != here);
-        lines.extend(changed.map(|(i, _)| format!("input {} is another shape", i + 1)));
-        lines
-    }
-}
-
-/// Compares two parameters of one name, and all those inside.
-fn differences(name: &str, there: &Value, here: &Value, lines: &mut Vec<String>) {
-    match (there, here) {
-        (Value::Object(old), Value::Object(new)) => {
-            let mut keys: Vec<&String> = old.keys().chain(new.keys()).collect();
-            keys.sort();
-            keys.dedup();
-            for key in keys {
-                let inner = if name.is_empty() {
-                    key.clone()
-                } else {
-                    format!("{name}.{key}")
-                };
-                let of = |values: &serde_json::Map<String, Value>| {
-                    values.get(key).cloned().unwrap_or_default()
-                };
-                differences(&inner, &of(old), &of(new), lines);
-            }
-        }
-        _ if there == here => {}
-        _ => lines.push(format!(
-            "{name} {} there, {} here",
-            plain(there),
-            plain(here)
-        )),
-    }
-}
-
-fn plain(value: &Value) -> String {
-    match value {
-        Value::Null => "unset".into(),
-        Value::String(text) => text.clone(),
-        Value::Object(_) => "set".into(),
-        other => other.to_string(),
-    }
-}
-
-/// FNV-1a of everything that a mask consists of: enough against mistakes, if not against malice.
-fn hash<const D: usize>(image: &Image<D>) -> String {
-    let mut state: u64 = 0xcbf2_9ce4_8422_2325;
-    let mut take = |number: u64| {
-        for byte in number.to_le_bytes() {
-            state = (state ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    };
-    for k in 0..D {
-        take(image.size[k] as u64);
-        take(image.spacing[k].to_bits());
-        take(image.origin[k].to_bits());
-    }
-    take(u64::from(image.plain_array));
-    for value in &image.values {
-        take(value.to_bits());
-    }
-    format!("{state:016x}")
+    Fingerprint::new(parameters, images.iter().map(hash).collect())
 }
 
 /// The pairs that are kept.
@@ -129,30 +37,12 @@ fn hash<const D: usize>(image: &Image<D>) -> String {
 pub(super) struct Store(WorkDir);
 
 impl Store {
-    /// Begins a result directory, or goes on with one that was begun with the same parameters and
-    /// inputs.
+    /// Begins a result directory, or goes on with one.
     ///
     /// # Errors
-    /// [`CliError::OtherWork`] with what differs; as [`WorkDir::open`]; and
-    /// [`OutputError::Exists`] for a folder of this name that is something else.
+    /// Those of [`Fingerprint::work_dir`].
     pub fn open(target: &std::path::Path, fingerprint: &Fingerprint) -> Result<Self, CliError> {
-        let work = WorkDir::open(target)?;
-        match work.get::<Fingerprint>(WORK) {
-            Some(found) => {
-                let differences = fingerprint.differences(&found);
-                if !differences.is_empty() {
-                    return Err(CliError::OtherWork {
-                        path: work.path().into(),
-                        differences: differences.join("; "),
-                    });
-                }
-            }
-            None if !work.is_new() => {
-                let path = work.path().into();
-                return Err(OutputError::Exists { path }.into());
-            }
-            None => work.put(WORK, fingerprint)?,
-        }
+        let work = fingerprint.work_dir(target)?;
         work.folder(PAIRS)?;
         Ok(Self(work))
     }
@@ -184,84 +74,4 @@ impl Store {
 
 fn name([start, end]: [usize; 2]) -> PathBuf {
     PathBuf::from(PAIRS).join(format!("{start:03}_{end:03}.json"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    fn fingerprint(parameters: Value, inputs: &[&str]) -> Fingerprint {
-        Fingerprint {
-            version: "1".into(),
-            parameters,
-            inputs: inputs.iter().map(|i| (*i).into()).collect(),
-        }
-    }
-
-    #[test]
-    fn what_differs_is_named() {
-        let old = fingerprint(json!({"grid": 33, "law": "logdet"}), &["a", "b"]);
-        assert!(old.differences(&old).is_empty());
-        let new = fingerprint(
-            json!({"grid": 65, "law": "logdet", "retry": {"form": "x"}}),
-            &["a", "c"],
-        );
-        assert_eq!(
-            new.differences(&old),
-            [
-                "grid 33 there, 65 here",
-                "retry unset there, set here",
-                "input 2 is another shape"
-            ]
-        );
-        let more = fingerprint(old.parameters.clone(), &["a", "b", "c"]);
-        assert_eq!(more.differences(&old), ["2 inputs there, 3 here"]);
-    }
-
-    #[test]
-    fn masks_that_differ_have_another_hash() {
-        let image = |value: f64| Image::<2> {
-            values: vec![0.0, value, 1.0, 0.0],
-            size: [2, 2],
-            spacing: [1.0; 2],
-            origin: [0.0; 2],
-            path: "a.png".into(),
-            affine: None,
-            plain_array: false,
-        };
-        let one = hash(&image(1.0));
-        let renamed = Image {
-            path: "b.png".into(),
-            ..image(1.0)
-        };
-        let wider = Image {
-            spacing: [1.0, 2.0],
-            ..image(1.0)
-        };
-        assert_eq!(one, hash(&renamed));
-        assert_ne!(one, hash(&image(0.5)));
-        assert_ne!(one, hash(&wider));
-    }
-
-    #[test]
-    fn a_folder_of_other_things_is_left_alone() {
-        let place = tempfile::tempdir().unwrap();
-        let target = place.path().join("out");
-        let other = place.path().join("out.partial");
-        std::fs::create_dir(&other).unwrap();
-        std::fs::write(other.join("mine.txt"), "x").unwrap();
-        let print = fingerprint(json!({}), &[]);
-        assert!(matches!(
-            Store::open(&target, &print),
-            Err(CliError::Output(OutputError::Exists { .. }))
-        ));
-        std::fs::remove_file(other.join("mine.txt")).unwrap();
-        drop(Store::open(&target, &print).unwrap());
-        let changed = fingerprint(json!({"grid": 9}), &[]);
-        assert!(matches!(
-            Store::open(&target, &changed),
-            Err(CliError::OtherWork { .. })
-        ));
-    }
 }

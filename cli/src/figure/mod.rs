@@ -105,7 +105,7 @@ fn run<const D: usize>(
     };
     let law = params.law;
     let drawn = own.then(|| images.clone());
-    let (inputs, distances) = prepare(Placed::new(images, &args.common)?, progress)?;
+    let (inputs, distances) = prepare(Placed::new(images, &args.common)?, &[], progress)?;
     let scene = Scene {
         names: inputs.iter().map(|input| input.name.clone()).collect(),
         distances,

@@ -150,6 +150,14 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A finite number that is not below 0.
+pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        number if number >= 0.0 => Ok(number),
+        _ => Err("a number of at least 0 is needed".into()),
+    }
+}
+
 /// Draws what is asked for and returns the files written.
 ///
 /// # Errors

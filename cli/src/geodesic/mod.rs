@@ -17,11 +17,10 @@ use ::geodesic::{Geodesic, Known, Shape, geodesic_between};
 use fe_grid::{Grid, ScalarField};
 
 use crate::error::{CliError, Exit};
-use crate::input::Image;
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::shapes::{Components, Input, prepare, view_of};
+use crate::shapes::{Components, Input, SeenMask, prepare, view_of};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 
@@ -74,7 +73,7 @@ where
     let params = parameters.geodesic_params();
     let grids = plan.placed.grid.hierarchy(parameters.first_nodes());
     let grid = plan.placed.grid;
-    let (inputs, distances) = prepare(plan.placed, progress)?;
+    let (inputs, distances) = prepare(plan.placed, &plan.views, progress)?;
     let [first, last] = shapes(
         &inputs,
         distances,
@@ -115,7 +114,7 @@ fn shapes<const D: usize>(
     inputs: &[Input<D>],
     distances: Vec<ScalarField<f64, D>>,
     parts: Option<&Components<D>>,
-    views: [Option<Image<D>>; 2],
+    views: [Option<SeenMask<D>>; 2],
     parameters: &Parameters,
     grid: Grid<D>,
 ) -> Result<[Shape<D>; 2], CliError> {
@@ -124,7 +123,6 @@ fn shapes<const D: usize>(
         None => false,
     };
     let hidden = [hidden(Occluded::Start), hidden(Occluded::End)];
-    let options = ["--valid-start", "--valid-end"];
     let mut found = Vec::new();
     for (number, ((input, distance), view)) in inputs.iter().zip(distances).zip(views).enumerate() {
         let mut components = vec![distance];
@@ -133,7 +131,7 @@ fn shapes<const D: usize>(
         }
         let known = match view {
             Some(view) => {
-                let view = view_of(view, input, grid, options[number])?;
+                let view = view_of(&view, input, grid)?;
                 components[0] = view.distance;
                 Known::Within(view.weight)
             }

@@ -11,7 +11,7 @@ use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images, read_label_images};
 use crate::options::{Align, CommonArgs};
 use crate::output::ResultDir;
-use crate::shapes::{Components, Placed};
+use crate::shapes::{Components, Placed, SeenMask};
 
 /// All parameters of a geodesic, with nothing left to choose.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,7 +77,7 @@ pub struct GeodesicPlan<const D: usize> {
     /// Their components, where there are several.
     pub(crate) parts: Option<Components<D>>,
     /// What was seen of start and end, where masks tell.
-    pub(crate) views: [Option<Image<D>>; 2],
+    pub(crate) views: [Option<SeenMask<D>>; 2],
     /// The parameters.
     pub parameters: Parameters,
 }
@@ -164,10 +164,12 @@ fn plan_images<const D: usize>(
     parameters.valid_start.clone_from(&args.valid_start);
     parameters.valid_end.clone_from(&args.valid_end);
     parameters.labels = parts.as_ref().map(|parts| parts.labels.clone());
+    let [start, end] = views;
+    let seen = |image: Option<Image<D>>, option| image.map(|image| SeenMask { image, option });
     Ok(GeodesicPlan {
         placed: Placed::new(images, &args.common)?,
         parts,
-        views,
+        views: [seen(start, "--valid-start"), seen(end, "--valid-end")],
         parameters,
     })
 }

@@ -81,6 +81,15 @@ impl<const D: usize> FrameTransform<D> {
         }
     }
 
+    /// Whether it places samples where another one does, up to rounding.
+    pub fn like(&self, other: &Self) -> bool {
+        let ends = [[0.0; D], [1.0; D]];
+        ends.iter().all(|&sample| {
+            let (a, b) = (self.to_unit(sample), other.to_unit(sample));
+            (0..D).all(|k| (a[k] - b[k]).abs() < 1e-9)
+        })
+    }
+
     /// Unit-box position of a (fractional) sample index.
     pub fn to_unit(&self, sample: [f64; D]) -> [f64; D] {
         std::array::from_fn(|k| {

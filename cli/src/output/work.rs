@@ -33,9 +33,7 @@ impl WorkDir {
     /// [`OutputError::Busy`] where another run holds it, [`OutputError::Unwritable`].
     pub fn open(target: &Path) -> Result<Self, OutputError> {
         check_target(target)?;
-        let mut name = target.as_os_str().to_owned();
-        name.push(ENDING);
-        let inner = PathBuf::from(name);
+        let inner = partial(target);
         if !inner.is_dir() {
             fs::create_dir(&inner).map_err(OutputError::at(&inner))?;
         }
@@ -98,6 +96,20 @@ impl WorkDir {
             .is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == LOCK))
     }
 
+    /// Whether one has been begun for a target.
+    pub fn exists(target: &Path) -> bool {
+        partial(target).is_dir()
+    }
+
+    /// Removes the directory and all that is in it.
+    ///
+    /// # Errors
+    /// [`OutputError::Unwritable`].
+    pub fn remove(self) -> Result<(), OutputError> {
+        drop(self.lock);
+        fs::remove_dir_all(&self.inner).map_err(OutputError::at(&self.inner))
+    }
+
     /// Gives the directory its name.
     ///
     /// # Errors
@@ -111,6 +123,12 @@ impl WorkDir {
         fs::rename(&self.inner, &self.target).map_err(OutputError::at(&self.target))?;
         Ok(self.target)
     }
+}
+
+fn partial(target: &Path) -> PathBuf {
+    let mut name = target.as_os_str().to_owned();
+    name.push(ENDING);
+    name.into()
 }
 
 #[cfg(test)]
@@ -136,6 +154,7 @@ mod tests {
         assert_eq!(second.get("parts/a.json"), Some([1.5, 2.5]));
         assert_eq!(second.get::<f64>("parts/a.json"), None);
         assert_eq!(second.get::<f64>("parts/b.json"), None);
+        assert!(WorkDir::exists(&target));
         assert_eq!(second.commit().unwrap(), target);
         let names: Vec<_> = fs::read_dir(place.path()).unwrap().collect();
         assert_eq!(names.len(), 1);
@@ -145,6 +164,18 @@ mod tests {
             WorkDir::open(&target),
             Err(OutputError::Exists { .. })
         ));
+    }
+
+    #[test]
+    fn a_directory_is_removed_with_all_that_is_in_it() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("out");
+        let work = WorkDir::open(&target).unwrap();
+        work.folder("parts").unwrap();
+        work.put("parts/a.json", &1.5).unwrap();
+        work.remove().unwrap();
+        assert!(!WorkDir::exists(&target));
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
     }
 
     #[test]

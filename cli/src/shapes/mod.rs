@@ -30,7 +30,7 @@ use place::{Alignment, align};
 pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
-pub(crate) use parts::{Components, belongs, view_of};
+pub(crate) use parts::{Components, SeenMask, belongs, view_of};
 pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 
 /// Masks that are read and placed in the unit box.
@@ -80,12 +80,14 @@ pub(crate) struct Input<const D: usize> {
     pub volume: f64,
 }
 
-/// The inputs and their signed distances on the grid.
+/// The inputs and their signed distances on the grid. Masks of what was seen, none or one a shape,
+/// have a say in how they are aligned only.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for a shape that is lost on the grid.
 pub(crate) fn prepare<const D: usize>(
     placed: Placed<D>,
+    views: &[Option<SeenMask<D>>],
     progress: &Progress,
 ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
     let Placed {
@@ -105,7 +107,7 @@ pub(crate) fn prepare<const D: usize>(
     let mut inputs = inputs?;
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
-        align(&mut inputs)?;
+        align(&mut inputs, views)?;
     }
     progress.stage("measuring distances");
     let distances: Result<Vec<_>, CliError> = images

@@ -97,6 +97,13 @@ fn labels_of<const D: usize>(image: &Image<D>) -> BTreeSet<i64> {
     labels.filter(|&label| label != 0).collect()
 }
 
+/// A mask that is bright where an input was seen, and the option that names it.
+#[derive(Clone, Debug)]
+pub(crate) struct SeenMask<const D: usize> {
+    pub image: Image<D>,
+    pub option: &'static str,
+}
+
 /// What was seen of an input.
 pub(crate) struct View<const D: usize> {
     /// The signed distance to the boundary that was seen, whose nearest piece tells inside from
@@ -113,17 +120,17 @@ pub(crate) struct View<const D: usize> {
 /// that of the shape.
 const EDGE: f64 = 1.5;
 
-/// What was seen of an input, by an image of its size that is bright there.
+/// What was seen of an input, where that lies now, by an image of its size that is bright there.
 ///
 /// # Errors
 /// [`CliError::Option`] where the image has another size than the input, or where nothing of the
 /// shape's boundary was seen.
 pub(crate) fn view_of<const D: usize>(
-    mut seen: Image<D>,
+    mask: &SeenMask<D>,
     input: &Input<D>,
     grid: Grid<D>,
-    option: &'static str,
 ) -> Result<View<D>, CliError> {
+    let (mut seen, option) = (mask.image.clone(), mask.option);
     let wrong = |value: String, remedy: String| CliError::Option {
         option,
         value,

@@ -3,7 +3,8 @@
 //! All shapes are brought onto one of them, the reference, which keeps its own orientation: the
 //! shape whose size and spread are nearest to those of all others (least sum of distances of
 //! `(V^(1/d), sqrt(tr C), (tr C^2)^(1/4))`, with volume `V` and covariance `C`; these do not
-//! depend on position and orientation). Motions are found on signed distances on a grid of
+//! depend on position and orientation); of shapes some of which were seen in part only, one that was
+//! seen whole, where there is one. Motions are found on signed distances on a grid of
 //! moderate size and applied to the boundaries themselves.
 //!
 //! Where aligned shapes then reach out of [`ROOM`], all are moved together to the middle, and, if
@@ -14,9 +15,9 @@ use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 use serde::Serialize;
-use shape_average::align::{RigidMotion, align_group};
+use shape_average::align::{RigidMotion, align_group_of_seen};
 
-use super::Input;
+use super::{Input, SeenMask, view_of};
 use crate::error::CliError;
 
 /// Nodes a side of the grids on which motions are found, in 2D and 3D.
@@ -60,18 +61,37 @@ impl<const D: usize> Alignment<D> {
     }
 }
 
-/// Aligns the boundaries of all inputs.
+/// Aligns the boundaries of all inputs, by what was seen of them: masks are none, or one a shape.
 ///
 /// # Errors
-/// [`CliError::Computation`] where a shape is too small to be aligned.
-pub(crate) fn align<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliError> {
+/// [`CliError::Computation`] where a shape is too small to be aligned, and those of [`view_of`].
+pub(crate) fn align<const D: usize>(
+    inputs: &mut [Input<D>],
+    views: &[Option<SeenMask<D>>],
+) -> Result<(), CliError> {
     let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
-    let reference = reference(&contours)?;
+    let view = |i: usize| views.get(i).and_then(Option::as_ref);
+    let reference = reference(&contours, |i| view(i).is_none())?;
     let mut order: Vec<usize> = (0..inputs.len()).collect();
     order.swap(0, reference);
     let ordered: Vec<&Contour<D>> = order.iter().map(|&i| contours[i]).collect();
-    let distances = coarse_distances(&ordered)?;
-    let found = align_group(&distances.iter().collect::<Vec<_>>()).map_err(failed)?;
+    let mut distances = coarse_distances(&ordered)?;
+    let mut seen = Vec::new();
+    if order.iter().any(|&i| view(i).is_some()) {
+        for (distance, &i) in distances.iter_mut().zip(&order) {
+            let grid = *distance.grid();
+            seen.push(match view(i) {
+                Some(mask) => {
+                    let view = view_of(mask, &inputs[i], grid)?;
+                    *distance = view.distance;
+                    view.weight
+                }
+                None => ScalarField::from_fn(grid, |_| [1.0]),
+            });
+        }
+    }
+    let [shapes, seen] = [&distances, &seen].map(|fields| fields.iter().collect::<Vec<_>>());
+    let found = align_group_of_seen(&shapes, &seen).map_err(failed)?;
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
         input.contour = found[position].motion.apply_to_contour(&input.contour);
@@ -106,8 +126,12 @@ pub(super) fn failed(error: impl std::fmt::Display) -> CliError {
     }
 }
 
-/// Position of the shape nearest to all others in size and spread.
-fn reference<const D: usize>(contours: &[&Contour<D>]) -> Result<usize, CliError> {
+/// Position of the shape nearest to all others in size and spread, among those that are whole if any
+/// is.
+fn reference<const D: usize>(
+    contours: &[&Contour<D>],
+    whole: impl Fn(usize) -> bool,
+) -> Result<usize, CliError> {
     let lengths: Result<Vec<[f64; 3]>, CliError> = contours
         .par_iter()
         .map(|contour| {
@@ -128,9 +152,10 @@ fn reference<const D: usize>(contours: &[&Contour<D>]) -> Result<usize, CliError
     let sums = lengths
         .iter()
         .map(|a| lengths.iter().map(|b| apart(a, b)).sum::<f64>());
-    let best = sums
-        .enumerate()
-        .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    let best = sums.enumerate().min_by(|a, b| {
+        let cut = whole(b.0).cmp(&whole(a.0));
+        cut.then(a.1.total_cmp(&b.1)).then(a.0.cmp(&b.0))
+    });
     Ok(best.map_or(0, |(index, _)| index))
 }
 
@@ -213,7 +238,7 @@ mod tests {
         }
         let mut inputs = vec![input(&upright), input(&diagonal)];
         let before = inputs[1].frame.scale();
-        align(&mut inputs).unwrap();
+        align(&mut inputs, &[]).unwrap();
         check_record(&upright, &inputs[0]);
         check_record(&diagonal, &inputs[1]);
         let shrunk = inputs[1].frame.scale() / before;
@@ -238,7 +263,8 @@ mod tests {
             .map(|[a, b]| block([40, 40, 40], [1.0; 3], [a; 3], [b; 3]));
         let frame = fit_frames(&images, 33)[0];
         let contours = images.map(|image| boundary(&image, &frame).unwrap());
-        let found = reference(&contours.each_ref()).unwrap();
-        assert_eq!(found, 2);
+        let contours = contours.each_ref();
+        assert_eq!(reference(&contours, |_| true).unwrap(), 2);
+        assert_eq!(reference(&contours, |i| i == 4).unwrap(), 4);
     }
 }

@@ -12,31 +12,72 @@ const MAX_STEPS: usize = 40;
 /// A refinement ends when a step moves no point by more than this share of the spacing.
 const SMALLEST_STEP: f64 = 1e-4;
 
+/// Where a mean has less weight than this nothing is known of it.
+const LEAST_WEIGHT: f64 = 1e-3;
+/// Times that a shape of which a part was seen is put onto what it sees of its target.
+const SETTLING: usize = 3;
+
+/// A shape, and what was seen of it.
+#[derive(Clone, Copy)]
+pub(super) struct Seen<'a, const D: usize> {
+    /// Its signed distance.
+    pub(super) distance: &'a Field<f64, D, 1>,
+    /// From 1, where it was seen, to 0; none where all of it was.
+    pub(super) weight: Option<&'a Field<f64, D, 1>>,
+}
+
+impl<const D: usize> Seen<'_, D> {
+    /// Whether a point was seen, as a weight. Beyond the box everything was: nothing is there.
+    fn weight(&self, x: &[f64; D]) -> f64 {
+        let Some(weight) = self.weight else {
+            return 1.0;
+        };
+        let extent = weight.grid().extent();
+        if (0..D).all(|k| (0.0..=extent[k]).contains(&x[k])) {
+            weight.sample(*x)[0]
+        } else {
+            1.0
+        }
+    }
+}
+
 /// The smoothed indicator of a target at the sample nodes of a coarser grid.
 pub(super) struct Indicator<const D: usize> {
     values: Field<f64, D, 1>,
+    /// What is known of the values, from 0 to 1.
+    weights: Field<f64, D, 1>,
     step: Compact,
     moments: Moments<D>,
 }
 
 impl<const D: usize> Indicator<D> {
-    /// The mean indicator of moved signed distances on one grid, at given sample nodes.
+    /// The mean indicator of moved signed distances on one grid, at given sample nodes: of those
+    /// that were seen there.
     pub(super) fn mean(
-        moved: &[(&Field<f64, D, 1>, RigidMotion<D>)],
+        moved: &[(Seen<'_, D>, RigidMotion<D>)],
         nodes: Grid<D>,
         step: Compact,
     ) -> Result<Self, LevelsetError> {
-        let share = 1.0 / moved.len() as f64;
-        let values = Field::from_fn(nodes, |y| {
-            let sum: f64 = moved
-                .iter()
-                .map(|(u, motion)| step.value(extended(u, &motion.map_back(y))))
-                .sum();
-            [share * sum]
+        let both: Field<f64, D, 2> = Field::from_fn(nodes, |y| {
+            let (mut sum, mut total) = (0.0, 0.0);
+            for (shape, motion) in moved {
+                let x = motion.map_back(y);
+                let weight = shape.weight(&x);
+                sum += weight * step.value(extended(shape.distance, &x));
+                total += weight;
+            }
+            if total > LEAST_WEIGHT {
+                [sum / total, total.min(1.0)]
+            } else {
+                [0.0; 2]
+            }
         });
+        let part = |c: usize| Field::from_vec(nodes, both.component(c).to_vec());
+        let values = part(0)?;
         let moments = Moments::of_density(&values)?;
         Ok(Self {
             values,
+            weights: part(1)?,
             step,
             moments,
         })
@@ -77,16 +118,13 @@ impl<const D: usize> Pose<D> {
 /// A shape to be moved onto a target.
 pub(super) struct Matching<'a, const D: usize> {
     target: &'a Indicator<D>,
-    shape: &'a Field<f64, D, 1>,
+    shape: Seen<'a, D>,
     moments: Moments<D>,
     norm_squared: f64,
 }
 
 impl<'a, const D: usize> Matching<'a, D> {
-    pub(super) fn new(
-        target: &'a Indicator<D>,
-        shape: &'a Field<f64, D, 1>,
-    ) -> Result<Self, LevelsetError> {
+    pub(super) fn new(target: &'a Indicator<D>, shape: Seen<'a, D>) -> Result<Self, LevelsetError> {
         let still = [(shape, RigidMotion::identity())];
         let own = Indicator::mean(&still, *target.values.grid(), target.step)?;
         let squares = |f: &Field<f64, D, 1>| f.as_slice().iter().map(|v| v * v).sum::<f64>();
@@ -106,12 +144,35 @@ impl<'a, const D: usize> Matching<'a, D> {
         self.moments.covariance
     }
 
-    /// The pose of a rotation with the centroids on each other.
+    /// The pose of a rotation with the centroids on each other: of what was seen of the shape, and
+    /// of what it sees of its target where it lies then.
     pub(super) fn centred(&self, rotation: SMatrix<f64, D, D>) -> Pose<D> {
-        Pose {
+        let mut pose = Pose {
             rotation,
             centre: self.target.moments.centroid,
+        };
+        if self.shape.weight.is_some() {
+            for _ in 0..SETTLING {
+                pose.centre = self.visible_centroid(&pose).unwrap_or(pose.centre);
+            }
         }
+        pose
+    }
+
+    /// The centroid of what a shape sees of its target.
+    fn visible_centroid(&self, pose: &Pose<D>) -> Option<SVector<f64, D>> {
+        let motion = self.motion(pose);
+        let nodes = self.target.values.grid();
+        let (mut sum, mut total) = (SVector::zeros(), 0.0);
+        for (index, target) in self.target.values.as_slice().iter().enumerate() {
+            if *target > 0.0 {
+                let y = nodes.position(nodes.node(index));
+                let weight = target * self.shape.weight(&motion.map_back(y));
+                sum += SVector::from(y) * weight;
+                total += weight;
+            }
+        }
+        (total > 0.0).then(|| sum / total)
     }
 
     pub(super) fn pose(&self, motion: &RigidMotion<D>) -> Pose<D> {
@@ -131,17 +192,22 @@ impl<'a, const D: usize> Matching<'a, D> {
         difference / self.norm_squared
     }
 
-    /// Sum over the nodes of the squared difference of the indicators.
+    /// Sum over the nodes that were seen of the squared difference of the indicators.
     pub(super) fn difference(&self, pose: &Pose<D>) -> f64 {
         let motion = self.motion(pose);
         let nodes = self.target.values.grid();
         let mut sum = 0.0;
         for (index, target) in self.target.values.as_slice().iter().enumerate() {
-            let y = nodes.position(nodes.node(index));
-            let u = extended(self.shape, &motion.map_back(y));
-            sum += (self.target.step.value(u) - target).powi(2);
+            let z = motion.map_back(nodes.position(nodes.node(index)));
+            let u = extended(self.shape.distance, &z);
+            sum += self.weight(index, &z) * (self.target.step.value(u) - target).powi(2);
         }
         sum
+    }
+
+    /// Whether both the target at a node and the shape at a point were seen.
+    fn weight(&self, index: usize, z: &[f64; D]) -> f64 {
+        self.target.weights.as_slice()[index] * self.shape.weight(z)
     }
 
     /// The minimum near a pose, by Levenberg-Marquardt steps: the difference and the pose.
@@ -177,7 +243,8 @@ impl<'a, const D: usize> Matching<'a, D> {
     ///
     /// With `z = R^T (y - p) + c` and `g = H'(u(z)) R grad u(z)`, the residual `H(u(z)) - I(y)`
     /// changes by `-g . dp` for a shift and by `-(g_j q_i - g_i q_j)`, `q = y - p`, for a turn
-    /// from axis `i` to axis `j`.
+    /// from axis `i` to axis `j`. What was seen of the shape moves with it; that its edge passes
+    /// over the target is not in the system, only in the difference.
     fn linearise(&self, pose: &Pose<D>) -> System {
         let motion = self.motion(pose);
         let nodes = self.target.values.grid();
@@ -188,14 +255,15 @@ impl<'a, const D: usize> Matching<'a, D> {
         for (index, target) in self.target.values.as_slice().iter().enumerate() {
             let y = nodes.position(nodes.node(index));
             let z = motion.map_back(y);
-            let u = extended(self.shape, &z);
+            let u = extended(self.shape.distance, &z);
+            let weight = self.weight(index, &z);
             let residual = self.target.step.value(u) - target;
-            system.value += residual * residual;
+            system.value += weight * residual * residual;
             let rate = self.target.step.derivative(u);
             if rate == 0.0 {
                 continue;
             }
-            let g = pose.rotation * SVector::from(gradient(self.shape, &z)) * rate;
+            let g = pose.rotation * SVector::from(gradient(self.shape.distance, &z)) * rate;
             let q = SVector::from(y) - pose.centre;
             for k in 0..D {
                 slope[k] = -g[k];
@@ -203,7 +271,7 @@ impl<'a, const D: usize> Matching<'a, D> {
             for (k, &(i, j)) in planes.iter().enumerate() {
                 slope[D + k] = -(g[j] * q[i] - g[i] * q[j]);
             }
-            system.add(residual, &slope);
+            system.add(weight, residual, &slope);
         }
         system
     }
@@ -226,7 +294,7 @@ fn moved<const D: usize>(pose: &Pose<D>, step: &DVector<f64>) -> Pose<D> {
     }
 }
 
-/// `sum r^2` with `J^T r` and `J^T J`.
+/// `sum w r^2` with `J^T w r` and `J^T w J`.
 struct System {
     value: f64,
     rhs: DVector<f64>,
@@ -242,11 +310,12 @@ impl System {
         }
     }
 
-    fn add(&mut self, residual: f64, slope: &[f64]) {
+    fn add(&mut self, weight: f64, residual: f64, slope: &[f64]) {
         for i in 0..slope.len() {
-            self.rhs[i] += residual * slope[i];
+            let weighted = weight * slope[i];
+            self.rhs[i] += residual * weighted;
             for j in 0..=i {
-                let product = slope[i] * slope[j];
+                let product = weighted * slope[j];
                 self.matrix[(i, j)] += product;
                 if j < i {
                     self.matrix[(j, i)] += product;
@@ -320,9 +389,13 @@ mod tests {
         let grid = Grid::<D>::cube(n);
         let (fixed, shape) = (pair(grid, 0.0), pair(grid, 0.04));
         let step = Compact::new(0.03).unwrap();
-        let still = [(&fixed, RigidMotion::identity())];
+        let whole = |distance| Seen {
+            distance,
+            weight: None,
+        };
+        let still = [(whole(&fixed), RigidMotion::identity())];
         let target = Indicator::mean(&still, grid, step).unwrap();
-        let matching = Matching::new(&target, &shape).unwrap();
+        let matching = Matching::new(&target, whole(&shape)).unwrap();
         let start = matching.centred(plane_rotation(0, 1, 0.3));
         let system = matching.linearise(&start);
         assert!((system.value - matching.difference(&start)).abs() < 1e-12 * system.value);

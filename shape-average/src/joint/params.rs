@@ -11,7 +11,8 @@ pub struct JointParams {
     /// default the faces of the box stay where they are: what is free to move as a whole drifts
     /// towards them, where a part of its interface is cut off.
     pub average: AverageParams,
-    /// The energy of the images: its weights beside those of the average. What it says of interface
+    /// The energy of the images: its weights beside those of the average; by default those of
+    /// [`SegmentationParams`] twice. What it says of interface
     /// widths and of the coarsest level is not used.
     pub segmentation: SegmentationParams,
     /// Steps of the minimiser of averages in a round.
@@ -24,12 +25,16 @@ pub struct JointParams {
 
 impl Default for JointParams {
     fn default() -> Self {
+        let usual = SegmentationParams::default();
         Self {
             average: AverageParams {
                 boundary: BoundaryCondition::Identity,
                 ..AverageParams::default()
             },
-            segmentation: SegmentationParams::default(),
+            segmentation: SegmentationParams {
+                weights: usual.weights.scaled(2.0),
+                ..usual
+            },
             steps: 8,
             tolerance: 1e-3,
             max_rounds: 30,

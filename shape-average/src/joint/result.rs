@@ -4,7 +4,6 @@ use crate::Energy;
 use fe_grid::minimise::Status;
 use fe_grid::{Certificate, Field, ScalarField};
 use phasefield::segmentation::SegmentationEnergy;
-use rayon::prelude::*;
 
 /// The terms of the energy.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -74,6 +73,21 @@ pub struct JointResult<const D: usize> {
     pub seconds: f64,
 }
 
+/// The root of the variance of some fields about their mean, averaged over the nodes: how much images differ. Zero
+/// of none.
+pub fn spread<const D: usize>(fields: &[ScalarField<f64, D>]) -> f64 {
+    let n = fields.len() as f64;
+    let nodes = fields.first().map_or(0, |field| field.as_slice().len());
+    let variance: f64 = (0..nodes)
+        .map(|node| {
+            let values = || fields.iter().map(|f| f.as_slice()[node]);
+            let mean = values().sum::<f64>() / n;
+            values().map(|v| (v - mean).powi(2)).sum::<f64>() / n
+        })
+        .sum();
+    (variance / nodes.max(1) as f64).sqrt()
+}
+
 impl<const D: usize> JointResult<D> {
     /// The terms of the energy on the finest level.
     pub fn energy(&self) -> JointEnergy {
@@ -89,14 +103,6 @@ impl<const D: usize> JointResult<D> {
     /// # Panics
     /// If there is no such image.
     pub fn predicted(&self, i: usize) -> ScalarField<f64, D> {
-        let (grid, displacement) = (*self.average_image.grid(), &self.displacements[i]);
-        let mut predicted = ScalarField::zeros(grid);
-        let values = predicted.as_mut_slice().par_iter_mut().enumerate();
-        values.for_each(|(node, value)| {
-            let (x, u) = (grid.position(grid.node(node)), displacement.at(node));
-            let point = std::array::from_fn(|k| x[k] + u[k]);
-            *value = self.average_image.sample(point)[0];
-        });
-        predicted
+        self.average_image.compose(self.displacements[i].as_slice())
     }
 }

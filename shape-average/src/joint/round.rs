@@ -19,6 +19,10 @@ use rayon::prelude::*;
 /// A direction that promises less than this share of the energy ends a half.
 const DECREMENT: f64 = 1e-5;
 
+/// Times that an image and its phase field are solved for from the edges of the average, before what
+/// that leads to is compared with what the image has.
+const TRIAL: usize = 2;
+
 /// Everything that is known on a level.
 pub(super) struct State<const D: usize> {
     pub grid: Grid<D>,
@@ -53,6 +57,14 @@ impl<const D: usize> State<D> {
             grid,
             images,
             pairs,
+        }
+    }
+
+    /// Deformations to start from, if there are any.
+    pub fn start_from(&mut self, known: &[Field<f64, D, D>]) {
+        let own = self.displacements.chunks_exact_mut(D * self.grid.n_nodes());
+        for (own, known) in own.zip(known) {
+            own.copy_from_slice(known.as_slice());
         }
     }
 
@@ -141,22 +153,43 @@ impl<const D: usize> State<D> {
             },
             average: Interpolant::new(grid, &self.average),
         };
-        let dim = D * grid.n_nodes();
+        let n = grid.n_nodes();
+        let average = ScalarField::from_vec(grid, self.average.clone())?;
         let (images, displacements) = (&self.images, &self.displacements);
         let solved: Result<Vec<[usize; 2]>, AverageError> = self
             .pairs
             .par_iter_mut()
             .enumerate()
             .map(|(i, pair)| {
+                let displacement = shape(displacements, i, D * n);
                 let mut coefficients = vec![images[i].as_slice()];
-                coefficients.extend(shape(displacements, i, dim).chunks_exact(grid.n_nodes()));
+                coefficients.extend(displacement.chunks_exact(n));
                 let data = Data {
                     coefficients: &coefficients,
                     cells: &[],
                 };
-                let of_v = relax(&grid, &density, data, pair, Part::PhaseField)?;
-                let of_u = relax(&grid, &density, data, pair, Part::Image)?;
-                Ok([of_u.iterations, of_v.iterations])
+                let mut work = [0; 2];
+                let mut solve = |pair: &mut [f64], part| -> Result<(), AverageError> {
+                    let done = relax(&grid, &density, data, pair, part)?;
+                    work[part as usize] += done.iterations;
+                    Ok(())
+                };
+                solve(pair, Part::PhaseField)?;
+                solve(pair, Part::Image)?;
+                // What the others have found may be here as well, and unseen from where this image
+                // stands: it is tried out, and taken where it lowers the energy.
+                let mut told = pair.clone();
+                told[n..].copy_from_slice(average.compose(displacement).as_slice());
+                solve(&mut told, Part::Image)?;
+                for _ in 0..TRIAL {
+                    solve(&mut told, Part::PhaseField)?;
+                    solve(&mut told, Part::Image)?;
+                }
+                let share = Assembly::new(grid, &density, data);
+                if share.value(&told)? < share.value(pair)? {
+                    *pair = told;
+                }
+                Ok(work)
             })
             .collect();
         for iterations in solved? {

@@ -6,23 +6,38 @@ use crate::AverageError;
 use crate::objective::check_law;
 use crate::quiet::Quiet;
 use crate::result::worst_certificate;
+use crate::solve::first_level;
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Status};
 use fe_grid::{Field, InverseDeformation, ScalarField};
 use phasefield::segmentation::{SegmentationParams, coarser_image, segment};
 use std::time::Instant;
 
+/// Segments images on one grid and averages their edges, both at the same time.
+///
+/// The observer hears of every level and of every round, and may cancel; what has been reached by
+/// then is the result, on the grid that has been reached.
+///
+/// # Errors
+/// [`AverageError`] for parameters out of range, images on different grids or not finite, and
+/// solvers that break down. Not to converge is not an error: the status of the levels says so.
+pub fn joint_average<const D: usize>(
+    images: &[ScalarField<f64, D>],
+    params: &JointParams,
+    observer: &mut dyn Observer,
+) -> Result<JointResult<D>, AverageError> {
+    joint_average_from(images, &[], params, observer)
+}
+
 compiled_once! {
-    /// Segments images on one grid and averages their edges, both at the same time.
-    ///
-    /// The observer hears of every level and of every round, and may cancel; what has been reached by
-    /// then is the result, on the grid that has been reached.
+    /// The same from deformations that are known already: `start` is empty, or has one displacement
+    /// an image on one of the grids of the hierarchy of their grid; coarser ones are left out.
     ///
     /// # Errors
-    /// [`AverageError`] for parameters out of range, images on different grids or not finite, and
-    /// solvers that break down. Not to converge is not an error: the status of the levels says so.
-    pub fn joint_average<'a, D>(
+    /// As [`joint_average`], and [`AverageError::Start`] for displacements that do not fit.
+    pub fn joint_average_from<'a, D>(
         images: &'a [ScalarField<f64, D>],
+        start: &'a [Field<f64, D, D>],
         params: &'a JointParams,
         observer: &'a mut dyn Observer,
     ) -> Result<JointResult<D>, AverageError> = average_images;
@@ -30,6 +45,7 @@ compiled_once! {
 
 fn average_images<const D: usize>(
     images: &[ScalarField<f64, D>],
+    known: &[Field<f64, D, D>],
     params: &JointParams,
     observer: &mut dyn Observer,
 ) -> Result<JointResult<D>, AverageError> {
@@ -45,7 +61,8 @@ fn average_images<const D: usize>(
             return Err(AverageError::NotFinite { index, node });
         }
     }
-    let grids = first.grid().hierarchy(params.segmentation.coarsest_nodes);
+    let mut grids = first.grid().hierarchy(params.segmentation.coarsest_nodes);
+    grids.drain(..first_level(&grids, images.len(), known)?);
     let mut coarser: Vec<Vec<ScalarField<f64, D>>> = vec![images.to_vec()];
     for grid in grids.iter().rev().skip(1) {
         let finer = &coarser[coarser.len() - 1];
@@ -58,8 +75,9 @@ fn average_images<const D: usize>(
         observer.level(level, grids.len(), images.len() * (D + 2) * grid.n_nodes());
         let pairs = segmented(&images, params, observer)?;
         let mut now = State::new(*grid, images, pairs);
-        if let Some(coarse) = state.take() {
-            now.take_deformations(&coarse);
+        match state.take() {
+            Some(coarse) => now.take_deformations(&coarse),
+            None => now.start_from(known),
         }
         let report = improve(&mut now, params, observer)?;
         let cancelled = report.status == Status::Cancelled;

@@ -4,7 +4,9 @@ use fe_grid::{Field, Grid};
 use levelset::{BoxEdge, ContourDistance, contour, signed_distance};
 use nalgebra::{Matrix2, Rotation2, Rotation3, SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
-use shape_average::align::{AlignError, Alignment, RigidMotion, align_group, align_to};
+use shape_average::align::{
+    AlignError, Alignment, RigidMotion, align_group, align_group_of_seen, align_to,
+};
 
 /// The signed distance of a shape, given by a function that is positive inside, after a motion.
 fn moved<const D: usize>(
@@ -198,6 +200,47 @@ fn a_group_of_different_stars_meets_in_the_frame_of_the_first() {
     }
 }
 
+/// A moved shape cut off at a plane of the grid, as it is drawn by who does not know what lies beyond,
+/// and the weight that tells: how far the motion found with the weight, and without, is from the one
+/// that brings it back, in degrees and spacings.
+fn check_cut<const D: usize>(grid: Grid<D>, motion: &RigidMotion<D>, end: f64) {
+    let shape = moved(grid, blob::<D>, &RigidMotion::identity());
+    let field = Field::from_fn(grid, |y| {
+        [blob::<D>(motion.map_back(y).into()).min(end - y[0])]
+    });
+    let cut = signed_distance(&field, 0.0).unwrap();
+    let ramp = 2.0 * grid.spacing();
+    let seen = Field::from_fn(grid, |y| [((end - y[0]) / ramp).clamp(0.0, 1.0)]);
+    let all = Field::from_fn(grid, |_| [1.0]);
+    let off = |found: &[Alignment<D>]| {
+        let rest = found[1].motion.after(motion);
+        let place = SVector::from(rest.map([0.5; D])) - SVector::repeat(0.5);
+        (rest.angle().to_degrees(), place.norm() / grid.spacing())
+    };
+    let list = [&shape, &cut];
+    let found = align_group_of_seen(&list, &[&all, &seen]).unwrap();
+    let (angle, distance) = off(&found);
+    // The distance to the boundary of the cut shape is wrong near the plane, where the ramp begins.
+    assert!(angle < 1.0 && distance < 0.5, "{angle} {distance}");
+    let (blind_angle, blind_distance) = off(&align_group(&list).unwrap());
+    assert!(
+        blind_angle > 5.0 * angle && blind_distance > 2.0 * distance,
+        "{blind_angle} {blind_distance} instead of {angle} {distance}"
+    );
+}
+
+#[test]
+fn what_was_not_seen_of_a_shape_does_not_move_it() {
+    let motion = about_middle(turn(75.0), [0.03, -0.04]);
+    check_cut(Grid::<2>::dyadic(6), &motion, 0.56);
+    let rotation = Rotation3::from_scaled_axis(Vector3::new(0.3, -0.9, 0.4)).into_inner();
+    check_cut(
+        Grid::<3>::dyadic(5),
+        &about_middle(rotation, [0.03, 0.0, -0.02]),
+        0.58,
+    );
+}
+
 #[test]
 fn a_disk_stays_as_it_is() {
     let disk = |x: Vector2<f64>| 0.3 - (x - Vector2::repeat(0.5)).norm();
@@ -245,6 +288,19 @@ fn bad_input_is_named() {
         align_group(&[&good, &good, &empty]).unwrap_err(),
         AlignError::Shape { shape: 2, .. }
     ));
+    let seen = Field::from_fn(grid, |_| [1.0]);
+    let negative = Field::from_fn(grid, |x| [x[0] - 0.1]);
+    for (seen, shape) in [
+        (vec![&seen], 1),
+        (vec![&seen, &seen, &seen], 2),
+        (vec![&negative, &seen], 0),
+        (vec![&seen, &other], 1),
+    ] {
+        assert_eq!(
+            align_group_of_seen(&[&good, &good], &seen).unwrap_err(),
+            AlignError::Seen { shape }
+        );
+    }
     // Also at a node that no sample reads.
     let good = Field::<f64, 2, 1>::from_fn(Grid::dyadic(9), |x| [blob::<2>(x.into())]);
     let mut spoilt = good.clone();

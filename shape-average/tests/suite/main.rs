@@ -14,4 +14,5 @@ mod levels;
 mod match_to;
 mod oracle;
 mod seen;
+mod start;
 mod weights;

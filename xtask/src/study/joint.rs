@@ -23,12 +23,12 @@ const CASES: [(&str, f64, f64); 6] = [
     ("letters", 0.5, 0.05),
 ];
 /// Weight of the edges of an image, beside a mismatch of weight one.
-const EDGES: f64 = 1.0;
+const EDGES: f64 = 2.0;
 /// Length over which images are smoothed, and that for the square of noise over contrast. A phase
 /// field that is zero everywhere must cost more than the noise, `8 eps noise^2 / length` less than
 /// the square of the least jump; strokes must not be smoothed away.
 const SMOOTH: f64 = 0.02;
-const SMOOTH_NOISE: f64 = 0.42;
+const SMOOTH_NOISE: f64 = 0.2;
 /// Least jump of an edge, as a share of the contrast.
 const SHARE: f64 = 0.8;
 

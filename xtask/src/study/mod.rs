@@ -12,6 +12,7 @@ mod known;
 mod modes;
 mod occlusion;
 mod paths;
+mod photographs;
 mod real;
 mod shapes;
 mod solvers;
@@ -49,7 +50,7 @@ sections (all where none is named):
   letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
   clusters distances of real shapes (an hour)
-  joint    noisy images, segmented alone and jointly with their average
+  joint    noisy images, segmented alone and jointly with their average; real images jointly
 
 --shared DIR  the folder that holds `data`; without it, a folder `shared` beside the project.
               What needs data is left out where there are none.
@@ -173,7 +174,8 @@ fn sections(name: &str, data: Option<&Path>) -> Outcome<Vec<Section>> {
         ("triangles", _) => vec![paths::triangles()?],
         ("materials", _) => vec![paths::materials()?],
         ("occlusion", _) => vec![occlusion::section()?],
-        ("joint", _) => vec![joint::section()?],
+        ("joint", None) => vec![joint::section()?],
+        ("joint", Some(data)) => vec![joint::section()?, photographs::section(data)?],
         ("clusters", Some(data)) => vec![clusters::section(data)?],
         _ => Vec::new(),
     })

@@ -9,8 +9,9 @@ mod write;
 use std::time::Instant;
 
 use fe_grid::ScalarField;
-use shape_average::joint::{JointParams, JointResult, joint_average};
+use shape_average::joint::{JointParams, JointResult, joint_average_from};
 
+use super::checkpoint::{Keeper, Place, compare_places, started};
 use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
 use crate::output::ResultDir;
@@ -63,19 +64,34 @@ fn run_plan<const D: usize>(
         nodal,
         parameters,
         params,
+        fingerprint,
     } = plan;
     let grids = nodal[0]
         .grid()
         .hierarchy(params.segmentation.coarsest_nodes);
-    let mut watch = Watch::new(progress, interrupt, level_nodes(&grids));
-    let result = joint_average(&nodal, &params, &mut watch)?;
+    let started = started(args.start.as_ref(), nodal.len(), &grids)?;
+    compare_places(
+        args.start.as_ref(),
+        images.iter().map(|i| i.frame),
+        progress,
+    );
+    let place = Place {
+        target: output,
+        fingerprint,
+        minutes: args.checkpoint,
+    };
+    let watch = Watch::new(progress, interrupt, level_nodes(&grids));
+    let (mut keeper, kept) = Keeper::new(watch, place, grids, vec![true; nodal.len()])?;
+    let known = if kept.is_empty() { started } else { kept };
+    let result = joint_average_from(&nodal, &known, &params, &mut keeper)?;
+    let (course, checkpoints) = keeper.finish();
     let outcome = Outcome {
         images,
         nodal,
         parameters,
         params,
         result,
-        course: watch.finish(),
+        course,
         start,
     };
     progress.stage("writing");
@@ -83,6 +99,9 @@ fn run_plan<const D: usize>(
     let directory = ResultDir::create(output)?;
     let record = write::write_all(&directory, &outcome)?;
     let target = directory.commit()?;
+    if let Some(checkpoints) = checkpoints {
+        checkpoints.remove()?;
+    }
     progress.finish();
     record.print(&target);
     Ok(if record.cancelled() {

@@ -1,5 +1,7 @@
 //! From the options to a checked plan.
 
+use std::path::PathBuf;
+
 use fe_grid::ScalarField;
 use hyperelastic::LawName;
 use phasefield::segmentation::{SegmentationParams, Weights};
@@ -8,13 +10,19 @@ use shape_average::AverageParams;
 use shape_average::joint::JointParams;
 
 use crate::args::{AverageArgs, Boundary, Mean, Solver};
+use crate::average::fingerprint;
 use crate::average::plan::boundary_condition;
 use crate::error::CliError;
+use crate::fingerprint::Fingerprint;
 use crate::input::fit::{FrameTransform, nodal_values, whole_frame};
 use crate::input::{AnyImages, GreyRange, Image, read_grey_images};
 use crate::options::Align;
 use crate::output::ResultDir;
 use crate::shapes::labels;
+
+/// Weight of the length of an image's edges, as a share of the mismatch weight: with less, images that
+/// are unlike lose what is their own (docs/study/joint.md).
+const EDGE_WEIGHT: f64 = 2.0;
 
 /// All parameters of a joint average, with nothing left to choose.
 #[derive(Clone, Debug, Serialize)]
@@ -38,6 +46,9 @@ pub(super) struct Parameters {
     interface_width: f64,
     max_rounds: usize,
     boundary: Boundary,
+    /// The average whose deformations it began with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start: Option<PathBuf>,
 }
 
 /// An image and where it lies.
@@ -56,6 +67,8 @@ pub(super) struct JointPlan<const D: usize> {
     pub nodal: Vec<ScalarField<f64, D>>,
     pub parameters: Parameters,
     pub params: JointParams,
+    /// What the deformations depend on.
+    pub fingerprint: Fingerprint,
 }
 
 /// A plan of either dimension.
@@ -140,9 +153,10 @@ fn plan<const D: usize>(
         interface_width: params.average.interface_cells * grid.spacing(),
         max_rounds: params.max_rounds,
         boundary: boundary(args),
+        start: args.start.clone(),
     };
     let names = labels(&images.iter().map(|i| i.path.as_path()).collect::<Vec<_>>());
-    let images = images.iter().zip(names).zip(ranges);
+    let (read, images) = (images, images.iter().zip(names).zip(ranges));
     Ok(JointPlan {
         images: images
             .map(|((image, name), range)| PlacedImage {
@@ -154,6 +168,7 @@ fn plan<const D: usize>(
             })
             .collect(),
         nodal: nodal?,
+        fingerprint: fingerprint(&parameters, read, &[]),
         parameters,
         params,
     })
@@ -161,7 +176,7 @@ fn plan<const D: usize>(
 
 fn params<const D: usize>(args: &AverageArgs, smooth: f64) -> Result<JointParams, CliError> {
     let usual = JointParams::default();
-    let edges = args.edge_weight.unwrap_or(1.0) * args.mismatch_weight;
+    let edges = args.edge_weight.unwrap_or(EDGE_WEIGHT) * args.mismatch_weight;
     Ok(JointParams {
         average: AverageParams {
             law: args.common.material::<D>()?,

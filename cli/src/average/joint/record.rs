@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use shape_average::joint::{JointEnergy, JointLevel};
+use shape_average::joint::{JointEnergy, JointLevel, spread};
 
 use super::Outcome;
 use super::plan::Parameters;
@@ -106,20 +106,6 @@ impl From<&JointLevel> for LevelRecord {
             seconds: level.seconds,
         }
     }
-}
-
-/// The root of the variance of some fields about their mean, averaged over the nodes.
-fn spread<const D: usize>(fields: &[fe_grid::ScalarField<f64, D>]) -> f64 {
-    let n = fields.len() as f64;
-    let nodes = fields[0].as_slice().len();
-    let variance: f64 = (0..nodes)
-        .map(|node| {
-            let values = || fields.iter().map(|f| f.as_slice()[node]);
-            let mean = values().sum::<f64>() / n;
-            values().map(|v| (v - mean).powi(2)).sum::<f64>() / n
-        })
-        .sum();
-    (variance / nodes as f64).sqrt()
 }
 
 impl<const D: usize> ResultRecord<D> {

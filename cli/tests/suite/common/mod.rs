@@ -169,16 +169,34 @@ pub fn arrays(results: &Results) -> Vec<(String, Vec<u8>)> {
     arrays
 }
 
-/// Runs the program until it listens to Ctrl-C, presses that, and returns the exit code.
+/// Runs the program, whose output nobody sees.
 #[cfg(target_os = "linux")]
-pub fn interrupted(place: &Place, arguments: &[&str]) -> Option<i32> {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_shapespace"))
+fn spawn(place: &Place, arguments: &[&str]) -> std::process::Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_shapespace"));
+    command
         .args(arguments)
         .current_dir(place.path("."))
         .stderr(std::process::Stdio::null())
-        .stdout(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
+        .stdout(std::process::Stdio::null());
+    command.spawn().unwrap()
+}
+
+/// Runs the program until something holds, and ends it at once.
+#[cfg(target_os = "linux")]
+pub fn killed(place: &Place, arguments: &[&str], reached: impl Fn() -> bool) {
+    let mut child = spawn(place, arguments);
+    while !reached() {
+        assert_eq!(child.try_wait().unwrap(), None, "it has come to its end");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+/// Runs the program until it listens to Ctrl-C, presses that, and returns the exit code.
+#[cfg(target_os = "linux")]
+pub fn interrupted(place: &Place, arguments: &[&str]) -> Option<i32> {
+    let mut child = spawn(place, arguments);
     // Signal 2 is caught once its bit is set in the mask that the system shows.
     let listens = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();

@@ -1,0 +1,301 @@
+//! Deformations that a run goes on from: those of an earlier result, and checkpoints.
+//!
+//! A long run keeps the deformations that it has reached in `DIR.partial`, beside its output, every few
+//! minutes. Where it comes to a sudden end, the same command goes on from there; where it ends as it
+//! should, the folder is removed. A checkpoint is a folder of its own, and `state.json` names the last
+//! one that is complete.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use fe_grid::minimise::{Control, Iteration, Observer};
+use fe_grid::{Field, Grid};
+use serde::{Deserialize, Serialize};
+
+use crate::error::CliError;
+use crate::fingerprint::Fingerprint;
+use crate::input::fit::FrameTransform;
+use crate::output::npy::{Precision, write_field};
+use crate::output::{OutputError, WorkDir, deformation, numbered};
+use crate::progress::Progress;
+use crate::results::ResultFields;
+use crate::watch::{Course, Watch};
+
+const STATE: &str = "state.json";
+
+/// What is told of a checkpoint.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct State {
+    /// The folder of its deformations.
+    folder: String,
+    /// Nodes along each axis, `x` first.
+    nodes: Vec<usize>,
+    energy: f64,
+    /// Of the work until then, over all runs.
+    seconds: f64,
+}
+
+/// Where checkpoints of a run lie, and when they are made.
+pub(super) struct Place<'a> {
+    /// The output of the run.
+    pub target: &'a Path,
+    /// What it depends on.
+    pub fingerprint: Fingerprint,
+    /// Minutes between two of them; never where there are none.
+    pub minutes: f64,
+}
+
+/// Watches a run and keeps its deformations now and then.
+pub(super) struct Keeper<'a, const D: usize> {
+    watch: Watch<'a>,
+    place: Place<'a>,
+    /// All grids of the run.
+    grids: Vec<Grid<D>>,
+    /// Of every shape whether the minimiser knows it: those of weight zero follow afterwards.
+    leads: Vec<bool>,
+    work: Option<WorkDir>,
+    /// The checkpoint that is there.
+    last: Option<State>,
+    count: usize,
+    /// Work of runs before this one.
+    before: f64,
+    begin: Instant,
+    kept: Instant,
+}
+
+impl<'a, const D: usize> Keeper<'a, D> {
+    /// Looks for a checkpoint of the same run: one that watches, and the deformations to go on from,
+    /// none without a checkpoint.
+    ///
+    /// # Errors
+    /// [`CliError::OtherWork`] for that of another run of the same name, and [`CliError`] for one that
+    /// cannot be read.
+    pub fn new(
+        watch: Watch<'a>,
+        place: Place<'a>,
+        grids: Vec<Grid<D>>,
+        leads: Vec<bool>,
+    ) -> Result<(Self, Vec<Field<f64, D, D>>), CliError> {
+        let now = Instant::now();
+        let mut keeper = Self {
+            watch,
+            place,
+            grids,
+            leads,
+            work: None,
+            last: None,
+            count: 0,
+            before: 0.0,
+            begin: now,
+            kept: now,
+        };
+        let mut known = Vec::new();
+        if WorkDir::exists(keeper.place.target) {
+            let work = keeper.place.fingerprint.work_dir(keeper.place.target)?;
+            if let Some(state) = work.get::<State>(STATE) {
+                let folder = work.file(&state.folder);
+                known = deformations(&folder, keeper.leads.len(), &keeper.grids)?;
+                keeper.before = state.seconds;
+                keeper.watch.note(format!(
+                    "going on from the checkpoint in '{}': {} nodes a side, energy {:.6e}, after {:.1} \
+                     minutes",
+                    work.path().display(),
+                    state.nodes.first().copied().unwrap_or(0),
+                    state.energy,
+                    state.seconds / 60.0
+                ));
+                keeper.count = 1 + number(&state.folder).unwrap_or(0);
+                keeper.last = Some(state);
+            }
+            keeper.work = Some(work);
+        }
+        Ok((keeper, known))
+    }
+
+    /// The course of the energy, and the folder of the checkpoints, if there are any, to be removed
+    /// when the result is written.
+    pub fn finish(self) -> (Vec<Course>, Option<WorkDir>) {
+        (self.watch.finish(), self.work)
+    }
+
+    /// Keeps a state, unless it is not that of all shapes.
+    fn keep(&mut self, iteration: &Iteration<'_>) -> Result<(), CliError> {
+        let n = self.leads.iter().filter(|leads| **leads).count();
+        let fits = |grid: &&Grid<D>| n * D * grid.n_nodes() == iteration.x.len();
+        let Some(&grid) = self.grids.iter().find(fits) else {
+            return Ok(());
+        };
+        if self.work.is_none() {
+            self.work = Some(self.place.fingerprint.work_dir(self.place.target)?);
+        }
+        let Some(work) = &self.work else {
+            return Ok(());
+        };
+        let folder = format!("deformations_{:03}", self.count);
+        // One that was not finished before the program came to its end.
+        remove(&work.file(&folder))?;
+        work.folder(&folder)?;
+        let mut led = iteration.x.chunks_exact(D * grid.n_nodes());
+        for (i, leads) in self.leads.iter().enumerate() {
+            let own = if *leads { led.next() } else { None };
+            let displacement = match own {
+                Some(u) => Field::from_vec(grid, u.to_vec())?,
+                None => Field::zeros(grid),
+            };
+            let path = work.file(&folder).join(numbered("deformation", i, "npy"));
+            write_field(&path, &deformation(&displacement), Precision::Double)?;
+        }
+        let state = State {
+            folder,
+            nodes: grid.nodes_per_axis().to_vec(),
+            energy: iteration.energy,
+            seconds: self.before + self.begin.elapsed().as_secs_f64(),
+        };
+        work.put(STATE, &state)?;
+        if let Some(old) = self.last.replace(state) {
+            remove(&work.file(&old.folder))?;
+        }
+        self.count += 1;
+        Ok(())
+    }
+}
+
+impl<const D: usize> Observer for Keeper<'_, D> {
+    fn level(&mut self, level: usize, n_levels: usize, dim: usize) {
+        self.watch.level(level, n_levels, dim);
+    }
+
+    fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
+        let due = Duration::from_secs_f64(60.0 * self.place.minutes);
+        if self.place.minutes > 0.0 && self.kept.elapsed() >= due {
+            // A run does not end because there is no room for what is of use only if it does.
+            if let Err(error) = self.keep(iteration) {
+                self.watch.note(format!("warning: no checkpoint: {error}"));
+            }
+            self.kept = Instant::now();
+        }
+        self.watch.iteration(iteration)
+    }
+
+    fn between(&mut self) -> Control {
+        self.watch.between()
+    }
+}
+
+fn remove(folder: &Path) -> Result<(), OutputError> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(OutputError::at(folder)(error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The number at the end of a folder's name.
+fn number(folder: &str) -> Option<usize> {
+    folder.rsplit('_').next()?.parse().ok()
+}
+
+/// The deformations of an earlier average of as many shapes, on one of these grids, as displacements.
+///
+/// # Errors
+/// [`CliError::NoResult`] where they are not there, or on another grid.
+pub(super) fn deformations<const D: usize>(
+    directory: &Path,
+    n_shapes: usize,
+    grids: &[Grid<D>],
+) -> Result<Vec<Field<f64, D, D>>, CliError> {
+    let unfit = |reason: String| CliError::NoResult {
+        path: directory.into(),
+        command: "average",
+        reason,
+    };
+    let there = |i: usize| directory.join(numbered("deformation", i, "npy")).is_file();
+    let mut found = 0;
+    while there(found) {
+        found += 1;
+    }
+    if found != n_shapes {
+        return Err(unfit(format!(
+            "it has {found} deformations, and there are {n_shapes} inputs"
+        )));
+    }
+    let fields = ResultFields {
+        directory,
+        unfit: |path, reason| CliError::NoResult {
+            path: path.into(),
+            command: "average",
+            reason,
+        },
+    };
+    let nodes = fields.nodes(&numbered("deformation", 0, "npy"))?;
+    let Some(grid) = grids.iter().find(|g| g.nodes_per_axis()[..] == nodes[..]) else {
+        let sides: Vec<String> = grids
+            .iter()
+            .map(|g| g.nodes_per_axis()[0].to_string())
+            .collect();
+        return Err(unfit(format!(
+            "its deformations are given at {nodes:?} nodes, which is none of the grids on the way to \
+             this one, of {} nodes a side",
+            sides.join(", ")
+        )));
+    };
+    let read = |i| fields.displacement(grid, "deformation", i);
+    (0..n_shapes).map(read).collect()
+}
+
+/// What is read of an earlier result.
+#[derive(Deserialize)]
+#[serde(bound = "")]
+struct Told<const D: usize> {
+    /// Shapes, or images that were averaged with their edges.
+    #[serde(alias = "images")]
+    input: Vec<ToldInput<D>>,
+}
+
+#[derive(Deserialize)]
+#[serde(bound = "")]
+struct ToldInput<const D: usize> {
+    frame: FrameTransform<D>,
+}
+
+/// Whether the inputs of an earlier average lay where these do, as far as it tells.
+fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) -> bool {
+    let Ok(text) = fs::read(directory.join("result.json")) else {
+        return true;
+    };
+    serde_json::from_slice::<Told<D>>(&text).is_ok_and(|told| {
+        let all = told.input.iter().zip(frames);
+        told.input.len() == frames.len() && all.into_iter().all(|(a, b)| a.frame.like(b))
+    })
+}
+
+/// The deformations that `--start` names, none without it.
+///
+/// # Errors
+/// Those of [`deformations`].
+pub(super) fn started<const D: usize>(
+    start: Option<&PathBuf>,
+    n_shapes: usize,
+    grids: &[Grid<D>],
+) -> Result<Vec<Field<f64, D, D>>, CliError> {
+    start.map_or(Ok(Vec::new()), |directory| {
+        deformations(directory, n_shapes, grids)
+    })
+}
+
+/// Says so where the average that `--start` names had its inputs elsewhere.
+pub(super) fn compare_places<const D: usize>(
+    start: Option<&PathBuf>,
+    frames: impl Iterator<Item = FrameTransform<D>>,
+    progress: &Progress,
+) {
+    let frames: Vec<_> = frames.collect();
+    if let Some(directory) = start.filter(|directory| !placed_alike(directory, &frames)) {
+        progress.note(format!(
+            "warning: the inputs of '{}' lay elsewhere in the box: its deformations fit badly",
+            directory.display()
+        ));
+    }
+}
