@@ -111,10 +111,9 @@ fn in_files(params: &AverageParams, folder: &std::path::Path) -> AverageParams {
 fn estimates_are_what_is_used() {
     let _alone = ALONE.lock();
     let params = AverageParams::default();
-    check::<3>(5, 33, &params);
-    check::<3>(2, 33, &params);
+    check::<3>(3, 33, &params);
     check::<2>(4, 129, &params);
-    check_seen::<3>(5, 33, true, &params);
+    check_seen::<3>(2, 33, true, &params);
     let descent = AverageParams {
         solver: Solver::Descent,
         max_iterations: 2,
@@ -144,8 +143,8 @@ fn files_save_memory_and_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let params = AverageParams::default();
     let spilled = in_files(&params, folder.path());
-    let (plain, _) = measured::<3>(5, 33, false, &params);
-    let same = check::<3>(5, 33, &spilled);
+    let (plain, _) = measured::<3>(3, 33, false, &params);
+    let same = check::<3>(3, 33, &spilled);
     assert!(plain.average == same.average && plain.displacements == same.displacements);
     assert_eq!(plain.energy, same.energy);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

@@ -13,6 +13,7 @@ use fe_grid::minimise::{Control, Iteration, Observer};
 use fe_grid::{Field, Grid};
 use serde::{Deserialize, Serialize};
 
+use crate::args::AverageArgs;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
 use crate::input::fit::FrameTransform;
@@ -37,13 +38,13 @@ struct State {
 }
 
 /// Where checkpoints of a run lie, and when they are made.
-pub(super) struct Place<'a> {
+struct Place<'a> {
     /// The output of the run.
-    pub target: &'a Path,
+    target: &'a Path,
     /// What it depends on.
-    pub fingerprint: Fingerprint,
+    fingerprint: Fingerprint,
     /// Minutes between two of them; never where there are none.
-    pub minutes: f64,
+    minutes: f64,
 }
 
 /// Watches a run and keeps its deformations now and then.
@@ -71,7 +72,7 @@ impl<'a, const D: usize> Keeper<'a, D> {
     /// # Errors
     /// [`CliError::OtherWork`] for that of another run of the same name, and [`CliError`] for one that
     /// cannot be read.
-    pub fn new(
+    fn new(
         watch: Watch<'a>,
         place: Place<'a>,
         grids: Vec<Grid<D>>,
@@ -201,7 +202,7 @@ fn number(folder: &str) -> Option<usize> {
 ///
 /// # Errors
 /// [`CliError::NoResult`] where they are not there, or on another grid.
-pub(super) fn deformations<const D: usize>(
+fn deformations<const D: usize>(
     directory: &Path,
     n_shapes: usize,
     grids: &[Grid<D>],
@@ -271,18 +272,29 @@ fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) 
     })
 }
 
-/// The deformations that `--start` names, none without it.
+/// One that watches a run, and the deformations that it begins with: those of its checkpoint, or else
+/// of the average that `--start` names, none without either.
 ///
 /// # Errors
-/// Those of [`deformations`].
-pub(super) fn started<const D: usize>(
-    start: Option<&PathBuf>,
-    n_shapes: usize,
-    grids: &[Grid<D>],
-) -> Result<Vec<Field<f64, D, D>>, CliError> {
-    start.map_or(Ok(Vec::new()), |directory| {
-        deformations(directory, n_shapes, grids)
-    })
+/// Those of [`Keeper::new`], and [`CliError::NoResult`] for a start that does not fit.
+pub(super) fn begin<'a, const D: usize>(
+    args: &'a AverageArgs,
+    fingerprint: Fingerprint,
+    grids: Vec<Grid<D>>,
+    leads: Vec<bool>,
+    watch: Watch<'a>,
+) -> Result<(Keeper<'a, D>, Vec<Field<f64, D, D>>), CliError> {
+    let started = match &args.start {
+        Some(directory) => deformations(directory, leads.len(), &grids)?,
+        None => Vec::new(),
+    };
+    let place = Place {
+        target: &args.common.output,
+        fingerprint,
+        minutes: args.checkpoint,
+    };
+    let (keeper, kept) = Keeper::new(watch, place, grids, leads)?;
+    Ok((keeper, if kept.is_empty() { started } else { kept }))
 }
 
 /// Says so where the average that `--start` names had its inputs elsewhere.

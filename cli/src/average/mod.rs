@@ -30,7 +30,7 @@ use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::shapes::{Input, SeenMask, prepare};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
-use checkpoint::{Keeper, Place, compare_places, started};
+use checkpoint::{begin, compare_places};
 use draw::{Draw, Pictures};
 use memory::provide;
 
@@ -104,16 +104,10 @@ where
     let n = plan.placed.images.len();
     let memory = provide(&mut params, n, !plan.views.is_empty(), grid, args, progress)?;
     let grids = grid.hierarchy(params.coarsest_nodes);
-    let started = started(args.start.as_ref(), n, &grids)?;
-    let place = Place {
-        target: output,
-        fingerprint: fingerprint(&parameters, &plan.placed.images, &plan.views),
-        minutes: args.checkpoint,
-    };
     let watch = Watch::new(progress, interrupt, level_nodes(&grids));
     let leads = parameters.weights.iter().map(|w| *w > 0.0).collect();
-    let (mut keeper, kept) = Keeper::new(watch, place, grids, leads)?;
-    let known = if kept.is_empty() { started } else { kept };
+    let fingerprint = fingerprint(&parameters, &plan.placed.images, &plan.views);
+    let (mut keeper, known) = begin(args, fingerprint, grids, leads, watch)?;
     let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, progress)?;
     compare_places(
         args.start.as_ref(),

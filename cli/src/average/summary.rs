@@ -60,6 +60,9 @@ fn write_lines<const D: usize>(
         certificate.words(),
         certificate.min_det
     )?;
+    if record.cancelled() {
+        writeln!(text, "  to go on     --start {}", target.display())?;
+    }
     writeln!(
         text,
         "  results      {}",

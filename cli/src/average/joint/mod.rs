@@ -11,7 +11,7 @@ use std::time::Instant;
 use fe_grid::ScalarField;
 use shape_average::joint::{JointParams, JointResult, joint_average_from};
 
-use super::checkpoint::{Keeper, Place, compare_places, started};
+use super::checkpoint::{begin, compare_places};
 use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
 use crate::output::ResultDir;
@@ -69,20 +69,14 @@ fn run_plan<const D: usize>(
     let grids = nodal[0]
         .grid()
         .hierarchy(params.segmentation.coarsest_nodes);
-    let started = started(args.start.as_ref(), nodal.len(), &grids)?;
     compare_places(
         args.start.as_ref(),
         images.iter().map(|i| i.frame),
         progress,
     );
-    let place = Place {
-        target: output,
-        fingerprint,
-        minutes: args.checkpoint,
-    };
     let watch = Watch::new(progress, interrupt, level_nodes(&grids));
-    let (mut keeper, kept) = Keeper::new(watch, place, grids, vec![true; nodal.len()])?;
-    let known = if kept.is_empty() { started } else { kept };
+    let leads = vec![true; nodal.len()];
+    let (mut keeper, known) = begin(args, fingerprint, grids, leads, watch)?;
     let result = joint_average_from(&nodal, &known, &params, &mut keeper)?;
     let (course, checkpoints) = keeper.finish();
     let outcome = Outcome {
