@@ -86,7 +86,7 @@ pub struct AverageArgs {
     #[arg(long, value_name = "N", conflicts_with_all = ["weights", "joint"],
           value_parser = clap::value_parser!(u32).range(2..=65))]
     pub sweep: Option<u32>,
-    /// The inputs are grey images of one size: their edges are found and averaged at the same time.
+    /// The inputs are grey images of about one size: their edges are found and averaged at the same time.
     #[arg(long)]
     pub joint: bool,
     /// With --joint: how edges and smoothness are weighed.

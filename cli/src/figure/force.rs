@@ -132,7 +132,9 @@ pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
             "At the average the stresses of all deformations balance: inside the object the divergence \
              of each vanishes, and on the boundary the tractions add up to zero. What is left on the \
              boundary, by the displacement that it would cause, relative to what the tractions of each \
-             would, falls with the spacing where the interface stays as wide; what is left inside (deeper \
+             would, falls with the spacing where the interface stays as wide. At no spacing does a larger \
+             weight help: the average is at its minimum whatever the weight, and the error of the grid, \
+             which is left, is multiplied by it. What is left inside (deeper \
              than {} of the greatest depth, as a share of all forces, smoothed over an interface width) \
              falls where the interface becomes thin beside the object. Length weight {LENGTH_WEIGHT}. The \
              picture shows, on the last average, the magnitude of the Cauchy stress of each shape, and \

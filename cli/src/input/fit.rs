@@ -11,7 +11,7 @@
 //! 3. Otherwise each object's bounding box is put into the middle ([`FrameRule::Centred`]).
 //!
 //! Grey images, of which nobody knows yet where the object is, are placed whole
-//! ([`whole_frame`], [`FrameRule::Whole`]).
+//! ([`whole_frame`], [`whole_frames`], [`FrameRule::Whole`]).
 //!
 //! Rules 2 and 3 use one scale for all images, so that relative sizes are kept: the longest side
 //! of the largest bounding box becomes `1 - 2 MARGIN`. Aspect and voxel spacing are kept always.
@@ -40,7 +40,7 @@ pub enum FrameRule {
     Shared,
     /// One scale for all images, each object in the middle.
     Centred,
-    /// The whole image in the middle of the box, its longer side being one.
+    /// The whole image in the middle of the box, in which the longest side of all is one.
     Whole,
 }
 
@@ -223,7 +223,38 @@ pub fn whole_frame<const D: usize>(
     image: &Image<D>,
     nodes: usize,
 ) -> Result<(FrameTransform<D>, Grid<D>), fe_grid::GridError> {
-    let lengths: [f64; D] = std::array::from_fn(|k| (image.size[k] - 1) as f64 * image.spacing[k]);
+    let (longest, grid) = whole_grid(lengths(image), nodes)?;
+    Ok((in_the_middle(image, longest, grid), grid))
+}
+
+/// The same for several images: a grid in which each has room, in one scale and each in its middle.
+///
+/// # Errors
+/// As [`whole_frame`].
+pub fn whole_frames<const D: usize>(
+    images: &[Image<D>],
+    nodes: usize,
+) -> Result<(Vec<FrameTransform<D>>, Grid<D>), fe_grid::GridError> {
+    let mut room = [0.0; D];
+    for image in images {
+        let own = lengths(image);
+        room = std::array::from_fn(|k| f64::max(room[k], own[k]));
+    }
+    let (longest, grid) = whole_grid(room, nodes)?;
+    let frame = |image| in_the_middle(image, longest, grid);
+    Ok((images.iter().map(frame).collect(), grid))
+}
+
+/// From the first to the last sample along each axis, in the units of the file.
+pub fn lengths<const D: usize>(image: &Image<D>) -> [f64; D] {
+    std::array::from_fn(|k| (image.size[k] - 1) as f64 * image.spacing[k])
+}
+
+/// The longest of some lengths, and a grid of so many nodes along it that can be made coarser.
+fn whole_grid<const D: usize>(
+    lengths: [f64; D],
+    nodes: usize,
+) -> Result<(f64, Grid<D>), fe_grid::GridError> {
     let longest = lengths.iter().fold(0.0, |a: f64, b| a.max(*b));
     let cells = nodes - 1;
     let part = (cells / COARSEST_CELLS[usize::from(D == 3)]).max(1);
@@ -232,18 +263,24 @@ pub fn whole_frame<const D: usize>(
         let needed = (length / longest * cells as f64 - 1e-6).max(1.0);
         (needed / part as f64).ceil() as usize * part + 1
     });
-    let grid = Grid::with_nodes(sides, 1.0 / cells as f64)?;
-    let extent = grid.extent();
-    let frame = FrameTransform {
+    Ok((longest, Grid::with_nodes(sides, 1.0 / cells as f64)?))
+}
+
+fn in_the_middle<const D: usize>(
+    image: &Image<D>,
+    longest: f64,
+    grid: Grid<D>,
+) -> FrameTransform<D> {
+    let (own, extent) = (lengths(image), grid.extent());
+    FrameTransform {
         scale: 1.0 / longest,
         spacing: image.spacing,
         origin: image.origin,
         offset: std::array::from_fn(|k| {
-            0.5 * (extent[k] - lengths[k] / longest) - image.origin[k] / longest
+            0.5 * (extent[k] - own[k] / longest) - image.origin[k] / longest
         }),
         rule: FrameRule::Whole,
-    };
-    Ok((frame, grid))
+    }
 }
 
 /// The values of an image at the nodes of a grid: means over the boxes of one spacing about them
@@ -426,6 +463,29 @@ pub(crate) mod tests {
             nodal_values(&image, &frame, grid).unwrap().as_slice(),
             image.values
         );
+    }
+
+    #[test]
+    fn whole_images_have_one_scale_and_one_middle() {
+        let images = [
+            block([41, 31], [1.0; 2], [5, 5], [24, 9]),
+            block([17, 16], [2.0, 2.5], [2, 2], [9, 9]),
+        ];
+        let (frames, grid) = whole_frames(&images, 65).unwrap();
+        // The longer of 40 and 32 along x, of 30 and 37.5 along y.
+        assert_eq!(frames[0].scale(), 1.0 / 40.0);
+        assert_eq!(frames[1].scale(), 1.0 / 40.0);
+        let middle = grid.extent().map(|side| 0.5 * side);
+        assert!(middle[1] >= 0.5 * 37.5 / 40.0);
+        for (frame, image) in frames.iter().zip(&images) {
+            let own = frame.to_unit(image.size.map(|n| 0.5 * (n - 1) as f64));
+            for k in 0..2 {
+                assert_relative_eq!(own[k], middle[k], epsilon = 1e-14);
+            }
+        }
+        let (frame, alone) = whole_frame(&images[0], 65).unwrap();
+        let (same, grid) = whole_frames(&images[..1], 65).unwrap();
+        assert_eq!((frame, alone), (same[0], grid));
     }
 
     #[test]

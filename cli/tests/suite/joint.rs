@@ -103,6 +103,30 @@ fn images_have_modes() {
     assert!(String::from_utf8_lossy(&run.stderr).contains("images"));
 }
 
+/// Images of other sizes are placed in one scale, the middle of each in that of the box.
+#[test]
+fn images_may_differ_a_little_in_size() {
+    let place = Place::new();
+    for (name, nodes, radius) in [("a.png", "33", ".24"), ("b.png", "41", ".193")] {
+        let disk = ["disk", "--radius", radius, "--grid", nodes];
+        draw(&place, name, &[&disk[..], &["--contrast", ".6"]].concat());
+    }
+    let joint = ["average", "--joint", "a.png", "b.png", "--grid", "33"];
+    succeeded(&place.run(&[&joint[..], &["-o", "out"]].concat()));
+    let results = Results::read(&place.path("out"));
+    let scale = |i: usize| results.number(&format!("/images/{i}/frame/scale"));
+    assert_eq!(scale(0), scale(1));
+    // The disks are as many samples wide, and lie on each other from the start.
+    let area = |name: &str| {
+        let (_, values) = results.array(name);
+        let middle = 0.5 * (values[0] + values[values.len() / 2]);
+        values.iter().filter(|v| **v > middle).count() as f64
+    };
+    let (first, second) = (area("smoothed_000.npy"), area("smoothed_001.npy"));
+    assert!((first / second - 1.0).abs() < 0.1, "{first} {second}");
+    assert!(results.number("/spread_before") < 0.05);
+}
+
 #[test]
 fn options_that_do_not_go_together_are_reported() {
     let place = Place::new();

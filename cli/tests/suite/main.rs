@@ -11,6 +11,7 @@ mod figure;
 mod generate;
 mod geodesic;
 mod joint;
+mod long_runs;
 mod pca;
 mod readme;
 mod real_data;

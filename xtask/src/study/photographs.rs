@@ -1,4 +1,5 @@
-//! Segmentation and averaging at the same time on photographs and radiographs, and slices of brains.
+//! Segmentation and averaging at the same time on photographs, radiographs, slices of brains, and MR
+//! volumes.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,7 @@ use fe_grid::{InverseDeformation, ScalarField};
 use levelset::{dice, signed_distance};
 use phasefield::segmentation::{SegmentationParams, Weights};
 use shape_average::joint::{JointParams, JointResult, joint_average, spread};
-use shapespace::input::fit::{nodal_values, whole_frame};
+use shapespace::input::fit::{nodal_values, whole_frames};
 use shapespace::input::{AnyImages, Image, LEVEL, ReadOptions, read_grey_images, read_images};
 
 use super::real::files;
@@ -17,7 +18,7 @@ use crate::table::{Table, checked};
 /// Weight of the edges of an image, beside a mismatch of weight one.
 const EDGES: f64 = 2.0;
 
-/// Images of one size.
+/// Images of about one size.
 struct Set {
     name: &'static str,
     /// The command as a person would type it.
@@ -39,6 +40,7 @@ pub fn section(data: &Path) -> Outcome<Section> {
         all.retain(|path| own(path) && !path.to_string_lossy().contains("p1-07"));
         Ok(all)
     };
+    let volumes = files(&data.join("hippocampus/mri"), ".nii.gz")?;
     let sets = [
         Set {
             name: "hands of the first person",
@@ -76,6 +78,15 @@ pub fn section(data: &Path) -> Outcome<Section> {
             smooth: 0.02,
             contrast: 0.2,
         },
+        Set {
+            name: "MR volumes of hippocampi",
+            typed: "data/hippocampus/mri/*.nii.gz --grid 33 --smooth .05",
+            truth: labels(data, &volumes),
+            images: volumes,
+            nodes: 33,
+            smooth: 0.05,
+            contrast: 0.2,
+        },
     ];
     let mut table = Table::new([
         "images",
@@ -88,77 +99,84 @@ pub fn section(data: &Path) -> Outcome<Section> {
         "seconds",
     ]);
     for set in &sets {
-        let (images, truths) = read(set)?;
-        let result = averaged(set, &images)?;
-        let before = spread(&result.images);
-        let after = spread(&result.pushed);
-        let overlaps = if truths.is_empty() {
-            [String::from("–"), String::from("–")]
-        } else {
-            let (before, after) = (
-                mean_overlap(&truths)?,
-                mean_overlap(&moved(&result, &truths))?,
-            );
-            [
-                format!("{before:.4}"),
-                checked(format!("{after:.4}"), after > before),
-            ]
-        };
-        let [overlap_before, overlap_after] = overlaps;
-        table.row([
-            format!("{} {}", images.len(), set.name),
-            format!("`{}`", set.typed),
-            format!("{before:.4}"),
-            checked(format!("{after:.4}"), after < before),
-            overlap_before,
-            overlap_after,
-            checked(
-                format!("{:.3}", result.certificate.min_det),
-                result.certificate.certified,
-            ),
-            format!("{:.0}", result.seconds),
-        ]);
+        table.row(match read_grey_images(&set.images)?.0 {
+            AnyImages::D2(images) => row(set, &images, |images| match images {
+                AnyImages::D2(images) => Some(images),
+                AnyImages::D3(_) => None,
+            })?,
+            AnyImages::D3(images) => row(set, &images, |images| match images {
+                AnyImages::D2(_) => None,
+                AnyImages::D3(images) => Some(images),
+            })?,
+        });
     }
     Ok(Section {
-        title: "Photographs, radiographs and slices of brains",
-        text: "Real images of one size, segmented and averaged jointly over the whole box. Images differ \
-               by the root of their variance about the mean, of smoothed images as they are and brought \
-               onto each other by the deformations. Of hands it is known which pixels they cover: \
-               masks that no computation has seen are moved by the same deformations, and their \
+        title: "Photographs, radiographs, slices of brains and MR volumes",
+        text: "Real images of about one size, segmented and averaged jointly over the whole box. Images \
+               differ by the root of their variance about the mean, of smoothed images as they are and \
+               brought onto each other by the deformations. Of hands and hippocampi it is known where \
+               they are: masks that no computation has seen are moved by the same deformations, and their \
                overlap is the mean Dice of all pairs. Figures that are worse than without a \
                deformation, and deformations that fold, are marked.",
         table,
     })
 }
 
-/// Images and signed distances of their truths on the grid.
-type Read = (Vec<ScalarField<f64, 2>>, Vec<ScalarField<f64, 2>>);
-
-fn flat(images: AnyImages) -> Outcome<Vec<Image<2>>> {
-    match images {
-        AnyImages::D2(images) => Ok(images),
-        AnyImages::D3(_) => Err("a picture is a volume".into()),
-    }
+/// Labels of the same names as volumes.
+fn labels(data: &Path, volumes: &[PathBuf]) -> Vec<PathBuf> {
+    let folder = data.join("hippocampus/labels");
+    let names = volumes.iter().filter_map(|path| path.file_name());
+    names.map(|name| folder.join(name)).collect()
 }
 
-fn read(set: &Set) -> Outcome<Read> {
-    let images = flat(read_grey_images(&set.images)?.0)?;
-    let (frame, grid) = whole_frame(&images[0], set.nodes)?;
-    let nodal: Result<Vec<_>, _> = images
-        .iter()
-        .map(|image| nodal_values(image, &frame, grid))
-        .collect();
-    let mut truths = Vec::new();
-    if !set.truth.is_empty() {
-        for mask in flat(read_images(&set.truth, &ReadOptions::default())?)? {
-            let mask = nodal_values(&mask, &frame, grid)?;
-            truths.push(signed_distance(&mask, LEVEL)?);
-        }
-    }
-    Ok((nodal?, truths))
+/// What is found out about a set.
+fn row<const D: usize>(
+    set: &Set,
+    images: &[Image<D>],
+    of_dimension: impl Fn(AnyImages) -> Option<Vec<Image<D>>>,
+) -> Outcome<[String; 8]> {
+    let (frames, grid) = whole_frames(images, set.nodes)?;
+    let on_grid = |images: &[Image<D>]| -> Outcome<Vec<ScalarField<f64, D>>> {
+        let both = images.iter().zip(&frames);
+        let nodal: Result<Vec<_>, _> = both
+            .map(|(i, frame)| nodal_values(i, frame, grid))
+            .collect();
+        Ok(nodal?)
+    };
+    let result = averaged(set, &on_grid(images)?)?;
+    let (before, after) = (spread(&result.images), spread(&result.pushed));
+    let [overlap_before, overlap_after] = if set.truth.is_empty() {
+        [String::from("–"), String::from("–")]
+    } else {
+        let masks = of_dimension(read_images(&set.truth, &ReadOptions::default())?);
+        let masks = on_grid(&masks.ok_or("masks of another dimension")?)?;
+        let truths: Result<Vec<_>, _> = masks.iter().map(|m| signed_distance(m, LEVEL)).collect();
+        let truths = truths?;
+        let (before, after) = (
+            mean_overlap(&truths)?,
+            mean_overlap(&moved(&result, &truths))?,
+        );
+        [
+            format!("{before:.4}"),
+            checked(format!("{after:.4}"), after > before),
+        ]
+    };
+    Ok([
+        format!("{} {}", images.len(), set.name),
+        format!("`{}`", set.typed),
+        format!("{before:.4}"),
+        checked(format!("{after:.4}"), after < before),
+        overlap_before,
+        overlap_after,
+        checked(
+            format!("{:.3}", result.certificate.min_det),
+            result.certificate.certified,
+        ),
+        format!("{:.0}", result.seconds),
+    ])
 }
 
-fn averaged(set: &Set, images: &[ScalarField<f64, 2>]) -> Outcome<JointResult<2>> {
+fn averaged<const D: usize>(set: &Set, images: &[ScalarField<f64, D>]) -> Outcome<JointResult<D>> {
     let usual = JointParams::default();
     let params = JointParams {
         segmentation: SegmentationParams {
@@ -171,7 +189,10 @@ fn averaged(set: &Set, images: &[ScalarField<f64, 2>]) -> Outcome<JointResult<2>
 }
 
 /// Masks where the deformations of their images bring them.
-fn moved(result: &JointResult<2>, truths: &[ScalarField<f64, 2>]) -> Vec<ScalarField<f64, 2>> {
+fn moved<const D: usize>(
+    result: &JointResult<D>,
+    truths: &[ScalarField<f64, D>],
+) -> Vec<ScalarField<f64, D>> {
     let both = truths.iter().zip(&result.displacements);
     let outside = -1.0;
     both.map(|(truth, u)| InverseDeformation::new(u).push_forward(truth, outside))
@@ -179,7 +200,7 @@ fn moved(result: &JointResult<2>, truths: &[ScalarField<f64, 2>]) -> Vec<ScalarF
 }
 
 /// The mean Dice overlap of all pairs.
-fn mean_overlap(shapes: &[ScalarField<f64, 2>]) -> Outcome<f64> {
+fn mean_overlap<const D: usize>(shapes: &[ScalarField<f64, D>]) -> Outcome<f64> {
     let mut overlaps = Vec::new();
     for (i, a) in shapes.iter().enumerate() {
         for b in &shapes[i + 1..] {

@@ -14,7 +14,7 @@ use crate::average::fingerprint;
 use crate::average::plan::boundary_condition;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
-use crate::input::fit::{FrameTransform, nodal_values, whole_frame};
+use crate::input::fit::{FrameTransform, lengths, nodal_values, whole_frames};
 use crate::input::{AnyImages, GreyRange, Image, read_grey_images};
 use crate::options::Align;
 use crate::output::ResultDir;
@@ -23,6 +23,9 @@ use crate::shapes::labels;
 /// Weight of the length of an image's edges, as a share of the mismatch weight: with less, images that
 /// are unlike lose what is their own (docs/study/joint.md).
 const EDGE_WEIGHT: f64 = 2.0;
+
+/// How many times as long as the first image others may be, or it as they are, along every axis.
+const ALIKE: f64 = 1.5;
 
 /// All parameters of a joint average, with nothing left to choose.
 #[derive(Clone, Debug, Serialize)]
@@ -118,22 +121,27 @@ fn plan<const D: usize>(
     args: &AverageArgs,
 ) -> Result<JointPlan<D>, CliError> {
     let first = &images[0];
-    let alike = |image: &Image<D>| image.size == first.size && image.spacing == first.spacing;
+    let room = lengths(first);
+    let alike = |image: &Image<D>| {
+        let own = lengths(image);
+        (0..D).all(|k| own[k] <= ALIKE * room[k] && room[k] <= ALIKE * own[k])
+    };
     if let Some(other) = images.iter().find(|image| !alike(image)) {
         return Err(CliError::Option {
             option: "--joint",
             value: other.path.display().to_string(),
             remedy: format!(
-                "all images need the size and the spacing of '{}'",
+                "all images need about the extent of '{}', in the units of their files",
                 first.path.display()
             ),
         });
     }
     let nodes = args.common.nodes::<D>()?;
-    let (frame, grid) = whole_frame(first, nodes)?;
+    let (frames, grid) = whole_frames(images, nodes)?;
     let nodal: Result<Vec<_>, _> = images
         .iter()
-        .map(|image| nodal_values(image, &frame, grid))
+        .zip(&frames)
+        .map(|(image, frame)| nodal_values(image, frame, grid))
         .collect();
     let smooth = args.scales.length(grid.spacing());
     let params = params::<D>(args, smooth)?;
@@ -156,10 +164,10 @@ fn plan<const D: usize>(
         start: args.start.clone(),
     };
     let names = labels(&images.iter().map(|i| i.path.as_path()).collect::<Vec<_>>());
-    let (read, images) = (images, images.iter().zip(names).zip(ranges));
+    let (read, images) = (images, images.iter().zip(names).zip(ranges).zip(frames));
     Ok(JointPlan {
         images: images
-            .map(|((image, name), range)| PlacedImage {
+            .map(|(((image, name), range), frame)| PlacedImage {
                 path: image.path.display().to_string(),
                 name,
                 size: image.size,
