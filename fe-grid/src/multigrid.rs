@@ -21,6 +21,14 @@ use std::sync::Arc;
 pub trait CoefficientLaw<const D: usize, const M: usize>: CellLaw<D, M> + Clone {
     /// Makes the coefficients of a coarse cell from the means over its children.
     fn coarsen(&self, means: &mut [f64; MAX_CELL_DATA]);
+
+    /// A number that the spectrum of the operator preconditioned by its block diagonal does not
+    /// exceed, from the coefficients of all cells; none where it has to be estimated. An estimate too
+    /// low makes the cycle indefinite, as where a coefficient nearly vanishes in a few cells.
+    fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Vec<T>]) -> Option<f64> {
+        let _ = (spacing, cells);
+        None
+    }
 }
 
 /// Parameters of the cycle.
@@ -275,8 +283,10 @@ where
         let mut bound = None;
         for level in levels.iter_mut().rev() {
             level.invert_blocks()?;
-            level.spectral_bound = match bound {
-                Some(bound) if level.n_unknowns() > SPECTRUM_UNKNOWNS => bound,
+            let known = level.law.spectral_bound(level.grid.spacing(), &level.cells);
+            level.spectral_bound = match (known, bound) {
+                (Some(known), _) => known,
+                (None, Some(bound)) if level.n_unknowns() > SPECTRUM_UNKNOWNS => bound,
                 _ => level.estimate_spectrum(),
             };
             bound = Some(level.spectral_bound);

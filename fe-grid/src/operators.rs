@@ -1,9 +1,9 @@
 //! Mass and stiffness operators as quadratic laws: `1/2 (m u^2 + s |grad u|^2)`, component by
 //! component, so that the Hessian action is `M[m] + L[s]`.
 
-use crate::Lane;
 use crate::engine::{CellLaw, Jet, MAX_CELL_DATA, Point, Reads};
 use crate::multigrid::CoefficientLaw;
+use crate::{Element, Lane};
 
 /// Constant coefficients. [`UniformOperator`](crate::UniformOperator) applies `m M + s L` many
 /// times faster than the cell engine.
@@ -93,4 +93,30 @@ quadratic_law!(WeightedMassStiffness, 2, |_law, point| (
 
 impl<const D: usize, const M: usize> CoefficientLaw<D, M> for WeightedMassStiffness {
     fn coarsen(&self, _means: &mut [f64; MAX_CELL_DATA]) {}
+
+    /// That of the worst cell by itself: `x . A x` and `x . diag(A) x` are sums over cells. The
+    /// eigenvectors of a cell's matrices of mass and of stiffness are the same, products of the
+    /// constant and the alternating one along each axis.
+    fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Vec<T>]) -> Option<f64> {
+        let area = spacing * spacing;
+        let third = 1.0f64 / 3.0;
+        let diagonal = [third.powi(D as i32), D as f64 * third.powi(D as i32 - 1)];
+        let eigenvalues = |alternating: usize| {
+            let constant = 0.5f64.powi((D - alternating) as i32);
+            let mass = constant / 6.0f64.powi(alternating as i32);
+            [mass, 12.0 * alternating as f64 * mass]
+        };
+        let mut bound: f64 = 0.0;
+        for (mass, stiffness) in cells.first()?.iter().zip(cells.get(1)?) {
+            let of = |unit: [f64; 2]| area * mass.to_f64() * unit[0] + stiffness.to_f64() * unit[1];
+            for alternating in 0..=D {
+                // A cell without coefficients adds nothing to either sum.
+                let ratio = of(eigenvalues(alternating)) / of(diagonal);
+                if ratio.is_finite() {
+                    bound = bound.max(ratio);
+                }
+            }
+        }
+        (bound > 0.0).then_some(bound)
+    }
 }

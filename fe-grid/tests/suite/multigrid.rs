@@ -1,7 +1,7 @@
 //! Multigrid with coefficients that jump: symmetric, and as good on fine grids as on coarse.
 
 use crate::support::noise;
-use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::multigrid::{CoefficientLaw, Multigrid, MultigridParams};
 use fe_grid::operators::WeightedMassStiffness;
 use fe_grid::{CgParams, CgScratch, Element, Grid, LinearOperator, conjugate_gradient};
 
@@ -94,4 +94,100 @@ fn cycle_is_symmetric_and_definite() {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     assert!((dot(&px, &y) - dot(&x, &py)).abs() < 1e-10 * dot(&px, &x));
     assert!(dot(&px, &x) > 0.0);
+}
+
+/// Coefficients of many sizes, side by side: no vector has more energy than the bound allows, and where
+/// all cells are alike one has as much.
+fn check_bound<const D: usize>(n: usize) {
+    let grid = Grid::<D>::cube(n);
+    let wild = |seed: u64| -> Vec<f64> {
+        let exponents = noise(grid.n_cells(), seed);
+        exponents.iter().map(|e| 10f64.powf(4.0 * e)).collect()
+    };
+    let uniform = |value: f64| vec![value; grid.n_cells()];
+    let alternating: Vec<f64> = (0..grid.n_nodes())
+        .map(|i| {
+            let odd = grid.node(i).iter().sum::<usize>() % 2;
+            1.0 - 2.0 * odd as f64
+        })
+        .collect();
+    let constant = vec![1.0; grid.n_nodes()];
+    let quotients = |cells: &Vec<Vec<f64>>| -> Vec<f64> {
+        let params = MultigridParams::default();
+        let law = WeightedMassStiffness;
+        let cycle = Multigrid::<f64, _, D, 1>::new(grid, &law, cells.clone(), params).unwrap();
+        let apply = |x: &[f64]| {
+            let mut y = vec![0.0; x.len()];
+            cycle.operator_into(x, &mut y);
+            y
+        };
+        let diagonal: Vec<f64> = (0..grid.n_nodes())
+            .map(|i| {
+                let mut unit = vec![0.0; grid.n_nodes()];
+                unit[i] = 1.0;
+                apply(&unit)[i]
+            })
+            .collect();
+        let mut vectors: Vec<Vec<f64>> = (0..20).map(|seed| noise(grid.n_nodes(), seed)).collect();
+        vectors.extend([alternating.clone(), constant.clone()]);
+        let quotient = |x: &Vec<f64>| {
+            let energy: f64 = apply(x).iter().zip(x).map(|(a, b)| a * b).sum();
+            let of_diagonal: f64 = diagonal.iter().zip(x).map(|(d, x)| d * x * x).sum();
+            energy / of_diagonal
+        };
+        vectors.iter().map(quotient).collect()
+    };
+    let bound = |cells: &Vec<Vec<f64>>| {
+        let law = WeightedMassStiffness;
+        CoefficientLaw::<D, 1>::spectral_bound(&law, grid.spacing(), cells).unwrap()
+    };
+    for seed in 0..5 {
+        let cells = vec![wild(seed), wild(seed + 100)];
+        let (found, bound) = (quotients(&cells), bound(&cells));
+        // Up to rounding.
+        let largest = bound * (1.0 + 1e-12);
+        assert!(found.iter().all(|q| *q <= largest), "{found:?} {bound}");
+    }
+    // Mass alone: a constant has (3/2)^D times the energy of its values by themselves.
+    let cells = vec![uniform(2.0), uniform(0.0)];
+    let mass = 1.5f64.powi(D as i32);
+    let largest = quotients(&cells).into_iter().fold(0.0, f64::max);
+    assert!((bound(&cells) - mass).abs() < 1e-12 && (largest - mass).abs() < 1e-12);
+    // Stiffness alone: 3/2 of what alternates along one axis, in two dimensions and more.
+    let cells = vec![uniform(0.0), uniform(3.0)];
+    assert!((bound(&cells) - 1.5).abs() < 1e-12);
+}
+
+#[test]
+fn spectra_stay_below_their_bounds() {
+    check_bound::<2>(9);
+    check_bound::<3>(5);
+}
+
+/// Where stiffness vanishes in a part only, the coarse levels do not see how wide the spectrum of the
+/// fine one is: the cycle has to stay definite on what alternates there.
+#[test]
+fn a_cycle_is_definite_where_stiffness_vanishes_in_a_part() {
+    let grid = Grid::<3>::cube(17);
+    let inside = |cell: usize| grid.cell(cell).iter().all(|i| (5..9).contains(i));
+    let stiffness = (0..grid.n_cells())
+        .map(|cell| if inside(cell) { 1e-9 } else { 1.0 })
+        .collect();
+    let cells: Vec<Vec<f64>> = vec![vec![10.0; grid.n_cells()], stiffness];
+    let params = MultigridParams::default();
+    let law = WeightedMassStiffness;
+    let cycle = Multigrid::<f64, _, 3, 1>::new(grid, &law, cells, params).unwrap();
+    for seed in 0..10 {
+        let weights = noise(grid.n_nodes(), seed);
+        let r: Vec<f64> = (0..grid.n_nodes())
+            .map(|i| {
+                let near = grid.node(i).iter().all(|k| (6..9).contains(k));
+                if near { 1.0 + 0.2 * weights[i] } else { 0.0 }
+            })
+            .collect();
+        let mut z = vec![0.0; r.len()];
+        cycle.apply_into(&r, &mut z);
+        let product: f64 = r.iter().zip(&z).map(|(a, b)| a * b).sum();
+        assert!(product > 0.0, "{product}");
+    }
 }

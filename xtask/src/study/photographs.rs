@@ -1,5 +1,4 @@
-//! Segmentation and averaging at the same time on photographs, radiographs, slices of brains, and MR
-//! volumes.
+//! Segmentation and averaging at the same time on photographs and radiographs, and slices of brains.
 
 use std::path::{Path, PathBuf};
 
@@ -40,7 +39,6 @@ pub fn section(data: &Path) -> Outcome<Section> {
         all.retain(|path| own(path) && !path.to_string_lossy().contains("p1-07"));
         Ok(all)
     };
-    let volumes = files(&data.join("hippocampus/mri"), ".nii.gz")?;
     let sets = [
         Set {
             name: "hands of the first person",
@@ -78,15 +76,6 @@ pub fn section(data: &Path) -> Outcome<Section> {
             smooth: 0.02,
             contrast: 0.2,
         },
-        Set {
-            name: "MR volumes of hippocampi",
-            typed: "data/hippocampus/mri/*.nii.gz --grid 33 --smooth .05",
-            truth: labels(data, &volumes),
-            images: volumes,
-            nodes: 33,
-            smooth: 0.05,
-            contrast: 0.2,
-        },
     ];
     let mut table = Table::new([
         "images",
@@ -111,22 +100,15 @@ pub fn section(data: &Path) -> Outcome<Section> {
         });
     }
     Ok(Section {
-        title: "Photographs, radiographs, slices of brains and MR volumes",
-        text: "Real images of about one size, segmented and averaged jointly over the whole box. Images \
-               differ by the root of their variance about the mean, of smoothed images as they are and \
-               brought onto each other by the deformations. Of hands and hippocampi it is known where \
-               they are: masks that no computation has seen are moved by the same deformations, and their \
+        title: "Photographs, radiographs and slices of brains",
+        text: "Real images of one size, segmented and averaged jointly over the whole box. Images differ \
+               by the root of their variance about the mean, of smoothed images as they are and brought \
+               onto each other by the deformations. Of hands it is known which pixels they cover: \
+               masks that no computation has seen are moved by the same deformations, and their \
                overlap is the mean Dice of all pairs. Figures that are worse than without a \
                deformation, and deformations that fold, are marked.",
         table,
     })
-}
-
-/// Labels of the same names as volumes.
-fn labels(data: &Path, volumes: &[PathBuf]) -> Vec<PathBuf> {
-    let folder = data.join("hippocampus/labels");
-    let names = volumes.iter().filter_map(|path| path.file_name());
-    names.map(|name| folder.join(name)).collect()
 }
 
 /// What is found out about a set.
