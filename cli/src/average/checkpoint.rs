@@ -7,7 +7,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use fe_grid::minimise::{Control, Iteration, Observer};
 use fe_grid::{Field, Grid};
@@ -168,8 +168,8 @@ impl<const D: usize> Observer for Keeper<'_, D> {
     }
 
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
-        let due = Duration::from_secs_f64(60.0 * self.place.minutes);
-        if self.place.minutes > 0.0 && self.kept.elapsed() >= due {
+        let due = 60.0 * self.place.minutes;
+        if due > 0.0 && self.kept.elapsed().as_secs_f64() >= due {
             // A run does not end because there is no room for what is of use only if it does.
             if let Err(error) = self.keep(iteration) {
                 self.watch.note(format!("warning: no checkpoint: {error}"));
