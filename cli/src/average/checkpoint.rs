@@ -207,8 +207,8 @@ fn deformations<const D: usize>(
     n_shapes: usize,
     grids: &[Grid<D>],
 ) -> Result<Vec<Field<f64, D, D>>, CliError> {
-    let unfit = |reason: String| CliError::NoResult {
-        path: directory.into(),
+    let unfit = |path: &Path, reason: String| CliError::NoResult {
+        path: path.into(),
         command: "average",
         reason,
     };
@@ -218,29 +218,22 @@ fn deformations<const D: usize>(
         found += 1;
     }
     if found != n_shapes {
-        return Err(unfit(format!(
-            "it has {found} deformations, and there are {n_shapes} inputs"
-        )));
+        let reason = format!("it has {found} deformations, and there are {n_shapes} inputs");
+        return Err(unfit(directory, reason));
     }
-    let fields = ResultFields {
-        directory,
-        unfit: |path, reason| CliError::NoResult {
-            path: path.into(),
-            command: "average",
-            reason,
-        },
-    };
+    let fields = ResultFields { directory, unfit };
     let nodes = fields.nodes(&numbered("deformation", 0, "npy"))?;
     let Some(grid) = grids.iter().find(|g| g.nodes_per_axis()[..] == nodes[..]) else {
         let sides: Vec<String> = grids
             .iter()
             .map(|g| g.nodes_per_axis()[0].to_string())
             .collect();
-        return Err(unfit(format!(
+        let reason = format!(
             "its deformations are given at {nodes:?} nodes, which is none of the grids on the way to \
              this one, of {} nodes a side",
             sides.join(", ")
-        )));
+        );
+        return Err(unfit(directory, reason));
     };
     let read = |i| fields.displacement(grid, "deformation", i);
     (0..n_shapes).map(read).collect()

@@ -1,9 +1,9 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
 //! `plan` reads and checks, `memory` sees to it that there is room, `checkpoint` has what a run goes on
-//! from, `record` and `write` make the
-//! result directory, `draw` its picture, `summary` the closing words. `sweep` averages with many
-//! weights, `views` has what was seen of the masks, `joint` images instead of masks.
+//! from, `record` and `write` make the result directory, `draw` its picture, `summary` the closing
+//! words. `sweep` averages with many weights, `views` has what was seen of the masks, `joint` images
+//! instead of masks.
 
 mod checkpoint;
 mod draw;
