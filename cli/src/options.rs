@@ -104,8 +104,8 @@ impl CommonArgs {
         let spec = LawSpec {
             law: self.law,
             moduli: LameModuli {
-                bulk_lambda: self.lambda,
-                shear_modulus: self.mu,
+                lambda: self.lambda,
+                mu: self.mu,
             },
         };
         spec.visit::<D, _>(Nothing).map_err(|error| CliError::Law {

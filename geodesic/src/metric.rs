@@ -87,7 +87,7 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
         let law = chi.mul_add(L::one() - delta, delta);
         let stiffened = (law * compression.max(L::zero())).scale(0.5);
         let held = self.barrier.curvature(det) * square;
-        let moduli = self.moduli.bulk_lambda + 2.0 * self.moduli.shear_modulus;
+        let moduli = self.moduli.lambda + 2.0 * self.moduli.mu;
         out[0] = (chi.mul_add(L::one() - void, void) + stiffened).scale(self.stiffness)
             + held.scale(1.0 / moduli);
         for i in 0..D {

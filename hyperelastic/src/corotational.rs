@@ -137,8 +137,8 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
         // k R sigma(R^T B) = (kR) sigma((kR)^T B) / k
         let turned = tensor::transposed_product(&scaled, &direction.gradient);
         let inverse = L::one() / stiffness;
-        let pressure = tensor::trace(&turned) * inverse.scale(self.moduli.bulk_lambda);
-        let shear = inverse.scale(self.moduli.shear_modulus);
+        let pressure = tensor::trace(&turned) * inverse.scale(self.moduli.lambda);
+        let shear = inverse.scale(self.moduli.mu);
         let mut stress = tensor::zero::<L, D>();
         for i in 0..D {
             for k in 0..D {

@@ -20,8 +20,8 @@ impl ViscousDissipation {
         let strain_rate = tensor::symmetric_part(velocity_gradient);
         let trace = tensor::trace(&strain_rate);
         (trace * trace).mul_add(
-            L::splat(0.5 * self.moduli.bulk_lambda),
-            tensor::contract(&strain_rate, &strain_rate).scale(self.moduli.shear_modulus),
+            L::splat(0.5 * self.moduli.lambda),
+            tensor::contract(&strain_rate, &strain_rate).scale(self.moduli.mu),
         )
     }
 
@@ -32,10 +32,10 @@ impl ViscousDissipation {
         velocity_gradient: &Tensor<L, D>,
     ) -> Tensor<L, D> {
         let strain_rate = tensor::symmetric_part(velocity_gradient);
-        let pressure = tensor::trace(&strain_rate).scale(self.moduli.bulk_lambda);
+        let pressure = tensor::trace(&strain_rate).scale(self.moduli.lambda);
         tensor::scale_add(
             &strain_rate,
-            L::splat(2.0 * self.moduli.shear_modulus),
+            L::splat(2.0 * self.moduli.mu),
             &tensor::diagonal(pressure),
         )
     }

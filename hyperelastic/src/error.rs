@@ -6,14 +6,14 @@
 pub enum LawError {
     /// The Lamé moduli are not those of a stable solid.
     #[error(
-        "the moduli lambda = {bulk_lambda}, mu = {shear_modulus} are not usable: lambda must be \
+        "the moduli lambda = {lambda}, mu = {mu} are not usable: lambda must be \
          finite and not negative, mu finite and positive"
     )]
     Moduli {
         /// First Lamé modulus given.
-        bulk_lambda: f64,
+        lambda: f64,
         /// Shear modulus given.
-        shear_modulus: f64,
+        mu: f64,
     },
     /// A parameter of a law is outside its range.
     #[error("{law}: the parameter {parameter} = {value} must be {expected}")]
@@ -29,7 +29,7 @@ pub enum LawError {
     },
     /// The first Lamé modulus lies below what the law can reach.
     #[error(
-        "{law}: lambda = {bulk_lambda} is below the bound {bound} that holds when the share \
+        "{law}: lambda = {lambda} is below the bound {bound} that holds when the share \
          {norm_share} of the shear modulus comes from the |A|^p term; raise lambda, lower mu, or \
          choose other exponents or another share"
     )]
@@ -37,7 +37,7 @@ pub enum LawError {
         /// The law.
         law: &'static str,
         /// First Lamé modulus given.
-        bulk_lambda: f64,
+        lambda: f64,
         /// The smallest that this share allows.
         bound: f64,
         /// Share of the shear modulus carried by the `|A|^p` term.

@@ -195,11 +195,11 @@ pub(crate) fn lame_moduli<const D: usize>(
     let d = D as f64;
     let cofactor_shear = if D == 2 { slopes.cofactor } else { 0.0 };
     LameModuli {
-        bulk_lambda: 4.0 * curvatures.norm
+        lambda: 4.0 * curvatures.norm
             + 4.0 * (d - 1.0).powi(2) * curvatures.cofactor
             + 4.0 * (d - 2.0) * slopes.cofactor
             + curvatures.volume
             + slopes.volume,
-        shear_modulus: slopes.norm + cofactor_shear - 0.5 * slopes.volume,
+        mu: slopes.norm + cofactor_shear - 0.5 * slopes.volume,
     }
 }

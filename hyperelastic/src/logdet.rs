@@ -39,21 +39,13 @@ impl<const D: usize> LogDet<D> {
     /// # Errors
     /// [`LawError::Moduli`] where they are not usable.
     pub fn new(moduli: LameModuli) -> Result<Self, LawError> {
-        let LameModuli {
-            bulk_lambda,
-            shear_modulus,
-        } = moduli.checked()?;
+        let LameModuli { lambda, mu } = moduli.checked()?;
         Ok(Self {
             moduli,
             terms: Isotropic {
-                norm: SquaredNorm {
-                    slope: 0.5 * shear_modulus,
-                },
+                norm: SquaredNorm { slope: 0.5 * mu },
                 cofactor: Absent,
-                volume: LogVolume {
-                    bulk_lambda,
-                    shear_modulus,
-                },
+                volume: LogVolume { lambda, mu },
             },
         })
     }
@@ -82,11 +74,7 @@ impl<const D: usize> StoredEnergy<D> for LogDet<D> {
     fn hypotheses(&self) -> Hypotheses {
         let growth = Growth {
             norm: 2.0,
-            expansion: if self.moduli.bulk_lambda > 0.0 {
-                2.0
-            } else {
-                0.0
-            },
+            expansion: if self.moduli.lambda > 0.0 { 2.0 } else { 0.0 },
             ..Growth::default()
         };
         Hypotheses::of_polyconvex(D, growth)

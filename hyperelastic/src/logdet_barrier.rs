@@ -30,7 +30,7 @@ impl<const D: usize> LogDetBarrier<D> {
     /// # Errors
     /// [`LawError::Moduli`] where they are not usable.
     pub fn new(moduli: LameModuli) -> Result<Self, LawError> {
-        let weight = moduli.bulk_lambda / (4.0 * Self::DEFAULT_EXPONENT);
+        let weight = moduli.lambda / (4.0 * Self::DEFAULT_EXPONENT);
         Self::with_barrier(moduli, weight, Self::DEFAULT_EXPONENT)
     }
 
@@ -40,12 +40,9 @@ impl<const D: usize> LogDetBarrier<D> {
     /// [`LawError::Moduli`] where the moduli are not usable, [`LawError::Parameter`] unless
     /// `p >= 1` and `0 <= b <= lambda / (2 p)`.
     pub fn with_barrier(moduli: LameModuli, weight: f64, exponent: f64) -> Result<Self, LawError> {
-        let LameModuli {
-            bulk_lambda,
-            shear_modulus,
-        } = moduli.checked()?;
+        let LameModuli { lambda, mu } = moduli.checked()?;
         require(exponent >= 1.0, NAME, "exponent", exponent, "at least 1")?;
-        let remaining_lambda = bulk_lambda - 2.0 * exponent * weight;
+        let remaining_lambda = lambda - 2.0 * exponent * weight;
         require(
             weight >= 0.0 && remaining_lambda >= 0.0,
             NAME,
@@ -56,14 +53,12 @@ impl<const D: usize> LogDetBarrier<D> {
         Ok(Self {
             moduli,
             terms: Isotropic {
-                norm: SquaredNorm {
-                    slope: 0.5 * shear_modulus,
-                },
+                norm: SquaredNorm { slope: 0.5 * mu },
                 cofactor: Absent,
                 volume: BarrierVolume {
                     logarithmic: LogVolume {
-                        bulk_lambda: remaining_lambda,
-                        shear_modulus,
+                        lambda: remaining_lambda,
+                        mu,
                     },
                     weight,
                     exponent,
@@ -100,7 +95,7 @@ impl<const D: usize> StoredEnergy<D> for LogDetBarrier<D> {
         } else {
             0.0
         };
-        let square = if volume.logarithmic.bulk_lambda > 0.0 {
+        let square = if volume.logarithmic.lambda > 0.0 {
             2.0
         } else {
             0.0

@@ -3,29 +3,25 @@
 use crate::LawError;
 use serde::{Deserialize, Serialize};
 
-/// Lamé moduli: `diss[v] = bulk_lambda/2 (tr e)^2 + shear_modulus tr(e^2)`, `e = sym Dv`.
+/// Lamé parameters: `diss[v] = lambda/2 (tr e)^2 + mu tr(e^2)`, `e = sym Dv`.
 ///
 /// Energies are dimensionless throughout, so both are plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LameModuli {
-    /// First Lamé modulus, `>= 0`.
-    pub bulk_lambda: f64,
-    /// Shear modulus, `> 0`.
-    pub shear_modulus: f64,
+    /// First Lamé parameter, `>= 0`.
+    pub lambda: f64,
+    /// Second Lamé parameter, the shear modulus, `> 0`.
+    pub mu: f64,
 }
 
 impl LameModuli {
     /// Checked moduli.
     ///
     /// # Errors
-    /// [`LawError::Moduli`] unless both are finite, `bulk_lambda >= 0` and `shear_modulus > 0`.
-    pub fn new(bulk_lambda: f64, shear_modulus: f64) -> Result<Self, LawError> {
-        Self {
-            bulk_lambda,
-            shear_modulus,
-        }
-        .checked()
+    /// [`LawError::Moduli`] unless both are finite, `lambda >= 0` and `mu > 0`.
+    pub fn new(lambda: f64, mu: f64) -> Result<Self, LawError> {
+        Self { lambda, mu }.checked()
     }
 
     /// Returns the moduli where they are usable.
@@ -33,16 +29,14 @@ impl LameModuli {
     /// # Errors
     /// As [`LameModuli::new`].
     pub fn checked(self) -> Result<Self, LawError> {
-        let usable = self.bulk_lambda.is_finite()
-            && self.shear_modulus.is_finite()
-            && self.bulk_lambda >= 0.0
-            && self.shear_modulus > 0.0;
+        let usable =
+            self.lambda.is_finite() && self.mu.is_finite() && self.lambda >= 0.0 && self.mu > 0.0;
         if usable {
             Ok(self)
         } else {
             Err(LawError::Moduli {
-                bulk_lambda: self.bulk_lambda,
-                shear_modulus: self.shear_modulus,
+                lambda: self.lambda,
+                mu: self.mu,
             })
         }
     }
@@ -52,8 +46,8 @@ impl Default for LameModuli {
     /// Both one.
     fn default() -> Self {
         Self {
-            bulk_lambda: 1.0,
-            shear_modulus: 1.0,
+            lambda: 1.0,
+            mu: 1.0,
         }
     }
 }

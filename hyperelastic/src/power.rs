@@ -126,8 +126,8 @@ impl<const D: usize> Power<D> {
             attained: false,
         };
         let share = choose_share(&problem, norm_share)?;
-        let curvature = moduli.bulk_lambda - problem.bound(share);
-        let mut law = Self::with_shares(NAME, moduli.shear_modulus, share, exponents);
+        let curvature = moduli.lambda - problem.bound(share);
+        let mut law = Self::with_shares(NAME, moduli.mu, share, exponents);
         law.terms.volume.compression = 0.5 * curvature / (s * (s + 1.0));
         law.terms.volume.expansion = 0.5 * curvature / (r * (r - 1.0));
         Ok(law)
@@ -160,10 +160,9 @@ impl<const D: usize> Power<D> {
             attained: true,
         };
         let share = choose_share(&problem, norm_share)?;
-        let mut law = Self::with_shares(NAME_TWO_TERM, moduli.shear_modulus, share, exponents);
+        let mut law = Self::with_shares(NAME_TWO_TERM, moduli.mu, share, exponents);
         let slope = -law.terms.volume.slope;
-        let compression =
-            (moduli.bulk_lambda - problem.bound(share) + (r + s) * slope) / (s * (s + r));
+        let compression = (moduli.lambda - problem.bound(share) + (r + s) * slope) / (s * (s + r));
         law.set_two_terms(compression);
         // Rounding must not turn the bound itself into a law that is not polyconvex.
         law.terms.volume.expansion = law.terms.volume.expansion.max(0.0);
@@ -200,14 +199,13 @@ impl<const D: usize> Power<D> {
     /// The norm terms with `P = t mu`, `Q = (1-t) mu`, and no volume powers yet.
     fn with_shares(
         name: &'static str,
-        shear_modulus: f64,
+        mu: f64,
         norm_share: f64,
         exponents: PowerExponents,
     ) -> Self {
         let d = D as f64;
-        let coefficient = |share: f64, exponent: f64| {
-            share * shear_modulus / (exponent * d.powf(0.5 * exponent - 1.0))
-        };
+        let coefficient =
+            |share: f64, exponent: f64| share * mu / (exponent * d.powf(0.5 * exponent - 1.0));
         let a1 = coefficient(norm_share, exponents.norm);
         let a2 = coefficient(1.0 - norm_share, exponents.cofactor);
         Self::with_norms(name, a1, a2, exponents)

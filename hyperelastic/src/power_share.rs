@@ -19,11 +19,11 @@ impl ShareProblem {
     /// The bound for a share.
     pub fn bound(&self, share: f64) -> f64 {
         let mix = share * self.bound_at_norm + (1.0 - share) * self.bound_at_cofactor;
-        self.moduli.shear_modulus * mix
+        self.moduli.mu * mix
     }
 
     fn admits(&self, share: f64) -> bool {
-        let (lambda, bound) = (self.moduli.bulk_lambda, self.bound(share));
+        let (lambda, bound) = (self.moduli.lambda, self.bound(share));
         bound < lambda || (self.attained && bound == lambda)
     }
 }
@@ -32,7 +32,7 @@ impl ShareProblem {
 pub(crate) fn choose_share(problem: &ShareProblem, wish: Option<f64>) -> Result<f64, LawError> {
     let refused = |norm_share: f64| LawError::LambdaBelowBound {
         law: problem.law,
-        bulk_lambda: problem.moduli.bulk_lambda,
+        lambda: problem.moduli.lambda,
         bound: problem.bound(norm_share),
         norm_share,
     };
@@ -57,5 +57,5 @@ pub(crate) fn choose_share(problem: &ShareProblem, wish: Option<f64>) -> Result<
 /// The share whose bound is `lambda`; the two ends lie on different sides of it.
 fn crossing(problem: &ShareProblem) -> f64 {
     let (at_cofactor, at_norm) = (problem.bound(0.0), problem.bound(1.0));
-    ((problem.moduli.bulk_lambda - at_cofactor) / (at_norm - at_cofactor)).clamp(0.0, 1.0)
+    ((problem.moduli.lambda - at_cofactor) / (at_norm - at_cofactor)).clamp(0.0, 1.0)
 }

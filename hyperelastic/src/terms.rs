@@ -157,14 +157,14 @@ impl NormTerm for PowerNorm {
 /// `lambda/4 (D^2 - 1) - (mu + lambda/2) ln D`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogVolume {
-    pub bulk_lambda: f64,
-    pub shear_modulus: f64,
+    pub lambda: f64,
+    pub mu: f64,
 }
 
 impl LogVolume {
     #[inline(always)]
     fn logarithm(&self) -> f64 {
-        self.shear_modulus + 0.5 * self.bulk_lambda
+        self.mu + 0.5 * self.lambda
     }
 }
 
@@ -172,27 +172,27 @@ impl VolumeTerm for LogVolume {
     const LOGARITHM: bool = true;
     #[inline(always)]
     fn slope(&self) -> f64 {
-        -self.shear_modulus
+        -self.mu
     }
     #[inline(always)]
     fn remainder<L: Lane>(&self, volume: &Volume<L>) -> L {
         let x = volume.excess;
         (x * x).mul_add(
-            L::splat(0.25 * self.bulk_lambda),
+            L::splat(0.25 * self.lambda),
             volume.excess_minus_logarithm.scale(self.logarithm()),
         )
     }
     #[inline(always)]
     fn slope_excess<L: Lane>(&self, volume: &Volume<L>) -> L {
         volume.excess.mul_add(
-            L::splat(0.5 * self.bulk_lambda),
+            L::splat(0.5 * self.lambda),
             volume.inverse_excess.scale(-self.logarithm()),
         )
     }
     #[inline(always)]
     fn curvature<L: Lane>(&self, volume: &Volume<L>) -> L {
         (volume.inverse * volume.inverse)
-            .mul_add(L::splat(self.logarithm()), L::splat(0.5 * self.bulk_lambda))
+            .mul_add(L::splat(self.logarithm()), L::splat(0.5 * self.lambda))
     }
 }
 

@@ -87,10 +87,7 @@ mod tests {
     #[test]
     fn a_homogeneous_strain_has_the_stress_of_hooke() {
         let (lambda, mu) = (1.3, 0.7);
-        let moduli = LameModuli {
-            bulk_lambda: lambda,
-            shear_modulus: mu,
-        };
+        let moduli = LameModuli { lambda, mu };
         let law = LawSpec::new("logdet", moduli).unwrap();
         let small = 1e-5;
         let turn = |[x, y]: [f64; 2]| {

@@ -152,13 +152,10 @@ fn cycle<const D: usize>(
     params: &PcaParams,
     traces: &[f64],
 ) -> Result<Cycle<D>, PcaError> {
-    let LameModuli {
-        bulk_lambda,
-        shear_modulus,
-    } = params.law.moduli;
+    let LameModuli { lambda, mu } = params.law.moduli;
     let d = D as f64;
     // The trace of the tensor at rest, lambda 1 (x) 1 + mu (1 + transposition).
-    let at_rest = bulk_lambda * d + shear_modulus * (d * d + d);
+    let at_rest = lambda * d + mu * (d * d + d);
     // A cell that no point has come to is as stiff as the void.
     let stiffness = |trace: f64| (trace / at_rest).max(0.1 * params.void_stiffness);
     let mut cells = vec![vec![0.0f32; grid.n_cells()]; Corotational::<D>::CELL_DATA];

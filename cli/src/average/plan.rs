@@ -159,8 +159,8 @@ impl Parameters {
             law: LawSpec {
                 law: self.law,
                 moduli: LameModuli {
-                    bulk_lambda: self.lambda,
-                    shear_modulus: self.mu,
+                    lambda: self.lambda,
+                    mu: self.mu,
                 },
             },
             mismatch_weight: self.mismatch_weight,
@@ -205,8 +205,8 @@ fn parameters<const D: usize>(
         tolerance: args.tolerance,
         max_iterations: common.max_iterations,
         law: material.law,
-        lambda: material.moduli.bulk_lambda,
-        mu: material.moduli.shear_modulus,
+        lambda: material.moduli.lambda,
+        mu: material.moduli.mu,
         mismatch_weight: args.mismatch_weight,
         length_weight: args.length_weight.unwrap_or(1e-4 * args.mismatch_weight),
         interface_width: 2.0 * Grid::<D>::cube(nodes).spacing(),

@@ -188,8 +188,8 @@ impl ToldParameters {
             law: LawSpec {
                 law: self.law,
                 moduli: LameModuli {
-                    bulk_lambda: self.lambda,
-                    shear_modulus: self.mu,
+                    lambda: self.lambda,
+                    mu: self.mu,
                 },
             },
             match_weight: self.match_weight,

@@ -172,10 +172,7 @@ pub(super) fn elastic_domain<const D: usize>(scene: &Scene<'_, D>) -> Result<She
 
 /// A material that keeps lengths, and one that keeps volumes.
 pub(super) fn materials() -> [(&'static str, LameModuli); 3] {
-    let moduli = |shear_modulus, bulk_lambda| LameModuli {
-        bulk_lambda,
-        shear_modulus,
-    };
+    let moduli = |mu, lambda| LameModuli { lambda, mu };
     [
         ("lengths, mu/lambda = 10", moduli(1.0, 0.1)),
         ("both, mu/lambda = 1", moduli(1.0, 1.0)),

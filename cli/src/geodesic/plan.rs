@@ -193,8 +193,8 @@ impl Parameters {
             tolerance: path.tolerance,
             max_iterations: common.max_iterations,
             law: material.law,
-            lambda: material.moduli.bulk_lambda,
-            mu: material.moduli.shear_modulus,
+            lambda: material.moduli.lambda,
+            mu: material.moduli.mu,
             match_weight: path.match_weight,
             match_weight_in_force: 0.0,
             area_weight: (path.form == Form::LevelSets).then_some(area_weight),
@@ -221,8 +221,8 @@ impl Parameters {
         LawSpec {
             law: self.law,
             moduli: LameModuli {
-                bulk_lambda: self.lambda,
-                shear_modulus: self.mu,
+                lambda: self.lambda,
+                mu: self.mu,
             },
         }
     }

@@ -181,8 +181,8 @@ fn given_average<const D: usize>(
         law: LawSpec {
             law: p.law,
             moduli: LameModuli {
-                bulk_lambda: p.lambda,
-                shear_modulus: p.mu,
+                lambda: p.lambda,
+                mu: p.mu,
             },
         },
         mismatch_weight: p.mismatch_weight,

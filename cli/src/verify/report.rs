@@ -147,8 +147,8 @@ fn write_law(text: &mut String, law: &LawRecord) -> std::fmt::Result {
         text,
         "<p class=\"notes\">Law: <code>{}</code>, λ = {}, μ = {}, in {} dimensions.<br>",
         escaped(&law.spec.law.to_string()),
-        moduli.bulk_lambda,
-        moduli.shear_modulus,
+        moduli.lambda,
+        moduli.mu,
         h.dimension
     )?;
     for (name, met) in [

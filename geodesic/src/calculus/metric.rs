@@ -37,7 +37,7 @@ pub(super) fn form<O: Element, const D: usize>(
     };
     let form = DeformedForm {
         weights,
-        shear_modulus: moduli.shear_modulus,
+        mu: moduli.mu,
     };
     (law, probe_cells(grid, &form, data, displacement))
 }
@@ -45,7 +45,7 @@ pub(super) fn form<O: Element, const D: usize>(
 /// Stiffness and rotation of the cells of a deformed object.
 struct DeformedForm {
     weights: ObjectWeights,
-    shear_modulus: f64,
+    mu: f64,
 }
 
 impl Reads for DeformedForm {
@@ -66,7 +66,7 @@ impl<const D: usize> CellProbe<D, D> for DeformedForm {
         // A viscosity resists like a shear modulus of half its size; where the void may fold, its
         // volume says nothing.
         let solid = L::select(L::zero().less(elastic), elastic * volume, L::zero());
-        out[0] = solid + viscous.scale(0.5 / self.shear_modulus);
+        out[0] = solid + viscous.scale(0.5 / self.mu);
         for i in 0..D {
             for k in 0..D {
                 out[1 + i * D + k] = point.gradient[i][k];

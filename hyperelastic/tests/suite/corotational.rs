@@ -359,8 +359,8 @@ fn check_block_diagonal<const D: usize>(nodes: [usize; D]) {
     let cells: Vec<&[f64]> = cells.iter().map(Vec::as_slice).collect();
     let law = Corotational::<D> {
         moduli: LameModuli {
-            bulk_lambda: 1.3,
-            shear_modulus: 0.7,
+            lambda: 1.3,
+            mu: 0.7,
         },
         regularisation: 0.2,
     };

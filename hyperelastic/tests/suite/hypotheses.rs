@@ -57,7 +57,7 @@ proptest! {
     #[test]
     fn growth_is_as_reported(powers in prop::array::uniform3(-0.6f64..0.6)) {
         fn check<const D: usize>(law: LawName, powers: [f64; 3]) {
-            let moduli = LameModuli { bulk_lambda: 20.0, shear_modulus: 1.0 };
+            let moduli = LameModuli { lambda: 20.0, mu: 1.0 };
             let spec = LawSpec { law, moduli };
             let (found, reported) = spec.visit::<D, _>(Rates { powers }).unwrap();
             // Terms of equal size put the rate off by ln 2 / ln 1e6, slow powers beside

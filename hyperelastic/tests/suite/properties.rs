@@ -60,7 +60,7 @@ fn minimum_on_rotations<W: StoredEnergy<D>, const D: usize>(
     let value = law.value(&minus_identity(a));
     // Near the rotations W is at least mu times the squared distance.
     prop_assert!(
-        value >= 0.05 * law.moduli().shear_modulus * away,
+        value >= 0.05 * law.moduli().mu * away,
         "{value} at distance {}",
         away.sqrt()
     );
@@ -80,7 +80,7 @@ fn lemma_6_4<W: StoredEnergy<D>, const D: usize>(law: &W, b: &Matrix<D>) -> Outc
         moduli: law.moduli(),
     };
     let action = law.hessian_action(&tensor::zero(), b);
-    let scale = (law.moduli().bulk_lambda + law.moduli().shear_modulus) * (1.0 + norm(b).powi(2));
+    let scale = (law.moduli().lambda + law.moduli().mu) * (1.0 + norm(b).powi(2));
     let (found, expected) = (tensor::contract(&action, b), 2.0 * viscous.rate(b));
     prop_assert!(
         (found - expected).abs() <= 1e-12 * scale,

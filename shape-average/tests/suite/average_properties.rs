@@ -349,8 +349,8 @@ fn bad_parameters_are_named() {
     }
     let mut params = AverageParams::default();
     params.law.moduli = LameModuli {
-        bulk_lambda: 1.0,
-        shear_modulus: -1.0,
+        lambda: 1.0,
+        mu: -1.0,
     };
     assert!(matches!(refused(&shapes, &params), AverageError::Law(_)));
 }

@@ -48,10 +48,7 @@ const RADII: [f64; 2] = [0.2, 0.3];
 
 /// The length of the geodesic between two balls.
 fn length<const D: usize>(moduli: LameModuli) -> f64 {
-    let LameModuli {
-        bulk_lambda: lambda,
-        shear_modulus: mu,
-    } = moduli;
+    let LameModuli { lambda, mu } = moduli;
     let [r0, r1] = RADII;
     if D == 2 {
         (2.0 * PI * (lambda + mu)).sqrt() * (r1 - r0)
@@ -64,10 +61,7 @@ fn length<const D: usize>(moduli: LameModuli) -> f64 {
 /// `W`, and of the metric at its start in place of its middle. The path itself is stationary, so
 /// that its own change does not count.
 fn leading_error<const D: usize>(moduli: LameModuli) -> f64 {
-    let LameModuli {
-        bulk_lambda: lambda,
-        shear_modulus: mu,
-    } = moduli;
+    let LameModuli { lambda, mu } = moduli;
     let [r0, r1] = RADII;
     if D == 2 {
         // ∫ R′³/R of even growth
@@ -83,7 +77,7 @@ fn leading_error<const D: usize>(moduli: LameModuli) -> f64 {
 fn geodesic_of_balls<const D: usize>(setting: Setting) -> Result<Outcome, VerifyError> {
     let moduli = [LameModuli::new(2.0, 1.0)?, LameModuli::default()];
     let wrong = setting.ingredient(1.0, 1.1);
-    let used = |m: LameModuli| law("logdet", wrong * m.bulk_lambda, m.shear_modulus);
+    let used = |m: LameModuli| law("logdet", wrong * m.lambda, m.mu);
     let mut outcome = Outcome::with_law::<D>(used(moduli[0])?, &[Requirement::StressFree])?;
     outcome.condition("W_,AA(1) = 2 diss (Lemma 6.4)", !setting.is_broken());
     let steps = doubling(8, setting.effort(64, 128));
@@ -100,7 +94,7 @@ fn geodesic_of_balls<const D: usize>(setting: Setting) -> Result<Outcome, Verify
             remainders.push((tau, off - leading * tau));
             lengths.push((tau, path.length() - exact));
         }
-        let named = |what: &str| format!("{what}, λ/μ = {}", m.bulk_lambda / m.shear_modulus);
+        let named = |what: &str| format!("{what}, λ/μ = {}", m.lambda / m.mu);
         let finest = dissipations.last().map_or(f64::NAN, |p| p.1);
         // For λ = μ the first two terms in space have opposite signs and equal size at some τ.
         let order = match (D, case) {

@@ -340,14 +340,11 @@ fn consistency(setting: Setting) -> Result<Outcome, VerifyError> {
 
 /// `lambda (tr B)^2 + mu/2 |B + B^T|^2`, or with another factor of `mu`.
 fn twice_dissipation<const D: usize>(spec: &LawSpec, b: &Tensor<f64, D>, setting: Setting) -> f64 {
-    let LameModuli {
-        bulk_lambda,
-        shear_modulus,
-    } = spec.moduli;
+    let LameModuli { lambda, mu } = spec.moduli;
     2.0 * dissipation(
         LameModuli {
-            bulk_lambda,
-            shear_modulus: setting.ingredient(1.0, 2.0) * shear_modulus,
+            lambda,
+            mu: setting.ingredient(1.0, 2.0) * mu,
         },
         b,
     )

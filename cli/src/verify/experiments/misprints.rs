@@ -123,7 +123,7 @@ fn printed_consistency(setting: Setting) -> Result<Outcome, VerifyError> {
             row[i] -= mean;
         }
         let twice = tensor::add(&b, &tensor::transpose(&b));
-        let right = factor * moduli.shear_modulus * tensor::contract(&twice, &twice);
+        let right = factor * moduli.mu * tensor::contract(&twice, &twice);
         let action = response(&spec, &tensor::zero(), &b)?.action;
         printed = printed.max((right / dissipation(moduli, &b) - 4.0).abs());
         true_law = true_law.max((0.5 * tensor::contract(&action, &b) / right - 0.25).abs());

@@ -43,7 +43,7 @@ impl FluidMetric {
     /// `π m₁ m₂ diss[diag(d/m)]` with its derivatives by `m` and `d`.
     fn at(&self, m: [f64; 2], d: [f64; 2]) -> (f64, [f64; 2], [f64; 2]) {
         let rate = [d[0] / m[0], d[1] / m[1]];
-        let (lambda, mu) = (self.moduli.bulk_lambda, self.moduli.shear_modulus);
+        let (lambda, mu) = (self.moduli.lambda, self.moduli.mu);
         let trace = rate[0] + rate[1];
         let area = PI * m[0] * m[1];
         let diss = 0.5 * lambda * trace * trace + mu * (rate[0].powi(2) + rate[1].powi(2));

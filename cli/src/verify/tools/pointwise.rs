@@ -57,11 +57,8 @@ impl<const D: usize> LawVisitor<D> for Answers {
 ///
 /// # Errors
 /// [`VerifyError::Law`].
-pub fn law(name: &str, bulk_lambda: f64, shear_modulus: f64) -> Result<LawSpec, VerifyError> {
-    Ok(LawSpec::new(
-        name,
-        LameModuli::new(bulk_lambda, shear_modulus)?,
-    )?)
+pub fn law(name: &str, lambda: f64, mu: f64) -> Result<LawSpec, VerifyError> {
+    Ok(LawSpec::new(name, LameModuli::new(lambda, mu)?)?)
 }
 
 /// The energy density, stress and tangent at `1 + h`, the tangent applied to `b`.

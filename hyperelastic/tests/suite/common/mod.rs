@@ -21,8 +21,8 @@ pub fn config(failures: &'static str) -> ProptestConfig {
     }
 }
 
-pub fn moduli(bulk_lambda: f64, shear_modulus: f64) -> LameModuli {
-    LameModuli::new(bulk_lambda, shear_modulus).unwrap()
+pub fn moduli(lambda: f64, mu: f64) -> LameModuli {
+    LameModuli::new(lambda, mu).unwrap()
 }
 
 pub fn norm<const D: usize>(a: &Matrix<D>) -> f64 {
