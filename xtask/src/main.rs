@@ -5,6 +5,8 @@ mod bench;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod descent;
 mod figures;
+#[cfg(any(feature = "bench", feature = "study"))]
+mod outcome;
 #[cfg(feature = "study")]
 mod study;
 #[cfg(any(feature = "bench", feature = "study"))]

@@ -9,10 +9,10 @@ use levelset::{Moments, dice};
 use serde::{Deserialize, Serialize};
 use shape_average::{AverageParams, AverageResult, LevelShapes, average, average_on_levels};
 
-use super::Outcome;
 use super::clock::{Watch, peak_mebibytes, process_seconds};
-use super::job::use_threads;
+use super::measure::use_threads;
 use super::shapes::{Source, nodal};
+use crate::outcome::Outcome;
 
 /// An average to be taken.
 #[derive(Clone, Debug, Serialize, Deserialize)]

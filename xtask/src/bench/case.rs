@@ -8,7 +8,8 @@ use std::hint::black_box;
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::Objective;
 use fe_grid::operators::MassStiffness;
-use fe_grid::scatter::{Background, Source, normal_equations};
+use fe_grid::scatter::{Source, normal_equations};
+use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Boundary, CellLaw, Data, Element, Field, Grid, ScalarField, SpectralSolver,
     UniformOperator, certify,
@@ -17,9 +18,9 @@ use hyperelastic::{LameModuli, LogDet, WeightedElasticity};
 use phasefield::{Mismatch, Profile};
 use shape_average::{AverageObjective, AverageParams, LevelShapes};
 
-use super::Outcome;
 use super::anchor::AnchorLaw;
 use super::flops::{Verb, per_point};
+use crate::outcome::Outcome;
 
 /// What is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

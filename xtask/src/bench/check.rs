@@ -12,7 +12,8 @@ use super::baseline::{Baseline, compare};
 use super::case::{Case, Real, Work};
 use super::flops::Verb;
 use super::job::Job;
-use super::{Outcome, machine, output};
+use super::{machine, output};
+use crate::outcome::Outcome;
 
 /// Where the baseline lies, from the folder of this crate.
 const FOLDER: &str = "baseline";

@@ -4,12 +4,12 @@ use fe_grid::ScalarField;
 use serde::{Deserialize, Serialize};
 use shape_average::AverageParams;
 
-use super::Outcome;
 use super::averages::CurvePoint;
 use super::clock::{peak_mebibytes, process_seconds};
-use super::job::use_threads;
+use super::measure::use_threads;
 use super::shapes::Source;
 use crate::descent::{LevelDescent, MULTIPLES};
+use crate::outcome::Outcome;
 
 /// A descent to be made, on one thread.
 #[derive(Clone, Debug, Serialize, Deserialize)]

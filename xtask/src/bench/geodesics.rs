@@ -15,7 +15,8 @@ use serde::Serialize;
 use super::job::Job;
 use super::paths::{PathJob, PathReport};
 use super::shapes::Source;
-use super::{Outcome, machine, output};
+use super::{machine, output};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// The paths of the authors' code, on one thread as theirs.

@@ -8,12 +8,13 @@ use clap::Args;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::Outcome;
 use super::averages::AverageJob;
 use super::case::Case;
 use super::descents::DescentJob;
+use super::measure::use_threads;
 use super::paths::PathJob;
 use super::score::ScoreJob;
+use crate::outcome::Outcome;
 
 /// A piece of work.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -58,18 +59,6 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
         Job::Descent(job) => print(&job.run()?),
         Job::Score(job) => print(&job.run()?),
     }
-}
-
-/// Makes the pool of this process. One thread is the one that calls, so that no other waits for work
-/// and counts of instructions do not vary.
-pub fn use_threads(threads: usize) -> Outcome<()> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1));
-    let pool = if threads <= 1 {
-        pool.use_current_thread()
-    } else {
-        pool
-    };
-    Ok(pool.build_global()?)
 }
 
 fn print(result: &impl Serialize) -> Outcome<()> {

@@ -7,7 +7,6 @@ use clap::Args;
 use rayon::ThreadPool;
 use serde::Serialize;
 
-use super::Outcome;
 use super::anchor::{Anchor, Figure};
 use super::case::{Case, Kernel, Real, Work};
 use super::flops::Verb;
@@ -15,6 +14,7 @@ use super::limits::Limits;
 use super::measure::{Repetitions, Seconds, least_seconds, pool};
 use super::plot::{Bars, bars};
 use super::{machine, output};
+use crate::outcome::Outcome;
 use crate::table::Table;
 
 /// Rates of the kernels, as shares of what the machine allows.

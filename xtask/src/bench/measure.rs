@@ -5,8 +5,8 @@ use std::time::Instant;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::{Deserialize, Serialize};
 
-use super::Outcome;
 use super::clock::thread_seconds;
+use crate::outcome::Outcome;
 
 /// Least times of a repetition, in seconds.
 ///
@@ -51,6 +51,18 @@ pub struct Repetitions {
 /// A pool of threads that outlives the kernels that run on it.
 pub fn pool(threads: usize) -> Outcome<ThreadPool> {
     Ok(ThreadPoolBuilder::new().num_threads(threads).build()?)
+}
+
+/// Makes the pool of this process. One thread is the one that calls, so that no other waits for work
+/// and counts of instructions do not vary.
+pub fn use_threads(threads: usize) -> Outcome<()> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads.max(1));
+    let pool = if threads <= 1 {
+        pool.use_current_thread()
+    } else {
+        pool
+    };
+    Ok(pool.build_global()?)
 }
 
 /// The least times of `work` on the threads of a pool, after one run that is not counted.

@@ -28,12 +28,9 @@ mod scaling;
 mod score;
 mod shapes;
 
-use std::error::Error;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-
-type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// Measures speed.
 ///

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::Outcome;
+use crate::outcome::Outcome;
 
 /// Writes `text` to a file of a folder, which is made where there is none. An older file of the
 /// name is replaced.

@@ -4,11 +4,11 @@ use fe_grid::minimise::{Control, Iteration, Observer};
 use geodesic::{GeodesicParams, geodesic};
 use serde::{Deserialize, Serialize};
 
-use super::Outcome;
 use super::averages::CurvePoint;
 use super::clock::{peak_mebibytes, process_seconds};
-use super::job::use_threads;
+use super::measure::use_threads;
 use super::shapes::Source;
+use crate::outcome::Outcome;
 
 /// A geodesic to be found between the two shapes of a source.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -16,7 +16,8 @@ use super::fit::median;
 use super::job::Job;
 use super::plot::{Bars, bars};
 use super::shapes::Source;
-use super::{Outcome, machine, output};
+use super::{machine, output};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Averages and pairs beside SyN templates (ANTs) and log-demons (SimpleITK).

@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use shapespace::picture;
 
-use super::Outcome;
+use crate::outcome::Outcome;
 
 const INK: RGBColor = RGBColor(33, 38, 46);
 const GREY: RGBColor = RGBColor(110, 116, 124);

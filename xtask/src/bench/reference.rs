@@ -14,7 +14,8 @@ use super::averages::{AUTHORS_VOID, AverageJob, AverageReport, Fields};
 use super::job::Job;
 use super::score::{Score, ScoreJob};
 use super::shapes::Source;
-use super::{Outcome, machine, output};
+use super::{machine, output};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// The averages of the authors' code, on one thread as theirs.

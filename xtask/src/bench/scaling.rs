@@ -13,7 +13,8 @@ use super::fit::{beyond_linear, exponent, spread};
 use super::job::Job;
 use super::plot::{Chart, Line, charts};
 use super::shapes::Source;
-use super::{Outcome, machine, output};
+use super::{machine, output};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Averages of star-shaped blobs against nodes and shapes, to the default tolerance.

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use shape_average::{AverageObjective, AverageParams, Energy};
 
-use super::Outcome;
 use super::averages::authors_levels;
 use super::shapes::{Source, nodal};
+use crate::outcome::Outcome;
 
 /// A state to be scored with the authors' functional, as our averages are.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use shapespace::generate::{Blob, Placed, area_share};
 use shapespace::input::{AnyImage, LEVEL, ReadOptions, read_image};
 
-use super::Outcome;
+use crate::outcome::Outcome;
 
 /// Mean radius of the blobs, and by how much of it they vary.
 const RADIUS: f64 = 0.24;

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use super::Section;
 use super::paths::Place;
 use super::real::files;
-use super::{Outcome, Section};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Shares that shapes of five classes should reach.

@@ -9,7 +9,8 @@ use shape_average::joint::{JointParams, joint_average};
 use shapespace::generate::{Family, Placed, area_share, family, letters, make_grey};
 use shapespace::input::LEVEL;
 
-use super::{Outcome, Section};
+use super::Section;
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 const NODES: usize = 129;

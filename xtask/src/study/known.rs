@@ -8,7 +8,8 @@ use levelset::Moments;
 use shape_average::{AverageParams, AverageResult, average};
 
 use super::angle::{indicator, inner_angle};
-use super::{Outcome, Section, shapes};
+use super::{Section, shapes};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 const GRIDS: [usize; 2] = [65, 129];

@@ -17,11 +17,11 @@ mod real;
 mod shapes;
 mod solvers;
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use crate::outcome::Outcome;
 use crate::table::Table;
 
 /// The sections, in the order of the help.
@@ -62,8 +62,6 @@ struct Section {
     text: &'static str,
     table: Table,
 }
-
-type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
 /// What was asked for.
 struct Options {

@@ -10,9 +10,10 @@ use shape_average::{AverageParams, average};
 use shape_pca::{Average, Compound, Modes, Pca, PcaParams, Quality};
 use shapespace::pca::{Procrustes, there_and_back};
 
+use super::Section;
 use super::real::{build, files};
 use super::shapes::aligned_files;
-use super::{Outcome, Section};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Options of every average here: a small length weight, and a tolerance that lets stresses

@@ -6,8 +6,9 @@ use fe_grid::{Field, ScalarField};
 use shapespace::input::{AnyImage, ReadOptions, read_image};
 use shapespace::output::npy::{Precision, write_field};
 
+use super::Section;
 use super::paths::Place;
-use super::{Outcome, Section};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// By what share a hidden part may change a length.

@@ -6,8 +6,9 @@ use std::process::Command;
 
 use serde_json::Value;
 
+use super::Section;
 use super::real::build;
-use super::{Outcome, Section};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Overlap that the end of a path should reach.

@@ -7,11 +7,12 @@ use fe_grid::{InverseDeformation, ScalarField};
 use levelset::{dice, signed_distance};
 use phasefield::segmentation::{SegmentationParams, Weights};
 use shape_average::joint::{JointParams, JointResult, joint_average, spread};
-use shapespace::input::fit::{nodal_values, whole_frames};
+use shapespace::input::place::{nodal_values, whole_frames};
 use shapespace::input::{AnyImages, Image, LEVEL, ReadOptions, read_grey_images, read_images};
 
+use super::Section;
 use super::real::files;
-use super::{Outcome, Section};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Weight of the edges of an image, beside a mismatch of weight one.

@@ -6,7 +6,8 @@ use std::process::Command;
 use serde_json::Value;
 
 use super::solvers::ITERATIONS;
-use super::{Outcome, Section, root};
+use super::{Section, root};
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Sets of files, the options that they need, and the grids.

@@ -6,10 +6,10 @@ use fe_grid::{Grid, ScalarField};
 use levelset::{ContourDistance, signed_distance};
 use shape_average::align::align_group;
 use shapespace::generate::{Bar, Ellipsoid, Implicit, Placed, area_share};
-use shapespace::input::fit::fit_frames;
+use shapespace::input::place::fit_frames;
 use shapespace::input::{AnyImages, LEVEL, ReadOptions, boundary, read_images};
 
-use super::Outcome;
+use crate::outcome::Outcome;
 
 /// The signed distance of a shape drawn about the origin, turned by an angle in degrees.
 pub fn drawn(shape: &dyn Implicit<2>, turn: f64, nodes: usize) -> Outcome<ScalarField<f64, 2>> {

@@ -8,8 +8,9 @@ use fe_grid::minimise::Silent;
 use shape_average::{AverageParams, AverageResult, average};
 use shapespace::generate::{Family, family};
 
-use super::{Outcome, Section, shapes};
+use super::{Section, shapes};
 use crate::descent::LevelDescent;
+use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 /// Most iterations that are asked for on a level.

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde::Deserialize;
 use tempfile::TempDir;
 
-use crate::bench::Outcome;
+use crate::outcome::Outcome;
 
 /// A figure that the anchor printed: one JSON object a line.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
