@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use fe_grid::Grid;
 
-use crate::args::{AverageArgs, Mean, Solver};
 use crate::average::run_drawn;
+use crate::average::{AverageArgs, Mean, Solver};
 use crate::error::{CliError, Exit};
 use crate::generate::{Placed, area_share, letters};
 use crate::input::Image;
 use crate::options::CommonArgs;
-use crate::segment::ScaleArgs;
+use crate::options::ScaleArgs;
 
 /// Nodes a side.
 const NODES: usize = 129;

@@ -188,7 +188,7 @@ pub enum CliError {
     ))]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
-    #[error("--memory {} is too little for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::average::format_bytes(*limit), crate::average::format_bytes(*needed))]
+    #[error("--memory {} is too little for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
     #[diagnostic(help("allow more, or ask for a coarser --grid"))]
     Memory {
         /// What is allowed.

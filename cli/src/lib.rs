@@ -2,6 +2,7 @@
 
 pub mod args;
 pub mod average;
+mod bytes;
 pub mod calculus;
 pub mod demo;
 pub mod distances;
@@ -11,6 +12,7 @@ mod fingerprint;
 pub mod generate;
 pub mod geodesic;
 pub mod input;
+mod numbers;
 pub mod options;
 pub mod output;
 pub mod pca;

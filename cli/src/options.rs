@@ -8,7 +8,7 @@ use hyperelastic::{LameModuli, LawName, LawSpec, LawVisitor, StoredEnergy};
 use serde::{Deserialize, Serialize};
 
 use crate::error::CliError;
-use crate::generate::command::positive;
+use crate::numbers::positive;
 
 /// Fewest nodes a side.
 const FEWEST_NODES: usize = 9;
@@ -47,6 +47,31 @@ pub struct CommonArgs {
     /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+}
+
+/// How edges and smoothness are weighed, wherever images are segmented.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct ScaleArgs {
+    /// Length over which the image is smoothed away from its edges, as a share of the longest side
+    /// [default: .02, and no less than three spacings of the grid].
+    #[arg(long, value_name = "SHARE", value_parser = positive)]
+    pub smooth: Option<f64>,
+    /// Least jump of the grey value that is an edge, as a share of the range of the image
+    /// [default: .2].
+    #[arg(long, value_name = "SHARE", value_parser = positive)]
+    pub contrast: Option<f64>,
+}
+
+impl ScaleArgs {
+    /// The least jump of an edge.
+    pub fn contrast(&self) -> f64 {
+        self.contrast.unwrap_or(0.2)
+    }
+
+    /// The length of smoothing on a grid of this spacing.
+    pub fn length(&self, spacing: f64) -> f64 {
+        self.smooth.unwrap_or(0.02f64.max(3.0 * spacing))
+    }
 }
 
 /// Alignment of the shapes before anything else.

@@ -13,17 +13,30 @@ use fe_grid::minimise::{Control, Iteration, Observer};
 use fe_grid::{Field, Grid};
 use serde::{Deserialize, Serialize};
 
-use crate::args::AverageArgs;
+use super::args::AverageArgs;
 use crate::error::CliError;
-use crate::fingerprint::Fingerprint;
-use crate::input::fit::FrameTransform;
+use crate::fingerprint::{Fingerprint, hash};
+use crate::input::Image;
+use crate::input::place::FrameTransform;
 use crate::output::npy::{Precision, write_field};
 use crate::output::{OutputError, WorkDir, deformation, numbered};
 use crate::progress::Progress;
 use crate::results::ResultFields;
+use crate::shapes::SeenMask;
 use crate::watch::{Course, Watch};
 
 const STATE: &str = "state.json";
+
+/// What the deformations depend on.
+pub(super) fn fingerprint<const D: usize>(
+    parameters: &impl Serialize,
+    images: &[Image<D>],
+    views: &[Option<SeenMask<D>>],
+) -> Fingerprint {
+    let parameters = serde_json::to_value(parameters).unwrap_or_default();
+    let views = views.iter().flatten().map(|mask| hash(&mask.image));
+    Fingerprint::new(parameters, images.iter().map(hash).chain(views).collect())
+}
 
 /// What is told of a checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -1,10 +1,11 @@
 //! `shapespace average`: masks in, their elastic average out.
 //!
-//! `plan` reads and checks, `memory` sees to it that there is room, `checkpoint` has what a run goes on
+//! `args` are the options, `plan` reads and checks, `memory` sees to it that there is room, `checkpoint` has what a run goes on
 //! from, `record` and `write` make the result directory, `draw` its picture, `summary` the closing
 //! words. `sweep` averages with many weights, `views` has what was seen of the masks, `joint` images
 //! instead of masks.
 
+mod args;
 mod checkpoint;
 mod draw;
 mod joint;
@@ -18,23 +19,20 @@ mod write;
 
 use std::time::Instant;
 
-use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate, average_from};
 
-use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
-use crate::fingerprint::{Fingerprint, hash};
 use crate::input::Image;
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::shapes::{Input, SeenMask, prepare};
+use crate::shapes::{Input, prepare};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
-use checkpoint::{begin, compare_places};
+use checkpoint::{begin, compare_places, fingerprint};
 use draw::{Draw, Pictures};
 use memory::provide;
 
-pub(crate) use memory::{bytes, format_bytes};
+pub use args::{AverageArgs, Boundary, Mean, Solver};
 pub use plan::{AnyPlan, AveragePlan, Parameters, plan_average, plan_images};
 pub(crate) use sweep::weights as weights_between;
 pub(crate) use write::write_inputs;
@@ -145,15 +143,4 @@ where
     } else {
         Exit::Success
     })
-}
-
-/// What the deformations depend on.
-fn fingerprint<const D: usize>(
-    parameters: &impl Serialize,
-    images: &[Image<D>],
-    views: &[Option<SeenMask<D>>],
-) -> Fingerprint {
-    let parameters = serde_json::to_value(parameters).unwrap_or_default();
-    let views = views.iter().flatten().map(|mask| hash(&mask.image));
-    Fingerprint::new(parameters, images.iter().map(hash).chain(views).collect())
 }

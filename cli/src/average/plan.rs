@@ -7,8 +7,8 @@ use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Serialize;
 use shape_average::{AverageParams, BoundaryCondition};
 
+use super::args::{AverageArgs, Boundary, Mean, Solver};
 use super::views;
-use crate::args::{AverageArgs, Boundary, Mean, Solver};
 use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::options::Align;

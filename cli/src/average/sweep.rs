@@ -9,9 +9,9 @@ use levelset::{BoxEdge, Moments, contour};
 use serde::Serialize;
 use shape_average::{AverageParams, AverageResult, average_of_seen};
 
+use super::args::AverageArgs;
 use super::plan::{AveragePlan, Parameters};
 use super::views;
-use crate::args::AverageArgs;
 use crate::error::{CliError, Exit};
 use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::{ResultDir, numbered, write_json};

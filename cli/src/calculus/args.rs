@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::generate::command::positive;
+use crate::numbers::positive;
 
 /// Options of `shapespace extend`.
 #[derive(Clone, Debug, Args)]

@@ -12,7 +12,7 @@ use serde::Deserialize;
 use super::args::SolverArgs;
 use crate::error::CliError;
 use crate::geodesic::Form;
-use crate::input::fit::FrameTransform;
+use crate::input::place::FrameTransform;
 use crate::results::ResultFields;
 use crate::shapes::labels;
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::generate::command::positive;
 use crate::geodesic::{Form, PathArgs};
+use crate::numbers::positive;
 use crate::options::CommonArgs;
 
 /// Options of `shapespace distances`.

@@ -195,7 +195,7 @@ impl Work {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::fit::{fit_frames, tests::block};
+    use crate::input::place::{fit_frames, tests::block};
 
     #[test]
     fn equal_sizes_are_equal_in_the_box() {

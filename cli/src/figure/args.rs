@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use crate::generate::command::positive;
+use crate::numbers::positive;
 use crate::options::CommonArgs;
 
 /// Options of `shapespace figure`.

@@ -10,6 +10,7 @@ use image::{GrayImage, ImageFormat};
 use super::{Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star};
 use super::{area_share, family, letter, letters, make_grey};
 use crate::error::CliError;
+use crate::numbers::{finite, positive};
 use crate::output::npy::{Precision, field_to, write_field};
 use crate::output::{OutputError, ResultDir, write_new_file};
 
@@ -132,30 +133,6 @@ enum ShapeCommand {
         #[command(flatten)]
         common: Common,
     },
-}
-
-/// A number that is neither infinite nor NaN.
-pub(crate) fn finite(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok(number),
-        _ => Err("a finite number is needed".into()),
-    }
-}
-
-/// A finite number above 0.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    match finite(text)? {
-        number if number > 0.0 => Ok(number),
-        _ => Err("a number above 0 is needed".into()),
-    }
-}
-
-/// A finite number that is not below 0.
-pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
-    match finite(text)? {
-        number if number >= 0.0 => Ok(number),
-        _ => Err("a number of at least 0 is needed".into()),
-    }
 }
 
 /// Draws what is asked for and returns the files written.

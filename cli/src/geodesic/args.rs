@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use crate::error::CliError;
-use crate::generate::command::positive;
+use crate::numbers::positive;
 use crate::options::CommonArgs;
 
 /// Options of `shapespace geodesic`.

@@ -3,7 +3,7 @@
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, LevelsetError, contour};
 
-use super::fit::FrameTransform;
+use super::place::FrameTransform;
 use super::{Image, LEVEL};
 
 /// The boundary of a mask's object in the unit box: the contour of level 1/2 between the samples
@@ -41,7 +41,7 @@ pub fn boundary<const D: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::fit::{fit_frames, tests::block};
+    use super::super::place::{fit_frames, tests::block};
     use super::*;
     use approx::assert_relative_eq;
     use levelset::Moments;

@@ -11,11 +11,11 @@
 mod boundary;
 mod decode;
 mod error;
-pub mod fit;
 mod grey;
 mod mask;
 mod nifti;
 mod npy;
+pub mod place;
 mod raster;
 mod tiff;
 

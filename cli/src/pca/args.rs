@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::generate::command::{finite, positive};
+use crate::numbers::{finite, positive};
 use crate::options::Align;
 
 /// Options of `shapespace pca`.

@@ -8,6 +8,7 @@ use std::time::Instant;
 use shape_pca::{Compound, Pca, Quality};
 
 use super::args::PcaArgs;
+use super::outcome::Outcome;
 use super::read::{AnyAverage, GivenAverage, read_average};
 use super::record::PcaRecord;
 use super::write::write_all;
@@ -16,15 +17,6 @@ use crate::geodesic::draw::{Draw, Pictures};
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-
-/// Everything there is to tell about an analysis.
-pub(super) struct Outcome<'a, const D: usize> {
-    pub args: &'a PcaArgs,
-    pub given: &'a GivenAverage<D>,
-    pub pca: &'a Pca<D>,
-    pub quality: Quality,
-    pub start: Instant,
-}
 
 /// Runs `shapespace pca`.
 ///

@@ -8,6 +8,7 @@ mod args;
 mod command;
 mod draw;
 mod images;
+mod outcome;
 mod procrustes;
 mod read;
 mod record;

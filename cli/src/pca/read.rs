@@ -12,7 +12,7 @@ use shape_pca::{Average, ModeSpace, PcaParams};
 
 use super::args::Metric;
 use crate::error::CliError;
-use crate::input::fit::FrameTransform;
+use crate::input::place::FrameTransform;
 use crate::options::Align;
 use crate::output::numbered;
 use crate::results::ResultFields;

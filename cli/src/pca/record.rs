@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::args::{Metric, Size};
-use super::command::Outcome;
+use super::outcome::Outcome;
 use super::procrustes::Procrustes;
 
 /// Everything in `result.json` of `shapespace pca`.

@@ -23,7 +23,7 @@ use super::record::ScoreRecord;
 use super::tables::{write_reconstruction, write_scores};
 use crate::error::{CliError, Exit};
 use crate::geodesic::draw::{Draw, Pictures};
-use crate::input::fit::frame_like;
+use crate::input::place::frame_like;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::options::Align;
 use crate::output::npy::{Precision, write_field};

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use levelset::{BoxEdge, Moments, contour};
 
-use super::command::Outcome;
 use super::draw::{DrawnModes, animated, shown};
 use super::images::ImageModes;
+use super::outcome::Outcome;
 use super::procrustes::{Procrustes, there_and_back};
 use super::record::PcaRecord;
 use super::report::write_report;

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::generate::command::{finite, positive};
+use crate::numbers::finite;
+use crate::options::ScaleArgs;
 
 /// Options of `shapespace segment`.
 #[derive(Clone, Debug, Args)]
@@ -47,31 +48,6 @@ pub struct SegmentArgs {
     /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
-}
-
-/// How edges and smoothness are weighed, wherever images are segmented.
-#[derive(Clone, Copy, Debug, Default, Args)]
-pub struct ScaleArgs {
-    /// Length over which the image is smoothed away from its edges, as a share of the longest side
-    /// [default: .02, and no less than three spacings of the grid].
-    #[arg(long, value_name = "SHARE", value_parser = positive)]
-    pub smooth: Option<f64>,
-    /// Least jump of the grey value that is an edge, as a share of the range of the image
-    /// [default: .2].
-    #[arg(long, value_name = "SHARE", value_parser = positive)]
-    pub contrast: Option<f64>,
-}
-
-impl ScaleArgs {
-    /// The least jump of an edge.
-    pub fn contrast(&self) -> f64 {
-        self.contrast.unwrap_or(0.2)
-    }
-
-    /// The length of smoothing on a grid of this spacing.
-    pub fn length(&self, spacing: f64) -> f64 {
-        self.smooth.unwrap_or(0.02f64.max(3.0 * spacing))
-    }
 }
 
 /// Where the object is.

@@ -12,7 +12,7 @@ mod write;
 
 use std::time::Instant;
 
-pub use args::{Object, ScaleArgs, SegmentArgs};
+pub use args::{Object, SegmentArgs};
 
 use crate::error::{CliError, Exit};
 use crate::output::ResultDir;

@@ -4,10 +4,11 @@ use fe_grid::{Grid, ScalarField};
 use phasefield::segmentation::{SegmentationParams, Weights};
 use serde::Serialize;
 
-use super::args::{Object, ScaleArgs, SegmentArgs};
+use super::args::{Object, SegmentArgs};
 use crate::error::CliError;
-use crate::input::fit::{FrameTransform, nodal_values, whole_frame};
+use crate::input::place::{FrameTransform, nodal_values, whole_frame};
 use crate::input::{AnyImages, GreyRange, Image, ReadOptions, read_grey_images, read_images};
+use crate::options::ScaleArgs;
 use crate::options::check_nodes;
 use crate::output::ResultDir;
 use crate::shapes::labels;

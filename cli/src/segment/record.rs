@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::compute::Found;
 use super::plan::Parameters;
 use crate::input::GreyRange;
-use crate::input::fit::FrameTransform;
+use crate::input::place::FrameTransform;
 use crate::report::{CANCELLED, name, overall, peak_memory};
 use crate::shapes::SizeRecord;
 

@@ -203,7 +203,7 @@ pub(super) fn bounds<'a, const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::fit::{fit_frames, tests::block};
+    use crate::input::place::{fit_frames, tests::block};
     use crate::input::{Image, boundary};
 
     fn input<const D: usize>(image: &Image<D>) -> Input<D> {

@@ -3,7 +3,7 @@
 use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
 
-use super::place::Alignment;
+use super::align::Alignment;
 use super::{Input, SurfaceRecord, common_scale};
 use crate::picture::{Curve, Surface};
 

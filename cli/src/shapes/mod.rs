@@ -1,17 +1,18 @@
 //! From masks to boundaries, and from boundaries to signed distances on the grid: what every
 //! command does before it computes.
 //!
-//! `parts` takes label images apart, `place` aligns shapes to one of them, `pairs` each to each,
+//! `parts` takes label images apart, `align` aligns shapes to one of them, `pairs` each to each,
 //! `label` gives them their names in pictures, `record` and `home` say where they lie and bring
 //! results back there. Boundaries are taken at the resolution of the masks, moved where shapes are
 //! aligned, and the
 //! exact Euclidean distance to them is taken at the nodes.
 
+mod align;
 mod home;
 mod label;
 mod pairs;
 mod parts;
-mod place;
+
 mod record;
 
 use std::path::{Path, PathBuf};
@@ -21,11 +22,11 @@ use levelset::{Contour, ContourDistance, Moments, signed_distance};
 use rayon::prelude::*;
 
 use crate::error::CliError;
-use crate::input::fit::{FrameRule, FrameTransform, fit_frames};
+use crate::input::place::{FrameRule, FrameTransform, fit_frames};
 use crate::input::{Image, LEVEL, boundary};
 use crate::options::{Align, CommonArgs};
 use crate::progress::Progress;
-use place::{Alignment, align};
+use align::{Alignment, align};
 
 pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
 pub(crate) use label::{labels, stem};

@@ -2,7 +2,7 @@
 //!
 //! Where a number is asked of two shapes that does not depend on where they lie, every pair has
 //! a position of its own that suits it best: the second shape (of the larger number) is moved onto
-//! the first, as [`super::place`] moves all shapes onto one reference. A pair that then reaches out
+//! the first, as [`super::align`] moves all shapes onto one reference. A pair that then reaches out
 //! of the room in the box is moved to its middle; where one does not fit, **all** shapes are made
 //! smaller by one factor, so that numbers of all pairs can be compared.
 
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use shape_average::align::{RigidMotion, align_to};
 
 use super::Input;
-use super::place::{ROOM, bounds, coarse_distances, failed};
+use super::align::{ROOM, bounds, coarse_distances, failed};
 use crate::error::CliError;
 
 /// Shapes and the positions of all pairs of them.
@@ -181,7 +181,7 @@ impl<const D: usize> Pairs<D> {
 mod tests {
     use super::*;
     use crate::input::Image;
-    use crate::input::fit::{fit_frames, tests::block};
+    use crate::input::place::{fit_frames, tests::block};
     use levelset::dice;
 
     const NODES: usize = 65;

@@ -183,7 +183,7 @@ pub(crate) fn view_of<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::fit::tests::block;
+    use crate::input::place::tests::block;
 
     #[test]
     fn labels_are_told_apart_by_few_level_sets() {

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::Input;
-use super::place::AlignmentRecord;
-use crate::input::fit::FrameTransform;
+use super::align::AlignmentRecord;
+use crate::input::place::FrameTransform;
 
 /// One input, where it lies, and how large it is.
 #[derive(Clone, Debug, Serialize)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use levelset::Moments;
-use shapespace::input::fit::{FrameRule, fit_frames};
+use shapespace::input::place::{FrameRule, fit_frames};
 use shapespace::input::{
     AnyImages, Image, InputError, ReadOptions, boundary, read_image, read_images,
 };

@@ -12,7 +12,7 @@ use fe_grid::ScalarField;
 use shape_average::joint::{JointParams, JointResult, joint_average_from};
 
 use super::checkpoint::{begin, compare_places};
-use crate::args::AverageArgs;
+use crate::average::AverageArgs;
 use crate::error::{CliError, Exit};
 use crate::output::ResultDir;
 use crate::pool::in_pool;

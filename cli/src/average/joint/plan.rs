@@ -9,12 +9,12 @@ use serde::Serialize;
 use shape_average::AverageParams;
 use shape_average::joint::JointParams;
 
-use crate::args::{AverageArgs, Boundary, Mean, Solver};
-use crate::average::fingerprint;
+use super::super::args::{AverageArgs, Boundary, Mean, Solver};
+use super::super::checkpoint::fingerprint;
 use crate::average::plan::boundary_condition;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
-use crate::input::fit::{FrameTransform, lengths, nodal_values, whole_frames};
+use crate::input::place::{FrameTransform, lengths, nodal_values, whole_frames};
 use crate::input::{AnyImages, GreyRange, Image, read_grey_images};
 use crate::options::Align;
 use crate::output::ResultDir;

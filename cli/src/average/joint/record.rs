@@ -9,7 +9,7 @@ use shape_average::joint::{JointEnergy, JointLevel, spread};
 use super::Outcome;
 use super::plan::Parameters;
 use crate::input::GreyRange;
-use crate::input::fit::FrameTransform;
+use crate::input::place::FrameTransform;
 use crate::report::{CANCELLED, CertificateRecord, name, overall, peak_memory};
 
 /// Everything in `result.json`.

@@ -1,0 +1,78 @@
+//! Quantities of bytes on the command line and in messages.
+
+/// Names of quantities of bytes, and how many they are.
+const UNITS: [(&str, f64); 13] = [
+    ("tib", 1_099_511_627_776.0),
+    ("gib", 1_073_741_824.0),
+    ("mib", 1_048_576.0),
+    ("kib", 1024.0),
+    ("tb", 1e12),
+    ("gb", 1e9),
+    ("mb", 1e6),
+    ("kb", 1e3),
+    ("t", 1_099_511_627_776.0),
+    ("g", 1_073_741_824.0),
+    ("m", 1_048_576.0),
+    ("k", 1024.0),
+    ("b", 1.0),
+];
+
+/// Reads a quantity of bytes: `4GiB`, `500 MB`, `2g`, `1000000`.
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+    let lower = text.trim().to_ascii_lowercase();
+    let (number, unit) = UNITS
+        .iter()
+        .find_map(|(name, unit)| Some((lower.strip_suffix(name)?, *unit)))
+        .unwrap_or((&lower, 1.0));
+    let number: f64 = number
+        .trim_end()
+        .parse()
+        .map_err(|_| "a number of bytes is needed, such as 4GiB or 500MB".to_string())?;
+    let bytes = number * unit;
+    if bytes >= 1.0 && bytes < 2f64.powi(63) {
+        Ok(bytes as u64)
+    } else {
+        Err("at least one byte, and fewer than 8 million TiB".into())
+    }
+}
+
+/// A quantity of bytes in words.
+pub(crate) fn format_bytes(bytes: u64) -> String {
+    let size = bytes as f64;
+    let mib = 1_048_576.0;
+    if size >= 1024.0 * mib {
+        format!("{:.1} GiB", size / (1024.0 * mib))
+    } else {
+        format!("{:.0} MiB", (size / mib).ceil())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_of_bytes_are_read() {
+        for (text, expected) in [
+            ("4GiB", 4 << 30),
+            ("1.5 gib", 3 << 29),
+            ("500MB", 500_000_000),
+            ("2g", 2 << 30),
+            ("64k", 65536),
+            ("100", 100),
+            ("7 B", 7),
+        ] {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for wrong in ["", "GiB", "-1GB", "nan", "inf", "0", "4 gigs", "1e40", "1x"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn what_is_written_can_be_read() {
+        for size in [1 << 20, 300 << 20, 5 << 30] {
+            assert_eq!(bytes(&format_bytes(size).replace(' ', "")), Ok(size));
+        }
+    }
+}
