@@ -7,7 +7,8 @@ use std::hint::black_box;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::engine::MAX_COEFFICIENTS;
-use fe_grid::scatter::{Background, PointWeights, Source, normal_equations};
+use fe_grid::scatter::{PointWeights, Source, normal_equations};
+use fe_grid::stencil::Background;
 use fe_grid::{Assembly, Data, Element, Field, Grid, Lane, LinearOperator, Point, Reads, certify};
 use support::{Solid, displacement, nodes, stiffness};
 

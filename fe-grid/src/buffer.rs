@@ -4,7 +4,8 @@
 //! and as much of the rest as there is room for. The file has no name: it is gone with the vector,
 //! even where the program is killed.
 
-use crate::{Element, GridError};
+use crate::error::GridError;
+use crate::lane::Element;
 use memmap2::MmapMut;
 use std::fs::File;
 use std::io::{self, Write};

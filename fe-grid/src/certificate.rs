@@ -8,7 +8,9 @@
 use crate::engine::block::component_rows;
 use crate::engine::element::MAX_CORNERS;
 use crate::engine::rows::{NodeRows, block_starts, first_cell, rows_of_layer};
-use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel};
+use crate::simd_level::SimdLevel;
 use rayon::prelude::*;
 
 /// What is known about the determinant of a deformation gradient.

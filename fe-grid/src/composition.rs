@@ -11,7 +11,8 @@
 
 use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::engine::{CellLaw, Jet, MAX_COEFFICIENTS, Point, Reads};
-use crate::{Element, Grid, Lane, MAX_LANES};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, MAX_LANES};
 
 /// How a nodal field goes on outside the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,7 +2,8 @@
 
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
-use crate::{Grid, LinearOperator};
+use crate::grid::Grid;
+use crate::linear::LinearOperator;
 
 /// The mass matrix `M_ab = ∫ N_a N_b` of multilinear elements.
 pub fn mass_matrix<const D: usize>(grid: &Grid<D>) -> CsrMatrix<f64> {

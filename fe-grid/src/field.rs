@@ -1,6 +1,8 @@
 //! Nodal fields on a grid.
 
-use crate::{Element, Grid, GridError};
+use crate::error::GridError;
+use crate::grid::Grid;
+use crate::lane::Element;
 use rayon::prelude::*;
 
 /// A field of `M` components, one number a node and component: component by component, `x`

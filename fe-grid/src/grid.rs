@@ -1,6 +1,6 @@
 //! Uniform grids of one spacing, and the hierarchy over them.
 
-use crate::GridError;
+use crate::error::GridError;
 
 /// Nodes of a box `[0, (n_0-1) h] x ...`, the same spacing `h` along every axis. Axis 0 is `x`,
 /// and `x` runs fastest in memory.

@@ -6,8 +6,11 @@
 //! faces.
 
 use crate::engine::element::{MAX_CORNERS, multilinear};
-use crate::field::Field;
-use crate::{Element, Grid, Lane, LaneKernel, ScalarField, SimdLevel, tensor};
+use crate::field::{Field, ScalarField};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel};
+use crate::simd_level::SimdLevel;
+use crate::tensor;
 use rayon::prelude::*;
 
 /// Newton's method is stopped at this residual, in units of the spacing.

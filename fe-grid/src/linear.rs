@@ -1,8 +1,10 @@
 //! Linear operators that are applied, not stored, and conjugate gradients.
 
-use crate::GridError;
-use crate::vector::{add_scaled_into, axpy, copy_into, dot, fill, max_abs, multiply_into, norm};
-use crate::vector::{scale_add, subtract_into};
+use crate::error::GridError;
+use crate::vector::{
+    add_scaled_into, axpy, copy_into, dot, fill, max_abs, multiply_into, norm, scale_add,
+    subtract_into,
+};
 
 /// A square linear operator; a preconditioner is one too, an approximate inverse.
 pub trait LinearOperator: Sync {

@@ -6,7 +6,7 @@
 //! four to the numbers of its cell.
 
 use crate::engine::kernel::CACHE_LINE;
-use crate::{Element, Lane, MAX_LANES};
+use crate::lane::{Element, Lane, MAX_LANES};
 
 /// `3^D` moments and `2^D` linear moments, at most.
 const MAX_PRODUCTS: usize = 9;

@@ -9,10 +9,13 @@
 //! precision is enough inside a preconditioner and halves its memory.
 
 use crate::engine::{Assembly, CellLaw, Data, MAX_CELL_DATA};
+use crate::error::GridError;
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel};
 use crate::linear::LinearOperator;
 use crate::pool::Pool;
+use crate::simd_level::SimdLevel;
 use crate::transfer::{average_cells, prolong_into, restrict_into};
-use crate::{Element, Grid, GridError, Lane, LaneKernel, SimdLevel};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 use std::sync::Arc;

@@ -2,8 +2,8 @@
 //! component, so that the Hessian action is `M[m] + L[s]`.
 
 use crate::engine::{CellLaw, Jet, MAX_CELL_DATA, Point, Reads};
+use crate::lane::{Element, Lane};
 use crate::multigrid::CoefficientLaw;
-use crate::{Element, Lane};
 
 /// Constant coefficients. [`UniformOperator`](crate::UniformOperator) applies `m M + s L` many
 /// times faster than the cell engine.

@@ -29,9 +29,12 @@ use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::engine::rows::{Row, rows_of_layer};
 use crate::engine::slabs::{Slab, over_slabs};
 use crate::engine::{CellLaw, Data, Jet, MAX_COEFFICIENTS, Point, Reads};
+use crate::error::GridError;
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
+use crate::simd_level::SimdLevel;
 use crate::stencil::{BlockStencil, half_offsets};
-use crate::tensor::{add, add_identity, product, product_transposed};
-use crate::{Element, Grid, GridError, Lane, LaneKernel, MAX_LANES, SimdLevel, Tensor};
+use crate::tensor::{Tensor, add, add_identity, product, product_transposed};
 
 /// Below this number of cells everything stays on one thread.
 const PARALLEL_CELLS: usize = 1024;

@@ -4,8 +4,8 @@
 //! that would fold, over a distance that grows with the step, so that the damping itself does
 //! not fold others.
 
-use crate::Grid;
 use crate::certificate::{certify_within, violations};
+use crate::grid::Grid;
 use rayon::prelude::*;
 use std::ops::Range;
 

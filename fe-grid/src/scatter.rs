@@ -23,10 +23,12 @@ use crate::engine::kernel::CACHE_LINE;
 use crate::engine::rows::{Row, first_node, rows_of_layer};
 use crate::engine::slabs::{Slab, over_slabs};
 use crate::engine::{Data, Point, Reads};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel};
 use crate::moments::{RUN, RunPoints, accumulate, first_moments, moment_stride};
 use crate::pool::Pool;
-use crate::stencil::{SymmetricStencil, half_offsets};
-use crate::{Element, Grid, Lane, LaneKernel, SimdLevel};
+use crate::simd_level::SimdLevel;
+use crate::stencil::{Background, SymmetricStencil, half_offsets};
 use rayon::prelude::*;
 
 /// Below this number of cells everything stays on one thread.
@@ -48,18 +50,6 @@ pub struct Source<'a, T> {
     pub coefficients: &'a [&'a [T]],
     /// Factor of both numbers.
     pub weight: f64,
-}
-
-/// What is added to the matrix and to the right-hand side besides the scattered points: the
-/// element matrix of a constant operator and a constant load.
-#[derive(Clone, Copy, Default)]
-pub struct Background {
-    /// Coefficient of the mass matrix `M`.
-    pub mass: f64,
-    /// Coefficient of the stiffness matrix `L`.
-    pub stiffness: f64,
-    /// Constant density of the load: `load * M 1` is added to the right-hand side.
-    pub load: f64,
 }
 
 /// Assembles `A + mass M + stiffness L` and `r + load M 1`.

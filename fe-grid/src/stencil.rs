@@ -5,9 +5,11 @@
 //! block), for the offset zero and the offsets that come after it in memory.
 
 use crate::engine::element::{GAUSS, MAX_CORNERS, shape_derivative, shape_value};
+use crate::error::GridError;
+use crate::grid::Grid;
+use crate::lane::{Lane, LaneKernel};
 use crate::linear::LinearOperator;
-use crate::scatter::Background;
-use crate::{Grid, GridError, Lane, LaneKernel, SimdLevel};
+use crate::simd_level::SimdLevel;
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 use rayon::prelude::*;
 
@@ -240,6 +242,18 @@ fn multiply_add<L: Lane<Element = f64>>(a: &[f64], x: &[f64], out: &mut [f64]) {
         sum.store(&mut out[i..]);
         i += L::COUNT;
     }
+}
+
+/// What is added to the matrix and to the right-hand side besides the scattered points: the
+/// element matrix of a constant operator and a constant load.
+#[derive(Clone, Copy, Default)]
+pub struct Background {
+    /// Coefficient of the mass matrix `M`.
+    pub mass: f64,
+    /// Coefficient of the stiffness matrix `L`.
+    pub stiffness: f64,
+    /// Constant density of the load: `load * M 1` is added to the right-hand side.
+    pub load: f64,
 }
 
 /// Element matrix of `mass M + stiffness L`.

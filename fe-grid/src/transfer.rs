@@ -4,7 +4,8 @@
 //! Restriction is its transpose and acts on functionals (gradients, residuals); nodal functions
 //! are restricted by [`inject_into`]. All work axis by axis.
 
-use crate::{Element, Grid};
+use crate::grid::Grid;
+use crate::lane::Element;
 use rayon::prelude::*;
 
 /// Lines shorter than this are not worth a task of their own.

@@ -17,9 +17,11 @@
 
 use crate::engine::kernel::CACHE_LINE;
 use crate::engine::rows::block_starts;
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
 use crate::linear::LinearOperator;
 use crate::operators::MassStiffness;
-use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES, SimdLevel};
+use crate::simd_level::SimdLevel;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -4,7 +4,8 @@
 //! sums are added one after the other: who computed a chunk leaves no trace. Nothing here
 //! allocates.
 
-use crate::{Element, Lane, LaneKernel, SimdLevel};
+use crate::lane::{Element, Lane, LaneKernel};
+use crate::simd_level::SimdLevel;
 use rayon::prelude::*;
 
 /// Numbers in a chunk.

@@ -9,7 +9,7 @@
 //!
 //! Source: the lecture notes of Rumpf and Wirth, section 6, `E_deform`.
 
-use crate::ObjectWeights;
+use crate::cells::ObjectWeights;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
 use hyperelastic::StoredEnergy;
 

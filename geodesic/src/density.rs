@@ -1,7 +1,7 @@
 //! Where a path dissipates: the density of its steps at the nodes.
 
-use crate::GeodesicError;
 use crate::cells::object_cells;
+use crate::error::GeodesicError;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{CellProbe, Data, Field, Grid, Lane, Point, Reads, ScalarField, probe_cells};
 use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy};

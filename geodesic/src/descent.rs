@@ -1,6 +1,6 @@
 //! How both forms are lowered on a level.
 
-use crate::GeodesicParams;
+use crate::params::GeodesicParams;
 use fe_grid::minimise::{LbfgsParams, Stopping};
 use fe_grid::{Grid, certify_within};
 use hyperelastic::FoldBarrier;

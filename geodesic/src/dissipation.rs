@@ -16,7 +16,7 @@
 //! Source: the relaxed formulation of the lecture notes (Rumpf and Wirth, section 6), written on the
 //! start domain.
 
-use crate::ObjectWeights;
+use crate::cells::ObjectWeights;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
 use hyperelastic::StoredEnergy;
 

@@ -8,7 +8,8 @@
 //! Source: the lecture notes of Rumpf and Wirth, "variational time discretization in finite
 //! dimensions", and "springs or dashpots".
 
-use crate::{GeodesicError, cells};
+use crate::cells;
+use crate::error::GeodesicError;
 use hyperelastic::{LawSpec, LawVisitor, StoredEnergy};
 use nalgebra::{DMatrix, DVector};
 

@@ -3,7 +3,9 @@
 //! All laws are compiled here for both dimensions, once, so that crates which use geodesics do not
 //! compile every law again.
 
-use crate::{ObjectWeights, PathDissipation, StepDeformation};
+use crate::cells::ObjectWeights;
+use crate::deformation::StepDeformation;
+use crate::dissipation::PathDissipation;
 use fe_grid::dimension::{self, Routine};
 use fe_grid::{Assembly, CellLaw, Data, Grid, GridError};
 use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy};

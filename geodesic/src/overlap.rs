@@ -1,6 +1,6 @@
 //! How much of the end shape a path reaches.
 
-use crate::GeodesicError;
+use crate::error::GeodesicError;
 use crate::level_sets::compose;
 use crate::shape::Shape;
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};

@@ -1,6 +1,6 @@
 //! Parameters of a geodesic.
 
-use crate::GeodesicError;
+use crate::error::GeodesicError;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 

@@ -1,11 +1,12 @@
 //! What a geodesic is made of, whatever form it was computed in.
 
 use crate::cells::{self, object_cells};
+use crate::error::GeodesicError;
 use crate::lagrangian::{eulerian, lagrangian_path};
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::overlap::{Overlaps, is_reached, overlaps, worst};
+use crate::params::{Form, GeodesicParams};
 use crate::shape::{Known, Shape, union_of};
-use crate::{Form, GeodesicError, GeodesicParams};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};

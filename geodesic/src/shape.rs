@@ -7,7 +7,7 @@
 //! multi-component objects", "Geodesics in the presence of partial occlusion"); Chan and Vese, *A
 //! Multiphase Level Set Framework for Image Segmentation* (2002).
 
-use crate::GeodesicError;
+use crate::error::GeodesicError;
 use crate::matching::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::{Field, Grid, ScalarField};

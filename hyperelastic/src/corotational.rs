@@ -7,7 +7,7 @@
 //! second part, `1/2 d . G d` with a symmetric matrix `G` a cell, it serves as the metric of
 //! minimisers for elastic energies with a further term in the deformation itself.
 
-use crate::LameModuli;
+use crate::moduli::LameModuli;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::CoefficientLaw;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};

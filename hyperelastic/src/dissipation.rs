@@ -1,6 +1,6 @@
 //! Linear viscous friction.
 
-use crate::LameModuli;
+use crate::moduli::LameModuli;
 use fe_grid::{Lane, Tensor, tensor};
 
 /// Rate of viscous dissipation of a velocity `v`,

@@ -1,8 +1,9 @@
 //! The energy of the inverse deformation.
 
-use crate::hypotheses::Growth;
+use crate::hypotheses::{Growth, Hypotheses};
 use crate::kinematics::{Kinematics, Volume};
-use crate::{Hypotheses, LameModuli, PolyconvexForm, StoredEnergy};
+use crate::moduli::LameModuli;
+use crate::stored_energy::{PolyconvexForm, StoredEnergy};
 use fe_grid::{Lane, Tensor, tensor};
 
 /// `W_inv(A) = det A  W(A^-1)`: the stored energy of the inverse deformation, counted on the

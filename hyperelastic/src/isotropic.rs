@@ -1,7 +1,7 @@
 //! Laws of the form `W(A) = f(|A|^2) + g(|cof A|^2) + k(det A)`, put together once.
 
-use crate::LameModuli;
 use crate::kinematics::{Kinematics, Volume};
+use crate::moduli::LameModuli;
 use crate::terms::{NormTerm, VolumeTerm};
 use fe_grid::{Lane, Tensor, tensor};
 

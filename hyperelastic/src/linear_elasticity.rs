@@ -1,6 +1,10 @@
 //! Linearised elasticity, for comparison.
 
-use crate::{Growth, Hypotheses, LameModuli, LawError, StoredEnergy, ViscousDissipation};
+use crate::dissipation::ViscousDissipation;
+use crate::error::LawError;
+use crate::hypotheses::{Growth, Hypotheses};
+use crate::moduli::LameModuli;
+use crate::stored_energy::StoredEnergy;
 use fe_grid::{Lane, Tensor};
 
 /// `W = lambda/2 (tr e)^2 + mu |e|^2`, `e = sym h`: the dissipation of a displacement.

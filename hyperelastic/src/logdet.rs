@@ -1,9 +1,11 @@
 //! The default law.
 
-use crate::hypotheses::Growth;
+use crate::error::LawError;
+use crate::hypotheses::{Growth, Hypotheses};
 use crate::isotropic::Isotropic;
+use crate::moduli::LameModuli;
+use crate::stored_energy::{PolyconvexForm, StoredEnergy};
 use crate::terms::{Absent, LogVolume, SquaredNorm};
-use crate::{Hypotheses, LameModuli, LawError, PolyconvexForm, StoredEnergy};
 use fe_grid::{Lane, Tensor};
 
 /// `W = mu/2 |A|^2 + lambda/4 D^2 - (mu + lambda/2) ln D - d mu/2 - lambda/4`, `D = det A > 0`.

@@ -1,10 +1,11 @@
 //! The default law with the growth in the determinant that the theory asks for.
 
-use crate::error::require;
-use crate::hypotheses::Growth;
+use crate::error::{LawError, require};
+use crate::hypotheses::{Growth, Hypotheses};
 use crate::isotropic::Isotropic;
+use crate::moduli::LameModuli;
+use crate::stored_energy::{PolyconvexForm, StoredEnergy};
 use crate::terms::{Absent, BarrierVolume, LogVolume, SquaredNorm};
-use crate::{Hypotheses, LameModuli, LawError, PolyconvexForm, StoredEnergy};
 use fe_grid::{Lane, Tensor};
 
 const NAME: &str = "logdet_barrier";

@@ -1,6 +1,6 @@
 //! The two constants of an isotropic linear response.
 
-use crate::LawError;
+use crate::error::LawError;
 use serde::{Deserialize, Serialize};
 
 /// Lamé parameters: `diss[v] = lambda/2 (tr e)^2 + mu tr(e^2)`, `e = sym Dv`.

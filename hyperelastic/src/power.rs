@@ -1,11 +1,12 @@
 //! Powers of the norms of `A` and `cof A`, with two choices of the volume term.
 
-use crate::error::require;
-use crate::hypotheses::Growth;
+use crate::error::{LawError, require};
+use crate::hypotheses::{Growth, Hypotheses};
 use crate::isotropic::Isotropic;
+use crate::moduli::LameModuli;
 use crate::power_share::{ShareProblem, choose_share};
+use crate::stored_energy::{PolyconvexForm, StoredEnergy};
 use crate::terms::{PowerNorm, PowerVolume};
-use crate::{Hypotheses, LameModuli, LawError, PolyconvexForm, StoredEnergy};
 use fe_grid::{Lane, Tensor};
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! How the shear modulus is shared between the two norm terms of a power law.
 
-use crate::error::require;
-use crate::{LameModuli, LawError};
+use crate::error::{LawError, require};
+use crate::moduli::LameModuli;
 
 /// A lower bound of `lambda` that is linear in the share `t` of the `|A|^p` term:
 /// `mu (t bound_at_norm + (1-t) bound_at_cofactor)`.

@@ -2,10 +2,14 @@
 //!
 //! To add a law: one file for it, one line in [`Family`]'s table, one in [`LawSpec::visit`].
 
-use crate::{
-    Inverse, LameModuli, LawError, LinearElasticity, LogDet, LogDetBarrier, Power, PowerExponents,
-    StoredEnergy,
-};
+use crate::error::LawError;
+use crate::inverse::Inverse;
+use crate::linear_elasticity::LinearElasticity;
+use crate::logdet::LogDet;
+use crate::logdet_barrier::LogDetBarrier;
+use crate::moduli::LameModuli;
+use crate::power::{Power, PowerExponents};
+use crate::stored_energy::StoredEnergy;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;

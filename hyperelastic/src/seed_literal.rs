@@ -1,10 +1,12 @@
 //! The density of the lecture notes as it is printed, for value checks.
 
-use crate::error::require;
+use crate::error::{LawError, require};
+use crate::hypotheses::{Growth, Hypotheses};
 use crate::isotropic::{Curvatures, Slopes, lame_moduli, stress, tangent};
 use crate::kinematics::{Kinematics, Volume};
+use crate::moduli::LameModuli;
+use crate::stored_energy::StoredEnergy;
 use crate::terms::{PowerVolume, VolumeTerm};
-use crate::{Growth, Hypotheses, LameModuli, LawError, StoredEnergy};
 use fe_grid::{Lane, Tensor};
 
 const NAME: &str = "seed_literal";

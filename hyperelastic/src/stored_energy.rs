@@ -1,6 +1,7 @@
 //! What every law answers.
 
-use crate::{Hypotheses, LameModuli};
+use crate::hypotheses::Hypotheses;
+use crate::moduli::LameModuli;
 use fe_grid::{Lane, Tensor, tensor};
 
 /// A stored energy density `W`, as a function of the displacement gradient `h = Dphi - 1`.

@@ -1,6 +1,6 @@
 //! The elastic energy of an object in a soft void, as a law of the cell engine.
 
-use crate::StoredEnergy;
+use crate::stored_energy::StoredEnergy;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
 
 /// `kappa W(1 + Du)` for a displacement `u`, with `kappa = (1 - delta) chi + delta` from the nodal

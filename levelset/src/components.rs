@@ -2,7 +2,7 @@
 
 use fe_grid::Field;
 
-use crate::LevelsetError;
+use crate::error::LevelsetError;
 
 /// The components of an object: nodes that hang together along the edges of the grid.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::LevelsetError;
+use crate::error::LevelsetError;
 use crate::vector::{area_normal, norm};
 
 /// Oriented segments around a 2D object, or oriented triangles around a 3D object: shared

@@ -3,9 +3,9 @@
 use fe_grid::{Field, Grid};
 use rayon::prelude::*;
 
-use crate::LevelsetError;
 use crate::bvh::Bvh;
 use crate::contour::Contour;
+use crate::error::LevelsetError;
 use crate::extract::{BoxEdge, check_finite, contour};
 use crate::pseudonormal::{Pseudonormals, winding_number};
 use crate::search::{Found, PACKET};

@@ -5,9 +5,10 @@ use std::collections::HashMap;
 use fe_grid::{Field, Grid};
 
 use crate::contour::{Contour, Simplex};
+use crate::error::LevelsetError;
+use crate::quad;
 use crate::surface::{self, Edge, Fill};
 use crate::vector::add_scaled;
-use crate::{LevelsetError, quad};
 
 /// A crossing this close to a background node, as a share of the spacing, is put onto the node:
 /// triangles thinner than this have no reliable normal.

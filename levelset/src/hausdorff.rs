@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::LevelsetError;
 use crate::contour::Contour;
 use crate::distance::ContourDistance;
+use crate::error::LevelsetError;
 use crate::search::{Found, PACKET};
 use crate::vector::{area_normal, norm, sub};
 

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_1_PI;
 
 use fe_grid::{Field, Lane};
 
-use crate::LevelsetError;
+use crate::error::LevelsetError;
 
 /// The step with a transition of finite width: 0 for `x <= -w`, 1 for `x >= w`, between them
 /// `3 s^2 - 2 s^3` with `s = (x + w)/(2 w)`. Continuously differentiable, without tails.

@@ -4,9 +4,10 @@ use fe_grid::Field;
 use nalgebra::{SMatrix, SVector};
 
 use crate::contour::Contour;
+use crate::error::LevelsetError;
 use crate::extract::check_finite;
+use crate::vector;
 use crate::vector::{area_normal, dot};
-use crate::{LevelsetError, vector};
 
 /// Volume (area in 2D), centroid and second central moments of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::Contour;
+use crate::contour::Contour;
 
 /// A curve through points, with the object to its left.
 #[derive(Clone, Debug, PartialEq)]

@@ -21,7 +21,7 @@
 use fe_grid::Field;
 use levelset::Compact;
 
-use crate::PhaseFieldError;
+use crate::error::PhaseFieldError;
 
 /// Mismatch of a flat edge against its absence, per unit length.
 pub const MISMATCH_UNMATCHED: f64 = 2.0;

@@ -4,7 +4,9 @@
 //! The gradient is taken in the inner product `(.,.) + sigma^2/2 (D., D.)`, inverted exactly, and
 //! the step length is doubled after a success and halved until Armijo's condition holds.
 
-use crate::{AverageError, AverageObjective, BoundaryCondition};
+use crate::error::AverageError;
+use crate::objective::AverageObjective;
+use crate::params::BoundaryCondition;
 use fe_grid::minimise::{
     Control, Evaluation, Evaluations, Info, Iteration, Minimiser, Objective, Observer, Status,
 };

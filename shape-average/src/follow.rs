@@ -6,10 +6,11 @@
 //! others are averaged by themselves, with the same weight of a mismatch, and each of these is then
 //! deformed onto the result with a small elastic weight, which makes the deformation a good one.
 
+use crate::error::AverageError;
 use crate::hierarchy::{LevelMinimiser, Levels, levels_of_seen, targets_of};
-use crate::result::Timing;
-use crate::solve::average_from;
-use crate::{AverageError, AverageParams, AverageResult, LevelShapes, Mean};
+use crate::level::LevelShapes;
+use crate::params::{AverageParams, Mean};
+use crate::result::{AverageResult, Timing};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Field, ScalarField};
 use std::time::Instant;
@@ -19,41 +20,69 @@ use std::time::Instant;
 /// comes to lie on a straight one with a Dice overlap of .95 at this weight, of .91 at half of it.
 const ELASTIC_WEIGHT: f64 = 0.02;
 
-/// The average where some weights are zero.
+/// The shapes of positive weight, by themselves, with the parameters of their average.
+pub(crate) struct Leaders<const D: usize> {
+    /// Signed distances.
+    pub distances: Vec<ScalarField<f64, D>>,
+    /// What was seen of each, or none.
+    pub seen: Vec<ScalarField<f64, D>>,
+    /// Displacements to start from, or none.
+    pub known: Vec<Field<f64, D, D>>,
+    /// Their weights, and a mismatch weight with which the mismatch of one costs what it costs
+    /// among all.
+    pub params: AverageParams,
+}
+
+impl<const D: usize> Leaders<D> {
+    /// Those of all shapes whose weight is not zero.
+    pub(crate) fn of(
+        signed_distances: &[Field<f64, D, 1>],
+        seen: &[Field<f64, D, 1>],
+        known: &[Field<f64, D, D>],
+        params: &AverageParams,
+    ) -> Self {
+        let n = signed_distances.len();
+        let weights = params.resolved_weights(n);
+        let leaders: Vec<usize> = (0..n).filter(|&i| weights[i] > 0.0).collect();
+        let of_leaders = |fields: &[ScalarField<f64, D>]| -> Vec<_> {
+            let found = leaders.iter().filter_map(|&i| fields.get(i));
+            found.cloned().collect()
+        };
+        // What does not have one displacement a shape must not seem to fit.
+        let known = if known.len() == n {
+            leaders.iter().map(|&i| known[i].clone()).collect()
+        } else {
+            known.to_vec()
+        };
+        Self {
+            distances: of_leaders(signed_distances),
+            seen: of_leaders(seen),
+            known,
+            params: AverageParams {
+                weights: Some(leaders.iter().map(|&i| weights[i]).collect()),
+                mismatch_weight: params.mismatch_weight * leaders.len() as f64 / n as f64,
+                length_weight: Some(params.resolved_length_weight()),
+                ..params.clone()
+            },
+        }
+    }
+}
+
+/// Adds the shapes of weight zero to the average of the others.
 ///
 /// # Errors
-/// Those of [`average`].
+/// Those of [`average`](crate::average).
 pub(crate) fn with_followers<const D: usize>(
+    result: AverageResult<D>,
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
-    known: &[Field<f64, D, D>],
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
     let n = signed_distances.len();
     let weights = params.resolved_weights(n);
-    let leads = |i: &usize| weights[*i] > 0.0;
-    let leaders: Vec<usize> = (0..n).filter(leads).collect();
-    let of_leaders = |fields: &[ScalarField<f64, D>]| -> Vec<_> {
-        let found = leaders.iter().filter_map(|&i| fields.get(i));
-        found.cloned().collect()
-    };
-    let own = AverageParams {
-        weights: Some(leaders.iter().map(|&i| weights[i]).collect()),
-        // A mismatch of one shape costs what it costs among all.
-        mismatch_weight: params.mismatch_weight * leaders.len() as f64 / n as f64,
-        length_weight: Some(params.resolved_length_weight()),
-        ..params.clone()
-    };
-    let (led, led_seen) = (of_leaders(signed_distances), of_leaders(seen));
-    // What does not have one displacement a shape must not seem to fit.
-    let led_known: Vec<_> = if known.len() == n {
-        leaders.iter().map(|&i| known[i].clone()).collect()
-    } else {
-        known.to_vec()
-    };
-    let result = average_from(&led, &led_seen, &led_known, &own, observer)?;
+    let leads = |i: usize| weights[i] > 0.0;
     let grid = *result.average.grid();
     let on_grid = |d: &ScalarField<f64, D>| ScalarField::from_fn(grid, |x| d.sample(x));
     let distances: Vec<_> = signed_distances.iter().map(on_grid).collect();
@@ -66,9 +95,9 @@ pub(crate) fn with_followers<const D: usize>(
     let mut x = Vec::with_capacity(n * D * grid.n_nodes());
     let mut led = result.displacements.iter();
     for i in 0..n {
-        if !leads(&i) && stopped {
+        if !leads(i) && stopped {
             x.resize(x.len() + D * grid.n_nodes(), 0.0);
-        } else if !leads(&i) {
+        } else if !leads(i) {
             let seen = seen.get(i).map_or(&[][..], std::slice::from_ref);
             x.extend(follow(&distances[i], seen, &target, params, observer)?);
         } else if let Some(displacement) = led.next() {
@@ -82,7 +111,7 @@ pub(crate) fn with_followers<const D: usize>(
             let mut led = terms.clone().into_iter();
             *terms = (0..n)
                 .map(|i| {
-                    if leads(&i) {
+                    if leads(i) {
                         led.next().unwrap_or(0.0)
                     } else {
                         0.0

@@ -1,8 +1,12 @@
 //! The levels of an average, from coarse to fine, and the stopping rule of each.
 
 use crate::alternating::Alternating;
+use crate::energy::Energy;
+use crate::error::AverageError;
+use crate::level::LevelShapes;
+use crate::objective::AverageObjective;
+use crate::params::{AverageParams, Solver};
 use crate::result::{AverageResult, LevelReport, Timing, worst_certificate};
-use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Solver};
 use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
 };

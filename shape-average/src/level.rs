@@ -1,6 +1,7 @@
 //! The shapes on one level: phase fields and elastic weights of the level's interface width.
 
-use crate::{AverageError, AverageParams};
+use crate::error::AverageError;
+use crate::params::AverageParams;
 use fe_grid::{Field, Grid};
 use phasefield::{ElasticWeight, InterfaceLength, Profile};
 

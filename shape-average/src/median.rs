@@ -4,9 +4,13 @@
 //! at the last average, the next average therefore lowers the sum of roots at least as much as its
 //! own functional, whatever that is lowered by (majorisation and minimisation).
 
+use crate::energy::Energy;
+use crate::error::AverageError;
 use crate::hierarchy::{Levels, solve_levels};
+use crate::level::LevelShapes;
+use crate::params::{AverageParams, Mean};
 use crate::quiet::Quiet;
-use crate::{AverageError, AverageParams, AverageResult, Energy, LevelShapes, Mean};
+use crate::result::AverageResult;
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Assembly, Data, Field, GridError};

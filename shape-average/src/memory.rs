@@ -6,7 +6,7 @@
 //! around it, boundaries of shapes and pictures are not counted.
 
 use crate::hierarchy::HISTORY;
-use crate::{AverageParams, Solver};
+use crate::params::{AverageParams, Solver};
 use fe_grid::{Grid, Storage};
 use hyperelastic::Corotational;
 use serde::Serialize;

@@ -1,7 +1,8 @@
 //! The metric of one shape's displacement: Gauss–Newton for the mismatch, corotational for the
 //! elastic energy, inverted by one multigrid cycle.
 
-use crate::{AverageParams, LevelShapes};
+use crate::level::LevelShapes;
+use crate::params::AverageParams;
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};

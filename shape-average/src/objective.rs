@@ -6,13 +6,16 @@
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
 use crate::elastic::{ElasticTerm, value_or_gradient};
-use crate::energy::{ShapeTerms, Weights};
+use crate::energy::{Energy, ShapeTerms, Weights};
+use crate::error::AverageError;
+use crate::level::LevelShapes;
 use crate::metric::ShapeMetric;
-use crate::{AverageError, AverageParams, BoundaryCondition, Energy, LevelShapes};
+use crate::params::{AverageParams, BoundaryCondition};
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::multigrid::WorkSpace;
-use fe_grid::scatter::{Background, NormalEquations, Source};
+use fe_grid::scatter::{NormalEquations, Source};
+use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
     LinearOperator, Storage, certify_below, conjugate_gradient, restrain_step, vector,

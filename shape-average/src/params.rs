@@ -1,6 +1,6 @@
 //! Parameters of an average.
 
-use crate::AverageError;
+use crate::error::AverageError;
 use fe_grid::Storage;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,8 @@
 //! The functional as a function of two arguments: deformations and average, neither eliminated.
 
-use crate::objective::shape;
-use crate::{AverageError, AverageObjective, Energy};
+use crate::energy::Energy;
+use crate::error::AverageError;
+use crate::objective::{AverageObjective, shape};
 use fe_grid::minimise::Objective;
 
 impl<const D: usize> AverageObjective<D> {

@@ -1,6 +1,8 @@
 //! The result of an average.
 
-use crate::{AverageError, Energy, LevelShapes};
+use crate::energy::Energy;
+use crate::error::AverageError;
+use crate::level::LevelShapes;
 use fe_grid::minimise::{Evaluations, LevelInfo, Status};
 use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};

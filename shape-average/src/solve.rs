@@ -1,10 +1,12 @@
 //! What a caller asks for: averages of shapes, and a shape deformed onto an average.
 
-use crate::follow::with_followers;
+use crate::error::AverageError;
+use crate::follow::{Leaders, with_followers};
 use crate::hierarchy::{Levels, levels_of, levels_of_seen, solve_levels, targets_of};
+use crate::level::LevelShapes;
 use crate::objective::check_law;
+use crate::params::{AverageParams, Mean};
 use crate::result::AverageResult;
-use crate::{AverageError, AverageParams, LevelShapes, Mean};
 use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
 use fe_grid::{Field, Grid};
@@ -76,7 +78,9 @@ fn averaged_from<const D: usize>(
     let start = Instant::now();
     let weights = params.resolved_weights(signed_distances.len());
     if weights.contains(&0.0) {
-        return with_followers(signed_distances, seen, known, params, start, observer);
+        let led = Leaders::of(signed_distances, seen, known, params);
+        let own = averaged_from(&led.distances, &led.seen, &led.known, &led.params, observer)?;
+        return with_followers(own, signed_distances, seen, params, start, observer);
     }
     let mut levels = levels_of_seen(signed_distances, seen, params)?;
     let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();

@@ -2,7 +2,7 @@
 //!
 //! All laws are compiled here for both dimensions, once, as in `elastic`.
 
-use crate::AverageError;
+use crate::error::AverageError;
 use fe_grid::{Field, ScalarField, Tensor};
 use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy, cauchy_stress};
 

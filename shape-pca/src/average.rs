@@ -1,6 +1,9 @@
 //! What an analysis takes of an average.
 
-use crate::{PcaError, PcaParams, Source, push_forward};
+use crate::compound::Source;
+use crate::error::PcaError;
+use crate::params::PcaParams;
+use crate::push::push_forward;
 use fe_grid::{Field, Grid, ScalarField, VectorField};
 use shape_average::{AverageParams, AverageResult};
 

@@ -3,7 +3,7 @@
 //! All laws are compiled here for both dimensions, once: what is generic ends at two functions
 //! that are not, so that crates which use this one do not compile every law again.
 
-use crate::PcaError;
+use crate::error::PcaError;
 use fe_grid::pullback::{Derivatives, Pullback, PullbackSource, pull_back};
 use fe_grid::{Grid, GridError};
 use hyperelastic::{LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};

@@ -12,8 +12,10 @@
 //! mismatch and the length of the interface hold. That reaction is kept, so that `w = 0` is in
 //! equilibrium without a load.
 
-use crate::compound::evaluate;
-use crate::{Average, Compound, PcaError, Source};
+use crate::average::Average;
+use crate::compound::{Source, evaluate};
+use crate::error::PcaError;
+use crate::operator::Compound;
 use fe_grid::minimise::{
     Evaluation, Info, Minimiser, NewtonCgParams, Objective, SecondOrder, Silent, Stopping,
 };

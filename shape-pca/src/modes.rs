@@ -1,6 +1,6 @@
 //! From a Gram matrix to modes, and what is made of numbers alone.
 
-use crate::PcaError;
+use crate::error::PcaError;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Eigenvalues, and modes as combinations of the training displacements.

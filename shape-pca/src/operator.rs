@@ -1,11 +1,15 @@
 //! The compound operator: assembled, preconditioned and constrained.
 
-use crate::compound::evaluate;
-use crate::{Average, PcaError, PcaParams, RigidMotions, SolveReport, Source, krylov};
+use crate::average::Average;
+use crate::compound::{Source, evaluate};
+use crate::error::PcaError;
+use crate::krylov::{self, SolveReport};
+use crate::params::PcaParams;
+use crate::rigid::RigidMotions;
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::pullback::Derivatives;
 use fe_grid::stencil::BlockStencil;
-use fe_grid::{Grid, LinearOperator};
+use fe_grid::{Field, Grid, LinearOperator, VectorField};
 use hyperelastic::{Corotational, LameModuli};
 
 /// Share of the void's stiffness that keeps the preconditioner definite: rigid motions cost
@@ -176,4 +180,18 @@ fn cycle<const D: usize>(
         cells,
         MultigridParams::default(),
     )?)
+}
+
+/// The displacement that represents the Cauchy stress of a deformation onto the average, before
+/// it is centred.
+///
+/// # Errors
+/// Those of the law and of the linear solve.
+pub fn representation<const D: usize>(
+    compound: &Compound<D>,
+    source: Source<'_>,
+) -> Result<(VectorField<f64, D>, SolveReport), PcaError> {
+    let load = compound.load(source)?;
+    let (u, report) = compound.respond(&load)?;
+    Ok((Field::from_vec(*compound.grid(), u)?, report))
 }

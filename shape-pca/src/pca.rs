@@ -1,12 +1,16 @@
 //! The analysis itself.
 
-use crate::space::dual;
-use crate::{
-    Average, Compound, ModeSpace, Modes, PcaError, PcaParams, Scores, SolveReport, Source,
-    object_product,
-};
+use crate::average::Average;
+use crate::error::PcaError;
+use crate::krylov::SolveReport;
+use crate::metric::dual;
+use crate::modes::{Modes, Scores};
+use crate::operator::{Compound, representation};
+use crate::params::PcaParams;
+use crate::product::object_product;
+use crate::space::ModeSpace;
+use fe_grid::VectorField;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Field, VectorField};
 use nalgebra::DMatrix;
 
 /// Principal modes of variation.
@@ -31,20 +35,6 @@ pub struct Pca<const D: usize> {
     /// The least curvature of the operator that was met, relative to linear elasticity of the same
     /// mean stiffness.
     pub least_curvature: f64,
-}
-
-/// The displacement that represents the Cauchy stress of a deformation onto the average, before
-/// it is centred.
-///
-/// # Errors
-/// Those of the law and of the linear solve.
-pub fn representation<const D: usize>(
-    compound: &Compound<D>,
-    source: Source<'_>,
-) -> Result<(VectorField<f64, D>, SolveReport), PcaError> {
-    let load = compound.load(source)?;
-    let (u, report) = compound.respond(&load)?;
-    Ok((Field::from_vec(*compound.grid(), u)?, report))
 }
 
 impl<const D: usize> Pca<D> {

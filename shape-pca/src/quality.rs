@@ -4,8 +4,9 @@
 //! (2008). Correspondences are those of the one average of all shapes, as is usual: what is left
 //! out is left out of mean, covariance and modes, the average is not computed again without it.
 
+use crate::error::PcaError;
+use crate::modes::{Modes, Scores};
 use crate::random::Normal;
-use crate::{Modes, PcaError, Scores};
 use nalgebra::DMatrix;
 
 /// Shapes drawn at random for the specificity.

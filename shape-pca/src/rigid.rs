@@ -1,6 +1,7 @@
 //! What elasticity does not see: infinitesimal rigid motions, and the constraints in their stead.
 
-use crate::{PcaError, object_product};
+use crate::error::PcaError;
+use crate::product::object_product;
 use fe_grid::vector::{axpy, dot};
 use fe_grid::{Field, ScalarField};
 use nalgebra::DMatrix;

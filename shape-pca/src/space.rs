@@ -1,8 +1,11 @@
 //! The modes as fields: what they make of other shapes.
 
-use crate::{
-    Compound, Metric, PcaError, PcaParams, Scores, Source, object_product, representation,
-};
+use crate::compound::Source;
+use crate::error::PcaError;
+use crate::metric::dual;
+use crate::modes::Scores;
+use crate::operator::{Compound, representation};
+use crate::params::PcaParams;
 use fe_grid::vector::{axpy, dot};
 use fe_grid::{ScalarField, VectorField};
 
@@ -21,19 +24,6 @@ pub struct ModeSpace<const D: usize> {
     pub fields: Vec<VectorField<f64, D>>,
     /// Number of training shapes.
     pub n_shapes: usize,
-}
-
-/// The linear form `g(u, .)`.
-pub(crate) fn dual<const D: usize>(
-    metric: Metric,
-    object: &ScalarField<f64, D>,
-    compound: &Compound<D>,
-    u: &VectorField<f64, D>,
-) -> Vec<f64> {
-    match metric {
-        Metric::L2 => object_product(object, u.as_slice()),
-        Metric::Hessian => compound.apply(u.as_slice()),
-    }
 }
 
 impl<const D: usize> ModeSpace<D> {

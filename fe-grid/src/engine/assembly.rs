@@ -3,7 +3,10 @@
 use super::kernel::{DIAGONAL, GRADIENT, HESSIAN, RowKernel, SlabResult, VALUE};
 use super::slabs::over_slabs;
 use super::{CellLaw, Data};
-use crate::{Element, Grid, GridError, SimdLevel};
+use crate::error::GridError;
+use crate::grid::Grid;
+use crate::lane::Element;
+use crate::simd_level::SimdLevel;
 
 /// Below this number of cells a call stays on its thread.
 const PARALLEL_CELLS: usize = 4096;

@@ -5,7 +5,8 @@ use super::element::{
 };
 use super::rows::{NodeRows, Row, first_cell, iota};
 use super::{Data, Jet, MAX_CELL_DATA, MAX_COEFFICIENTS, Point, Reads};
-use crate::{Element, Grid, Lane};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane};
 
 /// Values and gradients of a nodal field of `M` components at the quadrature points of a block.
 ///

@@ -6,7 +6,7 @@
 //! points carry the same numbering: bit `k` of the number says on which side along axis `k` it
 //! stands.
 
-use crate::Lane;
+use crate::lane::Lane;
 
 /// Distance of the first Gauss point from the lower face, `1/2 - 1/(2 sqrt 3)`.
 pub const GAUSS: f64 = 0.211_324_865_405_187_1;

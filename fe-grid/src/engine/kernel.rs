@@ -8,7 +8,8 @@ use super::element::{
 use super::rows::{NodeRows, Row, block_starts, first_cell, rows_of_layer};
 use super::slabs::Slab;
 use super::{CellLaw, Data, Jet, Reads};
-use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
 
 /// Value only.
 pub(super) const VALUE: u8 = 0;

@@ -24,7 +24,7 @@ pub use assembly::Assembly;
 pub use element::{CORNERS, GAUSS};
 pub use probe::probe_cells;
 
-use crate::{Element, Lane};
+use crate::lane::{Element, Lane};
 
 /// The most nodal coefficient fields that a law reads.
 pub const MAX_COEFFICIENTS: usize = 4;

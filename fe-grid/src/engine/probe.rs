@@ -3,7 +3,9 @@
 use super::block::{Block, RowData};
 use super::rows::{block_starts, first_cell, rows_of_layer};
 use super::{CellProbe, Data, MAX_CELL_DATA};
-use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES, SimdLevel};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
+use crate::simd_level::SimdLevel;
 use rayon::prelude::*;
 
 struct ProbeKernel<'a, F, T: Element, O, const D: usize, const M: usize> {

@@ -1,7 +1,8 @@
 //! Rows of cells along `x`, with the lanes across the cells of a row.
 
 use super::element::MAX_CORNERS;
-use crate::{Element, Grid, Lane, MAX_LANES};
+use crate::grid::Grid;
+use crate::lane::{Element, Lane, MAX_LANES};
 
 /// A row of cells: its index along `y` and along `z` (zero in two dimensions).
 pub(crate) type Row = [usize; 2];

@@ -1,6 +1,7 @@
 //! Slabs of cells to threads, and the node planes between them back together.
 
-use crate::{Element, Grid};
+use crate::grid::Grid;
+use crate::lane::Element;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -1,8 +1,10 @@
 //! An objective with a tally of its calls.
 
-use super::{Evaluation, Evaluations, Objective, SecondOrder};
+use super::info::Evaluations;
+use super::objective::{Evaluation, Objective, SecondOrder};
+use crate::buffer::Buffer;
+use crate::lane::Element;
 use crate::vector::{dot, scale};
-use crate::{Buffer, Element};
 
 /// Passes calls on and counts them; an energy that is not finite becomes an inadmissible state.
 pub(super) struct Counted<'a, O: Objective> {

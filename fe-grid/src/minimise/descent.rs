@@ -1,9 +1,11 @@
 //! Gradient descent with a step length that adapts.
 
 use super::counted::Counted;
-use super::line_search::Start;
-use super::monitor::Monitor;
-use super::{Evaluation, Info, LineSearch, Minimiser, Objective, Observer, Status, Stopping};
+use super::info::{Info, Status};
+use super::line_search::{LineSearch, Start};
+use super::monitor::{Monitor, Stopping};
+use super::objective::{Evaluation, Minimiser, Objective};
+use super::observer::Observer;
 use crate::vector::copy_into;
 
 /// Gradient descent in the objective's inverse metric: `x - t P g`.

@@ -2,10 +2,12 @@
 
 use super::counted::Counted;
 use super::history::{Pair, PairHistory};
-use super::line_search::{Start, Step};
-use super::monitor::Monitor;
-use super::{Evaluation, Info, LineSearch, Minimiser, Objective, Observer, Status, Stopping};
-use crate::Buffer;
+use super::info::{Info, Status};
+use super::line_search::{LineSearch, Start, Step};
+use super::monitor::{Monitor, Stopping};
+use super::objective::{Evaluation, Minimiser, Objective};
+use super::observer::Observer;
+use crate::buffer::Buffer;
 use crate::vector::{copy_into, dot, scale};
 
 /// L-BFGS whose initial inverse Hessian is the objective's inverse metric.

@@ -1,7 +1,7 @@
 //! Backtracking along a direction of descent.
 
 use super::counted::Counted;
-use super::{Evaluation, Objective};
+use super::objective::{Evaluation, Objective};
 use crate::vector::add_scaled_into;
 
 /// Armijo's rule with backtracking by a parabola.

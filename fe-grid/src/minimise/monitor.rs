@@ -1,6 +1,7 @@
 //! When to stop, and the record that is kept on the way.
 
-use super::{Control, Evaluations, Info, Iteration, Observer, Status};
+use super::info::{Evaluations, Info, Status};
+use super::observer::{Control, Iteration, Observer};
 
 /// When a minimisation stops.
 #[derive(Clone, Copy, Debug, PartialEq)]

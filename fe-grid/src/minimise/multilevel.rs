@@ -1,9 +1,11 @@
 //! From coarse levels to fine.
 
-use crate::Buffer;
+use crate::buffer::Buffer;
 use std::time::Instant;
 
-use super::{Evaluations, Info, Minimiser, Objective, Observer, Status};
+use super::info::{Evaluations, Info, Status};
+use super::objective::{Minimiser, Objective};
+use super::observer::Observer;
 
 /// A problem on several levels, coarsest first.
 pub trait LevelProblem {

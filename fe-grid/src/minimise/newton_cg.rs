@@ -1,9 +1,11 @@
 //! Newton's method with truncated conjugate gradients.
 
 use super::counted::Counted;
-use super::line_search::Start;
-use super::monitor::Monitor;
-use super::{Evaluation, Info, LineSearch, Minimiser, Observer, SecondOrder, Status, Stopping};
+use super::info::{Info, Status};
+use super::line_search::{LineSearch, Start};
+use super::monitor::{Monitor, Stopping};
+use super::objective::{Evaluation, Minimiser, SecondOrder};
+use super::observer::Observer;
 use crate::vector::{axpy, copy_into, dot, fill, scale, scale_add};
 
 /// Inexact Newton: `H d = -g` is solved by conjugate gradients, preconditioned by the objective's

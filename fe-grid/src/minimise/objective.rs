@@ -1,7 +1,9 @@
 //! What a minimiser asks of a problem.
 
-use super::{Info, Observer};
-use crate::{Buffer, Element};
+use super::info::Info;
+use super::observer::Observer;
+use crate::buffer::Buffer;
+use crate::lane::Element;
 
 /// The outcome of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! Progress of a minimisation, and the wish to stop it.
 
-use super::Evaluations;
+use super::info::Evaluations;
 
 /// Whether to go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

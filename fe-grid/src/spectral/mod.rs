@@ -15,9 +15,10 @@ mod lines;
 use rayon::prelude::*;
 use rustdct::rustfft::FftPlanner;
 
+use crate::error::GridError;
+use crate::grid::Grid;
 use crate::linear::LinearOperator;
 use crate::pool::Pool;
-use crate::{Grid, GridError};
 use lines::{BATCH, Ends, LineScratch, LineTransform};
 
 /// What holds on the boundary of the box.

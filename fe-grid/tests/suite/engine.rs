@@ -5,7 +5,8 @@ use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::linear::LinearOperator;
 use fe_grid::operators::MassStiffness;
-use fe_grid::scatter::{Background, NormalEquations, PointWeights, Source, normal_equations};
+use fe_grid::scatter::{NormalEquations, PointWeights, Source, normal_equations};
+use fe_grid::stencil::Background;
 use fe_grid::{Assembly, CellLaw, Data, Grid, Jet, Lane, Point, Reads, SimdLevel, tensor};
 use proptest::prelude::*;
 

@@ -13,7 +13,7 @@
 //! Source: Walker and Ni, *Anderson acceleration for fixed-point iterations*, SIAM Journal on
 //! Numerical Analysis 49 (2011).
 
-use crate::GeodesicError;
+use crate::error::GeodesicError;
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer};
 use fe_grid::vector::{add_scaled_into, axpy, copy_into, dot, norm, scale};
 use nalgebra::{DMatrix, DVector};

@@ -2,8 +2,9 @@
 
 use super::anderson::{Anderson, Correction, SolveStatus};
 use super::geometry::{Cycle, Geometry};
-use super::{CalculusParams, PathSpace};
-use crate::GeodesicError;
+use super::params::CalculusParams;
+use super::space::PathSpace;
+use crate::error::GeodesicError;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{add_scaled_into, axpy, copy_into, norm, scale};
 use fe_grid::{Field, LinearOperator, ScalarField};

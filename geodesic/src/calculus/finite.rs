@@ -1,7 +1,7 @@
 //! The calculus in finite dimensions, where exponential maps and transports are known.
 
-use super::PathSpace;
-use crate::GeodesicError;
+use super::space::PathSpace;
+use crate::error::GeodesicError;
 use crate::finite::{Dissimilarity, StereographicSphere};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 

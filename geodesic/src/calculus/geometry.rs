@@ -1,11 +1,11 @@
 //! Energies and forces of steps between deformations of one start shape.
 
-use super::CalculusParams;
 use super::metric::form;
+use super::params::CalculusParams;
 use super::rigid::Matter;
-use crate::cells::solid_cells;
+use crate::cells::{ObjectWeights, solid_cells};
+use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
-use crate::{GeodesicError, ObjectWeights};
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::{Element, Grid, GridError, ScalarField, certify_within, restrain_step};
 use hyperelastic::{Corotational, LawVisitor, StoredEnergy};

@@ -9,7 +9,7 @@
 //! which has the null space of linear elasticity on the deformed object. The cycle is that of the
 //! corotational form: it sees the rotation of `Db` in every cell and its volume, not its strain.
 
-use crate::ObjectWeights;
+use crate::cells::ObjectWeights;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{CellProbe, Data, Element, Grid, Lane, Point, Reads, probe_cells, tensor};
 use hyperelastic::{Corotational, LameModuli};

@@ -1,6 +1,7 @@
 //! Parameters of the calculus on deformations.
 
-use crate::{GeodesicError, GeodesicParams};
+use crate::error::GeodesicError;
+use crate::params::GeodesicParams;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 

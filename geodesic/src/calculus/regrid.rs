@@ -9,9 +9,9 @@
 //! Inside the new start shape deformations are read through the inverse of the old; outside they
 //! are continued by what costs the void the least. The error is that of interpolation.
 
-use super::CalculusParams;
 use super::geometry::{Cycle, Geometry};
-use crate::GeodesicError;
+use super::params::CalculusParams;
+use crate::error::GeodesicError;
 use fe_grid::vector::scale;
 use fe_grid::{
     Assembly, CgParams, CgScratch, Data, Field, InverseDeformation, LinearOperator, ScalarField,

@@ -1,10 +1,15 @@
 //! The calculus on shapes: what a caller meets.
 
+use super::anderson::SolveStatus;
+use super::deformations::{DeformationSpace, SolveReport};
+use super::params::CalculusParams;
 use super::regrid::{carried, outline, regridded};
-use super::{CalculusParams, DeformationSpace, Ladder, PathSpace, SolveReport, SolveStatus};
+use super::space::{Ladder, PathSpace};
 use crate::cells::object_cells;
+use crate::error::GeodesicError;
 use crate::lagrangian::{LagrangianPath, lagrangian_path, step_between};
-use crate::{GeodesicError, GeodesicParams, Shape};
+use crate::params::GeodesicParams;
+use crate::shape::Shape;
 use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{axpy, scale};

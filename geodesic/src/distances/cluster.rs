@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::DistanceMatrix;
+use super::matrix::DistanceMatrix;
 
 /// What the distance of two clusters is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

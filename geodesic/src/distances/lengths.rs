@@ -1,6 +1,6 @@
 //! Lengths of the paths from every object to every other, as far as they are known.
 
-use super::{DistanceError, DistanceMatrix};
+use super::matrix::{DistanceError, DistanceMatrix};
 
 /// Lengths of directed paths between `n` objects. A path that was not computed, or that did not
 /// reach its end, has none.

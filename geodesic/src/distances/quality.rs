@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::DistanceMatrix;
+use super::matrix::DistanceMatrix;
 
 /// The share of objects whose nearest neighbour among all others is of their own class
 /// (leave-one-out). The first of equally near ones counts. Objects that are alone in their class

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::DistanceMatrix;
+use super::matrix::DistanceMatrix;
 
 /// Steps of the refinement, at most.
 const MOST_STEPS: usize = 2000;

@@ -1,7 +1,7 @@
 //! Shapes and steps of a path of deformations, as an observer sees them who stands still.
 
-use super::LagrangianPath;
-use crate::GeodesicError;
+use super::solve::LagrangianPath;
+use crate::error::GeodesicError;
 use crate::extension::through_inverse;
 use crate::shape::on_grid;
 use fe_grid::{Field, ScalarField};

@@ -1,12 +1,14 @@
 //! The energy of a path of deformations of one start domain.
 
 use super::metric::PathMetric;
-use crate::cells::{self, continued, solid_cells};
+use crate::cells::{self, ObjectWeights, continued, solid_cells};
 use crate::descent::fold_barrier;
+use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm, value_or_gradient};
+use crate::matching::{HeavisideMatch, MeasuredMatch};
 use crate::metric::{ElasticForm, MatchedLevel};
+use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
-use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch, ObjectWeights};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
     Assembly, Data, Grid, GridError, ScalarField, certify_within, restrain_step, vector,

@@ -2,10 +2,11 @@
 
 use super::objective::{PathEnergy, PathObjective};
 use crate::descent::{minimiser, repair};
+use crate::error::GeodesicError;
 use crate::level_sets::{compose, flow_path};
 use crate::overlap::overlaps;
+use crate::params::GeodesicParams;
 use crate::shape::{Known, Shape, ShapeOnGrid};
-use crate::{GeodesicError, GeodesicParams};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 use fe_grid::transfer::prolong_into;

@@ -2,8 +2,9 @@
 
 use super::flow::flow;
 use super::state::PathState;
+use crate::error::GeodesicError;
+use crate::params::GeodesicParams;
 use crate::shape::{Known, Shape};
-use crate::{GeodesicError, GeodesicParams};
 use fe_grid::Grid;
 use fe_grid::minimise::Observer;
 

@@ -15,10 +15,11 @@
 
 use super::state::{PathState, compose};
 use crate::cells::continued;
-use crate::matching::Visibility;
+use crate::error::GeodesicError;
+use crate::matching::{HeavisideMatch, MeasuredMatch, Visibility};
 use crate::metric::{ElasticForm, corotational};
+use crate::params::GeodesicParams;
 use crate::shape::{ShapeOnGrid, union_of};
-use crate::{GeodesicError, GeodesicParams, HeavisideMatch, MeasuredMatch};
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Control, Observer};
 use fe_grid::multigrid::{Multigrid, MultigridParams};

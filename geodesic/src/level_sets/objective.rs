@@ -2,14 +2,18 @@
 
 use super::metric::{LevelSetMetric, MetricParts};
 use super::state::Layout;
-use crate::cells::{self, solid_cells};
+use crate::area::BoundaryArea;
+use crate::cells::{self, ObjectWeights, solid_cells};
 use crate::descent::fold_barrier;
+use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm, value_or_gradient};
+use crate::matching::{MatchWeights, StepMatch};
+use crate::params::GeodesicParams;
 use crate::shape::KnownEnds;
-use crate::{BoundaryArea, GeodesicError, GeodesicParams, MatchWeights, ObjectWeights, StepMatch};
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::minimise::{Evaluation, Objective};
-use fe_grid::scatter::{Background, NormalEquations, Source};
+use fe_grid::scatter::{NormalEquations, Source};
+use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Data, Grid, GridError, Restrained, certify_within, restrain_together, vector,
 };

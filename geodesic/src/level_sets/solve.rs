@@ -3,8 +3,9 @@
 use super::objective::{LevelSetEnergy, LevelSetObjective};
 use super::state::PathState;
 use crate::descent::{minimiser, repair};
+use crate::error::GeodesicError;
+use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, Shape};
-use crate::{GeodesicError, GeodesicParams};
 use fe_grid::Grid;
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};

@@ -1,6 +1,6 @@
 //! A path of level sets as a minimiser and a caller see it.
 
-use crate::GeodesicError;
+use crate::error::GeodesicError;
 use crate::extension::inverse_displacement;
 use crate::shape::union_of;
 use fe_grid::transfer::prolong_into;

@@ -7,7 +7,8 @@
 use crate::support::{distance, max_abs, oracle};
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Evaluation, Objective};
-use fe_grid::scatter::{Background, Source, normal_equations};
+use fe_grid::scatter::{Source, normal_equations};
+use fe_grid::stencil::Background;
 use fe_grid::{Assembly, Data, Field, Grid};
 use geodesic::lagrangian::PathObjective;
 use geodesic::level_sets::LevelSetObjective;

@@ -1,7 +1,9 @@
 //! The two systems in turn.
 
-use super::{AmbrosioTortorelli, Part, relax};
-use crate::PhaseFieldError;
+use super::energy::AmbrosioTortorelli;
+use super::relax;
+use super::relax::Part;
+use crate::error::PhaseFieldError;
 use fe_grid::minimise::{
     Control, Evaluation, Evaluations, Info, Iteration, Minimiser, Objective, Observer, Status,
 };

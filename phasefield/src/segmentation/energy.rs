@@ -1,6 +1,6 @@
 //! The density of the energy, for the pair `(u, v)` of an image and a phase field.
 
-use super::Weights;
+use super::params::Weights;
 use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, Jet, Lane, Point, Reads};
 
 /// The density `alpha (u - u0)^2 + beta (v^2 + k) |grad u|^2 + nu (eps |grad v|^2 + (v - 1)^2 /

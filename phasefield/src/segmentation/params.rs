@@ -1,6 +1,6 @@
 //! Parameters of a segmentation.
 
-use crate::PhaseFieldError;
+use crate::error::PhaseFieldError;
 use crate::profile::positive;
 
 /// The weights of the three terms.

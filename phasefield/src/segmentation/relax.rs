@@ -1,6 +1,6 @@
 //! One of the two linear systems: the energy's minimum in one field while the other stays.
 
-use crate::PhaseFieldError;
+use crate::error::PhaseFieldError;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::operators::WeightedMassStiffness;

@@ -1,8 +1,10 @@
 //! From coarse levels to fine.
 
-use super::alternation::SegmentationObjective;
-use super::{Alternation, AmbrosioTortorelli, Part, SegmentationEnergy, SegmentationParams};
-use crate::PhaseFieldError;
+use super::alternation::{Alternation, SegmentationObjective};
+use super::energy::{AmbrosioTortorelli, SegmentationEnergy};
+use super::params::SegmentationParams;
+use super::relax::Part;
+use crate::error::PhaseFieldError;
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, LevelProblem, Observer, Status, minimise_levels};
 use fe_grid::transfer::{prolong_into, restrict_into};

@@ -2,7 +2,8 @@
 
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::engine::MAX_COEFFICIENTS;
-use fe_grid::scatter::{Background, Source, normal_equations};
+use fe_grid::scatter::{Source, normal_equations};
+use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, CgParams, CgScratch, Data, Diagonal, Field, Grid, LinearOperator, ScalarField,
     conjugate_gradient,

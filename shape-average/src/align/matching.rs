@@ -4,8 +4,7 @@ use fe_grid::{Field, Grid, locate};
 use levelset::{Compact, LevelsetError, Moments};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
-use super::motion::{RigidMotion, angle_between, extended};
-use super::starts::plane_rotation;
+use super::motion::{RigidMotion, angle_between, extended, plane_rotation};
 
 /// Steps of one refinement; most end after five to ten.
 const MAX_STEPS: usize = 40;

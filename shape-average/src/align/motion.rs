@@ -114,6 +114,21 @@ pub(super) fn angle_between<const D: usize>(r: &SMatrix<f64, D, D>, s: &SMatrix<
     2.0 * chord.min(1.0).asin()
 }
 
+/// Rotation by an angle in the plane of two axes, from the first towards the second.
+pub(super) fn plane_rotation<const D: usize>(
+    from: usize,
+    to: usize,
+    angle: f64,
+) -> SMatrix<f64, D, D> {
+    let mut r = SMatrix::identity();
+    let (sin, cos) = angle.sin_cos();
+    r[(from, from)] = cos;
+    r[(to, to)] = cos;
+    r[(to, from)] = sin;
+    r[(from, to)] = -sin;
+    r
+}
+
 /// `det` for `D = 2, 3`, by expansion along the first row.
 pub(super) fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
     if D == 2 {

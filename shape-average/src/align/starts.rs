@@ -5,7 +5,7 @@ use std::f64::consts::{SQRT_2, TAU};
 use nalgebra::{DMatrix, SMatrix};
 
 use super::matching::Matching;
-use super::motion::determinant;
+use super::motion::{determinant, plane_rotation};
 
 /// Angles of the even covering in 2D: every three degrees, twelve to a period of a star with
 /// ten arms.
@@ -65,21 +65,6 @@ fn covering<const D: usize>() -> Vec<SMatrix<f64, D, D>> {
             .collect();
     }
     (0..N_ROTATIONS).map(spiral).collect()
-}
-
-/// Rotation by an angle in the plane of two axes, from the first towards the second.
-pub(super) fn plane_rotation<const D: usize>(
-    from: usize,
-    to: usize,
-    angle: f64,
-) -> SMatrix<f64, D, D> {
-    let mut r = SMatrix::identity();
-    let (sin, cos) = angle.sin_cos();
-    r[(from, from)] = cos;
-    r[(to, to)] = cos;
-    r[(to, from)] = sin;
-    r[(from, to)] = -sin;
-    r
 }
 
 /// One point of a spiral through the unit quaternions, as a rotation: M. Alexa,

@@ -1,6 +1,7 @@
 //! Parameters of a joint average.
 
-use crate::{AverageError, AverageParams, BoundaryCondition};
+use crate::error::AverageError;
+use crate::params::{AverageParams, BoundaryCondition};
 use phasefield::segmentation::SegmentationParams;
 
 /// Parameters of segmentation and averaging at the same time.

@@ -1,6 +1,6 @@
 //! The result of a joint average.
 
-use crate::Energy;
+use crate::energy::Energy;
 use fe_grid::minimise::Status;
 use fe_grid::{Certificate, Field, ScalarField};
 use phasefield::segmentation::SegmentationEnergy;

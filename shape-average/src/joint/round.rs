@@ -1,11 +1,15 @@
 //! The state on one level, and the two halves of a round.
 
 use super::density::JointDensity;
-use super::{JointEnergy, JointParams};
+use super::params::JointParams;
+use super::result::JointEnergy;
+use crate::energy::Energy;
+use crate::error::AverageError;
 use crate::hierarchy::{HISTORY, METRIC_INTERVAL};
-use crate::objective::shape;
+use crate::level::LevelShapes;
+use crate::objective::{AverageObjective, shape};
+use crate::params::{AverageParams, Mean};
 use crate::quiet::Quiet;
-use crate::{AverageError, AverageObjective, AverageParams, Energy, LevelShapes, Mean};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{
     Evaluation, LbfgsParams, Minimiser, Objective, Observer, Status, Stopping,

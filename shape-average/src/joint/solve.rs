@@ -1,8 +1,9 @@
 //! From coarse levels to fine, round by round.
 
+use super::params::JointParams;
+use super::result::{JointLevel, JointResult};
 use super::round::State;
-use super::{JointLevel, JointParams, JointResult};
-use crate::AverageError;
+use crate::error::AverageError;
 use crate::objective::check_law;
 use crate::quiet::Quiet;
 use crate::result::worst_certificate;

@@ -8,7 +8,8 @@ use crate::support::oracle::{flat, number, oracle};
 use crate::support::{distance, max_abs};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
-use fe_grid::scatter::{Background, Source, normal_equations};
+use fe_grid::scatter::{Source, normal_equations};
+use fe_grid::stencil::Background;
 use fe_grid::stencil::SymmetricStencil;
 use fe_grid::{
     Assembly, CgParams, CgScratch, CgStatus, Data, Diagonal, Field, Grid, LinearOperator,
