@@ -2,7 +2,7 @@
 //!
 //! Where a number is asked of two shapes that does not depend on where they lie, every pair has
 //! a position of its own that suits it best: the second shape (of the larger number) is moved onto
-//! the first, as [`super::align`] moves all shapes onto one reference. A pair that then reaches out
+//! the first, as [`mod@super::align`] moves all shapes onto one reference. A pair that then reaches out
 //! of the room in the box is moved to its middle; where one does not fit, **all** shapes are made
 //! smaller by one factor, so that numbers of all pairs can be compared.
 
