@@ -8,7 +8,7 @@ use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
 use crate::error::{CliError, Exit};
 use crate::figure::{FigureArgs, run_figure};
-use crate::generate::command::{GenerateArgs, run_generate};
+use crate::generate::{GenerateArgs, run_generate};
 use crate::geodesic::{GeodesicArgs, run_geodesic};
 use crate::pca::{PcaArgs, ScoreArgs, SynthesizeArgs, run_pca, run_score, run_synthesize};
 use crate::segment::{SegmentArgs, run_segment};

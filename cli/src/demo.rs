@@ -4,14 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fe_grid::Grid;
+use shapespace_generate::{Placed, area_share, letters};
 
-use crate::average::run_drawn;
-use crate::average::{AverageArgs, Mean, Solver};
+use crate::average::{AverageArgs, Mean, Solver, run_drawn};
 use crate::error::{CliError, Exit};
-use crate::generate::{Placed, area_share, letters};
 use crate::input::Image;
-use crate::options::CommonArgs;
-use crate::options::ScaleArgs;
+use crate::options::{CommonArgs, ScaleArgs};
 
 /// Nodes a side.
 const NODES: usize = 129;

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use fe_grid::Grid;
-
-use super::FigureName;
-use crate::generate::{
+use shapespace_generate::{
     Bar, Blob, Cross, Ellipsoid, Implicit, Outline, Pen, Placed, Star, area_share, letters,
 };
+
+use super::FigureName;
 use crate::input::Image;
 
 type Drawn = (String, Box<dyn Implicit<2>>);

@@ -112,7 +112,7 @@ impl Tile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::{Letter, Outline, letter};
+    use shapespace_generate::{Letter, Outline, letter};
 
     fn curves(outline: &Outline) -> Vec<Curve> {
         outline

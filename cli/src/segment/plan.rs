@@ -8,8 +8,7 @@ use super::args::{Object, SegmentArgs};
 use crate::error::CliError;
 use crate::input::place::{FrameTransform, nodal_values, whole_frame};
 use crate::input::{AnyImages, GreyRange, Image, ReadOptions, read_grey_images, read_images};
-use crate::options::ScaleArgs;
-use crate::options::check_nodes;
+use crate::options::{ScaleArgs, check_nodes};
 use crate::output::ResultDir;
 use crate::shapes::labels;
 

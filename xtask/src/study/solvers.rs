@@ -6,7 +6,7 @@ use std::time::Instant;
 use fe_grid::ScalarField;
 use fe_grid::minimise::Silent;
 use shape_average::{AverageParams, AverageResult, average};
-use shapespace::generate::{Family, family};
+use shapespace_generate::{Family, family};
 
 use super::{Section, shapes};
 use crate::descent::LevelDescent;

@@ -1,23 +1,23 @@
 //! Letters as own outlines, upright with `y` pointing down as in a picture.
 
-use super::outline::{Outline, Pen};
+use crate::outline::{Outline, Pen};
 
 /// The longer side of a letter.
 const SIDE: f64 = 0.6;
 
 /// A letter that can be drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-#[value(rename_all = "lower")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum), value(rename_all = "lower"))]
 pub enum Letter {
     /// A with a cross bar.
     A,
     /// B with round bowls.
     B,
     /// B with serifs, a high waist and a wide lower bowl.
-    #[value(name = "b2")]
+    #[cfg_attr(feature = "clap", value(name = "b2"))]
     SerifB,
     /// B, light and narrow, with a low waist.
-    #[value(name = "b3")]
+    #[cfg_attr(feature = "clap", value(name = "b3"))]
     LightB,
     /// C, open to the right.
     C,
@@ -29,6 +29,21 @@ pub enum Letter {
     U,
     /// X.
     X,
+}
+
+impl Letter {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::A,
+        Self::B,
+        Self::SerifB,
+        Self::LightB,
+        Self::C,
+        Self::M,
+        Self::O,
+        Self::U,
+        Self::X,
+    ];
 }
 
 /// The outline of a letter about the origin.
@@ -219,9 +234,8 @@ impl Bowl {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Implicit;
     use super::*;
-    use clap::ValueEnum;
+    use crate::implicit::Implicit;
 
     /// Connected groups of samples inside and outside.
     fn components(outline: &Outline, inside: bool) -> usize {
@@ -261,7 +275,7 @@ mod tests {
 
     #[test]
     fn every_letter_is_one_piece_with_its_holes() {
-        for &which in Letter::value_variants() {
+        for &which in &Letter::ALL {
             let outline = letter(which);
             let holes = match which {
                 Letter::B | Letter::SerifB | Letter::LightB => 2,

@@ -6,9 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use fe_grid::{Grid, ScalarField};
 use image::{GrayImage, ImageFormat};
+use shapespace_generate::{
+    Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star, area_share,
+    family, letter, letters, make_grey,
+};
 
-use super::{Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star};
-use super::{area_share, family, letter, letters, make_grey};
 use crate::error::CliError;
 use crate::numbers::{finite, positive};
 use crate::output::npy::{Precision, field_to, write_field};

@@ -1,6 +1,6 @@
 //! Shapes drawn as closed outlines of straight lines and elliptic arcs.
 
-use super::Implicit;
+use crate::implicit::Implicit;
 
 /// Pieces that a full turn of an arc is cut into.
 const PIECES_PER_TURN: f64 = 128.0;

@@ -1,6 +1,6 @@
 //! Shapes put together from boxes and balls. In 3D the flat ones are given a thickness.
 
-use super::Implicit;
+use crate::implicit::Implicit;
 
 /// A disk, ellipse, ball or ellipsoid about the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]

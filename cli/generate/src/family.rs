@@ -1,9 +1,14 @@
 //! Several shapes of one kind that vary in one way.
 
-use super::{Bar, Blob, Cross, Ellipsoid, Implicit, Letter, Random, Star, letter};
+use crate::blob::Blob;
+use crate::implicit::Implicit;
+use crate::letter::{Letter, letter};
+use crate::random::Random;
+use crate::solid::{Bar, Cross, Ellipsoid, Star};
 
 /// A family of shapes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Family {
     /// A straight bar and a bent one.
     Bars,

@@ -1,6 +1,7 @@
 //! Smooth random shapes, star-shaped about the origin.
 
-use super::{Implicit, Random};
+use crate::implicit::Implicit;
+use crate::random::Random;
 
 const WAVES: usize = 6;
 

@@ -1,0 +1,37 @@
+//! Drawn shapes, as functions whose sign tells inside from outside.
+//!
+//! Every shape is drawn about the origin and [`Placed`] into the unit box. [`area_share`] samples
+//! it on a grid: the value at a node is the share of the box of one spacing about it that lies
+//! inside, so that the level 1/2 follows the boundary to a small part of a cell.
+//!
+//! **Invariant:** no files, no options; shapes go out as fields of nodal values.
+//!
+//! # Example
+//! ```
+//! use fe_grid::Grid;
+//! use shapespace_generate::{Bar, Placed, area_share};
+//!
+//! // A bent bar, .6 long and .12 wide, in the middle of the unit box.
+//! let bar = Placed::<_, 2>::centred(Bar::new(0.6, 0.12, 118.0));
+//! let share = area_share(&bar, Grid::cube(65));
+//! assert_eq!(share.as_slice()[0], 0.0);
+//! ```
+
+mod blob;
+mod family;
+mod implicit;
+mod letter;
+mod outline;
+mod placed;
+mod random;
+mod sample;
+mod solid;
+
+pub use blob::Blob;
+pub use family::{Family, Member, family, letters};
+pub use implicit::Implicit;
+pub use letter::{Letter, letter};
+pub use outline::{Outline, Pen};
+pub use placed::Placed;
+pub use sample::{area_share, make_grey};
+pub use solid::{Bar, Cross, Ellipsoid, Star};
