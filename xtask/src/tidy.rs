@@ -84,35 +84,36 @@ fn check(root: &Path) -> io::Result<Vec<Finding>> {
     };
     let workspace = read(Path::new("Cargo.toml"))?;
     let architecture = read(Path::new("ARCHITECTURE.md"))?;
-    let members = manifest::members(&workspace);
+    let members = manifest::members(&workspace)
+        .into_iter()
+        .map(|folder| {
+            let manifest = read(&Path::new(&folder).join("Cargo.toml"))?;
+            Ok(manifest::Member { folder, manifest })
+        })
+        .collect::<io::Result<Vec<_>>>()?;
     let mut findings = manifest::check_workspace(&workspace, &architecture, root);
     findings.extend(links::check(root)?);
     for member in &members {
-        let path = Path::new(member).join("Cargo.toml");
-        let text = read(&path)?;
-        findings.extend(manifest::check_member(
-            &text,
-            &path,
-            &members,
-            &architecture,
-        ));
+        findings.extend(manifest::check_member(member, &members, &architecture));
         let mut sources = Vec::new();
-        collect_sources(&root.join(member), &mut sources)?;
+        collect_sources(&root.join(&member.folder), &mut sources)?;
         sources.sort();
         for source in sources {
             let path = source.strip_prefix(root).unwrap_or(&source);
-            findings.extend(check_source(path, &read(path)?));
+            let inside = path.strip_prefix(&member.folder).unwrap_or(path);
+            findings.extend(check_source(path, inside, &read(path)?));
         }
     }
     Ok(findings)
 }
 
-/// All Rust files under a folder, without build outputs.
+/// All Rust files under the folder of a crate, without build outputs and without the crates inside.
 fn collect_sources(folder: &Path, sources: &mut Vec<PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         if path.is_dir() {
-            if path.file_name().is_some_and(|name| name != "target") {
+            let built = path.file_name().is_some_and(|name| name == "target");
+            if !built && !path.join("Cargo.toml").is_file() {
                 collect_sources(&path, sources)?;
             }
         } else if path.extension().is_some_and(|e| e == "rs") {
@@ -122,8 +123,8 @@ fn collect_sources(folder: &Path, sources: &mut Vec<PathBuf>) -> io::Result<()> 
     Ok(())
 }
 
-/// Checks one Rust file, whose path begins with the folder of its crate.
-fn check_source(path: &Path, text: &str) -> Vec<Finding> {
+/// Checks one Rust file, of which it is known where it lies inside its crate, too.
+fn check_source(path: &Path, inside: &Path, text: &str) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut report = |line: Option<usize>, message: String| {
         let path = path.into();
@@ -146,7 +147,7 @@ fn check_source(path: &Path, text: &str) -> Vec<Finding> {
             report(Some(i + 1), format!("{word} has to go"));
         }
     }
-    let folder = path.components().nth(1);
+    let folder = inside.components().next();
     if folder.is_some_and(|f| TEST_FOLDERS.iter().any(|t| f.as_os_str() == *t)) {
         return findings;
     }
@@ -184,7 +185,9 @@ mod tests {
     }
 
     fn messages(path: &str, text: &str) -> Vec<String> {
-        let findings = check_source(Path::new(path), text);
+        let path = Path::new(path);
+        let inside = path.strip_prefix("a").unwrap();
+        let findings = check_source(path, inside, text);
         findings.into_iter().map(|f| f.message).collect()
     }
 

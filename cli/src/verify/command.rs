@@ -1,19 +1,15 @@
 //! `shapespace verify` from the options to the directory.
 
 use std::fs;
-use std::time::Instant;
 
-use rayon::prelude::*;
+use shapespace_verify::record::{StatementRecord, VerifyRecord, figures_csv, lines_csv};
+use shapespace_verify::{
+    Effort, Ingredient, Setting, Statement, UnknownStatement, experiments, report, run, select,
+    table,
+};
 
 use super::args::VerifyArgs;
-use super::experiments;
 use super::plots::write_plots;
-use super::record::{StatementRecord, VerifyRecord, write_tables};
-use super::report::write_report;
-use super::select::select;
-use super::statement::{Effort, Ingredient, Setting, Statement};
-use super::table;
-use super::verdict::Verdict;
 use crate::error::{CliError, Exit};
 use crate::output::{OutputError, ResultDir, write_json};
 use crate::pool::in_pool;
@@ -25,7 +21,7 @@ use crate::pool::in_pool;
 /// cannot be made. A statement that is refuted is no error but [`Exit::Failure`]; so is a broken one
 /// that is not.
 pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
-    let statements = select(experiments::all(), &args.names)?;
+    let statements = selected(&args.names)?;
     let Some(output) = args.output.as_ref().filter(|_| !args.list) else {
         print!("{}", table::list(&statements));
         return Ok(Exit::Success);
@@ -43,23 +39,14 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
             Ingredient::Sound
         },
     };
-    let begun = Instant::now();
-    let statements = in_pool(args.threads, || {
-        statements
-            .par_iter()
-            // Some take a thousand times as long as others.
-            .with_max_len(1)
-            .map(|statement| tried(statement, setting))
-            .collect::<Result<Vec<_>, _>>()
+    let record = in_pool(args.threads, || {
+        run(&statements, setting, &say).map_err(|error| CliError::Computation {
+            message: error.to_string(),
+            remedy: "please report this; the other statements can be named on the command line"
+                .into(),
+        })
     })?;
-    let record = VerifyRecord::new(setting, statements, begun.elapsed().as_secs_f64());
-    write_json(&directory.file("result.json"), &record)?;
-    let text = table::markdown(&record);
-    let path = directory.file("table.md");
-    fs::write(&path, &text).map_err(OutputError::at(&path))?;
-    write_tables(&directory, &record)?;
-    let plots = write_plots(&directory, &record)?;
-    write_report(&directory.file("report.html"), &record, &plots)?;
+    write_all(&directory, &record)?;
     let target = directory.commit()?;
     print!("{}", table::plain(&record));
     eprintln!(
@@ -74,20 +61,40 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     })
 }
 
-/// Makes one experiment, and says on standard error how it ended.
-fn tried(statement: &Statement, setting: Setting) -> Result<StatementRecord, CliError> {
-    let begun = Instant::now();
-    let outcome = (statement.run)(setting).map_err(|error| CliError::Computation {
-        message: format!(
-            "the experiment '{}' cannot be made: {error}",
-            statement.name
+/// Says on standard error how an experiment ended.
+fn say(record: &StatementRecord) {
+    eprintln!(
+        "{:<11} {} ({:.1} s)",
+        record.decided.word(),
+        record.name,
+        record.seconds
+    );
+}
+
+/// Writes all files of a result directory.
+fn write_all(directory: &ResultDir, record: &VerifyRecord) -> Result<(), CliError> {
+    write_json(&directory.file("result.json"), record)?;
+    let plots = write_plots(directory, record)?;
+    for (name, text) in [
+        ("table.md", table::markdown(record)),
+        ("figures.csv", figures_csv(record)),
+        ("lines.csv", lines_csv(record)),
+        ("report.html", report::page(record, &plots)),
+    ] {
+        let path = directory.file(name);
+        fs::write(&path, text).map_err(OutputError::at(&path))?;
+    }
+    Ok(())
+}
+
+/// The statements that are named.
+fn selected(names: &[String]) -> Result<Vec<Statement>, CliError> {
+    select(experiments::all(), names).map_err(|UnknownStatement { name, near }| CliError::Option {
+        option: "NAME",
+        value: name,
+        remedy: format!(
+            "near it are {}; `shapespace verify --list` lists all statements",
+            near.join(", ")
         ),
-        remedy: "please report this; the other statements can be named on the command line".into(),
-    })?;
-    let verdict = Verdict::of(&outcome, setting.ingredient);
-    let seconds = begun.elapsed().as_secs_f64();
-    eprintln!("{:<11} {} ({seconds:.1} s)", verdict.word(), statement.name);
-    Ok(StatementRecord::new(
-        statement, setting, &outcome, &verdict, seconds,
-    ))
+    })
 }

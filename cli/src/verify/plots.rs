@@ -2,19 +2,13 @@
 
 use std::fs;
 
-use super::record::{StatementRecord, VerifyRecord};
+use shapespace_verify::record::{StatementRecord, VerifyRecord};
+use shapespace_verify::report::Plot;
+
 use crate::output::convergence::{Errors, convergence_plot};
 use crate::output::{OutputError, ResultDir};
 
 const SIZE: (u32, u32) = (560, 380);
-
-/// The plot of a statement.
-pub(super) struct Plot {
-    /// The statement's name.
-    pub name: &'static str,
-    /// The picture.
-    pub svg: String,
-}
 
 /// Writes `plots/NAME.svg`, and returns the pictures for the report.
 ///

@@ -29,7 +29,25 @@ fn entries(text: &str, section: impl Fn(&str) -> bool) -> Vec<(&str, &str)> {
     found
 }
 
-/// The crates of the workspace.
+/// A crate of the workspace.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// Its folder, relative to the root.
+    pub folder: String,
+    /// What its manifest says.
+    pub manifest: String,
+}
+
+impl Member {
+    /// The name that others depend on it by.
+    fn name(&self) -> &str {
+        let package = entries(&self.manifest, |section| section == "package");
+        let name = package.iter().find(|(key, _)| *key == "name");
+        name.map_or("", |(_, value)| value.trim_matches('"'))
+    }
+}
+
+/// The folders of the crates of the workspace.
 pub fn members(workspace: &str) -> Vec<String> {
     let listed = entries(workspace, |section| section == "workspace");
     let list = listed.iter().find(|(key, _)| *key == "members");
@@ -79,35 +97,31 @@ pub fn check_workspace(workspace: &str, architecture: &str, root: &Path) -> Vec<
     findings
 }
 
-/// Checks the arrows and the licence of one crate.
-pub fn check_member(
-    text: &str,
-    path: &Path,
-    members: &[String],
-    architecture: &str,
-) -> Vec<Finding> {
-    let member = path
-        .parent()
-        .map_or(String::new(), |p| p.display().to_string());
+/// Checks the arrows and the licence of one crate of all.
+pub fn check_member(member: &Member, all: &[Member], architecture: &str) -> Vec<Finding> {
     let mut messages = Vec::new();
-    let package = entries(text, |section| section == "package");
+    let package = entries(&member.manifest, |section| section == "package");
     if !package.contains(&("license.workspace", "true")) {
         messages.push("the licence is not the workspace's".into());
     }
-    let allowed = allowed(architecture, &member).unwrap_or_default();
-    let dependencies = entries(text, |section| section.ends_with("dependencies"));
+    let allowed = allowed(architecture, &member.folder).unwrap_or_default();
+    let dependencies = entries(&member.manifest, |section| {
+        section.ends_with("dependencies")
+    });
     for (key, _) in dependencies {
         let name = key.split('.').next().unwrap_or(key).trim_matches('"');
-        // The folder `cli` holds the crate `shapespace`.
-        let folder = if name == "shapespace" { "cli" } else { name };
-        if members.iter().any(|m| m == folder) && !allowed.iter().any(|a| a == folder) {
-            messages.push(format!("{member} must not depend on {folder}"));
+        let used = all.iter().find(|other| other.name() == name);
+        if let Some(used) = used.filter(|used| !allowed.contains(&used.folder)) {
+            messages.push(format!(
+                "{} must not depend on {}",
+                member.folder, used.folder
+            ));
         }
     }
     messages
         .into_iter()
         .map(|message| Finding {
-            path: path.into(),
+            path: Path::new(&member.folder).join("Cargo.toml"),
             line: None,
             message,
         })
@@ -122,27 +136,39 @@ mod tests {
                              [workspace.package]\nlicense = \"MIT OR Apache-2.0\"\n";
     const ARROWS: &str = "| crate | uses |\n|---|---|\n| `low` | – |\n| `high` | `low` |\n";
 
-    fn check(folder: &str, text: &str) -> Vec<String> {
-        let path = Path::new(folder).join("Cargo.toml");
-        let findings = check_member(text, &path, &members(WORKSPACE), ARROWS);
+    fn manifest(name: &str, rest: &str) -> String {
+        format!("[package]\nname = \"{name}\"\n{rest}")
+    }
+
+    fn check(folder: &str, rest: &str) -> Vec<String> {
+        let all = ["low", "high"].map(|other| Member {
+            folder: other.into(),
+            manifest: manifest(
+                &format!("crate-{other}"),
+                if other == folder { rest } else { "" },
+            ),
+        });
+        let member = all.iter().find(|member| member.folder == folder).unwrap();
+        let findings = check_member(member, &all, ARROWS);
         findings.into_iter().map(|f| f.message).collect()
     }
 
     #[test]
     fn arrows_point_down_only() {
         assert_eq!(members(WORKSPACE), ["low", "high"]);
-        let package = "[package]\nlicense.workspace = true\n";
+        let package = "license.workspace = true\n";
         let uses = |name: &str| format!("{package}[dependencies]\n{name}.workspace = true\n");
-        assert!(check("high", &uses("low")).is_empty());
+        assert!(check("high", &uses("crate-low")).is_empty());
         assert!(check("high", &uses("serde")).is_empty());
-        assert_eq!(check("low", &uses("high")).len(), 1);
-        let tested = format!("{package}[dev-dependencies]\nhigh = {{ path = \"../high\" }}\n");
+        assert_eq!(check("low", &uses("crate-high")).len(), 1);
+        let tested =
+            format!("{package}[dev-dependencies]\ncrate-high = {{ path = \"../high\" }}\n");
         assert_eq!(check("low", &tested).len(), 1);
     }
 
     #[test]
     fn licences_are_the_workspace_s() {
-        assert_eq!(check("low", "[package]\nlicense = \"GPL-3.0\"\n").len(), 1);
+        assert_eq!(check("low", "license = \"GPL-3.0\"\n").len(), 1);
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         assert!(check_workspace(WORKSPACE, ARROWS, &root).is_empty());
         let other = WORKSPACE.replace("MIT", "BSD");

@@ -1,12 +1,12 @@
 //! What an experiment finds: hypotheses, and figures beside what is expected of them.
 //!
-//! An experiment never judges itself; see [`super::verdict`].
+//! An experiment never judges itself; see [`crate::verdict`].
 
 use hyperelastic::{Hypotheses, LawSpec};
 
-use super::VerifyError;
-use super::order::Fit;
-use super::tools::pointwise;
+use crate::error::VerifyError;
+use crate::order::Fit;
+use crate::tools::pointwise;
 
 /// What is expected of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]

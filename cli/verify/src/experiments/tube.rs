@@ -3,11 +3,11 @@
 //! The tube is that of an ellipse that moves, grows and is squeezed; the motion field is another,
 //! so that boundaries are missed in every step.
 
-use crate::verify::VerifyError;
-use crate::verify::outcome::{Outcome, Requirement};
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::pointwise::{density, dissipation, law};
-use crate::verify::tools::quadrature::{Rule, around};
+use crate::error::VerifyError;
+use crate::outcome::{Outcome, Requirement};
+use crate::statement::{Setting, Statement};
+use crate::tools::pointwise::{density, dissipation, law};
+use crate::tools::quadrature::{Rule, around};
 
 use super::doubling;
 

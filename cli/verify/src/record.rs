@@ -1,15 +1,13 @@
 //! `result.json`, and the same figures as tables.
 
 use std::fmt::Write as _;
-use std::fs;
 
 use hyperelastic::{Hypotheses, LawSpec};
 use serde::Serialize;
 
-use super::outcome::{Check, Expectation, Line, Outcome};
-use super::statement::{Effort, Setting, Statement};
-use super::verdict::Verdict;
-use crate::output::{OutputError, ResultDir};
+use crate::outcome::{Check, Expectation, Line, Outcome};
+use crate::statement::{Effort, Setting, Statement};
+use crate::verdict::Verdict;
 
 /// What a run of the command found.
 #[derive(Clone, Debug, Serialize)]
@@ -309,7 +307,7 @@ fn trimmed(text: &str) -> String {
 }
 
 /// A number with as many digits as are of use.
-pub(super) fn number(x: f64) -> String {
+fn number(x: f64) -> String {
     if x == 0.0 {
         "0".into()
     } else if !x.is_finite() {
@@ -322,23 +320,15 @@ pub(super) fn number(x: f64) -> String {
     }
 }
 
-/// Writes `figures.csv`, a line for every figure, and `lines.csv`, a line for every point that is
-/// plotted.
-///
-/// # Errors
-/// [`OutputError::Unwritable`].
-pub(super) fn write_tables(
-    directory: &ResultDir,
-    record: &VerifyRecord,
-) -> Result<(), OutputError> {
-    let mut figures = String::from("statement,observable,expected,measured,uncertainty,holds\n");
-    let mut lines = String::from("statement,line,x,y\n");
+/// The figures as comma-separated values, a line for each.
+pub fn figures_csv(record: &VerifyRecord) -> String {
+    let mut text = String::from("statement,observable,expected,measured,uncertainty,holds\n");
+    let plain = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:e}"));
     for s in &record.statements {
         for f in &s.figures {
-            let plain = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:e}"));
             // Writing into a string cannot fail.
             let _ = writeln!(
-                figures,
+                text,
                 "{},{},{},{},{},{}",
                 s.name,
                 quoted(&f.observable),
@@ -348,17 +338,22 @@ pub(super) fn write_tables(
                 f.holds
             );
         }
+    }
+    text
+}
+
+/// The points that are plotted as comma-separated values, a line for each.
+pub fn lines_csv(record: &VerifyRecord) -> String {
+    let mut text = String::from("statement,line,x,y\n");
+    for s in &record.statements {
         for line in &s.lines {
             for (x, y) in &line.points {
-                let _ = writeln!(lines, "{},{},{x:e},{y:e}", s.name, quoted(&line.label));
+                // Writing into a string cannot fail.
+                let _ = writeln!(text, "{},{},{x:e},{y:e}", s.name, quoted(&line.label));
             }
         }
     }
-    for (name, text) in [("figures.csv", figures), ("lines.csv", lines)] {
-        let path = directory.file(name);
-        fs::write(&path, text).map_err(OutputError::at(&path))?;
-    }
-    Ok(())
+    text
 }
 
 fn quoted(text: &str) -> String {

@@ -1,7 +1,7 @@
 //! Statements by name.
 
-use super::statement::Statement;
-use crate::error::CliError;
+use crate::error::UnknownStatement;
+use crate::statement::Statement;
 
 /// Names that are offered in place of one that there is not.
 const OFFERED: usize = 4;
@@ -10,20 +10,16 @@ const OFFERED: usize = 4;
 /// for all statements that begin with it and a hyphen.
 ///
 /// # Errors
-/// [`CliError::Option`] with near names, where there is none of a name.
-pub(super) fn select(all: Vec<Statement>, names: &[String]) -> Result<Vec<Statement>, CliError> {
+/// [`UnknownStatement`] where there is none of a name.
+pub fn select(all: Vec<Statement>, names: &[String]) -> Result<Vec<Statement>, UnknownStatement> {
     let is_of = |statement: &Statement, name: &str| {
         let rest = statement.name.strip_prefix(name);
         rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('-'))
     };
     if let Some(name) = names.iter().find(|n| !all.iter().any(|s| is_of(s, n))) {
-        return Err(CliError::Option {
-            option: "NAME",
-            value: name.clone(),
-            remedy: format!(
-                "near it are {}; `shapespace verify --list` lists all statements",
-                nearest(&all, name).join(", ")
-            ),
+        return Err(UnknownStatement {
+            name: name.clone(),
+            near: nearest(&all, name),
         });
     }
     Ok(all
@@ -62,8 +58,8 @@ fn distance(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::super::experiments;
     use super::*;
+    use crate::experiments;
 
     #[test]
     fn names_and_themes_select() {
@@ -79,12 +75,8 @@ mod tests {
 
     #[test]
     fn an_unknown_name_is_told_its_neighbours() {
-        match select(experiments::all(), &["disipation-bals-2d".to_owned()]) {
-            Err(CliError::Option { remedy, .. }) => {
-                assert!(remedy.contains("dissipation-balls-2d"), "{remedy}");
-            }
-            other => panic!("{other:?}"),
-        }
+        let error = select(experiments::all(), &["disipation-bals-2d".to_owned()]).unwrap_err();
+        assert!(error.near.contains(&"dissipation-balls-2d"), "{error}");
         assert_eq!(distance("kitten", "sitting"), 3);
     }
 }

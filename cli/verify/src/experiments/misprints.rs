@@ -8,13 +8,13 @@ use hyperelastic::{LameModuli, SeedLiteral, SeedParameters, StoredEnergy};
 use levelset::Arctan;
 use phasefield::ElasticWeight;
 
-use crate::verify::VerifyError;
-use crate::verify::outcome::Outcome;
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::matrices::{Sequence, norm, stretches};
-use crate::verify::tools::pointwise::{density, dissipation, law, response};
-use crate::verify::tools::quadrature::Rule;
-use crate::verify::tools::shapes::ball;
+use crate::error::VerifyError;
+use crate::outcome::Outcome;
+use crate::statement::{Setting, Statement};
+use crate::tools::matrices::{Sequence, norm, stretches};
+use crate::tools::pointwise::{density, dissipation, law, response};
+use crate::tools::quadrature::Rule;
+use crate::tools::shapes::ball;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -14,7 +14,7 @@ mod modes;
 mod phases;
 mod tube;
 
-use super::statement::Statement;
+use crate::statement::Statement;
 
 /// All statements.
 pub fn all() -> Vec<Statement> {

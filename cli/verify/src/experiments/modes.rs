@@ -3,10 +3,10 @@
 use nalgebra::DMatrix;
 use shape_pca::{Modes, PcaError, Scores};
 
-use crate::verify::VerifyError;
-use crate::verify::outcome::Outcome;
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::matrices::Sequence;
+use crate::error::VerifyError;
+use crate::outcome::Outcome;
+use crate::statement::{Setting, Statement};
+use crate::tools::matrices::Sequence;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -1,7 +1,7 @@
 //! What a statement of the theory is, and in which setting it is tried.
 
-use super::VerifyError;
-use super::outcome::Outcome;
+use crate::error::VerifyError;
+use crate::outcome::Outcome;
 
 /// A definition, lemma, theorem or claim that an experiment tries.
 #[derive(Clone, Copy, Debug)]

@@ -7,15 +7,15 @@ use geodesic::{GeodesicParams, geodesic};
 use hyperelastic::LameModuli;
 
 use super::doubling;
-use crate::verify::VerifyError;
-use crate::verify::order::{differences, richardson};
-use crate::verify::outcome::{Expectation, Outcome, Requirement};
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::ellipses::{Ellipses, FluidMetric};
-use crate::verify::tools::matrices::{inverse, minus_identity};
-use crate::verify::tools::pointwise::{density, dissipation, law};
-use crate::verify::tools::quadrature::{Rule, disk};
-use crate::verify::tools::shapes::{ball, ellipse};
+use crate::error::VerifyError;
+use crate::order::{differences, richardson};
+use crate::outcome::{Expectation, Outcome, Requirement};
+use crate::statement::{Setting, Statement};
+use crate::tools::ellipses::{Ellipses, FluidMetric};
+use crate::tools::matrices::{inverse, minus_identity};
+use crate::tools::pointwise::{density, dissipation, law};
+use crate::tools::quadrature::{Rule, disk};
+use crate::tools::shapes::{ball, ellipse};
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -3,9 +3,9 @@
 use geodesic::finite::{Dashpots, Dissimilarity, Rule, StereographicSphere, finite_geodesic};
 
 use super::doubling;
-use crate::verify::VerifyError;
-use crate::verify::outcome::Outcome;
-use crate::verify::statement::{Setting, Statement};
+use crate::error::VerifyError;
+use crate::outcome::Outcome;
+use crate::statement::{Setting, Statement};
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -7,12 +7,12 @@ use hyperelastic::{LawSpec, cauchy_stress};
 use nalgebra::{DMatrix, SymmetricEigen};
 use shape_pca::{Average, Compound, Finite, PcaParams, evaluate, object_product};
 
-use crate::verify::VerifyError;
-use crate::verify::outcome::{Outcome, Requirement};
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::matrices::{Sequence, minus_identity, norm as size, stretches};
-use crate::verify::tools::pointwise::{law, response};
-use crate::verify::tools::quadrature::{around, disk};
+use crate::error::VerifyError;
+use crate::outcome::{Outcome, Requirement};
+use crate::statement::{Setting, Statement};
+use crate::tools::matrices::{Sequence, minus_identity, norm as size, stretches};
+use crate::tools::pointwise::{law, response};
+use crate::tools::quadrature::{around, disk};
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -6,12 +6,12 @@ use geodesic::finite::{Balls, finite_geodesic};
 use hyperelastic::{LameModuli, LawSpec};
 
 use super::doubling;
-use crate::verify::VerifyError;
-use crate::verify::outcome::{Outcome, Requirement};
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::matrices::stretches;
-use crate::verify::tools::pointwise::{density, dissipation, law};
-use crate::verify::tools::quadrature::Rule;
+use crate::error::VerifyError;
+use crate::outcome::{Outcome, Requirement};
+use crate::statement::{Setting, Statement};
+use crate::tools::matrices::stretches;
+use crate::tools::pointwise::{density, dissipation, law};
+use crate::tools::quadrature::Rule;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

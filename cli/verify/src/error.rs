@@ -26,3 +26,23 @@ pub enum VerifyError {
     #[error(transparent)]
     Geodesic(#[from] geodesic::GeodesicError),
 }
+
+/// An experiment that could not be made.
+#[derive(Debug, thiserror::Error)]
+#[error("the experiment '{name}' cannot be made: {source}")]
+pub struct ExperimentError {
+    /// The name of its statement.
+    pub name: &'static str,
+    /// Why.
+    pub source: VerifyError,
+}
+
+/// There is no statement of a name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("there is no statement '{name}'; near it are {}", near.join(", "))]
+pub struct UnknownStatement {
+    /// The name.
+    pub name: String,
+    /// Names that there are, the nearest first.
+    pub near: Vec<&'static str>,
+}

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::verify::outcome::Outcome;
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::quadrature::Rule;
+use crate::outcome::Outcome;
+use crate::statement::{Setting, Statement};
+use crate::tools::quadrature::Rule;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

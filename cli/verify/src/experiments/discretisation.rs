@@ -7,14 +7,14 @@ use fe_grid::{Boundary, Field, Grid, SpectralSolver, UniformOperator, certify, t
 use geodesic::finite::{Balls, finite_geodesic};
 use geodesic::{GeodesicParams, geodesic};
 
-use crate::verify::VerifyError;
-use crate::verify::outcome::Outcome;
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::fields::{displacement, elastic_energy};
-use crate::verify::tools::matrices::minus_identity;
-use crate::verify::tools::pointwise::{density, law};
-use crate::verify::tools::quadrature::Rule;
-use crate::verify::tools::shapes::ball;
+use crate::error::VerifyError;
+use crate::outcome::Outcome;
+use crate::statement::{Setting, Statement};
+use crate::tools::fields::{displacement, elastic_energy};
+use crate::tools::matrices::minus_identity;
+use crate::tools::pointwise::{density, law};
+use crate::tools::quadrature::Rule;
+use crate::tools::shapes::ball;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -3,7 +3,7 @@
 use fe_grid::{Grid, ScalarField};
 use levelset::signed_distance;
 
-use crate::verify::VerifyError;
+use crate::error::VerifyError;
 
 /// The signed distance of a ball about the middle of the box.
 pub fn ball<const D: usize>(grid: Grid<D>, radius: f64) -> ScalarField<f64, D> {

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use super::record::{StatementRecord, VerifyRecord};
-use super::statement::Statement;
-use super::verdict::Verdict;
+use crate::record::{StatementRecord, VerifyRecord};
+use crate::statement::Statement;
+use crate::verdict::Verdict;
 
 /// Names, references and claims.
-pub(super) fn list(statements: &[Statement]) -> String {
+pub fn list(statements: &[Statement]) -> String {
     let mut text = String::new();
     for s in statements {
         // Writing into a string cannot fail.
@@ -17,7 +17,7 @@ pub(super) fn list(statements: &[Statement]) -> String {
 }
 
 /// A line for every statement, with the figure that decided.
-pub(super) fn plain(record: &VerifyRecord) -> String {
+pub fn plain(record: &VerifyRecord) -> String {
     let head = [
         "statement",
         "reference",
@@ -54,7 +54,7 @@ pub(super) fn plain(record: &VerifyRecord) -> String {
 }
 
 /// A table with a row for every figure.
-pub(super) fn markdown(record: &VerifyRecord) -> String {
+pub fn markdown(record: &VerifyRecord) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = writeln!(
@@ -95,7 +95,7 @@ pub(super) fn markdown(record: &VerifyRecord) -> String {
 }
 
 /// The law, and how many hypotheses are met, or the one that is not.
-pub(super) fn hypotheses(s: &StatementRecord) -> String {
+pub fn hypotheses(s: &StatementRecord) -> String {
     let law = s.law.as_ref().map(|law| law.spec.law.to_string());
     let met = match s.hypotheses.iter().find(|h| !h.met) {
         Some(unmet) => Some(format!("not met: {}", unmet.name)),
@@ -110,7 +110,7 @@ pub(super) fn hypotheses(s: &StatementRecord) -> String {
 }
 
 /// The verdict with what it rests on.
-pub(super) fn verdict(verdict: &Verdict) -> String {
+pub fn verdict(verdict: &Verdict) -> String {
     match verdict {
         Verdict::Confirmed => "confirmed".into(),
         Verdict::NotCovered { .. } => "not covered".into(),

@@ -6,15 +6,13 @@ use hyperelastic::{
     PowerExponents,
 };
 
-use crate::verify::VerifyError;
-use crate::verify::outcome::Outcome;
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::fields::{displacement, elastic_energy, smooth};
-use crate::verify::tools::matrices::{
-    Sequence, inverse, minus_identity, norm, plane_rotation, stretches,
-};
-use crate::verify::tools::pointwise::{density, dissipation, law, response};
-use crate::verify::tools::quadrature::disk;
+use crate::error::VerifyError;
+use crate::outcome::Outcome;
+use crate::statement::{Setting, Statement};
+use crate::tools::fields::{displacement, elastic_energy, smooth};
+use crate::tools::matrices::{Sequence, inverse, minus_identity, norm, plane_rotation, stretches};
+use crate::tools::pointwise::{density, dissipation, law, response};
+use crate::tools::quadrature::disk;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

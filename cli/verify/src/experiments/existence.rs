@@ -9,13 +9,13 @@ use phasefield::segmentation::{AmbrosioTortorelli, Weights};
 use shape_average::joint::{JointParams, joint_average};
 use shape_average::{AverageParams, BoundaryCondition, average};
 
-use crate::verify::VerifyError;
-use crate::verify::order::differences;
-use crate::verify::outcome::{Outcome, Requirement};
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::matrices::{Sequence, norm, stretches};
-use crate::verify::tools::pointwise::{density, law};
-use crate::verify::tools::shapes::{ball, ellipse, spheroid};
+use crate::error::VerifyError;
+use crate::order::differences;
+use crate::outcome::{Outcome, Requirement};
+use crate::statement::{Setting, Statement};
+use crate::tools::matrices::{Sequence, norm, stretches};
+use crate::tools::pointwise::{density, law};
+use crate::tools::shapes::{ball, ellipse, spheroid};
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -7,13 +7,13 @@ use geodesic::{GeodesicParams, geodesic};
 use hyperelastic::LawSpec;
 
 use super::doubling;
-use crate::verify::VerifyError;
-use crate::verify::outcome::{Outcome, Requirement};
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::ellipses::Ellipses;
-use crate::verify::tools::matrices::Sequence;
-use crate::verify::tools::pointwise::law;
-use crate::verify::tools::shapes::ellipse_at;
+use crate::error::VerifyError;
+use crate::outcome::{Outcome, Requirement};
+use crate::statement::{Setting, Statement};
+use crate::tools::ellipses::Ellipses;
+use crate::tools::matrices::Sequence;
+use crate::tools::pointwise::law;
+use crate::tools::shapes::ellipse_at;
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::outcome::{Check, Expectation, Outcome};
-use super::statement::Ingredient;
+use crate::outcome::{Check, Expectation, Outcome};
+use crate::statement::Ingredient;
 
 /// What an outcome says of a statement.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -10,12 +10,12 @@ use levelset::{BoxEdge, Moments, contour};
 use shape_average::{AverageParams, AverageResult, average};
 use shape_pca::{Average, Compound, PcaParams, Source, evaluate, object_product, representation};
 
-use crate::verify::VerifyError;
-use crate::verify::outcome::{Outcome, Requirement};
-use crate::verify::statement::{Setting, Statement};
-use crate::verify::tools::matrices::stretches;
-use crate::verify::tools::pointwise::{density, law, response};
-use crate::verify::tools::shapes::{ball, ellipse};
+use crate::error::VerifyError;
+use crate::outcome::{Outcome, Requirement};
+use crate::statement::{Setting, Statement};
+use crate::tools::matrices::stretches;
+use crate::tools::pointwise::{density, law, response};
+use crate::tools::shapes::{ball, ellipse};
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[

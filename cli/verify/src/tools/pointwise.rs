@@ -5,7 +5,7 @@ use hyperelastic::{
     Hypotheses, LameModuli, LawError, LawSpec, LawVisitor, StoredEnergy, ViscousDissipation,
 };
 
-use crate::verify::VerifyError;
+use crate::error::VerifyError;
 
 /// What a law says at a displacement gradient.
 #[derive(Clone, Copy, Debug)]

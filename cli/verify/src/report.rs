@@ -1,13 +1,10 @@
 //! `report.html`: the table, and every statement with its figures and its plot, in one file.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
-use super::plots::Plot;
-use super::record::{LawRecord, StatementRecord, VerifyRecord};
-use super::table::hypotheses;
-use super::verdict::Verdict;
-use crate::output::OutputError;
+use crate::record::{LawRecord, StatementRecord, VerifyRecord};
+use crate::table::hypotheses;
+use crate::verdict::Verdict;
 
 const STYLE: &str = "\
 body{font:15px/1.5 system-ui,sans-serif;color:#21262e;max-width:72rem;margin:2rem auto;padding:0 1rem}
@@ -23,19 +20,20 @@ a{color:inherit}code{font-size:92%}
 .reference{color:#5a6069;font-weight:400}
 svg{max-width:100%;height:auto;border:1px solid #e4e6e9;margin-top:.6rem}";
 
-/// Writes the report.
-///
-/// # Errors
-/// [`OutputError::Unwritable`].
-pub(super) fn write_report(
-    path: &Path,
-    record: &VerifyRecord,
-    plots: &[Plot],
-) -> Result<(), OutputError> {
+/// The plot of a statement.
+pub struct Plot {
+    /// The statement's name.
+    pub name: &'static str,
+    /// The picture.
+    pub svg: String,
+}
+
+/// The report as HTML.
+pub fn page(record: &VerifyRecord, plots: &[Plot]) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write_page(&mut text, record, plots);
-    std::fs::write(path, text).map_err(OutputError::at(path))
+    text
 }
 
 fn write_page(text: &mut String, record: &VerifyRecord, plots: &[Plot]) -> std::fmt::Result {
