@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use hyperelastic::{LameModuli, LawName, LawSpec, LawVisitor, StoredEnergy};
+use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::{Deserialize, Serialize};
 
 use crate::error::CliError;
@@ -133,7 +133,7 @@ impl CommonArgs {
                 mu: self.mu,
             },
         };
-        spec.visit::<D, _>(Nothing).map_err(|error| CliError::Law {
+        spec.compile::<D>().map_err(|error| CliError::Law {
             law: self.law.to_string(),
             source: error,
         })?;
@@ -146,14 +146,6 @@ impl CommonArgs {
         }
         Ok(spec)
     }
-}
-
-/// Asks only whether a law can be made.
-struct Nothing;
-
-impl<const D: usize> LawVisitor<D> for Nothing {
-    type Output = ();
-    fn visit<W: StoredEnergy<D>>(self, _law: W) {}
 }
 
 /// Whether a grid of so many nodes a side can be made coarser again and again.

@@ -29,6 +29,9 @@ pub trait Lane:
     type Mask: Copy;
     /// How many entries there are.
     const COUNT: usize;
+    /// Which of the lanes that kernels are compiled for this is; none for other numbers.
+    #[doc(hidden)]
+    const COMPILED: Option<CompiledLane> = None;
 
     /// All entries equal to `x`.
     fn splat(x: f64) -> Self;
@@ -59,6 +62,13 @@ pub trait Lane:
     fn load(source: &[Self::Element]) -> Self;
     /// Writes to the first [`Lane::COUNT`] places of a slice; entries beyond its end are dropped.
     fn store(self, target: &mut [Self::Element]);
+
+    /// Runs a kernel in these lanes, compiled for their instruction set.
+    #[doc(hidden)]
+    #[inline(always)]
+    fn vectorize<K: LaneKernel<Self::Element>>(kernel: K) -> K::Output {
+        kernel.run::<Self>()
+    }
 
     /// Zero in every entry.
     #[inline(always)]
@@ -234,6 +244,13 @@ pub trait Lane:
         Self::load(&entries)
     }
 }
+
+/// One of the lanes that kernels are compiled for: three instruction sets for each precision.
+///
+/// Only this crate makes values of this type.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CompiledLane(pub(crate) usize);
 
 /// No lane is wider than this.
 pub const MAX_LANES: usize = 16;

@@ -52,6 +52,7 @@ pub mod operators;
 mod pool;
 pub mod pullback;
 mod restraint;
+pub mod routine;
 mod scalar;
 pub mod scatter;
 mod simd;

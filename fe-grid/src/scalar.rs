@@ -1,15 +1,16 @@
 //! One number at a time: `f64` and `f32` as lanes, and as what fields are stored in.
 
-use crate::lane::{Element, Lane, LaneKernel};
+use crate::lane::{CompiledLane, Element, Lane, LaneKernel};
 use crate::simd::dispatch;
 use crate::simd_level::SimdLevel;
 
 macro_rules! scalar_lane {
-    ($t:ty, $bits:ty, $mantissa:expr, $magic:expr, $series:expr) => {
+    ($t:ty, $bits:ty, $mantissa:expr, $magic:expr, $place:expr, $series:expr) => {
         impl Lane for $t {
             type Element = $t;
             type Mask = bool;
             const COUNT: usize = 1;
+            const COMPILED: Option<CompiledLane> = Some(CompiledLane($place));
 
             #[inline(always)]
             fn splat(x: f64) -> Self {
@@ -97,6 +98,7 @@ scalar_lane!(
     u64,
     52,
     6755399441055744.0,
+    0,
     &[
         0.3333333333333335,
         0.19999999999949752,
@@ -112,5 +114,6 @@ scalar_lane!(
     u32,
     23,
     12582912.0,
+    3,
     &[0.3333334251978793, 0.1999439028301099, 0.14789974695986394]
 );

@@ -4,7 +4,7 @@
 //! of the user. The types below stay private to the crate: a value of one exists only inside
 //! [`dispatch`], on a machine that has been found to support it.
 
-use crate::lane::{Element, Lane, LaneKernel};
+use crate::lane::{CompiledLane, Element, Lane, LaneKernel};
 use crate::simd_level::SimdLevel;
 use pulp::{Simd, WithSimd, cast};
 use std::marker::PhantomData;
@@ -53,6 +53,46 @@ where
         return pulp::Arch::new().dispatch(Run(kernel, PhantomData));
     }
     kernel.run::<T>()
+}
+
+/// How many lanes kernels are compiled for.
+pub(crate) const COMPILED_LANES: usize = 6;
+
+/// The place of a wide lane after the scalar one, which stands at `first`: vectors of 512 bits come
+/// after all others.
+const fn compiled_lane(first: usize, bytes: usize) -> CompiledLane {
+    CompiledLane(first + if bytes == 64 { 2 } else { 1 })
+}
+
+/// What is done for each of the lanes that kernels are compiled for.
+pub(crate) trait LaneVisitor {
+    /// It is done for one.
+    fn visit<L: Lane>(&mut self);
+}
+
+/// Visits all lanes that a kernel of this program may run on.
+pub(crate) fn visit_lanes<V: LaneVisitor>(visitor: &mut V) {
+    visitor.visit::<f64>();
+    visitor.visit::<f32>();
+    #[cfg(target_arch = "x86_64")]
+    {
+        visitor.visit::<Wide64<pulp::x86::V3>>();
+        visitor.visit::<Wide64<pulp::x86::V4>>();
+        visitor.visit::<Wide32<pulp::x86::V3>>();
+        visitor.visit::<Wide32<pulp::x86::V4>>();
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        struct Native<'a, V>(&'a mut V);
+        impl<V: LaneVisitor> WithSimd for Native<'_, V> {
+            type Output = ();
+            fn with_simd<S: Simd>(self, _: S) {
+                self.0.visit::<Wide64<S>>();
+                self.0.visit::<Wide32<S>>();
+            }
+        }
+        pulp::Arch::new().dispatch(Native(visitor));
+    }
 }
 
 /// The instruction-set token: a type without data, so that one can be made from nothing.
@@ -179,6 +219,12 @@ impl<S: Simd> Lane for Wide64<S> {
     type Element = f64;
     type Mask = S::m64s;
     const COUNT: usize = S::F64_LANES;
+    const COMPILED: Option<CompiledLane> = Some(compiled_lane(0, size_of::<S::f64s>()));
+
+    #[inline(always)]
+    fn vectorize<K: LaneKernel<f64>>(kernel: K) -> K::Output {
+        token::<S>().vectorize(Run(kernel, PhantomData))
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {
@@ -242,6 +288,12 @@ impl<S: Simd> Lane for Wide32<S> {
     type Element = f32;
     type Mask = S::m32s;
     const COUNT: usize = S::F32_LANES;
+    const COMPILED: Option<CompiledLane> = Some(compiled_lane(3, size_of::<S::f32s>()));
+
+    #[inline(always)]
+    fn vectorize<K: LaneKernel<f32>>(kernel: K) -> K::Output {
+        token::<S>().vectorize(Run(kernel, PhantomData))
+    }
 
     #[inline(always)]
     fn splat(x: f64) -> Self {

@@ -10,17 +10,37 @@
 //! Source: the lecture notes of Rumpf and Wirth, section 6, `E_deform`.
 
 use crate::cells::ObjectWeights;
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
-use hyperelastic::StoredEnergy;
+use fe_grid::{Jet, Lane, Point, Reads, Tensor, tensor};
+use hyperelastic::{CompiledLaw, StrainDensity};
 
-/// The density of the deformation energy. The unknown has `M = 1 + D` components: the level set
-/// `u` and the displacement of `phi`.
+/// The density of the deformation energy, for a [`StrainEnergy`](hyperelastic::StrainEnergy). The
+/// unknown has `M = 1 + D` components: the level set `u` and the displacement of `phi`.
 #[derive(Clone, Copy, Debug)]
-pub struct StepDeformation<W> {
+pub struct StepDeformation<'a, const D: usize> {
     /// The stored energy density `W`.
-    pub law: W,
+    pub law: &'a CompiledLaw<D>,
     /// The weights of object and void.
     pub weights: ObjectWeights,
+}
+
+/// Strain and weights of a point.
+#[derive(Clone, Copy)]
+pub struct StepKinematics<L, const D: usize> {
+    /// `Dphi - 1`.
+    strain: Tensor<L, D>,
+    /// The level set.
+    level_set: L,
+    /// Weights of the law and of the viscous part.
+    elastic: L,
+    viscous: L,
+}
+
+impl<L: Lane, const D: usize> StepKinematics<L, D> {
+    /// Where the law has a weight.
+    #[inline(always)]
+    fn solid(&self) -> L::Mask {
+        L::zero().less(self.elastic)
+    }
 }
 
 /// The displacement gradient among the gradients of level set and displacement.
@@ -32,62 +52,89 @@ fn displacement_gradient<L: Lane, const D: usize, const M: usize>(
     std::array::from_fn(|i| gradient[i + 1])
 }
 
-impl<W: Send + Sync> Reads for StepDeformation<W> {
+impl<const D: usize> Reads for StepDeformation<'_, D> {
     const USES_VALUE: bool = true;
     const USES_GRADIENT: bool = true;
     const COEFFICIENTS: usize = 0;
     const CELL_DATA: usize = 0;
 }
 
-impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for StepDeformation<W> {
+impl<const D: usize, const M: usize> StrainDensity<D, M> for StepDeformation<'_, D> {
+    type Kinematics<L: Lane> = StepKinematics<L, D>;
+
     #[inline(always)]
-    fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
-        let (elastic, viscous) = self.weights.at(point.value[0]);
-        let h = displacement_gradient(&point.gradient);
-        let value = self.law.value(&h) * elastic;
-        let quadratic = tensor::contract(&h, &h) * viscous.scale(0.5);
-        L::select(L::zero().less(elastic), value, L::zero()) + quadratic
+    fn law(&self) -> &CompiledLaw<D> {
+        self.law
     }
 
     #[inline(always)]
-    fn gradient<L: Lane>(&self, point: &Point<L, D, M>) -> (L, Jet<L, D, M>) {
+    fn kinematics<L: Lane>(&self, point: &Point<L, D, M>) -> StepKinematics<L, D> {
         let (elastic, viscous) = self.weights.at(point.value[0]);
-        let h = displacement_gradient(&point.gradient);
-        let solid = L::zero().less(elastic);
-        let (value, stress) = self.law.gradient(&h);
-        let value = L::select(solid, value, L::zero());
-        let half_square = tensor::contract(&h, &h).scale(0.5);
-        let slope = self.weights.indicator.derivative(point.value[0]);
+        StepKinematics {
+            strain: displacement_gradient(&point.gradient),
+            level_set: point.value[0],
+            elastic,
+            viscous,
+        }
+    }
+
+    #[inline(always)]
+    fn strain<L: Lane>(&self, at: &StepKinematics<L, D>) -> Tensor<L, D> {
+        at.strain
+    }
+
+    #[inline(always)]
+    fn value<L: Lane>(&self, at: &StepKinematics<L, D>, value: L) -> L {
+        let quadratic = tensor::contract(&at.strain, &at.strain) * at.viscous.scale(0.5);
+        L::select(at.solid(), value * at.elastic, L::zero()) + quadratic
+    }
+
+    #[inline(always)]
+    fn gradient<L: Lane>(
+        &self,
+        at: &StepKinematics<L, D>,
+        value: L,
+        stress: &Tensor<L, D>,
+    ) -> (L, Jet<L, D, M>) {
+        let value = L::select(at.solid(), value, L::zero());
+        let half_square = tensor::contract(&at.strain, &at.strain).scale(0.5);
+        let slope = self.weights.indicator.derivative(at.level_set);
         let mut jet = Jet::zero();
         let by_chi = value.scale(1.0 - self.weights.void_stiffness)
             - half_square.scale(self.weights.void_viscosity);
         jet.value[0] = slope * by_chi;
         for i in 0..D {
             for k in 0..D {
-                let stress = L::select(solid, stress[i][k] * elastic, L::zero());
-                jet.gradient[i + 1][k] = h[i][k].mul_add(viscous, stress);
+                let stress = L::select(at.solid(), stress[i][k] * at.elastic, L::zero());
+                jet.gradient[i + 1][k] = at.strain[i][k].mul_add(at.viscous, stress);
             }
         }
-        (value.mul_add(elastic, half_square * viscous), jet)
+        (value.mul_add(at.elastic, half_square * at.viscous), jet)
+    }
+
+    #[inline(always)]
+    fn strain_change<L: Lane>(
+        &self,
+        _at: &StepKinematics<L, D>,
+        direction: &Jet<L, D, M>,
+    ) -> Tensor<L, D> {
+        displacement_gradient(&direction.gradient)
     }
 
     /// The second derivative by the deformation alone.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
-        point: &Point<L, D, M>,
+        at: &StepKinematics<L, D>,
         direction: &Jet<L, D, M>,
+        stress: &Tensor<L, D>,
     ) -> Jet<L, D, M> {
-        let (elastic, viscous) = self.weights.at(point.value[0]);
-        let h = displacement_gradient(&point.gradient);
         let d = displacement_gradient(&direction.gradient);
-        let change = self.law.hessian_action(&h, &d);
-        let solid = L::zero().less(elastic);
         let mut jet = Jet::zero();
         for i in 0..D {
             for k in 0..D {
-                let stress = L::select(solid, change[i][k] * elastic, L::zero());
-                jet.gradient[i + 1][k] = d[i][k].mul_add(viscous, stress);
+                let stress = L::select(at.solid(), stress[i][k] * at.elastic, L::zero());
+                jet.gradient[i + 1][k] = d[i][k].mul_add(at.viscous, stress);
             }
         }
         jet

@@ -3,8 +3,10 @@
 use crate::cells::object_cells;
 use crate::error::GeodesicError;
 use fe_grid::engine::MAX_CELL_DATA;
-use fe_grid::{CellProbe, Data, Field, Grid, Lane, Point, Reads, ScalarField, probe_cells};
-use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy};
+use fe_grid::{
+    CellProbe, Data, Field, Grid, Lane, Point, Reads, ScalarField, compiled_once, probe_cells,
+};
+use hyperelastic::{CompiledLaw, LawSpec};
 
 /// The density `K^2 W(D phi_k)` of a step's dissipation on the shape that the step deforms,
 /// `{level_set > 0}`: its integral over the shape is `K^2 W_k`, which tends to the rate of
@@ -21,62 +23,46 @@ pub fn dissipation_density<const D: usize>(
     steps: usize,
     law: &LawSpec,
 ) -> Result<ScalarField<f64, D>, GeodesicError> {
-    const { assert!(D == 2 || D == 3) };
     let grid = *level_set.grid();
     if *displacement.grid() != grid {
         return Err(GeodesicError::GridsDiffer);
     }
-    let (nodes, spacing) = (grid.nodes_per_axis(), grid.spacing());
-    let cells = if D == 2 {
-        let grid = Grid::with_nodes([nodes[0], nodes[1]], spacing)?;
-        in_the_plane(grid, displacement.as_slice(), law)?
-    } else {
-        let grid = Grid::with_nodes([nodes[0], nodes[1], nodes[D - 1]], spacing)?;
-        in_space(grid, displacement.as_slice(), law)?
-    };
+    let cells = density_of_cells(&grid, displacement.as_slice(), &law.compile()?);
     let rate = (steps * steps) as f64;
     Ok(at_nodes(&grid, &cells, &object_cells(level_set), rate))
 }
 
-/// Means of `W(D phi)` over the cells. All laws are compiled here and not in other crates.
-#[inline(never)]
-fn in_the_plane(grid: Grid<2>, displacement: &[f64], law: &LawSpec) -> Result<Vec<f64>, LawError> {
-    law.visit(Visitor { grid, displacement })
+compiled_once! {
+    /// Means of `W(D phi)` over the cells.
+    fn density_of_cells<'a, D>(
+        grid: &'a Grid<D>,
+        displacement: &'a [f64],
+        law: &'a CompiledLaw<D>,
+    ) -> Vec<f64> = density_in;
 }
 
-#[inline(never)]
-fn in_space(grid: Grid<3>, displacement: &[f64], law: &LawSpec) -> Result<Vec<f64>, LawError> {
-    law.visit(Visitor { grid, displacement })
-}
-
-struct Visitor<'a, const D: usize> {
-    grid: Grid<D>,
-    displacement: &'a [f64],
-}
-
-impl<const D: usize> LawVisitor<D> for Visitor<'_, D> {
-    type Output = Vec<f64>;
-
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Vec<f64> {
-        let probe = Density { law };
-        let found = probe_cells(&self.grid, &probe, Data::default(), self.displacement);
-        found.into_iter().next().unwrap_or_default()
-    }
+fn density_in<const D: usize>(
+    grid: &Grid<D>,
+    displacement: &[f64],
+    law: &CompiledLaw<D>,
+) -> Vec<f64> {
+    let found = probe_cells(grid, &Density { law }, Data::default(), displacement);
+    found.into_iter().next().unwrap_or_default()
 }
 
 /// `W(1 + h)` of a displacement gradient `h`.
-struct Density<W> {
-    law: W,
+struct Density<'a, const D: usize> {
+    law: &'a CompiledLaw<D>,
 }
 
-impl<W: Send + Sync> Reads for Density<W> {
+impl<const D: usize> Reads for Density<'_, D> {
     const USES_VALUE: bool = false;
     const USES_GRADIENT: bool = true;
     const COEFFICIENTS: usize = 0;
     const CELL_DATA: usize = 0;
 }
 
-impl<W: StoredEnergy<D>, const D: usize> CellProbe<D, D> for Density<W> {
+impl<const D: usize> CellProbe<D, D> for Density<'_, D> {
     const OUTPUTS: usize = 1;
 
     #[inline(always)]

@@ -17,21 +17,23 @@
 //! start domain.
 
 use crate::cells::ObjectWeights;
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
-use hyperelastic::StoredEnergy;
+use fe_grid::{Jet, Lane, Point, Reads, Tensor, tensor};
+use hyperelastic::{CompiledLaw, StrainDensity};
 
-/// The density of `W_k`. The unknown has `M = 2 D` components: the displacement of `psi_{k-1}` and
-/// that of `psi_k`. Coefficient 0 is the level set of the start shape.
+/// The density of `W_k`, for a [`StrainEnergy`](hyperelastic::StrainEnergy). The unknown has
+/// `M = 2 D` components: the displacement of `psi_{k-1}` and that of `psi_k`. Coefficient 0 is the
+/// level set of the start shape.
 #[derive(Clone, Copy, Debug)]
-pub struct PathDissipation<W> {
+pub struct PathDissipation<'a, const D: usize> {
     /// The stored energy density `W`.
-    pub law: W,
+    pub law: &'a CompiledLaw<D>,
     /// The weights of object and void.
     pub weights: ObjectWeights,
 }
 
 /// The two gradients at a point, and what is made of them.
-struct Kinematics<L, const D: usize> {
+#[derive(Clone, Copy)]
+pub struct PathKinematics<L, const D: usize> {
     /// `Dpsi_k - Dpsi_{k-1}`.
     change: Tensor<L, D>,
     /// `(Dpsi_{k-1})^{-T}`.
@@ -40,65 +42,100 @@ struct Kinematics<L, const D: usize> {
     strain: Tensor<L, D>,
     /// `J`.
     volume: L,
+    /// Weights of the law and of the viscous part.
+    elastic: L,
+    viscous: L,
 }
 
-impl<W> PathDissipation<W> {
+impl<L: Lane, const D: usize> PathKinematics<L, D> {
+    /// `J`, not a number where it is not positive.
     #[inline(always)]
-    fn kinematics<L: Lane, const D: usize, const M: usize>(
-        gradient: &[[L; D]; M],
-    ) -> Kinematics<L, D> {
-        const { assert!(M == 2 * D) };
-        let mut before = tensor::zero::<L, D>();
-        let mut change = tensor::zero::<L, D>();
-        for i in 0..D {
-            for k in 0..D {
-                before[i][k] = gradient[i][k];
-                change[i][k] = gradient[D + i][k] - gradient[i][k];
-            }
-        }
-        let before = tensor::add_identity(&before);
-        let cofactor = tensor::cofactor(&before);
-        let volume = tensor::determinant_with(&before, &cofactor);
-        let inverse_transpose = tensor::scale(&cofactor, L::one() / volume);
-        Kinematics {
-            strain: tensor::product_transposed(&change, &inverse_transpose),
-            change,
-            inverse_transpose,
-            volume,
-        }
+    fn oriented(&self) -> L {
+        L::select(L::zero().less(self.volume), self.volume, L::splat(f64::NAN))
+    }
+
+    /// Where the law has a weight.
+    #[inline(always)]
+    fn solid(&self) -> L::Mask {
+        L::zero().less(self.elastic)
+    }
+
+    /// The viscous part of the density.
+    #[inline(always)]
+    fn quadratic(&self) -> L {
+        tensor::contract(&self.change, &self.change) * self.viscous.scale(0.5)
     }
 }
 
-impl<W: Send + Sync> Reads for PathDissipation<W> {
+impl<const D: usize> Reads for PathDissipation<'_, D> {
     const USES_VALUE: bool = false;
     const USES_GRADIENT: bool = true;
     const COEFFICIENTS: usize = 1;
     const CELL_DATA: usize = 0;
 }
 
-impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for PathDissipation<W> {
+impl<const D: usize, const M: usize> StrainDensity<D, M> for PathDissipation<'_, D> {
+    type Kinematics<L: Lane> = PathKinematics<L, D>;
+
     #[inline(always)]
-    fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
-        let (elastic, viscous) = self.weights.at(point.coefficient[0]);
-        let at = Self::kinematics::<L, D, M>(&point.gradient);
-        let oriented = L::select(L::zero().less(at.volume), at.volume, L::splat(f64::NAN));
-        let value = self.law.value(&at.strain) * oriented * elastic;
-        let quadratic = tensor::contract(&at.change, &at.change) * viscous.scale(0.5);
-        L::select(L::zero().less(elastic), value, L::zero()) + quadratic
+    fn law(&self) -> &CompiledLaw<D> {
+        self.law
     }
 
     #[inline(always)]
-    fn gradient<L: Lane>(&self, point: &Point<L, D, M>) -> (L, Jet<L, D, M>) {
+    fn kinematics<L: Lane>(&self, point: &Point<L, D, M>) -> PathKinematics<L, D> {
+        const { assert!(M == 2 * D) };
         let (elastic, viscous) = self.weights.at(point.coefficient[0]);
-        let at = Self::kinematics::<L, D, M>(&point.gradient);
-        let oriented = L::select(L::zero().less(at.volume), at.volume, L::splat(f64::NAN));
-        let solid = L::zero().less(elastic);
-        // W and P = W_,A(F), times the weight and J.
-        let (value, stress) = self.law.weighted_gradient(&at.strain, oriented * elastic);
-        // With G = (Dpsi_{k-1})^{-1}: d/dDpsi_k = P G^T, d/dDpsi_{k-1} = (W 1 - F^T P) G^T.
-        let after = tensor::product(&stress, &at.inverse_transpose);
+        let mut before = tensor::zero::<L, D>();
+        let mut change = tensor::zero::<L, D>();
+        for i in 0..D {
+            for k in 0..D {
+                before[i][k] = point.gradient[i][k];
+                change[i][k] = point.gradient[D + i][k] - point.gradient[i][k];
+            }
+        }
+        let before = tensor::add_identity(&before);
+        let cofactor = tensor::cofactor(&before);
+        let volume = tensor::determinant_with(&before, &cofactor);
+        let inverse_transpose = tensor::scale(&cofactor, L::one() / volume);
+        PathKinematics {
+            strain: tensor::product_transposed(&change, &inverse_transpose),
+            change,
+            inverse_transpose,
+            volume,
+            elastic,
+            viscous,
+        }
+    }
+
+    #[inline(always)]
+    fn strain<L: Lane>(&self, at: &PathKinematics<L, D>) -> Tensor<L, D> {
+        at.strain
+    }
+
+    #[inline(always)]
+    fn value<L: Lane>(&self, at: &PathKinematics<L, D>, value: L) -> L {
+        let value = value * at.oriented() * at.elastic;
+        L::select(at.solid(), value, L::zero()) + at.quadratic()
+    }
+
+    #[inline(always)]
+    fn weight<L: Lane>(&self, at: &PathKinematics<L, D>) -> L {
+        at.oriented() * at.elastic
+    }
+
+    #[inline(always)]
+    fn gradient<L: Lane>(
+        &self,
+        at: &PathKinematics<L, D>,
+        value: L,
+        stress: &Tensor<L, D>,
+    ) -> (L, Jet<L, D, M>) {
+        // W and P = W_,A(F) come times the weight and J. With G = (Dpsi_{k-1})^{-1}:
+        // d/dDpsi_k = P G^T, d/dDpsi_{k-1} = (W 1 - F^T P) G^T.
+        let after = tensor::product(stress, &at.inverse_transpose);
         let deformed = tensor::add_identity(&at.strain);
-        let mut inner = tensor::scale(&tensor::transposed_product(&deformed, &stress), -L::one());
+        let mut inner = tensor::scale(&tensor::transposed_product(&deformed, stress), -L::one());
         for i in 0..D {
             inner[i][i] += value;
         }
@@ -106,50 +143,64 @@ impl<W: StoredEnergy<D>, const D: usize, const M: usize> CellLaw<D, M> for PathD
         let mut jet = Jet::zero();
         for i in 0..D {
             for k in 0..D {
-                let viscous_stress = at.change[i][k] * viscous;
+                let viscous_stress = at.change[i][k] * at.viscous;
                 let (b, a) = (before[i][k], after[i][k]);
-                jet.gradient[i][k] = L::select(solid, b, L::zero()) - viscous_stress;
-                jet.gradient[D + i][k] = L::select(solid, a, L::zero()) + viscous_stress;
+                jet.gradient[i][k] = L::select(at.solid(), b, L::zero()) - viscous_stress;
+                jet.gradient[D + i][k] = L::select(at.solid(), a, L::zero()) + viscous_stress;
             }
         }
-        let quadratic = tensor::contract(&at.change, &at.change) * viscous.scale(0.5);
-        (L::select(solid, value, L::zero()) + quadratic, jet)
+        let density = L::select(at.solid(), value, L::zero()) + at.quadratic();
+        (density, jet)
     }
 
-    /// The part of Gauss and Newton, `J W_,AA(F)[dF] : dF` with
     /// `dF = (dDpsi_k - F dDpsi_{k-1}) G`.
+    #[inline(always)]
+    fn strain_change<L: Lane>(
+        &self,
+        at: &PathKinematics<L, D>,
+        direction: &Jet<L, D, M>,
+    ) -> Tensor<L, D> {
+        let deformed = tensor::add_identity(&at.strain);
+        let (before, after) = pair(&direction.gradient);
+        let difference = tensor::sub(&after, &tensor::product(&deformed, &before));
+        tensor::product_transposed(&difference, &at.inverse_transpose)
+    }
+
+    /// The part of Gauss and Newton, `J W_,AA(F)[dF] : dF`.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
-        point: &Point<L, D, M>,
+        at: &PathKinematics<L, D>,
         direction: &Jet<L, D, M>,
+        stress: &Tensor<L, D>,
     ) -> Jet<L, D, M> {
-        let (elastic, viscous) = self.weights.at(point.coefficient[0]);
-        let at = Self::kinematics::<L, D, M>(&point.gradient);
         let deformed = tensor::add_identity(&at.strain);
-        let (mut before, mut after) = (tensor::zero::<L, D>(), tensor::zero::<L, D>());
-        for i in 0..D {
-            for k in 0..D {
-                before[i][k] = direction.gradient[i][k];
-                after[i][k] = direction.gradient[D + i][k];
-            }
-        }
-        let difference = tensor::sub(&after, &tensor::product(&deformed, &before));
-        let change = tensor::product_transposed(&difference, &at.inverse_transpose);
-        let stress = self.law.hessian_action(&at.strain, &change);
-        let stress = tensor::scale(&stress, elastic * at.volume);
+        let (before, after) = pair(&direction.gradient);
+        let stress = tensor::scale(stress, at.elastic * at.volume);
         let on_after = tensor::product(&stress, &at.inverse_transpose);
         let on_before = tensor::transposed_product(&deformed, &on_after);
-        let solid = L::zero().less(elastic);
         let mut jet = Jet::zero();
         for i in 0..D {
             for k in 0..D {
-                let viscous_stress = (after[i][k] - before[i][k]) * viscous;
+                let viscous_stress = (after[i][k] - before[i][k]) * at.viscous;
                 let (b, a) = (on_before[i][k], on_after[i][k]);
-                jet.gradient[i][k] = -(L::select(solid, b, L::zero()) + viscous_stress);
-                jet.gradient[D + i][k] = L::select(solid, a, L::zero()) + viscous_stress;
+                jet.gradient[i][k] = -(L::select(at.solid(), b, L::zero()) + viscous_stress);
+                jet.gradient[D + i][k] = L::select(at.solid(), a, L::zero()) + viscous_stress;
             }
         }
         jet
     }
+}
+
+/// The two gradients of a direction.
+#[inline(always)]
+fn pair<L: Lane, const D: usize, const M: usize>(
+    gradient: &[[L; D]; M],
+) -> (Tensor<L, D>, Tensor<L, D>) {
+    let (mut before, mut after) = (tensor::zero::<L, D>(), tensor::zero::<L, D>());
+    for i in 0..D {
+        before[i] = gradient[i];
+        after[i] = gradient[D + i];
+    }
+    (before, after)
 }

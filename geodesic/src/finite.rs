@@ -10,7 +10,7 @@
 
 use crate::cells;
 use crate::error::GeodesicError;
-use hyperelastic::{LawSpec, LawVisitor, StoredEnergy};
+use hyperelastic::{CompiledLaw, LawSpec};
 use nalgebra::{DMatrix, DVector};
 
 /// Newton steps, at most.
@@ -257,26 +257,9 @@ impl Dissimilarity<2> for StereographicSphere {
 }
 
 /// Balls of viscous matter about one centre that stay balls: `W(r, s) = |B_r| W(s/r 1)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Balls<const D: usize> {
-    /// The law.
-    pub law: LawSpec,
-}
-
-/// The energy density of a scaling and its derivative.
-struct Scaling(f64);
-
-impl<const D: usize> LawVisitor<D> for Scaling {
-    type Output = (f64, f64);
-
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> (f64, f64) {
-        let mut strain = [[0.0; D]; D];
-        for (i, row) in strain.iter_mut().enumerate() {
-            row[i] = self.0 - 1.0;
-        }
-        let (value, stress) = law.gradient(&strain);
-        (value, (0..D).map(|i| stress[i][i]).sum())
-    }
+    law: CompiledLaw<D>,
 }
 
 impl<const D: usize> Balls<D> {
@@ -285,15 +268,19 @@ impl<const D: usize> Balls<D> {
     /// # Errors
     /// [`GeodesicError::Law`] where the law cannot be made.
     pub fn new(law: LawSpec) -> Result<Self, GeodesicError> {
-        law.visit::<D, _>(Scaling(1.0))?;
-        Ok(Self { law })
+        Ok(Self {
+            law: law.compile()?,
+        })
     }
 
     /// `W(q 1)` and its derivative by `q`.
     fn density(&self, q: f64) -> (f64, f64) {
-        self.law
-            .visit::<D, _>(Scaling(q))
-            .unwrap_or((f64::INFINITY, f64::NAN))
+        let mut strain = [[0.0; D]; D];
+        for (i, row) in strain.iter_mut().enumerate() {
+            row[i] = q - 1.0;
+        }
+        let (value, stress) = self.law.gradient(&strain);
+        (value, (0..D).map(|i| stress[i][i]).sum())
     }
 
     /// Volume of a ball.

@@ -1,14 +1,13 @@
-//! The energies of a step under whatever law the parameters name.
+//! The energies of a step of a path.
 //!
-//! All laws are compiled here for both dimensions, once, so that crates which use geodesics do not
-//! compile every law again.
+//! Their kernels are compiled here for both dimensions, once; they enter the law by pointer.
 
 use crate::cells::ObjectWeights;
 use crate::deformation::StepDeformation;
 use crate::dissipation::PathDissipation;
 use fe_grid::dimension::{self, Routine};
 use fe_grid::{Assembly, CellLaw, Data, Grid, GridError};
-use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy};
+use hyperelastic::{CompiledLaw, StrainEnergy};
 use std::marker::PhantomData;
 
 /// Which energy.
@@ -21,11 +20,11 @@ pub(crate) enum Kind {
 }
 
 /// The energy of one step of a path.
-pub(crate) struct StepTerm<'a> {
+pub(crate) struct StepTerm<'a, const D: usize> {
     /// Which energy.
     pub kind: Kind,
     /// The law `W`.
-    pub law: &'a LawSpec,
+    pub law: &'a CompiledLaw<D>,
     /// The weights of object and void.
     pub weights: ObjectWeights,
     /// The level set of the start shape at the nodes; [`Kind::Path`] only.
@@ -38,13 +37,12 @@ pub(crate) struct StepTerm<'a> {
     pub gradient: &'a mut [f64],
 }
 
-impl StepTerm<'_> {
+impl<const D: usize> StepTerm<'_, D> {
     /// The energy on a grid; its gradient times the factor is added.
     ///
     /// # Errors
-    /// [`LawError`] where there is no such law; [`GridError::Inadmissible`] in the inner result
-    /// where the density is not finite.
-    pub fn add<const D: usize>(self, grid: &Grid<D>) -> Result<Result<f64, GridError>, LawError> {
+    /// [`GridError::Inadmissible`] where the density is not finite.
+    pub fn add(self, grid: &Grid<D>) -> Result<f64, GridError> {
         dimension::run::<Steps<'_>, D>((self, *grid))
     }
 }
@@ -53,47 +51,40 @@ impl StepTerm<'_> {
 struct Steps<'a>(PhantomData<&'a ()>);
 
 impl<'a> Routine for Steps<'a> {
-    type Arguments<const D: usize> = (StepTerm<'a>, Grid<D>);
-    type Output<const D: usize> = Result<Result<f64, GridError>, LawError>;
+    type Arguments<const D: usize> = (StepTerm<'a, D>, Grid<D>);
+    type Output<const D: usize> = Result<f64, GridError>;
 
     #[inline(never)]
     fn in_the_plane((term, grid): Self::Arguments<2>) -> Self::Output<2> {
-        term.law.visit(Visitor::<2, 3, 4> { grid, term })
+        evaluate::<2, 3, 4>(term, grid)
     }
 
     #[inline(never)]
     fn in_space((term, grid): Self::Arguments<3>) -> Self::Output<3> {
-        term.law.visit(Visitor::<3, 4, 6> { grid, term })
+        evaluate::<3, 4, 6>(term, grid)
     }
 }
 
 /// Evaluates one of the energies, of `S = D + 1` or `P = 2 D` components.
-struct Visitor<'a, const D: usize, const S: usize, const P: usize> {
+fn evaluate<const D: usize, const S: usize, const P: usize>(
+    term: StepTerm<'_, D>,
     grid: Grid<D>,
-    term: StepTerm<'a>,
-}
-
-impl<const D: usize, const S: usize, const P: usize> LawVisitor<D> for Visitor<'_, D, S, P> {
-    type Output = Result<f64, GridError>;
-
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output {
-        let term = self.term;
-        let weights = term.weights;
-        match term.kind {
-            Kind::Path => {
-                let law = PathDissipation { law, weights };
-                let data = Data {
-                    coefficients: &[term.level_set],
-                    cells: &[],
-                };
-                let assembly = Assembly::<_, f64, D, P>::new(self.grid, &law, data);
-                value_or_gradient(&assembly, term.state, term.factor, term.gradient)
-            }
-            Kind::Step => {
-                let law = StepDeformation { law, weights };
-                let assembly = Assembly::<_, f64, D, S>::new(self.grid, &law, Data::default());
-                value_or_gradient(&assembly, term.state, term.factor, term.gradient)
-            }
+) -> Result<f64, GridError> {
+    let StepTerm { law, weights, .. } = term;
+    match term.kind {
+        Kind::Path => {
+            let law = StrainEnergy(PathDissipation { law, weights });
+            let data = Data {
+                coefficients: &[term.level_set],
+                cells: &[],
+            };
+            let assembly = Assembly::<_, f64, D, P>::new(grid, &law, data);
+            value_or_gradient(&assembly, term.state, term.factor, term.gradient)
+        }
+        Kind::Step => {
+            let law = StrainEnergy(StepDeformation { law, weights });
+            let assembly = Assembly::<_, f64, D, S>::new(grid, &law, Data::default());
+            value_or_gradient(&assembly, term.state, term.factor, term.gradient)
         }
     }
 }

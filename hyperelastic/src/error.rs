@@ -43,6 +43,12 @@ pub enum LawError {
         /// Share of the shear modulus carried by the `|A|^p` term.
         norm_share: f64,
     },
+    /// Another law has this name.
+    #[error("there is a law named '{name}' already; choose another name")]
+    NameTaken {
+        /// The name asked for.
+        name: String,
+    },
     /// No law has this name.
     #[error("there is no law named '{name}'; known are {known}")]
     UnknownLaw {

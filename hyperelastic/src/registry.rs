@@ -1,26 +1,22 @@
-//! From a name and two moduli to a law.
+//! From a name and two moduli to a compiled law.
 //!
-//! To add a law: one file for it, one line in [`Family`]'s table, one in [`LawSpec::visit`].
+//! To add a law: one file for it, one line in [`Family`]'s table, one in `compile_in`. A law of
+//! another crate is added by [`register_law`].
 
+use crate::compiled::CompiledLaw;
 use crate::error::LawError;
 use crate::inverse::Inverse;
 use crate::linear_elasticity::LinearElasticity;
 use crate::logdet::LogDet;
 use crate::logdet_barrier::LogDetBarrier;
 use crate::moduli::LameModuli;
+use crate::own_law::OwnLaw;
 use crate::power::{Power, PowerExponents};
 use crate::stored_energy::StoredEnergy;
+use fe_grid::compiled_once;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
-
-/// A computation that is made for each law: called with the law that a [`LawSpec`] names.
-pub trait LawVisitor<const D: usize> {
-    /// What the computation returns.
-    type Output;
-    /// The computation for one law.
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output;
-}
 
 /// The laws that have a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,6 +32,34 @@ pub enum Family {
     PowerTwoTerm,
     /// [`LinearElasticity`].
     Linear,
+    /// A law of another crate; see [`register_law`].
+    Own(OwnLaw),
+}
+
+/// Gives a law of another crate a name, by which an average, a geodesic or a principal component
+/// analysis is asked for it like for any other. It lasts as long as the program runs.
+///
+/// The two functions make the law from its moduli, for the plane and for space, with
+/// [`CompiledLaw::new`].
+///
+/// # Errors
+/// [`LawError::NameTaken`] if a law has the name already.
+pub fn register_law(
+    name: &str,
+    in_plane: fn(LameModuli) -> Result<CompiledLaw<2>, LawError>,
+    in_space: fn(LameModuli) -> Result<CompiledLaw<3>, LawError>,
+) -> Result<LawName, LawError> {
+    let taken = || LawError::NameTaken {
+        name: name.to_owned(),
+    };
+    if name.parse::<LawName>().is_ok() {
+        return Err(taken());
+    }
+    let law = OwnLaw::register(name, in_plane, in_space).ok_or_else(taken)?;
+    Ok(LawName {
+        family: Family::Own(law),
+        inverse: false,
+    })
 }
 
 impl Family {
@@ -66,7 +90,13 @@ impl LawName {
                 .into_iter()
                 .map(move |(_, family)| Self { family, inverse })
         };
-        with(false).chain(with(true).filter(|name| name.family != Family::Linear))
+        let own = OwnLaw::all().map(|law| Self {
+            family: Family::Own(law),
+            inverse: false,
+        });
+        with(false)
+            .chain(with(true).filter(|name| name.family != Family::Linear))
+            .chain(own)
     }
 
     /// The family.
@@ -94,6 +124,9 @@ impl fmt::Display for LawName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.inverse {
             f.write_str(Self::INVERSE)?;
+        }
+        if let Family::Own(law) = self.family {
+            return f.write_str(&law.name());
         }
         let found = Family::TABLE.iter().find(|(_, x)| *x == self.family);
         f.write_str(found.map_or("", |(name, _)| name))
@@ -150,31 +183,41 @@ impl LawSpec {
         })
     }
 
-    /// Makes the law and hands it to the visitor.
+    /// The law, compiled.
     ///
     /// # Errors
     /// Whatever the law's constructor refuses: moduli out of range, or below the law's bound.
-    pub fn visit<const D: usize, V: LawVisitor<D>>(
-        &self,
-        visitor: V,
-    ) -> Result<V::Output, LawError> {
-        let moduli = self.moduli;
-        Ok(match (self.law.family, self.law.inverse) {
-            (Family::LogDet, false) => visitor.visit(LogDet::<D>::new(moduli)?),
-            (Family::LogDet, true) => visitor.visit(Inverse::new(LogDet::<D>::new(moduli)?)),
-            (Family::LogDetBarrier, false) => visitor.visit(LogDetBarrier::<D>::new(moduli)?),
-            (Family::LogDetBarrier, true) => {
-                visitor.visit(Inverse::new(LogDetBarrier::<D>::new(moduli)?))
-            }
-            (Family::Power | Family::PowerTwoTerm, false) => {
-                visitor.visit(power::<D>(self.law.family, moduli)?)
-            }
-            (Family::Power | Family::PowerTwoTerm, true) => {
-                visitor.visit(Inverse::new(power::<D>(self.law.family, moduli)?))
-            }
-            // Linear elasticity has no inverse model: its name cannot be parsed.
-            (Family::Linear, _) => visitor.visit(LinearElasticity::<D>::new(moduli)?),
-        })
+    pub fn compile<const D: usize>(&self) -> Result<CompiledLaw<D>, LawError> {
+        compile(self)
+    }
+}
+
+compiled_once! {
+    /// The law that a specification names, compiled with this crate.
+    fn compile<'a, D>(spec: &'a LawSpec) -> Result<CompiledLaw<D>, LawError> = compile_in;
+}
+
+fn compile_in<const D: usize>(spec: &LawSpec) -> Result<CompiledLaw<D>, LawError> {
+    let moduli = spec.moduli;
+    let inverse = spec.law.inverse;
+    match spec.law.family {
+        Family::LogDet => Ok(compile_one(LogDet::<D>::new(moduli)?, inverse)),
+        Family::LogDetBarrier => Ok(compile_one(LogDetBarrier::<D>::new(moduli)?, inverse)),
+        Family::Power | Family::PowerTwoTerm => {
+            Ok(compile_one(power::<D>(spec.law.family, moduli)?, inverse))
+        }
+        // Linear elasticity has no inverse model: its name cannot be parsed.
+        Family::Linear => Ok(CompiledLaw::new(LinearElasticity::<D>::new(moduli)?)),
+        Family::Own(law) => law.compile(moduli),
+    }
+}
+
+/// A law or its inverse model.
+fn compile_one<W: StoredEnergy<D>, const D: usize>(law: W, inverse: bool) -> CompiledLaw<D> {
+    if inverse {
+        CompiledLaw::new(Inverse::new(law))
+    } else {
+        CompiledLaw::new(law)
     }
 }
 

@@ -1,19 +1,22 @@
 //! The elastic energy of an object in a soft void, as a law of the cell engine.
 
-use crate::stored_energy::StoredEnergy;
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
+use crate::compiled::{CompiledLaw, GradientCall, HessianCall, ValueCall, places_of_faces};
+use fe_grid::engine::{Block, BlockFluxes, Evaluated, MAX_CORNERS};
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads, tensor};
 
 /// `kappa W(1 + Du)` for a displacement `u`, with `kappa = (1 - delta) chi + delta` from the nodal
 /// indicator `chi` (coefficient 0) and the void stiffness `delta`.
-#[derive(Clone, Copy, Debug)]
-pub struct WeightedElasticity<W> {
+#[derive(Clone, Debug)]
+pub struct WeightedElasticity<'a, const D: usize> {
     /// The stored energy density `W`.
-    pub law: W,
+    pub law: &'a CompiledLaw<D>,
     /// Stiffness `delta` of the void, relative to the object.
     pub void_stiffness: f64,
 }
 
-impl<W> WeightedElasticity<W> {
+impl<const D: usize> WeightedElasticity<'_, D> {
+    const PLACES: [[usize; D]; MAX_CORNERS] = places_of_faces();
+
     #[inline(always)]
     fn weight<L: Lane>(&self, indicator: L) -> L {
         indicator.mul_add(
@@ -21,16 +24,26 @@ impl<W> WeightedElasticity<W> {
             L::splat(self.void_stiffness),
         )
     }
+
+    /// The weights at the points of a block.
+    #[inline(always)]
+    fn weights<L: Lane>(&self, block: &Block<L, D, D>) -> [L; MAX_CORNERS] {
+        let mut weights = [L::zero(); MAX_CORNERS];
+        for q in 0..1 << D {
+            weights[q] = self.weight(block.coefficient(0)[q]);
+        }
+        weights
+    }
 }
 
-impl<W: Send + Sync> Reads for WeightedElasticity<W> {
+impl<const D: usize> Reads for WeightedElasticity<'_, D> {
     const USES_VALUE: bool = false;
     const USES_GRADIENT: bool = true;
     const COEFFICIENTS: usize = 1;
     const CELL_DATA: usize = 0;
 }
 
-impl<W: StoredEnergy<D>, const D: usize> CellLaw<D, D> for WeightedElasticity<W> {
+impl<const D: usize> CellLaw<D, D> for WeightedElasticity<'_, D> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
         self.law.value(&point.gradient) * self.weight(point.coefficient[0])
@@ -40,13 +53,11 @@ impl<W: StoredEnergy<D>, const D: usize> CellLaw<D, D> for WeightedElasticity<W>
     fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
         let weight = self.weight(point.coefficient[0]);
         let (value, gradient) = self.law.weighted_gradient(&point.gradient, weight);
-        (
-            value,
-            Jet {
-                value: [L::zero(); D],
-                gradient,
-            },
-        )
+        let flux = Jet {
+            value: [L::zero(); D],
+            gradient,
+        };
+        (value, flux)
     }
 
     #[inline(always)]
@@ -59,10 +70,61 @@ impl<W: StoredEnergy<D>, const D: usize> CellLaw<D, D> for WeightedElasticity<W>
         let change = self
             .law
             .hessian_action(&point.gradient, &direction.gradient);
-        let gradient = fe_grid::tensor::scale(&change, weight);
         Jet {
             value: [L::zero(); D],
-            gradient,
+            gradient: tensor::scale(&change, weight),
         }
+    }
+
+    #[inline(always)]
+    fn block_value<L: Lane>(&self, block: &Block<L, D, D>) -> L {
+        let mut values = [L::zero(); MAX_CORNERS];
+        self.law.block_value(ValueCall {
+            strains: block.state().gradients(),
+            places: &Self::PLACES[..1 << D],
+            values: &mut values,
+        });
+        let mut sum = L::zero();
+        for q in 0..1 << D {
+            sum += values[q] * self.weight(block.coefficient(0)[q]);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn block_gradient<L: Lane>(
+        &self,
+        block: &Block<L, D, D>,
+        fluxes: &mut BlockFluxes<L, D, D>,
+    ) -> L {
+        let mut values = [L::zero(); MAX_CORNERS];
+        self.law.block_gradient(GradientCall {
+            strains: block.state().gradients(),
+            places: &Self::PLACES[..1 << D],
+            weights: &self.weights(block),
+            values: &mut values,
+            stresses: fluxes.gradients_mut(),
+        });
+        let mut sum = L::zero();
+        for value in &values[..1 << D] {
+            sum += *value;
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn block_hessian_action<L: Lane>(
+        &self,
+        block: &Block<L, D, D>,
+        direction: &Evaluated<L, D, D>,
+        fluxes: &mut BlockFluxes<L, D, D>,
+    ) {
+        self.law.block_hessian_action(HessianCall {
+            strains: block.state().gradients(),
+            directions: direction.gradients(),
+            places: &Self::PLACES[..1 << D],
+            weights: &self.weights(block),
+            stresses: fluxes.gradients_mut(),
+        });
     }
 }

@@ -1,15 +1,13 @@
-//! The elastic energy of one shape, under whatever law the parameters name.
-//!
-//! All laws are compiled here for both dimensions, once ([`fe_grid::dimension`]), so that crates
-//! which use the average do not compile every law again.
+//! The elastic energy of one shape. Its kernels are compiled here for both dimensions, once; they
+//! enter the law by pointer.
 
 use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, compiled_once};
-use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy, WeightedElasticity};
+use hyperelastic::{CompiledLaw, WeightedElasticity};
 
 /// The energy `int ((1 - delta) chi + delta) W(1 + Du)` of a displacement `u`.
-pub(crate) struct ElasticTerm<'a> {
+pub(crate) struct ElasticTerm<'a, const D: usize> {
     /// The law `W`.
-    pub law: &'a LawSpec,
+    pub law: &'a CompiledLaw<D>,
     /// The indicator `chi` at the nodes.
     pub indicator: &'a [f64],
     /// The stiffness `delta`.
@@ -22,57 +20,31 @@ pub(crate) struct ElasticTerm<'a> {
     pub gradient: &'a mut [f64],
 }
 
-impl ElasticTerm<'_> {
+compiled_once! {
     /// The energy on a grid; its gradient times the factor is added.
     ///
     /// # Errors
-    /// [`LawError`] where there is no such law; [`GridError::Inadmissible`] in the inner result
-    /// where the density is not finite.
-    pub fn add<const D: usize>(self, grid: &Grid<D>) -> Result<Result<f64, GridError>, LawError> {
-        of_law(self, *grid)
-    }
+    /// [`GridError::Inadmissible`] where the density is not finite.
+    pub(crate) fn add_elastic<'a, D>(
+        term: ElasticTerm<'a, D>,
+        grid: &'a Grid<D>,
+    ) -> Result<f64, GridError> = add_elastic_in;
 }
 
-compiled_once! {
-    /// The energy under the law of the term.
-    fn of_law<'a, D>(
-        term: ElasticTerm<'a>,
-        grid: Grid<D>,
-    ) -> Result<Result<f64, GridError>, LawError> = visit_law;
-}
-
-fn visit_law<const D: usize>(
-    term: ElasticTerm<'_>,
-    grid: Grid<D>,
-) -> Result<Result<f64, GridError>, LawError> {
-    term.law.visit(Visitor { grid, term })
-}
-
-struct Visitor<'a, const D: usize> {
-    grid: Grid<D>,
-    term: ElasticTerm<'a>,
-}
-
-impl<const D: usize> LawVisitor<D> for Visitor<'_, D> {
-    type Output = Result<f64, GridError>;
-
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Self::Output {
-        let law = WeightedElasticity {
-            law,
-            void_stiffness: self.term.void_stiffness,
-        };
-        let data = Data {
-            coefficients: &[self.term.indicator],
-            cells: &[],
-        };
-        let assembly = Assembly::new(self.grid, &law, data);
-        value_or_gradient(
-            &assembly,
-            self.term.displacement,
-            self.term.factor,
-            self.term.gradient,
-        )
-    }
+fn add_elastic_in<const D: usize>(
+    term: ElasticTerm<'_, D>,
+    grid: &Grid<D>,
+) -> Result<f64, GridError> {
+    let law = WeightedElasticity {
+        law: term.law,
+        void_stiffness: term.void_stiffness,
+    };
+    let data = Data {
+        coefficients: &[term.indicator],
+        cells: &[],
+    };
+    let assembly = Assembly::new(*grid, &law, data);
+    value_or_gradient(&assembly, term.displacement, term.factor, term.gradient)
 }
 
 /// The energy of a law; `factor` times its gradient is added to `gradient` unless that is empty.

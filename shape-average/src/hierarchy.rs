@@ -254,10 +254,10 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         let shapes = self.shapes[level].take().ok_or(AverageError::NoShapes)?;
         if let Some(targets) = &self.targets {
             let target = targets[level].clone();
-            return Ok(AverageObjective::onto(shapes, self.params, target));
+            return Ok(AverageObjective::onto(shapes, self.params, target)?);
         }
         let average = std::mem::take(&mut self.average);
-        let objective = AverageObjective::new(shapes, self.params, average);
+        let objective = AverageObjective::new(shapes, self.params, average)?;
         Ok(match &self.shares {
             Some(shares) => objective.with_shares(shares),
             None => objective,

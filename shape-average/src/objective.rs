@@ -5,7 +5,7 @@
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
-use crate::elastic::{ElasticTerm, value_or_gradient};
+use crate::elastic::{ElasticTerm, add_elastic, value_or_gradient};
 use crate::energy::{Energy, ShapeTerms, Weights};
 use crate::error::AverageError;
 use crate::level::LevelShapes;
@@ -20,7 +20,7 @@ use fe_grid::{
     Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
     LinearOperator, Storage, certify_below, conjugate_gradient, restrain_step, vector,
 };
-use hyperelastic::{FoldBarrier, LawError, LawSpec, LawVisitor, StoredEnergy};
+use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Mismatch, Seen};
 use rayon::prelude::*;
 
@@ -42,6 +42,7 @@ enum Metric<const D: usize> {
 pub struct AverageObjective<const D: usize> {
     shapes: LevelShapes<D>,
     params: AverageParams,
+    law: CompiledLaw<D>,
     weights: Weights,
     /// The average `v`, the start of the next solve.
     average: Vec<f64>,
@@ -62,9 +63,16 @@ pub struct AverageObjective<const D: usize> {
 impl<const D: usize> AverageObjective<D> {
     /// The functional for shapes on a level, with a first guess at the average.
     ///
+    /// # Errors
+    /// [`LawError`] where there is no law with these parameters.
+    ///
     /// # Panics
     /// If the guess does not have one number a node.
-    pub fn new(shapes: LevelShapes<D>, params: &AverageParams, average: Vec<f64>) -> Self {
+    pub fn new(
+        shapes: LevelShapes<D>,
+        params: &AverageParams,
+        average: Vec<f64>,
+    ) -> Result<Self, LawError> {
         let n = shapes.n_shapes();
         assert_eq!(average.len(), shapes.grid().n_nodes());
         let weights = Weights {
@@ -74,8 +82,9 @@ impl<const D: usize> AverageObjective<D> {
             length: params.resolved_length_weight(),
         };
         let equations = NormalEquations::new(*shapes.grid());
-        Self {
+        Ok(Self {
             shapes,
+            law: params.law.compile()?,
             params: params.clone(),
             weights,
             average,
@@ -87,15 +96,19 @@ impl<const D: usize> AverageObjective<D> {
             scratch: CgScratch::default(),
             shape_evaluations: 0,
             average_iterations: 0,
-        }
+        })
     }
 
     /// The same with a given average, onto which shapes are deformed.
-    pub(crate) fn onto(shapes: LevelShapes<D>, params: &AverageParams, average: Vec<f64>) -> Self {
-        Self {
+    pub(crate) fn onto(
+        shapes: LevelShapes<D>,
+        params: &AverageParams,
+        average: Vec<f64>,
+    ) -> Result<Self, LawError> {
+        Ok(Self {
             fixed: true,
-            ..Self::new(shapes, params, average)
-        }
+            ..Self::new(shapes, params, average)?
+        })
     }
 
     /// The same with all that belongs to a shape times its share.
@@ -225,7 +238,7 @@ impl<const D: usize> AverageObjective<D> {
     ) -> Result<Option<ShapeTerms>, AverageError> {
         let grid = *self.grid();
         gradient.fill(0.0);
-        let elastic = match self.elastic(shape, displacement, gradient)? {
+        let elastic = match self.elastic(shape, displacement, gradient) {
             Ok(value) => value,
             Err(GridError::Inadmissible { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
@@ -292,16 +305,16 @@ impl<const D: usize> AverageObjective<D> {
         shape: usize,
         displacement: &[f64],
         gradient: &mut [f64],
-    ) -> Result<Result<f64, GridError>, LawError> {
+    ) -> Result<f64, GridError> {
         let term = ElasticTerm {
-            law: &self.params.law,
+            law: &self.law,
             indicator: self.shapes.indicators[shape].as_slice(),
             void_stiffness: self.params.void_stiffness,
             displacement,
             factor: self.weights.of_elastic(shape),
             gradient,
         };
-        term.add(self.grid())
+        add_elastic(term, self.grid())
     }
 
     /// Weighted energy of one shape.
@@ -493,14 +506,4 @@ impl<const D: usize> Objective for AverageObjective<D> {
     fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
         Ok(self.params.storage.zeros(len)?)
     }
-}
-
-/// A law can be made from these parameters in `D` dimensions.
-pub(crate) fn check_law<const D: usize>(law: &LawSpec) -> Result<(), LawError> {
-    struct Nothing;
-    impl<const D: usize> LawVisitor<D> for Nothing {
-        type Output = ();
-        fn visit<W: StoredEnergy<D>>(self, _law: W) {}
-    }
-    law.visit::<D, _>(Nothing)
 }

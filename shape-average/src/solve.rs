@@ -4,7 +4,6 @@ use crate::error::AverageError;
 use crate::follow::{Leaders, with_followers};
 use crate::hierarchy::{Levels, levels_of, levels_of_seen, solve_levels, targets_of};
 use crate::level::LevelShapes;
-use crate::objective::check_law;
 use crate::params::{AverageParams, Mean};
 use crate::result::AverageResult;
 use fe_grid::compiled_once;
@@ -213,7 +212,7 @@ fn check<'a, const D: usize>(
 ) -> Result<&'a Field<f64, D, 1>, AverageError> {
     let first = signed_distances.first().ok_or(AverageError::NoShapes)?;
     params.check(signed_distances.len())?;
-    check_law::<D>(&params.law)?;
+    params.law.compile::<D>()?;
     for (index, shape) in signed_distances.iter().enumerate() {
         if shape.grid() != first.grid() {
             return Err(AverageError::GridsDiffer { index });

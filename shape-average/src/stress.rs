@@ -1,10 +1,8 @@
 //! The stress that a deformation leaves in its shape.
-//!
-//! All laws are compiled here for both dimensions, once, as in `elastic`.
 
 use crate::error::AverageError;
 use fe_grid::{Field, ScalarField, Tensor};
-use hyperelastic::{LawError, LawSpec, LawVisitor, StoredEnergy, cauchy_stress};
+use hyperelastic::{LawSpec, cauchy_stress};
 
 /// The Cauchy stress `sigma = det(A)^-1 W_,A(A) A^T`, `A = 1 + Du`, of a displacement at the nodes of
 /// the undeformed shape, row by row: entry `i D + j` is the field of `sigma_ij`. `Du` is the mean of
@@ -16,64 +14,33 @@ pub fn cauchy_stress_at_nodes<const D: usize>(
     law: &LawSpec,
     displacement: &Field<f64, D, D>,
 ) -> Result<Vec<ScalarField<f64, D>>, AverageError> {
-    const { assert!(D == 2 || D == 3) };
+    let law = law.compile::<D>()?;
     let grid = *displacement.grid();
     let nodes = grid.nodes_per_axis();
-    let mut gradients = Vec::with_capacity(D * D * grid.n_nodes());
+    let mut stresses = vec![Vec::with_capacity(grid.n_nodes()); D * D];
     for index in 0..grid.n_nodes() {
         let node = grid.node(index);
         let mut stride = 1;
-        let mut columns = [[0.0; D]; D];
-        for (k, column) in columns.iter_mut().enumerate() {
+        let mut gradient: Tensor<f64, D> = [[0.0; D]; D];
+        for k in 0..D {
             let low = index - stride * usize::from(node[k] > 0);
             let high = index + stride * usize::from(node[k] + 1 < nodes[k]);
             let apart = (high - low) as f64 / stride as f64 * grid.spacing();
             let (before, after) = (displacement.at(low), displacement.at(high));
-            *column = std::array::from_fn(|i| (after[i] - before[i]) / apart);
+            for i in 0..D {
+                gradient[i][k] = (after[i] - before[i]) / apart;
+            }
             stride *= nodes[k];
         }
-        gradients.extend((0..D * D).map(|entry| columns[entry % D][entry / D]));
+        let sigma = cauchy_stress(&gradient, &law.gradient(&gradient).1);
+        for (entry, stress) in stresses.iter_mut().zip(sigma.as_flattened()) {
+            entry.push(*stress);
+        }
     }
-    let stresses = if D == 2 {
-        in_the_plane(law, &gradients)?
-    } else {
-        in_space(law, &gradients)?
-    };
-    let entry = |e: usize| stresses.iter().skip(e).step_by(D * D).copied().collect();
-    (0..D * D)
-        .map(|e| Ok(ScalarField::from_vec(grid, entry(e))?))
+    stresses
+        .into_iter()
+        .map(|entry| Ok(ScalarField::from_vec(grid, entry)?))
         .collect()
-}
-
-#[inline(never)]
-fn in_the_plane(law: &LawSpec, gradients: &[f64]) -> Result<Vec<f64>, LawError> {
-    law.visit::<2, _>(Visitor { gradients })
-}
-
-#[inline(never)]
-fn in_space(law: &LawSpec, gradients: &[f64]) -> Result<Vec<f64>, LawError> {
-    law.visit::<3, _>(Visitor { gradients })
-}
-
-struct Visitor<'a> {
-    gradients: &'a [f64],
-}
-
-impl<const D: usize> LawVisitor<D> for Visitor<'_> {
-    type Output = Vec<f64>;
-
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Vec<f64> {
-        let stress = |gradient: &[f64]| {
-            let h: Tensor<f64, D> =
-                std::array::from_fn(|i| std::array::from_fn(|j| gradient[i * D + j]));
-            let sigma = cauchy_stress(&h, &law.gradient(&h).1);
-            sigma.into_iter().flatten().collect::<Vec<f64>>()
-        };
-        self.gradients
-            .chunks_exact(D * D)
-            .flat_map(stress)
-            .collect()
-    }
 }
 
 #[cfg(test)]

@@ -108,10 +108,9 @@ impl<'a, const D: usize> Finite<'a, D> {
         w: &[f64],
         derivatives: Derivatives,
     ) -> Result<Option<Pullback<D>>, PcaError> {
-        let params = self.compound.params();
         let found = evaluate(
             self.compound.grid(),
-            &params.law,
+            self.compound.law(),
             self.void_stiffness,
             &self.sources,
             w,

@@ -10,7 +10,7 @@ use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::pullback::Derivatives;
 use fe_grid::stencil::BlockStencil;
 use fe_grid::{Field, Grid, LinearOperator, VectorField};
-use hyperelastic::{Corotational, LameModuli};
+use hyperelastic::{CompiledLaw, Corotational, LameModuli};
 
 /// Share of the void's stiffness that keeps the preconditioner definite: rigid motions cost
 /// nothing.
@@ -22,6 +22,7 @@ type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 /// The operator `K`, `w . K u = int C Du : Dw`, on displacements without rigid part.
 pub struct Compound<const D: usize> {
     params: PcaParams,
+    law: CompiledLaw<D>,
     grid: Grid<D>,
     stiffness: BlockStencil<D, D>,
     cycle: Cycle<D>,
@@ -38,11 +39,13 @@ impl<const D: usize> Compound<D> {
         let grid = *average.grid();
         let (sources, void_stiffness) = average.compound_sources(params);
         let all = Derivatives::Hessian;
-        let found = evaluate(&grid, &params.law, void_stiffness, &sources, &[], all)?;
+        let law = params.law.compile()?;
+        let found = evaluate(&grid, &law, void_stiffness, &sources, &[], all)?;
         // The Hessian was asked for.
         let (stiffness, traces) = found.hessian.expect("it was asked for");
         Ok(Self {
             params: *params,
+            law,
             grid,
             stiffness,
             cycle: cycle(&grid, params, &traces)?,
@@ -59,6 +62,11 @@ impl<const D: usize> Compound<D> {
     /// The parameters.
     pub fn params(&self) -> &PcaParams {
         &self.params
+    }
+
+    /// The law.
+    pub fn law(&self) -> &CompiledLaw<D> {
+        &self.law
     }
 
     /// The matrix, unconstrained.
@@ -82,15 +90,16 @@ impl<const D: usize> Compound<D> {
     /// # Errors
     /// Those of the law and of the grid layer.
     pub fn load(&self, source: Source<'_>) -> Result<Vec<f64>, PcaError> {
-        let law = &self.params.law;
         // A void at rest has no stress.
-        let delta = if self.params.void_at_rest {
+        let void_stiffness = if self.params.void_at_rest {
             0.0
         } else {
             self.params.void_stiffness
         };
         let gradient = Derivatives::Gradient;
-        Ok(evaluate(&self.grid, law, delta, &[source], &[], gradient)?.gradient)
+        let law = &self.law;
+        let found = evaluate(&self.grid, law, void_stiffness, &[source], &[], gradient)?;
+        Ok(found.gradient)
     }
 
     /// `K u`.

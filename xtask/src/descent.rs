@@ -73,7 +73,7 @@ impl<'a, const D: usize> LevelDescent<'a, D> {
         let distances = &self.distances[level];
         let shapes = LevelShapes::new(*distances[0].grid(), distances, self.params)?;
         let average = self.average.clone();
-        let mut objective = AverageObjective::new(shapes, self.params, average);
+        let mut objective = AverageObjective::new(shapes, self.params, average)?;
         let method = Alternating {
             max_iterations: usize::MAX - 1,
             tolerance: 0.0,

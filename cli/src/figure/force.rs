@@ -44,6 +44,7 @@ fn residuals<const D: usize>(
     let depths = levelset::signed_distance(&result.average_indicator, 0.5)
         .map_err(shape_average::AverageError::from)?;
     let deepest = depths.as_slice().iter().copied().fold(0.0, f64::max);
+    let law = params.law.compile().map_err(shape_pca::PcaError::from)?;
     let n = grid.n_nodes();
     let mut sum = vec![0.0; D * n];
     let (mut apart, mut all, mut inside) = (0.0, 0.0, 0.0);
@@ -54,7 +55,7 @@ fn residuals<const D: usize>(
         }];
         // The load of the object's stress alone: the void is a device.
         let derivatives = Derivatives::Gradient;
-        let load = evaluate(&grid, &params.law, 0.0, &source, &[], derivatives)?.gradient;
+        let load = evaluate(&grid, &law, 0.0, &source, &[], derivatives)?.gradient;
         for (s, f) in sum.iter_mut().zip(&load) {
             *s += f;
         }

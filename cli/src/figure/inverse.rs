@@ -89,6 +89,7 @@ fn energy<const D: usize>(
         fe_grid::vector::scale(share, displacement.as_mut_slice());
     }
     let average = Average::of_result(&part, &scene.params)?;
+    let law = law.compile().map_err(shape_pca::PcaError::from)?;
     let sources = average.sources();
     let value = Derivatives::Value;
     Ok(evaluate(average.grid(), &law, 0.0, &sources, &[], value)?.value)

@@ -8,18 +8,24 @@ use super::{Data, Jet, MAX_CELL_DATA, MAX_COEFFICIENTS, Point, Reads};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane};
 
+/// The derivatives of a field of `M` components at the quadrature points of a block: component, axis,
+/// point. A derivative along an axis of a multilinear function is the same at the two points that
+/// differ in that axis alone: only those of the lower face are stored, at the places of
+/// [`face_corner`].
+pub type BlockGradients<L, const D: usize, const M: usize> = [[[L; MAX_FACE_CORNERS]; D]; M];
+
 /// Values and gradients of a nodal field of `M` components at the quadrature points of a block.
 ///
 /// It is made once and read into again and again: the arrays are too large to be handed around.
 #[repr(C, align(64))]
-pub(crate) struct Evaluated<L, const D: usize, const M: usize> {
+pub struct Evaluated<L, const D: usize, const M: usize> {
     value: [[L; MAX_CORNERS]; M],
-    gradient: [[[L; MAX_FACE_CORNERS]; D]; M],
+    gradient: BlockGradients<L, D, M>,
 }
 
 impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
     #[inline(always)]
-    pub fn zero() -> Self {
+    pub(crate) fn zero() -> Self {
         Self {
             value: [[L::zero(); MAX_CORNERS]; M],
             gradient: [[[L::zero(); MAX_FACE_CORNERS]; D]; M],
@@ -28,7 +34,7 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
 
     /// Gathers and evaluates what a formula reads of a field, from cell `i` of a row on.
     #[inline(always)]
-    pub fn read<R: Reads, T: Element>(
+    pub(crate) fn read<R: Reads, T: Element>(
         &mut self,
         components: &[NodeRows<'_, T>; M],
         i: usize,
@@ -51,6 +57,12 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
         }
     }
 
+    /// The gradients at all points.
+    #[inline(always)]
+    pub fn gradients(&self) -> &BlockGradients<L, D, M> {
+        &self.gradient
+    }
+
     /// Value and gradient at quadrature point `q`.
     #[inline(always)]
     pub fn jet(&self, q: usize) -> Jet<L, D, M> {
@@ -62,6 +74,44 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
             }
         }
         jet
+    }
+}
+
+/// What a law finds at the points of a block: derivatives of its density by value and gradient.
+#[repr(C)]
+pub struct BlockFluxes<L, const D: usize, const M: usize> {
+    pub(super) values: [[L; MAX_CORNERS]; M],
+    pub(super) gradients: BlockGradients<L, D, M>,
+}
+
+impl<L: Lane, const D: usize, const M: usize> BlockFluxes<L, D, M> {
+    #[inline(always)]
+    pub(super) fn zero() -> Self {
+        Self {
+            values: [[L::zero(); MAX_CORNERS]; M],
+            gradients: [[[L::zero(); MAX_FACE_CORNERS]; D]; M],
+        }
+    }
+
+    /// Adds the derivative of a density that reads `R` at quadrature point `q`.
+    #[inline(always)]
+    pub fn add<R: Reads>(&mut self, q: usize, flux: &Jet<L, D, M>) {
+        for m in 0..M {
+            if R::USES_VALUE {
+                self.values[m][q] = flux.value[m];
+            }
+            if R::USES_GRADIENT {
+                for k in 0..D {
+                    self.gradients[m][k][face_corner(q, k)] += flux.gradient[m][k];
+                }
+            }
+        }
+    }
+
+    /// The derivatives by the gradients, to which a law adds those of all points.
+    #[inline(always)]
+    pub fn gradients_mut(&mut self) -> &mut BlockGradients<L, D, M> {
+        &mut self.gradients
     }
 }
 
@@ -107,7 +157,7 @@ impl<'a, T: Element, const D: usize, const M: usize> RowData<'a, T, D, M> {
 
 /// The unknown and the data of a block. The order of the fields keeps registers within cache lines.
 #[repr(C, align(64))]
-pub(crate) struct Block<L, const D: usize, const M: usize> {
+pub struct Block<L, const D: usize, const M: usize> {
     state: Evaluated<L, D, M>,
     coefficient: [[L; MAX_CORNERS]; MAX_COEFFICIENTS],
     cell: [L; MAX_CELL_DATA],
@@ -118,9 +168,9 @@ pub(crate) struct Block<L, const D: usize, const M: usize> {
 }
 
 impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
-    /// A block of a grid that nothing has been read into.
+    /// A block of a grid, filled with zeros.
     #[inline(always)]
-    pub fn zero<R: Reads>(grid: &Grid<D>) -> Self {
+    pub(crate) fn zero<R: Reads>(grid: &Grid<D>) -> Self {
         Self {
             state: Evaluated::zero(),
             coefficient: [[L::zero(); MAX_CORNERS]; MAX_COEFFICIENTS],
@@ -134,7 +184,7 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
 
     /// Gathers and evaluates what a formula reads, from cell `i` of a row on.
     #[inline(always)]
-    pub fn read<R: Reads, T: Element>(&mut self, data: &RowData<'_, T, D, M>, i: usize)
+    pub(crate) fn read<R: Reads, T: Element>(&mut self, data: &RowData<'_, T, D, M>, i: usize)
     where
         L: Lane<Element = T>,
     {
@@ -149,6 +199,18 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
         self.state.read::<R, T>(&data.state, i, 1.0 / self.spacing);
         self.first_x = iota::<L>() + L::splat(i as f64);
         self.row = data.row;
+    }
+
+    /// The unknown at the points.
+    #[inline(always)]
+    pub fn state(&self) -> &Evaluated<L, D, M> {
+        &self.state
+    }
+
+    /// A nodal coefficient field at the points.
+    #[inline(always)]
+    pub fn coefficient(&self, field: usize) -> &[L; MAX_CORNERS] {
+        &self.coefficient[field]
     }
 
     /// What a law sees at quadrature point `q`.

@@ -1,9 +1,9 @@
 //! The work on one slab of cells: rows side by side in lanes.
 
-use super::block::{Block, Evaluated, RowData, component_rows};
+use super::block::{Block, BlockFluxes, Evaluated, RowData, component_rows};
 use super::element::{
-    MAX_CORNERS, MAX_FACE_CORNERS, differences_transposed, face_corner, interpolate,
-    shape_derivative, shape_value,
+    MAX_CORNERS, MAX_FACE_CORNERS, differences_transposed, interpolate, shape_derivative,
+    shape_value,
 };
 use super::rows::{NodeRows, Row, block_starts, first_cell, rows_of_layer};
 use super::slabs::Slab;
@@ -19,9 +19,6 @@ pub(super) const GRADIENT: u8 = 1;
 pub(super) const HESSIAN: u8 = 2;
 /// Block diagonal of the Hessian: `M * M` numbers a node.
 pub(super) const DIAGONAL: u8 = 3;
-
-/// Fluxes of one component: values at all quadrature points, gradients along each axis.
-type Fluxes<L, const D: usize> = ([L; MAX_CORNERS], [[L; MAX_FACE_CORNERS]; D]);
 
 /// The work on one slab.
 pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, const MODE: u8> {
@@ -45,7 +42,7 @@ pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, c
 struct Scratch<L, const D: usize, const M: usize> {
     block: Block<L, D, M>,
     direction: Evaluated<L, D, M>,
-    fluxes: [Fluxes<L, D>; M],
+    fluxes: BlockFluxes<L, D, M>,
 }
 
 impl<L: Lane, const D: usize, const M: usize> Scratch<L, D, M> {
@@ -54,7 +51,7 @@ impl<L: Lane, const D: usize, const M: usize> Scratch<L, D, M> {
         Self {
             block: Block::zero::<R>(grid),
             direction: Evaluated::zero(),
-            fluxes: [([L::zero(); MAX_CORNERS], [[L::zero(); MAX_FACE_CORNERS]; D]); M],
+            fluxes: BlockFluxes::zero(),
         }
     }
 }
@@ -158,42 +155,27 @@ where
                 direction.read::<F, T>(&direction_nodes, i, inverse_h);
             }
             if F::USES_GRADIENT {
-                for flux in fluxes.iter_mut() {
-                    flux.1 = [[L::zero(); MAX_FACE_CORNERS]; D];
-                }
+                fluxes.gradients = [[[L::zero(); MAX_FACE_CORNERS]; D]; M];
             }
-            let mut sum = L::zero();
-            for q in 0..1usize << D {
-                let p = block.point(q);
-                let flux = match MODE {
-                    VALUE => {
-                        sum += self.law.value(&p);
-                        continue;
-                    }
-                    GRADIENT => {
-                        let (value, flux) = self.law.gradient(&p);
-                        sum += value;
-                        flux
-                    }
-                    _ => self.law.hessian_action(&p, &direction.jet(q)),
-                };
-                for m in 0..M {
-                    if F::USES_VALUE {
-                        fluxes[m].0[q] = flux.value[m];
-                    }
-                    if F::USES_GRADIENT {
-                        for k in 0..D {
-                            fluxes[m].1[k][face_corner(q, k)] += flux.gradient[m][k];
-                        }
-                    }
+            let sum = match MODE {
+                VALUE => self.law.block_value(block),
+                GRADIENT => self.law.block_gradient(block, fluxes),
+                _ => {
+                    self.law.block_hessian_action(block, direction, fluxes);
+                    L::zero()
                 }
-            }
+            };
             if MODE <= GRADIENT {
                 sum.store(&mut row_values[i..]);
             }
             if MODE != VALUE {
                 for m in 0..M {
-                    let corners = integrate::<F, L, D>(&fluxes[m], weight, inverse_h);
+                    let corners = integrate::<F, L, D>(
+                        &fluxes.values[m],
+                        &fluxes.gradients[m],
+                        weight,
+                        inverse_h,
+                    );
                     let rows_of_corners = parts.chunks_exact_mut(M * stride);
                     for (corner, targets) in corners.iter().take(1 << D).zip(rows_of_corners) {
                         let row = &mut targets[m * stride + MAX_LANES..][..length];
@@ -393,17 +375,18 @@ fn part_stride(length: usize) -> usize {
 /// Fluxes at the quadrature points to contributions at the corners.
 #[inline(always)]
 fn integrate<R: Reads, L: Lane, const D: usize>(
-    fluxes: &Fluxes<L, D>,
+    values: &[L; MAX_CORNERS],
+    gradients: &[[L; MAX_FACE_CORNERS]; D],
     weight: f64,
     inverse_h: f64,
 ) -> [L; MAX_CORNERS] {
     let mut corners = if R::USES_GRADIENT {
-        differences_transposed::<L, D>(&fluxes.1, weight * inverse_h, R::POINT_OFFSET)
+        differences_transposed::<L, D>(gradients, weight * inverse_h, R::POINT_OFFSET)
     } else {
         [L::zero(); MAX_CORNERS]
     };
     if R::USES_VALUE {
-        let mut values = fluxes.0;
+        let mut values = *values;
         interpolate::<L, D>(&mut values, weight, R::POINT_OFFSET);
         for c in 0..1 << D {
             corners[c] += values[c];

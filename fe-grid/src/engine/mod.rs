@@ -21,7 +21,8 @@ pub(crate) mod rows;
 pub(crate) mod slabs;
 
 pub use assembly::Assembly;
-pub use element::{CORNERS, GAUSS};
+pub use block::{Block, BlockFluxes, BlockGradients, Evaluated};
+pub use element::{CORNERS, GAUSS, MAX_CORNERS, MAX_FACE_CORNERS, face_corner};
 pub use probe::probe_cells;
 
 use crate::lane::{Element, Lane};
@@ -87,7 +88,7 @@ pub trait Reads: Sync {
 ///
 /// All methods are `#[inline(always)]`, as is everything they call. A density that is not finite
 /// marks the state as inadmissible.
-pub trait CellLaw<const D: usize, const M: usize>: Reads {
+pub trait CellLaw<const D: usize, const M: usize>: Reads + Sized {
     /// Whether the second derivative is the same all over a cell: a quadratic density whose
     /// coefficients are constants or cell data.
     const UNIFORM_HESSIAN: bool = false;
@@ -104,6 +105,49 @@ pub trait CellLaw<const D: usize, const M: usize>: Reads {
         point: &Point<L, D, M>,
         direction: &Jet<L, D, M>,
     ) -> Jet<L, D, M>;
+
+    /// The sum of the densities at the quadrature points of a block.
+    ///
+    /// This and the next two go from point to point. A law that enters a compiled routine
+    /// ([`crate::routine`]) overrides them, to enter it once a block.
+    #[inline(always)]
+    fn block_value<L: Lane>(&self, block: &Block<L, D, M>) -> L {
+        let mut sum = L::zero();
+        for q in 0..1usize << D {
+            sum += self.value(&block.point(q));
+        }
+        sum
+    }
+
+    /// The sum of the densities of a block; their derivatives are added to `fluxes`.
+    #[inline(always)]
+    fn block_gradient<L: Lane>(
+        &self,
+        block: &Block<L, D, M>,
+        fluxes: &mut BlockFluxes<L, D, M>,
+    ) -> L {
+        let mut sum = L::zero();
+        for q in 0..1usize << D {
+            let (value, flux) = self.gradient(&block.point(q));
+            sum += value;
+            fluxes.add::<Self>(q, &flux);
+        }
+        sum
+    }
+
+    /// The second derivative of a block applied to a direction is added to `fluxes`.
+    #[inline(always)]
+    fn block_hessian_action<L: Lane>(
+        &self,
+        block: &Block<L, D, M>,
+        direction: &Evaluated<L, D, M>,
+        fluxes: &mut BlockFluxes<L, D, M>,
+    ) {
+        for q in 0..1usize << D {
+            let flux = self.hessian_action(&block.point(q), &direction.jet(q));
+            fluxes.add::<Self>(q, &flux);
+        }
+    }
 }
 
 /// A pointwise formula whose mean over each cell is wanted.

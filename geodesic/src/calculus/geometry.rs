@@ -8,7 +8,7 @@ use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::{Element, Grid, GridError, ScalarField, certify_within, restrain_step};
-use hyperelastic::{Corotational, LawVisitor, StoredEnergy};
+use hyperelastic::{CompiledLaw, Corotational};
 use levelset::{Compact, Step};
 
 /// The cycle that is nearly the inverse metric at a deformation.
@@ -18,22 +18,12 @@ pub(super) type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 pub(super) struct Geometry<const D: usize> {
     pub grid: Grid<D>,
     pub params: CalculusParams,
+    law: CompiledLaw<D>,
     level_set: ScalarField<f64, D>,
     weights: ObjectWeights,
     /// The cells that must not fold, where not all are.
     solid: Option<Vec<bool>>,
     pub matter: Matter<D>,
-}
-
-/// Asks whether rigid motions cost nothing under a law.
-struct IsIndifferent;
-
-impl<const D: usize> LawVisitor<D> for IsIndifferent {
-    type Output = bool;
-
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> bool {
-        law.hypotheses().frame_indifferent
-    }
 }
 
 impl<const D: usize> Geometry<D> {
@@ -42,7 +32,8 @@ impl<const D: usize> Geometry<D> {
         params: &CalculusParams,
     ) -> Result<Self, GeodesicError> {
         params.check()?;
-        if !params.law.visit::<D, _>(IsIndifferent)? {
+        let law = params.law.compile::<D>()?;
+        if !law.hypotheses().frame_indifferent {
             return Err(GeodesicError::FrameDependent {
                 law: params.law.law,
             });
@@ -71,6 +62,7 @@ impl<const D: usize> Geometry<D> {
                 void_viscosity: params.void_viscosity,
             },
             params: params.clone(),
+            law,
             level_set: level_set.clone(),
         })
     }
@@ -80,14 +72,14 @@ impl<const D: usize> Geometry<D> {
     pub fn energy(&self, pair: &[f64], forces: &mut [f64]) -> Result<Option<f64>, GeodesicError> {
         let term = StepTerm {
             kind: Kind::Path,
-            law: &self.params.law,
+            law: &self.law,
             weights: self.weights,
             level_set: self.level_set.as_slice(),
             state: pair,
             factor: 1.0,
             gradient: forces,
         };
-        match term.add(&self.grid)? {
+        match term.add(&self.grid) {
             Ok(energy) => Ok(Some(energy)),
             Err(GridError::Inadmissible { .. }) => Ok(None),
             Err(error) => Err(error.into()),

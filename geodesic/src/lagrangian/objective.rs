@@ -13,7 +13,7 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
     Assembly, Data, Grid, GridError, ScalarField, certify_within, restrain_step, vector,
 };
-use hyperelastic::FoldBarrier;
+use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
 use rayon::prelude::*;
 
@@ -49,6 +49,7 @@ impl PathEnergy {
 pub struct PathObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
+    law: CompiledLaw<D>,
     steps: usize,
     start: Vec<ScalarField<f64, D>>,
     end: Vec<ScalarField<f64, D>>,
@@ -93,9 +94,7 @@ impl<const D: usize> PathObjective<D> {
         let density = HeavisideMatch {
             step: Arctan::new(params.match_cells * h)?,
         };
-        Ok(Self::assembled(
-            start, end, steps, params, indicator, density,
-        ))
+        Self::assembled(start, end, steps, params, indicator, density)
     }
 
     /// The same with other smooth steps for the elastic weight and the match.
@@ -111,9 +110,7 @@ impl<const D: usize> PathObjective<D> {
         density: HeavisideMatch,
     ) -> Result<Self, GeodesicError> {
         let [start, end] = single(start, end)?;
-        Ok(Self::assembled(
-            start, end, steps, params, indicator, density,
-        ))
+        Self::assembled(start, end, steps, params, indicator, density)
     }
 
     fn assembled(
@@ -123,14 +120,15 @@ impl<const D: usize> PathObjective<D> {
         params: &GeodesicParams,
         indicator: Step,
         density: HeavisideMatch,
-    ) -> Self {
+    ) -> Result<Self, GeodesicError> {
         let union = union_of(&start.components);
         let known = KnownEnds::new(&start, &end);
         let grid = *union.grid();
         let solid =
             (params.void_stiffness == 0.0).then(|| solid_cells(&grid, union.as_slice(), indicator));
-        Self {
+        Ok(Self {
             grid,
+            law: params.law.compile()?,
             params: params.clone(),
             steps,
             start: start.components,
@@ -144,7 +142,7 @@ impl<const D: usize> PathObjective<D> {
             metric: None,
             path: Vec::new(),
             path_gradient: Vec::new(),
-        }
+        })
     }
 
     /// The grid.
@@ -216,7 +214,7 @@ impl<const D: usize> PathObjective<D> {
             let pair = k * dim..(k + 2) * dim;
             let term = StepTerm {
                 kind: Kind::Path,
-                law: &self.params.law,
+                law: &self.law,
                 weights: self.weights(),
                 level_set: self.union.as_slice(),
                 state: &self.path[pair.clone()],
@@ -227,7 +225,7 @@ impl<const D: usize> PathObjective<D> {
                     &mut []
                 },
             };
-            match term.add(&self.grid)? {
+            match term.add(&self.grid) {
                 Ok(energy) => step_energies.push(energy),
                 Err(GridError::Inadmissible { .. }) => return Ok(Evaluation::Inadmissible),
                 Err(error) => return Err(error.into()),

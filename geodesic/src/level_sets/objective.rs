@@ -17,6 +17,7 @@ use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Data, Grid, GridError, Restrained, certify_within, restrain_together, vector,
 };
+use hyperelastic::CompiledLaw;
 use levelset::{Arctan, Compact, Step};
 use rayon::prelude::*;
 
@@ -60,6 +61,7 @@ impl LevelSetEnergy {
 pub struct LevelSetObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
+    law: CompiledLaw<D>,
     layout: Layout<D>,
     known: KnownEnds<D>,
     indicator: Step,
@@ -87,19 +89,23 @@ impl<const D: usize> LevelSetObjective<D> {
         let h = grid.spacing();
         let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
         let step = Arctan::new(params.match_cells * h)?;
-        Ok(Self::with_steps(grid, steps, params, indicator, step))
+        Self::with_steps(grid, steps, params, indicator, step)
     }
 
     /// The same with other smooth steps for the elastic weight and the match.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Law`] where there is no such law.
     pub fn with_steps(
         grid: Grid<D>,
         steps: usize,
         params: &GeodesicParams,
         indicator: Step,
         step: Arctan,
-    ) -> Self {
-        Self {
+    ) -> Result<Self, GeodesicError> {
+        Ok(Self {
             grid,
+            law: params.law.compile()?,
             params: params.clone(),
             layout: Layout {
                 nodes: grid.n_nodes(),
@@ -115,7 +121,7 @@ impl<const D: usize> LevelSetObjective<D> {
             held: true,
             pair: Vec::new(),
             pair_gradient: Vec::new(),
-        }
+        })
     }
 
     /// The same for shapes of several components.
@@ -241,14 +247,14 @@ impl<const D: usize> LevelSetObjective<D> {
         self.lay_out(&union, &x[self.layout.displacement(k)], wanted);
         let term = StepTerm {
             kind: Kind::Step,
-            law: &self.params.law,
+            law: &self.law,
             weights: self.weights(),
             level_set: &[],
             state: &self.pair,
             factor: self.layout.steps as f64,
             gradient: &mut self.pair_gradient,
         };
-        let energy = term.add(&self.grid)??;
+        let energy = term.add(&self.grid)?;
         if wanted {
             let by_displacement = &mut gradient[self.layout.displacement(k)];
             vector::axpy(1.0, &self.pair_gradient[n..], by_displacement);

@@ -16,7 +16,7 @@ use geodesic::{
     BoundaryArea, Form, GeodesicParams, HeavisideMatch, MatchWeights, ObjectWeights,
     StepDeformation, StepMatch, Visibility,
 };
-use hyperelastic::{LameModuli, LawSpec, LogDet};
+use hyperelastic::{CompiledLaw, LameModuli, LawSpec, LogDet, StrainEnergy};
 use levelset::{Arctan, Step};
 use serde_json::Value;
 
@@ -132,14 +132,16 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
     }
 
     fn deformation(&self) {
+        let law = CompiledLaw::new(LogDet::<D>::new(self.moduli()).unwrap());
         let law = StepDeformation {
-            law: LogDet::<D>::new(self.moduli()).unwrap(),
+            law: &law,
             weights: ObjectWeights {
                 indicator: Step::Arctan(self.step()),
                 void_stiffness: self.parameter("delta"),
                 void_viscosity: 0.0,
             },
         };
+        let law = StrainEnergy(law);
         let (n, state) = (self.grid.n_nodes(), self.pair("u0"));
         let mut gradient = vec![0.0; state.len()];
         let value = Assembly::<_, f64, D, S>::new(self.grid, &law, Data::default())
@@ -182,7 +184,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
         let (step, steps) = (self.step(), params.steps);
         let objective =
             LevelSetObjective::with_steps(self.grid, steps, &params, Step::Arctan(step), step);
-        let mut objective = objective.with_free_ends();
+        let mut objective = objective.unwrap().with_free_ends();
         let mut gradient = vec![0.0; state.len()];
         let found = objective.value_and_gradient(&state, &mut gradient).unwrap();
         let Evaluation::Value(value) = found else {

@@ -122,7 +122,7 @@ impl<const D: usize> State<D> {
             vec![everywhere; n],
         );
         let average = std::mem::take(&mut self.average);
-        let mut objective = AverageObjective::new(shapes, &average_params, average);
+        let mut objective = AverageObjective::new(shapes, &average_params, average)?;
         let minimiser = LbfgsParams {
             metric_interval: METRIC_INTERVAL,
             history: HISTORY,

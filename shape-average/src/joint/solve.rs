@@ -4,7 +4,6 @@ use super::params::JointParams;
 use super::result::{JointLevel, JointResult};
 use super::round::State;
 use crate::error::AverageError;
-use crate::objective::check_law;
 use crate::quiet::Quiet;
 use crate::result::worst_certificate;
 use crate::solve::first_level;
@@ -53,7 +52,7 @@ fn average_images<const D: usize>(
     let start = Instant::now();
     let first = images.first().ok_or(AverageError::NoShapes)?;
     params.check(images.len())?;
-    check_law::<D>(&params.average.law)?;
+    params.average.law.compile::<D>()?;
     for (index, image) in images.iter().enumerate() {
         if image.grid() != first.grid() {
             return Err(AverageError::GridsDiffer { index });

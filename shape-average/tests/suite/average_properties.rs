@@ -120,7 +120,7 @@ fn check_gradient<const D: usize>(shapes: &[ScalarField<f64, D>], params: &Avera
     let grid = *shapes[0].grid();
     let level = LevelShapes::new(grid, shapes, params).unwrap();
     let start = vec![1.0; grid.n_nodes()];
-    let mut objective = AverageObjective::new(level, params, start);
+    let mut objective = AverageObjective::new(level, params, start).unwrap();
     let x = [smooth(grid, 0.03, 0.4), smooth(grid, 0.04, 1.3)].concat();
     let mut gradient = vec![0.0; x.len()];
     let value = |e: Evaluation| match e {

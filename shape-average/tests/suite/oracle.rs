@@ -16,8 +16,8 @@ use fe_grid::{
     conjugate_gradient,
 };
 use hyperelastic::{
-    Inverse, LameModuli, LogDet, Power, PowerCoefficients, PowerExponents, StoredEnergy,
-    WeightedElasticity,
+    CompiledLaw, Inverse, LameModuli, LogDet, Power, PowerCoefficients, PowerExponents,
+    StoredEnergy, WeightedElasticity,
 };
 use phasefield::{InterfaceLength, Mismatch};
 use serde_json::Value;
@@ -85,8 +85,9 @@ impl<const D: usize> Case<'_, D> {
     }
 
     fn elastic<W: StoredEnergy<D>>(&self, law: W) {
+        let law = CompiledLaw::new(law);
         let weighted = WeightedElasticity {
-            law,
+            law: &law,
             void_stiffness: self.parameter("delta"),
         };
         let indicator = self.input("chi");
@@ -187,7 +188,7 @@ impl<const D: usize> Case<'_, D> {
         let phase_fields = self.per_shape("vi");
         let width = self.parameter("eps");
         let shapes = LevelShapes::from_fields(self.grid, width, phase_fields, indicators);
-        AverageObjective::new(shapes, &params, average)
+        AverageObjective::new(shapes, &params, average).unwrap()
     }
 
     fn average_total(&self) {

@@ -123,7 +123,7 @@ fn the_gradient_is_the_derivative() {
     let params = AverageParams::default();
     let level = LevelShapes::new(grid, &shapes, &params).unwrap();
     let start = vec![1.0; grid.n_nodes()];
-    let mut objective = AverageObjective::new(level.with_seen(seen), &params, start);
+    let mut objective = AverageObjective::new(level.with_seen(seen), &params, start).unwrap();
     let wave = |k: usize, speed: f64| 0.01 * (speed * k as f64).sin();
     let x: Vec<f64> = (0..objective.dim()).map(|k| wave(k, 0.37)).collect();
     let direction: Vec<f64> = (0..objective.dim()).map(|k| wave(k, 0.73)).collect();

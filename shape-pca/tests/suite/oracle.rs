@@ -47,7 +47,7 @@ fn check_file<const D: usize>(name: &str) {
         };
         let delta = number(&inputs["delta"]);
         let all = Derivatives::Hessian;
-        let found = evaluate(&grid, &law, delta, &[source], &[], all).unwrap();
+        let found = evaluate(&grid, &law.compile().unwrap(), delta, &[source], &[], all).unwrap();
         close("load", &found.gradient, &case["load"]);
         let (matrix, _) = found.hessian.expect("it was asked for");
         let u = flat(&inputs["u"]);

@@ -25,7 +25,10 @@ fn wave(n: usize, seed: usize) -> Vec<f64> {
 
 /// Value, gradient and Hessian of the composed energy against differences.
 fn check_derivatives<const D: usize>(grid: Grid<D>, law: &str) {
-    let law = LawSpec::new(law, hyperelastic::LameModuli::default()).unwrap();
+    let law = LawSpec::new(law, hyperelastic::LameModuli::default())
+        .unwrap()
+        .compile()
+        .unwrap();
     let average = three(grid);
     let sources = average.sources();
     let at =
@@ -75,7 +78,7 @@ fn derivatives_are_those_of_the_energy() {
 fn a_fold_is_told_and_no_panic() {
     let grid = Grid::<2>::dyadic(3);
     let average = three(grid);
-    let law = LawSpec::default();
+    let law = LawSpec::default().compile().unwrap();
     // A mirror image.
     let mirrored = Field::<f64, 2, 2>::from_fn(grid, |x| [-2.0 * x[0], 0.0]).into_vec();
     let found = evaluate(
@@ -108,7 +111,7 @@ proptest! {
             displacement: displacement.as_slice(),
             indicator: chi.as_slice(),
         };
-        let law = LawSpec::default();
+        let law = LawSpec::default().compile().unwrap();
         let found = evaluate(&grid, &law, 1e-4, &[source], &[], Derivatives::Hessian).unwrap();
         let (matrix, _) = found.hessian.unwrap();
         let (u, v) = (wave(matrix.dim(), seed), wave(matrix.dim(), seed + 1));

@@ -14,13 +14,12 @@ use fe_grid::{
     Assembly, Boundary, CellLaw, Data, Element, Field, Grid, ScalarField, SpectralSolver,
     UniformOperator, certify,
 };
-use hyperelastic::{LameModuli, LogDet, WeightedElasticity};
+use hyperelastic::{CompiledLaw, LameModuli, LogDet, WeightedElasticity};
 use phasefield::{Mismatch, Profile};
 use shape_average::{AverageObjective, AverageParams, LevelShapes};
 
 use super::anchor::AnchorLaw;
-use super::flops::{Verb, per_point};
-use crate::outcome::Outcome;
+use super::flops::{Inlined, Verb, per_point};
 
 /// What is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,13 +189,19 @@ impl Case {
         let grid = Grid::<D>::cube(self.nodes);
         match self.work {
             Work::Elastic(verb) => {
-                let law = WeightedElasticity {
-                    law: LogDet::<D>::new(LameModuli::default())?,
+                let law = LogDet::<D>::new(LameModuli::default())?;
+                let operations = per_point(&Inlined(law), verb);
+                // It lasts as long as the kernel, which may run until the program ends.
+                let weighted = WeightedElasticity {
+                    law: Box::leak(Box::new(CompiledLaw::new(law))),
                     void_stiffness: 1e-4,
                 };
-                Ok(elastic::<T, _, D>(self, grid, law, verb))
+                Ok(elastic::<T, _, D>(self, grid, weighted, verb, operations))
             }
-            Work::Anchor(verb) => Ok(elastic::<T, _, D>(self, grid, AnchorLaw, verb)),
+            Work::Anchor(verb) => {
+                let operations = per_point(&AnchorLaw, verb);
+                Ok(elastic::<T, _, D>(self, grid, AnchorLaw, verb, operations))
+            }
             Work::MassStiffness => Ok(mass_stiffness::<T, D>(self, grid)),
             Work::Certificate => {
                 let u = displacement::<T, D>(&grid);
@@ -243,7 +248,13 @@ impl Case {
     }
 }
 
-fn elastic<T, F, const D: usize>(case: Case, grid: Grid<D>, law: F, verb: Verb) -> Kernel
+fn elastic<T, F, const D: usize>(
+    case: Case,
+    grid: Grid<D>,
+    law: F,
+    verb: Verb,
+    operations: f64,
+) -> Kernel
 where
     T: Element,
     F: CellLaw<D, D> + Send + 'static,
@@ -260,7 +271,7 @@ where
         Verb::Hessian => 3,
     };
     let numbers = (fields * D + F::COEFFICIENTS) as f64;
-    let kernel = case.kernel(grid, "points", numbers, Some(per_point(&law, verb)));
+    let kernel = case.kernel(grid, "points", numbers, Some(operations));
     let run = move || {
         let coefficients = [kappa.as_slice()];
         let data = Data {
@@ -383,7 +394,7 @@ fn functional<const D: usize>(case: Case, grid: Grid<D>) -> Outcome<Kernel> {
         .collect();
     let shapes = LevelShapes::new(grid, &distances, &params)?;
     let average = shapes.phase_fields[0].as_slice().to_vec();
-    let mut objective = AverageObjective::new(shapes, &params, average);
+    let mut objective = AverageObjective::new(shapes, &params, average).expect("the default law");
     let state = displacement::<f64, D>(&grid).repeat(n_shapes);
     let mut out = vec![0.0; state.len()];
     let kernel = case.kernel(grid, "DoF", (2 * D) as f64, None);

@@ -145,6 +145,7 @@ fn equilibrium(setting: Setting) -> Result<Outcome, VerifyError> {
             }
         }
     }
+    let law = spec.compile()?;
     let zero = vec![0.0; 2 * n];
     // The pull of the mismatch has decayed to exp(-3) there.
     let reach = 6.0 * params.interface_cells * grid.spacing();
@@ -158,7 +159,7 @@ fn equilibrium(setting: Setting) -> Result<Outcome, VerifyError> {
         let state = displacement.as_slice();
         let gradient = Derivatives::Gradient;
         let delta = params.void_stiffness;
-        let found = evaluate(&grid, &spec, delta, &[source], state, gradient)?;
+        let found = evaluate(&grid, &law, delta, &[source], state, gradient)?;
         for (node, d) in shapes[i].as_slice().iter().enumerate() {
             let force = found.gradient[node].powi(2) + found.gradient[n + node].powi(2);
             all += force;

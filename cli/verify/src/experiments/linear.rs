@@ -123,12 +123,13 @@ fn perturbed(setting: Setting) -> Result<Outcome, VerifyError> {
         Outcome::with_law::<2>(LawSpec::default(), &[Requirement::FrameIndifference])?;
     outcome.condition(HELD, true);
     let load = compound.load(objects.source(0))?;
+    let law = LawSpec::default().compile()?;
     let delta = 0.2;
     let small: Vec<f64> = load.iter().map(|f| delta * f).collect();
     let (w, report) = Finite::new(&objects, &compound).respond(&small)?;
     let at = |w: &[f64], derivatives| {
         let sources = objects.sources();
-        evaluate(&grid, &LawSpec::default(), VOID, &sources, w, derivatives)
+        evaluate(&grid, &law, VOID, &sources, w, derivatives)
     };
     let counted = setting.ingredient(1.0, 2.0);
     let mut forces = compound.imbalance().to_vec();

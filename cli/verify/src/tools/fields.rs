@@ -22,7 +22,7 @@ pub fn elastic_energy<const D: usize>(
     };
     let grid = displacement.grid();
     let value = Derivatives::Value;
-    Ok(evaluate(grid, law, void_stiffness, &[source], &[], value)?.value)
+    Ok(evaluate(grid, &law.compile()?, void_stiffness, &[source], &[], value)?.value)
 }
 
 /// The displacement of a deformation.

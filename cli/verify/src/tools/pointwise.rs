@@ -1,9 +1,7 @@
 //! A law at one point, by its name.
 
 use fe_grid::Tensor;
-use hyperelastic::{
-    Hypotheses, LameModuli, LawError, LawSpec, LawVisitor, StoredEnergy, ViscousDissipation,
-};
+use hyperelastic::{Hypotheses, LameModuli, LawError, LawSpec, ViscousDissipation};
 
 use crate::error::VerifyError;
 
@@ -16,41 +14,6 @@ pub struct Response<const D: usize> {
     pub stress: Tensor<f64, D>,
     /// `W_,AA(1 + h)[b]`.
     pub action: Tensor<f64, D>,
-}
-
-struct At<const D: usize> {
-    h: Tensor<f64, D>,
-    b: Tensor<f64, D>,
-}
-
-impl<const D: usize> LawVisitor<D> for At<D> {
-    type Output = Response<D>;
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Response<D> {
-        let (value, stress) = law.gradient(&self.h);
-        Response {
-            value,
-            stress,
-            action: law.hessian_action(&self.h, &self.b),
-        }
-    }
-}
-
-struct Value<const D: usize>(Tensor<f64, D>);
-
-impl<const D: usize> LawVisitor<D> for Value<D> {
-    type Output = f64;
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> f64 {
-        law.value(&self.0)
-    }
-}
-
-struct Answers;
-
-impl<const D: usize> LawVisitor<D> for Answers {
-    type Output = Hypotheses;
-    fn visit<W: StoredEnergy<D>>(self, law: W) -> Hypotheses {
-        law.hypotheses()
-    }
 }
 
 /// A law of a name with moduli `lambda` and `mu`.
@@ -70,7 +33,13 @@ pub fn response<const D: usize>(
     h: &Tensor<f64, D>,
     b: &Tensor<f64, D>,
 ) -> Result<Response<D>, LawError> {
-    spec.visit(At { h: *h, b: *b })
+    let law = spec.compile()?;
+    let (value, stress) = law.gradient(h);
+    Ok(Response {
+        value,
+        stress,
+        action: law.hessian_action(h, b),
+    })
 }
 
 /// The energy density at `1 + h`.
@@ -78,7 +47,7 @@ pub fn response<const D: usize>(
 /// # Errors
 /// Where there is no such law.
 pub fn density<const D: usize>(spec: &LawSpec, h: &Tensor<f64, D>) -> Result<f64, LawError> {
-    spec.visit(Value(*h))
+    Ok(spec.compile()?.value(h))
 }
 
 /// What a law satisfies.
@@ -86,7 +55,7 @@ pub fn density<const D: usize>(spec: &LawSpec, h: &Tensor<f64, D>) -> Result<f64
 /// # Errors
 /// Where there is no such law.
 pub fn hypotheses<const D: usize>(spec: &LawSpec) -> Result<Hypotheses, LawError> {
-    spec.visit::<D, _>(Answers)
+    Ok(spec.compile::<D>()?.hypotheses())
 }
 
 /// The rate of viscous dissipation of a velocity gradient.

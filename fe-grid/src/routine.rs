@@ -1,0 +1,133 @@
+//! Pointwise routines that are compiled once and entered by pointer.
+//!
+//! A kernel that calls a pointwise formula by its type is compiled again for every formula. A
+//! [`CompiledRoutine`] holds one formula, compiled for every lane that kernels run on, behind one
+//! pointer a lane. A kernel that calls it is compiled once; the price is one indirect call for all the
+//! points that are handed over together.
+
+use crate::lane::{Lane, LaneKernel};
+use crate::simd::{COMPILED_LANES, LaneVisitor, visit_lanes};
+use std::any::{Any, TypeId};
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+/// The arguments of a routine, a type for every lane.
+pub trait RoutineArguments: 'static {
+    /// The arguments in one lane.
+    type In<'a, L: Lane>;
+}
+
+/// A pointwise routine with arguments `A`, written once for all lanes.
+pub trait LaneRoutine<A: RoutineArguments>: Send + Sync + 'static {
+    /// The routine; implementations are `#[inline(always)]`, as is all that they call.
+    fn run<L: Lane>(&self, arguments: &mut A::In<'_, L>);
+}
+
+/// Enters a routine in one lane.
+type Entry = unsafe fn(routine: *const (), arguments: *mut ());
+
+/// A routine with arguments `A`, compiled for every lane that kernels run on.
+pub struct CompiledRoutine<A> {
+    routine: Arc<dyn Any + Send + Sync>,
+    entries: [Option<(TypeId, Entry)>; COMPILED_LANES],
+    arguments: PhantomData<fn(A)>,
+}
+
+impl<A> Clone for CompiledRoutine<A> {
+    fn clone(&self) -> Self {
+        Self {
+            routine: Arc::clone(&self.routine),
+            entries: self.entries,
+            arguments: PhantomData,
+        }
+    }
+}
+
+impl<A> std::fmt::Debug for CompiledRoutine<A> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("CompiledRoutine").finish_non_exhaustive()
+    }
+}
+
+impl<A: RoutineArguments> CompiledRoutine<A> {
+    /// Compiles a routine for all lanes, in the crate that calls this with a type of routine.
+    pub fn new<R: LaneRoutine<A>>(routine: Arc<R>) -> Self {
+        let mut entries = Entries::<A, R> {
+            entries: [None; COMPILED_LANES],
+            routine: PhantomData,
+        };
+        visit_lanes(&mut entries);
+        Self {
+            routine,
+            entries: entries.entries,
+            arguments: PhantomData,
+        }
+    }
+
+    /// Calls the routine.
+    ///
+    /// # Panics
+    /// If `L` is not one of the lanes that [`LaneKernel`]s are run on.
+    #[inline(always)]
+    pub fn call<L: Lane>(&self, arguments: &mut A::In<'_, L>) {
+        let entry = L::COMPILED.and_then(|lane| self.entries[lane.0]);
+        let Some((lane, entry)) = entry else {
+            panic!("the routine is not compiled for this lane");
+        };
+        assert!(lane == TypeId::of::<L>());
+        // SAFETY: the entry was made for the lane `L` and for the type of the routine. A kernel that
+        // runs in `L` was dispatched on a machine with its instruction set.
+        unsafe {
+            entry(
+                Arc::as_ptr(&self.routine).cast(),
+                std::ptr::from_mut(arguments).cast(),
+            );
+        }
+    }
+}
+
+struct Entries<A, R> {
+    entries: [Option<(TypeId, Entry)>; COMPILED_LANES],
+    routine: PhantomData<(A, R)>,
+}
+
+impl<A: RoutineArguments, R: LaneRoutine<A>> LaneVisitor for Entries<A, R> {
+    fn visit<L: Lane>(&mut self) {
+        if let Some(lane) = L::COMPILED {
+            self.entries[lane.0] = Some((TypeId::of::<L>(), enter::<A, R, L>));
+        }
+    }
+}
+
+/// # Safety
+/// `routine` points to an `R`, `arguments` to an `A::In<'_, L>` that nobody else uses, and the machine
+/// has the instruction set of `L`.
+unsafe fn enter<A: RoutineArguments, R: LaneRoutine<A>, L: Lane>(
+    routine: *const (),
+    arguments: *mut (),
+) {
+    // SAFETY: as the caller promises.
+    let routine = unsafe { &*routine.cast::<R>() };
+    L::vectorize(Body::<A, R, L> {
+        routine,
+        arguments,
+        types: PhantomData,
+    });
+}
+
+struct Body<'a, A, R, L> {
+    routine: &'a R,
+    arguments: *mut (),
+    types: PhantomData<(A, L)>,
+}
+
+impl<A: RoutineArguments, R: LaneRoutine<A>, L: Lane> LaneKernel<L::Element> for Body<'_, A, R, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<M: Lane<Element = L::Element>>(self) {
+        // SAFETY: `M` is `L`, in which the kernel was started; see `enter`.
+        let arguments = unsafe { &mut *self.arguments.cast::<A::In<'_, M>>() };
+        self.routine.run::<M>(arguments);
+    }
+}
