@@ -19,8 +19,8 @@ use crate::engine::kernel::CACHE_LINE;
 use crate::engine::rows::block_starts;
 use crate::linear::LinearOperator;
 use crate::operators::MassStiffness;
-use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES, SimdLevel};
-use rayon::prelude::*;
+use crate::pool::Pool;
+use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES, SimdLevel, parallel};
 use std::ops::Range;
 
 /// Numbers that are worked on at a time, at least one row: they and their neighbours stay in the
@@ -137,8 +137,9 @@ impl<const D: usize> UniformOperator<D> {
             } else {
                 TASK_ROWS
             };
+        let rooms = Pool::new();
         let room = || vec![T::default(); work_space(width)];
-        let work = |room: &mut Vec<T>, (task, out): (usize, &mut [T])| {
+        let work = |task: usize, room: &mut Vec<T>, out: &mut [T]| {
             let kernel = TaskKernel::<T, D> {
                 nodes: Nodes {
                     x,
@@ -151,16 +152,11 @@ impl<const D: usize> UniformOperator<D> {
             };
             T::dispatch(self.level, kernel);
         };
-        if self.grid.n_nodes() < PARALLEL_NODES {
-            let mut room = room();
-            for task in y.chunks_mut(chunk).enumerate() {
-                work(&mut room, task);
-            }
-        } else {
-            y.par_chunks_mut(chunk)
-                .enumerate()
-                .for_each_init(room, work);
-        }
+        let n_nodes = self.grid.n_nodes();
+        let min_len = if n_nodes < PARALLEL_NODES { n_nodes } else { 1 };
+        parallel::for_each_chunk(y, chunk, min_len, &|task, out| {
+            rooms.with(room, |room| work(task, room, out));
+        });
     }
 }
 

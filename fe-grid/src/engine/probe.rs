@@ -3,8 +3,7 @@
 use super::block::{Block, RowData};
 use super::rows::{block_starts, first_cell, rows_of_layer};
 use super::{CellProbe, Data, MAX_CELL_DATA};
-use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES, SimdLevel};
-use rayon::prelude::*;
+use crate::{Element, Grid, Lane, LaneKernel, MAX_LANES, SimdLevel, parallel};
 
 struct ProbeKernel<'a, F, T: Element, O, const D: usize, const M: usize> {
     grid: &'a Grid<D>,
@@ -93,22 +92,19 @@ where
             by_layer[layer].push(cells);
         }
     }
-    by_layer
-        .into_par_iter()
-        .with_min_len(4096usize.div_ceil(per_layer))
-        .enumerate()
-        .for_each(|(layer, out)| {
-            T::dispatch(
-                SimdLevel::active(),
-                ProbeKernel::<F, T, O, D, M> {
-                    grid,
-                    probe,
-                    data,
-                    state,
-                    layer,
-                    out,
-                },
-            );
-        });
+    let min_len = 4096usize.div_ceil(per_layer);
+    parallel::for_each_mut(&mut by_layer, min_len, &|layer, out| {
+        T::dispatch(
+            SimdLevel::active(),
+            ProbeKernel::<F, T, O, D, M> {
+                grid,
+                probe,
+                data,
+                state,
+                layer,
+                out: std::mem::take(out),
+            },
+        );
+    });
     out
 }

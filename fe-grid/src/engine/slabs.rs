@@ -1,7 +1,6 @@
 //! Slabs of cells to threads, and the node planes between them back together.
 
-use crate::{Element, Grid};
-use rayon::prelude::*;
+use crate::{Element, Grid, parallel};
 use std::ops::Range;
 
 /// Layers of cells along the last axis with the node planes that they add to.
@@ -53,7 +52,7 @@ pub(crate) fn over_slabs<T: Element, R: Send, const D: usize>(
     outputs: usize,
     out: &mut [T],
     parallel: bool,
-    work: impl Fn(Slab<'_, T>) -> R + Sync,
+    work: &(dyn Fn(Slab<'_, T>) -> R + Sync),
 ) -> Vec<R> {
     let n = grid.n_nodes();
     assert_eq!(out.len(), outputs * n);
@@ -65,9 +64,9 @@ pub(crate) fn over_slabs<T: Element, R: Send, const D: usize>(
         slabs[i / outputs].top.push(top);
     }
     let results = if parallel {
-        slabs.into_par_iter().map(&work).collect()
+        parallel::map(slabs, work)
     } else {
-        slabs.into_iter().map(&work).collect()
+        slabs.into_iter().map(work).collect()
     };
     for (i, top) in tops.chunks_exact(plane).enumerate() {
         let start = i % outputs * n + layers[i / outputs].end * plane;
