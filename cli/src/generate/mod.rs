@@ -11,8 +11,7 @@ mod letter;
 mod outline;
 mod solid;
 
-use fe_grid::{Grid, ScalarField};
-use rayon::prelude::*;
+use fe_grid::{Grid, ScalarField, parallel};
 
 pub use blob::Blob;
 pub use family::{Family, Member, family, letters};
@@ -83,16 +82,12 @@ impl<S: Implicit<D> + ?Sized, const D: usize> Implicit<D> for &S {
 pub fn area_share<const D: usize>(shape: &impl Implicit<D>, grid: Grid<D>) -> ScalarField<f64, D> {
     let mut field = ScalarField::zeros(grid);
     let row = grid.nodes_per_axis()[0];
-    field
-        .as_mut_slice()
-        .par_chunks_mut(row)
-        .enumerate()
-        .for_each(|(j, values)| {
-            for (i, value) in values.iter_mut().enumerate() {
-                let centre = grid.position(grid.node(j * row + i));
-                *value = box_share(shape, centre, grid.spacing());
-            }
-        });
+    parallel::for_each_chunk(field.as_mut_slice(), row, 1, &|j, values| {
+        for (i, value) in values.iter_mut().enumerate() {
+            let centre = grid.position(grid.node(j * row + i));
+            *value = box_share(shape, centre, grid.spacing());
+        }
+    });
     field
 }
 
