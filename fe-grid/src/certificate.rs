@@ -10,8 +10,8 @@ use crate::engine::element::MAX_CORNERS;
 use crate::engine::rows::{NodeRows, block_starts, first_cell, rows_of_layer};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
+use crate::parallel;
 use crate::simd_level::SimdLevel;
-use rayon::prelude::*;
 
 /// What is known about the determinant of a deformation gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,21 +109,20 @@ fn bound_layers<T: Element, const D: usize>(
     assert!(within.is_none_or(|marks| marks.len() == grid.n_cells()));
     let layers = grid.cells_per_axis()[D - 1];
     let per_layer = grid.n_cells() / layers;
-    (0..layers)
-        .into_par_iter()
-        .with_min_len(2048usize.div_ceil(per_layer))
-        .map(|layer| {
-            let kernel = BoundKernel {
-                grid,
-                displacement,
-                layer,
-                threshold,
-                detail,
-                within,
-            };
-            T::dispatch(SimdLevel::active(), kernel)
-        })
-        .collect()
+    let mut bounds: Vec<_> = (0..layers).map(|_| LayerBounds::none()).collect();
+    let min_len = 2048usize.div_ceil(per_layer);
+    parallel::for_each_mut(&mut bounds, min_len, &|layer, bounds| {
+        let kernel = BoundKernel {
+            grid,
+            displacement,
+            layer,
+            threshold,
+            detail,
+            within,
+        };
+        *bounds = T::dispatch(SimdLevel::active(), kernel);
+    });
+    bounds
 }
 
 struct LayerBounds {

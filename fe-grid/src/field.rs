@@ -3,7 +3,7 @@
 use crate::error::GridError;
 use crate::grid::Grid;
 use crate::lane::Element;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// A field of `M` components, one number a node and component: component by component, `x`
 /// fastest. `T` is the storage type; sums over a field are taken in double precision.
@@ -134,13 +134,15 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
     pub fn compose(&self, displacement: &[f64]) -> Field<f64, D, M> {
         let (grid, n) = (self.grid, self.grid.n_nodes());
         assert_eq!(displacement.len(), D * n, "a displacement of another grid");
-        let values: Vec<[f64; M]> = (0..n)
-            .into_par_iter()
-            .map(|node| {
+        let mut values = vec![[0.0; M]; n];
+        let row = grid.nodes_per_axis()[0];
+        parallel::for_each_chunk(&mut values, row, 1, &|r, values| {
+            for (i, value) in values.iter_mut().enumerate() {
+                let node = r * row + i;
                 let x = grid.position(grid.node(node));
-                self.sample(std::array::from_fn(|k| x[k] + displacement[k * n + node]))
-            })
-            .collect();
+                *value = self.sample(std::array::from_fn(|k| x[k] + displacement[k * n + node]));
+            }
+        });
         let mut composed = Field::zeros(grid);
         for c in 0..M {
             for (value, found) in composed.component_mut(c).iter_mut().zip(&values) {

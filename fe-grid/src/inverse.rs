@@ -9,9 +9,9 @@ use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::field::{Field, ScalarField};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
+use crate::parallel;
 use crate::simd_level::SimdLevel;
 use crate::tensor;
-use rayon::prelude::*;
 
 /// Newton's method is stopped at this residual, in units of the spacing.
 const TOLERANCE: f64 = 1e-13;
@@ -32,17 +32,14 @@ impl<const D: usize> InverseDeformation<D> {
     pub fn new(displacement: &Field<f64, D, D>) -> Self {
         let grid = *displacement.grid();
         let layers = grid.cells_per_axis()[D - 1];
-        let found: Vec<Vec<(usize, [f64; D])>> = (0..layers)
-            .into_par_iter()
-            .map(|layer| {
-                let search = LayerSearch {
-                    grid: &grid,
-                    displacement,
-                    layer,
-                };
-                f64::dispatch(SimdLevel::active(), search)
-            })
-            .collect();
+        let found: Vec<Vec<(usize, [f64; D])>> = parallel::map(0..layers, &|layer| {
+            let search = LayerSearch {
+                grid: &grid,
+                displacement,
+                layer,
+            };
+            f64::dispatch(SimdLevel::active(), search)
+        });
         // The first cell in memory order wins, whatever the threads.
         let mut position = vec![None; grid.n_nodes()];
         for (node, x) in found.into_iter().flatten() {

@@ -9,6 +9,7 @@
 //! - Linear systems: [`UniformOperator`], [`conjugate_gradient`], [`SpectralSolver`],
 //!   [`multigrid`].
 //! - Minimisation: [`minimise`], from coarse levels to fine.
+//! - Threads: [`parallel`] loops, of which the scheduler is compiled once.
 //! - Compilation: [`dimension`] ends what is generic at a version for the plane and one for space.
 //!
 //! Everything holds for `D = 2` and `D = 3` alike. Elements are multilinear, with two quadrature
@@ -49,6 +50,7 @@ pub mod minimise;
 mod moments;
 pub mod multigrid;
 pub mod operators;
+pub mod parallel;
 mod pool;
 pub mod pullback;
 mod restraint;

@@ -13,11 +13,11 @@ use crate::error::GridError;
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::linear::LinearOperator;
+use crate::parallel;
 use crate::pool::Pool;
 use crate::simd_level::SimdLevel;
 use crate::transfer::{average_cells, prolong_into, restrict_into};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A quadratic law all of whose coefficients are numbers per cell.
@@ -196,22 +196,19 @@ where
     fn precondition_into(&self, x: &[T], y: &mut [T]) {
         let n = self.grid.n_nodes();
         for (r, row) in y.chunks_exact_mut(n).enumerate() {
-            row.par_chunks_mut(CHUNK)
-                .enumerate()
-                .with_min_len(4)
-                .for_each(|(chunk, out)| {
-                    let start = chunk * CHUNK;
-                    let blocks = &self.inverse_blocks[r * M * n..(r + 1) * M * n];
-                    T::dispatch(
-                        SimdLevel::active(),
-                        BlockRow::<T, M> {
-                            blocks,
-                            x,
-                            start,
-                            out,
-                        },
-                    );
-                });
+            parallel::for_each_chunk(row, CHUNK, MIN_CHUNKS, &|chunk, out| {
+                let start = chunk * CHUNK;
+                let blocks = &self.inverse_blocks[r * M * n..(r + 1) * M * n];
+                T::dispatch(
+                    SimdLevel::active(),
+                    BlockRow::<T, M> {
+                        blocks,
+                        x,
+                        start,
+                        out,
+                    },
+                );
+            });
         }
     }
 
@@ -407,10 +404,9 @@ fn invert_blocks<T: Element, const M: usize>(blocks: &mut [T]) -> Result<(), Gri
             task.push(part);
         }
     }
-    let pivots: Vec<f64> = tasks
-        .into_par_iter()
-        .map(|entries| T::dispatch(SimdLevel::active(), InvertBlocks::<T, M> { entries }))
-        .collect();
+    let pivots = parallel::map(tasks, &|entries| {
+        T::dispatch(SimdLevel::active(), InvertBlocks::<T, M> { entries })
+    });
     match pivots
         .into_iter()
         .find(|pivot| pivot.is_nan() || *pivot <= 0.0)
@@ -550,6 +546,8 @@ where
 
 /// Entries that one task handles.
 const CHUNK: usize = 4096;
+/// Tasks that a thread gets at least.
+const MIN_CHUNKS: usize = 4;
 
 fn add_into<T: Element>(x: &[T], y: &mut [T]) {
     zip(x, y, |x, y| *y += x);
@@ -561,14 +559,12 @@ fn subtract_from<T: Element>(x: &[T], y: &mut [T]) {
 
 /// `z = x - y`.
 fn difference<T: Element>(x: &[T], y: &[T], z: &mut [T]) {
-    z.par_chunks_mut(CHUNK)
-        .zip(x.par_chunks(CHUNK).zip(y.par_chunks(CHUNK)))
-        .with_min_len(4)
-        .for_each(|(z, (x, y))| {
-            for (z, (&x, &y)) in z.iter_mut().zip(x.iter().zip(y)) {
-                *z = x - y;
-            }
-        });
+    parallel::for_each_chunk(z, CHUNK, MIN_CHUNKS, &|chunk, z| {
+        let (x, y) = (&x[chunk * CHUNK..], &y[chunk * CHUNK..]);
+        for (z, (&x, &y)) in z.iter_mut().zip(x.iter().zip(y)) {
+            *z = x - y;
+        }
+    });
 }
 
 /// `y = keep y + step x`.
@@ -577,18 +573,15 @@ fn combine<T: Element>(y: &mut [T], keep: T, x: &[T], step: T) {
 }
 
 fn zip<T: Element>(x: &[T], y: &mut [T], f: impl Fn(T, &mut T) + Sync) {
-    y.par_chunks_mut(CHUNK)
-        .zip(x.par_chunks(CHUNK))
-        .with_min_len(4)
-        .for_each(|(y, x)| {
-            for (y, &x) in y.iter_mut().zip(x) {
-                f(x, y);
-            }
-        });
+    parallel::for_each_chunk(y, CHUNK, MIN_CHUNKS, &|chunk, y| {
+        for (y, &x) in y.iter_mut().zip(&x[chunk * CHUNK..]) {
+            f(x, y);
+        }
+    });
 }
 
 fn scale<T: Element>(x: &mut [T], s: T) {
-    x.par_chunks_mut(CHUNK).with_min_len(4).for_each(|x| {
+    parallel::for_each_chunk(x, CHUNK, MIN_CHUNKS, &|_, x| {
         for x in x {
             *x *= s;
         }

@@ -105,7 +105,7 @@ pub fn pull_back<F: CellLaw<D, D>, const D: usize>(
     };
     let mut out = vec![0.0; outputs * n];
     let parallel = grid.n_cells() >= PARALLEL_CELLS;
-    let parts = over_slabs(grid, outputs, &mut out, parallel, |slab| {
+    let parts = over_slabs(grid, outputs, &mut out, parallel, &|slab| {
         f64::dispatch(
             SimdLevel::active(),
             SlabTask {

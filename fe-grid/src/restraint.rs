@@ -6,7 +6,7 @@
 
 use crate::certificate::{certify_within, violations};
 use crate::grid::Grid;
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// Rounds of local damping before the whole step is shortened.
@@ -77,10 +77,9 @@ pub fn restrain_together<const D: usize>(
     };
     let most = (MOST_VIOLATIONS * grid.n_cells() as f64) as usize;
     for round in 0..LOCAL_ROUNDS {
-        let folding: Vec<Vec<usize>> = deformations
-            .par_iter()
-            .map(|d| violations(grid, &trial(d, step), threshold, d.within))
-            .collect();
+        let folding: Vec<Vec<usize>> = parallel::map(deformations, &|d| {
+            violations(grid, &trial(d, step), threshold, d.within)
+        });
         if folding.iter().all(Vec::is_empty) {
             return;
         }
@@ -101,7 +100,7 @@ pub fn restrain_together<const D: usize>(
         }
     }
     for _ in 0..GLOBAL_ROUNDS {
-        let holds = deformations.par_iter().all(|d| {
+        let holds = parallel::all(deformations, &|d| {
             certify_within(grid, &trial(d, step), threshold, threshold, d.within).certified
         });
         if holds {

@@ -26,10 +26,10 @@ use crate::engine::{Data, Point, Reads};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::moments::{RUN, RunPoints, accumulate, first_moments, moment_stride};
+use crate::parallel;
 use crate::pool::Pool;
 use crate::simd_level::SimdLevel;
 use crate::stencil::{Background, SymmetricStencil, half_offsets};
-use rayon::prelude::*;
 
 /// Below this number of cells everything stays on one thread.
 const PARALLEL_CELLS: usize = 1024;
@@ -125,7 +125,7 @@ impl<const D: usize> NormalEquations<D> {
         out.resize((half + 1) * n, 0.0);
         let parallel = grid.n_cells() >= PARALLEL_CELLS;
         let moments = &self.moments;
-        over_slabs(&grid, half + 1, &mut out, parallel, |slab| {
+        over_slabs(&grid, half + 1, &mut out, parallel, &|slab| {
             moments.with(Vec::new, |moments| {
                 T::dispatch(
                     SimdLevel::active(),
@@ -162,8 +162,8 @@ fn layer_ranges<T: Element, const D: usize>(
         .collect();
     let runs = cells[0].div_ceil(RUN);
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; runs * rows.len()];
-    let tasks = ranges.par_chunks_mut(runs).with_min_len(64).zip(&rows);
-    tasks.for_each(|(ranges, &row)| {
+    parallel::for_each_chunk(&mut ranges, runs, 64, &|r, ranges| {
+        let row = rows[r];
         for side in 0..1 << (D - 1) {
             let c = 2 * side;
             let plane = (row[D - 2] + (c >> (D - 1) & 1)) as f64;

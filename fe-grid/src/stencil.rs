@@ -9,9 +9,9 @@ use crate::error::GridError;
 use crate::grid::Grid;
 use crate::lane::{Lane, LaneKernel};
 use crate::linear::LinearOperator;
+use crate::parallel;
 use crate::simd_level::SimdLevel;
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
-use rayon::prelude::*;
 
 /// The offsets that are stored: zero first, then all that come later in memory, in order.
 pub fn half_offsets<const D: usize>() -> Vec<[isize; D]> {
@@ -147,7 +147,7 @@ fn multiply<const D: usize, const M: usize>(
     let (n, total) = (grid.nodes_per_axis(), grid.n_nodes());
     let plane = if D == 3 { n[0] * n[1] } else { 16 * n[0] };
     for (component, y) in y.chunks_exact_mut(total).enumerate() {
-        let work = |(p, out): (usize, &mut [f64])| {
+        let work = |p: usize, out: &mut [f64]| {
             let first_row = p * plane / n[0];
             for (r, out) in out.chunks_exact_mut(n[0]).enumerate() {
                 let kernel = RowProduct::<D, M> {
@@ -161,11 +161,8 @@ fn multiply<const D: usize, const M: usize>(
                 <f64 as crate::Element>::dispatch(SimdLevel::active(), kernel);
             }
         };
-        if total < PARALLEL_NODES {
-            y.chunks_mut(plane).enumerate().for_each(work);
-        } else {
-            y.par_chunks_mut(plane).enumerate().for_each(work);
-        }
+        let min_len = if total < PARALLEL_NODES { total } else { 1 };
+        parallel::for_each_chunk(y, plane, min_len, &work);
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::grid::Grid;
 use crate::lane::Element;
-use rayon::prelude::*;
+use crate::parallel;
 
 /// Lines shorter than this are not worth a task of their own.
 const MIN_PARALLEL: usize = 4096;
@@ -33,7 +33,7 @@ pub fn prolong_into<T: Element, const D: usize>(
         let half = T::from_f64(0.5);
         let mut next = vec![T::default(); current.len() / n * m];
         let source = &current;
-        let work = |(line, out): (usize, &mut [T])| {
+        let work = |line: usize, out: &mut [T]| {
             let source = &source[line * n * inner..(line + 1) * n * inner];
             for (j, row) in out.chunks_exact_mut(inner).enumerate() {
                 let low = &source[j / 2 * inner..][..inner];
@@ -48,10 +48,7 @@ pub fn prolong_into<T: Element, const D: usize>(
             }
         };
         let lines = MIN_PARALLEL.div_ceil(m * inner);
-        next.par_chunks_exact_mut(m * inner)
-            .with_min_len(lines)
-            .enumerate()
-            .for_each(work);
+        parallel::for_each_chunk(&mut next, m * inner, lines, &work);
         current = next;
         sizes[k] = m;
     }
@@ -80,7 +77,7 @@ pub fn restrict_into<T: Element, const D: usize>(
         let (n, m) = (sizes[k], coarse_sizes[k]);
         let source: &[T] = buffer.as_deref().unwrap_or(fine);
         let mut next = vec![T::default(); source.len() / n * m];
-        let work = |(line, out): (usize, &mut [T])| {
+        let work = |line: usize, out: &mut [T]| {
             let source = &source[line * n * inner..(line + 1) * n * inner];
             for (j, row) in out.chunks_exact_mut(inner).enumerate() {
                 let own = &source[2 * j * inner..][..inner];
@@ -98,10 +95,7 @@ pub fn restrict_into<T: Element, const D: usize>(
             }
         };
         let lines = MIN_PARALLEL.div_ceil(n * inner);
-        next.par_chunks_exact_mut(m * inner)
-            .with_min_len(lines)
-            .enumerate()
-            .for_each(work);
+        parallel::for_each_chunk(&mut next, m * inner, lines, &work);
         buffer = Some(next);
         sizes[k] = m;
     }
@@ -135,18 +129,18 @@ pub fn average_cells<T: Element, const D: usize>(coarse_grid: &Grid<D>, fine: &[
     let fine_grid = coarse_grid.finer();
     assert_eq!(fine.len(), fine_grid.n_cells());
     let share = 1.0 / f64::from(1u32 << D);
-    (0..coarse_grid.n_cells())
-        .into_par_iter()
-        .with_min_len(MIN_PARALLEL)
-        .map(|i| {
-            let cell = coarse_grid.cell(i);
+    let mut means = vec![T::default(); coarse_grid.n_cells()];
+    parallel::for_each_chunk(&mut means, MIN_PARALLEL, 1, &|chunk, means| {
+        for (i, mean) in means.iter_mut().enumerate() {
+            let cell = coarse_grid.cell(chunk * MIN_PARALLEL + i);
             let sum: f64 = (0..1usize << D)
                 .map(|c| {
                     let child = std::array::from_fn(|k| 2 * cell[k] + (c >> k & 1));
                     fine[fine_grid.cell_index(child)].to_f64()
                 })
                 .sum();
-            T::from_f64(share * sum)
-        })
-        .collect()
+            *mean = T::from_f64(share * sum);
+        }
+    });
+    means
 }

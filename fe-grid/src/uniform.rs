@@ -21,8 +21,9 @@ use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
 use crate::linear::LinearOperator;
 use crate::operators::MassStiffness;
+use crate::parallel;
+use crate::pool::Pool;
 use crate::simd_level::SimdLevel;
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Numbers that are worked on at a time, at least one row: they and their neighbours stay in the
@@ -139,8 +140,9 @@ impl<const D: usize> UniformOperator<D> {
             } else {
                 TASK_ROWS
             };
+        let rooms = Pool::new();
         let room = || vec![T::default(); work_space(width)];
-        let work = |room: &mut Vec<T>, (task, out): (usize, &mut [T])| {
+        let work = |task: usize, room: &mut Vec<T>, out: &mut [T]| {
             let kernel = TaskKernel::<T, D> {
                 nodes: Nodes {
                     x,
@@ -153,16 +155,11 @@ impl<const D: usize> UniformOperator<D> {
             };
             T::dispatch(self.level, kernel);
         };
-        if self.grid.n_nodes() < PARALLEL_NODES {
-            let mut room = room();
-            for task in y.chunks_mut(chunk).enumerate() {
-                work(&mut room, task);
-            }
-        } else {
-            y.par_chunks_mut(chunk)
-                .enumerate()
-                .for_each_init(room, work);
-        }
+        let n_nodes = self.grid.n_nodes();
+        let min_len = if n_nodes < PARALLEL_NODES { n_nodes } else { 1 };
+        parallel::for_each_chunk(y, chunk, min_len, &|task, out| {
+            rooms.with(room, |room| work(task, room, out));
+        });
     }
 }
 

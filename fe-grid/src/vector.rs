@@ -5,13 +5,15 @@
 //! allocates.
 
 use crate::lane::{Element, Lane, LaneKernel};
+use crate::parallel;
 use crate::simd_level::SimdLevel;
-use rayon::prelude::*;
 
 /// Numbers in a chunk.
 pub const CHUNK: usize = 4096;
 /// Vectors shorter than this are not worth waking a second thread for.
 const SERIAL_BELOW: usize = 8 * CHUNK;
+/// Chunks that a thread gets at least.
+const MIN_CHUNKS: usize = 4;
 /// Partial results kept on the stack at a time.
 const MAX_PARTIALS: usize = 512;
 /// Independent sums inside a chunk, so that the additions can overlap.
@@ -179,11 +181,7 @@ fn reduce(
     let mut result = 0.0;
     for first in (0..n_chunks).step_by(MAX_PARTIALS) {
         let partials = &mut partials[..MAX_PARTIALS.min(n_chunks - first)];
-        partials
-            .par_iter_mut()
-            .with_min_len(4)
-            .enumerate()
-            .for_each(|(c, p)| *p = of_chunk(first + c));
+        parallel::for_each_mut(partials, MIN_CHUNKS, &|c, p| *p = of_chunk(first + c));
         result = partials.iter().copied().fold(result, &combine);
     }
     result
@@ -195,10 +193,7 @@ fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
         change(0, y);
         return;
     }
-    y.par_chunks_mut(CHUNK)
-        .with_min_len(4)
-        .enumerate()
-        .for_each(|(c, part)| change(c * CHUNK, part));
+    parallel::for_each_chunk(y, CHUNK, MIN_CHUNKS, &|c, part| change(c * CHUNK, part));
 }
 
 /// Runs a loop over a chunk with the widest instructions of the machine: a plain loop, which the

@@ -1,7 +1,6 @@
 //! Signed distances, positive inside the object.
 
-use fe_grid::{Field, Grid};
-use rayon::prelude::*;
+use fe_grid::{Field, Grid, parallel};
 
 use crate::bvh::Bvh;
 use crate::contour::Contour;
@@ -172,8 +171,7 @@ fn for_each_node<const D: usize>(
     let boxes: [usize; D] = std::array::from_fn(|k| nodes[k].div_ceil(sides[k]));
     let n_boxes = boxes[..D - 1].iter().product();
     let thickness = sides[D - 1] * strides[D - 1];
-    let layers = field.as_mut_slice().par_chunks_mut(thickness).enumerate();
-    layers.for_each(|(layer, values)| {
+    parallel::for_each_chunk(field.as_mut_slice(), thickness, 1, &|layer, values| {
         let mut points = [[0.0; D]; PACKET];
         let mut indices = [0; PACKET];
         let mut found = [Found::default(); PACKET];

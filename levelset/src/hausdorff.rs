@@ -1,6 +1,6 @@
 //! Distances between two boundaries.
 
-use rayon::prelude::*;
+use fe_grid::parallel;
 
 use crate::contour::Contour;
 use crate::distance::ContourDistance;
@@ -89,17 +89,14 @@ fn directed<const D: usize>(
 /// What is nearest to each of many points, neighbours after each other.
 fn find_all<const D: usize>(to: &ContourDistance<D>, points: &[[f64; D]]) -> Vec<Found> {
     let mut found = vec![Found::default(); points.len()];
-    points
-        .par_chunks(RUN)
-        .zip(found.par_chunks_mut(RUN))
-        .for_each(|(points, found)| {
-            let mut guess = 0;
-            let packets = points.chunks(PACKET).zip(found.chunks_mut(PACKET));
-            for (points, found) in packets {
-                to.tree().nearest(points, guess, found);
-                guess = found[0].stored;
-            }
-        });
+    parallel::for_each_chunk(&mut found, RUN, 1, &|run, found| {
+        let mut guess = 0;
+        let packets = points[run * RUN..].chunks(PACKET);
+        for (points, found) in packets.zip(found.chunks_mut(PACKET)) {
+            to.tree().nearest(&points[..found.len()], guess, found);
+            guess = found[0].stored;
+        }
+    });
     found
 }
 
@@ -131,15 +128,11 @@ fn farthest<const D: usize>(
         to,
         tolerance: TOLERANCE * diameter(contour),
     };
-    let maxima: Vec<f64> = tree
-        .all_corners()
-        .par_iter()
-        .enumerate()
-        .map(|(i, corners)| {
-            let ends = ids(i).map(|c| nearest[place[c]].stored);
-            search.refine(corners, &ends, start, MAX_HALVINGS)
-        })
-        .collect();
+    let mut maxima = vec![start; tree.all_corners().len()];
+    parallel::for_each_mut(&mut maxima, 1, &|i, maximum| {
+        let ends = ids(i).map(|c| nearest[place[c]].stored);
+        *maximum = search.refine(&tree.all_corners()[i], &ends, start, MAX_HALVINGS);
+    });
     maxima.into_iter().fold(start, f64::max)
 }
 

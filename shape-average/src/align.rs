@@ -20,9 +20,8 @@ mod motion;
 mod starts;
 
 use fe_grid::Field;
-use fe_grid::compiled_once;
+use fe_grid::{compiled_once, parallel};
 use levelset::{Compact, LevelsetError};
-use rayon::prelude::*;
 
 use matching::{Indicator, Matching, Pose, Seen, thinned};
 pub use motion::RigidMotion;
@@ -175,13 +174,10 @@ fn align_each<const D: usize>(
     shapes: &[Seen<'_, D>],
     motions: &[Option<RigidMotion<D>>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    let found: Vec<_> = shapes
-        .par_iter()
-        .zip(motions)
-        .enumerate()
-        .map(|(i, (shape, known))| target.align(*shape, *known).map_err(|e| at(i, e)))
-        .collect();
-    found.into_iter().collect()
+    let shapes = shapes.iter().zip(motions).enumerate();
+    parallel::try_map(shapes, &|(i, (shape, known))| {
+        target.align(*shape, *known).map_err(|e| at(i, e))
+    })
 }
 
 fn at(shape: usize, source: LevelsetError) -> AlignError {

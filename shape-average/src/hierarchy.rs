@@ -11,8 +11,7 @@ use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
 };
 use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Buffer, Field, Grid, certify};
-use rayon::prelude::*;
+use fe_grid::{Buffer, Field, Grid, certify, parallel};
 use std::time::Instant;
 
 /// Iterations over which the fall of the energy is judged.
@@ -269,10 +268,10 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         let dim = D * coarse.n_nodes();
         let size = x.len() / dim * D * fine.n_nodes();
         let mut finer = self.params.storage.zeros(size)?;
-        finer
-            .par_chunks_exact_mut(D * fine.n_nodes())
-            .zip(x.par_chunks_exact(dim))
-            .for_each(|(finer, x)| prolong_into(coarse, x, finer));
+        let parts = finer.chunks_exact_mut(D * fine.n_nodes());
+        parallel::for_each(parts.zip(x.chunks_exact(dim)), &|(finer, x)| {
+            prolong_into(coarse, x, finer);
+        });
         let mut average = vec![0.0; fine.n_nodes()];
         if self.targets.is_none() {
             prolong_into(coarse, &self.average, &mut average);
@@ -286,7 +285,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
     fn repair(&mut self, level: usize, x: &mut [f64]) -> Result<(), AverageError> {
         let grid = &self.grids[level];
         let bound = self.params.min_determinant;
-        x.par_chunks_exact_mut(D * grid.n_nodes()).for_each(|u| {
+        parallel::for_each(x.chunks_exact_mut(D * grid.n_nodes()), &|u| {
             for _ in 0..REPAIRS {
                 if certify(grid, u, bound).certified {
                     return;

@@ -7,7 +7,7 @@
 
 use crate::hierarchy::HISTORY;
 use crate::params::{AverageParams, Solver};
-use fe_grid::{Grid, Storage};
+use fe_grid::{Grid, Storage, parallel};
 use hyperelastic::Corotational;
 use serde::Serialize;
 
@@ -125,7 +125,7 @@ struct Sizes<const D: usize> {
 
 impl<const D: usize> Sizes<D> {
     fn new(grid: &Grid<D>, n_shapes: usize) -> Self {
-        let threads = rayon::current_num_threads();
+        let threads = parallel::n_threads();
         let layers = grid.cells_per_axis()[D - 1];
         // As the cell engine cuts the grid.
         let thickness = layers.div_ceil(32).max(if D == 3 { 4 } else { 8 });

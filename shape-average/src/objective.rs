@@ -18,11 +18,10 @@ use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
-    LinearOperator, Storage, certify_below, conjugate_gradient, restrain_step, vector,
+    LinearOperator, Storage, certify_below, conjugate_gradient, parallel, restrain_step, vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Mismatch, Seen};
-use rayon::prelude::*;
 
 /// Accuracy of the average: its error enters the energy squared.
 const AVERAGE_TOLERANCE: f64 = 1e-7;
@@ -378,10 +377,7 @@ impl<const D: usize> AverageObjective<D> {
         gradient: &mut [f64],
     ) -> Result<Evaluation, AverageError> {
         let dim = self.shape_dim();
-        let corners: Vec<Option<f64>> = x
-            .par_chunks_exact(dim)
-            .map(|u| self.admissible(u))
-            .collect();
+        let corners = parallel::map(x.chunks_exact(dim), &|u| self.admissible(u));
         let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
         };
@@ -393,13 +389,13 @@ impl<const D: usize> AverageObjective<D> {
         };
         let in_turn = self.params.storage != Storage::Memory;
         let terms: Result<Vec<_>, AverageError> = if gradient.is_empty() {
-            (0..n).into_par_iter().map(|i| energy(i, &mut [])).collect()
+            parallel::try_map(0..n, &|i| energy(i, &mut []))
         } else if in_turn {
             let parts = gradient.chunks_exact_mut(dim).enumerate();
             parts.map(|(i, gradient)| energy(i, gradient)).collect()
         } else {
-            let parts = gradient.par_chunks_exact_mut(dim).enumerate();
-            parts.map(|(i, gradient)| energy(i, gradient)).collect()
+            let parts = gradient.chunks_exact_mut(dim).enumerate();
+            parallel::try_map(parts, &|(i, gradient)| energy(i, gradient))
         };
         let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
             return Ok(Evaluation::Inadmissible);
@@ -444,11 +440,10 @@ impl<const D: usize> Objective for AverageObjective<D> {
             self.hold_boundary(out);
         };
         match &self.metric {
-            Metric::Kept(metrics) => out
-                .par_chunks_exact_mut(dim)
-                .zip(metrics)
-                .enumerate()
-                .for_each(|(i, (out, metric))| apply(i, metric, out)),
+            Metric::Kept(metrics) => parallel::for_each(
+                out.chunks_exact_mut(dim).zip(metrics).enumerate(),
+                &|(i, (out, metric))| apply(i, metric, out),
+            ),
             Metric::Remade { x, average } => {
                 for (i, out) in out.chunks_exact_mut(dim).enumerate() {
                     let metric = self.shape_metric(i, average, shape(x, i, dim))?;
@@ -462,18 +457,16 @@ impl<const D: usize> Objective for AverageObjective<D> {
 
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), AverageError> {
         let dim = self.shape_dim();
-        direction
-            .par_chunks_exact_mut(dim)
-            .enumerate()
-            .for_each(|(i, step)| {
-                restrain_step(
-                    self.grid(),
-                    shape(x, i, dim),
-                    step,
-                    self.params.min_determinant,
-                    None,
-                );
-            });
+        let steps = direction.chunks_exact_mut(dim).enumerate();
+        parallel::for_each(steps, &|(i, step)| {
+            restrain_step(
+                self.grid(),
+                shape(x, i, dim),
+                step,
+                self.params.min_determinant,
+                None,
+            );
+        });
         Ok(())
     }
 
@@ -495,10 +488,9 @@ impl<const D: usize> Objective for AverageObjective<D> {
             return Ok(());
         }
         drop(old);
-        let metric: Result<Vec<_>, GridError> = (0..self.shapes.n_shapes())
-            .into_par_iter()
-            .map(|i| self.shape_metric(i, &self.average, shape(x, i, dim)))
-            .collect();
+        let metric = parallel::try_map(0..self.shapes.n_shapes(), &|i| {
+            self.shape_metric(i, &self.average, shape(x, i, dim))
+        });
         self.metric = Metric::Kept(metric?);
         Ok(())
     }

@@ -4,9 +4,8 @@ use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
 use fe_grid::minimise::{Evaluations, LevelInfo, Status};
-use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify};
+use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify, parallel};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
-use rayon::prelude::*;
 
 /// What happened on one level.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,16 +104,13 @@ impl<const D: usize> AverageResult<D> {
             .collect();
         let far = -grid.extent().iter().fold(0.0f64, |a, &b| a.max(b));
         let seen = shapes.seen();
-        let (pushed, pushed_seen): (Vec<_>, Vec<_>) = displacements
-            .par_iter()
-            .enumerate()
-            .map(|(i, u)| {
-                let inverse = InverseDeformation::new(u);
-                // Beyond the box everything was seen: nothing is there.
-                let seen = seen.get(i).map(|seen| inverse.push_forward(seen, 1.0));
-                (inverse.push_forward(&distances[i], far), seen)
-            })
-            .unzip();
+        let pairs = parallel::map(displacements.iter().enumerate(), &|(i, u)| {
+            let inverse = InverseDeformation::new(u);
+            // Beyond the box everything was seen: nothing is there.
+            let seen = seen.get(i).map(|seen| inverse.push_forward(seen, 1.0));
+            (inverse.push_forward(&distances[i], far), seen)
+        });
+        let (pushed, pushed_seen): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
         let pushed_seen: Vec<_> = pushed_seen.into_iter().flatten().collect();
         let average_indicator = majority(&pushed, &pushed_seen, votes)?;
         let inside = |x: f64| if x > 0.5 { 1.0 } else { 0.0 };
@@ -124,11 +120,9 @@ impl<const D: usize> AverageResult<D> {
             .map(|&x| inside(x))
             .collect();
         let average_mask = ScalarField::from_vec(grid, mask)?;
-        let measures: Result<Vec<_>, AverageError> = pushed
-            .par_iter()
-            .enumerate()
-            .map(|(i, d)| measure(d, &average_indicator, pushed_seen.get(i)))
-            .collect();
+        let measures = parallel::try_map(pushed.iter().enumerate(), &|(i, d)| {
+            measure(d, &average_indicator, pushed_seen.get(i))
+        });
         let (dice, hausdorff) = measures?.into_iter().unzip();
         Ok(Self {
             average: ScalarField::from_vec(grid, average)?,
@@ -222,10 +216,8 @@ fn measure<const D: usize>(
 
 /// The certificate of the worst of all displacements, for a determinant above zero.
 pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Certificate {
-    let certificates: Vec<Certificate> = x
-        .par_chunks_exact(D * grid.n_nodes())
-        .map(|u| certify(grid, u, 0.0))
-        .collect();
+    let parts = x.chunks_exact(D * grid.n_nodes());
+    let certificates = parallel::map(parts, &|u| certify(grid, u, 0.0));
     let worst = certificates
         .iter()
         .copied()

@@ -1,7 +1,6 @@
 //! Shapes on grids: the share of area or volume about each node, and grey images of it.
 
-use fe_grid::{Grid, ScalarField};
-use rayon::prelude::*;
+use fe_grid::{Grid, ScalarField, parallel};
 
 use crate::implicit::Implicit;
 use crate::random::Random;
@@ -10,16 +9,12 @@ use crate::random::Random;
 pub fn area_share<const D: usize>(shape: &impl Implicit<D>, grid: Grid<D>) -> ScalarField<f64, D> {
     let mut field = ScalarField::zeros(grid);
     let row = grid.nodes_per_axis()[0];
-    field
-        .as_mut_slice()
-        .par_chunks_mut(row)
-        .enumerate()
-        .for_each(|(j, values)| {
-            for (i, value) in values.iter_mut().enumerate() {
-                let centre = grid.position(grid.node(j * row + i));
-                *value = box_share(shape, centre, grid.spacing());
-            }
-        });
+    parallel::for_each_chunk(field.as_mut_slice(), row, 1, &|j, values| {
+        for (i, value) in values.iter_mut().enumerate() {
+            let centre = grid.position(grid.node(j * row + i));
+            *value = box_share(shape, centre, grid.spacing());
+        }
+    });
     field
 }
 

@@ -1,6 +1,6 @@
 //! The pictures, with the shapes themselves as marks.
 
-use rayon::prelude::*;
+use fe_grid::parallel;
 
 use super::Outcome;
 use super::study::Completed;
@@ -54,14 +54,10 @@ impl Draw<3> for Pictures {
             View::broadside(*first, ELEVATION)
         });
         let bounds = Bounds::seen(view, surfaces.iter().copied());
-        surfaces
-            .par_iter()
-            .zip(colours)
-            .map(|(surface, colour)| {
-                let bright = colour.map(|c| (1.1 * c + 0.12).min(1.0));
-                surface.render(view, bounds, Paint::Plain(bright), side)
-            })
-            .collect()
+        parallel::map(surfaces.iter().zip(colours), &|(surface, colour)| {
+            let bright = colour.map(|c| (1.1 * c + 0.12).min(1.0));
+            surface.render(view, bounds, Paint::Plain(bright), side)
+        })
     }
 }
 

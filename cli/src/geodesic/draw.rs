@@ -1,7 +1,7 @@
 //! The pictures of a geodesic, and its surfaces in 3D.
 
+use fe_grid::parallel;
 use levelset::Contour;
-use rayon::prelude::*;
 
 use super::path::Path;
 use crate::error::CliError;
@@ -81,7 +81,7 @@ impl Draw<2> for Pictures {
         ];
         let all: Vec<Curve> = path.contours.iter().flat_map(curves).collect();
         let window = Window::around(&all, SIDES[0]).with_longer_side(SIDES[0]);
-        let frames = moments(path.steps()).into_par_iter().map(|(k, share)| {
+        parallel::map(moments(path.steps()), &|(k, share)| {
             let mut canvas = window.canvas();
             // Both ends are seen faintly where the shape is not.
             for (end, hue) in ends.iter().zip([along(0.0), along(1.0)]) {
@@ -91,8 +91,7 @@ impl Draw<2> for Pictures {
             filled(window, &mut canvas, &outline, colour_at(path, k, share));
             labelled(window, &mut canvas, path, k, share);
             canvas
-        });
-        frames.collect()
+        })
     }
 
     fn portraits(shapes: &[(&Contour<2>, Colour)]) -> Vec<Canvas> {
@@ -143,47 +142,42 @@ impl Draw<3> for Pictures {
     fn film(path: &Path<3>) -> Canvas {
         let (view, bounds) = eye(&path.contours.iter().collect::<Vec<_>>());
         let side = tile_width(path.contours.len());
-        let shapes = path.contours.par_iter().enumerate().map(|(k, contour)| {
+        let shapes = parallel::map(path.contours.iter().enumerate(), &|(k, contour)| {
             let triangles = triangles(contour);
             let paint = Paint::Plain(solid(colour_at(path, k, 0.0)));
             surface(contour, &triangles).render(view, bounds, paint, side)
         });
         let most = path.densest();
-        let densities = path
-            .densities
-            .par_iter()
-            .zip(&path.contours)
-            .map(|(density, contour)| {
-                let triangles = triangles(contour);
-                let points = contour.points().iter();
-                let colours: Vec<Colour> = points
-                    .map(|p| heat(density.sample(*p)[0] / scale(most)))
-                    .collect();
-                surface(contour, &triangles).render(view, bounds, Paint::Vertices(&colours), side)
-            });
-        strip(path, shapes.collect(), densities.collect(), most)
+        let densities = path.densities.iter().zip(&path.contours);
+        let densities = parallel::map(densities, &|(density, contour)| {
+            let triangles = triangles(contour);
+            let points = contour.points().iter();
+            let colours: Vec<Colour> = points
+                .map(|p| heat(density.sample(*p)[0] / scale(most)))
+                .collect();
+            surface(contour, &triangles).render(view, bounds, Paint::Vertices(&colours), side)
+        });
+        strip(path, shapes, densities, most)
     }
 
     fn animation(path: &Path<3>) -> Vec<Canvas> {
         let (view, bounds) = eye(&path.contours.iter().collect::<Vec<_>>());
-        let frames = moments(path.steps()).into_par_iter().map(|(k, share)| {
+        parallel::map(moments(path.steps()), &|(k, share)| {
             let contour = boundary(path, k, share);
             let triangles = triangles(&contour);
             let paint = Paint::Plain(solid(colour_at(path, k, share)));
             surface(&contour, &triangles).render(view, bounds, paint, SIDES[1])
-        });
-        frames.collect()
+        })
     }
 
     fn portraits(shapes: &[(&Contour<3>, Colour)]) -> Vec<Canvas> {
         let contours: Vec<&Contour<3>> = shapes.iter().map(|(shape, _)| *shape).collect();
         let (view, bounds) = eye(&contours);
-        let portraits = shapes.par_iter().map(|(contour, hue)| {
+        parallel::map(shapes, &|(contour, hue)| {
             let triangles = triangles(contour);
             let paint = Paint::Plain(solid(*hue));
             surface(contour, &triangles).render(view, bounds, paint, SIDES[1])
-        });
-        portraits.collect()
+        })
     }
 
     fn write_shape(path: &std::path::Path, shape: &Contour<3>) -> Result<(), CliError> {

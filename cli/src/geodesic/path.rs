@@ -1,10 +1,9 @@
 //! What is measured and drawn along a path: boundaries, sizes and densities of its shapes.
 
 use ::geodesic::{GeodesicError, dissipation_density};
-use fe_grid::{Field, ScalarField};
+use fe_grid::{Field, ScalarField, parallel};
 use hyperelastic::LawSpec;
 use levelset::{BoxEdge, Contour, LevelsetError, Moments, contour};
-use rayon::prelude::*;
 
 use super::Outcome;
 use super::args::Form;
@@ -76,11 +75,10 @@ impl<const D: usize> Path<D> {
             target: lagrangian.then(|| inputs[1].contour.clone()),
         };
         let count = outcome.parameters.labels.as_ref().map_or(0, Vec::len);
-        let labels: Result<Vec<_>, GeodesicError> = result
-            .components
-            .par_iter()
-            .map(|components| (0..count).map(|i| label(components, i)).collect())
-            .collect();
+        let labels: Result<Vec<_>, GeodesicError> =
+            parallel::try_map(&result.components, &|components| {
+                (0..count).map(|i| label(components, i)).collect()
+            });
         Ok(Self {
             labels: labels?,
             ..Self::of(parts, &outcome.parameters.law_spec())?
@@ -92,12 +90,9 @@ impl<const D: usize> Path<D> {
     /// # Errors
     /// As [`new`](Self::new).
     pub fn of(parts: Parts<D>, law: &LawSpec) -> Result<Self, CliError> {
-        let contours: Result<Vec<_>, GeodesicError> = parts
-            .level_sets
-            .par_iter()
-            .map(|u| Ok(contour(u, 0.0, BoxEdge::Closed)?))
-            .collect();
-        let contours = contours?;
+        let contours: Vec<_> = parallel::try_map(&parts.level_sets, &|u| {
+            contour(u, 0.0, BoxEdge::Closed).map_err(GeodesicError::from)
+        })?;
         let sizes: Result<Vec<_>, GeodesicError> = contours.iter().map(size).collect();
         let densities: Result<Vec<_>, GeodesicError> = parts
             .level_sets

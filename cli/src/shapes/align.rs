@@ -10,10 +10,9 @@
 //! Where aligned shapes then reach out of [`ROOM`], all are moved together to the middle, and, if
 //! that is not enough, made smaller by one factor, which the frames record.
 
-use fe_grid::{Grid, ScalarField};
+use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
-use rayon::prelude::*;
 use serde::Serialize;
 use shape_average::align::{RigidMotion, align_group_of_seen};
 
@@ -132,19 +131,16 @@ fn reference<const D: usize>(
     contours: &[&Contour<D>],
     whole: impl Fn(usize) -> bool,
 ) -> Result<usize, CliError> {
-    let lengths: Result<Vec<[f64; 3]>, CliError> = contours
-        .par_iter()
-        .map(|contour| {
-            let moments = Moments::of_contour(contour).map_err(failed)?;
-            let c: SMatrix<f64, D, D> = moments.covariance;
-            let square = (c * c).trace();
-            Ok([
-                moments.volume.powf(1.0 / D as f64),
-                c.trace().max(0.0).sqrt(),
-                square.sqrt().sqrt(),
-            ])
-        })
-        .collect();
+    let lengths: Result<Vec<[f64; 3]>, CliError> = parallel::try_map(contours, &|contour| {
+        let moments = Moments::of_contour(contour).map_err(failed)?;
+        let c: SMatrix<f64, D, D> = moments.covariance;
+        let square = (c * c).trace();
+        Ok([
+            moments.volume.powf(1.0 / D as f64),
+            c.trace().max(0.0).sqrt(),
+            square.sqrt().sqrt(),
+        ])
+    });
     let lengths = lengths?;
     let apart = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
         (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()

@@ -17,9 +17,8 @@ mod record;
 
 use std::path::{Path, PathBuf};
 
-use fe_grid::{Grid, ScalarField};
+use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments, signed_distance};
-use rayon::prelude::*;
 
 use crate::error::CliError;
 use crate::input::place::{FrameRule, FrameTransform, fit_frames};
@@ -99,13 +98,9 @@ pub(crate) fn prepare<const D: usize>(
     } = placed;
     progress.stage("finding boundaries");
     let paths: Vec<_> = images.iter().map(|image| image.path.as_path()).collect();
-    let inputs: Result<Vec<_>, CliError> = images
-        .par_iter()
-        .zip(&frames)
-        .zip(labels(&paths))
-        .map(|((image, frame), name)| input(image, *frame, name))
-        .collect();
-    let mut inputs = inputs?;
+    let named = images.iter().zip(&frames).zip(labels(&paths));
+    let mut inputs =
+        parallel::try_map(named, &|((image, frame), name)| input(image, *frame, name))?;
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
         align(&mut inputs, views)?;

@@ -8,9 +8,8 @@
 
 use std::borrow::Cow;
 
-use fe_grid::{Grid, ScalarField};
+use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance};
-use rayon::prelude::*;
 use shape_average::align::{RigidMotion, align_to};
 
 use super::Input;
@@ -71,16 +70,14 @@ impl<const D: usize> Pairs<D> {
         let pairs: Vec<[usize; 2]> = (0..n)
             .flat_map(|i| (i + 1..n).map(move |j| [i, j]))
             .collect();
-        let found: Vec<Result<Option<RigidMotion<D>>, CliError>> = pairs
-            .par_iter()
-            .map(|&[i, j]| {
+        let found: Vec<Result<Option<RigidMotion<D>>, CliError>> =
+            parallel::map(&pairs, &|&[i, j]| {
                 if stop() {
                     return Ok(None);
                 }
                 let aligned = align_to(&coarse[i], &coarse[j]).map_err(failed)?;
                 Ok(Some(aligned.motion))
-            })
-            .collect();
+            });
         let mut positions = Vec::with_capacity(pairs.len());
         let mut longest: f64 = 0.0;
         for (&[i, j], motion) in pairs.iter().zip(found) {

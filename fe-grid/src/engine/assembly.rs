@@ -136,7 +136,7 @@ where
     ) -> Vec<SlabResult> {
         assert_eq!(state.len(), M * self.grid.n_nodes());
         let parallel = self.grid.n_cells() >= PARALLEL_CELLS;
-        over_slabs(&self.grid, outputs, out, parallel, |slab| {
+        over_slabs(&self.grid, outputs, out, parallel, &|slab| {
             let kernel = RowKernel::<F, T, D, M, MODE> {
                 grid: &self.grid,
                 law: self.law,

@@ -5,8 +5,8 @@ use super::rows::{block_starts, first_cell, rows_of_layer};
 use super::{CellProbe, Data, MAX_CELL_DATA};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
+use crate::parallel;
 use crate::simd_level::SimdLevel;
-use rayon::prelude::*;
 
 struct ProbeKernel<'a, F, T: Element, O, const D: usize, const M: usize> {
     grid: &'a Grid<D>,
@@ -95,22 +95,19 @@ where
             by_layer[layer].push(cells);
         }
     }
-    by_layer
-        .into_par_iter()
-        .with_min_len(4096usize.div_ceil(per_layer))
-        .enumerate()
-        .for_each(|(layer, out)| {
-            T::dispatch(
-                SimdLevel::active(),
-                ProbeKernel::<F, T, O, D, M> {
-                    grid,
-                    probe,
-                    data,
-                    state,
-                    layer,
-                    out,
-                },
-            );
-        });
+    let min_len = 4096usize.div_ceil(per_layer);
+    parallel::for_each_mut(&mut by_layer, min_len, &|layer, out| {
+        T::dispatch(
+            SimdLevel::active(),
+            ProbeKernel::<F, T, O, D, M> {
+                grid,
+                probe,
+                data,
+                state,
+                layer,
+                out: std::mem::take(out),
+            },
+        );
+    });
     out
 }

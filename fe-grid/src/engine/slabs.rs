@@ -2,7 +2,7 @@
 
 use crate::grid::Grid;
 use crate::lane::Element;
-use rayon::prelude::*;
+use crate::parallel;
 use std::ops::Range;
 
 /// Layers of cells along the last axis with the node planes that they add to.
@@ -54,7 +54,7 @@ pub(crate) fn over_slabs<T: Element, R: Send, const D: usize>(
     outputs: usize,
     out: &mut [T],
     parallel: bool,
-    work: impl Fn(Slab<'_, T>) -> R + Sync,
+    work: &(dyn Fn(Slab<'_, T>) -> R + Sync),
 ) -> Vec<R> {
     let n = grid.n_nodes();
     assert_eq!(out.len(), outputs * n);
@@ -66,9 +66,9 @@ pub(crate) fn over_slabs<T: Element, R: Send, const D: usize>(
         slabs[i / outputs].top.push(top);
     }
     let results = if parallel {
-        slabs.into_par_iter().map(&work).collect()
+        parallel::map(slabs, work)
     } else {
-        slabs.into_iter().map(&work).collect()
+        slabs.into_iter().map(work).collect()
     };
     for (i, top) in tops.chunks_exact(plane).enumerate() {
         let start = i % outputs * n + layers[i / outputs].end * plane;

@@ -12,12 +12,12 @@
 
 mod lines;
 
-use rayon::prelude::*;
 use rustdct::rustfft::FftPlanner;
 
 use crate::error::GridError;
 use crate::grid::Grid;
 use crate::linear::LinearOperator;
+use crate::parallel;
 use crate::pool::Pool;
 use lines::{BATCH, Ends, LineScratch, LineTransform};
 
@@ -127,9 +127,8 @@ impl<const D: usize> SpectralSolver<D> {
     /// Transforms along all axes but the last, plane by plane.
     fn planes_forward(&self, rhs: &[f64], out: &mut [f64]) {
         let chunk = self.plane_symbols.len() * self.planes_at_once();
-        let parts = rhs.par_chunks(chunk).zip(out.par_chunks_mut(chunk));
-        parts.for_each(|(from, planes)| {
-            planes.copy_from_slice(from);
+        parallel::for_each_chunk(out, chunk, 1, &|chunk_idx, planes| {
+            planes.copy_from_slice(&rhs[chunk_idx * chunk..][..planes.len()]);
             self.scratch.with(LineScratch::default, |scratch| {
                 self.transform_planes(planes, self.forward_ends(), scratch);
             });
@@ -143,22 +142,19 @@ impl<const D: usize> SpectralSolver<D> {
         let n = self.last_symbols.len();
         let width = self.plane_symbols.len();
         let transform = &self.transforms[D - 1];
-        blocks
-            .par_chunks_mut(BATCH * n)
-            .enumerate()
-            .for_each(|(block_idx, block)| {
-                let first = block_idx * BATCH;
-                let columns = BATCH.min(width - first);
-                let block = &mut block[..columns * n];
-                for (row, plane) in block.chunks_mut(columns).zip(planes.chunks(width)) {
-                    row.copy_from_slice(&plane[first..first + columns]);
-                }
-                self.scratch.with(LineScratch::default, |scratch| {
-                    transform.columns(block, columns, self.forward_ends(), scratch);
-                    self.divide(block, &self.plane_symbols[first..first + columns]);
-                    transform.columns(block, columns, Ends::Kept, scratch);
-                });
+        parallel::for_each_chunk(blocks, BATCH * n, 1, &|block_idx, block| {
+            let first = block_idx * BATCH;
+            let columns = BATCH.min(width - first);
+            let block = &mut block[..columns * n];
+            for (row, plane) in block.chunks_mut(columns).zip(planes.chunks(width)) {
+                row.copy_from_slice(&plane[first..first + columns]);
+            }
+            self.scratch.with(LineScratch::default, |scratch| {
+                transform.columns(block, columns, self.forward_ends(), scratch);
+                self.divide(block, &self.plane_symbols[first..first + columns]);
+                transform.columns(block, columns, Ends::Kept, scratch);
             });
+        });
     }
 
     fn divide(&self, block: &mut [f64], columns: &[(f64, f64)]) {
@@ -174,23 +170,21 @@ impl<const D: usize> SpectralSolver<D> {
         let n = self.last_symbols.len();
         let width = self.plane_symbols.len();
         let at_once = self.planes_at_once();
-        out.par_chunks_mut(width * at_once)
-            .enumerate()
-            .for_each(|(chunk_idx, planes)| {
-                for (p, plane) in planes.chunks_mut(width).enumerate() {
-                    let k = chunk_idx * at_once + p;
-                    for (block, part) in blocks.chunks(BATCH * n).zip(plane.chunks_mut(BATCH)) {
-                        let columns = part.len();
-                        part.copy_from_slice(&block[k * columns..(k + 1) * columns]);
-                    }
+        parallel::for_each_chunk(out, width * at_once, 1, &|chunk_idx, planes| {
+            for (p, plane) in planes.chunks_mut(width).enumerate() {
+                let k = chunk_idx * at_once + p;
+                for (block, part) in blocks.chunks(BATCH * n).zip(plane.chunks_mut(BATCH)) {
+                    let columns = part.len();
+                    part.copy_from_slice(&block[k * columns..(k + 1) * columns]);
                 }
-                self.scratch.with(LineScratch::default, |scratch| {
-                    self.transform_planes(planes, Ends::Kept, scratch);
-                });
-                if self.boundary == Boundary::Dirichlet {
-                    self.clear_boundary(planes, chunk_idx * at_once);
-                }
+            }
+            self.scratch.with(LineScratch::default, |scratch| {
+                self.transform_planes(planes, Ends::Kept, scratch);
             });
+            if self.boundary == Boundary::Dirichlet {
+                self.clear_boundary(planes, chunk_idx * at_once);
+            }
+        });
     }
 
     /// Sets boundary values to zero: rounding leaves traces there of the lines beside them.

@@ -10,5 +10,6 @@ mod linear;
 mod minimise;
 mod multigrid;
 mod multilevel;
+mod parallel;
 mod spectral;
 mod uniform;

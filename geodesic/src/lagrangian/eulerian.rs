@@ -4,9 +4,8 @@ use super::solve::LagrangianPath;
 use crate::error::GeodesicError;
 use crate::extension::through_inverse;
 use crate::shape::on_grid;
-use fe_grid::{Field, ScalarField};
+use fe_grid::{Field, ScalarField, parallel};
 use levelset::{BoxEdge, ContourDistance, contour};
-use rayon::prelude::*;
 
 /// The level sets of all components along a path of one start domain, and the displacements of the
 /// deformations of each shape into the next.
@@ -39,13 +38,10 @@ pub(crate) fn eulerian<const D: usize>(
             .collect();
         shapes.push(moved?);
     }
-    let displacements = (0..path.displacements.len())
-        .into_par_iter()
-        .map(|k| match k {
-            0 => path.displacements[0].clone(),
-            _ => step_between(&path.displacements[k - 1], &path.displacements[k]),
-        })
-        .collect();
+    let displacements = parallel::map(0..path.displacements.len(), &|k| match k {
+        0 => path.displacements[0].clone(),
+        _ => step_between(&path.displacements[k - 1], &path.displacements[k]),
+    });
     Ok((shapes, displacements))
 }
 

@@ -20,9 +20,8 @@
 
 use crate::metric::{ElasticForm, corotational};
 use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
-use fe_grid::{Grid, GridError, LinearOperator, vector};
+use fe_grid::{Grid, GridError, LinearOperator, parallel, vector};
 use hyperelastic::Corotational;
-use rayon::prelude::*;
 
 type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 
@@ -78,24 +77,21 @@ impl<const D: usize> PathMetric<D> {
         let count = steps as f64;
         if let Some(differences) = &self.differences {
             let mut solved = vec![0.0; out.len()];
-            out.par_chunks_exact_mut(dim)
-                .zip(solved.par_chunks_exact_mut(dim))
-                .for_each(|(part, solved)| {
-                    vector::axpy(-1.0 / count, &total, part);
-                    differences.apply_into(part, solved);
-                });
+            let parts = out.chunks_exact_mut(dim).zip(solved.chunks_exact_mut(dim));
+            parallel::for_each(parts, &|(part, solved)| {
+                vector::axpy(-1.0 / count, &total, part);
+                differences.apply_into(part, solved);
+            });
             total.fill(0.0);
             for part in solved.chunks_exact(dim) {
                 vector::axpy(1.0 / count, part, &mut total);
             }
-            out.par_chunks_exact_mut(dim)
-                .zip(solved.par_chunks_exact(dim))
-                .for_each(|(out, solved)| {
-                    for (((out, s), mean), c) in out.iter_mut().zip(solved).zip(&total).zip(&common)
-                    {
-                        *out = (s - mean) / count + c / (count * count);
-                    }
-                });
+            let parts = out.chunks_exact_mut(dim).zip(solved.chunks_exact(dim));
+            parallel::for_each(parts, &|(out, solved)| {
+                for (((out, s), mean), c) in out.iter_mut().zip(solved).zip(&total).zip(&common) {
+                    *out = (s - mean) / count + c / (count * count);
+                }
+            });
         } else {
             vector::copy_into(&common, out);
         }

@@ -11,11 +11,10 @@ use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
-    Assembly, Data, Grid, GridError, ScalarField, certify_within, restrain_step, vector,
+    Assembly, Data, Grid, GridError, ScalarField, certify_within, parallel, restrain_step, vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
-use rayon::prelude::*;
 
 /// The terms of the energy, unweighted but for the time step.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -199,7 +198,7 @@ impl<const D: usize> PathObjective<D> {
         gradient: &mut [f64],
     ) -> Result<Evaluation, GeodesicError> {
         let dim = self.dim_of_step();
-        if !x.par_chunks_exact(dim).all(|u| self.admissible(u)) {
+        if !parallel::all(x.chunks_exact(dim), &|u| self.admissible(u)) {
             return Ok(Evaluation::Inadmissible);
         }
         let wanted = !gradient.is_empty();
@@ -329,13 +328,11 @@ impl<const D: usize> Objective for PathObjective<D> {
 
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), GeodesicError> {
         let dim = self.dim_of_step();
-        direction
-            .par_chunks_exact_mut(dim)
-            .zip(x.par_chunks_exact(dim))
-            .for_each(|(step, u)| {
-                let bound = self.params.min_determinant;
-                restrain_step(&self.grid, u, step, bound, self.solid.as_deref());
-            });
+        let steps = direction.chunks_exact_mut(dim);
+        parallel::for_each(steps.zip(x.chunks_exact(dim)), &|(step, u)| {
+            let bound = self.params.min_determinant;
+            restrain_step(&self.grid, u, step, bound, self.solid.as_deref());
+        });
         Ok(())
     }
 

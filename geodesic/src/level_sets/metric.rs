@@ -17,10 +17,9 @@ use crate::metric::{ElasticForm, MatchedLevel, corotational};
 use crate::shape::KnownEnds;
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
-use fe_grid::{Grid, GridError, LinearOperator, vector};
+use fe_grid::{Grid, GridError, LinearOperator, parallel, vector};
 use hyperelastic::{Corotational, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
-use rayon::prelude::*;
 
 /// A mass, relative to the stiffness, that holds inner shapes against rigid motions, to which the
 /// energy is indifferent but for what the grid makes of them.
@@ -91,15 +90,9 @@ impl<const D: usize> LevelSetMetric<D> {
             let cycle = Multigrid::new(grid, &law, cells, MultigridParams::default())?;
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };
-        let matched: Result<Vec<_>, _> = (1..=steps)
-            .into_par_iter()
-            .map(|k| make(k, parts.match_weight))
-            .collect();
-        let elastic: Result<Vec<_>, _> = (1..=steps)
-            .into_par_iter()
-            .filter(|_| steps > 1)
-            .map(|k| make(k, 0.0))
-            .collect();
+        let matched = parallel::try_map(1..=steps, &|k| make(k, parts.match_weight));
+        let moving = if steps > 1 { steps } else { 0 };
+        let elastic = parallel::try_map(1..=moving, &|k| make(k, 0.0));
         let weight = parts.match_weight * grid.cell_volume();
         Ok(Self {
             layout,
@@ -115,13 +108,11 @@ impl<const D: usize> LevelSetMetric<D> {
         let (n, steps) = (self.layout.nodes, self.layout.steps);
         out.fill(0.0);
         let (first, stride) = (self.layout.components * n, self.layout.stride());
-        out[first..]
-            .par_chunks_exact_mut(stride)
-            .zip(gradient[first..].par_chunks_exact(stride))
-            .zip(&self.matched)
-            .for_each(|((out, gradient), cycle)| {
-                cycle.apply_into(&gradient[..D * n], &mut out[..D * n]);
-            });
+        let parts = out[first..].chunks_exact_mut(stride);
+        let parts = parts.zip(gradient[first..].chunks_exact(stride));
+        parallel::for_each(parts.zip(&self.matched), &|((out, gradient), cycle)| {
+            cycle.apply_into(&gradient[..D * n], &mut out[..D * n]);
+        });
         if steps > 1 {
             let mut velocities = self.transport.transpose(gradient);
             self.velocities(&mut velocities);
@@ -145,11 +136,11 @@ impl<const D: usize> LevelSetMetric<D> {
         }
         let mut increments = vec![0.0; steps * dim];
         remove_mean(&mut forces, dim, count);
-        increments
-            .par_chunks_exact_mut(dim)
-            .zip(forces.par_chunks_exact(dim))
-            .zip(&self.elastic)
-            .for_each(|((out, force), cycle)| cycle.apply_into(force, out));
+        let parts = increments.chunks_exact_mut(dim);
+        let parts = parts.zip(forces.chunks_exact(dim)).zip(&self.elastic);
+        parallel::for_each(parts, &|((out, force), cycle)| {
+            cycle.apply_into(force, out);
+        });
         remove_mean(&mut increments, dim, count);
         let mut sum = vec![0.0; dim];
         for (v, increment) in v.chunks_exact_mut(dim).zip(increments.chunks_exact(dim)) {

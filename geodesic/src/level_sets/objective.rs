@@ -15,11 +15,11 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
-    Assembly, Data, Grid, GridError, Restrained, certify_within, restrain_together, vector,
+    Assembly, Data, Grid, GridError, Restrained, certify_within, parallel, restrain_together,
+    vector,
 };
 use hyperelastic::CompiledLaw;
 use levelset::{Arctan, Compact, Step};
-use rayon::prelude::*;
 
 /// Longest step of the minimiser, in cells.
 const LONGEST_STEP: f64 = 1.0;
@@ -179,10 +179,7 @@ impl<const D: usize> LevelSetObjective<D> {
         x: &[f64],
         gradient: &mut [f64],
     ) -> Result<Evaluation, GeodesicError> {
-        let admissible = (1..=self.layout.steps)
-            .into_par_iter()
-            .all(|k| self.admissible(x, k));
-        if !admissible {
+        if !parallel::all(1..=self.layout.steps, &|k| self.admissible(x, k)) {
             return Ok(Evaluation::Inadmissible);
         }
         gradient.fill(0.0);

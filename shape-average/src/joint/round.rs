@@ -15,10 +15,9 @@ use fe_grid::minimise::{
     Evaluation, LbfgsParams, Minimiser, Objective, Observer, Status, Stopping,
 };
 use fe_grid::transfer::prolong_into;
-use fe_grid::{Assembly, Data, Field, Grid, ScalarField};
+use fe_grid::{Assembly, Data, Field, Grid, ScalarField, parallel};
 use phasefield::Mismatch;
 use phasefield::segmentation::{AmbrosioTortorelli, Part, relax};
-use rayon::prelude::*;
 
 /// A direction that promises less than this share of the energy ends a half.
 const DECREMENT: f64 = 1e-5;
@@ -160,11 +159,9 @@ impl<const D: usize> State<D> {
         let n = grid.n_nodes();
         let average = ScalarField::from_vec(grid, self.average.clone())?;
         let (images, displacements) = (&self.images, &self.displacements);
-        let solved: Result<Vec<[usize; 2]>, AverageError> = self
-            .pairs
-            .par_iter_mut()
-            .enumerate()
-            .map(|(i, pair)| {
+        let pairs = self.pairs.iter_mut().enumerate();
+        let solved: Result<Vec<[usize; 2]>, AverageError> =
+            parallel::try_map(pairs, &|(i, pair)| {
                 let displacement = shape(displacements, i, D * n);
                 let mut coefficients = vec![images[i].as_slice()];
                 coefficients.extend(displacement.chunks_exact(n));
@@ -194,8 +191,7 @@ impl<const D: usize> State<D> {
                     *pair = told;
                 }
                 Ok(work)
-            })
-            .collect();
+            });
         for iterations in solved? {
             for (sum, more) in self.work.system_iterations.iter_mut().zip(iterations) {
                 *sum += more;

@@ -20,6 +20,7 @@ use shape_average::{AverageObjective, AverageParams, LevelShapes};
 
 use super::anchor::AnchorLaw;
 use super::flops::{Inlined, Verb, per_point};
+use crate::outcome::Outcome;
 
 /// What is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
