@@ -191,7 +191,7 @@ impl Case {
         match self.work {
             Work::Elastic(verb) => {
                 let law = LogDet::<D>::new(LameModuli::default())?;
-                let operations = per_point(&Inlined(law), verb);
+                let operations = per_point::<_, D, D>(&Inlined(law), verb);
                 // It lasts as long as the kernel, which may run until the program ends.
                 let weighted = WeightedElasticity {
                     law: Box::leak(Box::new(CompiledLaw::new(law))),
@@ -200,7 +200,7 @@ impl Case {
                 Ok(elastic::<T, _, D>(self, grid, weighted, verb, operations))
             }
             Work::Anchor(verb) => {
-                let operations = per_point(&AnchorLaw, verb);
+                let operations = per_point::<_, D, D>(&AnchorLaw, verb);
                 Ok(elastic::<T, _, D>(self, grid, AnchorLaw, verb, operations))
             }
             Work::MassStiffness => Ok(mass_stiffness::<T, D>(self, grid)),

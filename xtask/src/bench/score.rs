@@ -61,7 +61,7 @@ impl ScoreJob {
             return Err("the displacements are not of the size of the shapes".into());
         }
         let average = nodal::<D>(&self.average)?.into_vec();
-        let mut objective = AverageObjective::new(shapes, &self.params, average);
+        let mut objective = AverageObjective::new(shapes, &self.params, average)?;
         let own = energy(&objective, &x)?;
         objective.solve_average(&x)?;
         let best = energy(&objective, &x)?;
