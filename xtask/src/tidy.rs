@@ -6,12 +6,15 @@
 //! - What may panic ([`PANICS`]) stands in tests, benchmarks and examples only, or beside a comment
 //!   that says why it cannot happen.
 //! - Crates depend on each other along the arrows of `ARCHITECTURE.md` only.
+//! - Files import each other in no circle, but inside one small module ([`cycles`]).
 //! - Every crate carries the licence of the workspace.
 //! - Links between the documents lead somewhere.
 
 mod code;
+mod cycles;
 mod links;
 mod manifest;
+mod modules;
 
 use std::fmt;
 use std::fs;
@@ -95,6 +98,8 @@ fn check(root: &Path) -> io::Result<Vec<Finding>> {
     findings.extend(links::check(root)?);
     for member in &members {
         findings.extend(manifest::check_member(member, &members, &architecture));
+        let text = |path: &Path| fs::read_to_string(root.join(path)).ok();
+        findings.extend(cycles::check(Path::new(&member.folder), &text));
         let mut sources = Vec::new();
         collect_sources(&root.join(&member.folder), &mut sources)?;
         sources.sort();
