@@ -97,9 +97,9 @@ fn unknown_names_and_keys_are_refused() {
     for name in ["inverse:linear", "inverse:inverse:logdet", "", "LogDet"] {
         assert!(LawSpec::new(name, LameModuli::default()).is_err(), "{name}");
     }
-    let extra = r#"{"law":"logdet","moduli":{"lambda":1,"mu":1},"lamda":2}"#;
+    let extra = r#"{"law":"logdet","lambda":1,"mu":1,"lamda":2}"#;
     assert!(serde_json::from_str::<LawSpec>(extra).is_err());
-    let unknown = r#"{"law":"rubber","moduli":{"lambda":1,"mu":1}}"#;
+    let unknown = r#"{"law":"rubber","lambda":1,"mu":1}"#;
     assert!(serde_json::from_str::<LawSpec>(unknown).is_err());
 }
 
