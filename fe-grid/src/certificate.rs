@@ -12,9 +12,10 @@ use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::parallel;
 use crate::simd_level::SimdLevel;
+use serde::Serialize;
 
 /// What is known about the determinant of a deformation gradient.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Certificate {
     /// Whether the determinant exceeds the threshold everywhere.
     pub certified: bool,

@@ -108,7 +108,7 @@ fn at_nodes<const D: usize>(
 mod tests {
     use super::*;
     use fe_grid::tensor;
-    use hyperelastic::LogDet;
+    use hyperelastic::{LogDet, StoredEnergy};
 
     fn check<const D: usize>() {
         let grid = Grid::<D>::cube(17);

@@ -6,59 +6,83 @@ use serde::{Deserialize, Serialize};
 
 /// In which unknowns a geodesic is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
-    /// Form B: deformations of the start shape at all times. Fast; no shape along the way can have
-    /// another topology than the first.
+    /// Deformations of the start shape at all times: fast; all shapes have its topology.
     #[default]
     Lagrangian,
-    /// Form A, the notes': a level set for every shape, and deformations of each into the next.
+    /// A level set for every shape, and deformations of each into the next: shapes may merge, split,
+    /// and close their holes.
     LevelSets,
 }
 
 /// Parameters of a geodesic. All are dimensionless: the box has side one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields, default)]
 pub struct GeodesicParams {
-    /// In which unknowns.
+    /// In which unknowns the path is computed.
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub form: Form,
-    /// Steps `K` of the path.
+    /// Steps K of the path.
+    #[cfg_attr(feature = "clap", arg(short = 'K', long, value_name = "K"))]
     pub steps: usize,
-    /// Stored energy density with its moduli; its second derivative at the identity is the
+    /// Stored energy density with its Lamé parameters; its second derivative at the identity is the
     /// dissipation of the fluid.
+    #[serde(flatten)]
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub law: LawSpec,
-    /// Weight `eta_0` of the match, for a path whose dissipation is `K sum W_k`: `eta = eta_0`
-    /// for the one match of a path of one start domain, `eta = K eta_0` for each match between
-    /// level sets, so that what the boundary lags behind along the whole path does not grow
-    /// with `K`.
+    /// Weight of the match with the end shape, or of every shape with the next.
+    ///
+    /// It is that of a path whose dissipation is `K sum W_k`: the weight of the one match of a path of
+    /// one start domain, and K times the weight of each match between level sets, so that what the
+    /// boundary lags behind along the whole path does not grow with K.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub match_weight: f64,
     /// Share of the match that is measured on the end domain, between 0 and 1; paths of one start
-    /// domain only. Without any, parts of the end shape stay empty where slivers of void open up, as
-    /// the match on the start domain does not see them; a large share draws boundaries beyond the end
-    /// shape, by a sixth of a cell at 0.5.
+    /// domain only.
+    ///
+    /// Without any, parts of the end shape stay empty where slivers of void open up, as the match on
+    /// the start domain does not see them; a large share draws boundaries beyond the end shape, by a
+    /// sixth of a cell at 0.5.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "SHARE", hide_short_help = true)
+    )]
     pub deformed_share: f64,
-    /// Weight `mu` of the boundary area of the shapes; level sets only.
+    /// Weight of the boundary area of the shapes along the path; level sets only.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub area_weight: f64,
-    /// Regularisation `rho` of the area where the level set is flat.
+    /// Regularisation of the area where the level set is flat; level sets only.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub area_regularisation: f64,
-    /// Stiffness `delta` of the void under the law, relative to the object; 0 allows the void to
-    /// fold.
+    /// Stiffness of the void under the law, relative to the object; 0 allows the void to fold.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub void_stiffness: f64,
-    /// Viscosity of the void, without a barrier.
+    /// Viscosity of the void, without a barrier against folding.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub void_viscosity: f64,
-    /// Width `epsilon` of the match's step on every level, in grid spacings.
+    /// Width of the step function of the match on every level, in grid spacings.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub match_cells: f64,
     /// Half-width of the elastic indicator on every level, in grid spacings.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub indicator_cells: f64,
     /// Nodes along the longest side of the grid on which a path of level sets begins.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub flow_nodes: usize,
     /// Nodes along the longest side of the coarsest level.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub coarsest_nodes: usize,
     /// A level ends when five iterations lower the energy by less than this share of it.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
     /// Most iterations on a level.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub max_iterations: usize,
     /// Every accepted deformation has a determinant above this on the cells of the object.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub min_determinant: f64,
 }
 
@@ -111,6 +135,8 @@ impl GeodesicParams {
         }
         for (name, value) in [
             ("match_weight", self.match_weight),
+            ("area_weight", self.area_weight),
+            ("area_regularisation", self.area_regularisation),
             ("match_cells", self.match_cells),
             ("indicator_cells", self.indicator_cells),
             ("tolerance", self.tolerance),

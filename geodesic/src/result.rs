@@ -10,15 +10,17 @@ use crate::shape::{Known, Shape, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
+use serde::Serialize;
 
 /// What happened on one level of the computation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct LevelReport {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
     /// Steps of the path.
     pub steps: usize,
     /// The minimiser's record.
+    #[serde(flatten)]
     pub info: Info,
     /// Energies `W_k` of the steps at the end.
     pub step_energies: Vec<f64>,
@@ -26,24 +28,29 @@ pub struct LevelReport {
     /// the next.
     pub matches: Vec<f64>,
     /// Boundary areas of the shapes `1, ..., K`; paths of level sets only.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub areas: Vec<f64>,
     /// What was minimised, at the end.
     pub total: f64,
 }
 
 /// A discrete geodesic: shapes and the deformations between them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Geodesic<const D: usize> {
     /// Level sets `u_0, ..., u_K`, positive inside: of all matter, where there are several
     /// components.
+    #[serde(skip)]
     pub level_sets: Vec<ScalarField<f64, D>>,
     /// The level sets of the components of the shapes `0, ..., K`; nothing where there is one.
+    #[serde(skip)]
     pub components: Vec<Vec<ScalarField<f64, D>>>,
     /// Displacements of `phi_1, ..., phi_K`: `phi_k(x) = x + displacement(x)` deforms the shape
     /// `k - 1` into the shape `k`.
+    #[serde(skip)]
     pub displacements: Vec<Field<f64, D, D>>,
     /// Displacements of `psi_1, ..., psi_K`, the deformations of the start shape into every other;
     /// paths of one start domain only.
+    #[serde(skip)]
     pub motions: Vec<Field<f64, D, D>>,
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
@@ -68,6 +75,7 @@ pub struct Geodesic<const D: usize> {
     /// What happened, in order.
     pub levels: Vec<LevelReport>,
     /// Converged, or the last level's reason why not.
+    #[serde(skip)]
     pub status: Status,
 }
 

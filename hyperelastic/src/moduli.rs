@@ -7,11 +7,14 @@ use serde::{Deserialize, Serialize};
 ///
 /// Energies are dimensionless throughout, so both are plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields)]
 pub struct LameModuli {
-    /// First Lamé parameter, `>= 0`.
+    /// First Lame parameter, at least 0.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub lambda: f64,
-    /// Second Lamé parameter, the shear modulus, `> 0`.
+    /// Second Lame parameter, the shear modulus, above 0.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub mu: f64,
 }
 

@@ -161,14 +161,54 @@ impl From<LawName> for String {
     }
 }
 
-/// A law and its moduli, as a configuration states them.
+/// A law and its moduli. A configuration states them side by side: `law`, `lambda` and `mu`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(from = "Stated", into = "Stated")]
 pub struct LawSpec {
-    /// Which law.
+    /// Law of the elastic material; "inverse:..." is its inverse model.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "LAW", value_parser = law_names()))]
     pub law: LawName,
-    /// Its moduli.
+    /// Its Lamé parameters.
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub moduli: LameModuli,
+}
+
+/// The same as it is written.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Stated {
+    law: LawName,
+    lambda: f64,
+    mu: f64,
+}
+
+impl Default for Stated {
+    fn default() -> Self {
+        LawSpec::default().into()
+    }
+}
+
+impl From<Stated> for LawSpec {
+    fn from(Stated { law, lambda, mu }: Stated) -> Self {
+        let moduli = LameModuli { lambda, mu };
+        Self { law, moduli }
+    }
+}
+
+impl From<LawSpec> for Stated {
+    fn from(LawSpec { law, moduli }: LawSpec) -> Self {
+        let LameModuli { lambda, mu } = moduli;
+        Self { law, lambda, mu }
+    }
+}
+
+/// The names of all laws, as values of an option.
+#[cfg(feature = "clap")]
+fn law_names() -> impl clap::builder::TypedValueParser<Value = LawName> {
+    use clap::builder::{PossibleValuesParser, TypedValueParser};
+    let names: Vec<String> = LawName::all().map(|law| law.to_string()).collect();
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<LawName>())
 }
 
 impl LawSpec {

@@ -7,6 +7,7 @@ use crate::distance::ContourDistance;
 use crate::error::LevelsetError;
 use crate::search::{Found, PACKET};
 use crate::vector::{area_normal, norm, sub};
+use serde::Serialize;
 
 /// The maximum is found up to this share of the diameter of the first boundary.
 const TOLERANCE: f64 = 1e-6;
@@ -20,7 +21,7 @@ const RUN: usize = 64 * PACKET;
 
 /// Distances of two boundaries from each other, in the unit of their coordinates. Each is the
 /// larger one of both directions.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Hausdorff {
     /// The Hausdorff distance: the farthest that any point of one boundary, corner or not, is
     /// from the other (to 1e-6 of their diameter).

@@ -4,8 +4,10 @@
 //! E = sum_i lambda_i W_i[phi_i] + (gamma / n) sum_i F[v o phi_i, v_i] + mu_L L[v].
 //! ```
 
+use serde::Serialize;
+
 /// The terms of the functional, without their weights, and their weighted sum.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Energy {
     /// The functional: the weighted sum of the terms, without the barrier. In the rounds of a median
     /// the terms of shapes count with their shares.

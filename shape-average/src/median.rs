@@ -1,5 +1,10 @@
 //! The median: the sum of roots of the shapes' energies, by averages whose terms are reweighted.
 //!
+//! Of every shape the root is taken of all that is its own,
+//! `e_i = lambda_i W_i + gamma/n (F_i - min F_i)`: a shape that cannot be deformed onto the others
+//! would otherwise pull by its mismatch. Each term is `2 sqrt(e0) (sqrt(e_i + s^2) - s)` with
+//! `s^2 = e0/100`, smooth at zero, and of slope about one where `e_i` is the reference `e0`.
+//!
 //! The root is concave: it lies below its tangent. With terms multiplied by the slopes of the roots
 //! at the last average, the next average therefore lowers the sum of roots at least as much as its
 //! own functional, whatever that is lowered by (majorisation and minimisation).
@@ -113,7 +118,7 @@ pub(crate) fn solve<const D: usize>(
     energies.sort_unstable_by(f64::total_cmp);
     // Shapes that are all the same have no energy to refer to, and any will do.
     let middle = energies[energies.len() / 2].max(LEAST_REFERENCE);
-    roots.reference = params.mean.reference().unwrap_or(middle);
+    roots.reference = params.median_reference.unwrap_or(middle);
     // The first round begins on the coarsest level again: what the outliers have done to the mean
     // may be far from the median.
     let problem = Levels::new(levels, &arithmetic)

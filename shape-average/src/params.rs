@@ -5,55 +5,36 @@ use fe_grid::Storage;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
-/// How the functional is minimised.
+/// How the energy is minimised.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
 pub enum Solver {
-    /// The average eliminated, L-BFGS in the Gauss–Newton metric.
+    /// Limited-memory BFGS in the Gauss-Newton metric, the average eliminated.
     #[default]
     Lbfgs,
-    /// The lecture notes' alternation: solve for the average, then descend in `H^1`.
+    /// Alternating: solve for the average, then descend along the gradient in H^1.
     Descent,
 }
 
-/// What of the energies of the shapes is least.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+/// What is minimised over the energies of the shapes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
 pub enum Mean {
-    /// Their weighted sum: the average.
+    /// The weighted sum of the energies: the average.
     #[default]
     Arithmetic,
-    /// The sum of roots, which are like distances: the median, which a few shapes of another kind
-    /// move little. Of every shape the root is taken of all that is its own,
-    /// `e_i = lambda_i W_i + gamma/n (F_i - min F_i)`: a shape that cannot be deformed onto the
-    /// others would otherwise pull by its mismatch. Each term is
-    /// `2 sqrt(e0) (sqrt(e_i + s^2) - s)` with `s^2 = e0/100`, smooth at zero, and of slope about one
-    /// where `e_i` is the reference `e0`.
-    ///
-    /// It is found by rounds of averages whose terms are multiplied by the slopes at the last one,
-    /// which lower the sum of roots (the root is concave).
-    Median {
-        /// `e0`; where it is not given, the median of the `e_i` of the arithmetic mean, which is
-        /// computed first.
-        reference: Option<f64>,
-    },
-}
-
-impl Mean {
-    /// The reference energy of a median, where it is given.
-    pub(crate) fn reference(self) -> Option<f64> {
-        match self {
-            Self::Arithmetic => None,
-            Self::Median { reference } => reference,
-        }
-    }
+    /// The sum of their square roots: the median, robust to outliers.
+    Median,
 }
 
 /// What holds the deformations at the faces of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
 pub enum BoundaryCondition {
-    /// Nothing: the soft void around the object gives way.
+    /// Nothing: the faces are free.
     #[default]
     Natural,
     /// The identity.
@@ -62,47 +43,74 @@ pub enum BoundaryCondition {
 
 /// Parameters of an average. All are dimensionless: the box has side one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields, default)]
 pub struct AverageParams {
-    /// Stored energy density with its moduli.
+    /// Stored energy density with its Lamé parameters.
+    #[serde(flatten)]
+    #[cfg_attr(feature = "clap", command(flatten))]
     pub law: LawSpec,
-    /// Weight `gamma` of the mismatch.
+    /// Weight gamma of the mismatch between the shapes and the average.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub mismatch_weight: f64,
-    /// Weight `mu_L` of the length of the average's interface; `1e-4` times the mismatch weight
-    /// where it is not given.
+    /// Weight of the length of the average's boundary [default: 1e-4 times the mismatch weight].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(long))]
     pub length_weight: Option<f64>,
-    /// Stiffness `delta` of the void, relative to the object; above 0, at most 1.
+    /// Stiffness outside the objects, relative to theirs; above 0, at most 1.
+    #[cfg_attr(feature = "clap", arg(long))]
     pub void_stiffness: f64,
-    /// Interface width `epsilon` of the phase fields on every level, in grid spacings.
+    /// Width epsilon of the interfaces of the phase fields on every level, in grid spacings.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub interface_cells: f64,
-    /// Weights `lambda_i` of the shapes, not negative and of sum one; equal where not given. Shapes
-    /// of weight zero have no say in the average and are deformed onto it afterwards.
+    /// Weights of the shapes, not negative and of sum one [default: all equal]. Shapes of weight zero
+    /// do not influence the average and are deformed onto it afterwards.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "W,W,..", value_delimiter = ',')
+    )]
     pub weights: Option<Vec<f64>>,
-    /// What of the energies of the shapes is least.
+    /// Which mean of the shapes to compute.
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub mean: Mean,
-    /// How the functional is minimised.
+    /// Median only: the energy at which a shape has the influence that it has on the average
+    /// [default: the median of the energies of the shapes at their average].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "E", hide_short_help = true))]
+    pub median_reference: Option<f64>,
+    /// How the energy is minimised.
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub solver: Solver,
     /// What holds the deformations at the faces of the box.
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub boundary: BoundaryCondition,
     /// Nodes along the longest side of the coarsest level.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub coarsest_nodes: usize,
     /// A level ends when five iterations lower the energy by less than this share of what it
     /// lies above the least possible mismatch, or when the next promises less than a tenth of it.
     /// Where weights differ it is multiplied by the least weight over that of equal ones, or 0.1.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
     /// Most iterations on a level.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub max_iterations: usize,
     /// Every accepted deformation has a determinant above this on all cells; at most 0.9.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub min_determinant: f64,
-    /// Descent only: width `sigma` of the filter in the `H^1` inner product
-    /// `(.,.) + sigma^2/2 (D., D.)`, in units of the square root of the grid spacing.
+    /// Descent only: width sigma of the filter in the H^1 inner product, in units of the square root
+    /// of the grid spacing.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub filter_width: f64,
     /// Descent only: gradient steps for each shape between two solves for the average.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub descent_steps: usize,
     /// Where the vectors of the minimiser are kept. In a folder, shapes are worked on one after
     /// the other, and the metric of each is made anew whenever it is applied. No result depends
     /// on it.
     #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub storage: Storage,
 }
 
@@ -116,6 +124,7 @@ impl Default for AverageParams {
             interface_cells: 2.0,
             weights: None,
             mean: Mean::default(),
+            median_reference: None,
             solver: Solver::default(),
             boundary: BoundaryCondition::default(),
             coarsest_nodes: 9,
@@ -165,11 +174,8 @@ impl AverageParams {
         positive("tolerance", self.tolerance)?;
         positive("min_determinant", self.min_determinant)?;
         positive("filter_width", self.filter_width)?;
-        if let Mean::Median {
-            reference: Some(reference),
-        } = self.mean
-        {
-            positive("reference", reference)?;
+        if let Some(reference) = self.median_reference {
+            positive("median_reference", reference)?;
         }
         let within = |name, expected, value: f64, bound: f64| {
             if value <= bound {

@@ -6,9 +6,10 @@ use crate::level::LevelShapes;
 use fe_grid::minimise::{Evaluations, LevelInfo, Status};
 use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify, parallel};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
+use serde::Serialize;
 
 /// What happened on one level.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LevelReport {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
@@ -35,23 +36,30 @@ pub struct LevelReport {
 }
 
 /// The average of a number of shapes, on the finest level.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct AverageResult<const D: usize> {
     /// The average phase field `v`.
+    #[serde(skip)]
     pub average: ScalarField<f64, D>,
     /// Where the average object is: 1 inside, 0 outside. The weighted majority of the indicators
     /// of the shapes, pushed forward by their deformations; in a median each votes with its share.
+    #[serde(skip)]
     pub average_mask: ScalarField<f64, D>,
     /// The weighted mean of those indicators, whose level 1/2 is the boundary of the average.
+    #[serde(skip)]
     pub average_indicator: ScalarField<f64, D>,
     /// Displacements `u_i`, `phi_i(x) = x + u_i(x)` maps shape `i` to the average.
+    #[serde(skip)]
     pub displacements: Vec<Field<f64, D, D>>,
     /// Signed distances of the shapes pushed forward, `d_i o phi_i^{-1}`: their zero levels are
     /// the shapes' boundaries seen in the average.
+    #[serde(skip)]
     pub pushed: Vec<ScalarField<f64, D>>,
     /// The weights of what was seen of the shapes, pushed forward; none where everything was.
+    #[serde(skip)]
     pub pushed_seen: Vec<ScalarField<f64, D>>,
     /// Phase fields and indicators of the shapes.
+    #[serde(skip)]
     pub shapes: LevelShapes<D>,
     /// The terms of the functional.
     pub energy: Energy,
@@ -65,10 +73,13 @@ pub struct AverageResult<const D: usize> {
     /// What happened on each level, coarsest first.
     pub levels: Vec<LevelReport>,
     /// Of a median the sum of roots before the first and after every round; empty otherwise.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rounds: Vec<f64>,
     /// Converged, or the first level's reason why not.
+    #[serde(skip)]
     pub status: Status,
     /// Wall time.
+    #[serde(rename = "solver_seconds")]
     pub seconds: f64,
 }
 

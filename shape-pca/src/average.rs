@@ -141,7 +141,7 @@ impl<const D: usize> Average<D> {
             displacement: &self.rest,
             indicator,
         };
-        if !params.prestressed {
+        if params.at_rest {
             return (
                 vec![at_rest(1.0, self.object.as_slice())],
                 params.void_stiffness,

@@ -4,6 +4,16 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PcaError {
+    /// A parameter that is out of range.
+    #[error("{name} = {value} is not usable: {expected} is needed")]
+    Parameter {
+        /// Name of the parameter.
+        name: &'static str,
+        /// What is allowed.
+        expected: &'static str,
+        /// What was given.
+        value: f64,
+    },
     /// Fewer than two shapes.
     #[error("modes of variation need at least two shapes, found {found}")]
     TooFewShapes {

@@ -7,9 +7,10 @@
 
 use fe_grid::vector::{axpy, copy_into, dot, norm, scale_add};
 use nalgebra::{DMatrix, SymmetricEigen};
+use serde::Serialize;
 
 /// How a linear problem was solved.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SolveReport {
     /// Iterations, one application of the operator each.
     pub iterations: usize,

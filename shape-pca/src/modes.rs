@@ -2,6 +2,7 @@
 
 use crate::error::PcaError;
 use nalgebra::{DMatrix, SymmetricEigen};
+use serde::Serialize;
 
 /// Eigenvalues, and modes as combinations of the training displacements.
 ///
@@ -9,7 +10,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 /// ones `g(u_i, u_j)/n`; `C = O Lambda O^T`. The modes `y_j = sum_i sqrt(lambda_i) O_ij u_i /
 /// sqrt(Lambda_j)` are orthonormal. The sign of a mode is such that the largest training score is
 /// positive.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Modes {
     /// All eigenvalues, the largest first; of centred displacements at least one is zero, up to
     /// rounding.
@@ -94,7 +95,7 @@ fn leading_sign(column: &[f64], weights: &[f64]) -> f64 {
 }
 
 /// Where a shape lies among the modes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scores {
     /// In standard deviations, one a mode.
     pub scores: Vec<f64>,

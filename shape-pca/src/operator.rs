@@ -36,6 +36,7 @@ impl<const D: usize> Compound<D> {
     /// # Errors
     /// Those of the law and of the grid layer.
     pub fn new(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
+        params.check()?;
         let grid = *average.grid();
         let (sources, void_stiffness) = average.compound_sources(params);
         let all = Derivatives::Hessian;

@@ -1,56 +1,122 @@
 //! Parameters of an analysis.
 
+use crate::PcaError;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
-/// The inner product `g` of displacements.
+/// The inner product of displacements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
 pub enum Metric {
-    /// `int_O u . v`.
+    /// The integral of `u . v` over the average object.
     #[default]
     L2,
-    /// `sum_i lambda_i int W_,AA[Dphi_i] D(u o phi_i) : D(v o phi_i)`: what is hard to deform
-    /// counts more. Not `int C e[u] : e[v]`: under prestress the two differ.
+    /// The second variation of the elastic energy: stiff parts count more.
+    //
+    // `sum_i lambda_i int W_,AA[Dphi_i] D(u o phi_i) : D(v o phi_i)`, not `int C e[u] : e[v]`: under
+    // prestress the two differ.
     Hessian,
 }
 
 /// Parameters of an analysis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(deny_unknown_fields, default)]
 pub struct PcaParams {
-    /// Stored energy density of the average.
+    /// Stored energy density of the average; written only where it is not the usual one.
+    #[serde(flatten, skip_serializing_if = "is_default")]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub law: LawSpec,
-    /// Stiffness of the void of the average, relative to the object.
+    /// Stiffness of the void of the average, relative to the object; written only where it is not
+    /// the usual one.
+    #[serde(skip_serializing_if = "is_usual_stiffness")]
+    #[cfg_attr(feature = "clap", arg(skip = USUAL_STIFFNESS))]
     pub void_stiffness: f64,
     /// Inner product of displacements.
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub metric: Metric,
-    /// Whether the compound object is under the stresses of all deformations, as the theory has
-    /// it; otherwise it is the same law at rest, under the same loads.
-    pub prestressed: bool,
-    /// Whether the void around the object is at rest. Left as the deformations leave it, it is in
-    /// places compressed to next to nothing, with a tangent that is indefinite and large and a
-    /// stress that pushes the object, although it is only a device. The theory knows the object
-    /// alone; a void at rest holds what the deformations of the object leave free.
+    /// Take the average object at rest, without the stresses of the deformations in it, but under the
+    /// same loads.
+    #[cfg_attr(feature = "clap", arg(long))]
+    pub at_rest: bool,
+    /// Take the void around the object at rest.
+    ///
+    /// Left as the deformations leave it, it is in places compressed to next to nothing, with a
+    /// tangent that is indefinite and large and a stress that pushes the object, although it is only
+    /// a device. The theory knows the object alone; a void at rest holds what the deformations of
+    /// the object leave free.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub void_at_rest: bool,
     /// Linear problems are solved until the residual is this share of the load.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
     /// Most iterations of a linear solve.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub max_iterations: usize,
     /// Eigenvalues below this share of the first are zero.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "SHARE", hide_short_help = true)
+    )]
     pub zero_eigenvalue: f64,
+}
+
+/// The stiffness of the void of an average where nothing else is said.
+const USUAL_STIFFNESS: f64 = 1e-4;
+
+fn is_default(law: &LawSpec) -> bool {
+    *law == LawSpec::default()
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_usual_stiffness(stiffness: &f64) -> bool {
+    *stiffness == USUAL_STIFFNESS
 }
 
 impl Default for PcaParams {
     fn default() -> Self {
         Self {
             law: LawSpec::default(),
-            void_stiffness: 1e-4,
+            void_stiffness: USUAL_STIFFNESS,
             metric: Metric::default(),
-            prestressed: true,
+            at_rest: false,
             void_at_rest: true,
             tolerance: 1e-9,
             max_iterations: 2000,
             zero_eigenvalue: 1e-10,
         }
+    }
+}
+
+impl PcaParams {
+    /// Checks all values.
+    ///
+    /// # Errors
+    /// [`PcaError::Parameter`] with what was found.
+    pub fn check(&self) -> Result<(), PcaError> {
+        let bad = |name, expected, value| {
+            Err(PcaError::Parameter {
+                name,
+                expected,
+                value,
+            })
+        };
+        for (name, value) in [
+            ("void_stiffness", self.void_stiffness),
+            ("tolerance", self.tolerance),
+            ("zero_eigenvalue", self.zero_eigenvalue),
+        ] {
+            if !(value > 0.0 && value.is_finite()) {
+                return bad(name, "a positive number", value);
+            }
+        }
+        if self.void_stiffness > 1.0 {
+            return bad("void_stiffness", "at most 1", self.void_stiffness);
+        }
+        if self.max_iterations == 0 {
+            return bad("max_iterations", "at least 1", 0.0);
+        }
+        Ok(())
     }
 }

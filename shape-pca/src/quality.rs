@@ -8,12 +8,13 @@ use crate::error::PcaError;
 use crate::modes::{Modes, Scores};
 use crate::random::Normal;
 use nalgebra::DMatrix;
+use serde::Serialize;
 
 /// Shapes drawn at random for the specificity.
 const SAMPLES: usize = 2000;
 
 /// Compactness, generalisation and specificity.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Quality {
     /// Share of the variance in the first `m` modes, `m = 1, 2, ...`.
     pub compactness: Vec<f64>,

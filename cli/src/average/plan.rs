@@ -176,7 +176,7 @@ impl Parameters {
             boundary: boundary_condition(self.boundary),
             mean: match self.mean {
                 Mean::Arithmetic => shape_average::Mean::Arithmetic,
-                Mean::Median => shape_average::Mean::Median { reference: None },
+                Mean::Median => shape_average::Mean::Median,
             },
             ..AverageParams::default()
         }

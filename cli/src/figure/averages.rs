@@ -96,7 +96,7 @@ pub(super) fn median<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
     )?;
     let mean = scene.average("mean of all", |_| ())?;
     let median = scene.average("median of all", |params| {
-        params.mean = Mean::Median { reference: None };
+        params.mean = Mean::Median;
     })?;
     let truth = outline(&alone)?;
     let mut table = Table::new(&columns(&["average"], &["distance to the clean mean"]));

@@ -158,7 +158,7 @@ fn analyse<const D: usize>(
         law: params.law,
         void_stiffness: params.void_stiffness,
         metric: kind.metric,
-        prestressed: kind.prestressed,
+        at_rest: !kind.prestressed,
         ..PcaParams::default()
     };
     let compound = Compound::new(&average, &own)?;

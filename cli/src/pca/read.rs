@@ -213,7 +213,7 @@ impl<const D: usize> GivenAverage<D> {
                 Metric::L2 => shape_pca::Metric::L2,
                 Metric::Hessian => shape_pca::Metric::Hessian,
             },
-            prestressed: !at_rest,
+            at_rest,
             tolerance,
             ..PcaParams::default()
         }

@@ -95,7 +95,7 @@ impl PcaRecord {
             n_shapes: given.average.n_shapes(),
             weights: weights.to_vec(),
             metric: outcome.args.metric,
-            prestressed: pca.space.params.prestressed,
+            prestressed: !pca.space.params.at_rest,
             tolerance: pca.space.params.tolerance,
             void_stiffness: pca.space.params.void_stiffness,
             n_modes: pca.modes.rank(),

@@ -1,8 +1,11 @@
 //! What a minimiser reports.
 
+use serde::Serialize;
+
 /// How a minimisation ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
+#[serde(rename_all = "snake_case")]
 pub enum Status {
     /// The gradient is as small as asked.
     GradientTolerance,
@@ -28,7 +31,7 @@ impl Status {
 }
 
 /// How often the parts of an objective were called.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Evaluations {
     /// Energies without gradient.
     pub values: usize,
@@ -60,7 +63,7 @@ impl std::ops::AddAssign for Evaluations {
 }
 
 /// The record of a minimisation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Info {
     /// How it ended.
     pub status: Status,

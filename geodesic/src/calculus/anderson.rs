@@ -17,6 +17,7 @@ use crate::error::GeodesicError;
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer};
 use fe_grid::vector::{add_scaled_into, axpy, copy_into, dot, norm, scale};
 use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
 use std::collections::VecDeque;
 
 /// Differences whose part that is new is below this share do not count.
@@ -43,8 +44,9 @@ pub(super) trait Correction {
 }
 
 /// How an equation ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
+#[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
     /// The correction is as small as asked.
     Converged,

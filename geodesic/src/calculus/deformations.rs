@@ -8,13 +8,14 @@ use crate::error::GeodesicError;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{add_scaled_into, axpy, copy_into, norm, scale};
 use fe_grid::{Field, LinearOperator, ScalarField};
+use serde::Serialize;
 
 /// A solution is taken where the correction that is left is at most this share of the step, even
 /// if that is not what was asked for.
 const ACCEPTED: f64 = 1e-3;
 
 /// What happened when one point of a geodesic was looked for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SolveReport {
     /// How it ended.
     pub status: SolveStatus,

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CalculusParams {
-    /// Stored energy density with its moduli.
+    /// Stored energy density with its Lamé parameters.
+    #[serde(flatten)]
     pub law: LawSpec,
     /// Stiffness of the void under the law, relative to the object; 0 allows the void to fold.
     pub void_stiffness: f64,

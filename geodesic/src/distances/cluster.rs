@@ -6,6 +6,7 @@ use super::matrix::DistanceMatrix;
 
 /// What the distance of two clusters is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Linkage {
     /// That of their nearest members.

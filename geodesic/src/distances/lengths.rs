@@ -1,6 +1,7 @@
 //! Lengths of the paths from every object to every other, as far as they are known.
 
 use super::matrix::{DistanceError, DistanceMatrix};
+use serde::Serialize;
 
 /// Lengths of directed paths between `n` objects. A path that was not computed, or that did not
 /// reach its end, has none.
@@ -12,7 +13,7 @@ pub struct PathLengths {
 
 /// How unequal the two directions are: `|L_ij - L_ji|` over the mean of the two, for all pairs of
 /// which both are known.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Asymmetry {
     /// Pairs.
     pub pairs: usize,

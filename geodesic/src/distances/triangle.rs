@@ -1,10 +1,12 @@
 //! Where the triangle inequality fails.
 
+use serde::Serialize;
+
 /// Excesses up to this share are rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// Triangles among objects, and those of which one side is longer than the other two together.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TriangleReport {
     /// Triangles whose three sides are known.
     pub count: usize,

@@ -2,6 +2,7 @@
 
 use super::params::Weights;
 use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, Jet, Lane, Point, Reads};
+use serde::Serialize;
 
 /// The density `alpha (u - u0)^2 + beta (v^2 + k) |grad u|^2 + nu (eps |grad v|^2 + (v - 1)^2 /
 /// (4 eps))`, with coefficient 0 the image `u0`.
@@ -16,7 +17,7 @@ pub struct AmbrosioTortorelli {
 }
 
 /// The terms of the energy, with their weights.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SegmentationEnergy {
     /// The sum of the others.
     pub total: f64,

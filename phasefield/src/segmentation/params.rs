@@ -2,9 +2,11 @@
 
 use crate::error::PhaseFieldError;
 use crate::profile::positive;
+use serde::{Deserialize, Serialize};
 
 /// The weights of the three terms.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Weights {
     /// `alpha`, of the difference to the image.
     pub fidelity: f64,
@@ -14,7 +16,22 @@ pub struct Weights {
     pub edges: f64,
 }
 
+impl Default for Weights {
+    /// Those for a length of .02, a contrast of .2 and `nu = 1`.
+    fn default() -> Self {
+        Self {
+            fidelity: 2500.0,
+            smoothness: 1.0,
+            edges: 1.0,
+        }
+    }
+}
+
 impl Weights {
+    fn are_default(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// The weights for which a jump of height `contrast` is just worth an edge, in the limit of a
     /// thin interface, and the image is smooth over `length` elsewhere:
     ///
@@ -46,32 +63,41 @@ impl Weights {
 }
 
 /// Parameters of a segmentation. Lengths are those of the grid's coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::Args))]
+#[serde(deny_unknown_fields, default)]
 pub struct SegmentationParams {
     /// `alpha`, `beta` and `nu`. By default those of [`Weights::for_scales`] for a length of .02,
     /// a contrast of .2 and `nu = 1`: images with values from 0 to 1, and boxes of side one.
+    /// They are written only where they are not these.
+    #[serde(skip_serializing_if = "Weights::are_default")]
+    #[cfg_attr(feature = "clap", arg(skip))]
     pub weights: Weights,
-    /// Interface width `eps` on every level, in grid spacings.
+    /// Width eps of the interfaces on every level, in grid spacings.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub interface_cells: f64,
-    /// `k_eps / eps^2`: an edge conducts a little, and less than its width, `k_eps = o(eps)`,
-    /// without which the energy is not coercive.
+    /// Conductance k of an edge, as a share of eps^2: an edge conducts a little, and less than its
+    /// width, without which the energy is not coercive.
+    #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub edge_conductance: f64,
-    /// A level ends when solving both systems lowers the energy by less than this share of it.
+    /// A level ends when solving both linear systems lowers the energy by less than this share of it.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
-    /// Most alternations on a level.
+    /// Most alternations of the two linear systems on a level.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_name = "N", alias = "max-alternations")
+    )]
     pub max_iterations: usize,
     /// Nodes along the longest side of the coarsest level.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub coarsest_nodes: usize,
 }
 
 impl Default for SegmentationParams {
     fn default() -> Self {
         Self {
-            weights: Weights {
-                fidelity: 2500.0,
-                smoothness: 1.0,
-                edges: 1.0,
-            },
+            weights: Weights::default(),
             interface_cells: 2.0,
             edge_conductance: 1.0,
             tolerance: 1e-5,

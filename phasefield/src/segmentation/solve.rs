@@ -9,9 +9,10 @@ use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, LevelProblem, Observer, Status, minimise_levels};
 use fe_grid::transfer::{prolong_into, restrict_into};
 use fe_grid::{Buffer, Field, Grid, ScalarField};
+use serde::Serialize;
 
 /// What happened on one level.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SegmentationLevel {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,

@@ -3,9 +3,11 @@
 use crate::error::AverageError;
 use crate::params::{AverageParams, BoundaryCondition};
 use phasefield::segmentation::SegmentationParams;
+use serde::{Deserialize, Serialize};
 
 /// Parameters of segmentation and averaging at the same time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
 pub struct JointParams {
     /// Law, mismatch, length, boundary and the width of the interfaces. The object being the whole
     /// box, the stiffness of a void is not used; nor are the solver and the weights of shapes. By

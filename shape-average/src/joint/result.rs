@@ -4,9 +4,10 @@ use crate::energy::Energy;
 use fe_grid::minimise::Status;
 use fe_grid::{Certificate, Field, ScalarField};
 use phasefield::segmentation::SegmentationEnergy;
+use serde::Serialize;
 
 /// The terms of the energy.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct JointEnergy {
     /// The energy, without the barrier against folding.
     pub total: f64,
@@ -24,7 +25,7 @@ impl JointEnergy {
 }
 
 /// What happened on one level.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointLevel {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
@@ -49,27 +50,35 @@ pub struct JointLevel {
 }
 
 /// The joint average of a number of images, on the finest level.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct JointResult<const D: usize> {
     /// The average phase field `v`: 0 on the edges of the average.
+    #[serde(skip)]
     pub average: ScalarField<f64, D>,
     /// The average image, the mean of `u_i o phi_i^-1` over all images that reach a point.
+    #[serde(skip)]
     pub average_image: ScalarField<f64, D>,
     /// The smoothed images `u_i`.
+    #[serde(skip)]
     pub images: Vec<ScalarField<f64, D>>,
     /// Their phase fields `v_i`.
+    #[serde(skip)]
     pub phase_fields: Vec<ScalarField<f64, D>>,
     /// Displacements; `phi_i(x) = x + u_i(x)` maps image `i` to the average.
+    #[serde(skip)]
     pub displacements: Vec<Field<f64, D, D>>,
     /// The smoothed images pushed forward, `u_i o phi_i^-1`.
+    #[serde(skip)]
     pub pushed: Vec<ScalarField<f64, D>>,
     /// What happened on each level, coarsest first.
     pub levels: Vec<JointLevel>,
     /// Converged, or the first level's reason why not.
+    #[serde(skip)]
     pub status: Status,
     /// The worst deformation: certified where the determinant is positive on all cells of all.
     pub certificate: Certificate,
     /// Wall time.
+    #[serde(rename = "solver_seconds")]
     pub seconds: f64,
 }
 

@@ -121,7 +121,7 @@ fn medians_and_followers_take_a_start() {
     ];
     let usual = average(&shapes, &AverageParams::default(), &mut Silent).unwrap();
     let median = AverageParams {
-        mean: Mean::Median { reference: None },
+        mean: Mean::Median,
         ..AverageParams::default()
     };
     let found = go_on(&shapes, &usual, &median);

@@ -95,10 +95,7 @@ fn a_median_is_moved_little_by_a_few_others() {
         };
         radius(&run(&shapes, &params))
     };
-    let (arithmetic, median) = (
-        mean(Mean::Arithmetic) - 0.2,
-        mean(Mean::Median { reference: None }) - 0.2,
-    );
+    let (arithmetic, median) = (mean(Mean::Arithmetic) - 0.2, mean(Mean::Median) - 0.2);
     assert!(arithmetic > 0.02, "{arithmetic}");
     assert!(median.abs() < arithmetic / 3.0, "{median} {arithmetic}");
 }
@@ -121,7 +118,7 @@ fn a_median_gives_little_to_shapes_of_another_kind() {
     let truth = run(&clean, &alone);
     let mean = run(&all, &AverageParams::default());
     let params = AverageParams {
-        mean: Mean::Median { reference: None },
+        mean: Mean::Median,
         ..AverageParams::default()
     };
     let median = run(&all, &params);
@@ -143,7 +140,7 @@ fn equal_shapes_are_their_median() {
     let grid = Grid::<2>::dyadic(5);
     let shapes = vec![bar(grid, 118.0, 0.0); 3];
     let params = AverageParams {
-        mean: Mean::Median { reference: None },
+        mean: Mean::Median,
         ..AverageParams::default()
     };
     let result = run(&shapes, &params);

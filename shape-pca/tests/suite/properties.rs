@@ -212,7 +212,7 @@ fn modes_are_what_they_should_be() {
         ..params
     };
     let at_rest = PcaParams {
-        prestressed: false,
+        at_rest: true,
         ..params
     };
     let average = three(Grid::<2>::dyadic(4));

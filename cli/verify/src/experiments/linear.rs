@@ -80,7 +80,7 @@ fn params(prestressed: bool) -> PcaParams {
     PcaParams {
         void_at_rest: false,
         void_stiffness: VOID,
-        prestressed,
+        at_rest: !prestressed,
         ..PcaParams::default()
     }
 }
