@@ -8,6 +8,7 @@ mod json;
 pub mod matrix;
 pub mod npy;
 pub(crate) mod plot;
+pub(crate) mod png;
 pub mod pvd;
 pub mod steps;
 pub mod stl;
