@@ -1,6 +1,8 @@
 //! One report for everything that can go wrong, and the exit code that goes with it.
 
-use std::io::Write;
+use std::borrow::Cow;
+use std::error::Error;
+use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -28,20 +30,17 @@ impl From<Exit> for ExitCode {
 }
 
 /// Why a command ended early.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CliError {
     /// An input cannot be used.
     #[error(transparent)]
-    #[diagnostic(transparent)]
     Input(#[from] InputError),
     /// An output cannot be written.
     #[error(transparent)]
-    #[diagnostic(transparent)]
     Output(#[from] OutputError),
     /// Fewer inputs than a command needs.
     #[error("'{command}' needs at least {needed} masks, found {found}")]
-    #[diagnostic(help("name the mask files after the command"))]
     TooFewInputs {
         /// The command.
         command: &'static str,
@@ -52,7 +51,6 @@ pub enum CliError {
     },
     /// Weights of the wrong number.
     #[error("--weights has {found} numbers for {expected} masks")]
-    #[diagnostic(help("give one weight for each mask, in the same order, or leave --weights out"))]
     WeightCount {
         /// Masks.
         expected: usize,
@@ -61,7 +59,6 @@ pub enum CliError {
     },
     /// Weights that do not add up to 1.
     #[error("the weights add up to {sum}, not to 1")]
-    #[diagnostic(help("{}", normalised_help(normalised)))]
     WeightSum {
         /// Their sum.
         sum: f64,
@@ -70,9 +67,6 @@ pub enum CliError {
     },
     /// Classes that are not known.
     #[error("--classes {source_name} cannot be used: {reason}")]
-    #[diagnostic(help(
-        "give 'folder', 'prefix', or a file with a line 'file,class' for every mask"
-    ))]
     Classes {
         /// What was given.
         source_name: String,
@@ -81,9 +75,6 @@ pub enum CliError {
     },
     /// A run that was begun with other parameters or inputs.
     #[error("'{}' was begun with other parameters or inputs: {differences}", path.display())]
-    #[diagnostic(help(
-        "repeat that command to go on with it, choose another name after -o, or remove the folder"
-    ))]
     OtherWork {
         /// The folder.
         path: PathBuf,
@@ -92,7 +83,6 @@ pub enum CliError {
     },
     /// An option that is out of its range.
     #[error("{option} {value} is not allowed")]
-    #[diagnostic(help("{remedy}"))]
     Option {
         /// The option.
         option: &'static str,
@@ -103,7 +93,6 @@ pub enum CliError {
     },
     /// A law that does not exist for the moduli.
     #[error("--law {law} cannot be used: {source}")]
-    #[diagnostic(help("change --lambda or --mu, or choose another law; logdet takes all of them"))]
     Law {
         /// The law.
         law: String,
@@ -112,7 +101,6 @@ pub enum CliError {
     },
     /// A shape that no node of the grid sees.
     #[error("no node of {nodes} a side lies inside the object of '{}'", path.display())]
-    #[diagnostic(help("ask for a finer grid with --grid, or crop the image to the object"))]
     LostOnGrid {
         /// The file.
         path: PathBuf,
@@ -121,7 +109,6 @@ pub enum CliError {
     },
     /// An input without a usable boundary.
     #[error("'{}' has no usable boundary: {source}", path.display())]
-    #[diagnostic(help("check the mask: the object must be a region brighter than 1/2"))]
     Shape {
         /// The file.
         path: PathBuf,
@@ -130,21 +117,12 @@ pub enum CliError {
     },
     /// The average cannot be computed.
     #[error("the average cannot be computed: {0}")]
-    #[diagnostic(help(
-        "try --mismatch-weight .1 or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
-    ))]
     Average(shape_average::AverageError),
     /// The geodesic cannot be computed.
     #[error("the geodesic cannot be computed: {0}")]
-    #[diagnostic(help(
-        "try a finer --grid or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
-    ))]
     Geodesic(#[from] geodesic::GeodesicError),
     /// A directory that is not that of a geodesic that can be gone on from.
     #[error("'{}' is no geodesic that can be gone on from: {reason}", path.display())]
-    #[diagnostic(help(
-        "name a directory that `shapespace geodesic` has written, with --form lagrangian"
-    ))]
     NoGeodesic {
         /// The directory.
         path: PathBuf,
@@ -153,17 +131,12 @@ pub enum CliError {
     },
     /// The modes of variation cannot be computed.
     #[error("the modes of variation cannot be computed: {0}")]
-    #[diagnostic(help(
-        "see that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
-    ))]
     Pca(#[from] shape_pca::PcaError),
     /// Ctrl-C before anything was whole.
     #[error("stopped before the figure was done; nothing has been written")]
-    #[diagnostic(help("run it again; a smaller --grid takes less time"))]
     Stopped,
     /// A directory that is not what a command goes on from.
     #[error("'{}' is no result of `shapespace {command}`: {reason}", path.display())]
-    #[diagnostic(help("name a directory that `shapespace {command}` has written"))]
     NoResult {
         /// The directory.
         path: PathBuf,
@@ -174,7 +147,6 @@ pub enum CliError {
     },
     /// A variation that does not fit a geodesic.
     #[error("'{}' is no variation of the geodesic's first shape: it {reason}", path.display())]
-    #[diagnostic(help("draw it over the first mask, in an image of the same size"))]
     Variation {
         /// The file.
         path: PathBuf,
@@ -183,13 +155,9 @@ pub enum CliError {
     },
     /// There is no room for temporary files.
     #[error("{0}")]
-    #[diagnostic(help(
-        "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
-    ))]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
     #[error("--memory {} is too little for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
-    #[diagnostic(help("allow more, or ask for a coarser --grid"))]
     Memory {
         /// What is allowed.
         limit: u64,
@@ -202,7 +170,6 @@ pub enum CliError {
     },
     /// A computation failed.
     #[error("{message}")]
-    #[diagnostic(help("{remedy}"))]
     Computation {
         /// What failed.
         message: String,
@@ -237,12 +204,12 @@ impl From<fe_grid::GridError> for CliError {
     }
 }
 
-fn normalised_help(normalised: &[f64]) -> String {
+fn normalised_help(normalised: &[f64]) -> Cow<'static, str> {
     if normalised.is_empty() {
         return "weights must not be negative and must add up to 1".into();
     }
     let numbers: Vec<String> = normalised.iter().map(|w| format!("{w:.6}")).collect();
-    format!("divided by their sum they are {}", numbers.join(","))
+    format!("divided by their sum they are {}", numbers.join(",")).into()
 }
 
 impl CliError {
@@ -262,22 +229,71 @@ impl CliError {
         }
     }
 
-    /// Writes the report to standard error. Paths are never broken across lines.
-    pub fn report(&self) {
-        let theme = if std::io::IsTerminal::is_terminal(&std::io::stderr()) {
-            miette::GraphicalTheme::unicode()
-        } else {
-            miette::GraphicalTheme::unicode_nocolor()
+    /// What to do about it.
+    pub fn help(&self) -> Cow<'_, str> {
+        let text = match self {
+            Self::Input(error) => error.help(),
+            Self::Output(error) => error.help(),
+            Self::Option { remedy, .. } | Self::Computation { remedy, .. } => remedy,
+            Self::WeightSum { normalised, .. } => return normalised_help(normalised),
+            Self::NoResult { command, .. } => {
+                return format!("name a directory that `shapespace {command}` has written").into();
+            }
+            Self::TooFewInputs { .. } => "name the mask files after the command",
+            Self::WeightCount { .. } => {
+                "give one weight for each mask, in the same order, or leave --weights out"
+            }
+            Self::Classes { .. } => {
+                "give 'folder', 'prefix', or a file with a line 'file,class' for every mask"
+            }
+            Self::OtherWork { .. } => {
+                "repeat that command to go on with it, choose another name after -o, or remove the folder"
+            }
+            Self::Law { .. } => {
+                "change --lambda or --mu, or choose another law; logdet takes all of them"
+            }
+            Self::LostOnGrid { .. } => {
+                "ask for a finer grid with --grid, or crop the image to the object"
+            }
+            Self::Shape { .. } => "check the mask: the object must be a region brighter than 1/2",
+            Self::Average(_) => {
+                "try --mismatch-weight .1 or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
+            }
+            Self::Geodesic(_) => {
+                "try a finer --grid or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
+            }
+            Self::NoGeodesic { .. } => {
+                "name a directory that `shapespace geodesic` has written, with --form lagrangian"
+            }
+            Self::Pca(_) => {
+                "see that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
+            }
+            Self::Stopped => "run it again; a smaller --grid takes less time",
+            Self::Variation { .. } => "draw it over the first mask, in an image of the same size",
+            Self::Spill(_) => {
+                "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
+            }
+            Self::Memory { .. } => "allow more, or ask for a coarser --grid",
         };
-        let handler = miette::GraphicalReportHandler::new_themed(theme)
-            .with_width(100)
-            .with_break_words(false)
-            .with_links(false);
-        let mut text = String::new();
-        if handler.render_report(&mut text, self).is_err() {
-            text = self.to_string();
+        text.into()
+    }
+
+    /// Writes the report to standard error: what is wrong, its causes, and what to do.
+    pub fn report(&self) {
+        let mut stderr = std::io::stderr();
+        let [red, cyan, plain] = if stderr.is_terminal() {
+            ["\x1b[31m", "\x1b[36m", "\x1b[0m"]
+        } else {
+            [""; 3]
+        };
+        let mut lines = vec![format!("  {red}×{plain} {self}")];
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            lines.push(format!("  {red}╰─▶{plain} {error}"));
+            cause = error.source();
         }
+        lines.push(format!("  {cyan}help:{plain} {}", self.help()));
         // Nothing is left to be done where standard error itself cannot be written.
-        let _ = writeln!(std::io::stderr(), "{}", text.trim_end());
+        let _ = writeln!(stderr, "{}", lines.join("\n"));
     }
 }

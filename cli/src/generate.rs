@@ -1,11 +1,10 @@
 //! `shapespace generate`: the options, and the files they make.
 
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use fe_grid::{Grid, ScalarField};
-use image::{GrayImage, ImageFormat};
+use png::ColorType;
 use shapespace_generate::{
     Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star, area_share,
     family, letter, letters, make_grey,
@@ -14,6 +13,7 @@ use shapespace_generate::{
 use crate::error::CliError;
 use crate::numbers::{finite, positive};
 use crate::output::npy::{Precision, field_to, write_field};
+use crate::output::png::encode;
 use crate::output::{OutputError, ResultDir, write_new_file};
 
 /// Draw a shape, or a family of shapes, that needs no data.
@@ -366,17 +366,7 @@ fn write_shape<const D: usize>(
 /// An 8-bit grey picture, row 0 at the top being `y = 0`.
 fn png<const D: usize>(path: &Path, field: &ScalarField<f64, D>) -> Result<Vec<u8>, OutputError> {
     let nodes = field.grid().nodes_per_axis();
-    let grey = field
-        .as_slice()
-        .iter()
-        .map(|v| (255.0 * v).round() as u8)
-        .collect();
-    let failed = OutputError::at(path);
-    let picture = GrayImage::from_raw(nodes[0] as u32, nodes[1] as u32, grey)
-        .ok_or_else(|| failed(std::io::Error::other("a picture has two axes")))?;
-    let mut bytes = Cursor::new(Vec::new());
-    picture
-        .write_to(&mut bytes, ImageFormat::Png)
-        .map_err(|error| failed(std::io::Error::other(error)))?;
-    Ok(bytes.into_inner())
+    let grey = field.as_slice().iter().map(|v| (255.0 * v).round() as u8);
+    let grey: Vec<u8> = grey.collect();
+    encode([nodes[0], nodes[1]], ColorType::Grayscale, &grey).map_err(OutputError::at(path))
 }

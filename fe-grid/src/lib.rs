@@ -37,7 +37,6 @@
 mod buffer;
 mod certificate;
 pub mod composition;
-pub mod csr;
 pub mod dimension;
 pub mod engine;
 mod error;

@@ -5,13 +5,11 @@
 //! block), for the offset zero and the offsets that come after it in memory.
 
 use crate::engine::element::{GAUSS, MAX_CORNERS, shape_derivative, shape_value};
-use crate::error::GridError;
 use crate::grid::Grid;
 use crate::lane::{Lane, LaneKernel};
 use crate::linear::LinearOperator;
 use crate::parallel;
 use crate::simd_level::SimdLevel;
-use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
 /// The offsets that are stored: zero first, then all that come later in memory, in order.
 pub fn half_offsets<const D: usize>() -> Vec<[isize; D]> {
@@ -64,29 +62,26 @@ impl<const D: usize> SymmetricStencil<D> {
         sums
     }
 
-    /// The same matrix in compressed rows.
-    ///
-    /// # Errors
-    /// None in practice: all entries lie inside the matrix.
-    pub fn to_csr(&self) -> Result<CsrMatrix<f64>, GridError> {
+    /// All entries that are not outside the grid: row, column, and the number there.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let n = self.grid.n_nodes();
+        let offsets = half_offsets::<D>().into_iter().enumerate();
+        let stored = offsets.flat_map(move |(o, offset)| (0..n).map(move |i| (o, offset, i)));
+        stored.flat_map(move |(o, offset, i)| {
+            let a = self.coupling[o * n + i];
+            let j = self.neighbour(i, offset);
+            let above = j.map(|j| (i, j, a));
+            let below = j.filter(|&j| j != i).map(|j| (j, i, a));
+            above.into_iter().chain(below)
+        })
+    }
+
+    fn neighbour(&self, node: usize, offset: [isize; D]) -> Option<usize> {
         let nodes = self.grid.nodes_per_axis();
-        let mut coo = CooMatrix::new(n, n);
-        for (o, offset) in half_offsets::<D>().iter().enumerate() {
-            for i in 0..n {
-                let node = self.grid.node(i);
-                let other: [isize; D] = std::array::from_fn(|k| node[k] as isize + offset[k]);
-                if (0..D).all(|k| (0..nodes[k] as isize).contains(&other[k])) {
-                    let j = self.grid.node_index(other.map(|x| x as usize));
-                    let a = self.coupling[o * n + i];
-                    coo.push(i, j, a);
-                    if i != j {
-                        coo.push(j, i, a);
-                    }
-                }
-            }
-        }
-        Ok(CsrMatrix::from(&coo))
+        let node = self.grid.node(node);
+        let other: [isize; D] = std::array::from_fn(|k| node[k] as isize + offset[k]);
+        let inside = (0..D).all(|k| (0..nodes[k] as isize).contains(&other[k]));
+        inside.then(|| self.grid.node_index(other.map(|x| x as usize)))
     }
 }
 

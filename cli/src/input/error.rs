@@ -5,12 +5,11 @@ use std::path::PathBuf;
 
 /// A mask that cannot be used. Positions are indices in the order of the array as stored, the
 /// last one being `x`.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum InputError {
     /// The file cannot be opened or read.
     #[error("cannot read '{}'", path.display())]
-    #[diagnostic(help("check that the path is right and that the file may be read"))]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -19,16 +18,12 @@ pub enum InputError {
     },
     /// The name does not tell a known format.
     #[error("'{}' has no known image format", path.display())]
-    #[diagnostic(help(
-        "use .png, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii or .nii.gz, and name the file so"
-    ))]
     UnknownFormat {
         /// The file.
         path: PathBuf,
     },
     /// The bytes are not what the format asks for.
     #[error("'{}' is not a readable {format} file: {reason}", path.display())]
-    #[diagnostic(help("open the file in the program it came from and export it again"))]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -42,7 +37,6 @@ pub enum InputError {
         "'{}' is cut off: its header promises {expected} bytes of data, {found} are there",
         path.display()
     )]
-    #[diagnostic(help("copy or download the file again"))]
     Truncated {
         /// The file.
         path: PathBuf,
@@ -53,7 +47,6 @@ pub enum InputError {
     },
     /// More values than can be worked on.
     #[error("'{}' claims {} values, more than {} are not read", path.display(), size_text(size), super::MAX_VALUES)]
-    #[diagnostic(help("crop or downsample the image to what the shape needs"))]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -62,7 +55,6 @@ pub enum InputError {
     },
     /// Neither a picture nor a volume.
     #[error("'{}' has {found} axes; a mask has two or three", path.display())]
-    #[diagnostic(help("store one picture [y][x] or one volume [z][y][x] per file"))]
     Axes {
         /// The file.
         path: PathBuf,
@@ -71,7 +63,6 @@ pub enum InputError {
     },
     /// Too few samples along an axis.
     #[error("'{}' has {} values; every axis needs at least two", path.display(), size_text(size))]
-    #[diagnostic(help("give an image with at least two samples along every axis"))]
     TooSmall {
         /// The file.
         path: PathBuf,
@@ -80,16 +71,12 @@ pub enum InputError {
     },
     /// A colour picture.
     #[error("'{}' is a colour picture, not a mask", path.display())]
-    #[diagnostic(help(
-        "segment the object first and save it white on black, or as a cut-out with transparency"
-    ))]
     Colour {
         /// The file.
         path: PathBuf,
     },
     /// NaN or an infinite number.
     #[error("'{}' holds {value} at index {position:?}", path.display())]
-    #[diagnostic(help("replace values that are not finite numbers, for instance by 0"))]
     NotFinite {
         /// The file.
         path: PathBuf,
@@ -100,9 +87,6 @@ pub enum InputError {
     },
     /// A floating-point value outside `[0, 1]`.
     #[error("'{}' is not a mask: the value {value} at index {position:?} is outside [0, 1]", path.display())]
-    #[diagnostic(help(
-        "scale the values to [0, 1] with 1 inside the object, or save a mask of 0 and 1"
-    ))]
     OutOfRange {
         /// The file.
         path: PathBuf,
@@ -113,7 +97,6 @@ pub enum InputError {
     },
     /// All values are the same, and neither 0 nor full.
     #[error("'{}' is not a mask: all values are {value}", path.display())]
-    #[diagnostic(help("give a mask with the object at 1 (or 255) and the background at 0"))]
     Constant {
         /// The file.
         path: PathBuf,
@@ -122,7 +105,6 @@ pub enum InputError {
     },
     /// An image without anything to be seen.
     #[error("'{}' shows nothing: all values are {value}", path.display())]
-    #[diagnostic(help("give an image in which the object differs from its surroundings"))]
     Blank {
         /// The file.
         path: PathBuf,
@@ -131,9 +113,6 @@ pub enum InputError {
     },
     /// An intensity image where labels are expected.
     #[error("'{}' is not a mask: it has {levels} grey levels, and neighbours mostly differ", path.display())]
-    #[diagnostic(help(
-        "this looks like a scan; give its segmentation, or choose one label by --label N"
-    ))]
     Intensities {
         /// The file.
         path: PathBuf,
@@ -142,9 +121,6 @@ pub enum InputError {
     },
     /// No value reaches the level of the object.
     #[error("'{}' holds an empty shape: no value reaches half of full white (the largest is {largest})", path.display())]
-    #[diagnostic(help(
-        "the object must be at or near 1 (or 255); in a label image choose the object by --label N"
-    ))]
     Empty {
         /// The file.
         path: PathBuf,
@@ -153,14 +129,12 @@ pub enum InputError {
     },
     /// Every value reaches the level of the object.
     #[error("'{}' holds a full shape: the object covers the whole image", path.display())]
-    #[diagnostic(help("the background must be at or near 0; is the mask inverted?"))]
     Full {
         /// The file.
         path: PathBuf,
     },
     /// The label does not occur.
     #[error("'{}' has no label {label}; its labels are {present:?}", path.display())]
-    #[diagnostic(help("give one of the labels that occur to --label, or leave the option out"))]
     LabelMissing {
         /// The file.
         path: PathBuf,
@@ -171,7 +145,6 @@ pub enum InputError {
     },
     /// A label is asked for where the numbers are not integers.
     #[error("'{}' holds {value} at index {position:?}, so it is no label image", path.display())]
-    #[diagnostic(help("leave --label out, or give an image of whole numbers"))]
     NotLabels {
         /// The file.
         path: PathBuf,
@@ -182,7 +155,6 @@ pub enum InputError {
     },
     /// A voxel size that is not a positive number.
     #[error("'{}' states the voxel size {spacing:?}; it must be positive", path.display())]
-    #[diagnostic(help("write the voxel size in millimetres into the header (pixdim)"))]
     Spacing {
         /// The file.
         path: PathBuf,
@@ -191,13 +163,57 @@ pub enum InputError {
     },
     /// Pictures among volumes.
     #[error("'{}' is a picture, but '{}' is a volume", flat.display(), solid.display())]
-    #[diagnostic(help("give masks that all have two axes, or all three"))]
     MixedDimensions {
         /// A file with two axes.
         flat: PathBuf,
         /// A file with three axes.
         solid: PathBuf,
     },
+}
+
+impl InputError {
+    /// What to do about it.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Unreadable { .. } => "check that the path is right and that the file may be read",
+            Self::UnknownFormat { .. } => {
+                "use .png, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii or .nii.gz, and name the file so"
+            }
+            Self::Malformed { .. } => {
+                "open the file in the program it came from and export it again"
+            }
+            Self::Truncated { .. } => "copy or download the file again",
+            Self::TooLarge { .. } => "crop or downsample the image to what the shape needs",
+            Self::Axes { .. } => "store one picture [y][x] or one volume [z][y][x] per file",
+            Self::TooSmall { .. } => "give an image with at least two samples along every axis",
+            Self::Colour { .. } => {
+                "segment the object first and save it white on black, or as a cut-out with transparency"
+            }
+            Self::NotFinite { .. } => {
+                "replace values that are not finite numbers, for instance by 0"
+            }
+            Self::OutOfRange { .. } => {
+                "scale the values to [0, 1] with 1 inside the object, or save a mask of 0 and 1"
+            }
+            Self::Constant { .. } => {
+                "give a mask with the object at 1 (or 255) and the background at 0"
+            }
+            Self::Blank { .. } => "give an image in which the object differs from its surroundings",
+            Self::Intensities { .. } => {
+                "this looks like a scan; give its segmentation, or choose one label by --label N"
+            }
+            Self::Empty { .. } => {
+                "the object must be at or near 1 (or 255); in a label image choose the object by --label N"
+            }
+            Self::Full { .. } => "the background must be at or near 0; is the mask inverted?",
+            Self::LabelMissing { .. } => {
+                "give one of the labels that occur to --label, or leave the option out"
+            }
+            Self::NotLabels { .. } => "leave --label out, or give an image of whole numbers",
+            Self::Spacing { .. } => "write the voxel size in millimetres into the header (pixdim)",
+            Self::MixedDimensions { .. } => "give masks that all have two axes, or all three",
+        }
+    }
 }
 
 fn size_text(size: &[u64]) -> String {

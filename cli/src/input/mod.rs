@@ -8,6 +8,7 @@
 //! **Values.** The object is where the value exceeds 1/2; see [`ReadOptions`] for how the numbers
 //! of a file become values.
 
+mod bmp;
 mod boundary;
 mod decode;
 mod error;
@@ -16,6 +17,7 @@ mod mask;
 mod nifti;
 mod npy;
 pub mod place;
+mod pnm;
 mod raster;
 mod tiff;
 
@@ -200,12 +202,8 @@ fn decode_samples(bytes: &[u8], path: &Path) -> Result<decode::Samples, InputErr
 ///
 /// # Errors
 /// [`InputError`] for files that are no arrays, and values that are not finite.
-pub(crate) fn read_array(path: &Path) -> Result<(Vec<usize>, Vec<f64>), InputError> {
-    let bytes = std::fs::read(path).map_err(|source| InputError::Unreadable {
-        path: path.into(),
-        source,
-    })?;
-    let samples = npy::decode(&bytes, path)?;
+pub fn read_array(path: &Path) -> Result<(Vec<usize>, Vec<f64>), InputError> {
+    let samples = npy::decode(&bytes_of(path)?, path)?;
     if let Some(index) = samples.values.iter().position(|value| !value.is_finite()) {
         return Err(InputError::NotFinite {
             path: path.into(),

@@ -4,84 +4,106 @@ use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits};
+use png::{BitDepth, Decoder, DecodingError, Limits, Transformations};
 
-use super::InputError;
 use super::decode::{Meaning, Samples, check_size};
+use super::{InputError, bmp, pnm};
 
 /// No lossless picture format packs more bytes of pixels than this into one byte of file.
-const MOST_COMPRESSION: u64 = 4096;
-const MAX_ALLOC: u64 = 1 << 30;
+const MOST_COMPRESSION: usize = 4096;
+const MAX_ALLOC: usize = 1 << 30;
+
+/// The pixels of a picture, row 0 first.
+pub(super) struct Pixels {
+    /// Pixels along each axis, `x` first.
+    pub size: [usize; 2],
+    /// Numbers a pixel: grey, grey and alpha, colours, or colours and alpha.
+    pub channels: usize,
+    /// All numbers, channel fastest.
+    pub values: Vec<f64>,
+    /// The number of full white.
+    pub full: f64,
+}
 
 /// Reads a picture: its transparency where that varies, else its grey value.
 pub(super) fn decode(bytes: &[u8], path: &Path, extension: &str) -> Result<Samples, InputError> {
-    let (format, name) = match extension {
-        "png" => (ImageFormat::Png, "PNG"),
-        "bmp" => (ImageFormat::Bmp, "BMP"),
-        _ => (ImageFormat::Pnm, "PNM"),
-    };
-    let failed = |error: ImageError| failure(&error, bytes.len(), path, name);
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(MAX_ALLOC);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(failed)?;
-    let (width, height) = decoder.dimensions();
-    check_size(&[width.into(), height.into()], path)?;
-    let expected = decoder.total_bytes() / MOST_COMPRESSION;
-    if expected > bytes.len() as u64 {
-        return Err(InputError::Truncated {
-            path: path.into(),
-            expected,
-            found: bytes.len() as u64,
-        });
-    }
-    let picture = DynamicImage::from_decoder(decoder).map_err(failed)?;
-    let (channels, full) = channels(&picture);
-    let values = one_channel(&channels, picture.color().channel_count().into(), full)
+    let picture = match extension {
+        "png" => png(bytes, path),
+        "bmp" => bmp::decode(bytes, path),
+        _ => pnm::decode(bytes, path),
+    }?;
+    let values = one_channel(&picture.values, picture.channels, picture.full)
         .ok_or_else(|| InputError::Colour { path: path.into() })?;
     Ok(Samples {
         values,
-        size: vec![width as usize, height as usize],
-        meaning: Meaning::Grey(full),
+        size: picture.size.to_vec(),
+        meaning: Meaning::Grey(picture.full),
         spacing: vec![1.0; 2],
         affine: None,
         plain_array: false,
     })
 }
 
-fn failure(error: &ImageError, found: usize, path: &Path, format: &'static str) -> InputError {
-    let reason = match error {
-        ImageError::Limits(_) => "it is too large".to_owned(),
-        ImageError::IoError(io) if io.kind() == std::io::ErrorKind::UnexpectedEof => {
+/// Pixels of fewer than 8 bits and those of a palette become numbers of 8 bits.
+fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
+    let malformed = |reason: String| InputError::Malformed {
+        path: path.into(),
+        format: "PNG",
+        reason,
+    };
+    let failed = |error: DecodingError| malformed(failure(&error, bytes.len()));
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_ALLOC });
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(failed)?;
+    let (width, height) = reader.info().size();
+    check_size(&[width.into(), height.into()], path)?;
+    let length = reader.output_buffer_size();
+    let length = length.filter(|&n| n <= MAX_ALLOC);
+    let length = length.ok_or_else(|| malformed("it is too large".into()))?;
+    check_compression(length, bytes.len(), path)?;
+    let mut data = vec![0; length];
+    let frame = reader.next_frame(&mut data).map_err(failed)?;
+    let (values, full) = if frame.bit_depth == BitDepth::Sixteen {
+        let numbers = data.as_chunks().0.iter();
+        let values = numbers.map(|&raw| u16::from_be_bytes(raw).into());
+        (values.collect(), 65535.0)
+    } else {
+        (data.into_iter().map(f64::from).collect(), 255.0)
+    };
+    Ok(Pixels {
+        size: [width as usize, height as usize],
+        channels: frame.color_type.samples(),
+        values,
+        full,
+    })
+}
+
+/// Checks that so many bytes of pixels may come from a file of this length.
+pub(super) fn check_compression(
+    pixels: usize,
+    found: usize,
+    path: &Path,
+) -> Result<(), InputError> {
+    let expected = pixels / MOST_COMPRESSION;
+    if expected > found {
+        return Err(InputError::Truncated {
+            path: path.into(),
+            expected: expected as u64,
+            found: found as u64,
+        });
+    }
+    Ok(())
+}
+
+fn failure(error: &DecodingError, found: usize) -> String {
+    match error {
+        DecodingError::LimitsExceeded => "it is too large".to_owned(),
+        DecodingError::IoError(io) if io.kind() == std::io::ErrorKind::UnexpectedEof => {
             format!("it is cut off after {found} bytes")
         }
         other => other.to_string(),
-    };
-    InputError::Malformed {
-        path: path.into(),
-        format,
-        reason,
-    }
-}
-
-/// All numbers, channel fastest, and the number of full white.
-fn channels(picture: &DynamicImage) -> (Vec<f64>, f64) {
-    let from_u8 = |data: &[u8]| data.iter().copied().map(f64::from).collect();
-    let from_u16 = |data: &[u16]| data.iter().copied().map(f64::from).collect();
-    match picture {
-        DynamicImage::ImageLuma8(p) => (from_u8(p), 255.0),
-        DynamicImage::ImageLumaA8(p) => (from_u8(p), 255.0),
-        DynamicImage::ImageRgb8(p) => (from_u8(p), 255.0),
-        DynamicImage::ImageRgba8(p) => (from_u8(p), 255.0),
-        DynamicImage::ImageLuma16(p) => (from_u16(p), 65535.0),
-        DynamicImage::ImageLumaA16(p) => (from_u16(p), 65535.0),
-        DynamicImage::ImageRgb16(p) => (from_u16(p), 65535.0),
-        DynamicImage::ImageRgba16(p) => (from_u16(p), 65535.0),
-        other => {
-            let wide = other.to_rgba16();
-            (from_u16(&wide), 65535.0)
-        }
     }
 }
 

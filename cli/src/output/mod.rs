@@ -8,6 +8,7 @@ mod json;
 pub mod matrix;
 pub mod npy;
 pub(crate) mod plot;
+pub(crate) mod png;
 pub mod pvd;
 pub mod steps;
 pub mod stl;
@@ -24,35 +25,29 @@ pub use json::write_json;
 pub use work::WorkDir;
 
 /// A result that cannot be written.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
     /// The target exists.
     #[error("the output '{}' exists already", path.display())]
-    #[diagnostic(help(
-        "choose another name, or move the old results away; nothing is overwritten"
-    ))]
     Exists {
         /// The target.
         path: PathBuf,
     },
     /// The folder of the target does not exist.
     #[error("the folder '{}' for the output does not exist", path.display())]
-    #[diagnostic(help("create it first, or choose another place"))]
     NoParent {
         /// The folder.
         path: PathBuf,
     },
     /// Another run of the program is making the same results.
     #[error("another run is at work in '{}'", path.display())]
-    #[diagnostic(help("wait for it to end, or choose another name"))]
     Busy {
         /// The folder.
         path: PathBuf,
     },
     /// The system refuses.
     #[error("cannot write '{}'", path.display())]
-    #[diagnostic(help("check the free space and the permissions of the folder"))]
     Unwritable {
         /// The file or folder.
         path: PathBuf,
@@ -61,14 +56,12 @@ pub enum OutputError {
     },
     /// The name does not tell a known format.
     #[error("cannot write '{}' in this format", path.display())]
-    #[diagnostic(help("name the file .npy, or .png for a picture"))]
     Format {
         /// The file.
         path: PathBuf,
     },
     /// A result is not a finite number.
     #[error("the result '{key}' is not a finite number")]
-    #[diagnostic(help("this is a fault of the program; please report it with the inputs"))]
     NotFinite {
         /// Where in the results.
         key: String,
@@ -76,6 +69,22 @@ pub enum OutputError {
 }
 
 impl OutputError {
+    /// What to do about it.
+    pub fn help(&self) -> &'static str {
+        match self {
+            Self::Exists { .. } => {
+                "choose another name, or move the old results away; nothing is overwritten"
+            }
+            Self::NoParent { .. } => "create it first, or choose another place",
+            Self::Busy { .. } => "wait for it to end, or choose another name",
+            Self::Unwritable { .. } => "check the free space and the permissions of the folder",
+            Self::Format { .. } => "name the file .npy, or .png for a picture",
+            Self::NotFinite { .. } => {
+                "this is a fault of the program; please report it with the inputs"
+            }
+        }
+    }
+
     /// For `map_err` on the errors of one file.
     pub fn at(path: &Path) -> impl Fn(io::Error) -> Self {
         let path = path.to_path_buf();

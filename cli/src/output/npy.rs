@@ -5,9 +5,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use fe_grid::{Element, Field};
-use npyz::WriterBuilder;
 
 use super::OutputError;
+
+/// Bytes before the text of the header: magic number, version, length of the text.
+const PREAMBLE: usize = 10;
 
 /// Precision of the numbers in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,16 +48,9 @@ pub fn field_to<T: Element, const D: usize, const M: usize>(
 ) -> io::Result<()> {
     let mut shape = Vec::with_capacity(D + 1);
     if M > 1 {
-        shape.push(M as u64);
+        shape.push(M);
     }
-    shape.extend(
-        field
-            .grid()
-            .nodes_per_axis()
-            .iter()
-            .rev()
-            .map(|&n| n as u64),
-    );
+    shape.extend(field.grid().nodes_per_axis().iter().rev());
     let values = field.as_slice().iter().map(|value| value.to_f64());
     match precision {
         Precision::Single => array_to(writer, &shape, values.map(|value| value as f32)),
@@ -68,14 +63,39 @@ pub fn field_to<T: Element, const D: usize, const M: usize>(
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub fn write_mask(path: &Path, mask: &[bool], size: &[usize]) -> Result<(), OutputError> {
-    let shape: Vec<u64> = size.iter().rev().map(|&n| n as u64).collect();
+    let shape: Vec<usize> = size.iter().rev().copied().collect();
     write_array(path, &shape, mask.iter().map(|&b| u8::from(b)))
 }
 
+/// A type of numbers in an array.
+pub(super) trait Number {
+    /// Its name in the header: byte order, kind and width.
+    const CODE: &str;
+
+    /// Writes one number.
+    fn write_to(self, writer: &mut impl Write) -> io::Result<()>;
+}
+
+macro_rules! number {
+    ($type:ty, $code:literal) => {
+        impl Number for $type {
+            const CODE: &str = $code;
+
+            fn write_to(self, writer: &mut impl Write) -> io::Result<()> {
+                writer.write_all(&self.to_le_bytes())
+            }
+        }
+    };
+}
+
+number!(u8, "|u1");
+number!(f32, "<f4");
+number!(f64, "<f8");
+
 /// Writes numbers as an array of this shape.
-pub(super) fn write_array<T: npyz::AutoSerialize>(
+pub(super) fn write_array<T: Number>(
     path: &Path,
-    shape: &[u64],
+    shape: &[usize],
     values: impl Iterator<Item = T>,
 ) -> Result<(), OutputError> {
     let file = File::create(path).map_err(OutputError::at(path))?;
@@ -85,18 +105,27 @@ pub(super) fn write_array<T: npyz::AutoSerialize>(
         .map_err(OutputError::at(path))
 }
 
-fn array_to<T: npyz::AutoSerialize>(
-    writer: impl Write,
-    shape: &[u64],
+/// Version 1.0 of the format; the numbers begin at a multiple of 64 bytes.
+fn array_to<T: Number>(
+    mut writer: impl Write,
+    shape: &[usize],
     values: impl Iterator<Item = T>,
 ) -> io::Result<()> {
-    let mut writer = npyz::WriteOptions::new()
-        .default_dtype()
-        .shape(shape)
-        .writer(writer)
-        .begin_nd()?;
-    writer.extend(values)?;
-    writer.finish()
+    let sides: Vec<String> = shape.iter().map(usize::to_string).collect();
+    let mut sides = sides.join(", ");
+    if shape.len() == 1 {
+        sides.push(',');
+    }
+    let code = T::CODE;
+    let text = format!("{{'descr': '{code}', 'fortran_order': False, 'shape': ({sides}), }}");
+    let width = (PREAMBLE + text.len() + 1).next_multiple_of(64) - PREAMBLE - 1;
+    writer.write_all(b"\x93NUMPY\x01\x00")?;
+    writer.write_all(&(width as u16 + 1).to_le_bytes())?;
+    writeln!(writer, "{text:<width$}")?;
+    for value in values {
+        value.write_to(&mut writer)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -110,16 +139,41 @@ mod tests {
         let field = VectorField::<f64, 3>::from_fn(grid, |x| [x[0], 10.0 * x[1], 100.0 * x[2]]);
         let mut bytes = Vec::new();
         field_to(&mut bytes, &field, Precision::Double).unwrap();
-        let read = npyz::NpyFile::new(&bytes[..]).unwrap();
-        assert_eq!(read.shape(), [3, 2, 3, 4]);
-        assert_eq!(read.into_vec::<f64>().unwrap(), field.as_slice());
+        let (header, numbers) = bytes.split_at(128);
+        // As NumPy writes it.
+        let text = "{'descr': '<f8', 'fortran_order': False, 'shape': (3, 2, 3, 4), }";
+        assert_eq!(header[..10], *b"\x93NUMPY\x01\x00\x76\x00");
+        assert_eq!(header[10..], *format!("{text:<117}\n").as_bytes());
+        let read: Vec<f64> = numbers
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&b| f64::from_le_bytes(b))
+            .collect();
+        assert_eq!(read, field.as_slice());
 
         let scalar = ScalarField::<f32, 3>::from_fn(grid, |x| [x[0] + x[2]]);
         let mut bytes = Vec::new();
         field_to(&mut bytes, &scalar, Precision::Single).unwrap();
-        let read = npyz::NpyFile::new(&bytes[..]).unwrap();
-        assert_eq!(read.shape(), [2, 3, 4]);
-        assert_eq!(read.into_vec::<f32>().unwrap(), scalar.as_slice());
+        let (header, numbers) = bytes.split_at(128);
+        let text = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3, 4), }";
+        assert_eq!(header[10..], *format!("{text:<117}\n").as_bytes());
+        let read: Vec<f32> = numbers
+            .as_chunks()
+            .0
+            .iter()
+            .map(|&b| f32::from_le_bytes(b))
+            .collect();
+        assert_eq!(read, scalar.as_slice());
+    }
+
+    #[test]
+    fn an_array_of_one_axis_is_written_as_a_tuple() {
+        let mut bytes = Vec::new();
+        array_to(&mut bytes, &[3], [1u8, 2, 3].into_iter()).unwrap();
+        let text = String::from_utf8_lossy(&bytes[10..128]);
+        assert!(text.starts_with("{'descr': '|u1', 'fortran_order': False, 'shape': (3,), }"));
+        assert_eq!(bytes[128..], [1, 2, 3]);
     }
 
     #[test]

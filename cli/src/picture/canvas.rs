@@ -1,12 +1,12 @@
 //! A picture in memory with anti-aliased lines.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use image::{ImageFormat, RgbImage};
+use png::ColorType;
 
 use super::{Colour, WHITE};
 use crate::output::OutputError;
+use crate::output::png::encode;
 
 /// A picture, white at first. Pixel `(i, j)` fills `[i, i + 1] x [j, j + 1]`, `j` growing downwards.
 #[derive(Clone, Debug)]
@@ -167,14 +167,9 @@ impl Canvas {
     /// # Errors
     /// [`OutputError::Unwritable`].
     pub fn write_png(&self, path: &Path) -> Result<(), OutputError> {
-        let failed = OutputError::at(path);
-        let picture = RgbImage::from_raw(self.width as u32, self.height as u32, self.bytes())
-            .ok_or_else(|| failed(std::io::Error::other("the picture is too large")))?;
-        let mut file = Cursor::new(Vec::new());
-        picture
-            .write_to(&mut file, ImageFormat::Png)
-            .map_err(|error| failed(std::io::Error::other(error)))?;
-        std::fs::write(path, file.into_inner()).map_err(failed)
+        encode(self.size(), ColorType::Rgb, &self.bytes())
+            .and_then(|file| std::fs::write(path, file))
+            .map_err(OutputError::at(path))
     }
 }
 

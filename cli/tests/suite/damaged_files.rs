@@ -1,10 +1,13 @@
 //! Damaged files give an error or an image, and never a panic.
 
+use std::io::Cursor;
 use std::path::Path;
 
 use crate::common::{grey_png, nifti, npy_f64};
 use proptest::prelude::*;
 use shapespace::input::{AnyImage, ReadOptions, decode_image};
+use tiff::encoder::TiffEncoder;
+use tiff::encoder::colortype::Gray8;
 
 fn originals() -> Vec<(&'static str, Vec<u8>)> {
     let disk = |n: i32| {
@@ -19,21 +22,37 @@ fn originals() -> Vec<(&'static str, Vec<u8>)> {
     let plain = nifti([5, 5, 5], [1.0, 1.5, 2.0], &labels);
     let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
     std::io::Write::write_all(&mut packer, &plain).unwrap();
-    let picture = image::GrayImage::from_raw(24, 24, grey.clone()).unwrap();
-    let encoded = |format| {
-        let mut bytes = std::io::Cursor::new(Vec::new());
-        picture.write_to(&mut bytes, format).unwrap();
-        bytes.into_inner()
-    };
+    let mut tiff = Cursor::new(Vec::new());
+    TiffEncoder::new(&mut tiff)
+        .unwrap()
+        .write_image::<Gray8>(24, 24, &grey)
+        .unwrap();
     vec![
         ("a.npy", npy_f64(&[12, 12], &real)),
         ("a.nii", plain),
         ("a.nii.gz", packer.finish().unwrap()),
         ("a.png", grey_png(24, 24, &grey)),
-        ("a.bmp", encoded(image::ImageFormat::Bmp)),
-        ("a.pgm", encoded(image::ImageFormat::Pnm)),
-        ("a.tif", encoded(image::ImageFormat::Tiff)),
+        ("a.bmp", grey_bmp(24, 24, &grey)),
+        ("a.pgm", [b"P5\n24 24\n255\n", &grey[..]].concat()),
+        ("a.tif", tiff.into_inner()),
     ]
+}
+
+/// A BMP file with a palette of all greys; the last row comes first.
+fn grey_bmp(width: u32, height: u32, grey: &[u8]) -> Vec<u8> {
+    assert_eq!(width % 4, 0, "rows end at multiples of four bytes");
+    let start = 14 + 40 + 4 * 256;
+    let mut bytes = b"BM".to_vec();
+    for number in [start + width * height, 0, start, 40, width, height] {
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend([1, 8].map(u16::to_le_bytes).as_flattened());
+    let rest = [0, 0, 0, 0, 256, 256].map(u32::to_le_bytes);
+    bytes.extend(rest.as_flattened());
+    bytes.extend((0..=255).flat_map(|level: u8| [level, level, level, 0]));
+    let rows = grey.chunks_exact(width as usize).rev();
+    bytes.extend(rows.flatten());
+    bytes
 }
 
 /// What comes through must be a usable mask.

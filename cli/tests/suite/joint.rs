@@ -1,6 +1,8 @@
 //! `shapespace average --joint`, `--mean median` and `--sweep`.
 
-use crate::common::{Place, Results, arrays, draw, drawn, grey_png, succeeded};
+use std::path::Path;
+
+use crate::common::{Place, Results, array, arrays, draw, drawn, grey_png, succeeded};
 
 /// Two grey disks of different size.
 fn grey_disks(place: &Place) -> [&'static str; 2] {
@@ -165,8 +167,7 @@ fn a_sweep_begins_and_ends_at_its_shapes() {
     for (i, file) in [(0, &files[0]), (2, &files[1])] {
         let name = format!("average_mask_{i:03}.npy");
         let (_, mask) = results.mask(&name);
-        let bytes = std::fs::read(file).unwrap();
-        let shape: Vec<f64> = npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap();
+        let (_, shape) = array(Path::new(file));
         let inside: Vec<bool> = mask.iter().map(|m| *m == 1).collect();
         let own: Vec<bool> = shape.iter().map(|s| *s > 0.5).collect();
         let count = |mask: &[bool]| mask.iter().filter(|m| **m).count();

@@ -1,6 +1,8 @@
 //! `pca`, `synthesize` and `score` from files to files.
 
-use crate::common::{Place, Results, arrays, drawn, succeeded};
+use std::path::Path;
+
+use crate::common::{Place, Results, array, arrays, drawn, picture_size, succeeded};
 
 /// The average of shapes of a family, and its modes.
 fn analysed(place: &Place, shapes: &[String], grid: &str, options: &[&str]) -> Results {
@@ -31,9 +33,8 @@ fn check_files(results: &Results, size: &[u64], shapes: usize, modes: usize) {
     let table = std::fs::read_to_string(results.path("scores.csv")).unwrap();
     assert_eq!(table.lines().count(), shapes + 1);
     for name in ["modes.png", "mode_000.apng"] {
-        let bytes = std::fs::read(results.path(name)).unwrap();
-        let picture = image::load_from_memory_with_format(&bytes, image::ImageFormat::Png).unwrap();
-        assert!(picture.width() > 100 && picture.height() > 100, "{name}");
+        let [width, height] = picture_size(&results.path(name));
+        assert!(width > 100 && height > 100, "{name}");
     }
     for name in [
         "report.md",
@@ -81,11 +82,7 @@ fn bars_have_one_mode_which_bends_them() {
     assert_eq!(made.array("shape.npy").0, [65, 65]);
     assert_eq!(curved.number("/load_share"), 1.0);
     let inside = |values: &[f64], level: f64| values.iter().map(|v| *v > level).collect::<Vec<_>>();
-    let bytes = std::fs::read(&bars[0]).unwrap();
-    let drawn = npyz::NpyFile::new(&bytes[..])
-        .unwrap()
-        .into_vec::<f64>()
-        .unwrap();
+    let (_, drawn) = array(Path::new(&bars[0]));
     let bar = inside(&drawn, 0.5);
     for shape in [&made, &curved] {
         let mask = inside(&shape.array("shape.npy").1, 0.0);

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use crate::common::Place;
+use crate::common::{Place, picture_size};
 
 fn readme() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
@@ -108,7 +108,7 @@ fn assert_names_a_picture(place: &Place, output: &Output) {
     let mut words = last.expect("something is printed").split_whitespace();
     let picture = words.find(|word| Path::new(word).extension().is_some_and(|e| e == "png"));
     let picture = place.path(picture.expect("the last line names a picture"));
-    let (width, height) = image::image_dimensions(&picture).unwrap();
+    let [width, height] = picture_size(&picture);
     assert!(width > 100 && height > 100, "{width} x {height}");
 }
 

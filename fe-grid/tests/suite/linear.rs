@@ -1,15 +1,14 @@
 //! Reductions and conjugate gradients.
 
+use crate::support::assembled::{Matrix, mass_matrix, stiffness_matrix};
+use crate::support::assembled::{weighted_mass_matrix, weighted_stiffness_matrix};
 use crate::support::{distance, noise, on_threads};
 use approx::assert_relative_eq;
-use fe_grid::csr::{CsrOperator, mass_matrix, stiffness_matrix};
-use fe_grid::csr::{weighted_mass_matrix, weighted_stiffness_matrix};
 use fe_grid::linear::residual_norm;
 use fe_grid::{
     Boundary, CgInfo, CgParams, CgScratch, CgStatus, Diagonal, Grid, GridError, Identity,
     LinearOperator, SpectralSolver, conjugate_gradient, vector,
 };
-use nalgebra_sparse::SparseEntry;
 use proptest::prelude::*;
 
 proptest! {
@@ -74,20 +73,10 @@ fn sums_have_the_same_bits_on_any_number_of_threads() {
 
 /// `M[ω] + h² L[ω]` with a coefficient that jumps by a thousand: badly conditioned by the jump
 /// alone, which the diagonal takes off.
-fn hard_operator(grid: &Grid<2>) -> CsrOperator {
+fn hard_operator(grid: &Grid<2>) -> Matrix {
     let jump = |cell: usize, _: usize| if cell % 7 < 3 { 1.0 } else { 1e-3 };
-    let stiffness = weighted_stiffness_matrix(grid, jump) * grid.spacing().powi(2);
-    CsrOperator(weighted_mass_matrix(grid, jump) + stiffness)
-}
-
-fn diagonal(operator: &CsrOperator) -> Vec<f64> {
-    let entry = |i| {
-        operator
-            .0
-            .get_entry(i, i)
-            .map_or(0.0, SparseEntry::into_value)
-    };
-    (0..operator.dim()).map(entry).collect()
+    let stiffness = weighted_stiffness_matrix(grid, jump);
+    weighted_mass_matrix(grid, jump).combined(1.0, &stiffness, grid.spacing().powi(2))
 }
 
 fn solve(
@@ -112,7 +101,7 @@ fn conjugate_gradients_solve_and_jacobi_helps() {
 
     let mut plain = vec![0.0; n];
     let without = solve(&operator, &Identity { dim: n }, &b, &mut plain);
-    let jacobi = Diagonal::jacobi(&diagonal(&operator)).unwrap();
+    let jacobi = Diagonal::jacobi(&operator.diagonal()).unwrap();
     let mut x = vec![0.0; n];
     let with = solve(&operator, &jacobi, &b, &mut x);
 
@@ -151,7 +140,7 @@ fn a_warm_start_needs_no_iterations() {
 #[test]
 fn the_exact_inverse_converges_at_once() {
     let grid = Grid::<3>::with_nodes([9, 7, 5], 0.1).unwrap();
-    let operator = CsrOperator(mass_matrix(&grid) + stiffness_matrix(&grid) * 0.2);
+    let operator = mass_matrix(&grid).combined(1.0, &stiffness_matrix(&grid), 0.2);
     let inverse = SpectralSolver::new(grid, 1.0, 0.2, Boundary::Natural).unwrap();
     let b = noise(operator.dim(), 6);
     let mut x = vec![0.0; b.len()];
@@ -225,9 +214,9 @@ fn assembled_matrices_integrate_linear_functions_exactly() {
         let volume: f64 = grid.extent().iter().product();
         let ones = vec![1.0; grid.n_nodes()];
         let mut image = ones.clone();
-        CsrOperator(mass_matrix(&grid)).apply_into(&ones, &mut image);
+        mass_matrix(&grid).apply_into(&ones, &mut image);
         assert_relative_eq!(vector::sum(&image), volume, max_relative = 1e-13);
-        let stiffness = CsrOperator(stiffness_matrix(&grid));
+        let stiffness = stiffness_matrix(&grid);
         stiffness.apply_into(&ones, &mut image);
         assert!(vector::max_abs(&image) < 1e-14);
         for k in 0..D {
@@ -255,7 +244,7 @@ fn weights_are_taken_at_the_gauss_points() {
             let local = 0.5 + sign * 0.5 / 3.0f64.sqrt();
             (grid.cell(cell)[k] as f64 + local) * grid.spacing()
         };
-        CsrOperator(weighted_mass_matrix(&grid, coordinate)).apply_into(&ones, &mut image);
+        weighted_mass_matrix(&grid, coordinate).apply_into(&ones, &mut image);
         let expected = volume * grid.extent()[k] / 2.0;
         assert_relative_eq!(vector::sum(&image), expected, max_relative = 1e-13);
     }

@@ -1,8 +1,8 @@
 //! The driver from coarse to fine, on a semilinear problem with the exact metric of its linear
 //! part.
 
+use crate::support::assembled::{Matrix, stiffness_matrix};
 use crate::support::distance;
-use fe_grid::csr::{CsrOperator, stiffness_matrix};
 use fe_grid::minimise::{
     Control, DescentParams, Evaluation, Info, Iteration, LbfgsParams, LevelProblem, Minimiser,
     Multilevel, NewtonCgParams, Objective, Observer, SecondOrder, Silent, Status, Stopping,
@@ -14,7 +14,7 @@ use fe_grid::{
 
 /// `1/2 ∫ |∇u|^2 + Σ_j w_j ((u_j^2 - 1)^2 / 4 - f_j u_j)`, the second part by nodal quadrature.
 struct DoubleWell {
-    stiffness: CsrOperator,
+    stiffness: Matrix,
     metric: SpectralSolver<2>,
     weights: Vec<f64>,
     forces: Vec<f64>,
@@ -34,7 +34,7 @@ impl DoubleWell {
             8.0 * (6.0 * x + y).sin() * (5.0 * y).cos()
         };
         Ok(Self {
-            stiffness: CsrOperator(stiffness_matrix(&grid)),
+            stiffness: stiffness_matrix(&grid),
             metric: SpectralSolver::new(grid, 2.0, 1.0, Boundary::Natural)?,
             weights: (0..grid.n_nodes()).map(weight).collect(),
             forces: (0..grid.n_nodes()).map(force).collect(),

@@ -1,7 +1,7 @@
 //! Mass and stiffness with constant coefficients: one operator in three guises, and its bits.
 
+use crate::support::assembled::{mass_matrix, stiffness_matrix};
 use crate::support::{distance, noise, on_threads};
-use fe_grid::csr::{CsrOperator, mass_matrix, stiffness_matrix};
 use fe_grid::operators::MassStiffness;
 use fe_grid::{Assembly, Data, Grid, LinearOperator, SimdLevel, UniformOperator, vector};
 use proptest::prelude::*;
@@ -36,8 +36,8 @@ fn agrees_with_its_twins<const D: usize>(
         &mut engine,
     );
     let (mut of_mass, mut of_stiffness) = (engine.clone(), engine.clone());
-    CsrOperator(mass_matrix(&grid)).apply_into(&x, &mut of_mass);
-    CsrOperator(stiffness_matrix(&grid)).apply_into(&x, &mut of_stiffness);
+    mass_matrix(&grid).apply_into(&x, &mut of_mass);
+    stiffness_matrix(&grid).apply_into(&x, &mut of_stiffness);
     let MassStiffness { mass, stiffness } = coefficients;
     let assembled: Vec<f64> = of_mass
         .iter()

@@ -1,5 +1,7 @@
 //! Alignment of real silhouettes: stars with ten nearly equal arms, bent, ragged and plain.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -26,10 +28,15 @@ fn silhouettes() -> Option<PathBuf> {
 
 /// The outline of a silhouette, scaled to area 0.16 about the middle of the box.
 fn outline(path: &Path) -> Contour<2> {
-    let picture = image::open(path).unwrap().to_luma8();
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    let grid = Grid::with_nodes([width, height], 1.0).unwrap();
-    let data = picture.into_raw().into_iter().map(f64::from).collect();
+    let mut decoder = png::Decoder::new(BufReader::new(File::open(path).unwrap()));
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut picture = decoder.read_info().unwrap();
+    let mut grey = vec![0; picture.output_buffer_size().unwrap()];
+    let frame = picture.next_frame(&mut grey).unwrap();
+    assert_eq!(frame.color_type, png::ColorType::Grayscale);
+    let size = [frame.width as usize, frame.height as usize];
+    let grid = Grid::with_nodes(size, 1.0).unwrap();
+    let data = grey.into_iter().map(f64::from).collect();
     let mask = largest_component(&Field::from_vec(grid, data).unwrap(), 127.5).unwrap();
     let outline = contour(&mask, 0.5, BoxEdge::Closed).unwrap();
     let moments = Moments::of_contour(&outline).unwrap();

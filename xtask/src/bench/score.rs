@@ -1,11 +1,10 @@
 //! The functional at a state that another program found.
 
-use std::fs::File;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use shape_average::{AverageObjective, AverageParams, Energy};
+use shapespace::input::read_array;
 
 use super::averages::authors_levels;
 use super::shapes::{Source, nodal};
@@ -55,7 +54,7 @@ impl ScoreJob {
         let shapes = levels.pop().ok_or("there is no level")?;
         let mut x = Vec::new();
         for file in &self.displacements {
-            x.extend(numbers(file)?);
+            x.extend(read_array(file)?.1);
         }
         if x.len() != distances.len() * D * shapes.grid().n_nodes() {
             return Err("the displacements are not of the size of the shapes".into());
@@ -79,14 +78,6 @@ fn energy<const D: usize>(objective: &AverageObjective<D>, x: &[f64]) -> Outcome
     Ok(energy.ok_or("a deformation folds")?)
 }
 
-/// All numbers of an array of double precision, in the order of the file.
-fn numbers(file: &Path) -> Outcome<Vec<f64>> {
-    let said = |error: std::io::Error| format!("'{}' cannot be read: {error}", file.display());
-    let open = File::open(file).map_err(said)?;
-    let array = npyz::NpyFile::new(BufReader::new(open)).map_err(said)?;
-    Ok(array.into_vec::<f64>().map_err(said)?)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,8 +90,8 @@ mod tests {
         let file = place.path().join("a.npy");
         let field = ScalarField::<f64, 2>::from_fn(Grid::cube(3), |[x, y]| [x - 2.0 * y]);
         write_field(&file, &field, Precision::Double).unwrap();
-        assert_eq!(numbers(&file).unwrap(), field.as_slice());
-        let error = numbers(&place.path().join("b.npy")).unwrap_err();
+        assert_eq!(read_array(&file).unwrap().1, field.as_slice());
+        let error = read_array(&place.path().join("b.npy")).unwrap_err();
         assert!(error.to_string().contains("b.npy"));
     }
 }

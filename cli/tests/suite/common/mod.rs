@@ -1,6 +1,7 @@
 //! A folder of its own for each test, and small files of every format, byte by byte.
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -50,13 +51,51 @@ pub fn npy_f64(shape: &[usize], values: &[f64]) -> Vec<u8> {
     bytes
 }
 
-pub fn grey_png(width: u32, height: u32, grey: &[u8]) -> Vec<u8> {
-    let picture = image::GrayImage::from_raw(width, height, grey.to_vec()).unwrap();
-    let mut bytes = Cursor::new(Vec::new());
-    picture
-        .write_to(&mut bytes, image::ImageFormat::Png)
+/// Shape and values of an array of doubles.
+pub fn array(path: &Path) -> (Vec<u64>, Vec<f64>) {
+    read_npy(path, "<f8", f64::from_le_bytes)
+}
+
+/// Shape and values of an array as the program writes it, of the type with this code.
+fn read_npy<const W: usize, T>(
+    path: &Path,
+    code: &str,
+    number: fn([u8; W]) -> T,
+) -> (Vec<u64>, Vec<T>) {
+    let bytes = std::fs::read(path).unwrap();
+    let length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    let (header, data) = bytes[10..].split_at(length);
+    let header = std::str::from_utf8(header).unwrap();
+    let start = format!("{{'descr': '{code}', 'fortran_order': False, 'shape': (");
+    let (shape, _) = header
+        .strip_prefix(&start)
+        .unwrap()
+        .split_once(')')
         .unwrap();
-    bytes.into_inner()
+    let sides = shape.split(',').filter(|n| !n.trim().is_empty());
+    let shape: Vec<u64> = sides.map(|n| n.trim().parse().unwrap()).collect();
+    let (data, rest) = data.as_chunks();
+    assert!(rest.is_empty() && data.len() as u64 == shape.iter().product::<u64>());
+    (shape, data.iter().map(|&b| number(b)).collect())
+}
+
+pub fn grey_png(width: u32, height: u32, grey: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(grey).unwrap();
+    writer.finish().unwrap();
+    bytes
+}
+
+/// Pixels along `x` and `y` of a PNG file, all of which is read.
+pub fn picture_size(path: &Path) -> [u32; 2] {
+    let file = BufReader::new(File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut pixels).unwrap();
+    [frame.width, frame.height]
 }
 
 /// A little-endian NIfTI-1 file of `u8` labels.
@@ -120,16 +159,12 @@ impl Results {
 
     /// Shape and values of an array of doubles.
     pub fn array(&self, name: &str) -> (Vec<u64>, Vec<f64>) {
-        let bytes = std::fs::read(self.path(name)).unwrap();
-        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
-        (file.shape().to_vec(), file.into_vec().unwrap())
+        array(&self.path(name))
     }
 
     /// Shape and values of an array of bytes.
     pub fn mask(&self, name: &str) -> (Vec<u64>, Vec<u8>) {
-        let bytes = std::fs::read(self.path(name)).unwrap();
-        let file = npyz::NpyFile::new(&bytes[..]).unwrap();
-        (file.shape().to_vec(), file.into_vec().unwrap())
+        read_npy(&self.path(name), "|u1", u8::from_le_bytes)
     }
 }
 

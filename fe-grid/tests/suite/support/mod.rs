@@ -1,5 +1,6 @@
 //! Shared by the integration tests.
 
+pub mod assembled;
 pub mod objectives;
 
 use fe_grid::Grid;

@@ -1,17 +1,16 @@
-//! Assembled matrices: twins of the applied operators, for tests and coarse grids.
+//! Assembled matrices: twins of the applied operators.
 
-use nalgebra_sparse::{CooMatrix, CsrMatrix};
+use std::collections::BTreeMap;
 
-use crate::grid::Grid;
-use crate::linear::LinearOperator;
+use fe_grid::{Grid, LinearOperator};
 
 /// The mass matrix `M_ab = ∫ N_a N_b` of multilinear elements.
-pub fn mass_matrix<const D: usize>(grid: &Grid<D>) -> CsrMatrix<f64> {
+pub fn mass_matrix<const D: usize>(grid: &Grid<D>) -> Matrix {
     weighted_mass_matrix(grid, |_, _| 1.0)
 }
 
 /// The stiffness matrix `L_ab = ∫ ∇N_a · ∇N_b` of multilinear elements.
-pub fn stiffness_matrix<const D: usize>(grid: &Grid<D>) -> CsrMatrix<f64> {
+pub fn stiffness_matrix<const D: usize>(grid: &Grid<D>) -> Matrix {
     weighted_stiffness_matrix(grid, |_, _| 1.0)
 }
 
@@ -21,7 +20,7 @@ pub fn stiffness_matrix<const D: usize>(grid: &Grid<D>) -> CsrMatrix<f64> {
 pub fn weighted_mass_matrix<const D: usize>(
     grid: &Grid<D>,
     omega: impl Fn(usize, usize) -> f64,
-) -> CsrMatrix<f64> {
+) -> Matrix {
     assemble(grid, omega, |point, a, b| {
         basis(point, a, None) * basis(point, b, None)
     })
@@ -31,7 +30,7 @@ pub fn weighted_mass_matrix<const D: usize>(
 pub fn weighted_stiffness_matrix<const D: usize>(
     grid: &Grid<D>,
     omega: impl Fn(usize, usize) -> f64,
-) -> CsrMatrix<f64> {
+) -> Matrix {
     let scale = grid.spacing().powi(-2);
     assemble(grid, omega, |point, a, b| {
         let product = |k| basis(point, a, Some(k)) * basis(point, b, Some(k));
@@ -39,19 +38,47 @@ pub fn weighted_stiffness_matrix<const D: usize>(
     })
 }
 
-/// An assembled matrix as an applied operator.
+/// A sparse matrix: columns and values of each row.
 #[derive(Clone, Debug)]
-pub struct CsrOperator(pub CsrMatrix<f64>);
+pub struct Matrix(Vec<Vec<(usize, f64)>>);
 
-impl LinearOperator for CsrOperator {
+impl Matrix {
+    /// `a` times this matrix and `b` times another one that couples the same nodes.
+    pub fn combined(&self, a: f64, other: &Self, b: f64) -> Self {
+        let entry = |(x, y): (&(usize, f64), &(usize, f64))| {
+            assert_eq!(x.0, y.0);
+            (x.0, a * x.1 + b * y.1)
+        };
+        let rows = self.0.iter().zip(&other.0);
+        Self(
+            rows.map(|(x, y)| x.iter().zip(y).map(entry).collect())
+                .collect(),
+        )
+    }
+
+    /// The diagonal.
+    pub fn diagonal(&self) -> Vec<f64> {
+        let entry = |(i, row): (usize, &Vec<(usize, f64)>)| {
+            row.iter().find(|(column, _)| *column == i).unwrap().1
+        };
+        self.0.iter().enumerate().map(entry).collect()
+    }
+
+    /// The largest size of an entry.
+    pub fn largest(&self) -> f64 {
+        let entries = self.0.iter().flatten();
+        entries.fold(0.0, |largest, (_, value)| value.abs().max(largest))
+    }
+}
+
+impl LinearOperator for Matrix {
     fn dim(&self) -> usize {
-        self.0.nrows()
+        self.0.len()
     }
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        assert_eq!((x.len(), y.len()), (self.0.ncols(), self.0.nrows()));
-        for (out, row) in y.iter_mut().zip(self.0.row_iter()) {
-            let terms = row.col_indices().iter().zip(row.values());
-            *out = terms.map(|(&column, value)| value * x[column]).sum();
+        assert_eq!((x.len(), y.len()), (self.dim(), self.dim()));
+        for (out, row) in y.iter_mut().zip(&self.0) {
+            *out = row.iter().map(|&(column, value)| value * x[column]).sum();
         }
     }
 }
@@ -62,7 +89,7 @@ fn assemble<const D: usize>(
     grid: &Grid<D>,
     omega: impl Fn(usize, usize) -> f64,
     product: impl Fn([f64; D], usize, usize) -> f64,
-) -> CsrMatrix<f64> {
+) -> Matrix {
     let corners = 1usize << D;
     let weight = grid.cell_volume() / corners as f64;
     let local: Vec<f64> = (0..corners * corners * corners)
@@ -71,19 +98,23 @@ fn assemble<const D: usize>(
             weight * product(gauss_point(q), a, b)
         })
         .collect();
-    let n = grid.n_nodes();
-    let mut triplets = CooMatrix::new(n, n);
+    let mut rows = vec![BTreeMap::new(); grid.n_nodes()];
     for cell in 0..grid.n_cells() {
         let nodes: Vec<usize> = corner_nodes(grid, cell);
         let weights: Vec<f64> = (0..corners).map(|q| omega(cell, q)).collect();
         for a in 0..corners {
             for b in 0..corners {
                 let term = |q: usize| weights[q] * local[(q * corners + a) * corners + b];
-                triplets.push(nodes[a], nodes[b], (0..corners).map(term).sum());
+                *rows[nodes[a]].entry(nodes[b]).or_insert(0.0) +=
+                    (0..corners).map(term).sum::<f64>();
             }
         }
     }
-    CsrMatrix::from(&triplets)
+    Matrix(
+        rows.into_iter()
+            .map(|row| row.into_iter().collect())
+            .collect(),
+    )
 }
 
 fn corner_nodes<const D: usize>(grid: &Grid<D>, cell: usize) -> Vec<usize> {

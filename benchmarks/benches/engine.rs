@@ -1,16 +1,14 @@
 //! Times of the cell engine: an elastic energy, a composition, normal equations, stencils.
 
-mod support;
-
 use std::hint::black_box;
 
+use benchmarks::{Solid, displacement, nodes, stiffness};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::scatter::{PointWeights, Source, normal_equations};
 use fe_grid::stencil::Background;
 use fe_grid::{Assembly, Data, Element, Field, Grid, Lane, LinearOperator, Point, Reads, certify};
-use support::{Solid, displacement, nodes, stiffness};
 
 /// Quadrature points, `2^D` a cell.
 fn points<const D: usize>(grid: &Grid<D>) -> Throughput {

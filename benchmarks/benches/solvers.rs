@@ -1,14 +1,12 @@
 //! Times of the linear solvers: mass and stiffness, exact solves by transforms, a multigrid cycle.
 
-mod support;
-
 use std::hint::black_box;
 
+use benchmarks::{displacement, nodes, stiffness};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::operators::{MassStiffness, WeightedMassStiffness};
 use fe_grid::{Boundary, Element, Grid, LinearOperator, SpectralSolver, UniformOperator};
-use support::{displacement, nodes, stiffness};
 
 fn uniform_of<T: Element, const D: usize>(c: &mut Criterion, name: &str, n: usize) {
     let grid = Grid::<D>::cube(n);

@@ -1,6 +1,4 @@
-//! A law, states and sizes for the benchmarks.
-
-#![allow(dead_code, reason = "not every benchmark uses every helper")]
+//! A law, states and sizes for the benchmarks of the grids and the solvers on them.
 
 use fe_grid::{CellLaw, Element, Grid, Jet, Lane, Point, Reads, tensor};
 
