@@ -197,10 +197,7 @@ impl<const D: usize, const M: usize> StrainDensity<D, M> for PathDissipation<'_,
 fn pair<L: Lane, const D: usize, const M: usize>(
     gradient: &[[L; D]; M],
 ) -> (Tensor<L, D>, Tensor<L, D>) {
-    let (mut before, mut after) = (tensor::zero::<L, D>(), tensor::zero::<L, D>());
-    for i in 0..D {
-        before[i] = gradient[i];
-        after[i] = gradient[D + i];
-    }
+    let before = std::array::from_fn(|i| gradient[i]);
+    let after = std::array::from_fn(|i| gradient[D + i]);
     (before, after)
 }

@@ -70,21 +70,29 @@ fn evaluate<const D: usize, const S: usize, const P: usize>(
     term: StepTerm<'_, D>,
     grid: Grid<D>,
 ) -> Result<f64, GridError> {
-    let StepTerm { law, weights, .. } = term;
-    match term.kind {
+    let StepTerm {
+        kind,
+        law,
+        weights,
+        level_set,
+        state,
+        factor,
+        gradient,
+    } = term;
+    match kind {
         Kind::Path => {
             let law = StrainEnergy(PathDissipation { law, weights });
             let data = Data {
-                coefficients: &[term.level_set],
+                coefficients: &[level_set],
                 cells: &[],
             };
             let assembly = Assembly::<_, f64, D, P>::new(grid, &law, data);
-            value_or_gradient(&assembly, term.state, term.factor, term.gradient)
+            value_or_gradient(&assembly, state, factor, gradient)
         }
         Kind::Step => {
             let law = StrainEnergy(StepDeformation { law, weights });
             let assembly = Assembly::<_, f64, D, S>::new(grid, &law, Data::default());
-            value_or_gradient(&assembly, term.state, term.factor, term.gradient)
+            value_or_gradient(&assembly, state, factor, gradient)
         }
     }
 }

@@ -35,16 +35,24 @@ fn add_elastic_in<const D: usize>(
     term: ElasticTerm<'_, D>,
     grid: &Grid<D>,
 ) -> Result<f64, GridError> {
+    let ElasticTerm {
+        law,
+        indicator,
+        void_stiffness,
+        displacement,
+        factor,
+        gradient,
+    } = term;
     let law = WeightedElasticity {
-        law: term.law,
-        void_stiffness: term.void_stiffness,
+        law,
+        void_stiffness,
     };
     let data = Data {
-        coefficients: &[term.indicator],
+        coefficients: &[indicator],
         cells: &[],
     };
     let assembly = Assembly::new(*grid, &law, data);
-    value_or_gradient(&assembly, term.displacement, term.factor, term.gradient)
+    value_or_gradient(&assembly, displacement, factor, gradient)
 }
 
 /// The energy of a law; `factor` times its gradient is added to `gradient` unless that is empty.

@@ -12,6 +12,7 @@ mod generate;
 mod geodesic;
 mod joint;
 mod long_runs;
+mod own_law;
 mod pca;
 mod readme;
 mod real_data;
