@@ -395,7 +395,7 @@ fn functional<const D: usize>(case: Case, grid: Grid<D>) -> Outcome<Kernel> {
         .collect();
     let shapes = LevelShapes::new(grid, &distances, &params)?;
     let average = shapes.phase_fields[0].as_slice().to_vec();
-    let mut objective = AverageObjective::new(shapes, &params, average).expect("the default law");
+    let mut objective = AverageObjective::new(shapes, &params, average)?;
     let state = displacement::<f64, D>(&grid).repeat(n_shapes);
     let mut out = vec![0.0; state.len()];
     let kernel = case.kernel(grid, "DoF", (2 * D) as f64, None);
