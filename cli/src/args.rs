@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::average::{AverageArgs, run_average};
 use crate::calculus::{ExtendArgs, TransportArgs, run_extend, run_transport};
+use crate::config::{ConfigArgs, run_config};
 use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
 use crate::error::{CliError, Exit};
@@ -47,6 +48,8 @@ enum Command {
     Figure(FigureArgs),
     /// Tries the theory behind all this by numerical experiments.
     Verify(VerifyArgs),
+    /// Prints the default configuration of a command as commented TOML, for its `--config`.
+    Config(ConfigArgs),
     Demo(DemoArgs),
     Generate(GenerateArgs),
 }
@@ -68,6 +71,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Score(args) => run_score(args),
         Command::Figure(args) => run_figure(args),
         Command::Verify(args) => run_verify(args),
+        Command::Config(args) => run_config(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {

@@ -6,10 +6,10 @@ use clap::Args;
 use fe_grid::Grid;
 use shapespace_generate::{Placed, area_share, letters};
 
-use crate::average::{AverageArgs, Mean, Solver, run_drawn};
+use crate::average::{AverageConfig, AverageRun, run_drawn};
 use crate::error::{CliError, Exit};
 use crate::input::Image;
-use crate::options::{CommonArgs, ScaleArgs};
+use crate::options::{MaskOptions, RunOptions};
 
 /// Nodes a side.
 const NODES: usize = 129;
@@ -46,28 +46,21 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             plain_array: true,
         })
         .collect();
+    let masks = MaskOptions {
+        grid: Some(NODES),
+        ..MaskOptions::default()
+    };
     run_drawn(
         images,
-        &AverageArgs {
-            inputs: Vec::new(),
-            common: CommonArgs {
-                grid: Some(NODES),
+        AverageConfig {
+            masks,
+            ..AverageConfig::default()
+        },
+        &AverageRun {
+            common: RunOptions {
+                output,
                 threads: args.threads,
-                ..CommonArgs::usual(output)
             },
-            solver: Solver::default(),
-            tolerance: 2e-4,
-            weights: Vec::new(),
-            mean: Mean::default(),
-            sweep: None,
-            valid: Vec::new(),
-            joint: false,
-            scales: ScaleArgs::default(),
-            edge_weight: None,
-            mismatch_weight: 1.0,
-            length_weight: None,
-            boundary: None,
-            start: None,
             checkpoint: 0.0,
             memory: None,
         },

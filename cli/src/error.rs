@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::error::Error;
 use std::io::{IsTerminal, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::input::InputError;
@@ -49,6 +49,14 @@ pub enum CliError {
         /// Inputs given.
         found: usize,
     },
+    /// An input that is not named.
+    #[error("'{command}' needs {what}")]
+    Missing {
+        /// The command.
+        command: &'static str,
+        /// What it needs.
+        what: &'static str,
+    },
     /// Weights of the wrong number.
     #[error("--weights has {found} numbers for {expected} masks")]
     WeightCount {
@@ -91,6 +99,28 @@ pub enum CliError {
         /// What is allowed.
         remedy: String,
     },
+    /// A parameter that is out of its range.
+    #[error("--{} {value} is not allowed", name.replace('_', "-"))]
+    Parameter {
+        /// Its name.
+        name: &'static str,
+        /// The value given.
+        value: String,
+        /// What is allowed.
+        expected: String,
+    },
+    /// A configuration file with a wrong key or value; line 0 where none is to blame.
+    #[error("{}: {message}", place(path, *line))]
+    Config {
+        /// The file.
+        path: PathBuf,
+        /// Where in it.
+        line: usize,
+        /// What is wrong.
+        message: String,
+        /// What is right.
+        remedy: String,
+    },
     /// A law that does not exist for the moduli.
     #[error("--law {law} cannot be used: {source}")]
     Law {
@@ -120,7 +150,7 @@ pub enum CliError {
     Average(shape_average::AverageError),
     /// The geodesic cannot be computed.
     #[error("the geodesic cannot be computed: {0}")]
-    Geodesic(#[from] geodesic::GeodesicError),
+    Geodesic(geodesic::GeodesicError),
     /// A directory that is not that of a geodesic that can be gone on from.
     #[error("'{}' is no geodesic that can be gone on from: {reason}", path.display())]
     NoGeodesic {
@@ -131,7 +161,7 @@ pub enum CliError {
     },
     /// The modes of variation cannot be computed.
     #[error("the modes of variation cannot be computed: {0}")]
-    Pca(#[from] shape_pca::PcaError),
+    Pca(shape_pca::PcaError),
     /// Ctrl-C before anything was whole.
     #[error("stopped before the figure was done; nothing has been written")]
     Stopped,
@@ -178,23 +208,48 @@ pub enum CliError {
     },
 }
 
-impl From<shape_average::AverageError> for CliError {
-    fn from(error: shape_average::AverageError) -> Self {
-        match error {
-            shape_average::AverageError::Grid(spill @ fe_grid::GridError::Spill { .. }) => {
-                Self::Spill(spill)
+/// Errors of a library: a parameter that is out of its range is the same in all of them.
+macro_rules! from_library {
+    ($error:ty, $other:expr) => {
+        impl From<$error> for CliError {
+            fn from(error: $error) -> Self {
+                type Error = $error;
+                match error {
+                    Error::Parameter {
+                        name,
+                        expected,
+                        value,
+                    } => Self::Parameter {
+                        name,
+                        value: value.to_string(),
+                        expected: expected.into(),
+                    },
+                    other => $other(other),
+                }
             }
-            other => Self::Average(other),
         }
+    };
+}
+
+from_library!(shape_average::AverageError, average_error);
+from_library!(geodesic::GeodesicError, Self::Geodesic);
+from_library!(shape_pca::PcaError, Self::Pca);
+from_library!(phasefield::PhaseFieldError, segmentation_error);
+
+fn average_error(error: shape_average::AverageError) -> CliError {
+    match error {
+        shape_average::AverageError::Grid(spill @ fe_grid::GridError::Spill { .. }) => {
+            CliError::Spill(spill)
+        }
+        other => CliError::Average(other),
     }
 }
 
-impl From<phasefield::PhaseFieldError> for CliError {
-    fn from(error: phasefield::PhaseFieldError) -> Self {
-        Self::Computation {
-            message: format!("the image cannot be segmented: {error}"),
-            remedy: "try another --smooth or --contrast; if that does not help, please report it with the image".into(),
-        }
+#[expect(clippy::needless_pass_by_value, reason = "an error is consumed")]
+fn segmentation_error(error: phasefield::PhaseFieldError) -> CliError {
+    CliError::Computation {
+        message: format!("the image cannot be segmented: {error}"),
+        remedy: "try another --smooth or --contrast; if that does not help, please report it with the image".into(),
     }
 }
 
@@ -212,7 +267,26 @@ fn normalised_help(normalised: &[f64]) -> Cow<'static, str> {
     format!("divided by their sum they are {}", numbers.join(",")).into()
 }
 
+/// A file and a line of it.
+fn place(path: &Path, line: usize) -> String {
+    match line {
+        0 => format!("'{}'", path.display()),
+        _ => format!("'{}', line {line}", path.display()),
+    }
+}
+
 impl CliError {
+    /// The key of a configuration that this is about.
+    pub(crate) fn key(&self) -> Option<String> {
+        match self {
+            Self::Parameter { name, .. } => Some((*name).into()),
+            Self::Option { option, .. } => Some(option.strip_prefix("--")?.replace('-', "_")),
+            Self::WeightCount { .. } | Self::WeightSum { .. } => Some("weights".into()),
+            Self::Law { .. } => Some("law".into()),
+            _ => None,
+        }
+    }
+
     /// The exit code of this error.
     pub fn exit(&self) -> Exit {
         match self {
@@ -234,7 +308,11 @@ impl CliError {
         let text = match self {
             Self::Input(error) => error.help(),
             Self::Output(error) => error.help(),
-            Self::Option { remedy, .. } | Self::Computation { remedy, .. } => remedy,
+            Self::Option { remedy, .. }
+            | Self::Computation { remedy, .. }
+            | Self::Config { remedy, .. } => remedy,
+            Self::Parameter { expected, .. } => return format!("allowed: {expected}").into(),
+            Self::Missing { .. } => "name it after the command, or in the file after --config",
             Self::WeightSum { normalised, .. } => return normalised_help(normalised),
             Self::NoResult { command, .. } => {
                 return format!("name a directory that `shapespace {command}` has written").into();

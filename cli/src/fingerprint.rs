@@ -26,12 +26,24 @@ pub(crate) struct Fingerprint {
 }
 
 impl Fingerprint {
-    /// Of parameters and of hashes of inputs.
-    pub fn new(parameters: Value, inputs: Vec<String>) -> Self {
-        Self {
+    /// Of a configuration and of hashes of inputs, which may have other names.
+    pub fn new(config: &impl Serialize, inputs: Vec<String>) -> Self {
+        // What is not set is left out.
+        let table = toml::Table::try_from(config).unwrap_or_default();
+        let parameters = serde_json::to_value(table).unwrap_or_default();
+        let mut fingerprint = Self {
             version: env!("CARGO_PKG_VERSION").into(),
             parameters,
             inputs,
+        };
+        fingerprint.leave_out("inputs");
+        fingerprint
+    }
+
+    /// Does not depend on a key of the configuration.
+    pub fn leave_out(&mut self, key: &str) {
+        if let Some(all) = self.parameters.as_object_mut() {
+            all.remove(key);
         }
     }
 

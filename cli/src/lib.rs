@@ -4,6 +4,7 @@ pub mod args;
 pub mod average;
 mod bytes;
 pub mod calculus;
+pub mod config;
 pub mod demo;
 pub mod distances;
 pub mod error;

@@ -1,77 +1,41 @@
 //! Options that several commands share, and what is checked about them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use hyperelastic::{LameModuli, LawName, LawSpec};
+use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
+use crate::config::allow;
 use crate::error::CliError;
-use crate::numbers::positive;
 
 /// Fewest nodes a side.
 const FEWEST_NODES: usize = 9;
 
-/// Options of every command that computes with the shapes of masks.
+/// Where the results of a command go, and what they do not depend on.
 #[derive(Clone, Debug, Args)]
-pub struct CommonArgs {
+pub struct RunOptions {
     /// New directory for the results.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Nodes a side, 2^L + 1 [default: 129, for volumes 65].
-    #[arg(long, value_name = "N")]
-    pub grid: Option<usize>,
-    /// Most iterations on a level.
-    #[arg(long, value_name = "N", default_value_t = 100,
-          value_parser = clap::value_parser!(u32).range(1..))]
-    pub max_iterations: u32,
-    /// Law of the elastic material; "inverse:..." is its inverse model.
-    #[arg(long, value_name = "LAW", default_value_t, value_parser = laws())]
-    pub law: LawName,
-    /// First Lame modulus.
-    #[arg(long, default_value_t = 1.0, value_parser = positive)]
-    pub lambda: f64,
-    /// Second Lame modulus, the shear modulus.
-    #[arg(long, default_value_t = 1.0, value_parser = positive)]
-    pub mu: f64,
-    /// Stiffness outside the objects, theirs being 1.
-    #[arg(long, default_value_t = 1e-4, value_parser = positive)]
-    pub void_stiffness: f64,
-    /// Alignment of the shapes before anything else.
-    #[arg(long, value_enum, default_value_t)]
-    pub align: Align,
-    /// In label images, the label of the object [default: every label but 0].
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    pub label: Option<i64>,
     /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
 }
 
-/// How edges and smoothness are weighed, wherever images are segmented.
-#[derive(Clone, Copy, Debug, Default, Args)]
-pub struct ScaleArgs {
-    /// Length over which the image is smoothed away from its edges, as a share of the longest side
-    /// [default: .02, and no less than three spacings of the grid].
-    #[arg(long, value_name = "SHARE", value_parser = positive)]
-    pub smooth: Option<f64>,
-    /// Least jump of the grey value that is an edge, as a share of the range of the image
-    /// [default: .2].
-    #[arg(long, value_name = "SHARE", value_parser = positive)]
-    pub contrast: Option<f64>,
-}
-
-impl ScaleArgs {
-    /// The least jump of an edge.
-    pub fn contrast(&self) -> f64 {
-        self.contrast.unwrap_or(0.2)
-    }
-
-    /// The length of smoothing on a grid of this spacing.
-    pub fn length(&self, spacing: f64) -> f64 {
-        self.smooth.unwrap_or(0.02f64.max(3.0 * spacing))
-    }
+/// How masks are read and placed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MaskOptions {
+    /// Nodes a side, 2^L + 1 [default: 129, for volumes 65].
+    #[arg(long, value_name = "N")]
+    pub grid: Option<usize>,
+    /// Alignment of the shapes before anything else.
+    #[arg(long, value_enum)]
+    pub align: Align,
+    /// In label images, the label of the object [default: every label but 0].
+    #[arg(long, value_name = "N")]
+    pub label: Option<i64>,
 }
 
 /// Alignment of the shapes before anything else.
@@ -85,29 +49,7 @@ pub enum Align {
     Rigid,
 }
 
-/// The names of all laws.
-fn laws() -> impl TypedValueParser<Value = LawName> {
-    let names: Vec<String> = LawName::all().map(|law| law.to_string()).collect();
-    PossibleValuesParser::new(names).try_map(|name| name.parse::<LawName>())
-}
-
-impl CommonArgs {
-    /// What a command does that is given nothing but a place for its results.
-    pub fn usual(output: PathBuf) -> Self {
-        Self {
-            output,
-            grid: None,
-            max_iterations: 100,
-            law: LawName::default(),
-            lambda: 1.0,
-            mu: 1.0,
-            void_stiffness: 1e-4,
-            align: Align::default(),
-            label: None,
-            threads: None,
-        }
-    }
-
+impl MaskOptions {
     /// The nodes a side in `D` dimensions.
     ///
     /// # Errors
@@ -118,34 +60,19 @@ impl CommonArgs {
         check_nodes(nodes, most)?;
         Ok(nodes)
     }
+}
 
-    /// The law with its moduli. It is found out now what a computation would refuse after all
-    /// inputs are read.
-    ///
-    /// # Errors
-    /// [`CliError::Law`] where there is no such law, [`CliError::Option`] for a void that is too
-    /// stiff.
-    pub fn material<const D: usize>(&self) -> Result<LawSpec, CliError> {
-        let spec = LawSpec {
-            law: self.law,
-            moduli: LameModuli {
-                lambda: self.lambda,
-                mu: self.mu,
-            },
-        };
-        spec.compile::<D>().map_err(|error| CliError::Law {
-            law: self.law.to_string(),
-            source: error,
-        })?;
-        if self.void_stiffness > 1.0 {
-            return Err(CliError::Option {
-                option: "--void-stiffness",
-                value: self.void_stiffness.to_string(),
-                remedy: "the void is no stiffer than the object, which has 1; try 1e-4".into(),
-            });
-        }
-        Ok(spec)
-    }
+/// Finds out now whether a computation in `D` dimensions would refuse a law after all inputs are
+/// read.
+///
+/// # Errors
+/// [`CliError::Law`] where there is no such law.
+pub(crate) fn check_law<const D: usize>(spec: &LawSpec) -> Result<(), CliError> {
+    let compiled = spec.compile::<D>().map(drop);
+    compiled.map_err(|error| CliError::Law {
+        law: spec.law.to_string(),
+        source: error,
+    })
 }
 
 /// Whether a grid of so many nodes a side can be made coarser again and again.
@@ -165,6 +92,81 @@ pub(crate) fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {
             "the grid needs 2^L + 1 nodes a side, from {FEWEST_NODES} to {most}; try --grid {near}"
         ),
     })
+}
+
+/// Sizes of shapes beside each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Size {
+    /// In the length units of the files.
+    #[default]
+    Kept,
+    /// All of the same area or volume: for pictures of other resolution.
+    Equal,
+}
+
+/// How edges and smoothness are weighed, wherever images are segmented.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ScaleOptions {
+    /// Length over which the image is smoothed away from its edges, as a share of the longest side
+    /// [default: .02, and no less than three spacings of the grid].
+    #[arg(long, value_name = "SHARE")]
+    pub smooth: Option<f64>,
+    /// Least jump of the grey value that is an edge, as a share of the range of the image
+    /// [default: .2].
+    #[arg(long, value_name = "SHARE")]
+    pub contrast: Option<f64>,
+}
+
+impl ScaleOptions {
+    /// Checks the numbers that are given.
+    ///
+    /// # Errors
+    /// [`CliError::Parameter`].
+    pub fn check(&self) -> Result<(), CliError> {
+        positive("smooth", self.smooth)?;
+        positive("contrast", self.contrast)
+    }
+
+    /// The least jump of an edge.
+    pub fn contrast(&self) -> f64 {
+        self.contrast.unwrap_or(0.2)
+    }
+
+    /// The length of smoothing on a grid of this spacing.
+    pub fn length(&self, spacing: f64) -> f64 {
+        self.smooth.unwrap_or(0.02f64.max(3.0 * spacing))
+    }
+}
+
+/// Refuses an empty name.
+///
+/// # Errors
+/// [`CliError::Missing`].
+pub(crate) fn named(
+    command: &'static str,
+    what: &'static str,
+    path: &Path,
+) -> Result<(), CliError> {
+    if path.as_os_str().is_empty() {
+        return Err(CliError::Missing { command, what });
+    }
+    Ok(())
+}
+
+/// Refuses a number that is given and not positive.
+///
+/// # Errors
+/// [`CliError::Parameter`].
+pub(crate) fn positive(name: &'static str, value: Option<f64>) -> Result<(), CliError> {
+    let value = value.unwrap_or(1.0);
+    allow(
+        value > 0.0 && value.is_finite(),
+        name,
+        &value,
+        "a positive number",
+    )
 }
 
 #[cfg(test)]

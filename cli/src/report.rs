@@ -1,61 +1,134 @@
 //! What every `result.json` tells in the same words.
 
+use std::path::Path;
+use std::time::Instant;
+
 use fe_grid::Certificate;
 use fe_grid::minimise::Status;
-use serde::Serialize;
+use serde::{Deserialize, Serialize, Serializer};
 
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct CertificateRecord {
-    /// Whether all deformations are proven to be injective on every cell.
-    pub certified: bool,
-    /// A lower bound of their determinants.
-    pub min_det: f64,
+use crate::config::{Config, write_config};
+use crate::error::CliError;
+use crate::output::write_json;
+use crate::shapes::InputRecord;
+
+/// The file that tells what was computed.
+pub(crate) const RESULT: &str = "result.json";
+
+/// Everything in a `result.json`. What does not exist is left out; there are no nulls.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(bound(
+    serialize = "C: Serialize, T: Serialize",
+    deserialize = "C: Deserialize<'de>, T: Deserialize<'de>"
+))]
+pub(crate) struct Record<C, T, const D: usize> {
+    pub version: String,
+    /// In one word how the computation ended.
+    pub status: String,
+    pub dimension: usize,
+    /// Nodes along each axis of the arrays, `x` first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub nodes: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub input: Vec<InputRecord<D>>,
+    /// The configuration, with nothing left to choose.
+    #[serde(serialize_with = "without_nulls")]
+    pub parameters: C,
+    /// What was found.
+    #[serde(flatten)]
+    pub body: T,
+    /// From the beginning until this is written.
+    pub seconds: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peak_memory_bytes: Option<u64>,
 }
 
-impl CertificateRecord {
-    /// The record of a certificate.
-    pub fn new(certificate: &Certificate) -> Self {
+impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
+    /// What was found since an instant, on a grid of these nodes.
+    pub fn new(
+        status: impl Into<String>,
+        nodes: &[usize],
+        config: &C,
+        body: T,
+        start: Instant,
+    ) -> Self {
         Self {
-            certified: certificate.certified,
-            min_det: certificate.min_det,
+            version: env!("CARGO_PKG_VERSION").into(),
+            status: status.into(),
+            dimension: D,
+            nodes: nodes.to_vec(),
+            input: Vec::new(),
+            parameters: config.clone(),
+            body,
+            seconds: start.elapsed().as_secs_f64(),
+            peak_memory_bytes: peak_memory(),
         }
     }
 
-    /// The same in words.
-    pub fn words(&self) -> &'static str {
-        if self.certified {
-            "certified without folds"
-        } else {
-            "NOT certified"
-        }
+    /// The same with the inputs.
+    pub fn of(mut self, input: Vec<InputRecord<D>>) -> Self {
+        self.input = input;
+        self
+    }
+
+    /// Writes `config.toml` and `result.json` to a directory in the making.
+    ///
+    /// # Errors
+    /// [`CliError::Output`].
+    pub fn write(&self, directory: &Path) -> Result<(), CliError> {
+        write_config(&directory.join("config.toml"), &self.parameters)?;
+        Ok(write_json(&directory.join(RESULT), self)?)
+    }
+}
+
+impl<C, T, const D: usize> Record<C, T, D> {
+    /// Whether the user stopped the computation.
+    pub fn cancelled(&self) -> bool {
+        self.status == CANCELLED
+    }
+}
+
+/// A configuration, of which TOML leaves out what is not set.
+fn without_nulls<C: Serialize, S: Serializer>(config: &C, out: S) -> Result<S::Ok, S::Error> {
+    let table = toml::Table::try_from(config).map_err(serde::ser::Error::custom)?;
+    table.serialize(out)
+}
+
+/// A certificate in words.
+pub(crate) fn certified(certificate: &Certificate) -> &'static str {
+    if certificate.certified {
+        "certified without folds"
+    } else {
+        "NOT certified"
     }
 }
 
 /// The name of [`Status::Cancelled`].
 pub(crate) const CANCELLED: &str = "cancelled";
+/// What a computation is that ended as it should.
+const CONVERGED: &str = "converged";
 
 /// The status of a whole computation, and that of its last level, in one word.
-pub(crate) fn overall(status: Status, last: Option<Status>) -> &'static str {
+pub(crate) fn overall(status: Status, last: Option<Status>) -> String {
     if last == Some(Status::Cancelled) {
-        return CANCELLED;
+        return CANCELLED.into();
     }
     if status.converged() {
-        return "converged";
+        return CONVERGED.into();
     }
-    name(status)
+    word(&status)
 }
 
-/// The name of a status.
-pub(crate) fn name(status: Status) -> &'static str {
-    match status {
-        Status::GradientTolerance => "gradient_tolerance",
-        Status::EnergyTolerance => "energy_tolerance",
-        Status::MaxIterations => "max_iterations",
-        Status::LineSearchFailed => "line_search_failed",
-        Status::IndefiniteMetric => "indefinite_metric",
-        Status::Cancelled => CANCELLED,
-        Status::InadmissibleStart => "inadmissible_start",
-        _ => "other",
+/// The status of several computations: the first that has not converged.
+pub(crate) fn first_failure<'a>(mut all: impl Iterator<Item = &'a str>) -> &'a str {
+    all.find(|status| *status != CONVERGED).unwrap_or(CONVERGED)
+}
+
+/// The word that a value is written as.
+pub(crate) fn word(value: &impl Serialize) -> String {
+    match serde_json::to_value(value) {
+        Ok(serde_json::Value::String(word)) => word,
+        _ => "other".into(),
     }
 }
 

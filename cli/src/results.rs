@@ -1,12 +1,48 @@
-//! Arrays of result directories, read back.
+//! Result directories, read back.
 
+use std::fs;
 use std::path::Path;
 
 use fe_grid::{Field, Grid, ScalarField};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use crate::error::CliError;
 use crate::input::read_array;
 use crate::output::numbered;
+use crate::report::{RESULT, Record};
+
+/// The record of a directory.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub(crate) fn read_record<C: DeserializeOwned, T: DeserializeOwned, const D: usize>(
+    directory: &Path,
+) -> Result<Record<C, T, D>, String> {
+    read(directory)
+}
+
+/// The dimension of the shapes of a directory.
+///
+/// # Errors
+/// As [`read_record`].
+pub(crate) fn read_dimension(directory: &Path) -> Result<usize, String> {
+    #[derive(Deserialize)]
+    struct Shapes {
+        dimension: usize,
+    }
+    let Shapes { dimension } = read(directory)?;
+    match dimension {
+        2 | 3 => Ok(dimension),
+        other => Err(format!("it has {other} dimensions")),
+    }
+}
+
+fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
+    let text = fs::read(directory.join(RESULT))
+        .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;
+    serde_json::from_slice(&text).map_err(|error| format!("its {RESULT} is another's: {error}"))
+}
 
 /// The arrays of a directory.
 pub(crate) struct ResultFields<'a> {

@@ -54,7 +54,6 @@ pub struct AverageParams {
     #[cfg_attr(feature = "clap", arg(long))]
     pub mismatch_weight: f64,
     /// Weight of the length of the average's boundary [default: 1e-4 times the mismatch weight].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "clap", arg(long))]
     pub length_weight: Option<f64>,
     /// Stiffness outside the objects, relative to theirs; above 0, at most 1.
@@ -65,10 +64,14 @@ pub struct AverageParams {
     pub interface_cells: f64,
     /// Weights of the shapes, not negative and of sum one [default: all equal]. Shapes of weight zero
     /// do not influence the average and are deformed onto it afterwards.
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(
         feature = "clap",
-        arg(long, value_name = "W,W,..", value_delimiter = ',')
+        arg(
+            long,
+            value_name = "W,W,..",
+            allow_hyphen_values = true,
+            value_delimiter = ','
+        )
     )]
     pub weights: Option<Vec<f64>>,
     /// Which mean of the shapes to compute.
@@ -76,7 +79,6 @@ pub struct AverageParams {
     pub mean: Mean,
     /// Median only: the energy at which a shape has the influence that it has on the average
     /// [default: the median of the energies of the shapes at their average].
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "clap", arg(long, value_name = "E", hide_short_help = true))]
     pub median_reference: Option<f64>,
     /// How the energy is minimised.

@@ -69,6 +69,7 @@ pub struct AverageResult<const D: usize> {
     pub dice: Vec<f64>,
     /// Distance of the boundaries of each pushed-forward shape and of the average, where the shape
     /// was seen; none where one of the two has no boundary there.
+    #[serde(skip)]
     pub hausdorff: Vec<Option<Hausdorff>>,
     /// What happened on each level, coarsest first.
     pub levels: Vec<LevelReport>,

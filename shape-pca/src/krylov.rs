@@ -18,8 +18,10 @@ pub struct SolveReport {
     pub residual: f64,
     /// The least Ritz value of the preconditioned operator; positive where all curvature that was
     /// met is.
+    #[serde(skip)]
     pub least_curvature: f64,
     /// The largest.
+    #[serde(skip)]
     pub largest_curvature: f64,
 }
 

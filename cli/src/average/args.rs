@@ -1,69 +1,36 @@
 //! Options of `shapespace average`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::{Deserialize, Serialize};
+use shape_average::joint::JointParams;
+use shape_average::{AverageParams, Mean, Solver};
 
+use super::views;
 use crate::bytes::bytes;
-use crate::numbers::{finite, not_negative, positive};
-use crate::options::{CommonArgs, ScaleArgs};
+use crate::config::{Config, Configured, allow};
+use crate::error::CliError;
+use crate::numbers::not_negative;
+use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, positive};
 
 /// Options of `shapespace average`.
 #[derive(Clone, Debug, Args)]
 pub struct AverageArgs {
-    /// Masks: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz; the object bright.
-    #[arg(required = true, value_name = "INPUT")]
-    pub inputs: Vec<PathBuf>,
+    /// What is computed.
+    #[command(flatten)]
+    pub config: Configured<AverageConfig>,
+    /// What the results do not depend on.
+    #[command(flatten)]
+    pub run: AverageRun,
+}
+
+/// How averages are computed; no result depends on it.
+#[derive(Clone, Debug, Args)]
+pub struct AverageRun {
     /// Options that other commands have, too.
     #[command(flatten)]
-    pub common: CommonArgs,
-    /// How the energy is minimised.
-    #[arg(long, value_enum, default_value_t)]
-    pub solver: Solver,
-    /// A level ends when five iterations lower the energy's excess over the least possible
-    /// mismatch by less than this share.
-    #[arg(long, value_name = "SHARE", default_value_t = 2e-4, value_parser = positive)]
-    pub tolerance: f64,
-    /// Weights of the shapes, adding up to 1 [default: all equal].
-    #[arg(long, value_name = "W,W,..", value_delimiter = ',', value_parser = finite,
-          allow_hyphen_values = true)]
-    pub weights: Vec<f64>,
-    /// What of the elastic energies is least: their sum, or that of their roots, which a few shapes
-    /// of another kind move little.
-    #[arg(long, value_enum, default_value_t)]
-    pub mean: Mean,
-    /// What was seen of each input, bright there, of its size; 'all' where everything was. Nothing is
-    /// compared with the average where an input was not seen.
-    #[arg(long, value_name = "MASK", num_args = 1.., conflicts_with = "joint")]
-    pub valid: Vec<PathBuf>,
-    /// Averages two or three shapes with all weights on a line or in a triangle, N on a side.
-    #[arg(long, value_name = "N", conflicts_with_all = ["weights", "joint"],
-          value_parser = clap::value_parser!(u32).range(2..=65))]
-    pub sweep: Option<u32>,
-    /// The inputs are grey images of about one size: their edges are found and averaged at the same time.
-    #[arg(long)]
-    pub joint: bool,
-    /// With --joint: how edges and smoothness are weighed.
-    #[command(flatten)]
-    pub scales: ScaleArgs,
-    /// With --joint: weight of the length of an image's edges, as a share of the mismatch weight
-    /// [default: 2].
-    #[arg(long, value_name = "SHARE", value_parser = positive)]
-    pub edge_weight: Option<f64>,
-    /// Weight of the mismatch between the shapes and the average.
-    #[arg(long, default_value_t = 1.0, value_parser = positive)]
-    pub mismatch_weight: f64,
-    /// Weight of the average's boundary length [default: 1e-4 of the mismatch weight].
-    #[arg(long, value_parser = positive)]
-    pub length_weight: Option<f64>,
-    /// What the deformations do at the border of the box [default: natural; with --joint identity].
-    #[arg(long, value_enum)]
-    pub boundary: Option<Boundary>,
-    /// Begins with the deformations of an earlier average of the same inputs, in their order: one
-    /// that was stopped, or of other parameters, on this grid or a coarser one.
-    #[arg(long, value_name = "DIR", conflicts_with = "sweep")]
-    pub start: Option<PathBuf>,
+    pub common: RunOptions,
     /// Minutes between checkpoints, 0 for none: after a sudden end the same command goes on from the
     /// last one, which is kept in OUTPUT.partial until the result is written.
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = not_negative)]
@@ -74,35 +41,241 @@ pub struct AverageArgs {
     pub memory: Option<u64>,
 }
 
-/// What of the elastic energies is least.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Mean {
-    /// Their weighted sum.
-    #[default]
-    Arithmetic,
-    /// The weighted sum of their roots.
-    Median,
+/// What `shapespace average` computes.
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct AverageConfig {
+    /// Masks: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz; the object bright.
+    #[arg(value_name = "INPUT")]
+    pub inputs: Vec<PathBuf>,
+    /// How masks are read and placed.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub masks: MaskOptions,
+    /// What was seen of each input, bright there, of its size; 'all' where everything was. Nothing is
+    /// compared with the average where an input was not seen.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[arg(long, value_name = "MASK", num_args = 1..)]
+    pub valid: Vec<PathBuf>,
+    /// Begin with the deformations of an earlier average of the same inputs, in their order: one
+    /// that was stopped, or of other parameters, on this grid or a coarser one.
+    #[arg(long, value_name = "DIR")]
+    pub start: Option<PathBuf>,
+    /// Average two or three shapes with all weights on a line or in a triangle, N on a side.
+    #[arg(long, value_name = "N")]
+    pub sweep: Option<usize>,
+    /// The inputs are grey images of about one size: find their edges and average them at the same
+    /// time. The boundary is the identity then, unless said otherwise.
+    #[arg(long)]
+    pub joint: bool,
+    /// With --joint: how edges and smoothness are weighed.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub scales: ScaleOptions,
+    /// With --joint: weight of the length of an image's edges, as a share of the mismatch weight
+    /// [default: 2].
+    #[arg(long, value_name = "SHARE")]
+    pub edge_weight: Option<f64>,
+    /// Parameters of the average.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub params: AverageParams,
 }
 
-/// How the energy is minimised.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Solver {
-    /// Limited-memory BFGS with a multigrid metric, the phase field eliminated.
-    #[default]
-    Lbfgs,
-    /// Alternating gradient descent.
-    Descent,
+impl Config for AverageConfig {
+    const COMMAND: &'static str = "average";
+
+    fn base(&self) -> Option<Self> {
+        self.joint.then(|| Self {
+            joint: true,
+            params: JointParams::default().average,
+            ..Self::default()
+        })
+    }
+
+    fn check(&self) -> Result<(), CliError> {
+        let n = self.inputs.len();
+        if n < 2 {
+            return Err(CliError::TooFewInputs {
+                command: Self::COMMAND,
+                needed: 2,
+                found: n,
+            });
+        }
+        if self.joint {
+            self.check_joint()?;
+        } else {
+            self.check_masks()?;
+        }
+        self.scales.check()?;
+        positive("edge_weight", self.edge_weight)?;
+        let iterations = self.params.max_iterations;
+        allow(iterations > 0, "max_iterations", &iterations, "at least 1")?;
+        let weights = self.weights().map(Some)?;
+        let params = self.params.clone();
+        Ok(AverageParams { weights, ..params }.check(n)?)
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        let valid = self.valid.iter_mut();
+        let valid = valid.filter(|path| path.as_path() != Path::new(views::ALL));
+        self.inputs
+            .iter_mut()
+            .chain(valid)
+            .chain(&mut self.start)
+            .collect()
+    }
 }
 
-/// What the deformations do at the border of the box.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Boundary {
-    /// Free.
-    #[default]
-    Natural,
-    /// The identity.
-    Identity,
+impl AverageConfig {
+    fn check_masks(&self) -> Result<(), CliError> {
+        let of_images = [
+            ("--smooth", self.scales.smooth),
+            ("--contrast", self.scales.contrast),
+            ("--edge-weight", self.edge_weight),
+        ];
+        for (option, value) in of_images {
+            if let Some(value) = value {
+                return Err(CliError::Option {
+                    option,
+                    value: value.to_string(),
+                    remedy: "it is for grey images: add --joint, or leave it out".into(),
+                });
+            }
+        }
+        views::check(&self.valid, self.inputs.len())?;
+        let Some(side) = self.sweep else {
+            return Ok(());
+        };
+        allow((2..=65).contains(&side), "sweep", &side, "2 to 65")?;
+        let (value, remedy) = if self.inputs.len() > 3 {
+            let value = format!("of {} masks", self.inputs.len());
+            let remedy = "give two masks for a line of averages, or three for a triangle";
+            (value, remedy)
+        } else if self.params.weights.is_some() {
+            ("with --weights".into(), "leave one of the two out")
+        } else if self.start.is_some() {
+            ("with --start".into(), "leave one of the two out")
+        } else {
+            return Ok(());
+        };
+        Err(CliError::Option {
+            option: "--sweep",
+            value,
+            remedy: remedy.into(),
+        })
+    }
+
+    fn check_joint(&self) -> Result<(), CliError> {
+        let refused = [
+            ("--weights", self.params.weights.is_some()),
+            ("--align rigid", self.masks.align != Align::None),
+            ("--label", self.masks.label.is_some()),
+            ("--solver descent", self.params.solver != Solver::Lbfgs),
+            ("--mean median", self.params.mean != Mean::Arithmetic),
+            ("--valid", !self.valid.is_empty()),
+            ("--sweep", self.sweep.is_some()),
+        ];
+        match refused.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(not_joint(option)),
+            None => Ok(()),
+        }
+    }
+
+    /// The weights of the shapes: those given, divided by their sum, or equal ones.
+    ///
+    /// # Errors
+    /// [`CliError`] for weights of another number, below zero, or that do not add up to one.
+    pub(super) fn weights(&self) -> Result<Vec<f64>, CliError> {
+        let shapes = self.inputs.len();
+        let Some(given) = &self.params.weights else {
+            return Ok(vec![1.0 / shapes as f64; shapes]);
+        };
+        if given.len() != shapes {
+            return Err(CliError::WeightCount {
+                expected: shapes,
+                found: given.len(),
+            });
+        }
+        let allowed = |w: &&f64| **w >= 0.0 && w.is_finite();
+        if let Some(wrong) = given.iter().find(|w| !allowed(w)) {
+            return Err(CliError::Option {
+                option: "--weights",
+                value: wrong.to_string(),
+                remedy: "weights must not be negative and must add up to 1".into(),
+            });
+        }
+        let sum: f64 = given.iter().sum();
+        let normalised = given.iter().map(|w| w / sum);
+        let distance = (sum - 1.0).abs();
+        // Weights typed with six digits, such as .333333 three times, are meant to add up to 1.
+        if distance > 1e-5 {
+            return Err(CliError::WeightSum {
+                sum,
+                normalised: if sum > 0.0 {
+                    normalised.collect()
+                } else {
+                    Vec::new()
+                },
+            });
+        }
+        // Weights that add up to 1 but for rounding stay as they are: so they do when read again.
+        Ok(if distance > 1e-12 {
+            normalised.collect()
+        } else {
+            given.clone()
+        })
+    }
+}
+
+/// What images cannot be averaged with.
+pub(super) fn not_joint(option: &str) -> CliError {
+    CliError::Option {
+        option: "--joint",
+        value: format!("with {option}"),
+        remedy: format!("leave out {option}: images are averaged whole, all alike"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn weights(given: &[f64], shapes: usize) -> Result<Vec<f64>, CliError> {
+        let given = (!given.is_empty()).then(|| given.to_vec());
+        AverageConfig {
+            inputs: vec!["a.npy".into(); shapes],
+            params: AverageParams {
+                weights: given,
+                ..AverageParams::default()
+            },
+            ..AverageConfig::default()
+        }
+        .weights()
+    }
+
+    #[test]
+    fn weights_are_checked_and_completed() {
+        assert_eq!(weights(&[], 4).unwrap(), [0.25; 4]);
+        assert_eq!(weights(&[0.25, 0.75], 2).unwrap(), [0.25, 0.75]);
+        let thirds = weights(&[0.333333; 3], 3).unwrap();
+        assert!((thirds.iter().sum::<f64>() - 1.0).abs() < 1e-15);
+        assert_eq!(weights(&thirds, 3).unwrap(), thirds);
+        assert!(matches!(
+            weights(&[1.0], 2),
+            Err(CliError::WeightCount { .. })
+        ));
+        assert!(matches!(
+            weights(&[0.5, 0.6], 2),
+            Err(CliError::WeightSum { .. })
+        ));
+        assert!(matches!(
+            weights(&[-0.5, 1.5], 2),
+            Err(CliError::Option { .. })
+        ));
+        assert!(matches!(
+            weights(&[0.0, 0.0], 2),
+            Err(CliError::WeightSum { .. })
+        ));
+    }
 }

@@ -6,14 +6,14 @@
 //! one that is complete.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use fe_grid::minimise::{Control, Iteration, Observer};
 use fe_grid::{Field, Grid};
 use serde::{Deserialize, Serialize};
 
-use super::args::AverageArgs;
+use super::args::{AverageConfig, AverageRun};
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::input::Image;
@@ -21,7 +21,8 @@ use crate::input::place::FrameTransform;
 use crate::output::npy::{Precision, write_field};
 use crate::output::{OutputError, WorkDir, deformation, numbered};
 use crate::progress::Progress;
-use crate::results::ResultFields;
+use crate::report::RESULT;
+use crate::results::{ResultFields, read_record};
 use crate::shapes::SeenMask;
 use crate::watch::{Course, Watch};
 
@@ -29,13 +30,12 @@ const STATE: &str = "state.json";
 
 /// What the deformations depend on.
 pub(super) fn fingerprint<const D: usize>(
-    parameters: &impl Serialize,
+    config: &AverageConfig,
     images: &[Image<D>],
     views: &[Option<SeenMask<D>>],
 ) -> Fingerprint {
-    let parameters = serde_json::to_value(parameters).unwrap_or_default();
     let views = views.iter().flatten().map(|mask| hash(&mask.image));
-    Fingerprint::new(parameters, images.iter().map(hash).chain(views).collect())
+    Fingerprint::new(config, images.iter().map(hash).chain(views).collect())
 }
 
 /// What is told of a checkpoint.
@@ -252,29 +252,15 @@ fn deformations<const D: usize>(
     (0..n_shapes).map(read).collect()
 }
 
-/// What is read of an earlier result.
-#[derive(Deserialize)]
-#[serde(bound = "")]
-struct Told<const D: usize> {
-    /// Shapes, or images that were averaged with their edges.
-    #[serde(alias = "images")]
-    input: Vec<ToldInput<D>>,
-}
-
-#[derive(Deserialize)]
-#[serde(bound = "")]
-struct ToldInput<const D: usize> {
-    frame: FrameTransform<D>,
-}
-
 /// Whether the inputs of an earlier average lay where these do, as far as it tells.
 fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) -> bool {
-    let Ok(text) = fs::read(directory.join("result.json")) else {
+    if !directory.join(RESULT).exists() {
         return true;
-    };
-    serde_json::from_slice::<Told<D>>(&text).is_ok_and(|told| {
-        let all = told.input.iter().zip(frames);
-        told.input.len() == frames.len() && all.into_iter().all(|(a, b)| a.frame.like(b))
+    }
+    let record = read_record::<AverageConfig, (), D>(directory);
+    record.is_ok_and(|record| {
+        let mut all = record.input.iter().zip(frames);
+        record.input.len() == frames.len() && all.all(|(a, b)| a.frame.like(b))
     })
 }
 
@@ -284,20 +270,21 @@ fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) 
 /// # Errors
 /// Those of [`Keeper::new`], and [`CliError::NoResult`] for a start that does not fit.
 pub(super) fn begin<'a, const D: usize>(
-    args: &'a AverageArgs,
+    start: Option<&Path>,
+    run: &'a AverageRun,
     fingerprint: Fingerprint,
     grids: Vec<Grid<D>>,
     leads: Vec<bool>,
     watch: Watch<'a>,
 ) -> Result<(Keeper<'a, D>, Vec<Field<f64, D, D>>), CliError> {
-    let started = match &args.start {
+    let started = match start {
         Some(directory) => deformations(directory, leads.len(), &grids)?,
         None => Vec::new(),
     };
     let place = Place {
-        target: &args.common.output,
+        target: &run.common.output,
         fingerprint,
-        minutes: args.checkpoint,
+        minutes: run.checkpoint,
     };
     let (keeper, kept) = Keeper::new(watch, place, grids, leads)?;
     Ok((keeper, if kept.is_empty() { started } else { kept }))
@@ -305,7 +292,7 @@ pub(super) fn begin<'a, const D: usize>(
 
 /// Says so where the average that `--start` names had its inputs elsewhere.
 pub(super) fn compare_places<const D: usize>(
-    start: Option<&PathBuf>,
+    start: Option<&Path>,
     frames: impl Iterator<Item = FrameTransform<D>>,
     progress: &Progress,
 ) {

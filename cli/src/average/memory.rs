@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use fe_grid::{Grid, Storage};
 use shape_average::{AverageParams, MemoryEstimate, memory_estimate};
 
-use super::args::AverageArgs;
+use super::args::AverageRun;
 use crate::bytes::format_bytes;
 use crate::error::CliError;
 use crate::progress::Progress;
@@ -20,14 +20,14 @@ pub(super) fn provide<const D: usize>(
     n_shapes: usize,
     partly_seen: bool,
     grid: Grid<D>,
-    args: &AverageArgs,
+    run: &AverageRun,
     progress: &Progress,
 ) -> Result<MemoryEstimate, CliError> {
     let mut estimate = memory_estimate(params, n_shapes, partly_seen, &grid);
-    if let Some(limit) = args.memory
+    if let Some(limit) = run.memory
         && estimate.memory > limit
     {
-        params.storage = Storage::Folder(folder(&args.common.output));
+        params.storage = Storage::Folder(folder(&run.common.output));
         estimate = memory_estimate(params, n_shapes, partly_seen, &grid);
         if estimate.memory > limit {
             return Err(CliError::Memory {

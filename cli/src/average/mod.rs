@@ -31,16 +31,17 @@ use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use checkpoint::{begin, compare_places, fingerprint};
 use draw::{Draw, Pictures};
 use memory::provide;
+use plan::plan_images;
 
-pub use args::{AverageArgs, Boundary, Mean, Solver};
-pub use plan::{AnyPlan, AveragePlan, Parameters, plan_average, plan_images};
+pub use args::{AverageArgs, AverageConfig, AverageRun};
+pub use plan::{AnyPlan, AveragePlan, plan_average};
 pub(crate) use sweep::weights as weights_between;
 pub(crate) use write::write_inputs;
 
 /// Everything there is to tell about an average.
 struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
-    parameters: Parameters,
+    config: AverageConfig,
     result: AverageResult<D>,
     course: Vec<Course>,
     memory: MemoryEstimate,
@@ -52,37 +53,46 @@ struct Outcome<const D: usize> {
 /// # Errors
 /// [`CliError`]; then nothing has been written.
 pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
-    if args.joint {
-        return joint::run_joint(args);
+    args.config.run(|config| run(config, &args.run))
+}
+
+fn run(config: AverageConfig, run: &AverageRun) -> Result<Exit, CliError> {
+    if config.joint {
+        return joint::run_joint(config, run);
     }
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.common.threads, || {
-        progress.stage(format!("reading {} masks", args.inputs.len()));
-        match plan_average(args)? {
-            AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start, None),
-            AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start, None),
+    in_pool(run.common.threads, || {
+        progress.stage(format!("reading {} masks", config.inputs.len()));
+        match plan_average(config, &run.common.output)? {
+            AnyPlan::D2(plan) => run_plan(plan, run, &progress, interrupt, start, None),
+            AnyPlan::D3(plan) => run_plan(plan, run, &progress, interrupt, start, None),
         }
     })
 }
 
 /// Averages images that have not been read from files; they are written to the folder `inputs`
 /// of the results.
-pub(crate) fn run_drawn(images: Vec<Image<2>>, args: &AverageArgs) -> Result<Exit, CliError> {
+pub(crate) fn run_drawn(
+    images: Vec<Image<2>>,
+    config: AverageConfig,
+    run: &AverageRun,
+) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.common.threads, || {
+    in_pool(run.common.threads, || {
         let drawn = images.clone();
-        let plan = plan_images(images, args)?;
-        run_plan(plan, args, &progress, interrupt, start, Some(drawn))
+        let inputs = images.iter().map(|image| image.path.clone()).collect();
+        let plan = plan_images(images, Vec::new(), AverageConfig { inputs, ..config })?;
+        run_plan(plan, run, &progress, interrupt, start, Some(drawn))
     })
 }
 
 fn run_plan<const D: usize>(
     plan: AveragePlan<D>,
-    args: &AverageArgs,
+    run: &AverageRun,
     progress: &Progress,
     interrupt: Interrupt,
     start: Instant,
@@ -91,27 +101,25 @@ fn run_plan<const D: usize>(
 where
     Pictures: Draw<D>,
 {
-    if let Some(side) = args.sweep {
-        return sweep::run_sweep(plan, args, side as usize, progress, interrupt, start);
+    if let Some(side) = plan.config.sweep {
+        return sweep::run_sweep(plan, run, side, progress, interrupt, start);
     }
-    let output = args.common.output.as_path();
+    let output = run.common.output.as_path();
     // A folder that cannot be written to is better known before the computation than after it.
     ResultDir::create(output).map(drop)?;
-    let (grid, parameters) = (plan.placed.grid, plan.parameters);
-    let mut params = parameters.average_params();
+    let (grid, config) = (plan.placed.grid, plan.config);
+    let mut params = config.params.clone();
     let n = plan.placed.images.len();
-    let memory = provide(&mut params, n, !plan.views.is_empty(), grid, args, progress)?;
+    let memory = provide(&mut params, n, !plan.views.is_empty(), grid, run, progress)?;
     let grids = grid.hierarchy(params.coarsest_nodes);
     let watch = Watch::new(progress, interrupt, level_nodes(&grids));
-    let leads = parameters.weights.iter().map(|w| *w > 0.0).collect();
-    let fingerprint = fingerprint(&parameters, &plan.placed.images, &plan.views);
-    let (mut keeper, known) = begin(args, fingerprint, grids, leads, watch)?;
+    let weights = params.resolved_weights(n);
+    let leads = weights.iter().map(|w| *w > 0.0).collect();
+    let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
+    let start_of = config.start.as_deref();
+    let (mut keeper, known) = begin(start_of, run, fingerprint, grids, leads, watch)?;
     let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, progress)?;
-    compare_places(
-        args.start.as_ref(),
-        inputs.iter().map(|i| i.frame),
-        progress,
-    );
+    compare_places(start_of, inputs.iter().map(|i| i.frame), progress);
     let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
     let result = average_from(&distances, &seen, &known, &params, &mut keeper)?;
     let (course, checkpoints) = keeper.finish();
@@ -119,7 +127,7 @@ where
     drop((distances, seen));
     let outcome = Outcome {
         inputs,
-        parameters,
+        config,
         result,
         course,
         memory,

@@ -4,15 +4,16 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use super::record::ResultRecord;
+use super::record::Record;
+use crate::report::certified;
 
 /// Prints a short summary; the last line names the picture.
-pub(super) fn print<const D: usize>(record: &ResultRecord<D>, target: &Path) {
+pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
     // Nobody is left to be told where standard output is closed.
     let _ = std::io::stdout().write_all(text(record, target).as_bytes());
 }
 
-fn text<const D: usize>(record: &ResultRecord<D>, target: &Path) -> String {
+fn text<const D: usize>(record: &Record<'_, D>, target: &Path) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write_lines(&mut text, record, target);
@@ -21,7 +22,7 @@ fn text<const D: usize>(record: &ResultRecord<D>, target: &Path) -> String {
 
 fn write_lines<const D: usize>(
     text: &mut String,
-    record: &ResultRecord<D>,
+    record: &Record<'_, D>,
     target: &Path,
 ) -> std::fmt::Result {
     let nodes: Vec<String> = record.nodes.iter().map(ToString::to_string).collect();
@@ -31,33 +32,35 @@ fn write_lines<const D: usize>(
         record.input.len(),
         nodes.join(" x "),
         record.status.replace('_', " "),
-        record.iterations,
+        record.body.iterations,
         record.seconds
     )?;
-    let p = &record.parameters;
-    let mismatch: f64 = record.energy.mismatch.iter().sum::<f64>() / p.weights.len() as f64;
+    let (params, found) = (&record.parameters.params, &record.body);
+    let energy = &found.result.energy;
+    let mismatch: f64 = energy.mismatch.iter().sum::<f64>() / energy.mismatch.len() as f64;
     let (mismatch, length) = (
-        p.mismatch_weight * mismatch,
-        p.length_weight * record.energy.length,
+        params.mismatch_weight * mismatch,
+        params.resolved_length_weight() * energy.length,
     );
-    let elastic = record.energy.total - mismatch - length;
+    let elastic = energy.total - mismatch - length;
     writeln!(
         text,
         "  energy       {:.6e} = elastic {elastic:.3e} + mismatch {:.3e} + length {:.3e}",
-        record.energy.total, mismatch, length
+        energy.total, mismatch, length
     )?;
-    if let Some((worst, least)) = worst(&record.dice) {
+    if let Some((worst, least)) = worst(&found.result.dice) {
         writeln!(
             text,
             "  overlap      Dice {:.4} on average, {least:.4} at least ({})",
-            record.mean_dice, record.input[worst].path
+            found.mean_dice,
+            record.input[worst].path.display()
         )?;
     }
-    let certificate = record.certificate;
+    let certificate = found.result.certificate;
     writeln!(
         text,
         "  deformation  {}, determinant at least {:.3e}",
-        certificate.words(),
+        certified(&certificate),
         certificate.min_det
     )?;
     if record.cancelled() {

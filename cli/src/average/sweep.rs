@@ -4,47 +4,41 @@
 use std::io::Write as _;
 use std::time::Instant;
 
-use fe_grid::ScalarField;
+use fe_grid::{Certificate, ScalarField};
 use levelset::{BoxEdge, Moments, contour};
 use serde::Serialize;
 use shape_average::{AverageParams, AverageResult, average_of_seen};
 
-use super::args::AverageArgs;
-use super::plan::{AveragePlan, Parameters};
+use super::args::{AverageConfig, AverageRun};
+use super::plan::AveragePlan;
 use super::views;
 use crate::error::{CliError, Exit};
 use crate::output::npy::{Precision, write_field, write_mask};
-use crate::output::{ResultDir, numbered, write_json};
+use crate::output::{ResultDir, numbered};
 use crate::picture::{INK, Slice, TileRows, WHITE, colour, mix};
 use crate::progress::Progress;
-use crate::report::{CANCELLED, CertificateRecord, overall, peak_memory};
+use crate::report::{Record, first_failure, overall};
 use crate::shapes::{InputRecord, SizeRecord, common_scale, prepare};
 use crate::watch::{Interrupt, Watch, level_nodes};
 
 /// Everything in `result.json`.
+type SweepRecord<const D: usize> = Record<AverageConfig, Averages, D>;
+
+/// What was found.
 #[derive(Clone, Debug, Serialize)]
-struct SweepRecord<const D: usize> {
-    version: &'static str,
-    status: &'static str,
-    dimension: usize,
-    nodes: Vec<usize>,
-    input: Vec<InputRecord<D>>,
-    parameters: Parameters,
+struct Averages {
     averages: Vec<OneRecord>,
-    seconds: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    peak_memory_bytes: Option<u64>,
 }
 
 /// One average of the sweep.
 #[derive(Clone, Debug, Serialize)]
 struct OneRecord {
     weights: Vec<f64>,
-    status: &'static str,
+    status: String,
     energy: f64,
     elastic: Vec<f64>,
     dice: Vec<f64>,
-    certificate: CertificateRecord,
+    certificate: Certificate,
     average: SizeRecord,
     seconds: f64,
 }
@@ -70,22 +64,22 @@ pub(crate) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
 /// [`CliError`]; then nothing has been written.
 pub(super) fn run_sweep<const D: usize>(
     plan: AveragePlan<D>,
-    args: &AverageArgs,
+    run: &AverageRun,
     side: usize,
     progress: &Progress,
     interrupt: Interrupt,
     start: Instant,
 ) -> Result<Exit, CliError> {
-    let output = args.common.output.as_path();
+    let output = run.common.output.as_path();
     ResultDir::create(output).map(drop)?;
-    let (grid, parameters) = (plan.placed.grid, plan.parameters);
+    let (grid, config) = (plan.placed.grid, plan.config);
     let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, progress)?;
     let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
     let mut found: Vec<(Vec<f64>, AverageResult<D>)> = Vec::new();
     for weights in weights(inputs.len(), side) {
         let params = AverageParams {
             weights: Some(weights.clone()),
-            ..parameters.average_params()
+            ..config.params.clone()
         };
         let words: Vec<String> = weights.iter().map(|w| format!("{w:.3}")).collect();
         progress.note(format!("weights {}:", words.join(", ")));
@@ -108,23 +102,15 @@ pub(super) fn run_sweep<const D: usize>(
         records.push(one_record(weights, result, scale));
     }
     picture(&found, &grid, side).write_png(&directory.file("sweep.png"))?;
-    let bad = records.iter().map(|r| r.status).find(|s| *s != "converged");
-    let record = SweepRecord {
-        version: env!("CARGO_PKG_VERSION"),
-        status: bad.unwrap_or("converged"),
-        dimension: D,
-        nodes: grid.nodes_per_axis().to_vec(),
-        input: inputs.iter().map(InputRecord::new).collect(),
-        parameters,
-        averages: records,
-        seconds: start.elapsed().as_secs_f64(),
-        peak_memory_bytes: peak_memory(),
-    };
-    write_json(&directory.file("result.json"), &record)?;
+    let status = first_failure(records.iter().map(|record| &*record.status)).to_owned();
+    let found = Averages { averages: records };
+    let record = SweepRecord::new(status, &grid.nodes_per_axis(), &config, found, start)
+        .of(inputs.iter().map(InputRecord::new).collect());
+    record.write(directory.path())?;
     let target = directory.commit()?;
     progress.finish();
     print(&record, &target);
-    Ok(if record.status == CANCELLED {
+    Ok(if record.cancelled() {
         Exit::Interrupted
     } else {
         Exit::Success
@@ -157,7 +143,7 @@ fn one_record<const D: usize>(
         energy: result.energy.total,
         elastic: result.energy.elastic.clone(),
         dice: result.dice.clone(),
-        certificate: CertificateRecord::new(&result.certificate),
+        certificate: result.certificate,
         average: volume.map_or_else(
             |_| SizeRecord::default(),
             |moments| SizeRecord::new::<D>(moments.volume, scale),
@@ -199,11 +185,15 @@ fn picture<const D: usize>(
 }
 
 fn print<const D: usize>(record: &SweepRecord<D>, target: &std::path::Path) {
-    let least = record.averages.iter().flat_map(|a| a.dice.iter().copied());
+    let least = record
+        .body
+        .averages
+        .iter()
+        .flat_map(|a| a.dice.iter().copied());
     let text = format!(
         "{} averages of {} shapes: {}, {:.1} s\n  overlap      Dice {:.4} at least\n  \
          results      {}\n  picture      {}\n",
-        record.averages.len(),
+        record.body.averages.len(),
         record.input.len(),
         record.status.replace('_', " "),
         record.seconds,

@@ -10,7 +10,7 @@ use crate::shapes::{Input, SeenMask, view_of};
 
 const OPTION: &str = "--valid";
 /// Stands for a mask that is bright everywhere.
-const ALL: &str = "all";
+pub(super) const ALL: &str = "all";
 
 /// Looks whether there is one mask for every input, or none at all.
 ///

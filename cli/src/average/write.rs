@@ -5,13 +5,13 @@ use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::Outcome;
 use super::draw::{Draw, Pictures};
-use super::record::ResultRecord;
+use super::record::{Record, record};
 use crate::error::CliError;
 use crate::input::Image;
 use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
 use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::vti::VtiFile;
-use crate::output::{OutputError, ResultDir, deformation, numbered, write_json};
+use crate::output::{OutputError, ResultDir, deformation, numbered};
 use crate::watch::{Course, is_last};
 
 /// Names of the parts of the energy.
@@ -21,10 +21,10 @@ const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
 ///
 /// # Errors
 /// [`CliError`]; the directory is not complete then.
-pub(super) fn write_all<const D: usize>(
+pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<D>,
-) -> Result<ResultRecord<D>, CliError>
+    outcome: &'a Outcome<D>,
+) -> Result<Record<'a, D>, CliError>
 where
     Pictures: Draw<D>,
 {
@@ -34,8 +34,8 @@ where
     let outline = average_outline(outcome)?;
     Pictures::picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
     let surface = Pictures::surface(directory, outcome, &outline)?;
-    let record = ResultRecord::new(outcome, Moments::of_contour(&outline), surface);
-    write_json(&directory.file("result.json"), &record)?;
+    let record = record(outcome, Moments::of_contour(&outline), surface);
+    record.write(directory.path())?;
     Ok(record)
 }
 
@@ -95,7 +95,7 @@ fn write_arrays<const D: usize>(
         let path = directory.file(numbered("phasefield", i, "npy"));
         write_field(&path, phase_field, Precision::Double)?;
     }
-    let stiffness = outcome.parameters.void_stiffness;
+    let stiffness = outcome.config.params.void_stiffness;
     for (i, indicator) in shapes.indicators.iter().enumerate() {
         let mut weight = indicator.clone();
         for x in weight.as_mut_slice() {

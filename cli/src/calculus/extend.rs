@@ -6,17 +6,17 @@ use std::time::Instant;
 
 use ::geodesic::calculus::{SolveStatus, exponential};
 
-use super::args::ExtendArgs;
-use super::read::{AnyGiven, Given, read};
-use super::record::{EquationRecord, ExtensionRecord, name};
+use super::args::{ExtendArgs, ExtendConfig};
+use super::read::{AnyGeodesic, StoredGeodesic, read};
+use super::record::{Extended, ExtensionRecord};
 use crate::error::{CliError, Exit};
 use crate::geodesic::draw::{Draw, Pictures};
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
-use crate::output::{ResultDir, write_json};
+use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::report::CertificateRecord;
+use crate::report::{certified, word};
 use crate::watch::{Interrupt, Watch};
 
 /// Runs `shapespace extend`.
@@ -27,18 +27,21 @@ pub fn run_extend(args: &ExtendArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.solver.threads, || {
-        ResultDir::create(&args.output).map(drop)?;
+    let compute = |config: ExtendConfig| {
+        ResultDir::create(&args.run.output).map(drop)?;
         progress.stage("reading the geodesic");
-        match read(&args.geodesic)? {
-            AnyGiven::D2(given) => run(given, args, &progress, interrupt, start),
-            AnyGiven::D3(given) => run(given, args, &progress, interrupt, start),
+        match read(&config.geodesic)? {
+            AnyGeodesic::D2(stored) => run(stored, config, args, &progress, interrupt, start),
+            AnyGeodesic::D3(stored) => run(stored, config, args, &progress, interrupt, start),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
 fn run<const D: usize>(
-    given: Given<D>,
+    given: StoredGeodesic<D>,
+    mut config: ExtendConfig,
     args: &ExtendArgs,
     progress: &Progress,
     interrupt: Interrupt,
@@ -48,8 +51,8 @@ where
     Pictures: Draw<D>,
 {
     let given_steps = given.motions.len();
-    let steps = args.steps.map_or(given_steps, |steps| steps as usize);
-    let params = given.calculus_params(&args.solver);
+    let steps = *config.steps.get_or_insert(given_steps);
+    let params = given.calculus_params(config.solver);
     let mut watch = Watch::of_equations(progress, interrupt, given.nodes());
     let first = &given.level_sets[0];
     let found = exponential(first, &given.motions, steps, &params, &mut watch)?;
@@ -86,27 +89,22 @@ where
     parts.displacements.extend(displacements);
     parts.energies.extend(&found.step_energies);
     let path = Path::of(parts, &params.law)?;
-    let directory = ResultDir::create(&args.output)?;
+    let directory = ResultDir::create(&args.run.output)?;
     write_path(&directory, &[], &path)?;
-    let record = ExtensionRecord {
-        version: env!("CARGO_PKG_VERSION"),
-        status: name(status),
-        dimension: D,
-        nodes: path.level_sets[0].grid().nodes_per_axis().to_vec(),
-        geodesic: args.geodesic.display().to_string(),
+    let nodes = path.level_sets[0].grid().nodes_per_axis();
+    let extended = Extended {
         given_steps,
         steps,
         steps_found,
-        tolerance: params.tolerance,
         start_shapes: found.pieces.len(),
         length: path.energies.iter().map(|w| w.max(0.0).sqrt()).sum(),
         step_energies: path.energies,
         volumes: path.sizes,
-        certificate: CertificateRecord::new(&found.certificate),
-        equations: found.reports.iter().map(EquationRecord::new).collect(),
-        seconds: start.elapsed().as_secs_f64(),
+        certificate: found.certificate,
+        equations: &found.reports,
     };
-    write_json(&directory.file("result.json"), &record)?;
+    let record = ExtensionRecord::<D>::new(word(&status), &nodes, &config, extended, start);
+    record.write(directory.path())?;
     let target = directory.commit()?;
     progress.finish();
     print(&record, &target);
@@ -118,7 +116,7 @@ where
 }
 
 /// The closing words on standard output; the last line names the picture.
-fn print(record: &ExtensionRecord, target: &std::path::Path) {
+fn print<const D: usize>(record: &ExtensionRecord<'_, D>, target: &std::path::Path) {
     let mut text = String::new();
     // Writing into a string cannot fail, and nobody is left to be told where standard output is
     // closed.
@@ -126,21 +124,22 @@ fn print(record: &ExtensionRecord, target: &std::path::Path) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-fn write_lines(
+fn write_lines<const D: usize>(
     text: &mut String,
-    record: &ExtensionRecord,
+    record: &ExtensionRecord<'_, D>,
     target: &std::path::Path,
 ) -> std::fmt::Result {
+    let found = &record.body;
     writeln!(
         text,
         "Geodesic of {} steps, continued by {} of {}: {} in {:.1} s",
-        record.given_steps, record.steps_found, record.steps, record.status, record.seconds
+        found.given_steps, found.steps_found, found.steps, record.status, record.seconds
     )?;
     writeln!(
         text,
         "  deformation  {}, determinant at least {:.3e}",
-        record.certificate.words(),
-        record.certificate.min_det
+        certified(&found.certificate),
+        found.certificate.min_det
     )?;
     let file = |name: &str| target.join(name).display().to_string();
     writeln!(text, "  results      {}", file("result.json"))?;

@@ -1,62 +1,28 @@
 //! The directory of a geodesic, read back.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use ::geodesic::GeodesicParams;
 use ::geodesic::calculus::CalculusParams;
+use ::geodesic::{Form, GeodesicParams};
 use fe_grid::{Field, ScalarField};
-use hyperelastic::{LameModuli, LawName, LawSpec};
 use serde::Deserialize;
 
-use super::args::SolverArgs;
+use super::args::SolverOptions;
 use crate::error::CliError;
-use crate::geodesic::Form;
+use crate::geodesic::GeodesicConfig;
 use crate::input::place::FrameTransform;
-use crate::results::ResultFields;
-use crate::shapes::labels;
+use crate::report::Record;
+use crate::results::{ResultFields, read_dimension, read_record};
+use crate::shapes::InputRecord;
 
-/// What is read of `result.json`.
+/// What a geodesic says of its steps.
 #[derive(Clone, Debug, Deserialize)]
-struct Told {
-    dimension: usize,
-    input: Vec<ToldInput>,
-    parameters: ToldParameters,
+struct Steps {
     step_energies: Vec<f64>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
-struct ToldInput {
-    path: PathBuf,
-    size: Vec<usize>,
-    frame: serde_json::Value,
-    alignment: Option<ToldAlignment>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct ToldAlignment {
-    rotation: Vec<Vec<f64>>,
-    translation: Vec<f64>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct ToldParameters {
-    form: Form,
-    tolerance: f64,
-    max_iterations: usize,
-    law: LawName,
-    lambda: f64,
-    mu: f64,
-    match_weight: f64,
-    void_stiffness: f64,
-    void_viscosity: f64,
-    match_cells: f64,
-    indicator_cells: f64,
-    coarsest_nodes: usize,
-}
-
 /// A geodesic of deformations of one start shape.
-pub(super) struct Given<const D: usize> {
+pub(super) struct StoredGeodesic<const D: usize> {
     /// Signed distances of the shapes.
     pub level_sets: Vec<ScalarField<f64, D>>,
     /// Displacements of the deformations of each shape into the next.
@@ -85,11 +51,11 @@ pub(super) struct Home<const D: usize> {
 }
 
 /// A geodesic of either dimension.
-pub(super) enum AnyGiven {
+pub(super) enum AnyGeodesic {
     /// In the plane.
-    D2(Given<2>),
+    D2(StoredGeodesic<2>),
     /// In space.
-    D3(Given<3>),
+    D3(StoredGeodesic<3>),
 }
 
 /// Reads the directory of a geodesic.
@@ -97,29 +63,10 @@ pub(super) enum AnyGiven {
 /// # Errors
 /// [`CliError::NoGeodesic`] where it is none, or one of level sets, and [`CliError::Input`] for an
 /// array that cannot be read.
-pub(super) fn read(directory: &Path) -> Result<AnyGiven, CliError> {
-    let file = directory.join("result.json");
-    let text = fs::read(&file).map_err(|source| {
-        unfit(
-            directory,
-            format!("its result.json cannot be read: {source}"),
-        )
-    })?;
-    let form = serde_json::from_slice::<serde_json::Value>(&text)
-        .ok()
-        .and_then(|told| told["parameters"]["form"].as_str().map(str::to_owned));
-    if form.as_deref() == Some("level_sets") {
-        return Err(unfit(
-            directory,
-            "its path is one of level sets, which have no common start domain".into(),
-        ));
-    }
-    let told: Told = serde_json::from_slice(&text)
-        .map_err(|error| unfit(directory, format!("its result.json is another's: {error}")))?;
-    match told.dimension {
-        2 => given(directory, &told).map(AnyGiven::D2),
-        3 => given(directory, &told).map(AnyGiven::D3),
-        other => Err(unfit(directory, format!("it has {other} dimensions"))),
+pub(super) fn read(directory: &Path) -> Result<AnyGeodesic, CliError> {
+    match read_dimension(directory).map_err(|reason| unfit(directory, reason))? {
+        2 => stored(directory).map(AnyGeodesic::D2),
+        _ => stored(directory).map(AnyGeodesic::D3),
     }
 }
 
@@ -130,12 +77,21 @@ fn unfit(directory: &Path, reason: String) -> CliError {
     }
 }
 
-fn given<const D: usize>(directory: &Path, told: &Told) -> Result<Given<D>, CliError> {
-    let [start, end] = told.input.as_slice() else {
+fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliError> {
+    let record: Record<GeodesicConfig, Steps, D> =
+        read_record(directory).map_err(|reason| unfit(directory, reason))?;
+    let (params, energies) = (record.parameters.params, record.body.step_energies);
+    if params.form == Form::LevelSets {
+        return Err(unfit(
+            directory,
+            "its path is one of level sets, which have no common start domain".into(),
+        ));
+    }
+    let [start, end] = record.input.as_slice() else {
         return Err(unfit(directory, "it has not two inputs".into()));
     };
-    let steps = told.step_energies.len();
-    if steps == 0 || told.parameters.form != Form::Lagrangian {
+    let steps = energies.len();
+    if steps == 0 {
         return Err(unfit(directory, "it has no steps".into()));
     }
     let fields = ResultFields { directory, unfit };
@@ -150,69 +106,41 @@ fn given<const D: usize>(directory: &Path, told: &Told) -> Result<Given<D>, CliE
     if level_sets.iter().any(|u| *u.grid() != grid) {
         return Err(unfit(directory, "its shapes lie on different grids".into()));
     }
-    let names = labels(&[&start.path, &end.path]);
-    Ok(Given {
+    Ok(StoredGeodesic {
         level_sets,
         displacements,
         motions,
-        energies: told.step_energies.clone(),
-        names: std::array::from_fn(|i| names[i].clone()),
-        params: told.parameters.geodesic_params(steps),
+        energies,
+        names: [start, end].map(|input| input.name.clone()),
+        // A path that was stopped has fewer steps than were asked for.
+        params: GeodesicParams { steps, ..params },
         home: home(start)
             .ok_or_else(|| unfit(directory, "it does not say where its start lies".into()))?,
     })
 }
 
-fn home<const D: usize>(start: &ToldInput) -> Option<Home<D>> {
+fn home<const D: usize>(start: &InputRecord<D>) -> Option<Home<D>> {
     let motion = match &start.alignment {
         None => None,
         Some(alignment) => {
             let mut rotation = [[0.0; D]; D];
-            for (row, told) in rotation.iter_mut().zip(&alignment.rotation) {
-                *row = told.as_slice().try_into().ok()?;
+            for (row, stored) in rotation.iter_mut().zip(&alignment.rotation) {
+                *row = stored.as_slice().try_into().ok()?;
             }
             Some((rotation, alignment.translation.as_slice().try_into().ok()?))
         }
     };
     Some(Home {
         size: start.size.as_slice().try_into().ok()?,
-        frame: serde_json::from_value(start.frame.clone()).ok()?,
+        frame: start.frame,
         motion,
     })
 }
 
-impl ToldParameters {
-    fn geodesic_params(&self, steps: usize) -> GeodesicParams {
-        GeodesicParams {
-            steps,
-            law: LawSpec {
-                law: self.law,
-                moduli: LameModuli {
-                    lambda: self.lambda,
-                    mu: self.mu,
-                },
-            },
-            match_weight: self.match_weight,
-            void_stiffness: self.void_stiffness,
-            void_viscosity: self.void_viscosity,
-            match_cells: self.match_cells,
-            indicator_cells: self.indicator_cells,
-            coarsest_nodes: self.coarsest_nodes,
-            tolerance: self.tolerance,
-            max_iterations: self.max_iterations,
-            ..GeodesicParams::default()
-        }
-    }
-}
-
-impl<const D: usize> Given<D> {
+impl<const D: usize> StoredGeodesic<D> {
     /// The parameters of the calculus in the metric of the geodesic.
-    pub fn calculus_params(&self, solver: &SolverArgs) -> CalculusParams {
-        CalculusParams {
-            tolerance: solver.tolerance,
-            max_iterations: solver.max_iterations as usize,
-            ..CalculusParams::from(&self.params)
-        }
+    pub fn calculus_params(&self, solver: SolverOptions) -> CalculusParams {
+        solver.params(&CalculusParams::from(&self.params))
     }
 
     /// Nodes a side.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::io::Write as _;
+use std::path::Path as FilePath;
 use std::time::Instant;
 
 use ::geodesic::calculus::{
@@ -12,20 +13,20 @@ use ::geodesic::{GeodesicError, GeodesicParams};
 use fe_grid::{Field, ScalarField};
 use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
 
-use super::args::TransportArgs;
-use super::read::{AnyGiven, Given, read};
-use super::record::{EquationRecord, TransportRecord, name as status_name};
+use super::args::{TransportArgs, TransportConfig};
+use super::read::{AnyGeodesic, StoredGeodesic, read};
+use super::record::{TransportRecord, Transported};
 use crate::error::{CliError, Exit};
 use crate::geodesic::draw::{Draw, Pictures};
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::output::ResultDir;
 use crate::output::npy::{Precision, write_field};
-use crate::output::{ResultDir, write_json};
 use crate::picture::{analogy, colour};
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::report::{CANCELLED, CertificateRecord};
+use crate::report::{certified, word};
 use crate::shapes::{labels, place_like};
 use crate::watch::{Interrupt, Watch, level_nodes};
 
@@ -37,29 +38,35 @@ pub fn run_transport(args: &TransportArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.solver.threads, || {
-        ResultDir::create(&args.output).map(drop)?;
+    let compute = |config: TransportConfig| {
+        ResultDir::create(&args.run.output).map(drop)?;
         progress.stage("reading the geodesic");
-        let given = read(&args.geodesic)?;
-        let options = ReadOptions { label: args.label };
-        let images = read_images(std::slice::from_ref(&args.variation), &options)?;
+        let given = read(&config.geodesic)?;
+        let options = ReadOptions {
+            label: config.label,
+        };
+        let images = read_images(std::slice::from_ref(&config.variation), &options)?;
         let run = Run {
-            args,
+            config,
+            output: &args.run.output,
             progress: &progress,
             interrupt,
             start,
         };
         match (given, images) {
-            (AnyGiven::D2(given), AnyImages::D2(images)) => run.with(&given, &images[0]),
-            (AnyGiven::D3(given), AnyImages::D3(images)) => run.with(&given, &images[0]),
-            (AnyGiven::D2(_), _) => Err(run.unfit("is a volume; the shapes are flat".into())),
-            (AnyGiven::D3(_), _) => Err(run.unfit("is flat; the shapes are volumes".into())),
+            (AnyGeodesic::D2(given), AnyImages::D2(images)) => run.with(&given, &images[0]),
+            (AnyGeodesic::D3(given), AnyImages::D3(images)) => run.with(&given, &images[0]),
+            (AnyGeodesic::D2(_), _) => Err(run.unfit("is a volume; the shapes are flat".into())),
+            (AnyGeodesic::D3(_), _) => Err(run.unfit("is flat; the shapes are volumes".into())),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
 struct Run<'a> {
-    args: &'a TransportArgs,
+    config: TransportConfig,
+    output: &'a FilePath,
     progress: &'a Progress,
     interrupt: Interrupt,
     start: Instant,
@@ -90,16 +97,20 @@ struct Counterpart<const D: usize> {
 impl Run<'_> {
     fn unfit(&self, reason: String) -> CliError {
         CliError::Variation {
-            path: self.args.variation.clone(),
+            path: self.config.variation.clone(),
             reason,
         }
     }
 
-    fn with<const D: usize>(&self, given: &Given<D>, image: &Image<D>) -> Result<Exit, CliError>
+    fn with<const D: usize>(
+        &self,
+        given: &StoredGeodesic<D>,
+        image: &Image<D>,
+    ) -> Result<Exit, CliError>
     where
         Pictures: Draw<D>,
     {
-        let params = given.calculus_params(&self.args.solver);
+        let params = given.calculus_params(self.config.solver);
         // Ctrl-C before there is a shape leaves nothing to be written.
         let Some(variation) = self.variation(given, image)? else {
             return Ok(Exit::Interrupted);
@@ -109,12 +120,12 @@ impl Run<'_> {
         };
         self.progress.stage("writing");
         self.interrupt.writing();
-        let directory = ResultDir::create(&self.args.output)?;
+        let directory = ResultDir::create(self.output)?;
         let record = self.write(&directory, given, &variation, &counterpart, &params)?;
         let target = directory.commit()?;
         self.progress.finish();
         print(&record, &target);
-        Ok(if record.status == CANCELLED {
+        Ok(if record.cancelled() {
             Exit::Interrupted
         } else {
             Exit::Success
@@ -125,7 +136,7 @@ impl Run<'_> {
     /// coarser grid.
     fn variation<const D: usize>(
         &self,
-        given: &Given<D>,
+        given: &StoredGeodesic<D>,
         image: &Image<D>,
     ) -> Result<Option<Variation<D>>, CliError> {
         let home = &given.home;
@@ -139,7 +150,7 @@ impl Run<'_> {
         let grid = *first.grid();
         let (outline, near) = place_like(image, home.frame, home.motion, grid)?;
         let params = GeodesicParams {
-            steps: self.args.steps as usize,
+            steps: self.config.steps,
             ..given.params.clone()
         };
         self.progress.stage("finding the variation");
@@ -166,7 +177,7 @@ impl Run<'_> {
     /// interrupted before the end.
     fn counterpart<const D: usize>(
         &self,
-        given: &Given<D>,
+        given: &StoredGeodesic<D>,
         velocity: &Field<f64, D, D>,
         params: &CalculusParams,
     ) -> Result<Option<Counterpart<D>>, CliError> {
@@ -191,7 +202,7 @@ impl Run<'_> {
         };
         let (end, velocity) = at_end(first, last, velocity, params)?;
         let mut watching = watch();
-        let steps = self.args.steps as usize;
+        let steps = self.config.steps;
         let shot = shoot(&end, &velocity, steps, params, &mut watching)?;
         watching.finish();
         let mut reports = carried.reports;
@@ -204,20 +215,20 @@ impl Run<'_> {
         }))
     }
 
-    fn write<const D: usize>(
+    fn write<'c, const D: usize>(
         &self,
         directory: &ResultDir,
-        given: &Given<D>,
+        given: &StoredGeodesic<D>,
         variation: &Variation<D>,
-        counterpart: &Counterpart<D>,
+        counterpart: &'c Counterpart<D>,
         params: &CalculusParams,
-    ) -> Result<TransportRecord, CliError>
+    ) -> Result<TransportRecord<'c, D>, CliError>
     where
         Pictures: Draw<D>,
     {
-        let (args, shot) = (self.args, &counterpart.shot);
-        let steps = args.steps as usize;
-        let name = labels(&[&args.variation]).swap_remove(0);
+        let (config, shot) = (&self.config, &counterpart.shot);
+        let steps = config.steps;
+        let name = labels(&[&config.variation]).swap_remove(0);
         let [first_name, last_name] = &given.names;
         let (shapes, displacements) = shot.shapes()?;
         let steps_found = displacements.len();
@@ -259,17 +270,9 @@ impl Run<'_> {
         let tiles: Vec<_> = ends.into_iter().zip(hues).collect();
         let picture = analogy(&words, &Pictures::portraits(&tiles));
         picture.write_png(&directory.file("analogy.png"))?;
-        let record = TransportRecord {
-            version: env!("CARGO_PKG_VERSION"),
-            status: status_name(shot.status()),
-            dimension: D,
-            nodes: level_set.grid().nodes_per_axis().to_vec(),
-            geodesic: args.geodesic.display().to_string(),
+        let transported = Transported {
             given_steps: given.motions.len(),
-            variation: args.variation.display().to_string(),
-            steps,
             steps_found,
-            tolerance: params.tolerance,
             dice_variation: variation.dice,
             length_variation: variation.length,
             length: path.energies.iter().map(|w| w.max(0.0).sqrt()).sum(),
@@ -280,21 +283,19 @@ impl Run<'_> {
                 size(ends[3])?,
             ],
             step_energies: path.energies,
-            certificate: CertificateRecord::new(&shot.certificate),
-            equations: counterpart
-                .reports
-                .iter()
-                .map(EquationRecord::new)
-                .collect(),
-            seconds: self.start.elapsed().as_secs_f64(),
+            certificate: shot.certificate,
+            equations: &counterpart.reports,
         };
-        write_json(&directory.file("result.json"), &record)?;
+        let nodes = level_set.grid().nodes_per_axis();
+        let status = word(&shot.status());
+        let record = TransportRecord::new(status, &nodes, config, transported, self.start);
+        record.write(directory.path())?;
         Ok(record)
     }
 }
 
 /// The closing words on standard output; the last line names the picture.
-fn print(record: &TransportRecord, target: &std::path::Path) {
+fn print<const D: usize>(record: &TransportRecord<'_, D>, target: &FilePath) {
     let mut text = String::new();
     // Writing into a string cannot fail, and nobody is left to be told where standard output is
     // closed.
@@ -302,31 +303,36 @@ fn print(record: &TransportRecord, target: &std::path::Path) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-fn write_lines(
+fn write_lines<const D: usize>(
     text: &mut String,
-    record: &TransportRecord,
-    target: &std::path::Path,
+    record: &TransportRecord<'_, D>,
+    target: &FilePath,
 ) -> std::fmt::Result {
+    let found = &record.body;
     writeln!(
         text,
         "Variation carried over {} steps, {} of {} steps to its counterpart: {} in {:.1} s",
-        record.given_steps, record.steps_found, record.steps, record.status, record.seconds
+        found.given_steps,
+        found.steps_found,
+        record.parameters.steps,
+        record.status,
+        record.seconds
     )?;
     writeln!(
         text,
         "  variation    Dice {:.4} of the mask and the first shape deformed onto it",
-        record.dice_variation
+        found.dice_variation
     )?;
     writeln!(
         text,
         "  lengths      {:.4e} at the start, {:.4e} at the end",
-        record.length_variation, record.length
+        found.length_variation, found.length
     )?;
     writeln!(
         text,
         "  deformation  {}, determinant at least {:.3e}",
-        record.certificate.words(),
-        record.certificate.min_det
+        certified(&found.certificate),
+        found.certificate.min_det
     )?;
     let file = |name: &str| target.join(name).display().to_string();
     writeln!(text, "  results      {}", file("result.json"))?;

@@ -14,6 +14,8 @@ use crate::error::CliError;
 
 const FOLDER: &str = "folder";
 const PREFIX: &str = "prefix";
+/// What is no file.
+pub(super) const NAMED: [&str; 2] = [FOLDER, PREFIX];
 
 /// The classes of all inputs.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 
 use fe_grid::Grid;
 
+use super::args::DistancesConfig;
 use super::pair::{PairRecord, compute};
-use super::plan::Work;
 use super::store::Store;
 use crate::error::CliError;
 use crate::pool::in_pool;
@@ -27,7 +27,7 @@ const NOTES: usize = 20;
 pub(super) struct Task<'a, const D: usize> {
     pub pairs: &'a Pairs<D>,
     pub grid: Grid<D>,
-    pub work: &'a Work,
+    pub config: &'a DistancesConfig,
     pub store: &'a Store,
     /// Pairs at work at the same time; all threads have one where there is no number.
     pub at_once: Option<u32>,
@@ -108,7 +108,7 @@ impl<const D: usize> Task<'_, D> {
     /// Computes and keeps a pair, unless it is interrupted.
     fn pair(&self, ids: [usize; 2]) -> Result<bool, CliError> {
         let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
-        match compute(ids, &start, &end, self.work, self.interrupt)? {
+        match compute(ids, &start, &end, self.config, self.interrupt)? {
             Some(record) => {
                 self.store.keep(&record)?;
                 Ok(true)

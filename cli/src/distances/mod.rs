@@ -37,14 +37,15 @@ use plan::{AnyPlan, DistancesPlan, plan_distances};
 use store::{Store, fingerprint};
 use study::Study;
 
-pub use args::{DistancesArgs, Linkage, Size};
-pub use plan::{Parameters, Work};
+pub use args::{DistancesArgs, DistancesConfig};
 
 /// Everything there is to tell about distances.
 struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     classes: Option<Classes>,
-    parameters: Parameters,
+    config: DistancesConfig,
+    /// Nodes along each axis.
+    nodes: [usize; D],
     /// How pairs are placed.
     align: &'static str,
     records: Vec<PairRecord>,
@@ -60,13 +61,15 @@ pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.common.threads, || {
-        progress.stage(format!("reading {} masks", args.inputs.len()));
-        match plan_distances(args)? {
+    let compute = |config: DistancesConfig| {
+        progress.stage(format!("reading {} masks", config.inputs.len()));
+        match plan_distances(config, &args.run.output)? {
             AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
             AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
 fn run_plan<const D: usize>(
@@ -79,12 +82,12 @@ fn run_plan<const D: usize>(
 where
     Pictures: Draw<D>,
 {
-    let (grid, parameters) = (plan.placed.grid, plan.parameters);
-    let aligned = plan.align == Align::Rigid;
-    let fingerprint = fingerprint(&parameters.work, aligned, &plan.placed.images);
+    let (grid, config) = (plan.placed.grid, plan.config);
+    let aligned = config.masks.align == Align::Rigid;
+    let fingerprint = fingerprint(&config, &plan.placed.images);
     let (inputs, distances) = prepare(plan.placed, &[], progress)?;
-    let wanted = wanted(inputs.len(), parameters.one_way);
-    let store = Store::open(&args.common.output, &fingerprint)?;
+    let wanted = wanted(inputs.len(), config.one_way);
+    let store = Store::open(&args.run.output, &fingerprint)?;
     let interrupted = || {
         let kept: Vec<_> = wanted.iter().map(|ids| store.pair(*ids)).collect();
         progress.finish();
@@ -107,7 +110,7 @@ where
     let task = Task {
         pairs: &pairs,
         grid,
-        work: &parameters.work,
+        config: &config,
         store: &store,
         at_once: args.at_once,
         progress,
@@ -120,11 +123,12 @@ where
     interrupt.writing();
     let n = pairs.inputs.len();
     let classes = plan.classes;
-    let study = Study::new(n, &records, &parameters, classes.as_ref(), args.clusters)?;
+    let study = Study::new(n, &records, &config, classes.as_ref())?;
     let outcome = Outcome {
         inputs: pairs.inputs,
         classes,
-        parameters,
+        config,
+        nodes: grid.nodes_per_axis(),
         align: if aligned { "pairs" } else { "none" },
         records,
         study,

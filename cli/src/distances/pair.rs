@@ -1,11 +1,10 @@
 //! The paths from one shape to another, as they are computed, kept and chosen from.
 
-use ::geodesic::{Geodesic, GeodesicError, GeodesicParams, geodesic};
+use ::geodesic::{Form, Geodesic, GeodesicError, GeodesicParams, geodesic};
 use fe_grid::ScalarField;
 use serde::{Deserialize, Serialize};
 
-use super::plan::Work;
-use crate::geodesic::{Form, Parameters};
+use super::args::DistancesConfig;
 use crate::report::overall;
 use crate::watch::Interrupt;
 
@@ -54,16 +53,11 @@ pub(super) struct Measured {
 }
 
 impl PathRecord {
-    fn new<const D: usize>(
-        parameters: &Parameters,
-        steps: usize,
-        path: &Geodesic<D>,
-        seconds: f64,
-    ) -> Self {
+    fn new<const D: usize>(form: Form, steps: usize, path: &Geodesic<D>, seconds: f64) -> Self {
         let finite = |value: f64| value.is_finite().then_some(value);
         let levels = &path.levels;
         Self {
-            form: parameters.form,
+            form,
             steps,
             length: finite(path.length()),
             dissipation: finite(path.dissipation()),
@@ -71,7 +65,7 @@ impl PathRecord {
             end_reached: path.end_reached(),
             certified: path.certificate.certified,
             min_det: path.certificate.min_det,
-            status: overall(path.status, levels.last().map(|l| l.info.status)).into(),
+            status: overall(path.status, levels.last().map(|l| l.info.status)),
             iterations: levels.iter().map(|l| l.info.iterations).sum(),
             evaluations: levels.iter().map(|l| l.info.evaluations.energies()).sum(),
             seconds,
@@ -84,8 +78,8 @@ impl PathRecord {
     }
 
     /// Its length, where it may be used.
-    pub fn usable(&self, work: &Work) -> Option<f64> {
-        let reached = work
+    pub fn usable(&self, config: &DistancesConfig) -> Option<f64> {
+        let reached = config
             .reached
             .map_or(self.end_reached, |least| self.dice_end >= least);
         self.length.filter(|_| reached && self.certified)
@@ -101,18 +95,18 @@ impl PairRecord {
 
     /// What there is to be used of paths of these numbers of steps: all of one form, the first
     /// for which they all are usable; else of the first for which the first number is.
-    pub fn measured(&self, work: &Work, steps: &[usize]) -> Option<Measured> {
+    pub fn measured(&self, config: &DistancesConfig, steps: &[usize]) -> Option<Measured> {
         let usable = |form: Form, steps: usize| {
             let path = self.path(form, steps);
-            path.and_then(|path| path.usable(work))
+            path.and_then(|path| path.usable(config))
         };
-        let found: Vec<Measured> = work
-            .attempts()
-            .filter_map(|attempt| {
+        let found: Vec<Measured> = config
+            .forms()
+            .filter_map(|form| {
                 Some(Measured {
-                    form: attempt.form,
-                    length: usable(attempt.form, *steps.first()?)?,
-                    half: steps.get(1).and_then(|half| usable(attempt.form, *half)),
+                    form,
+                    length: usable(form, *steps.first()?)?,
+                    half: steps.get(1).and_then(|half| usable(form, *half)),
                 })
             })
             .collect();
@@ -136,7 +130,7 @@ pub(super) fn compute<const D: usize>(
     ids: [usize; 2],
     start: &ScalarField<f64, D>,
     end: &ScalarField<f64, D>,
-    work: &Work,
+    config: &DistancesConfig,
     interrupt: Interrupt,
 ) -> Result<Option<PairRecord>, GeodesicError> {
     let mut record = PairRecord {
@@ -144,15 +138,16 @@ pub(super) fn compute<const D: usize>(
         end: ids[1],
         paths: Vec::new(),
     };
-    for group in [work.steps(), vec![1]] {
-        for attempt in work.attempts() {
+    for group in [config.steps(), vec![1]] {
+        for form in config.forms() {
             for &steps in &group {
-                if record.path(attempt.form, steps).is_some() {
+                if record.path(form, steps).is_some() {
                     continue;
                 }
                 let params = GeodesicParams {
+                    form,
                     steps,
-                    ..attempt.geodesic_params()
+                    ..config.params.clone()
                 };
                 let begin = std::time::Instant::now();
                 let mut observer = interrupt;
@@ -163,11 +158,11 @@ pub(super) fn compute<const D: usize>(
                 let seconds = begin.elapsed().as_secs_f64();
                 record
                     .paths
-                    .push(PathRecord::new(attempt, steps, &path, seconds));
+                    .push(PathRecord::new(form, steps, &path, seconds));
             }
             let reached = |steps: &usize| {
-                let path = record.path(attempt.form, *steps);
-                path.is_some_and(|path| path.usable(work).is_some())
+                let path = record.path(form, *steps);
+                path.is_some_and(|path| path.usable(config).is_some())
             };
             if group.iter().all(reached) {
                 break;
@@ -198,25 +193,11 @@ mod tests {
         }
     }
 
-    fn work(retry: bool) -> Work {
-        use crate::geodesic::PathArgs;
-        let of = |form| {
-            let common = crate::options::CommonArgs::usual("out".into());
-            let path = PathArgs {
-                steps: 4,
-                form,
-                tolerance: 1e-4,
-                match_weight: 100.0,
-                area_weight: None,
-            };
-            Parameters::new::<2>(&common, &path).unwrap()
-        };
-        Work {
-            path: of(Form::Lagrangian),
-            retry: retry.then(|| of(Form::LevelSets)),
-            reached: None,
+    fn config(retry: bool) -> DistancesConfig {
+        DistancesConfig {
+            retry: retry.then_some(Form::LevelSets),
             richardson: true,
-            size: crate::distances::args::Size::Kept,
+            ..DistancesConfig::default()
         }
     }
 
@@ -229,7 +210,7 @@ mod tests {
             paths,
         };
         let measured = |paths, retry| {
-            let found = record(paths).measured(&work(retry), &[4, 2]);
+            let found = record(paths).measured(&config(retry), &[4, 2]);
             found.map(|m| (m.form, m.length, m.half))
         };
         let good = vec![path(Lagrangian, 4, true), path(Lagrangian, 2, true)];
@@ -249,9 +230,9 @@ mod tests {
         .concat();
         assert_eq!(measured(neither, true), Some((Lagrangian, 4.0, None)));
         assert_eq!(measured(vec![path(Lagrangian, 4, false)], false), None);
-        let lower = Work {
+        let lower = DistancesConfig {
             reached: Some(0.8),
-            ..work(false)
+            ..config(false)
         };
         let short = record(vec![path(Lagrangian, 4, false)]);
         assert!(short.measured(&lower, &[4, 2]).is_some());

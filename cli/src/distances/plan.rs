@@ -1,54 +1,22 @@
 //! From the options to a checked plan.
 
-use serde::Serialize;
+use std::path::Path;
 
-use super::args::{DistancesArgs, Linkage, Size};
+use super::args::DistancesConfig;
 use super::classes::Classes;
 use crate::error::CliError;
-use crate::geodesic::{self, Form, PathArgs};
 use crate::input::{AnyImages, Image, LEVEL, ReadOptions, read_images};
-use crate::options::{Align, CommonArgs};
+use crate::options::{Align, MaskOptions, Size, check_law};
 use crate::output::ResultDir;
 use crate::shapes::Placed;
-
-/// What every path depends on.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Work {
-    /// Parameters of a path.
-    #[serde(flatten)]
-    pub path: geodesic::Parameters,
-    /// Those of its second attempt.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub retry: Option<geodesic::Parameters>,
-    /// Overlap with the end shape from which on a path counts, where it was asked for.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub reached: Option<f64>,
-    /// Whether there are paths of half as many steps, too.
-    pub richardson: bool,
-    /// Whether sizes count.
-    pub size: Size,
-}
-
-/// All parameters, with nothing left to choose but the number of clusters.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Parameters {
-    /// Those of the paths.
-    #[serde(flatten)]
-    pub work: Work,
-    /// Whether paths are computed in one direction only.
-    pub one_way: bool,
-    /// What the distance of two clusters is.
-    pub linkage: Linkage,
-}
 
 /// Inputs that are read, placed and checked, and what is to be done with them.
 pub(super) struct DistancesPlan<const D: usize> {
     /// The masks in the unit box.
     pub placed: Placed<D>,
-    /// Whether each pair is aligned.
-    pub align: Align,
     pub classes: Option<Classes>,
-    pub parameters: Parameters,
+    /// The configuration, with nothing left to choose but the number of clusters.
+    pub config: DistancesConfig,
 }
 
 /// A plan of either dimension.
@@ -61,76 +29,39 @@ pub(super) enum AnyPlan {
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
-pub(super) fn plan_distances(args: &DistancesArgs) -> Result<AnyPlan, CliError> {
-    ResultDir::check(&args.common.output)?;
-    check(args)?;
+pub(super) fn plan_distances(config: DistancesConfig, output: &Path) -> Result<AnyPlan, CliError> {
+    ResultDir::check(output)?;
     let options = ReadOptions {
-        label: args.common.label,
+        label: config.masks.label,
     };
-    match read_images(&args.inputs, &options)? {
-        AnyImages::D2(images) => plan_images(images, args).map(AnyPlan::D2),
-        AnyImages::D3(images) => plan_images(images, args).map(AnyPlan::D3),
-    }
-}
-
-/// What can be told before anything is read.
-fn check(args: &DistancesArgs) -> Result<(), CliError> {
-    if args.inputs.len() < 2 {
-        return Err(CliError::TooFewInputs {
-            command: "distances",
-            needed: 2,
-            found: args.inputs.len(),
-        });
-    }
-    if args.retry != Some(Form::LevelSets) {
-        args.path.check()?;
-    }
-    if args.retry == Some(args.path.form) {
-        return Err(CliError::Option {
-            option: "--retry",
-            value: "with the same --form".into(),
-            remedy: "name the other form, or leave it out".into(),
-        });
-    }
-    if args.richardson && !args.path.steps.is_multiple_of(2) {
-        return Err(CliError::Option {
-            option: "--richardson",
-            value: format!("with {} steps", args.path.steps),
-            remedy: "choose an even number of steps (-K): paths of half as many are computed, too"
-                .into(),
-        });
-    }
-    let most = args.inputs.len();
-    match args.clusters {
-        Some(clusters) if clusters as usize > most => Err(CliError::Option {
-            option: "--clusters",
-            value: clusters.to_string(),
-            remedy: format!("there are {most} shapes, which make no more clusters"),
-        }),
-        _ => Ok(()),
+    match read_images(&config.inputs, &options)? {
+        AnyImages::D2(images) => plan_images(images, config).map(AnyPlan::D2),
+        AnyImages::D3(images) => plan_images(images, config).map(AnyPlan::D3),
     }
 }
 
 fn plan_images<const D: usize>(
     mut images: Vec<Image<D>>,
-    args: &DistancesArgs,
+    mut config: DistancesConfig,
 ) -> Result<DistancesPlan<D>, CliError> {
-    if args.size == Size::Equal {
+    check_law::<D>(&config.params.law)?;
+    if config.size == Size::Equal {
         equalise(&mut images);
     }
     // Pairs are aligned one by one, not all shapes to one.
-    let common = CommonArgs {
+    let mut masks = MaskOptions {
         align: Align::None,
-        ..args.common.clone()
+        ..config.masks
     };
-    let classes = args.classes.as_deref();
+    let placed = Placed::new(images, &mut masks)?;
+    config.masks.grid = masks.grid;
+    let classes = config.classes.as_deref();
     Ok(DistancesPlan {
-        placed: Placed::new(images, &common)?,
-        align: args.common.align,
+        placed,
         classes: classes
-            .map(|option| Classes::of(option, &args.inputs))
+            .map(|option| Classes::of(option, &config.inputs))
             .transpose()?,
-        parameters: parameters::<D>(args)?,
+        config,
     })
 }
 
@@ -151,44 +82,6 @@ fn equalise<const D: usize>(images: &mut [Image<D>]) {
         // Neither nodal values nor the world of the file any more.
         image.plain_array = false;
         image.affine = None;
-    }
-}
-
-fn parameters<const D: usize>(args: &DistancesArgs) -> Result<Parameters, CliError> {
-    let of_form = |form| {
-        let path = PathArgs {
-            form,
-            ..args.path.clone()
-        };
-        geodesic::Parameters::new::<D>(&args.common, &path)
-    };
-    Ok(Parameters {
-        work: Work {
-            path: of_form(args.path.form)?,
-            retry: args.retry.map(of_form).transpose()?,
-            reached: args.reached,
-            richardson: args.richardson,
-            size: args.size,
-        },
-        one_way: args.one_way,
-        linkage: args.linkage,
-    })
-}
-
-impl Work {
-    /// Numbers of steps of the paths that make a distance, the one that counts first.
-    pub fn steps(&self) -> Vec<usize> {
-        let steps = self.path.steps;
-        if self.richardson {
-            vec![steps, steps / 2]
-        } else {
-            vec![steps]
-        }
-    }
-
-    /// The parameters of all attempts, first to last.
-    pub fn attempts(&self) -> impl Iterator<Item = &geodesic::Parameters> {
-        std::iter::once(&self.path).chain(&self.retry)
     }
 }
 

@@ -1,28 +1,24 @@
 //! The contents of `result.json`. What does not exist is left out; there are no nulls.
 
-use ::geodesic::distances::{Merge, TriangleReport};
+use ::geodesic::Form;
+use ::geodesic::distances::{Asymmetry, Linkage, Merge, TriangleReport};
 use serde::Serialize;
 
 use super::Outcome;
-use super::args::{Linkage, Size};
+use super::args::DistancesConfig;
 use super::pair::{PairRecord, PathRecord};
-use super::plan::{Parameters, Work};
 use super::study::{Agreement, Distances, Groups};
-use crate::geodesic::Form;
-use crate::report::peak_memory;
-use crate::shapes::{InputRecord, common_scale};
+use crate::options::Size;
+use crate::report;
+use crate::shapes::{Input, InputRecord, common_scale};
 
-/// Everything in `result.json`.
+/// Everything in `result.json`; its status is `complete`, or `incomplete` where some pair has no path
+/// that reaches its end. The time is that of this run; paths that were there before do not count.
+pub(super) type Record<const D: usize> = report::Record<DistancesConfig, Found, D>;
+
+/// What was found.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct ResultRecord<const D: usize> {
-    pub version: &'static str,
-    /// `complete`, or `incomplete` where some pair has no path that reaches its end.
-    pub status: &'static str,
-    pub dimension: usize,
-    /// Nodes along each axis, `x` first.
-    pub nodes: Vec<usize>,
-    pub input: Vec<NamedInput<D>>,
-    pub parameters: Parameters,
+pub(super) struct Found {
     /// How the pairs are placed: `pairs` where each has a position of its own.
     pub align: &'static str,
     /// From lengths in the unit box to those in the length units of the inputs, where these have
@@ -44,22 +40,8 @@ pub(super) struct ResultRecord<const D: usize> {
     /// Pairs whose distance is not extrapolated although that was asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub not_extrapolated: Vec<[usize; 2]>,
-    /// Of this run; paths that were there before do not count.
-    pub seconds: f64,
     /// Of all paths together, whenever they were computed.
     pub path_seconds: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub peak_memory_bytes: Option<u64>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct NamedInput<const D: usize> {
-    /// As in the tables and pictures.
-    pub name: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    class: Option<String>,
-    #[serde(flatten)]
-    input: InputRecord<D>,
 }
 
 /// The lengths from one shape to another, as far as they can be used.
@@ -124,29 +106,10 @@ pub(super) struct MatrixRecord {
     /// Pairs without a path that can be used: their entry is the shortest way by other shapes.
     pub bridged: Vec<[usize; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub asymmetry: Option<AsymmetryRecord>,
-    pub triangles: TriangleRecord,
+    pub asymmetry: Option<Asymmetry>,
+    pub triangles: TriangleReport,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub agreement: Option<Agreement>,
-}
-
-/// `|L_ij - L_ji|` over the mean of the two.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct AsymmetryRecord {
-    pub pairs: usize,
-    pub mean: f64,
-    pub largest: f64,
-    pub worst: [usize; 2],
-}
-
-/// Triangles with a side longer than the other two together; the worst by what share of these.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct TriangleRecord {
-    pub count: usize,
-    pub violations: usize,
-    pub worst: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub worst_triangle: Option<[usize; 3]>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -183,53 +146,49 @@ pub(super) struct ClassicalRecord {
     eigenvalues: Vec<f64>,
 }
 
-impl<const D: usize> ResultRecord<D> {
-    /// The record of an outcome. The time is that until now.
-    pub fn new(outcome: &Outcome<D>) -> Self {
-        let (inputs, study) = (&outcome.inputs, &outcome.study);
-        let classes = outcome.classes.as_ref();
-        let class = |i: usize| classes.map(|c| c.names[c.of_input[i]].clone());
-        let work = &outcome.parameters.work;
-        let records = &outcome.records;
-        let distances = MatrixRecord::new(&study.distances);
-        let marked: Vec<MarkRecord> = records.iter().flat_map(|r| marks(r, work)).collect();
-        let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
-        let complete = distances.matrix.is_some() && distances.bridged.is_empty() && !used;
-        // Sizes that were made equal are none of the inputs'.
-        let scale = common_scale(inputs).filter(|_| work.size == Size::Kept);
-        let length_unit = scale.map(|scale| scale.powi(D as i32).sqrt().recip());
-        Self {
-            version: env!("CARGO_PKG_VERSION"),
-            status: if complete { "complete" } else { "incomplete" },
-            dimension: D,
-            nodes: vec![outcome.parameters.work.path.grid; D],
-            input: inputs
-                .iter()
-                .enumerate()
-                .map(|(i, input)| NamedInput {
-                    name: input.name.clone(),
-                    class: class(i),
-                    input: InputRecord::new(input),
-                })
-                .collect(),
-            parameters: outcome.parameters.clone(),
-            align: outcome.align,
-            length_unit,
-            paths: records.iter().map(|r| LengthRecord::new(r, work)).collect(),
-            marked,
-            distances,
-            elastic: MatrixRecord::new(&study.elastic),
-            clustering: ClusteringRecord::new(outcome.parameters.linkage, &study.distances),
-            embedding: study
-                .groups
-                .as_ref()
-                .map(|g| EmbeddingRecord::new(g, &study.distances)),
-            not_extrapolated: study.not_extrapolated.clone(),
-            seconds: outcome.start.elapsed().as_secs_f64(),
-            path_seconds: records.iter().map(seconds).sum(),
-            peak_memory_bytes: peak_memory(),
-        }
-    }
+/// The record of an outcome.
+pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
+    let (inputs, study, config) = (&outcome.inputs, &outcome.study, &outcome.config);
+    let records = &outcome.records;
+    let distances = MatrixRecord::new(&study.distances);
+    let marked: Vec<MarkRecord> = records.iter().flat_map(|r| marks(r, config)).collect();
+    let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
+    let complete = distances.matrix.is_some() && distances.bridged.is_empty() && !used;
+    // Sizes that were made equal are none of the inputs'.
+    let scale = common_scale(inputs).filter(|_| config.size == Size::Kept);
+    let found = Found {
+        align: outcome.align,
+        length_unit: scale.map(|scale| scale.powi(D as i32).sqrt().recip()),
+        paths: records
+            .iter()
+            .map(|r| LengthRecord::new(r, config))
+            .collect(),
+        marked,
+        distances,
+        elastic: MatrixRecord::new(&study.elastic),
+        clustering: ClusteringRecord::new(config.linkage, &study.distances),
+        embedding: study
+            .groups
+            .as_ref()
+            .map(|g| EmbeddingRecord::new(g, &study.distances)),
+        not_extrapolated: study.not_extrapolated.clone(),
+        path_seconds: records.iter().map(seconds).sum(),
+    };
+    let status = if complete { "complete" } else { "incomplete" };
+    let nodes = outcome.nodes;
+    Record::new(status, &nodes, config, found, outcome.start).of(named(outcome))
+}
+
+/// The inputs with their names and classes.
+fn named<const D: usize>(outcome: &Outcome<D>) -> Vec<InputRecord<D>> {
+    let classes = outcome.classes.as_ref();
+    let inputs = outcome.inputs.iter().enumerate();
+    let record = |(i, input): (usize, &Input<D>)| {
+        let mut record = InputRecord::new(input);
+        record.class = classes.map(|c| c.names[c.of_input[i]].clone());
+        record
+    };
+    inputs.map(record).collect()
 }
 
 fn seconds(record: &PairRecord) -> f64 {
@@ -237,10 +196,10 @@ fn seconds(record: &PairRecord) -> f64 {
 }
 
 impl LengthRecord {
-    fn new(record: &PairRecord, work: &Work) -> Self {
-        let steps = work.steps();
-        let measured = record.measured(work, &steps);
-        let form = measured.map_or(work.path.form, |m| m.form);
+    fn new(record: &PairRecord, config: &DistancesConfig) -> Self {
+        let steps = config.steps();
+        let measured = record.measured(config, &steps);
+        let form = measured.map_or(config.params.form, |m| m.form);
         // Every pair has at least an attempt in the first form.
         let path = record.path(form, steps[0]);
         Self {
@@ -249,7 +208,7 @@ impl LengthRecord {
             form: measured.map(|m| m.form),
             length: measured.map(|m| m.length),
             half_length: measured.and_then(|m| m.half),
-            elastic: record.measured(work, &[1]).map(|m| m.length),
+            elastic: record.measured(config, &[1]).map(|m| m.length),
             dice_end: path.map_or(0.0, |path| path.dice_end),
             min_det: path.map_or(0.0, |path| path.min_det),
             status: path.map_or_else(String::new, |path| path.status.clone()),
@@ -258,15 +217,18 @@ impl LengthRecord {
     }
 }
 
-fn marks<'a>(record: &'a PairRecord, work: &'a Work) -> impl Iterator<Item = MarkRecord> + 'a {
+fn marks<'a>(
+    record: &'a PairRecord,
+    config: &'a DistancesConfig,
+) -> impl Iterator<Item = MarkRecord> + 'a {
     record.faulty().map(|path: &PathRecord| {
-        let mut others = work
-            .attempts()
-            .filter(|attempt| attempt.form != path.form)
-            .filter_map(|attempt| record.path(attempt.form, path.steps));
-        let outcome = if path.usable(work).is_some() {
+        let mut others = config
+            .forms()
+            .filter(|form| *form != path.form)
+            .filter_map(|form| record.path(form, path.steps));
+        let outcome = if path.usable(config).is_some() {
             MarkOutcome::Used
-        } else if others.any(|other| other.usable(work).is_some()) {
+        } else if others.any(|other| other.usable(config).is_some()) {
             MarkOutcome::Replaced
         } else {
             MarkOutcome::LeftOut
@@ -294,13 +256,8 @@ impl MatrixRecord {
                 rows.map(|i| c.matrix.row(i).to_vec()).collect()
             }),
             bridged: completed.map(|c| c.bridged.clone()).unwrap_or_default(),
-            asymmetry: distances.asymmetry.map(|a| AsymmetryRecord {
-                pairs: a.pairs,
-                mean: a.mean,
-                largest: a.largest,
-                worst: a.worst,
-            }),
-            triangles: TriangleRecord::new(&distances.triangles),
+            asymmetry: distances.asymmetry,
+            triangles: distances.triangles,
             agreement: completed.and_then(|c| c.agreement),
         }
     }
@@ -313,17 +270,6 @@ impl MatrixRecord {
             values().fold(f64::INFINITY, f64::min),
             values().fold(0.0, f64::max),
         ])
-    }
-}
-
-impl TriangleRecord {
-    fn new(report: &TriangleReport) -> Self {
-        Self {
-            count: report.count,
-            violations: report.violations,
-            worst: report.worst,
-            worst_triangle: report.worst_triangle,
-        }
     }
 }
 

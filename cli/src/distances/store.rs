@@ -7,8 +7,8 @@
 
 use std::path::PathBuf;
 
+use super::args::DistancesConfig;
 use super::pair::PairRecord;
-use super::plan::Work;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::input::Image;
@@ -18,18 +18,18 @@ const PAIRS: &str = "pairs";
 
 /// What paths depend on.
 pub(super) fn fingerprint<const D: usize>(
-    work: &Work,
-    aligned: bool,
+    config: &DistancesConfig,
     images: &[Image<D>],
 ) -> Fingerprint {
-    let mut parameters = serde_json::to_value(work).unwrap_or_default();
-    // The parameters of one path say how all shapes are aligned, here it is pair by pair.
-    parameters["align"] = if aligned { "pairs" } else { "none" }.into();
-    // Without a second attempt, what counts as reached is asked afterwards only.
-    if let (None, Some(all)) = (&work.retry, parameters.as_object_mut()) {
-        all.remove("reached");
+    let mut fingerprint = Fingerprint::new(config, images.iter().map(hash).collect());
+    for afterwards in ["one_way", "linkage", "clusters", "classes"] {
+        fingerprint.leave_out(afterwards);
     }
-    Fingerprint::new(parameters, images.iter().map(hash).collect())
+    // Without a second attempt, what counts as reached is asked afterwards only.
+    if config.retry.is_none() {
+        fingerprint.leave_out("reached");
+    }
+    fingerprint
 }
 
 /// The pairs that are kept.

@@ -7,9 +7,9 @@ use ::geodesic::distances::{
     richardson, smacof, triangles,
 };
 
+use super::args::DistancesConfig;
 use super::classes::Classes;
 use super::pair::{Measured, PairRecord};
-use super::plan::Parameters;
 use crate::error::CliError;
 
 /// An extrapolation that would change a length by more than this share is not made: paths of the
@@ -79,17 +79,15 @@ impl Study {
     pub fn new(
         n: usize,
         records: &[PairRecord],
-        parameters: &Parameters,
+        config: &DistancesConfig,
         classes: Option<&Classes>,
-        clusters: Option<u32>,
     ) -> Result<Self, CliError> {
-        let work = &parameters.work;
         let of = |start: usize, end: usize, steps: &[usize]| -> Option<Measured> {
             let pair = records.iter().find(|r| [r.start, r.end] == [start, end])?;
-            pair.measured(work, steps)
+            pair.measured(config, steps)
         };
         let measured: Vec<Option<Measured>> = (0..n * n)
-            .map(|at| of(at / n, at % n, &work.steps()))
+            .map(|at| of(at / n, at % n, &config.steps()))
             .collect();
         let one_step: Vec<Option<f64>> = (0..n * n)
             .map(|at| of(at / n, at % n, &[1]).map(|m| m.length))
@@ -98,7 +96,7 @@ impl Study {
         let elastic = PathLengths::from_fn(n, |i, j| one_step[i * n + j]);
         let mut not_extrapolated = Vec::new();
         let mut between = lengths.clone();
-        if work.richardson {
+        if config.richardson {
             let limit = |i: usize, j: usize| limit(measured[i * n + j], measured[j * n + i]);
             for i in 0..n {
                 for j in i + 1..n {
@@ -110,7 +108,7 @@ impl Study {
             between = PathLengths::from_fn(n, |i, j| limit(i, j).or_else(|| lengths.between(i, j)));
         }
         let analyse = |lengths: &PathLengths, between: PathLengths| {
-            Distances::new(lengths, between, parameters, classes, clusters)
+            Distances::new(lengths, between, config, classes)
         };
         let distances = analyse(&lengths, between)?;
         let groups = distances.completed.as_ref().map(|completed| {
@@ -150,9 +148,8 @@ impl Distances {
     fn new(
         lengths: &PathLengths,
         between: PathLengths,
-        parameters: &Parameters,
+        config: &DistancesConfig,
         classes: Option<&Classes>,
-        clusters: Option<u32>,
     ) -> Result<Self, CliError> {
         let n = lengths.n_objects();
         let completed = between.completed().map_err(|error| failed(&error))?;
@@ -160,9 +157,9 @@ impl Distances {
             asymmetry: lengths.asymmetry(),
             triangles: triangles(n, |i, j| between.between(i, j)),
             completed: completed.map(|found| {
-                let tree = Dendrogram::new(&found.matrix, parameters.linkage.into());
-                let clusters = match (clusters, classes) {
-                    (Some(clusters), _) => clusters as usize,
+                let tree = Dendrogram::new(&found.matrix, config.linkage);
+                let clusters = match (config.clusters, classes) {
+                    (Some(clusters), _) => clusters,
                     (None, Some(classes)) => classes.names.len(),
                     (None, None) => tree.widest_gap(),
                 };
@@ -203,7 +200,7 @@ fn failed(error: &DistanceError) -> CliError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geodesic::Form;
+    use ::geodesic::Form;
 
     fn measured(length: f64, half: Option<f64>) -> Measured {
         Measured {

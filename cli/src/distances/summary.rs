@@ -5,13 +5,13 @@ use std::io::Write as _;
 use std::path::Path;
 
 use super::pair::PairRecord;
-use super::record::{MarkOutcome, MarkRecord, MatrixRecord, ResultRecord};
+use super::record::{MarkOutcome, MarkRecord, MatrixRecord, Record};
 
 /// Marked paths that are named.
 const NAMED: usize = 6;
 
 /// Prints a short summary; the last line names the picture.
-pub(super) fn print<const D: usize>(record: &ResultRecord<D>, target: &Path) {
+pub(super) fn print<const D: usize>(record: &Record<D>, target: &Path) {
     let mut text = String::new();
     // Writing into a string cannot fail, and nobody is left to be told where standard output is
     // closed.
@@ -36,7 +36,7 @@ pub(super) fn finished(pairs: &[Option<PairRecord>]) -> usize {
 
 fn write_lines<const D: usize>(
     text: &mut String,
-    record: &ResultRecord<D>,
+    record: &Record<D>,
     target: &Path,
 ) -> std::fmt::Result {
     let nodes: Vec<String> = record.nodes.iter().map(ToString::to_string).collect();
@@ -50,12 +50,12 @@ fn write_lines<const D: usize>(
         "Distances of {} shapes on {} nodes, {} steps, {ways}: {} pairs, {:.1} s",
         record.input.len(),
         nodes.join(" x "),
-        record.parameters.work.path.steps,
-        record.paths.len(),
+        record.parameters.params.steps,
+        record.body.paths.len(),
         record.seconds
     )?;
     write_marks(text, record)?;
-    let distances = &record.distances;
+    let distances = &record.body.distances;
     match distances.range() {
         Some([low, high]) => writeln!(text, "  distances    from {low:.4e} to {high:.4e}")?,
         None => writeln!(
@@ -78,13 +78,13 @@ fn write_lines<const D: usize>(
         distances.triangles.violations,
         distances.triangles.count,
         worst(distances),
-        record.elastic.triangles.violations,
-        worst(&record.elastic)
+        record.body.elastic.triangles.violations,
+        worst(&record.body.elastic)
     )?;
-    if let Some(clustering) = &record.clustering {
+    if let Some(clustering) = &record.body.clustering {
         writeln!(text, "  clusters     {}", clustering.clusters)?;
     }
-    if let Some(embedding) = &record.embedding {
+    if let Some(embedding) = &record.body.embedding {
         writeln!(
             text,
             "  map          stress {:.3}, {:.0} % of the variance in classical scaling",
@@ -92,7 +92,7 @@ fn write_lines<const D: usize>(
             100.0 * embedding.classical.explained
         )?;
     }
-    for (name, matrix) in [("classes", distances), ("elastic", &record.elastic)] {
+    for (name, matrix) in [("classes", distances), ("elastic", &record.body.elastic)] {
         let Some(agreement) = matrix.agreement else {
             continue;
         };
@@ -111,7 +111,7 @@ fn write_lines<const D: usize>(
         "  results      {}",
         target.join("result.json").display()
     )?;
-    let picture = if record.embedding.is_some() {
+    let picture = if record.body.embedding.is_some() {
         "embedding.png"
     } else {
         "matrix.png"
@@ -127,21 +127,21 @@ fn worst(matrix: &MatrixRecord) -> String {
 }
 
 /// Paths that cannot be used are named.
-fn write_marks<const D: usize>(text: &mut String, record: &ResultRecord<D>) -> std::fmt::Result {
-    let steps = record.parameters.work.path.steps;
-    let unfinished = record.paths.iter().filter(|p| p.status != "converged");
-    let (unfinished, all) = (unfinished.count(), record.paths.len());
+fn write_marks<const D: usize>(text: &mut String, record: &Record<D>) -> std::fmt::Result {
+    let steps = record.parameters.params.steps;
+    let unfinished = record.body.paths.iter().filter(|p| p.status != "converged");
+    let (unfinished, all) = (unfinished.count(), record.body.paths.len());
     if unfinished > 0 {
         writeln!(
             text,
             "  paths        {unfinished} of {all} end before they converge"
         )?;
     }
-    if record.marked.is_empty() {
+    if record.body.marked.is_empty() {
         return Ok(());
     }
     let left = || {
-        let marks = record.marked.iter();
+        let marks = record.body.marked.iter();
         marks.filter(|mark| mark.outcome != MarkOutcome::Replaced)
     };
     let counting = by_path(left().filter(|mark| mark.steps == steps));
@@ -157,7 +157,7 @@ fn write_marks<const D: usize>(text: &mut String, record: &ResultRecord<D>) -> s
         used.count(),
         fewer.len(),
     )?;
-    let replaced = record.marked.len() - left().count();
+    let replaced = record.body.marked.len() - left().count();
     if replaced > 0 {
         writeln!(
             text,
@@ -176,7 +176,7 @@ fn write_marks<const D: usize>(text: &mut String, record: &ResultRecord<D>) -> s
     if counting.len() > NAMED {
         writeln!(text, "               and others, see result.json")?;
     }
-    let bridged = record.distances.bridged.len();
+    let bridged = record.body.distances.bridged.len();
     if bridged > 0 {
         writeln!(
             text,

@@ -2,11 +2,11 @@
 
 use super::Outcome;
 use super::draw::{Draw, Pictures, Sheets};
-use super::record::ResultRecord;
+use super::record::{Record, record};
 use super::study::Distances;
 use crate::error::CliError;
+use crate::output::WorkDir;
 use crate::output::matrix::{write_lines, write_matrix_array, write_matrix_table};
-use crate::output::{WorkDir, write_json};
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
@@ -15,24 +15,24 @@ use crate::output::{WorkDir, write_json};
 pub(super) fn write_all<const D: usize>(
     directory: &WorkDir,
     outcome: &Outcome<D>,
-) -> Result<ResultRecord<D>, CliError>
+) -> Result<Record<D>, CliError>
 where
     Pictures: Draw<D>,
 {
-    let record = ResultRecord::new(outcome);
+    let record = record(outcome);
     write_tables(directory, outcome, &record)?;
     let sheets = Sheets::new::<D, Pictures>(outcome);
     for (name, canvas) in sheets.draw(outcome) {
         canvas.write_png(&directory.file(name))?;
     }
-    write_json(&directory.file("result.json"), &record)?;
+    record.write(directory.path())?;
     Ok(record)
 }
 
 fn write_tables<const D: usize>(
     directory: &WorkDir,
     outcome: &Outcome<D>,
-    record: &ResultRecord<D>,
+    record: &Record<D>,
 ) -> Result<(), CliError> {
     let (study, inputs) = (&outcome.study, &outcome.inputs);
     let names: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
@@ -50,6 +50,7 @@ fn write_tables<const D: usize>(
     })?;
     let number = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:e}"));
     let lines: Vec<Vec<String>> = record
+        .body
         .paths
         .iter()
         .map(|path| {

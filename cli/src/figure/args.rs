@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use serde::Serialize;
+use hyperelastic::LawSpec;
+use serde::{Deserialize, Serialize};
+use shape_average::AverageParams;
 
-use crate::numbers::positive;
-use crate::options::CommonArgs;
+use crate::config::{Config, Configured};
+use crate::error::CliError;
+use crate::options::{MaskOptions, RunOptions};
 
 /// Options of `shapespace figure`.
 #[derive(Clone, Debug, Args)]
@@ -14,16 +17,78 @@ pub struct FigureArgs {
     /// What is shown.
     #[arg(value_enum)]
     pub name: FigureName,
+    /// On what it is shown.
+    #[command(flatten)]
+    pub config: Configured<FigureConfig>,
+    /// Options that other commands have, too.
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// The shapes and averages of a figure.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FigureConfig {
     /// Masks to show it on, as for an average [default: shapes that the program draws].
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// Options that other commands have, too.
+    /// How masks are read and placed.
+    #[serde(flatten)]
     #[command(flatten)]
-    pub common: CommonArgs,
+    pub masks: MaskOptions,
+    /// The law of the averages.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub law: LawSpec,
+    /// Stiffness outside the objects, relative to theirs.
+    #[arg(long)]
+    pub void_stiffness: f64,
     /// A level of an average ends when five iterations lower the energy's excess over the least
     /// possible mismatch by less than this share.
-    #[arg(long, value_name = "SHARE", default_value_t = 1e-5, value_parser = positive)]
+    #[arg(long, value_name = "SHARE")]
     pub tolerance: f64,
+    /// Most iterations on a level of an average.
+    #[arg(long, value_name = "N")]
+    pub max_iterations: usize,
+}
+
+impl Default for FigureConfig {
+    fn default() -> Self {
+        let usual = AverageParams::default();
+        Self {
+            inputs: Vec::new(),
+            masks: MaskOptions::default(),
+            law: usual.law,
+            void_stiffness: usual.void_stiffness,
+            tolerance: 1e-5,
+            max_iterations: usual.max_iterations,
+        }
+    }
+}
+
+impl FigureConfig {
+    /// The same as an average takes it.
+    pub(super) fn params(&self) -> AverageParams {
+        AverageParams {
+            law: self.law,
+            void_stiffness: self.void_stiffness,
+            tolerance: self.tolerance,
+            max_iterations: self.max_iterations,
+            ..AverageParams::default()
+        }
+    }
+}
+
+impl Config for FigureConfig {
+    const COMMAND: &'static str = "figure";
+
+    fn check(&self) -> Result<(), CliError> {
+        Ok(self.params().check(self.inputs.len())?)
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        self.inputs.iter_mut().collect()
+    }
 }
 
 /// Figures and tables about averages and modes.

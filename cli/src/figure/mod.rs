@@ -21,13 +21,13 @@ use std::time::Instant;
 
 use hyperelastic::LawSpec;
 use serde::Serialize;
-use shape_average::AverageParams;
 
-pub use args::{FigureArgs, FigureName};
+pub use args::{FigureArgs, FigureConfig, FigureName};
 
 use crate::average::write_inputs;
 use crate::error::{CliError, Exit};
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::options::check_law;
 use crate::output::{OutputError, ResultDir, write_json};
 use crate::pool::in_pool;
 use crate::progress::Progress;
@@ -58,30 +58,34 @@ struct FigureRecord<'a> {
 /// # Errors
 /// [`CliError`]; then nothing has been written.
 pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
-    ResultDir::check(&args.common.output)?;
+    args.config.run(|config| figure(config, args))
+}
+
+fn figure(config: FigureConfig, args: &FigureArgs) -> Result<Exit, CliError> {
+    ResultDir::check(&args.run.output)?;
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.common.threads, || {
-        if args.inputs.is_empty() {
-            let folder = args.common.output.join("inputs");
-            let images = drawn::images(args.name, args.common.nodes::<2>()?, &folder);
-            return run(images, true, args, &progress, interrupt);
+    in_pool(args.run.threads, || {
+        if config.inputs.is_empty() {
+            let folder = args.run.output.join("inputs");
+            let images = drawn::images(args.name, config.masks.nodes::<2>()?, &folder);
+            return run(images, true, config, args, &progress, interrupt);
         }
         let needed = args.name.fewest();
-        if args.inputs.len() < needed {
+        if config.inputs.len() < needed {
             return Err(CliError::TooFewInputs {
                 command: "figure",
                 needed,
-                found: args.inputs.len(),
+                found: config.inputs.len(),
             });
         }
-        progress.stage(format!("reading {} masks", args.inputs.len()));
+        progress.stage(format!("reading {} masks", config.inputs.len()));
         let options = ReadOptions {
-            label: args.common.label,
+            label: config.masks.label,
         };
-        match read_images(&args.inputs, &options)? {
-            AnyImages::D2(images) => run(images, false, args, &progress, interrupt),
-            AnyImages::D3(images) => run(images, false, args, &progress, interrupt),
+        match read_images(&config.inputs, &options)? {
+            AnyImages::D2(images) => run(images, false, config, args, &progress, interrupt),
+            AnyImages::D3(images) => run(images, false, config, args, &progress, interrupt),
         }
     })
 }
@@ -89,23 +93,19 @@ pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
 fn run<const D: usize>(
     images: Vec<Image<D>>,
     own: bool,
+    mut config: FigureConfig,
     args: &FigureArgs,
     progress: &Progress,
     interrupt: Interrupt,
 ) -> Result<Exit, CliError> {
     let start = Instant::now();
-    let output = args.common.output.as_path();
+    let output = args.run.output.as_path();
     ResultDir::create(output).map(drop)?;
-    let params = AverageParams {
-        law: args.common.material::<D>()?,
-        void_stiffness: args.common.void_stiffness,
-        tolerance: args.tolerance,
-        max_iterations: args.common.max_iterations as usize,
-        ..AverageParams::default()
-    };
+    check_law::<D>(&config.law)?;
+    let params = config.params();
     let law = params.law;
     let drawn = own.then(|| images.clone());
-    let (inputs, distances) = prepare(Placed::new(images, &args.common)?, &[], progress)?;
+    let (inputs, distances) = prepare(Placed::new(images, &mut config.masks)?, &[], progress)?;
     let scene = Scene {
         names: inputs.iter().map(|input| input.name.clone()).collect(),
         distances,
@@ -139,7 +139,7 @@ fn run<const D: usize>(
         dimension: D,
         nodes: scene.grid().nodes_per_axis().to_vec(),
         inputs: inputs.iter().map(|input| input.path.clone()).collect(),
-        tolerance: args.tolerance,
+        tolerance: config.tolerance,
         law,
         table: &sheet.table,
         seconds: start.elapsed().as_secs_f64(),

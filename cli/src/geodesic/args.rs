@@ -1,67 +1,58 @@
-//! Options of `shapespace geodesic`, and those of all paths.
+//! Options of `shapespace geodesic`.
 
 use std::path::PathBuf;
 
-use ::geodesic::GeodesicParams;
+use ::geodesic::{Form, GeodesicParams};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
+use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
-use crate::numbers::positive;
-use crate::options::CommonArgs;
+use crate::options::{MaskOptions, RunOptions, named};
 
 /// Options of `shapespace geodesic`.
 #[derive(Clone, Debug, Args)]
 pub struct GeodesicArgs {
+    /// What is computed.
+    #[command(flatten)]
+    pub config: Configured<GeodesicConfig>,
+    /// What the results do not depend on.
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// What `shapespace geodesic` computes.
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct GeodesicConfig {
     /// The first shape, a mask: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
     #[arg(value_name = "START")]
     pub start: PathBuf,
     /// The last shape.
     #[arg(value_name = "END")]
     pub end: PathBuf,
-    /// Options that other commands have, too.
+    /// How masks are read and placed.
+    #[serde(flatten)]
     #[command(flatten)]
-    pub common: CommonArgs,
-    /// Options of paths that other commands have, too.
-    #[command(flatten)]
-    pub path: PathArgs,
+    pub masks: MaskOptions,
     /// The inputs are label images: every label but 0 is a component, and becomes the component of
     /// the same label.
-    #[arg(long, conflicts_with = "label")]
+    #[arg(long)]
     pub labels: bool,
     /// A shape of which parts may be hidden, anywhere: only what is seen of it has to be covered.
     #[arg(long, value_enum, value_name = "SHAPE")]
     pub occluded: Option<Occluded>,
     /// A mask as large as START, bright where the start shape was seen: no mismatch is charged
     /// elsewhere.
-    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
+    #[arg(long, value_name = "MASK")]
     pub valid_start: Option<PathBuf>,
     /// A mask as large as END, bright where the end shape was seen.
-    #[arg(long, value_name = "MASK", conflicts_with = "labels")]
+    #[arg(long, value_name = "MASK")]
     pub valid_end: Option<PathBuf>,
-}
-
-/// Options of every command that computes paths between shapes.
-#[derive(Clone, Debug, Args)]
-pub struct PathArgs {
-    /// Steps of the path.
-    #[arg(short = 'K', long, value_name = "K", default_value_t = 8,
-          value_parser = clap::value_parser!(u32).range(1..=256))]
-    pub steps: u32,
-    /// In which unknowns the path is computed.
-    #[arg(long, value_enum, default_value_t)]
-    pub form: Form,
-    /// A level ends when five iterations lower the energy by less than this share.
-    #[arg(long, value_name = "SHARE", default_value_t = GeodesicParams::default().tolerance,
-          value_parser = positive)]
-    pub tolerance: f64,
-    /// Weight of the match with the end shape, or of every shape with the next.
-    #[arg(long, default_value_t = GeodesicParams::default().match_weight, value_parser = positive)]
-    pub match_weight: f64,
-    /// Weight of the boundary area of the shapes along the path, for level sets
-    /// [default: 1e-3].
-    #[arg(long, value_parser = positive)]
-    pub area_weight: Option<f64>,
+    /// Parameters of the path.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub params: GeodesicParams,
 }
 
 /// Which shape may be hidden in part.
@@ -76,33 +67,68 @@ pub enum Occluded {
     Both,
 }
 
-impl PathArgs {
-    /// Checks what belongs together.
-    ///
-    /// # Errors
-    /// [`CliError::Option`] for a weight of a term that the form has not.
-    pub(crate) fn check(&self) -> Result<(), CliError> {
-        if self.area_weight.is_some() && self.form == Form::Lagrangian {
+impl Config for GeodesicConfig {
+    const COMMAND: &'static str = "geodesic";
+
+    fn check(&self) -> Result<(), CliError> {
+        named(Self::COMMAND, "a mask, START", &self.start)?;
+        named(Self::COMMAND, "two masks, START and END", &self.end)?;
+        let of_one_component = [
+            ("--label", self.masks.label.is_some()),
+            ("--valid-start", self.valid_start.is_some()),
+            ("--valid-end", self.valid_end.is_some()),
+        ];
+        let refused = of_one_component.into_iter().find(|(_, given)| *given);
+        if let (true, Some((option, _))) = (self.labels, refused) {
             return Err(CliError::Option {
-                option: "--area-weight",
-                value: "with --form lagrangian".into(),
-                remedy: "leave it out, or choose --form level-sets: paths of one start domain \
-                         have no area term"
-                    .into(),
+                option: "--labels",
+                value: format!("with {option}"),
+                remedy: "leave one of the two out".into(),
             });
         }
-        Ok(())
+        check_path(&self.params)?;
+        check_area(&self.params)
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        let ends = [&mut self.start, &mut self.end].into_iter();
+        ends.chain(&mut self.valid_start)
+            .chain(&mut self.valid_end)
+            .collect()
     }
 }
 
-/// In which unknowns a path is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// Deformations of the first shape at all times: fast; all shapes have its topology.
-    #[default]
-    Lagrangian,
-    /// A level set for every shape, and deformations of each into the next: shapes may merge,
-    /// split, and close their holes.
-    LevelSets,
+/// Checks the parameters of a path.
+///
+/// # Errors
+/// [`CliError::Parameter`].
+pub(crate) fn check_path(params: &GeodesicParams) -> Result<(), CliError> {
+    allow(
+        (1..=256).contains(&params.steps),
+        "steps",
+        &params.steps,
+        "1 to 256",
+    )?;
+    let iterations = params.max_iterations;
+    allow(iterations > 0, "max_iterations", &iterations, "at least 1")?;
+    Ok(params.check()?)
+}
+
+/// Refuses a weight of a term that paths of one start domain have not.
+///
+/// # Errors
+/// [`CliError::Option`].
+pub(crate) fn check_area(params: &GeodesicParams) -> Result<(), CliError> {
+    let usual = GeodesicParams::default().area_weight;
+    if params.form == Form::LevelSets || params.area_weight == usual {
+        return Ok(());
+    }
+    Err(CliError::Option {
+        option: "--area-weight",
+        value: "with --form lagrangian".into(),
+        remedy:
+            "leave it out, or choose --form level-sets: paths of one start domain have no area \
+                 term"
+                .into(),
+    })
 }

@@ -13,7 +13,7 @@ pub(crate) mod write;
 
 use std::time::Instant;
 
-use ::geodesic::{Geodesic, Known, Shape, geodesic_between};
+use ::geodesic::{Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between};
 use fe_grid::{Grid, ScalarField};
 
 use crate::error::{CliError, Exit};
@@ -24,14 +24,17 @@ use crate::shapes::{Components, Input, SeenMask, prepare, view_of};
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 use draw::{Draw, Pictures};
 
-pub use args::{Form, GeodesicArgs, Occluded, PathArgs};
-pub use plan::{AnyPlan, GeodesicPlan, Parameters, plan_geodesic};
+pub use args::{GeodesicArgs, GeodesicConfig, Occluded};
+pub(crate) use args::{check_area, check_path};
+pub use plan::{AnyPlan, GeodesicPlan, plan_geodesic};
 
 /// Everything there is to tell about a geodesic.
 struct Outcome<const D: usize> {
     /// Start and end.
     inputs: Vec<Input<D>>,
-    parameters: Parameters,
+    config: GeodesicConfig,
+    /// The labels of their components, where there are several.
+    labels: Vec<i64>,
     result: Geodesic<D>,
     course: Vec<Course>,
     start: Instant,
@@ -47,13 +50,15 @@ pub fn run_geodesic(args: &GeodesicArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.common.threads, || {
+    let compute = |config| {
         progress.stage("reading 2 masks");
-        match plan_geodesic(args)? {
+        match plan_geodesic(config, &args.run.output)? {
             AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
             AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
 fn run_plan<const D: usize>(
@@ -66,30 +71,31 @@ fn run_plan<const D: usize>(
 where
     Pictures: Draw<D>,
 {
-    let output = args.common.output.as_path();
+    let output = args.run.output.as_path();
     // A folder that cannot be written to is better known before the computation than after it.
     ResultDir::create(output).map(drop)?;
-    let parameters = plan.parameters;
-    let params = parameters.geodesic_params();
-    let grids = plan.placed.grid.hierarchy(parameters.first_nodes());
+    let (config, parts) = (plan.config, plan.parts);
+    let params = &config.params;
+    let grids = plan.placed.grid.hierarchy(first_nodes(params));
     let grid = plan.placed.grid;
     let (inputs, distances) = prepare(plan.placed, &plan.views, progress)?;
     let [first, last] = shapes(
         &inputs,
         distances,
-        plan.parts.as_ref(),
+        parts.as_ref(),
         plan.views,
-        &parameters,
+        config.occluded,
         grid,
     )?;
     progress.stage("finding a first path");
     let begin = Instant::now();
     let mut watch = Watch::new(progress, interrupt, level_nodes(&grids));
-    let result = geodesic_between(&first, &last, &params, &mut watch)?;
+    let result = geodesic_between(&first, &last, params, &mut watch)?;
     let course = watch.finish();
     let outcome = Outcome {
         inputs,
-        parameters,
+        config,
+        labels: parts.map(|parts| parts.labels).unwrap_or_default(),
         result,
         course,
         start,
@@ -109,19 +115,24 @@ where
     })
 }
 
+/// Nodes a side of the first level.
+fn first_nodes(params: &GeodesicParams) -> usize {
+    match params.form {
+        Form::Lagrangian => params.coarsest_nodes,
+        Form::LevelSets => params.flow_nodes,
+    }
+}
+
 /// Both shapes with their components, and with what is known of them.
 fn shapes<const D: usize>(
     inputs: &[Input<D>],
     distances: Vec<ScalarField<f64, D>>,
     parts: Option<&Components<D>>,
     views: [Option<SeenMask<D>>; 2],
-    parameters: &Parameters,
+    occluded: Option<Occluded>,
     grid: Grid<D>,
 ) -> Result<[Shape<D>; 2], CliError> {
-    let hidden = |occluded| match parameters.occluded {
-        Some(found) => found == occluded || found == Occluded::Both,
-        None => false,
-    };
+    let hidden = |which| occluded == Some(which) || occluded == Some(Occluded::Both);
     let hidden = [hidden(Occluded::Start), hidden(Occluded::End)];
     let mut found = Vec::new();
     for (number, ((input, distance), view)) in inputs.iter().zip(distances).zip(views).enumerate() {

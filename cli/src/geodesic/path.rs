@@ -1,12 +1,11 @@
 //! What is measured and drawn along a path: boundaries, sizes and densities of its shapes.
 
-use ::geodesic::{GeodesicError, dissipation_density};
+use ::geodesic::{Form, GeodesicError, dissipation_density};
 use fe_grid::{Field, ScalarField, parallel};
 use hyperelastic::LawSpec;
 use levelset::{BoxEdge, Contour, LevelsetError, Moments, contour};
 
 use super::Outcome;
-use super::args::Form;
 use crate::error::CliError;
 use crate::shapes::belongs;
 
@@ -65,7 +64,7 @@ impl<const D: usize> Path<D> {
             _ if k == last => inputs[1].name.clone(),
             _ => format!("{k} of {last}"),
         };
-        let lagrangian = outcome.parameters.form == Form::Lagrangian;
+        let lagrangian = outcome.config.params.form == Form::Lagrangian;
         let parts = Parts {
             level_sets: result.level_sets.clone(),
             displacements: result.displacements.clone(),
@@ -74,14 +73,14 @@ impl<const D: usize> Path<D> {
             names: (0..=last).map(name).collect(),
             target: lagrangian.then(|| inputs[1].contour.clone()),
         };
-        let count = outcome.parameters.labels.as_ref().map_or(0, Vec::len);
+        let count = outcome.labels.len();
         let labels: Result<Vec<_>, GeodesicError> =
             parallel::try_map(&result.components, &|components| {
                 (0..count).map(|i| label(components, i)).collect()
             });
         Ok(Self {
             labels: labels?,
-            ..Self::of(parts, &outcome.parameters.law_spec())?
+            ..Self::of(parts, &outcome.config.params.law)?
         })
     }
 

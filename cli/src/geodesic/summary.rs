@@ -4,11 +4,13 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
-use super::args::Form;
-use super::record::ResultRecord;
+use ::geodesic::Form;
+
+use super::record::Record;
+use crate::report::certified;
 
 /// Prints a short summary; the last line names the picture.
-pub(super) fn print<const D: usize>(record: &ResultRecord<D>, target: &Path) {
+pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
     let mut text = String::new();
     // Writing into a string cannot fail, and nobody is left to be told where standard output is
     // closed.
@@ -18,33 +20,34 @@ pub(super) fn print<const D: usize>(record: &ResultRecord<D>, target: &Path) {
 
 fn write_lines<const D: usize>(
     text: &mut String,
-    record: &ResultRecord<D>,
+    record: &Record<'_, D>,
     target: &Path,
 ) -> std::fmt::Result {
+    let (found, path) = (&record.body, record.body.result);
     let nodes: Vec<String> = record.nodes.iter().map(ToString::to_string).collect();
     writeln!(
         text,
         "Geodesic of {} steps on {} nodes: {} after {} iterations, {:.1} s",
-        record.step_energies.len(),
+        path.step_energies.len(),
         nodes.join(" x "),
         record.status.replace('_', " "),
-        record.iterations,
+        found.iterations,
         record.seconds
     )?;
     writeln!(
         text,
         "  length       {:.6e}, its square {:.3e} of the dissipation {:.3e}",
-        record.length,
-        record.length * record.length,
-        record.dissipation
+        found.length,
+        found.length * found.length,
+        found.dissipation
     )?;
     writeln!(
         text,
         "  end          Dice {:.4} of the end shape and the start shape carried there",
-        record.dice_end
+        path.dice_end
     )?;
-    if !record.end_reached {
-        let remedy = match record.parameters.form {
+    if !found.end_reached {
+        let remedy = match record.parameters.params.form {
             Form::Lagrangian => "try --form level-sets, a finer --grid, or --align rigid",
             Form::LevelSets => "try more steps (-K), a finer --grid, or --align rigid",
         };
@@ -56,8 +59,8 @@ fn write_lines<const D: usize>(
     writeln!(
         text,
         "  deformation  {}, determinant at least {:.3e}",
-        record.certificate.words(),
-        record.certificate.min_det
+        certified(&path.certificate),
+        path.certificate.min_det
     )?;
     writeln!(
         text,

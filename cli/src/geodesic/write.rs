@@ -1,12 +1,12 @@
 //! The files of a result directory.
 
-use ::geodesic::GeodesicParams;
+use ::geodesic::{Form, GeodesicParams};
 use fe_grid::{Field, ScalarField};
 
 use super::Outcome;
 use super::draw::{Draw, Pictures};
 use super::path::Path;
-use super::record::ResultRecord;
+use super::record::{Record, record};
 use crate::error::CliError;
 use crate::output::apng::write_animation;
 use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
@@ -14,7 +14,7 @@ use crate::output::npy::{Precision, write_field};
 use crate::output::pvd::write_series;
 use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
-use crate::output::{ResultDir, deformation, numbered, write_json};
+use crate::output::{ResultDir, deformation, numbered};
 use crate::shapes::{Input, SurfaceRecord};
 use crate::watch::is_last;
 
@@ -25,10 +25,10 @@ const PARTS: [&str; 3] = ["dissipation", "match", "area"];
 ///
 /// # Errors
 /// [`CliError`]; the directory is not complete then.
-pub(super) fn write_all<const D: usize>(
+pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<D>,
-) -> Result<ResultRecord<D>, CliError>
+    outcome: &'a Outcome<D>,
+) -> Result<Record<'a, D>, CliError>
 where
     Pictures: Draw<D>,
 {
@@ -37,8 +37,8 @@ where
     write_motions(directory, &outcome.result.motions)?;
     write_components(directory, &outcome.result.components)?;
     write_energy(directory, outcome)?;
-    let record = ResultRecord::new(outcome, &path, surface);
-    write_json(&directory.file("result.json"), &record)?;
+    let record = record(outcome, &path, surface);
+    record.write(directory.path())?;
     Ok(record)
 }
 
@@ -148,7 +148,7 @@ fn write_energy<const D: usize>(
 }
 
 fn has_area<const D: usize>(outcome: &Outcome<D>) -> bool {
-    outcome.parameters.area_weight.is_some()
+    outcome.config.params.form == Form::LevelSets
 }
 
 /// The weighted parts of the energy at the end of a level.
@@ -161,7 +161,7 @@ fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>>
     // Preliminary levels may have more steps, and with them another weight.
     let params = GeodesicParams {
         steps: level.steps,
-        ..outcome.parameters.geodesic_params()
+        ..outcome.config.params.clone()
     };
     let mismatch = params.resolved_match_weight() * level.matches.iter().sum::<f64>();
     Some(vec![

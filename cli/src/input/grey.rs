@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::decode::{Samples, check_size};
 use super::mask::{check_finite, check_spacing, shaped_any};
@@ -13,7 +13,7 @@ use super::{AnyImage, InputError};
 const TAIL: f64 = 0.005;
 
 /// The numbers of a file that stand for 0 and for 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GreyRange {
     /// What becomes 0.
     pub low: f64,

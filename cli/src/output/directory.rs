@@ -51,6 +51,11 @@ impl ResultDir {
         self.inner.join(name)
     }
 
+    /// The directory in the making.
+    pub fn path(&self) -> &Path {
+        &self.inner
+    }
+
     /// The directory's final name.
     pub fn target(&self) -> &Path {
         &self.target

@@ -1,118 +1,195 @@
 //! Options of `shapespace pca`, `shapespace synthesize` and `shapespace score`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::{Deserialize, Serialize};
+use shape_pca::PcaParams;
 
-use crate::numbers::{finite, positive};
-use crate::options::Align;
+use crate::config::{Config, Configured, allow};
+use crate::error::CliError;
+use crate::options::{Align, RunOptions, Size, named, positive};
 
 /// Options of `shapespace pca`.
 #[derive(Clone, Debug, Args)]
 pub struct PcaArgs {
+    /// What is computed.
+    #[command(flatten)]
+    pub config: Configured<PcaConfig>,
+    /// What the results do not depend on.
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// What `shapespace pca` computes.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct PcaConfig {
     /// Directory that `shapespace average` has written.
     #[arg(value_name = "AVERAGE")]
     pub average: PathBuf,
-    /// New directory for the results.
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
-    /// Inner product of displacements.
-    #[arg(long, value_enum, default_value_t)]
-    pub metric: Metric,
     /// Most modes [default: all].
-    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..))]
-    pub modes: Option<u32>,
-    /// Takes the average object at rest, without the stresses of the deformations in it.
-    #[arg(long)]
-    pub at_rest: bool,
+    #[arg(long, value_name = "M")]
+    pub modes: Option<usize>,
     /// Modes are drawn up to so many standard deviations.
-    #[arg(long, value_name = "A", default_value_t = 2.0, value_parser = positive)]
+    #[arg(long, value_name = "A")]
     pub amplitude: f64,
-    /// Linear problems are solved until the residual is this share of the load.
-    #[arg(long, value_name = "SHARE", default_value_t = 1e-9, value_parser = positive)]
-    pub tolerance: f64,
-    /// Number of threads [default: all cores]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
+    /// Parameters of the analysis.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub params: PcaParams,
 }
 
-/// Inner product of displacements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Metric {
-    /// The integral of `u . v` over the average object.
-    #[default]
-    L2,
-    /// The second variation of the elastic energy: stiff parts count more.
-    Hessian,
+impl Default for PcaConfig {
+    fn default() -> Self {
+        Self {
+            average: PathBuf::new(),
+            modes: None,
+            amplitude: 2.0,
+            params: PcaParams::default(),
+        }
+    }
+}
+
+impl Config for PcaConfig {
+    const COMMAND: &'static str = "pca";
+
+    fn check(&self) -> Result<(), CliError> {
+        named(Self::COMMAND, "the directory of an average", &self.average)?;
+        allow(self.modes != Some(0), "modes", &0, "at least 1")?;
+        positive("amplitude", Some(self.amplitude))?;
+        Ok(self.params.check()?)
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        vec![&mut self.average]
+    }
 }
 
 /// Options of `shapespace synthesize`.
 #[derive(Clone, Debug, Args)]
 pub struct SynthesizeArgs {
+    /// What is computed.
+    #[command(flatten)]
+    pub config: Configured<SynthesizeConfig>,
+    /// What the results do not depend on.
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// What `shapespace synthesize` computes.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SynthesizeConfig {
     /// Directory that `shapespace pca` has written.
     #[arg(value_name = "PCA")]
     pub pca: PathBuf,
-    /// New directory for the results.
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
     /// Scores in the first modes, in standard deviations.
-    #[arg(long, value_name = "S,S,..", value_delimiter = ',', required = true,
-          value_parser = finite, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "S,S,..",
+        value_delimiter = ',',
+        allow_hyphen_values = true
+    )]
     pub scores: Vec<f64>,
-    /// Solves the nonlinear elastic problem under the load of the modes; without it the shape is
-    /// the average moved by their displacements.
+    /// Solve the nonlinear elastic problem under the load of the modes; without it the shape is the
+    /// average moved by their displacements.
     #[arg(long)]
     pub nonlinear: bool,
     /// Steps in which the load is applied.
-    #[arg(long, value_name = "N", default_value_t = 4,
-          value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub load_steps: u32,
+    #[arg(long, value_name = "N")]
+    pub load_steps: usize,
     /// Where the average lies, if it has been moved since.
     #[arg(long, value_name = "DIR")]
     pub average: Option<PathBuf>,
-    /// Number of threads [default: all cores]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
+}
+
+impl Default for SynthesizeConfig {
+    fn default() -> Self {
+        Self {
+            pca: PathBuf::new(),
+            scores: Vec::new(),
+            nonlinear: false,
+            load_steps: 4,
+            average: None,
+        }
+    }
+}
+
+impl Config for SynthesizeConfig {
+    const COMMAND: &'static str = "synthesize";
+
+    fn check(&self) -> Result<(), CliError> {
+        named(Self::COMMAND, "the directory of modes", &self.pca)?;
+        let numbers = !self.scores.is_empty() && self.scores.iter().all(|s| s.is_finite());
+        let scores: Vec<String> = self.scores.iter().map(ToString::to_string).collect();
+        allow(numbers, "scores", &scores.join(","), "one number or more")?;
+        let steps = self.load_steps;
+        allow(
+            (1..=1000).contains(&steps),
+            "load_steps",
+            &steps,
+            "1 to 1000",
+        )
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        std::iter::once(&mut self.pca)
+            .chain(&mut self.average)
+            .collect()
+    }
 }
 
 /// Options of `shapespace score`.
 #[derive(Clone, Debug, Args)]
 pub struct ScoreArgs {
+    /// What is computed.
+    #[command(flatten)]
+    pub config: Configured<ScoreConfig>,
+    /// What the results do not depend on.
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// What `shapespace score` computes.
+#[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ScoreConfig {
     /// Masks of new shapes, of the same formats as for an average.
-    #[arg(required = true, value_name = "NEW")]
+    #[arg(value_name = "NEW")]
     pub inputs: Vec<PathBuf>,
     /// Directory that `shapespace pca` has written.
     #[arg(long, value_name = "PCA")]
     pub pca: PathBuf,
-    /// New directory for the results.
-    #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
     /// Alignment of a new shape with the average [default: as the shapes of the average].
     #[arg(long, value_enum)]
     pub align: Option<Align>,
     /// Size of a new shape beside those of the average.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum)]
     pub size: Size,
     /// In label images, the label of the object [default: every label but 0].
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub label: Option<i64>,
     /// Where the average lies, if it has been moved since.
     #[arg(long, value_name = "DIR")]
     pub average: Option<PathBuf>,
-    /// Number of threads [default: all cores]. The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub threads: Option<u32>,
 }
 
-/// Size of a new shape beside those of the average.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Size {
-    /// In the length units of the files.
-    #[default]
-    Kept,
-    /// Of the area or volume of the average: for pictures of other resolution.
-    Equal,
+impl Config for ScoreConfig {
+    const COMMAND: &'static str = "score";
+
+    fn check(&self) -> Result<(), CliError> {
+        let first = self.inputs.first().map_or(Path::new(""), PathBuf::as_path);
+        named(Self::COMMAND, "a mask", first)?;
+        named(
+            Self::COMMAND,
+            "the directory of modes after --pca",
+            &self.pca,
+        )
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        let directories = std::iter::once(&mut self.pca).chain(&mut self.average);
+        self.inputs.iter_mut().chain(directories).collect()
+    }
 }

@@ -1,15 +1,16 @@
 //! `shapespace pca`: the modes of variation of an average.
 
 use std::fmt::Write as _;
+use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 use std::time::Instant;
 
 use shape_pca::{Compound, Pca, Quality};
 
-use super::args::PcaArgs;
+use super::args::{PcaArgs, PcaConfig};
 use super::outcome::Outcome;
-use super::read::{AnyAverage, GivenAverage, read_average};
+use super::read::{AnyAverage, StoredAverage, read_average};
 use super::record::PcaRecord;
 use super::write::write_all;
 use crate::error::{CliError, Exit};
@@ -25,18 +26,24 @@ use crate::progress::Progress;
 pub fn run_pca(args: &PcaArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let progress = Progress::stderr();
-    in_pool(args.threads, || {
-        ResultDir::create(&args.output).map(drop)?;
+    let compute = |mut config: PcaConfig| {
+        ResultDir::create(&args.run.output).map(drop)?;
         progress.stage("reading the average");
-        match read_average(&args.average)? {
-            AnyAverage::D2(given) => run(&given, args, &progress, start),
-            AnyAverage::D3(given) => run(&given, args, &progress, start),
+        let stored = read_average(&config.average)?;
+        // Where the average lies is read again by those who use the modes.
+        config.average = fs::canonicalize(&config.average).unwrap_or(config.average);
+        match stored {
+            AnyAverage::D2(stored) => run(&stored, &config, args, &progress, start),
+            AnyAverage::D3(stored) => run(&stored, &config, args, &progress, start),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
 fn run<const D: usize>(
-    given: &GivenAverage<D>,
+    stored: &StoredAverage<D>,
+    config: &PcaConfig,
     args: &PcaArgs,
     progress: &Progress,
     start: Instant,
@@ -44,25 +51,25 @@ fn run<const D: usize>(
 where
     Pictures: Draw<D>,
 {
-    let params = given.pca_params(args.metric, args.at_rest, args.tolerance);
-    let most = args.modes.map_or(usize::MAX, |modes| modes as usize);
+    let params = stored.pca_params(config.params);
+    let most = config.modes.unwrap_or(usize::MAX);
     progress.stage("assembling the compound operator");
-    let compound = Compound::new(&given.average, &params)?;
+    let compound = Compound::new(&stored.average, &params)?;
     progress.stage(format!(
         "solving for {} displacements",
-        given.average.n_shapes()
+        stored.average.n_shapes()
     ));
-    let pca = Pca::new(&given.average, &compound, most)?;
+    let pca = Pca::new(&stored.average, &compound, most)?;
     let quality = Quality::new(&pca.gram, params.zero_eigenvalue, most)?;
     progress.stage("writing");
     let outcome = Outcome {
-        args,
-        given,
+        config,
+        stored,
         pca: &pca,
         quality,
         start,
     };
-    let directory = ResultDir::create(&args.output)?;
+    let directory = ResultDir::create(&args.run.output)?;
     let record = write_all(&directory, &outcome)?;
     let target = directory.commit()?;
     progress.finish();
@@ -71,7 +78,7 @@ where
 }
 
 /// The closing words on standard output; the last line names the picture.
-fn print(record: &PcaRecord, target: &Path) {
+fn print<const D: usize>(record: &PcaRecord<'_, D>, target: &Path) {
     let mut text = String::new();
     // Writing into a string cannot fail, and nobody is left to be told where standard output is
     // closed.
@@ -79,13 +86,18 @@ fn print(record: &PcaRecord, target: &Path) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-fn write_lines(text: &mut String, record: &PcaRecord, target: &Path) -> std::fmt::Result {
+fn write_lines<const D: usize>(
+    text: &mut String,
+    record: &PcaRecord<'_, D>,
+    target: &Path,
+) -> std::fmt::Result {
+    let found = &record.body;
     writeln!(
         text,
         "{} modes of variation of {} shapes in {:.1} s",
-        record.n_modes, record.n_shapes, record.seconds
+        found.n_modes, found.n_shapes, record.seconds
     )?;
-    let ratios: Vec<String> = record
+    let ratios: Vec<String> = found
         .ratios
         .iter()
         .take(6)
@@ -94,14 +106,14 @@ fn write_lines(text: &mut String, record: &PcaRecord, target: &Path) -> std::fmt
     writeln!(
         text,
         "  eigenvalues  {:.4e}, ratios {}",
-        record.eigenvalues[0],
+        found.eigenvalues[0],
         ratios.join(" ")
     )?;
     writeln!(
         text,
         "  stresses     balanced up to {:.1} %, object {}",
-        100.0 * record.balance,
-        if record.definite {
+        100.0 * found.balance,
+        if found.definite {
             "positive definite"
         } else {
             "NOT positive definite"

@@ -18,7 +18,7 @@ mod synthesize;
 mod tables;
 mod write;
 
-pub use args::{Metric, PcaArgs, ScoreArgs, Size, SynthesizeArgs};
+pub use args::{PcaArgs, PcaConfig, ScoreArgs, ScoreConfig, SynthesizeArgs, SynthesizeConfig};
 pub use command::run_pca;
 pub use procrustes::{Procrustes, there_and_back};
 pub use score::run_score;

@@ -1,33 +1,31 @@
 //! What `result.json` tells.
 
+use hyperelastic::LawSpec;
 use serde::Serialize;
+use shape_pca::{Quality, Scores, SolveReport};
 
-use super::args::{Metric, Size};
+use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use super::outcome::Outcome;
 use super::procrustes::Procrustes;
+use crate::report::Record;
 
 /// Everything in `result.json` of `shapespace pca`.
+pub(super) type PcaRecord<'a, const D: usize> = Record<PcaConfig, Analysis<'a>, D>;
+
+/// What an analysis has found.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct PcaRecord {
-    pub version: &'static str,
-    pub status: &'static str,
-    pub dimension: usize,
-    /// Nodes along each axis of the arrays, `x` first.
-    pub nodes: Vec<usize>,
-    /// The directory of the average.
-    pub average: String,
-    /// Its shapes.
-    pub shapes: Vec<String>,
+pub(super) struct Analysis<'a> {
+    /// The shapes of the average.
+    shapes: &'a [String],
     pub n_shapes: usize,
-    pub weights: Vec<f64>,
-    pub metric: Metric,
-    /// Whether the compound object was under the stresses of the deformations.
-    pub prestressed: bool,
-    pub tolerance: f64,
-    pub void_stiffness: f64,
+    weights: &'a [f64],
+    /// The material of the average.
+    #[serde(flatten)]
+    law: LawSpec,
+    void_stiffness: f64,
     pub n_modes: usize,
     /// All of them, the largest first, as many as shapes; the last are zero up to rounding.
-    pub eigenvalues: Vec<f64>,
+    pub eigenvalues: &'a [f64],
     /// Over the first.
     pub ratios: Vec<f64>,
     /// `|sum u_k|` over the mean of `|u_k|` in `L^2`, before centring.
@@ -37,112 +35,64 @@ pub(super) struct PcaRecord {
     /// The least, relative to linear elasticity.
     pub least_curvature: f64,
     /// Of the training shapes.
-    pub mahalanobis: Vec<f64>,
+    mahalanobis: Vec<f64>,
     /// Root of their weighted mean square: `sqrt((n-1)/n)` with all modes.
     pub mahalanobis_rms: f64,
     /// Of every shape, how far `(1 - u_k)(S)` is from it after a rigid motion: root mean square
     /// distance of the boundaries over that of the shape's from its centroid.
-    pub procrustes: Vec<f64>,
+    procrustes: Vec<f64>,
     /// The same distance in lengths of the unit box.
-    pub procrustes_distance: Vec<f64>,
+    procrustes_distance: Vec<f64>,
     /// Area or volume of the average object.
-    pub object_size: f64,
-    pub quality: QualityRecord,
-    pub solves: Vec<SolveRecord>,
-    pub seconds: f64,
+    object_size: f64,
+    pub quality: &'a Quality,
+    /// What the modes of the others leave of every shape, relative.
+    left_out_residual: Vec<f64>,
+    solves: &'a [SolveReport],
 }
 
-/// Compactness, generalisation and specificity.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct QualityRecord {
-    pub compactness: Vec<f64>,
-    pub generalisation: Vec<f64>,
-    pub specificity: Vec<f64>,
-    /// Of every shape in the modes of the others.
-    pub left_out_mahalanobis: Vec<f64>,
-    /// What the modes of the others leave of it, relative.
-    pub left_out_residual: Vec<f64>,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct SolveRecord {
-    iterations: usize,
-    residual: f64,
-}
-
-impl PcaRecord {
-    /// The record of an outcome. The time is that until now.
-    pub fn new<const D: usize>(
-        outcome: &Outcome<'_, D>,
-        object_size: f64,
-        fits: &[Procrustes<D>],
-    ) -> Self {
-        let (given, pca, quality) = (outcome.given, outcome.pca, &outcome.quality);
-        let weights = given.average.weights();
-        let mahalanobis: Vec<f64> = pca.training.iter().map(|s| s.mahalanobis).collect();
-        let squares = mahalanobis.iter().zip(weights);
-        let average = &outcome.args.average;
-        Self {
-            version: env!("CARGO_PKG_VERSION"),
-            status: "complete",
-            dimension: D,
-            nodes: given.average.grid().nodes_per_axis().to_vec(),
-            average: std::fs::canonicalize(average)
-                .unwrap_or_else(|_| average.clone())
-                .display()
-                .to_string(),
-            shapes: given.names.clone(),
-            n_shapes: given.average.n_shapes(),
-            weights: weights.to_vec(),
-            metric: outcome.args.metric,
-            prestressed: !pca.space.params.at_rest,
-            tolerance: pca.space.params.tolerance,
-            void_stiffness: pca.space.params.void_stiffness,
-            n_modes: pca.modes.rank(),
-            eigenvalues: pca.modes.eigenvalues.clone(),
-            ratios: pca.ratios(),
-            balance: pca.balance,
-            definite: pca.definite(),
-            least_curvature: pca.least_curvature,
-            mahalanobis_rms: squares.map(|(d, w)| w * d * d).sum::<f64>().sqrt(),
-            mahalanobis,
-            procrustes: fits.iter().map(|fit| fit.residual).collect(),
-            procrustes_distance: fits.iter().map(|fit| fit.distance).collect(),
-            object_size,
-            quality: QualityRecord {
-                compactness: quality.compactness.clone(),
-                generalisation: quality.generalisation.clone(),
-                specificity: quality.specificity.clone(),
-                left_out_mahalanobis: quality.left_out.iter().map(|s| s.mahalanobis).collect(),
-                left_out_residual: quality
-                    .left_out
-                    .iter()
-                    .map(shape_pca::Scores::residual)
-                    .collect(),
-            },
-            solves: pca
-                .solves
-                .iter()
-                .map(|solve| SolveRecord {
-                    iterations: solve.iterations,
-                    residual: solve.residual,
-                })
-                .collect(),
-            seconds: outcome.start.elapsed().as_secs_f64(),
-        }
-    }
+/// The record of an outcome. The time is that until now.
+pub(super) fn record<'a, const D: usize>(
+    outcome: &'a Outcome<'a, D>,
+    object_size: f64,
+    fits: &[Procrustes<D>],
+) -> PcaRecord<'a, D> {
+    let (stored, pca, quality) = (outcome.stored, outcome.pca, &outcome.quality);
+    let weights = stored.average.weights();
+    let mahalanobis: Vec<f64> = pca.training.iter().map(|s| s.mahalanobis).collect();
+    let squares = mahalanobis.iter().zip(weights);
+    let params = &pca.space.params;
+    let found = Analysis {
+        shapes: &stored.names,
+        n_shapes: stored.average.n_shapes(),
+        weights,
+        law: params.law,
+        void_stiffness: params.void_stiffness,
+        n_modes: pca.modes.rank(),
+        eigenvalues: &pca.modes.eigenvalues,
+        ratios: pca.ratios(),
+        balance: pca.balance,
+        definite: pca.definite(),
+        least_curvature: pca.least_curvature,
+        mahalanobis_rms: squares.map(|(d, w)| w * d * d).sum::<f64>().sqrt(),
+        mahalanobis,
+        procrustes: fits.iter().map(|fit| fit.residual).collect(),
+        procrustes_distance: fits.iter().map(|fit| fit.distance).collect(),
+        object_size,
+        quality,
+        left_out_residual: quality.left_out.iter().map(Scores::residual).collect(),
+        solves: &pca.solves,
+    };
+    let nodes = stored.average.grid().nodes_per_axis();
+    Record::new("complete", &nodes, outcome.config, found, outcome.start)
 }
 
 /// Everything in `result.json` of `shapespace synthesize`.
+pub(super) type SynthesisRecord<const D: usize> = Record<SynthesizeConfig, Synthesis, D>;
+
+/// What a synthesis has found.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct SynthesisRecord {
-    pub version: &'static str,
-    pub status: &'static str,
-    pub dimension: usize,
-    pub nodes: Vec<usize>,
-    pub pca: String,
-    pub scores: Vec<f64>,
-    pub nonlinear: bool,
+pub(super) struct Synthesis {
     /// Share of the load that was reached; one for a linear synthesis.
     pub load_share: f64,
     /// Newton steps of every load step.
@@ -155,20 +105,14 @@ pub(super) struct SynthesisRecord {
     /// Area or volume of the shape and of the average.
     pub size: f64,
     pub average_size: f64,
-    pub seconds: f64,
 }
 
 /// Everything in `result.json` of `shapespace score`.
+pub(super) type ScoreRecord<const D: usize> = Record<ScoreConfig, Placements, D>;
+
+/// Where new shapes lie.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct ScoreRecord {
-    pub version: &'static str,
-    pub status: &'static str,
-    pub dimension: usize,
-    pub nodes: Vec<usize>,
-    pub pca: String,
-    pub size: Size,
-    /// The shapes.
-    pub shapes: Vec<String>,
+pub(super) struct Placements {
     /// Of every shape.
     pub mahalanobis: Vec<f64>,
     /// Of every shape, in standard deviations.
@@ -186,5 +130,4 @@ pub(super) struct ScoreRecord {
     pub dice: Vec<f64>,
     /// Stored energy of these deformations.
     pub elastic: Vec<f64>,
-    pub seconds: f64,
 }

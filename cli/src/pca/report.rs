@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use super::record::PcaRecord;
+use shape_pca::{Metric, PcaParams};
+
+use super::record::{Analysis, PcaRecord};
 use crate::output::OutputError;
 
 /// Most lines of a table.
@@ -13,24 +15,27 @@ const ROWS: usize = 12;
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
-pub(super) fn write_report(path: &Path, record: &PcaRecord) -> Result<(), OutputError> {
+pub(super) fn write_report<const D: usize>(
+    path: &Path,
+    record: &PcaRecord<'_, D>,
+) -> Result<(), OutputError> {
     let mut text = String::new();
     // Writing into a string cannot fail.
-    let _ = write_text(&mut text, record);
+    let _ = write_text(&mut text, &record.body, &record.parameters.params);
     std::fs::write(path, text).map_err(OutputError::at(path))
 }
 
-fn write_text(text: &mut String, r: &PcaRecord) -> std::fmt::Result {
+fn write_text(text: &mut String, r: &Analysis<'_>, params: &PcaParams) -> std::fmt::Result {
     writeln!(text, "# Modes of variation of {} shapes\n", r.n_shapes)?;
-    let metric = match r.metric {
-        super::args::Metric::L2 => "L2: the integral of u . v over the average object",
-        super::args::Metric::Hessian => "Hessian: the second variation of the elastic energy",
+    let metric = match params.metric {
+        Metric::L2 => "L2: the integral of u . v over the average object",
+        Metric::Hessian => "Hessian: the second variation of the elastic energy",
     };
     writeln!(text, "- Inner product: {metric}.")?;
-    let state = if r.prestressed {
-        "under the stresses of all deformations"
-    } else {
+    let state = if params.at_rest {
         "at rest, without the stresses of the deformations"
+    } else {
+        "under the stresses of all deformations"
     };
     writeln!(text, "- The average object is {state}.")?;
     writeln!(
@@ -56,8 +61,8 @@ fn write_text(text: &mut String, r: &PcaRecord) -> std::fmt::Result {
         r.mahalanobis_rms,
         ((r.n_shapes as f64 - 1.0) / r.n_shapes as f64).sqrt()
     )?;
-    let left_out = &r.quality.left_out_mahalanobis;
-    let largest = left_out.iter().copied().fold(0.0, f64::max);
+    let left_out = r.quality.left_out.iter().map(|scores| scores.mahalanobis);
+    let largest = left_out.fold(0.0, f64::max);
     writeln!(
         text,
         "- Each in the modes of the others: at most {largest:.3}. A shape much farther off is of \

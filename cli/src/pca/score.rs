@@ -15,19 +15,19 @@ use shape_average::align::align_to;
 use shape_average::{AverageResult, match_to};
 use shape_pca::{Compound, Scores, Source};
 
-use super::args::{ScoreArgs, Size};
+use super::args::{ScoreArgs, ScoreConfig};
 use super::draw::{moved, shown};
 use super::procrustes::{Procrustes, there_and_back};
-use super::read::{AnyPca, GivenPca, read_pca};
-use super::record::ScoreRecord;
+use super::read::{AnyPca, StoredPca, read_pca};
+use super::record::{Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
 use crate::error::{CliError, Exit};
 use crate::geodesic::draw::{Draw, Pictures};
 use crate::input::place::frame_like;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
-use crate::options::Align;
+use crate::options::{Align, Size};
 use crate::output::npy::{Precision, write_field};
-use crate::output::{ResultDir, numbered, write_json};
+use crate::output::{ResultDir, numbered};
 use crate::picture::{Canvas, Colour, INK, Tiles, colour};
 use crate::pool::in_pool;
 use crate::progress::Progress;
@@ -47,28 +47,32 @@ pub fn run_score(args: &ScoreArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.threads, || {
-        ResultDir::create(&args.output).map(drop)?;
+    let compute = |config: ScoreConfig| {
+        ResultDir::create(&args.run.output).map(drop)?;
         progress.stage("reading the modes");
-        let given = read_pca(&args.pca, args.average.as_deref())?;
-        let options = ReadOptions { label: args.label };
-        let images = read_images(&args.inputs, &options)?;
-        match (given, images) {
-            (AnyPca::D2(given), AnyImages::D2(images)) => {
-                run(&given, &images, args, &progress, interrupt, start)
+        let stored = read_pca(&config.pca, config.average.as_deref())?;
+        let options = ReadOptions {
+            label: config.label,
+        };
+        let images = read_images(&config.inputs, &options)?;
+        match (stored, images) {
+            (AnyPca::D2(stored), AnyImages::D2(images)) => {
+                run(&stored, &images, config, args, &progress, interrupt, start)
             }
-            (AnyPca::D3(given), AnyImages::D3(images)) => {
-                run(&given, &images, args, &progress, interrupt, start)
+            (AnyPca::D3(stored), AnyImages::D3(images)) => {
+                run(&stored, &images, config, args, &progress, interrupt, start)
             }
-            (AnyPca::D2(_), _) => Err(unfit(args, "its shapes are flat, the new ones volumes")),
-            (AnyPca::D3(_), _) => Err(unfit(args, "its shapes are volumes, the new ones flat")),
+            (AnyPca::D2(_), _) => Err(unfit(config, "its shapes are flat, the new ones volumes")),
+            (AnyPca::D3(_), _) => Err(unfit(config, "its shapes are volumes, the new ones flat")),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
-fn unfit(args: &ScoreArgs, reason: &str) -> CliError {
+fn unfit(config: ScoreConfig, reason: &str) -> CliError {
     CliError::NoResult {
-        path: args.pca.clone(),
+        path: config.pca,
         command: "pca",
         reason: reason.into(),
     }
@@ -90,7 +94,7 @@ struct Measured<const D: usize> {
 
 /// The average, as new shapes are brought onto it.
 struct Target<'a, const D: usize> {
-    given: &'a GivenPca<D>,
+    stored: &'a StoredPca<D>,
     compound: Compound<D>,
     outline: Contour<D>,
     size: f64,
@@ -102,8 +106,9 @@ struct Target<'a, const D: usize> {
 }
 
 fn run<const D: usize>(
-    given: &GivenPca<D>,
+    stored: &StoredPca<D>,
     images: &[Image<D>],
+    mut config: ScoreConfig,
     args: &ScoreArgs,
     progress: &Progress,
     interrupt: Interrupt,
@@ -113,20 +118,23 @@ where
     Pictures: Draw<D>,
 {
     progress.stage("assembling the compound operator");
-    let object = &given.space.object;
+    let object = &stored.space.object;
+    let align = config.align.unwrap_or(stored.average.align);
+    config.align = Some(align);
     let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
-    let nodes = ALIGNMENT_NODES[usize::from(D == 3)];
+    let nodes = object.grid().nodes_per_axis();
+    let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
     let target = Target {
-        given,
-        compound: Compound::new(&given.average.average, &given.space.params)?,
+        stored,
+        compound: Compound::new(&stored.average.average, &stored.space.params)?,
         size: Moments::of_contour(&outline).map_err(shown)?.volume,
         distance: signed_distance(object, 0.5).map_err(shown)?,
         coarse: ContourDistance::new(&outline)
             .map_err(shown)?
-            .sample(Grid::cube(nodes)),
+            .sample(coarse),
         outline,
-        align: args.align.unwrap_or(given.average.align),
-        scale: args.size,
+        align,
+        scale: config.size,
     };
     let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
     let names = labels(&paths);
@@ -137,8 +145,8 @@ where
     }
     progress.stage("writing");
     interrupt.writing();
-    let directory = ResultDir::create(&args.output)?;
-    let record = write_all(&directory, given, args, &names, &found, start)?;
+    let directory = ResultDir::create(&args.run.output)?;
+    let record = write_all(&directory, &config, &names, &found, (nodes, start))?;
     let target = directory.commit()?;
     progress.finish();
     print(&record, &target);
@@ -154,10 +162,10 @@ impl<const D: usize> Target<'_, D> {
     ) -> Result<Measured<D>, CliError> {
         let grid = *self.distance.grid();
         let (outline, distance) = self.placed(image)?;
-        let params = &self.given.average.params;
+        let params = &self.stored.average.params;
         let levels = level_nodes(&grid.hierarchy(params.coarsest_nodes));
         let mut watch = Watch::new(progress, interrupt, levels);
-        let phase_field = &self.given.average.phase_field;
+        let phase_field = &self.stored.average.phase_field;
         let matched = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
         watch.finish();
         if *matched.average.grid() != grid {
@@ -174,7 +182,7 @@ impl<const D: usize> Target<'_, D> {
             displacement: matched.displacements[0].as_slice(),
             indicator: matched.shapes.indicators[0].as_slice(),
         };
-        let space = &self.given.space;
+        let space = &self.stored.space;
         let displacement = space.represent(&self.compound, source)?;
         let scores = space.scores(&self.compound, &displacement);
         let (mut reconstructions, mut dice, mut distances) = (Vec::new(), Vec::new(), Vec::new());
@@ -206,7 +214,7 @@ impl<const D: usize> Target<'_, D> {
     fn placed(&self, image: &Image<D>) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
         let grid = *self.distance.grid();
         let nodes = grid.nodes_per_axis()[0];
-        let (size, frame) = &self.given.average.frame;
+        let (size, frame) = &self.stored.average.frame;
         let mut frame_of = frame_like(image, (size, frame), nodes, 1.0);
         if self.scale == Size::Equal {
             let (outline, _) = place_like(image, frame_of, None, self.coarse_grid())?;
@@ -235,12 +243,11 @@ impl<const D: usize> Target<'_, D> {
 
 fn write_all<const D: usize>(
     directory: &ResultDir,
-    given: &GivenPca<D>,
-    args: &ScoreArgs,
+    config: &ScoreConfig,
     names: &[String],
     found: &[Measured<D>],
-    start: Instant,
-) -> Result<ScoreRecord, CliError>
+    (nodes, start): ([usize; D], Instant),
+) -> Result<ScoreRecord<D>, CliError>
 where
     Pictures: Draw<D>,
 {
@@ -248,18 +255,7 @@ where
         let size = s.norm.max(f64::MIN_POSITIVE);
         s.errors.iter().map(|e| e / size).collect()
     };
-    let record = ScoreRecord {
-        version: env!("CARGO_PKG_VERSION"),
-        status: "complete",
-        dimension: D,
-        nodes: given.space.object.grid().nodes_per_axis().to_vec(),
-        pca: args.pca.display().to_string(),
-        size: args.size,
-        shapes: args
-            .inputs
-            .iter()
-            .map(|path| path.display().to_string())
-            .collect(),
+    let placed = Placements {
         mahalanobis: found.iter().map(|f| f.scores.mahalanobis).collect(),
         scores: found.iter().map(|f| f.scores.scores.clone()).collect(),
         residual: found.iter().map(|f| f.scores.residual()).collect(),
@@ -268,7 +264,6 @@ where
         reconstruction_distance: found.iter().map(|f| f.distance.clone()).collect(),
         dice: found.iter().map(|f| f.overlap).collect(),
         elastic: found.iter().map(|f| f.matched.energy.elastic[0]).collect(),
-        seconds: start.elapsed().as_secs_f64(),
     };
     for (k, shape) in found.iter().enumerate() {
         let file = directory.file(numbered("displacement", k, "npy"));
@@ -279,11 +274,12 @@ where
     write_reconstruction(
         &directory.file("reconstruction.svg"),
         names,
-        &record.errors,
-        &record.reconstruction_distance,
+        &placed.errors,
+        &placed.reconstruction_distance,
     )?;
     picture(names, found).write_png(&directory.file("score.png"))?;
-    write_json(&directory.file("result.json"), &record)?;
+    let record = ScoreRecord::new("complete", &nodes, config, placed, start);
+    record.write(directory.path())?;
     Ok(record)
 }
 
@@ -314,7 +310,7 @@ where
 }
 
 /// The closing words on standard output; the last line names the picture.
-fn print(record: &ScoreRecord, target: &Path) {
+fn print<const D: usize>(record: &ScoreRecord<D>, target: &Path) {
     let mut text = String::new();
     // Writing into a string cannot fail, and nobody is left to be told where standard output is
     // closed.
@@ -322,20 +318,26 @@ fn print(record: &ScoreRecord, target: &Path) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-fn write_lines(text: &mut String, record: &ScoreRecord, target: &Path) -> std::fmt::Result {
+fn write_lines<const D: usize>(
+    text: &mut String,
+    record: &ScoreRecord<D>,
+    target: &Path,
+) -> std::fmt::Result {
+    let (shapes, found) = (&record.parameters.inputs, &record.body);
     writeln!(
         text,
         "{} shapes scored in {:.1} s",
-        record.shapes.len(),
+        shapes.len(),
         record.seconds
     )?;
-    for (k, shape) in record.shapes.iter().enumerate() {
+    for (k, shape) in shapes.iter().enumerate() {
         writeln!(
             text,
-            "  {shape}: Mahalanobis distance {:.3}, residual {:.1} %, matched with Dice {:.4}",
-            record.mahalanobis[k],
-            100.0 * record.residual[k],
-            record.dice[k]
+            "  {}: Mahalanobis distance {:.3}, residual {:.1} %, matched with Dice {:.4}",
+            shape.display(),
+            found.mahalanobis[k],
+            100.0 * found.residual[k],
+            found.dice[k]
         )?;
     }
     let file = |name: &str| target.join(name).display().to_string();

@@ -9,14 +9,14 @@ use fe_grid::{ScalarField, VectorField, certify_within};
 use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
 use shape_pca::{Compound, Finite, FiniteReport};
 
-use super::args::SynthesizeArgs;
+use super::args::{SynthesizeArgs, SynthesizeConfig};
 use super::draw::{moved, shown};
-use super::read::{AnyPca, GivenPca, read_pca};
-use super::record::SynthesisRecord;
+use super::read::{AnyPca, StoredPca, read_pca};
+use super::record::{Synthesis, SynthesisRecord};
 use crate::error::{CliError, Exit};
 use crate::geodesic::draw::{Draw, Pictures};
+use crate::output::ResultDir;
 use crate::output::npy::{Precision, write_field, write_mask};
-use crate::output::{ResultDir, write_json};
 use crate::picture::{Canvas, INK, Tiles, colour};
 use crate::pool::in_pool;
 use crate::progress::Progress;
@@ -28,18 +28,21 @@ use crate::progress::Progress;
 pub fn run_synthesize(args: &SynthesizeArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let progress = Progress::stderr();
-    in_pool(args.threads, || {
-        ResultDir::create(&args.output).map(drop)?;
+    let compute = |config: SynthesizeConfig| {
+        ResultDir::create(&args.run.output).map(drop)?;
         progress.stage("reading the modes");
-        match read_pca(&args.pca, args.average.as_deref())? {
-            AnyPca::D2(given) => run(&given, args, &progress, start),
-            AnyPca::D3(given) => run(&given, args, &progress, start),
+        match read_pca(&config.pca, config.average.as_deref())? {
+            AnyPca::D2(stored) => run(&stored, &config, args, &progress, start),
+            AnyPca::D3(stored) => run(&stored, &config, args, &progress, start),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
 fn run<const D: usize>(
-    given: &GivenPca<D>,
+    stored: &StoredPca<D>,
+    config: &SynthesizeConfig,
     args: &SynthesizeArgs,
     progress: &Progress,
     start: Instant,
@@ -47,35 +50,35 @@ fn run<const D: usize>(
 where
     Pictures: Draw<D>,
 {
-    let modes = given.space.fields.len();
-    if args.scores.len() > modes {
+    let modes = stored.space.fields.len();
+    if config.scores.len() > modes {
         return Err(CliError::Option {
             option: "--scores",
-            value: format!("with {} numbers", args.scores.len()),
+            value: format!("with {} numbers", config.scores.len()),
             remedy: format!("there are {modes} modes: give at most one score for each"),
         });
     }
     // `S_k` is about `(1 - u_k)(S)`.
-    let mut displacement = given.space.synthesise(&args.scores)?;
+    let mut displacement = stored.space.synthesise(&config.scores)?;
     fe_grid::vector::scale(-1.0, displacement.as_mut_slice());
     let mut report = None;
-    if args.nonlinear {
+    if config.nonlinear {
         progress.stage("solving the nonlinear elastic problem");
-        let compound = Compound::new(&given.average.average, &given.space.params)?;
+        let compound = Compound::new(&stored.average.average, &stored.space.params)?;
         let load = compound.apply(displacement.as_slice());
-        let mut problem = Finite::new(&given.average.average, &compound);
-        problem.load_steps = args.load_steps as usize;
+        let mut problem = Finite::new(&stored.average.average, &compound);
+        problem.load_steps = config.load_steps;
         let found = problem.respond(&load)?;
         displacement = found.0;
         report = Some(found.1);
     }
     progress.stage("writing");
-    let outline = contour(&given.space.object, 0.5, BoxEdge::Closed).map_err(shown)?;
+    let outline = contour(&stored.space.object, 0.5, BoxEdge::Closed).map_err(shown)?;
     let shape = moved(&outline, &displacement, 1.0);
     let level_set = ContourDistance::new(&shape)
         .map_err(shown)?
-        .sample(*given.space.object.grid());
-    let directory = ResultDir::create(&args.output)?;
+        .sample(*stored.space.object.grid());
+    let directory = ResultDir::create(&args.run.output)?;
     write_arrays(&directory, &level_set, &displacement)?;
     let portraits = Pictures::portraits(&[(&outline, INK), (&shape, colour(0))]);
     let names = ["average".to_owned(), "shape".to_owned()];
@@ -88,14 +91,14 @@ where
     sheet.draw().write_png(&directory.file("shape.png"))?;
     Pictures::write_shape(&directory.file("shape.stl"), &shape)?;
     let record = record(
-        given,
-        args,
+        stored,
+        config,
         &displacement,
         [&shape, &outline],
         report,
         start,
     )?;
-    write_json(&directory.file("result.json"), &record)?;
+    record.write(directory.path())?;
     let target = directory.commit()?;
     progress.finish();
     print(&record, &target);
@@ -116,49 +119,50 @@ fn write_arrays<const D: usize>(
 }
 
 fn record<const D: usize>(
-    given: &GivenPca<D>,
-    args: &SynthesizeArgs,
+    stored: &StoredPca<D>,
+    config: &SynthesizeConfig,
     displacement: &VectorField<f64, D>,
     [shape, average]: [&Contour<D>; 2],
     report: Option<FiniteReport>,
     start: Instant,
-) -> Result<SynthesisRecord, CliError> {
+) -> Result<SynthesisRecord<D>, CliError> {
     let size = |c: &Contour<D>| Ok::<_, CliError>(Moments::of_contour(c).map_err(shown)?.volume);
-    let object = &given.space.object;
+    let object = &stored.space.object;
     let grid = *object.grid();
     let inside: Vec<bool> = (0..grid.n_cells())
         .map(|cell| object.as_slice()[grid.node_index(grid.cell(cell))] > 0.5)
         .collect();
     let u = displacement.as_slice();
     let certificate = certify_within(&grid, u, 0.0, f64::INFINITY, Some(&inside));
-    let sum: f64 = args.scores.iter().map(|s| s * s).sum();
+    let sum: f64 = config.scores.iter().map(|s| s * s).sum();
     let share = report.as_ref().map_or(1.0, |report| report.share);
-    Ok(SynthesisRecord {
-        version: env!("CARGO_PKG_VERSION"),
-        status: if share < 1.0 {
-            "load_not_reached"
-        } else {
-            "complete"
-        },
-        dimension: D,
-        nodes: grid.nodes_per_axis().to_vec(),
-        pca: args.pca.display().to_string(),
-        scores: args.scores.clone(),
-        nonlinear: args.nonlinear,
+    let found = Synthesis {
         load_share: share,
         iterations: report.map_or_else(Vec::new, |report| {
             report.steps.iter().map(|step| step.iterations).collect()
         }),
-        mahalanobis: (sum / given.space.n_shapes as f64).sqrt(),
+        mahalanobis: (sum / stored.space.n_shapes as f64).sqrt(),
         min_det: certificate.min_det,
         size: size(shape)?,
         average_size: size(average)?,
-        seconds: start.elapsed().as_secs_f64(),
-    })
+    };
+    let reached = share >= 1.0;
+    let status = if reached {
+        "complete"
+    } else {
+        "load_not_reached"
+    };
+    Ok(SynthesisRecord::new(
+        status,
+        &grid.nodes_per_axis(),
+        config,
+        found,
+        start,
+    ))
 }
 
 /// The closing words on standard output; the last line names the picture.
-fn print(record: &SynthesisRecord, target: &Path) {
+fn print<const D: usize>(record: &SynthesisRecord<D>, target: &Path) {
     let mut text = String::new();
     // Writing into a string cannot fail, and nobody is left to be told where standard output is
     // closed.
@@ -166,23 +170,28 @@ fn print(record: &SynthesisRecord, target: &Path) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-fn write_lines(text: &mut String, record: &SynthesisRecord, target: &Path) -> std::fmt::Result {
+fn write_lines<const D: usize>(
+    text: &mut String,
+    record: &SynthesisRecord<D>,
+    target: &Path,
+) -> std::fmt::Result {
+    let found = &record.body;
     writeln!(
         text,
         "Shape of scores {:?}: Mahalanobis distance {:.3}, size {:.4} ({:.4} of the average)",
-        record.scores,
-        record.mahalanobis,
-        record.size,
-        record.size / record.average_size
+        record.parameters.scores,
+        found.mahalanobis,
+        found.size,
+        found.size / found.average_size
     )?;
-    if record.load_share < 1.0 {
+    if found.load_share < 1.0 {
         writeln!(
             text,
             "  load         only {:.0} % of it was reached; try more --load-steps",
-            100.0 * record.load_share
+            100.0 * found.load_share
         )?;
     }
-    if record.min_det <= 0.0 {
+    if found.min_det <= 0.0 {
         writeln!(
             text,
             "  warning      the displacement folds: smaller scores, or --nonlinear"

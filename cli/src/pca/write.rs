@@ -8,7 +8,7 @@ use super::draw::{DrawnModes, animated, shown};
 use super::images::ImageModes;
 use super::outcome::Outcome;
 use super::procrustes::{Procrustes, there_and_back};
-use super::record::PcaRecord;
+use super::record::{PcaRecord, record};
 use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
 use crate::error::CliError;
@@ -17,17 +17,17 @@ use crate::output::apng::write_animation;
 use crate::output::matrix::write_matrix_array;
 use crate::output::npy::{Precision, write_field};
 use crate::output::vti::VtiFile;
-use crate::output::{ResultDir, numbered, write_json};
+use crate::output::{ResultDir, numbered};
 use crate::picture::Canvas;
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
 /// [`CliError`]; the directory is not complete then.
-pub(super) fn write_all<const D: usize>(
+pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<'_, D>,
-) -> Result<PcaRecord, CliError>
+    outcome: &'a Outcome<'a, D>,
+) -> Result<PcaRecord<'a, D>, CliError>
 where
     Pictures: Draw<D>,
 {
@@ -35,7 +35,7 @@ where
     let pca = outcome.pca;
     write_scores(
         &directory.file("scores.csv"),
-        &outcome.given.names,
+        &outcome.stored.names,
         &pca.training,
     )?;
     let compactness = &outcome.quality.compactness;
@@ -45,33 +45,33 @@ where
         &directory.file("quality.csv"),
         &outcome.quality,
     )?;
-    let (size, fits) = if let Some(image) = &outcome.given.image {
+    let (size, fits) = if let Some(image) = &outcome.stored.image {
         let modes = ImageModes {
             image,
             space: &pca.space,
-            amplitude: outcome.args.amplitude,
+            amplitude: outcome.config.amplitude,
         };
         modes.strip().write_png(&directory.file("modes.png"))?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         // All of the box, and no boundary to come back to.
         (image.grid().extent().iter().product(), Vec::new())
     } else {
-        let object = outcome.given.average.object();
+        let object = outcome.stored.average.object();
         let outline = &contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
         let modes = DrawnModes {
             average: outline,
             fields: &pca.space.fields,
             eigenvalues: &pca.space.eigenvalues,
-            amplitude: outcome.args.amplitude,
+            amplitude: outcome.config.amplitude,
         };
         modes.strip().write_png(&directory.file("modes.png"))?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
         (size, fits(outcome)?)
     };
-    let record = PcaRecord::new(outcome, size, &fits);
+    let record = record(outcome, size, &fits);
     write_report(&directory.file("report.md"), &record)?;
-    write_json(&directory.file("result.json"), &record)?;
+    record.write(directory.path())?;
     Ok(record)
 }
 
@@ -89,7 +89,7 @@ fn write_animations(
 
 /// How well the shapes come back from their displacements.
 fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, CliError> {
-    let average = &outcome.given.average;
+    let average = &outcome.stored.average;
     let shapes = average.indicators().iter().zip(average.displacements());
     shapes
         .zip(&outcome.pca.displacements)

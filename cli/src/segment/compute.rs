@@ -4,8 +4,8 @@ use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, contour, hausdorff, largest_component, signed_distance};
 use phasefield::segmentation::{Segmentation, SegmentationParams, segment, split_classes};
 
-use super::args::Object;
-use super::plan::{Parameters, Placed};
+use super::args::{Object, SegmentConfig};
+use super::plan::Placed;
 use crate::error::CliError;
 use crate::input::{Image, LEVEL, boundary};
 use crate::progress::Progress;
@@ -50,20 +50,20 @@ pub(super) struct Comparison<const D: usize> {
 /// [`CliError`] where a system breaks down.
 pub(super) fn compute<const D: usize>(
     images: Vec<Placed<D>>,
-    parameters: &Parameters,
+    config: &SegmentConfig,
     progress: &Progress,
     interrupt: Interrupt,
 ) -> Result<Vec<Found<D>>, CliError> {
     let several = images.len() > 1;
     let found = images.into_iter().map(|placed| {
-        let params = parameters.params(placed.nodal.grid())?;
+        let params = config.params(placed.nodal.grid())?;
         if several {
             progress.note(format!("{}:", placed.name));
         }
         let levels = placed.nodal.grid().hierarchy(params.coarsest_nodes);
         let mut watch = Watch::new(progress, interrupt, level_nodes(&levels));
         let result = segment(&placed.nodal, &params, &mut watch)?;
-        let object = object(&placed, &result, parameters);
+        let object = object(&placed, &result, config);
         Ok(Found {
             course: watch.finish(),
             placed,
@@ -86,14 +86,14 @@ struct Inside<const D: usize> {
 fn beside_threshold<const D: usize>(
     placed: &Placed<D>,
     result: &Segmentation<D>,
-    parameters: &Parameters,
+    config: &SegmentConfig,
     sign: f64,
 ) -> Option<Inside<D>> {
     let values = result.image.as_slice();
-    let (threshold, separation) = if let Some(number) = parameters.threshold {
+    let (threshold, separation) = if let Some(number) = config.threshold {
         (placed.range.scaled(number), None)
     } else {
-        let classes = split_classes(values, parameters.classes as usize)?;
+        let classes = split_classes(values, config.classes)?;
         let last = classes.thresholds.len() - 1;
         let number = if sign > 0.0 { last } else { 0 };
         (classes.thresholds[number], Some(classes.separation))
@@ -132,19 +132,19 @@ fn enclosed<const D: usize>(result: &Segmentation<D>) -> Option<Inside<D>> {
 fn object<const D: usize>(
     placed: &Placed<D>,
     result: &Segmentation<D>,
-    parameters: &Parameters,
+    config: &SegmentConfig,
 ) -> Option<FoundObject<D>> {
     let Inside {
         mut level_set,
         threshold,
         separation,
-    } = match parameters.object {
-        Object::Bright => beside_threshold(placed, result, parameters, 1.0)?,
-        Object::Dark => beside_threshold(placed, result, parameters, -1.0)?,
+    } = match config.object {
+        Object::Bright => beside_threshold(placed, result, config, 1.0)?,
+        Object::Dark => beside_threshold(placed, result, config, -1.0)?,
         Object::Enclosed => enclosed(result)?,
         Object::None => return None,
     };
-    if parameters.largest {
+    if config.largest {
         let largest = largest_component(&level_set, 0.0).ok()?;
         for (u, keep) in level_set.as_mut_slice().iter_mut().zip(largest.as_slice()) {
             if *keep == 0.0 {

@@ -12,7 +12,7 @@ mod write;
 
 use std::time::Instant;
 
-pub use args::{Object, SegmentArgs};
+pub use args::{Object, SegmentArgs, SegmentConfig};
 
 use crate::error::{CliError, Exit};
 use crate::output::ResultDir;
@@ -29,13 +29,15 @@ pub fn run_segment(args: &SegmentArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
     let progress = Progress::stderr();
-    in_pool(args.threads, || {
-        progress.stage(format!("reading {} images", args.inputs.len()));
-        match plan_segment(args)? {
+    let compute = |config: SegmentConfig| {
+        progress.stage(format!("reading {} images", config.inputs.len()));
+        match plan_segment(config, &args.run.output)? {
             AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
             AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
         }
-    })
+    };
+    args.config
+        .run(|config| in_pool(args.run.threads, || compute(config)))
 }
 
 fn run_plan<const D: usize>(
@@ -46,15 +48,15 @@ fn run_plan<const D: usize>(
     start: Instant,
 ) -> Result<Exit, CliError> {
     // A folder that cannot be written to is better known before the computation than after it.
-    ResultDir::create(&args.output).map(drop)?;
-    let found = compute::compute(plan.images, &plan.parameters, progress, interrupt)?;
+    ResultDir::create(&args.run.output).map(drop)?;
+    let found = compute::compute(plan.images, &plan.config, progress, interrupt)?;
     progress.stage("writing");
     interrupt.writing();
-    let directory = ResultDir::create(&args.output)?;
-    let record = write::write_all(&directory, &plan.parameters, &found, start)?;
+    let directory = ResultDir::create(&args.run.output)?;
+    let record = write::write_all(&directory, &plan.config, &found, start)?;
     let target = directory.commit()?;
     progress.finish();
-    record.print(&target);
+    record::print(&record, &target);
     Ok(if record.cancelled() {
         Exit::Interrupted
     } else {

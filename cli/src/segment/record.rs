@@ -7,78 +7,41 @@ use std::time::Instant;
 
 use fe_grid::minimise::Status;
 use levelset::{Moments, connected_components};
-use phasefield::segmentation::{SegmentationEnergy, SegmentationLevel};
+use phasefield::segmentation::{SegmentationEnergy, SegmentationLevel, Weights};
 use serde::Serialize;
 
+use super::args::SegmentConfig;
 use super::compute::Found;
-use super::plan::Parameters;
-use crate::input::GreyRange;
-use crate::input::place::FrameTransform;
-use crate::report::{CANCELLED, name, overall, peak_memory};
-use crate::shapes::SizeRecord;
+use crate::report::{self, CANCELLED, first_failure, overall};
+use crate::shapes::{InputRecord, SizeRecord};
 
 /// Everything in `result.json`.
+pub(super) type Record<'a, const D: usize> = report::Record<SegmentConfig, Images<'a, D>, D>;
+
+/// What was found in all images.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct ResultRecord<const D: usize> {
-    version: &'static str,
-    status: &'static str,
-    dimension: usize,
-    parameters: Parameters,
-    images: Vec<ImageRecord<D>>,
+pub(super) struct Images<'a, const D: usize> {
+    images: Vec<ImageRecord<'a, D>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mean_dice: Option<f64>,
-    seconds: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    peak_memory_bytes: Option<u64>,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct ImageRecord<const D: usize> {
-    path: String,
-    /// Samples along each axis, `x` first.
-    size: Vec<usize>,
-    /// The numbers of the file that are 0 and 1 here.
-    grey: GreyRange,
-    frame: FrameTransform<D>,
-    status: &'static str,
+struct ImageRecord<'a, const D: usize> {
+    #[serde(flatten)]
+    input: InputRecord<D>,
+    status: String,
     /// Nodes along each axis of the arrays, `x` first.
     nodes: Vec<usize>,
-    weights: WeightsRecord,
-    energy: EnergyRecord,
+    weights: Weights,
+    energy: SegmentationEnergy,
     /// Length (area) of the edges, which the phase field measures, in the unit box.
     edge_length: f64,
     /// Connected pieces that the edges leave, of a thousandth of the image or more.
     regions: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<ObjectRecord>,
-    levels: Vec<LevelRecord>,
-}
-
-#[derive(Clone, Copy, Debug, Serialize)]
-struct WeightsRecord {
-    fidelity: f64,
-    smoothness: f64,
-    edges: f64,
-}
-
-/// The terms of the energy, with their weights.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct EnergyRecord {
-    total: f64,
-    fidelity: f64,
-    smoothness: f64,
-    edges: f64,
-}
-
-impl From<SegmentationEnergy> for EnergyRecord {
-    fn from(energy: SegmentationEnergy) -> Self {
-        Self {
-            total: energy.total,
-            fidelity: energy.fidelity,
-            smoothness: energy.smoothness,
-            edges: energy.edges,
-        }
-    }
+    levels: &'a [SegmentationLevel],
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -99,42 +62,11 @@ struct ObjectRecord {
     percentile_95_input_units: Option<f64>,
 }
 
-#[derive(Clone, Debug, Serialize)]
-struct LevelRecord {
-    nodes: Vec<usize>,
-    interface_width: f64,
-    edge_conductance: f64,
-    status: &'static str,
-    iterations: usize,
-    /// Iterations of conjugate gradients for the image, and for the phase field.
-    system_iterations: [usize; 2],
-    energy: EnergyRecord,
-    /// Whether no alternation raised the energy.
-    monotone: bool,
-    seconds: f64,
-}
-
-impl From<&SegmentationLevel> for LevelRecord {
-    fn from(level: &SegmentationLevel) -> Self {
-        Self {
-            nodes: level.nodes.clone(),
-            interface_width: level.interface_width,
-            edge_conductance: level.edge_conductance,
-            status: name(level.status),
-            iterations: level.iterations,
-            system_iterations: level.system_iterations,
-            energy: level.energy.into(),
-            monotone: level.energies.windows(2).all(|w| w[1] <= w[0]),
-            seconds: level.seconds,
-        }
-    }
-}
-
 /// Pieces smaller than this share of the image are no regions.
 const LEAST_REGION: f64 = 1e-3;
 
-impl<const D: usize> ImageRecord<D> {
-    fn new(found: &Found<D>) -> Self {
+impl<'a, const D: usize> ImageRecord<'a, D> {
+    fn new(found: &'a Found<D>) -> Self {
         let (placed, result) = (&found.placed, &found.result);
         let pieces = connected_components(&result.phase_field, 0.5).sizes;
         let least = LEAST_REGION * result.phase_field.as_slice().len() as f64;
@@ -153,99 +85,96 @@ impl<const D: usize> ImageRecord<D> {
             }
         });
         Self {
-            path: placed.image.path.display().to_string(),
-            size: placed.image.size.to_vec(),
-            grey: placed.range,
-            frame: placed.frame,
+            input: InputRecord::of_image(
+                &placed.image.path,
+                &placed.name,
+                placed.image.size,
+                placed.range,
+                placed.frame,
+            ),
             status: overall(result.status, result.levels.last().map(|l| l.status)),
             nodes: result.image.grid().nodes_per_axis().to_vec(),
-            weights: WeightsRecord {
-                fidelity: weights.fidelity,
-                smoothness: weights.smoothness,
-                edges: weights.edges,
-            },
-            energy: result.energy().into(),
+            weights,
+            energy: result.energy(),
             edge_length: result.energy().edges / weights.edges,
             regions: pieces.iter().filter(|&&n| n as f64 >= least).count(),
             object,
-            levels: result.levels.iter().map(LevelRecord::from).collect(),
+            levels: &result.levels,
         }
     }
 }
 
-impl<const D: usize> ResultRecord<D> {
-    /// The record of all images. The time is that until now.
-    pub fn new(parameters: &Parameters, found: &[Found<D>], start: Instant) -> Self {
-        let images: Vec<ImageRecord<D>> = found.iter().map(ImageRecord::new).collect();
-        let overlaps = images
-            .iter()
-            .map(|i| i.object.as_ref().and_then(|o| o.dice));
-        let overlaps: Option<Vec<f64>> = overlaps.collect();
-        let bad = images.iter().map(|i| i.status).find(|s| *s != "converged");
-        let any = found.iter().any(|f| f.result.status == Status::Cancelled);
-        Self {
-            version: env!("CARGO_PKG_VERSION"),
-            status: if any {
-                CANCELLED
-            } else {
-                bad.unwrap_or("converged")
-            },
-            dimension: D,
-            parameters: parameters.clone(),
-            mean_dice: overlaps
-                .filter(|o| !o.is_empty())
-                .map(|o| o.iter().sum::<f64>() / o.len() as f64),
-            images,
-            seconds: start.elapsed().as_secs_f64(),
-            peak_memory_bytes: peak_memory(),
-        }
-    }
+/// The record of all images. The time is that until now.
+pub(super) fn record<'a, const D: usize>(
+    config: &SegmentConfig,
+    found: &'a [Found<D>],
+    start: Instant,
+) -> Record<'a, D> {
+    let images: Vec<ImageRecord<'a, D>> = found.iter().map(ImageRecord::new).collect();
+    let overlaps = images
+        .iter()
+        .map(|i| i.object.as_ref().and_then(|o| o.dice));
+    let overlaps: Option<Vec<f64>> = overlaps.collect();
+    let any = found.iter().any(|f| f.result.status == Status::Cancelled);
+    let status = if any {
+        CANCELLED
+    } else {
+        first_failure(images.iter().map(|image| &*image.status))
+    };
+    let status = status.to_owned();
+    let found = Images {
+        mean_dice: overlaps
+            .filter(|o| !o.is_empty())
+            .map(|o| o.iter().sum::<f64>() / o.len() as f64),
+        images,
+    };
+    Record::new(status, &[], config, found, start)
+}
 
-    /// Whether the user stopped the computation.
-    pub fn cancelled(&self) -> bool {
-        self.status == CANCELLED
-    }
+/// Prints a short summary; the last line names the picture.
+pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
+    let mut text = String::new();
+    // Writing into a string cannot fail.
+    let _ = write_lines(&mut text, record, target);
+    // Nobody is left to be told where standard output is closed.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}
 
-    /// Prints a short summary; the last line names the picture.
-    pub fn print(&self, target: &Path) {
-        let mut text = String::new();
-        // Writing into a string cannot fail.
-        let _ = self.write_lines(&mut text, target);
-        // Nobody is left to be told where standard output is closed.
-        let _ = std::io::stdout().write_all(text.as_bytes());
-    }
-
-    fn write_lines(&self, text: &mut String, target: &Path) -> std::fmt::Result {
-        let plural = |n: usize| if n == 1 { "" } else { "s" };
-        let (n, status) = (self.images.len(), self.status.replace('_', " "));
-        let seconds = self.seconds;
+fn write_lines<const D: usize>(
+    text: &mut String,
+    record: &Record<'_, D>,
+    target: &Path,
+) -> std::fmt::Result {
+    let images = &record.body.images;
+    let plural = |n: usize| if n == 1 { "" } else { "s" };
+    let (n, status) = (images.len(), record.status.replace('_', " "));
+    let seconds = record.seconds;
+    writeln!(
+        text,
+        "Edges of {n} image{}: {status}, {seconds:.1} s",
+        plural(n)
+    )?;
+    for image in images {
+        let object = match &image.object {
+            Some(ObjectRecord {
+                dice: Some(dice), ..
+            }) => format!("object found, Dice {dice:.4}"),
+            Some(_) => "object found".into(),
+            None => "no object".into(),
+        };
         writeln!(
             text,
-            "Edges of {n} image{}: {status}, {seconds:.1} s",
-            plural(n)
+            "  {}: edges of length {:.3}, {} region{}, {object}",
+            image.input.path.display(),
+            image.edge_length,
+            image.regions,
+            plural(image.regions),
         )?;
-        for image in &self.images {
-            let object = match &image.object {
-                Some(ObjectRecord {
-                    dice: Some(dice), ..
-                }) => format!("object found, Dice {dice:.4}"),
-                Some(_) => "object found".into(),
-                None => "no object".into(),
-            };
-            writeln!(
-                text,
-                "  {}: edges of length {:.3}, {} region{}, {object}",
-                image.path,
-                image.edge_length,
-                image.regions,
-                plural(image.regions),
-            )?;
-        }
-        if let Some(dice) = self.mean_dice {
-            writeln!(text, "  overlap      Dice {dice:.4} on average")?;
-        }
-        let file = |name: &str| target.join(name).display().to_string();
-        writeln!(text, "  results      {}", file("result.json"))?;
-        writeln!(text, "  picture      {}", file("segment.png"))
     }
+    if let Some(dice) = record.body.mean_dice {
+        writeln!(text, "  overlap      Dice {dice:.4} on average")?;
+    }
+    let file = |name: &str| target.join(name).display().to_string();
+    writeln!(text, "  results      {}", file("result.json"))?;
+    writeln!(text, "  picture      {}", file("segment.png"))
 }

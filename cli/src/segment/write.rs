@@ -5,15 +5,15 @@ use std::time::Instant;
 
 use levelset::Contour;
 
+use super::args::SegmentConfig;
 use super::compute::Found;
 use super::draw;
-use super::plan::Parameters;
-use super::record::ResultRecord;
+use super::record::{Record, record};
 use crate::error::CliError;
 use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
 use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::vti::VtiFile;
-use crate::output::{OutputError, ResultDir, numbered, write_json};
+use crate::output::{OutputError, ResultDir, numbered};
 use crate::watch::is_last;
 
 /// Names of the parts of the energy.
@@ -23,12 +23,12 @@ const PARTS: [&str; 3] = ["fidelity", "smoothness", "edges"];
 ///
 /// # Errors
 /// [`CliError`]; the directory is not complete then.
-pub(super) fn write_all<const D: usize>(
+pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
-    parameters: &Parameters,
-    found: &[Found<D>],
+    config: &SegmentConfig,
+    found: &'a [Found<D>],
     start: Instant,
-) -> Result<ResultRecord<D>, CliError> {
+) -> Result<Record<'a, D>, CliError> {
     for (i, image) in found.iter().enumerate() {
         write_image(directory, i, image)?;
     }
@@ -37,8 +37,8 @@ pub(super) fn write_all<const D: usize>(
     let first = found.first().map(energy_points).unwrap_or_default();
     write_energy_plot(&directory.file("energy.svg"), &first, &PARTS)?;
     draw::picture(found).write_png(&directory.file("segment.png"))?;
-    let record = ResultRecord::new(parameters, found, start);
-    write_json(&directory.file("result.json"), &record)?;
+    let record = record(config, found, start);
+    record.write(directory.path())?;
     Ok(record)
 }
 

@@ -13,7 +13,7 @@
 use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use shape_average::align::{RigidMotion, align_group_of_seen};
 
 use super::{Input, SeenMask, view_of};
@@ -36,10 +36,10 @@ pub(crate) struct Alignment<const D: usize> {
 }
 
 /// The form in which an alignment is written: `aligned = rotation unit + translation`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct AlignmentRecord {
-    rotation: Vec<Vec<f64>>,
-    translation: Vec<f64>,
+    pub rotation: Vec<Vec<f64>>,
+    pub translation: Vec<f64>,
     angle_degrees: f64,
     mismatch: f64,
     reference: bool,

@@ -23,7 +23,7 @@ use levelset::{Contour, ContourDistance, Moments, signed_distance};
 use crate::error::CliError;
 use crate::input::place::{FrameRule, FrameTransform, fit_frames};
 use crate::input::{Image, LEVEL, boundary};
-use crate::options::{Align, CommonArgs};
+use crate::options::{Align, MaskOptions};
 use crate::progress::Progress;
 use align::{Alignment, align};
 
@@ -47,12 +47,13 @@ pub(crate) struct Placed<const D: usize> {
 }
 
 impl<const D: usize> Placed<D> {
-    /// Places masks.
+    /// Places masks, and completes the options.
     ///
     /// # Errors
     /// [`CliError::Option`] for a grid that does not exist.
-    pub fn new(images: Vec<Image<D>>, options: &CommonArgs) -> Result<Self, CliError> {
+    pub fn new(images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
         let nodes = options.nodes::<D>()?;
+        options.grid = Some(nodes);
         Ok(Self {
             frames: fit_frames(&images, nodes),
             images,

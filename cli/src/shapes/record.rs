@@ -1,29 +1,39 @@
 //! Where inputs lie and how large shapes are, as `result.json` tells it.
 
-use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
 
 use super::Input;
 use super::align::AlignmentRecord;
+use crate::input::GreyRange;
 use crate::input::place::FrameTransform;
 
 /// One input, where it lies, and how large it is.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct InputRecord<const D: usize> {
-    pub path: String,
+    pub path: PathBuf,
+    /// As in tables and pictures.
+    pub name: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<String>,
     /// Samples along each axis, `x` first.
-    size: Vec<usize>,
-    frame: FrameTransform<D>,
+    pub size: Vec<usize>,
+    /// The numbers of a grey image that are 0 and 1 here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grey: Option<GreyRange>,
+    pub frame: FrameTransform<D>,
     /// Sample indices to world coordinates, where the file states them.
     #[serde(skip_serializing_if = "Option::is_none")]
     affine: Option<[[f64; 4]; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    alignment: Option<AlignmentRecord>,
+    pub alignment: Option<AlignmentRecord>,
     #[serde(flatten)]
     object: SizeRecord,
 }
 
 /// Area in 2D, volume in 3D.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct SizeRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub area: Option<f64>,
@@ -53,11 +63,35 @@ pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
 }
 
 impl<const D: usize> InputRecord<D> {
+    /// The record of a grey image.
+    pub fn of_image(
+        path: &Path,
+        name: &str,
+        size: [usize; D],
+        grey: GreyRange,
+        frame: FrameTransform<D>,
+    ) -> Self {
+        Self {
+            path: path.into(),
+            name: name.into(),
+            class: None,
+            size: size.to_vec(),
+            grey: Some(grey),
+            frame,
+            affine: None,
+            alignment: None,
+            object: SizeRecord::default(),
+        }
+    }
+
     /// The record of an input.
     pub fn new(input: &Input<D>) -> Self {
         Self {
-            path: input.path.display().to_string(),
+            path: input.path.clone(),
+            name: input.name.clone(),
+            class: None,
             size: input.size.to_vec(),
+            grey: None,
             frame: input.frame,
             affine: input.affine,
             alignment: input.alignment.map(|alignment| alignment.record()),

@@ -91,6 +91,7 @@ fn disks_and_ellipses_are_told_apart() {
     assert_eq!(
         files(&results.path(".")),
         [
+            "config.toml",
             "dendrogram.png",
             "distances.csv",
             "distances.npy",
@@ -213,7 +214,7 @@ fn a_run_goes_on_where_it_was() {
         (
             vec!["--align", "none"],
             inputs.to_vec(),
-            "align pairs there, none here",
+            "align rigid there, none here",
         ),
         (vec!["--richardson"], inputs.to_vec(), "richardson"),
         (

@@ -116,7 +116,7 @@ fn images_may_differ_a_little_in_size() {
     let joint = ["average", "--joint", "a.png", "b.png", "--grid", "33"];
     succeeded(&place.run(&[&joint[..], &["-o", "out"]].concat()));
     let results = Results::read(&place.path("out"));
-    let scale = |i: usize| results.number(&format!("/images/{i}/frame/scale"));
+    let scale = |i: usize| results.number(&format!("/input/{i}/frame/scale"));
     assert_eq!(scale(0), scale(1));
     // The disks are as many samples wide, and lie on each other from the start.
     let area = |name: &str| {

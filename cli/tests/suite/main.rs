@@ -5,6 +5,7 @@ mod common;
 mod average;
 mod bad_input;
 mod calculus;
+mod config;
 mod damaged_files;
 mod distances;
 mod figure;

@@ -75,8 +75,10 @@ pub struct Info {
     /// the first state is inadmissible.
     pub energies: Vec<f64>,
     /// The gradient at the start in the method's inverse metric, `sqrt(g · P g)`.
+    #[serde(skip)]
     pub first_gradient_norm: f64,
     /// The same at the end.
+    #[serde(skip)]
     pub gradient_norm: f64,
 }
 

@@ -24,9 +24,16 @@ pub struct SolveReport {
     /// Evaluations of the forces.
     pub evaluations: usize,
     /// The correction that is left, as a share of the distance of the two given points.
+    /// Where the state was folded at once there is none, and it is infinite.
+    #[serde(skip_serializing_if = "is_infinite")]
     pub correction: f64,
     /// Whether the point was taken.
     pub accepted: bool,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_infinite(correction: &f64) -> bool {
+    !correction.is_finite()
 }
 
 /// Deformations `psi` of a start shape, given by their displacements, with the energy of a step

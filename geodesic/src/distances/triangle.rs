@@ -15,6 +15,7 @@ pub struct TriangleReport {
     /// By how much, as a share of the two sides together; zero without violations.
     pub worst: f64,
     /// The ends of the worst long side, and the corner between.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub worst_triangle: Option<[usize; 3]>,
 }
 

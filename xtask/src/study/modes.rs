@@ -186,7 +186,12 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
     let n = set.files.len() as f64;
     let rms = number(&record["mahalanobis_rms"]) / ((n - 1.0) / n).sqrt();
     let definite = record["definite"] == true;
-    let left_out = largest(&record["quality"]["left_out_mahalanobis"]);
+    let left_out = record["quality"]["left_out"]
+        .as_array()
+        .into_iter()
+        .flatten();
+    let left_out = left_out.map(|scores| number(&scores["mahalanobis"]));
+    let left_out = left_out.fold(0.0, f64::max);
     table.row([
         format!("{} ({})", set.name, set.files.len()),
         checked(shown.join(" "), one && two),

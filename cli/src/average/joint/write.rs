@@ -5,12 +5,12 @@ use shape_average::joint::StrainMaps;
 
 use super::Outcome;
 use super::draw;
-use super::record::ResultRecord;
+use super::record::{Record, record};
 use crate::error::CliError;
 use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
 use crate::output::npy::{Precision, write_field};
 use crate::output::vti::VtiFile;
-use crate::output::{ResultDir, deformation, numbered, write_json};
+use crate::output::{ResultDir, deformation, numbered};
 use crate::watch::is_last;
 
 /// Names of the parts of the energy.
@@ -20,10 +20,10 @@ const PARTS: [&str; 4] = ["elastic", "mismatch", "length", "images"];
 ///
 /// # Errors
 /// [`CliError`]; the directory is not complete then.
-pub(super) fn write_all<const D: usize>(
+pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<D>,
-) -> Result<ResultRecord<D>, CliError> {
+    outcome: &'a Outcome<D>,
+) -> Result<Record<'a, D>, CliError> {
     let result = &outcome.result;
     let field = |name: &str, field: &ScalarField<f64, D>| {
         write_field(&directory.file(name), field, Precision::Double)
@@ -66,8 +66,8 @@ pub(super) fn write_all<const D: usize>(
     write_energy_table(&directory.file("energy.csv"), &points, &PARTS)?;
     write_energy_plot(&directory.file("energy.svg"), &points, &PARTS)?;
     draw::picture(outcome, &maps).write_png(&directory.file("average.png"))?;
-    let record = ResultRecord::new(outcome);
-    write_json(&directory.file("result.json"), &record)?;
+    let record = record(outcome);
+    record.write(directory.path())?;
     Ok(record)
 }
 

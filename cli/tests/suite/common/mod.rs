@@ -157,6 +157,13 @@ impl Results {
         list.iter().map(|v| v.as_f64().unwrap()).collect()
     }
 
+    /// Energies on all levels, with or without gradient.
+    pub fn evaluations(&self) -> u64 {
+        let of = |level: &serde_json::Value, key| level["evaluations"][key].as_u64().unwrap();
+        let levels = self.json["levels"].as_array().unwrap().iter();
+        levels.map(|l| of(l, "values") + of(l, "gradients")).sum()
+    }
+
     /// Shape and values of an array of doubles.
     pub fn array(&self, name: &str) -> (Vec<u64>, Vec<f64>) {
         array(&self.path(name))

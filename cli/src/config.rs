@@ -1,0 +1,229 @@
+//! Configurations: what a command computes, from its options and from a file.
+//!
+//! A command has one type that holds its inputs, what is done to them, and the parameters of its
+//! theory. Its fields are the options of the command line and the keys of the file that `--config`
+//! names; they stand in `result.json`, and in the `config.toml` beside it, from which the command can
+//! be repeated. What an option says counts more than the file, and the file more than the defaults.
+//!
+//! `file` reads such files, `print` writes them.
+
+mod file;
+mod print;
+
+use std::marker::PhantomData;
+use std::path::{Path, PathBuf};
+
+use clap::builder::StyledStr;
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+use crate::error::CliError;
+use file::ConfigFile;
+
+pub(crate) use print::write_config;
+pub use print::{ConfigArgs, run_config};
+
+/// The option that names a file.
+const FILE: &str = "config";
+
+/// What a command computes.
+pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
+    /// The command.
+    const COMMAND: &'static str;
+
+    /// What holds for keys that are not given, where that depends on others.
+    fn base(&self) -> Option<Self> {
+        None
+    }
+
+    /// Checks what can be checked before the inputs are read.
+    ///
+    /// # Errors
+    /// [`CliError`] for a value that is not allowed.
+    fn check(&self) -> Result<(), CliError>;
+
+    /// The files and directories that it names.
+    fn paths(&mut self) -> Vec<&mut PathBuf>;
+}
+
+/// The options of a configuration, and `--config`.
+#[derive(Clone, Debug)]
+pub struct Configured<C> {
+    file: Option<PathBuf>,
+    options: ArgMatches,
+    config: PhantomData<C>,
+}
+
+impl<C: Config> Configured<C> {
+    /// Completes the configuration and hands it on.
+    ///
+    /// # Errors
+    /// [`CliError::Config`] for a file with a wrong key or value, [`CliError::Parameter`] for an
+    /// option that is out of range, and those of what is done with it.
+    pub fn run<R>(&self, run: impl FnOnce(C) -> Result<R, CliError>) -> Result<R, CliError> {
+        let file = self
+            .file
+            .as_deref()
+            .map(ConfigFile::read::<C>)
+            .transpose()?;
+        let mut config = self.over(C::default(), file.as_ref())?;
+        if let Some(base) = config.base() {
+            config = self.over(base, file.as_ref())?;
+        }
+        let checked = table(&config).and_then(|_| config.check());
+        checked
+            .and_then(|()| run(config))
+            .map_err(|error| self.located(error, file.as_ref()))
+    }
+
+    /// The configuration that has what the file and the options say, and the rest from another.
+    fn over(&self, base: C, file: Option<&ConfigFile>) -> Result<C, CliError> {
+        let mut config = match file {
+            Some(file) => file.over(&base)?,
+            None => base,
+        };
+        config
+            .update_from_arg_matches(&self.options)
+            .unwrap_or_else(|error| error.exit());
+        Ok(config)
+    }
+
+    /// Tells where the file says what an error is about, unless an option says it.
+    fn located(&self, error: CliError, file: Option<&ConfigFile>) -> CliError {
+        let (Some(file), Some(key)) = (file, error.key()) else {
+            return error;
+        };
+        let source = self.options.try_contains_id(&key).ok();
+        let said = source.and_then(|_| self.options.value_source(&key));
+        match file.line(&key) {
+            Some(line) if said != Some(ValueSource::CommandLine) => CliError::Config {
+                path: file.path().into(),
+                line,
+                message: error.to_string(),
+                remedy: error.help().into_owned(),
+            },
+            _ => error,
+        }
+    }
+}
+
+impl<C: Config> FromArgMatches for Configured<C> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        Ok(Self {
+            file: matches.get_one::<PathBuf>(FILE).cloned(),
+            options: matches.clone(),
+            config: PhantomData,
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl<C: Config> Args for Configured<C> {
+    fn augment_args(command: Command) -> Command {
+        let defaults = table(&C::default()).unwrap_or_default();
+        let file = Arg::new(FILE)
+            .long(FILE)
+            .value_name("FILE")
+            .value_parser(value_parser!(PathBuf))
+            .help(format!(
+                "Read what other options do not say from a file, such as `shapespace config {}` \
+                 prints, or the config.toml of a result",
+                C::COMMAND
+            ));
+        command
+            .args(arguments::<C>().map(|argument| option(argument, &defaults)))
+            .arg(file)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+/// The arguments of a configuration, in their order; none is required, nor has a default.
+fn arguments<C: Config>() -> impl Iterator<Item = Arg> {
+    let command = C::augment_args_for_update(Command::new(C::COMMAND));
+    let arguments: Vec<Arg> = command.get_arguments().cloned().collect();
+    arguments.into_iter()
+}
+
+/// An argument as an option of a command: its help tells the default.
+fn option(mut argument: Arg, defaults: &Table) -> Arg {
+    if let Some(default) = defaults.get(argument.get_id().as_str()).and_then(plain) {
+        let told = |text: &StyledStr| format!("{text} [default: {default}]");
+        let (short, long) = (
+            argument.get_help().map(told),
+            argument.get_long_help().map(told),
+        );
+        if let Some(short) = short {
+            argument = argument.help(short);
+        }
+        if let Some(long) = long {
+            argument = argument.long_help(long);
+        }
+    }
+    if matches!(argument.get_action(), ArgAction::SetTrue) {
+        return argument
+            .action(ArgAction::Set)
+            .num_args(0..=1)
+            .require_equals(true)
+            .default_missing_value("true")
+            .value_name("true|false")
+            .hide_possible_values(true);
+    }
+    if argument.is_positional() {
+        argument
+    } else {
+        argument.allow_negative_numbers(true)
+    }
+}
+
+/// A default in words; a list or name that is empty, and what is not done, have none.
+fn plain(value: &Value) -> Option<String> {
+    match value {
+        Value::String(text) => Some(text.replace('_', "-")).filter(|text| !text.is_empty()),
+        Value::Boolean(false) | Value::Array(_) => None,
+        other => Some(other.to_string()),
+    }
+}
+
+/// The keys and values of a configuration.
+fn table<C: Serialize>(config: &C) -> Result<Table, CliError> {
+    Table::try_from(config).map_err(|error| CliError::Option {
+        option: "a name of a file",
+        value: String::new(),
+        remedy: format!("give files names that can be written: {error}"),
+    })
+}
+
+/// The file with all symbolic parts of its name, so that it is found from everywhere.
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.into())
+}
+
+/// Refuses a value that is not allowed.
+///
+/// # Errors
+/// [`CliError::Parameter`].
+pub(crate) fn allow(
+    allowed: bool,
+    name: &'static str,
+    value: &impl ToString,
+    expected: &str,
+) -> Result<(), CliError> {
+    if allowed {
+        return Ok(());
+    }
+    Err(CliError::Parameter {
+        name,
+        value: value.to_string(),
+        expected: expected.into(),
+    })
+}
