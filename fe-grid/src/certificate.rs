@@ -5,11 +5,12 @@
 //! Bernstein coefficients bound it from below, and where that bound does not suffice the cell is
 //! split, which brings bound and minimum together quadratically.
 
+use crate::compiled_once;
 use crate::engine::block::component_rows;
 use crate::engine::element::MAX_CORNERS;
 use crate::engine::rows::{NodeRows, block_starts, first_cell, rows_of_layer};
 use crate::grid::Grid;
-use crate::lane::{Element, Lane, LaneKernel};
+use crate::lane::{Element, Lane, LaneKernel, Numbers};
 use crate::parallel;
 use crate::simd_level::SimdLevel;
 use serde::Serialize;
@@ -100,6 +101,39 @@ pub fn violations<T: Element, const D: usize>(
 }
 
 fn bound_layers<T: Element, const D: usize>(
+    grid: &Grid<D>,
+    displacement: &[T],
+    threshold: f64,
+    detail: f64,
+    within: Option<&[bool]>,
+) -> Vec<LayerBounds> {
+    match T::numbers(displacement) {
+        Numbers::Double(u) => bound_double(grid, u, threshold, detail, within),
+        Numbers::Single(u) => bound_single(grid, u, threshold, detail, within),
+    }
+}
+
+compiled_once! {
+    fn bound_double<'a, D>(
+        grid: &'a Grid<D>,
+        displacement: &'a [f64],
+        threshold: f64,
+        detail: f64,
+        within: Option<&'a [bool]>,
+    ) -> Vec<LayerBounds> = bound_in;
+}
+
+compiled_once! {
+    fn bound_single<'a, D>(
+        grid: &'a Grid<D>,
+        displacement: &'a [f32],
+        threshold: f64,
+        detail: f64,
+        within: Option<&'a [bool]>,
+    ) -> Vec<LayerBounds> = bound_in;
+}
+
+fn bound_in<T: Element, const D: usize>(
     grid: &Grid<D>,
     displacement: &[T],
     threshold: f64,

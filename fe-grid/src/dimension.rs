@@ -77,6 +77,17 @@ macro_rules! compiled_once {
         $(#[$documentation:meta])*
         $visible:vis fn $name:ident<$life:lifetime, $D:ident>(
             $($argument:ident: $type:ty),+ $(,)?
+        ) = $function:path;
+    ) => {
+        $crate::compiled_once! {
+            $(#[$documentation])*
+            $visible fn $name<$life, $D>($($argument: $type),+) -> () = $function;
+        }
+    };
+    (
+        $(#[$documentation:meta])*
+        $visible:vis fn $name:ident<$life:lifetime, $D:ident>(
+            $($argument:ident: $type:ty),+ $(,)?
         ) -> $output:ty = $function:path;
     ) => {
         $(#[$documentation])*

@@ -5,6 +5,7 @@
 //! deformation with positive determinant every node is found by at most one cell, up to shared
 //! faces.
 
+use crate::compiled_once;
 use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::field::{Field, ScalarField};
 use crate::grid::Grid;
@@ -30,6 +31,10 @@ pub struct InverseDeformation<const D: usize> {
 impl<const D: usize> InverseDeformation<D> {
     /// Inverts `Phi(x) = x + u(x)` at all nodes.
     pub fn new(displacement: &Field<f64, D, D>) -> Self {
+        invert(displacement)
+    }
+
+    fn new_in(displacement: &Field<f64, D, D>) -> Self {
         let grid = *displacement.grid();
         let layers = grid.cells_per_axis()[D - 1];
         let found: Vec<Vec<(usize, [f64; D])>> = parallel::map(0..layers, &|layer| {
@@ -67,6 +72,12 @@ impl<const D: usize> InverseDeformation<D> {
         }
         pushed
     }
+}
+
+compiled_once! {
+    fn invert<'a, D>(
+        displacement: &'a Field<f64, D, D>,
+    ) -> InverseDeformation<D> = InverseDeformation::new_in;
 }
 
 /// The search in one layer of cells.

@@ -271,8 +271,21 @@ pub trait Element:
     fn from_f64(x: f64) -> Self;
     /// Widens to double precision.
     fn to_f64(self) -> f64;
+    /// Numbers, with their type.
+    #[doc(hidden)]
+    fn numbers(numbers: &[Self]) -> Numbers<'_>;
     /// Runs a kernel on the lanes of a given instruction set.
     fn dispatch<K: LaneKernel<Self>>(level: SimdLevel, kernel: K) -> K::Output;
+}
+
+/// Numbers of one of the types that fields are stored in.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug)]
+pub enum Numbers<'a> {
+    /// Double precision.
+    Double(&'a [f64]),
+    /// Single precision.
+    Single(&'a [f32]),
 }
 
 /// A computation that is compiled once for each kind of lane.

@@ -5,6 +5,7 @@
 //! not fold others.
 
 use crate::certificate::{certify_within, violations};
+use crate::compiled_once;
 use crate::grid::Grid;
 use crate::parallel;
 use std::ops::Range;
@@ -51,14 +52,23 @@ pub fn restrain_step<const D: usize>(
     restrain_together(grid, &[only], step, threshold);
 }
 
-/// Like [`restrain_step`] for a step that changes several deformations, and other nodal fields
-/// with them: what is damped at a node is damped in all, so that changes which belong together
-/// stay together.
-///
-/// # Panics
-/// If a displacement or a range does not have `D` components of the grid, or the step is no whole
-/// number of nodal fields.
-pub fn restrain_together<const D: usize>(
+compiled_once! {
+    /// Like [`restrain_step`] for a step that changes several deformations, and other nodal fields
+    /// with them: what is damped at a node is damped in all, so that changes which belong together
+    /// stay together.
+    ///
+    /// # Panics
+    /// If a displacement or a range does not have `D` components of the grid, or the step is no whole
+    /// number of nodal fields.
+    pub fn restrain_together<'a, D>(
+        grid: &'a Grid<D>,
+        deformations: &'a [Restrained<'a>],
+        step: &'a mut [f64],
+        threshold: f64,
+    ) = restrain_in;
+}
+
+fn restrain_in<const D: usize>(
     grid: &Grid<D>,
     deformations: &[Restrained<'_>],
     step: &mut [f64],

@@ -1,11 +1,11 @@
 //! One number at a time: `f64` and `f32` as lanes, and as what fields are stored in.
 
-use crate::lane::{CompiledLane, Element, Lane, LaneKernel};
+use crate::lane::{CompiledLane, Element, Lane, LaneKernel, Numbers};
 use crate::simd::dispatch;
 use crate::simd_level::SimdLevel;
 
 macro_rules! scalar_lane {
-    ($t:ty, $bits:ty, $mantissa:expr, $magic:expr, $place:expr, $series:expr) => {
+    ($t:ty, $numbers:ident, $bits:ty, $mantissa:expr, $magic:expr, $place:expr, $series:expr) => {
         impl Lane for $t {
             type Element = $t;
             type Mask = bool;
@@ -85,6 +85,10 @@ macro_rules! scalar_lane {
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
+            #[inline(always)]
+            fn numbers(numbers: &[Self]) -> Numbers<'_> {
+                Numbers::$numbers(numbers)
+            }
             #[inline]
             fn dispatch<K: LaneKernel<Self>>(level: SimdLevel, kernel: K) -> K::Output {
                 dispatch::<$t, K>(level, kernel)
@@ -95,6 +99,7 @@ macro_rules! scalar_lane {
 
 scalar_lane!(
     f64,
+    Double,
     u64,
     52,
     6755399441055744.0,
@@ -111,6 +116,7 @@ scalar_lane!(
 );
 scalar_lane!(
     f32,
+    Single,
     u32,
     23,
     12582912.0,

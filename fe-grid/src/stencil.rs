@@ -4,6 +4,7 @@
 //! Of each pair of couplings one is stored: `(3^D + 1) / 2` nodal arrays (of each entry of a
 //! block), for the offset zero and the offsets that come after it in memory.
 
+use crate::compiled_once;
 use crate::engine::element::{GAUSS, MAX_CORNERS, shape_derivative, shape_value};
 use crate::grid::Grid;
 use crate::lane::{Lane, LaneKernel};
@@ -91,8 +92,18 @@ impl<const D: usize> LinearOperator for SymmetricStencil<D> {
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        multiply::<D, 1>(&self.grid, &self.coupling, x, y);
+        multiply_nodes(&self.grid, &self.coupling, x, y);
     }
+}
+
+compiled_once! {
+    /// `y = A x` for one number a node.
+    fn multiply_nodes<'a, D>(
+        grid: &'a Grid<D>,
+        coupling: &'a [f64],
+        x: &'a [f64],
+        y: &'a mut [f64],
+    ) = multiply::<_, 1>;
 }
 
 /// A symmetric matrix over the nodes of a grid whose entries are `M` x `M` blocks. Vectors hold

@@ -15,6 +15,7 @@
 //! mirrored there. So all rows are worked on alike, and the rows inside a plane, which lie one
 //! after the other in memory, as one long row whose places at the ends are set afterwards.
 
+use crate::compiled_once;
 use crate::engine::kernel::CACHE_LINE;
 use crate::engine::rows::block_starts;
 use crate::grid::Grid;
@@ -169,8 +170,17 @@ impl<const D: usize> LinearOperator for UniformOperator<D> {
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        self.product_into(x, y);
+        apply(self, x, y);
     }
+}
+
+compiled_once! {
+    /// The product in double precision.
+    fn apply<'a, D>(
+        operator: &'a UniformOperator<D>,
+        x: &'a [f64],
+        y: &'a mut [f64],
+    ) = UniformOperator::product_into;
 }
 
 /// The neighbours of a place among `n`; at an end the one inside, twice.

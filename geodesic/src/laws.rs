@@ -6,7 +6,7 @@ use crate::cells::ObjectWeights;
 use crate::deformation::StepDeformation;
 use crate::dissipation::PathDissipation;
 use fe_grid::dimension::{self, Routine};
-use fe_grid::{Assembly, CellLaw, Data, Grid, GridError};
+use fe_grid::{Assembly, Data, Grid, GridError};
 use hyperelastic::{CompiledLaw, StrainEnergy};
 use std::marker::PhantomData;
 
@@ -87,26 +87,12 @@ fn evaluate<const D: usize, const S: usize, const P: usize>(
                 cells: &[],
             };
             let assembly = Assembly::<_, f64, D, P>::new(grid, &law, data);
-            value_or_gradient(&assembly, state, factor, gradient)
+            assembly.value_or_gradient_add(state, factor, gradient)
         }
         Kind::Step => {
             let law = StrainEnergy(StepDeformation { law, weights });
             let assembly = Assembly::<_, f64, D, S>::new(grid, &law, Data::default());
-            value_or_gradient(&assembly, state, factor, gradient)
+            assembly.value_or_gradient_add(state, factor, gradient)
         }
-    }
-}
-
-/// The energy of a law; `factor` times its gradient is added to `gradient` unless that is empty.
-pub(crate) fn value_or_gradient<F: CellLaw<D, M>, const D: usize, const M: usize>(
-    assembly: &Assembly<'_, F, f64, D, M>,
-    state: &[f64],
-    factor: f64,
-    gradient: &mut [f64],
-) -> Result<f64, GridError> {
-    if gradient.is_empty() {
-        assembly.value(state)
-    } else {
-        assembly.value_and_gradient_add(state, factor, gradient)
     }
 }

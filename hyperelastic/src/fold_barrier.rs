@@ -12,7 +12,9 @@
 //! that stay above the onset: it does not change their energy.
 
 use fe_grid::engine::CORNERS;
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads, tensor};
+use fe_grid::{
+    Assembly, CellLaw, Data, Grid, GridError, Jet, Lane, Point, Reads, compiled_once, tensor,
+};
 
 /// The density `b(det(1 + Du))` for a displacement `u`, summed over the corners of the cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +39,20 @@ impl FoldBarrier {
         )
     }
 
+    /// The barrier of a displacement on a grid; its gradient is added to `gradient` unless that is
+    /// empty. The kernels are compiled with this crate.
+    ///
+    /// # Errors
+    /// [`GridError::Inadmissible`] where a corner is folded.
+    pub fn value_or_gradient_add<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        displacement: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<f64, GridError> {
+        add_barrier(self, grid, displacement, gradient)
+    }
+
     /// The positive part of the curvature, `2 w (1 - ln(D/D0)) / D^2` below the onset.
     #[inline(always)]
     pub fn curvature<L: Lane>(&self, det: L) -> L {
@@ -45,6 +61,25 @@ impl FoldBarrier {
         let curvature = (L::one() - log).scale(2.0 * self.weight) / (det * det);
         L::select(active, curvature, L::zero())
     }
+}
+
+compiled_once! {
+    fn add_barrier<'a, D>(
+        law: &'a FoldBarrier,
+        grid: &'a Grid<D>,
+        displacement: &'a [f64],
+        gradient: &'a mut [f64],
+    ) -> Result<f64, GridError> = add_barrier_in;
+}
+
+fn add_barrier_in<const D: usize>(
+    law: &FoldBarrier,
+    grid: &Grid<D>,
+    displacement: &[f64],
+    gradient: &mut [f64],
+) -> Result<f64, GridError> {
+    let assembly = Assembly::<_, f64, D, D>::new(*grid, law, Data::default());
+    assembly.value_or_gradient_add(displacement, 1.0, gradient)
 }
 
 impl Reads for FoldBarrier {

@@ -18,7 +18,7 @@
 //! Beside the laws stand [`ViscousDissipation`], with which they are consistent, and
 //! [`cauchy_stress`]. [`WeightedElasticity`] makes a law an energy of the cell engine, for an object
 //! in a soft void; [`Corotational`] is the quadratic form that metrics for such energies are made
-//! of, and [`FoldBarrier`] keeps the corners of cells from folding.
+//! of, with [`CorotationalMultigrid`] as its inverse, and [`FoldBarrier`] keeps the corners of cells from folding.
 //!
 //! **Invariants:** no law ever sees a mesh; nothing here does input or output; everything that a
 //! law calls is inlined and uses lane arithmetic only, so that the instruction set chosen at run
@@ -39,6 +39,7 @@
 mod cauchy;
 mod compiled;
 mod corotational;
+mod corotational_operator;
 mod dissipation;
 mod error;
 mod fold_barrier;
@@ -64,6 +65,7 @@ mod weighted;
 pub use cauchy::cauchy_stress;
 pub use compiled::CompiledLaw;
 pub use corotational::{Corotational, polar_rotation};
+pub use corotational_operator::{CorotationalMultigrid, CorotationalOperator};
 pub use dissipation::ViscousDissipation;
 pub use error::LawError;
 pub use fold_barrier::FoldBarrier;

@@ -1,6 +1,6 @@
 //! Connected components of an object.
 
-use fe_grid::Field;
+use fe_grid::{Field, compiled_once};
 
 use crate::error::LevelsetError;
 
@@ -13,9 +13,16 @@ pub struct Components {
     pub sizes: Vec<usize>,
 }
 
-/// The components of the object `{field > level}`. Nodes that touch by a corner only stay
-/// apart, as they do in the contour of a mask.
-pub fn connected_components<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> Components {
+compiled_once! {
+    /// The components of the object `{field > level}`. Nodes that touch by a corner only stay
+    /// apart, as they do in the contour of a mask.
+    pub fn connected_components<'a, D>(
+        field: &'a Field<f64, D, 1>,
+        level: f64,
+    ) -> Components = connected_components_in;
+}
+
+fn connected_components_in<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> Components {
     let grid = field.grid();
     let (n_nodes, strides) = (grid.nodes_per_axis(), grid.strides());
     let values = field.as_slice();

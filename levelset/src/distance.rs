@@ -1,6 +1,6 @@
 //! Signed distances, positive inside the object.
 
-use fe_grid::{Field, Grid, parallel};
+use fe_grid::{Field, Grid, compiled_once, parallel};
 
 use crate::bvh::Bvh;
 use crate::contour::Contour;
@@ -10,30 +10,37 @@ use crate::pseudonormal::{Pseudonormals, winding_number};
 use crate::search::{Found, PACKET};
 use crate::vector::{add_scaled, sub};
 
-/// The signed distance to the contour of the object `{field > level}`, at every node.
-///
-/// `|u|` is the exact Euclidean distance, to rounding, to the contour that
-/// [`contour`](crate::contour()) draws ([`BoxEdge::Open`]: the edge of the box is no boundary);
-/// `u > 0` exactly where `field > level`, up to nodes that lie on the contour, where `u = 0`.
-/// A binary mask so gets the distance to the midpoints between its pixels, a grey image or a
-/// level set a distance of sub-cell accuracy.
-///
-/// # Errors
-/// [`LevelsetError::EmptyObject`] and [`LevelsetError::FullObject`], as there is no contour to
-/// be far from; [`LevelsetError::NonFinite`] with the node of a NaN or infinity.
-///
-/// # Example
-/// ```
-/// use fe_grid::{Field, Grid};
-/// // A disk of radius 0.3, given by a function that is no distance.
-/// let disk = Field::<f64, 2, 1>::from_fn(Grid::dyadic(5), |[x, y]| {
-///     [0.09 - (x - 0.5).powi(2) - (y - 0.5).powi(2)]
-/// });
-/// let u = levelset::signed_distance(&disk, 0.0)?;
-/// assert!((u.sample([0.5, 0.5])[0] - 0.3).abs() < 1e-3);
-/// # Ok::<(), levelset::LevelsetError>(())
-/// ```
-pub fn signed_distance<const D: usize>(
+compiled_once! {
+    /// The signed distance to the contour of the object `{field > level}`, at every node.
+    ///
+    /// `|u|` is the exact Euclidean distance, to rounding, to the contour that
+    /// [`contour`](crate::contour()) draws ([`BoxEdge::Open`]: the edge of the box is no boundary);
+    /// `u > 0` exactly where `field > level`, up to nodes that lie on the contour, where `u = 0`.
+    /// A binary mask so gets the distance to the midpoints between its pixels, a grey image or a
+    /// level set a distance of sub-cell accuracy.
+    ///
+    /// # Errors
+    /// [`LevelsetError::EmptyObject`] and [`LevelsetError::FullObject`], as there is no contour to
+    /// be far from; [`LevelsetError::NonFinite`] with the node of a NaN or infinity.
+    ///
+    /// # Example
+    /// ```
+    /// use fe_grid::{Field, Grid};
+    /// // A disk of radius 0.3, given by a function that is no distance.
+    /// let disk = Field::<f64, 2, 1>::from_fn(Grid::dyadic(5), |[x, y]| {
+    ///     [0.09 - (x - 0.5).powi(2) - (y - 0.5).powi(2)]
+    /// });
+    /// let u = levelset::signed_distance(&disk, 0.0)?;
+    /// assert!((u.sample([0.5, 0.5])[0] - 0.3).abs() < 1e-3);
+    /// # Ok::<(), levelset::LevelsetError>(())
+    /// ```
+    pub fn signed_distance<'a, D>(
+        field: &'a Field<f64, D, 1>,
+        level: f64,
+    ) -> Result<Field<f64, D, 1>, LevelsetError> = signed_distance_in;
+}
+
+fn signed_distance_in<const D: usize>(
     field: &Field<f64, D, 1>,
     level: f64,
 ) -> Result<Field<f64, D, 1>, LevelsetError> {
@@ -81,6 +88,10 @@ impl<const D: usize> ContourDistance<D> {
     /// # Errors
     /// [`LevelsetError::EmptyContour`].
     pub fn new(contour: &Contour<D>) -> Result<Self, LevelsetError> {
+        prepare(contour)
+    }
+
+    fn new_in(contour: &Contour<D>) -> Result<Self, LevelsetError> {
         let tree = tree_of(contour)?;
         let normals = Pseudonormals::new(tree.all_corners());
         Ok(Self { tree, normals })
@@ -100,11 +111,19 @@ impl<const D: usize> ContourDistance<D> {
     /// The signed distance, positive inside. The contour must be closed; for an open one the
     /// sign is that of the nearest segment or triangle.
     pub fn signed_distance(&self, point: [f64; D]) -> f64 {
-        self.signed(&point, self.find(&point))
+        signed_at(self, &point)
+    }
+
+    fn signed_distance_in(&self, point: &[f64; D]) -> f64 {
+        self.signed(point, self.find(point))
     }
 
     /// The signed distance at every node of a grid; see [`ContourDistance::signed_distance`].
     pub fn sample(&self, grid: Grid<D>) -> Field<f64, D, 1> {
+        sample(self, grid)
+    }
+
+    fn sample_in(&self, grid: Grid<D>) -> Field<f64, D, 1> {
         let mut distance = Field::zeros(grid);
         for_each_node(&self.tree, &mut distance, |_, point, found| {
             self.signed(point, found)
@@ -147,6 +166,26 @@ impl<const D: usize> ContourDistance<D> {
             -found.distance
         }
     }
+}
+
+compiled_once! {
+    /// A contour with what queries need.
+    fn prepare<'a, D>(
+        contour: &'a Contour<D>,
+    ) -> Result<ContourDistance<D>, LevelsetError> = ContourDistance::new_in;
+}
+
+compiled_once! {
+    /// The signed distance of a point.
+    fn signed_at<'a, D>(contour: &'a ContourDistance<D>, point: &'a [f64; D]) -> f64 = ContourDistance::signed_distance_in;
+}
+
+compiled_once! {
+    /// The signed distances of all nodes.
+    fn sample<'a, D>(
+        contour: &'a ContourDistance<D>,
+        grid: Grid<D>,
+    ) -> Field<f64, D, 1> = ContourDistance::sample_in;
 }
 
 fn tree_of<const D: usize>(contour: &Contour<D>) -> Result<Bvh<D>, LevelsetError> {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use fe_grid::{Field, Grid};
+use fe_grid::{Field, Grid, compiled_once};
 
 use crate::contour::{Contour, Simplex};
 use crate::error::LevelsetError;
@@ -24,18 +24,26 @@ pub enum BoxEdge {
     Closed,
 }
 
-/// The contour of the object `{field > level}`.
-///
-/// Its points are the crossings of the level on the edges of the grid, by linear interpolation
-/// (for a binary mask and level 1/2: their midpoints). In a square they are joined by straight
-/// segments; saddles are decided by the bilinear interpolant, and where that is undecided, as
-/// for a mask, the object's corners stay apart. In 3D the segments of a cell's faces are filled
-/// by triangles, and the closed surface has no holes. The contour is empty where the field
-/// never crosses the level.
-///
-/// # Errors
-/// [`LevelsetError::NonFinite`] and, for the level, [`LevelsetError::Parameter`].
-pub fn contour<const D: usize>(
+compiled_once! {
+    /// The contour of the object `{field > level}`.
+    ///
+    /// Its points are the crossings of the level on the edges of the grid, by linear interpolation
+    /// (for a binary mask and level 1/2: their midpoints). In a square they are joined by straight
+    /// segments; saddles are decided by the bilinear interpolant, and where that is undecided, as
+    /// for a mask, the object's corners stay apart. In 3D the segments of a cell's faces are filled
+    /// by triangles, and the closed surface has no holes. The contour is empty where the field
+    /// never crosses the level.
+    ///
+    /// # Errors
+    /// [`LevelsetError::NonFinite`] and, for the level, [`LevelsetError::Parameter`].
+    pub fn contour<'a, D>(
+        field: &'a Field<f64, D, 1>,
+        level: f64,
+        edge: BoxEdge,
+    ) -> Result<Contour<D>, LevelsetError> = contour_in;
+}
+
+fn contour_in<const D: usize>(
     field: &Field<f64, D, 1>,
     level: f64,
     edge: BoxEdge,

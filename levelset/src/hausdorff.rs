@@ -1,6 +1,6 @@
 //! Distances between two boundaries.
 
-use fe_grid::parallel;
+use fe_grid::{compiled_once, parallel};
 
 use crate::contour::Contour;
 use crate::distance::ContourDistance;
@@ -32,13 +32,20 @@ pub struct Hausdorff {
     pub mean: f64,
 }
 
-/// The symmetric Hausdorff distance of two boundaries, with its 95th percentile and the mean.
-///
-/// Percentile and mean measure each segment or triangle at its centroid, weighted by its size.
-///
-/// # Errors
-/// [`LevelsetError::EmptyContour`].
-pub fn hausdorff<const D: usize>(
+compiled_once! {
+    /// The symmetric Hausdorff distance of two boundaries, with its 95th percentile and the mean.
+    ///
+    /// Percentile and mean measure each segment or triangle at its centroid, weighted by its size.
+    ///
+    /// # Errors
+    /// [`LevelsetError::EmptyContour`].
+    pub fn hausdorff<'a, D>(
+        a: &'a Contour<D>,
+        b: &'a Contour<D>,
+    ) -> Result<Hausdorff, LevelsetError> = hausdorff_in;
+}
+
+fn hausdorff_in<const D: usize>(
     a: &Contour<D>,
     b: &Contour<D>,
 ) -> Result<Hausdorff, LevelsetError> {

@@ -1,6 +1,6 @@
 //! Sizes, moments and overlap of shapes.
 
-use fe_grid::Field;
+use fe_grid::{Field, compiled_once};
 use nalgebra::{SMatrix, SVector};
 
 use crate::contour::Contour;
@@ -28,6 +28,10 @@ impl<const D: usize> Moments<D> {
     /// [`LevelsetError::OpenContour`]; [`LevelsetError::EmptyContour`] where the contour
     /// encloses nothing.
     pub fn of_contour(contour: &Contour<D>) -> Result<Self, LevelsetError> {
+        moments_of_contour(contour)
+    }
+
+    fn of_contour_in(contour: &Contour<D>) -> Result<Self, LevelsetError> {
         if !contour.is_closed() {
             return Err(LevelsetError::OpenContour);
         }
@@ -65,6 +69,10 @@ impl<const D: usize> Moments<D> {
     /// [`LevelsetError::NonFinite`]; [`LevelsetError::EmptyObject`] where the density sums to
     /// nothing or less.
     pub fn of_density(density: &Field<f64, D, 1>) -> Result<Self, LevelsetError> {
+        moments_of_density(density)
+    }
+
+    fn of_density_in(density: &Field<f64, D, 1>) -> Result<Self, LevelsetError> {
         check_finite(density, 0.0)?;
         let grid = density.grid();
         let (mut volume, mut first, mut second) = (
@@ -107,6 +115,18 @@ impl<const D: usize> Moments<D> {
             covariance: second / volume - mean * mean.transpose(),
         })
     }
+}
+
+compiled_once! {
+    fn moments_of_contour<'a, D>(
+        contour: &'a Contour<D>,
+    ) -> Result<Moments<D>, LevelsetError> = Moments::of_contour_in;
+}
+
+compiled_once! {
+    fn moments_of_density<'a, D>(
+        density: &'a Field<f64, D, 1>,
+    ) -> Result<Moments<D>, LevelsetError> = Moments::of_density_in;
 }
 
 /// Area or volume of the mask `{field > level}` by counting: `h^D` for every node inside.

@@ -9,7 +9,7 @@
 //! errors, so that the minimum of the computed distances is found whatever the order, and of
 //! simplices at the same distance the first counts.
 
-use fe_grid::{Element, Lane, LaneKernel, SimdLevel};
+use fe_grid::{Element, Lane, LaneKernel, SimdLevel, compiled_once};
 
 use crate::bvh::Bvh;
 use crate::closest::{Closest, Simplex};
@@ -34,20 +34,50 @@ impl<const D: usize> Bvh<D> {
     /// stored simplex to start from: one that lies near makes the search short; it does not
     /// change what is found.
     pub(crate) fn nearest(&self, points: &[[f64; D]], guess: usize, found: &mut [Found]) {
-        let search = Search {
-            tree: self,
-            points,
-            guess,
-            found,
-        };
-        f64::dispatch(SimdLevel::active(), search);
+        search(self, points, guess, found);
     }
 
     /// The point of one stored simplex that is nearest to a point.
     pub(crate) fn closest(&self, stored: usize, point: &[f64; D]) -> Closest<f64, D> {
-        let simplex = self.simplex(stored);
-        f64::dispatch(SimdLevel::active(), OfOne { simplex, point })
+        closest_to(self.simplex(stored), point)
     }
+}
+
+compiled_once! {
+    /// Finds what is nearest to each of a few points.
+    fn search<'a, D>(
+        tree: &'a Bvh<D>,
+        points: &'a [[f64; D]],
+        guess: usize,
+        found: &'a mut [Found],
+    ) = search_in;
+}
+
+fn search_in<const D: usize>(
+    tree: &Bvh<D>,
+    points: &[[f64; D]],
+    guess: usize,
+    found: &mut [Found],
+) {
+    let search = Search {
+        tree,
+        points,
+        guess,
+        found,
+    };
+    f64::dispatch(SimdLevel::active(), search);
+}
+
+compiled_once! {
+    /// The point of a simplex that is nearest to a point.
+    fn closest_to<'a, D>(
+        simplex: &'a Simplex<D>,
+        point: &'a [f64; D],
+    ) -> Closest<f64, D> = closest_to_in;
+}
+
+fn closest_to_in<const D: usize>(simplex: &Simplex<D>, point: &[f64; D]) -> Closest<f64, D> {
+    f64::dispatch(SimdLevel::active(), OfOne { simplex, point })
 }
 
 struct OfOne<'a, const D: usize> {

@@ -3,7 +3,7 @@
 //! to the length (area) of the interface.
 
 use fe_grid::operators::MassStiffness;
-use fe_grid::{CellLaw, Grid, Jet, Lane, Point, Reads, UniformOperator, vector};
+use fe_grid::{CellLaw, Grid, Jet, Lane, LinearOperator, Point, Reads, UniformOperator, vector};
 
 /// The density of `L` for a scalar field.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ impl InterfaceLength {
         assert_eq!(field.len(), grid.n_nodes());
         let excess: Vec<f64> = field.iter().map(|v| v - 1.0).collect();
         let mut product = vec![0.0; excess.len()];
-        UniformOperator::new(*grid, coefficients).product_into(&excess, &mut product);
+        UniformOperator::new(*grid, coefficients).apply_into(&excess, &mut product);
         vector::dot(&excess, &product)
     }
 }

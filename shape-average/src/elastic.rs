@@ -1,7 +1,7 @@
 //! The elastic energy of one shape. Its kernels are compiled here for both dimensions, once; they
 //! enter the law by pointer.
 
-use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, compiled_once};
+use fe_grid::{Assembly, Data, Grid, GridError, compiled_once};
 use hyperelastic::{CompiledLaw, WeightedElasticity};
 
 /// The energy `int ((1 - delta) chi + delta) W(1 + Du)` of a displacement `u`.
@@ -52,19 +52,5 @@ fn add_elastic_in<const D: usize>(
         cells: &[],
     };
     let assembly = Assembly::new(*grid, &law, data);
-    value_or_gradient(&assembly, displacement, factor, gradient)
-}
-
-/// The energy of a law; `factor` times its gradient is added to `gradient` unless that is empty.
-pub(crate) fn value_or_gradient<F: CellLaw<D, D>, const D: usize>(
-    assembly: &Assembly<'_, F, f64, D, D>,
-    displacement: &[f64],
-    factor: f64,
-    gradient: &mut [f64],
-) -> Result<f64, GridError> {
-    if gradient.is_empty() {
-        assembly.value(displacement)
-    } else {
-        assembly.value_and_gradient_add(displacement, factor, gradient)
-    }
+    assembly.value_or_gradient_add(displacement, factor, gradient)
 }

@@ -5,9 +5,9 @@ use crate::level::LevelShapes;
 use crate::params::AverageParams;
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_CELL_DATA;
-use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
+use fe_grid::multigrid::{MultigridParams, WorkSpace};
 use fe_grid::{CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, probe_cells};
-use hyperelastic::Corotational;
+use hyperelastic::{Corotational, CorotationalMultigrid};
 use phasefield::{Mismatch, Seen};
 
 /// Share of the void stiffness that regularises the metric.
@@ -29,7 +29,7 @@ const LEAST_WEIGHT: f64 = 1e-6;
 
 /// The inverse metric of one shape.
 pub(crate) struct ShapeMetric<const D: usize> {
-    cycle: Multigrid<f32, Corotational<D>, D, D>,
+    cycle: CorotationalMultigrid<D>,
 }
 
 impl<const D: usize> ShapeMetric<D> {
@@ -69,7 +69,7 @@ impl<const D: usize> ShapeMetric<D> {
             moduli: params.law.moduli,
             regularisation: REGULARISATION * void_stiffness * elastic_weight,
         };
-        let cycle = Multigrid::new(grid, &law, cells, CYCLE)?;
+        let cycle = CorotationalMultigrid::new(grid, law, cells, CYCLE)?;
         Ok(Self {
             cycle: cycle.with_work_space(work_space.clone()),
         })

@@ -5,7 +5,7 @@
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
-use crate::elastic::{ElasticTerm, add_elastic, value_or_gradient};
+use crate::elastic::{ElasticTerm, add_elastic};
 use crate::energy::{Energy, ShapeTerms, Weights};
 use crate::error::AverageError;
 use crate::level::LevelShapes;
@@ -253,9 +253,9 @@ impl<const D: usize> AverageObjective<D> {
         };
         let mut barrier = 0.0;
         if min_corner < BARRIER_ONSET {
-            let law = self.barrier();
-            let assembly = Assembly::new(grid, &law, Data::default());
-            barrier = value_or_gradient(&assembly, displacement, 1.0, gradient)?;
+            barrier = self
+                .barrier()
+                .value_or_gradient_add(&grid, displacement, gradient)?;
         }
         self.hold_boundary(gradient);
         Ok(Some(ShapeTerms {
@@ -282,12 +282,7 @@ impl<const D: usize> AverageObjective<D> {
             cells: &[],
         };
         let matching = Assembly::new(grid, &law, data);
-        value_or_gradient(
-            &matching,
-            displacement,
-            self.weights.of_mismatch(shape),
-            gradient,
-        )
+        matching.value_or_gradient_add(displacement, self.weights.of_mismatch(shape), gradient)
     }
 
     /// The barrier against folding.

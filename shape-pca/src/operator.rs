@@ -6,18 +6,15 @@ use crate::error::PcaError;
 use crate::krylov::{self, SolveReport};
 use crate::params::PcaParams;
 use crate::rigid::RigidMotions;
-use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::multigrid::MultigridParams;
 use fe_grid::pullback::Derivatives;
 use fe_grid::stencil::BlockStencil;
 use fe_grid::{Field, Grid, LinearOperator, VectorField};
-use hyperelastic::{CompiledLaw, Corotational, LameModuli};
+use hyperelastic::{CompiledLaw, Corotational, CorotationalMultigrid, LameModuli};
 
 /// Share of the void's stiffness that keeps the preconditioner definite: rigid motions cost
 /// nothing.
 const REGULARISATION: f64 = 1e-3;
-
-/// The preconditioner: one cycle.
-type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 
 /// The operator `K`, `w . K u = int C Du : Dw`, on displacements without rigid part.
 pub struct Compound<const D: usize> {
@@ -25,7 +22,7 @@ pub struct Compound<const D: usize> {
     law: CompiledLaw<D>,
     grid: Grid<D>,
     stiffness: BlockStencil<D, D>,
-    cycle: Cycle<D>,
+    cycle: CorotationalMultigrid<D>,
     rigid: RigidMotions,
     imbalance: Vec<f64>,
 }
@@ -165,7 +162,7 @@ fn cycle<const D: usize>(
     grid: &Grid<D>,
     params: &PcaParams,
     traces: &[f64],
-) -> Result<Cycle<D>, PcaError> {
+) -> Result<CorotationalMultigrid<D>, PcaError> {
     let LameModuli { lambda, mu } = params.law.moduli;
     let d = D as f64;
     // The trace of the tensor at rest, lambda 1 (x) 1 + mu (1 + transposition).
@@ -184,9 +181,9 @@ fn cycle<const D: usize>(
         moduli: params.law.moduli,
         regularisation: REGULARISATION * params.void_stiffness,
     };
-    Ok(Multigrid::new(
+    Ok(CorotationalMultigrid::new(
         *grid,
-        &law,
+        law,
         cells,
         MultigridParams::default(),
     )?)

@@ -103,6 +103,25 @@ where
         self.total(&results)
     }
 
+    /// The energy of a state; `factor` times its gradient is added to `gradient` unless that is
+    /// empty.
+    ///
+    /// # Errors
+    /// [`GridError::Inadmissible`] where the density is not finite; the gradient is then
+    /// meaningless.
+    pub fn value_or_gradient_add(
+        &self,
+        state: &[T],
+        factor: f64,
+        gradient: &mut [T],
+    ) -> Result<f64, GridError> {
+        if gradient.is_empty() {
+            self.value(state)
+        } else {
+            self.value_and_gradient_add(state, factor, gradient)
+        }
+    }
+
     /// The Hessian at a state applied to a direction. Where the state is not admissible, the
     /// result is meaningless.
     pub fn hessian_action_into(&self, state: &[T], direction: &[T], out: &mut [T]) {

@@ -1,13 +1,14 @@
 //! The space of deformations of one start shape.
 
 use super::anderson::{Anderson, Correction, SolveStatus};
-use super::geometry::{Cycle, Geometry};
+use super::geometry::Geometry;
 use super::params::CalculusParams;
 use super::space::PathSpace;
 use crate::error::GeodesicError;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{add_scaled_into, axpy, copy_into, norm, scale};
 use fe_grid::{Field, LinearOperator, ScalarField};
+use hyperelastic::CorotationalMultigrid;
 use serde::Serialize;
 
 /// A solution is taken where the correction that is left is at most this share of the step, even
@@ -293,7 +294,7 @@ enum Unknown<'a> {
 struct Equation<'a, const D: usize> {
     geometry: &'a Geometry<D>,
     unknown: Unknown<'a>,
-    cycle: Cycle<D>,
+    cycle: CorotationalMultigrid<D>,
     modes: Vec<Vec<f64>>,
     /// Two displacements, and the forces on both.
     pair: Vec<f64>,

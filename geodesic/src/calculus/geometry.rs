@@ -6,13 +6,10 @@ use super::rigid::Matter;
 use crate::cells::{ObjectWeights, solid_cells};
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
-use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::multigrid::MultigridParams;
 use fe_grid::{Element, Grid, GridError, ScalarField, certify_within, restrain_step};
-use hyperelastic::{CompiledLaw, Corotational};
+use hyperelastic::{CompiledLaw, Corotational, CorotationalMultigrid};
 use levelset::{Compact, Step};
-
-/// The cycle that is nearly the inverse metric at a deformation.
-pub(super) type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 
 /// A start shape, and what a step between two of its deformations costs.
 pub(super) struct Geometry<const D: usize> {
@@ -107,9 +104,9 @@ impl<const D: usize> Geometry<D> {
     }
 
     /// Nearly the inverse of that form.
-    pub fn cycle(&self, displacement: &[f64]) -> Result<Cycle<D>, GeodesicError> {
+    pub fn cycle(&self, displacement: &[f64]) -> Result<CorotationalMultigrid<D>, GeodesicError> {
         let (law, cells) = self.form(displacement);
         let params = MultigridParams::default();
-        Ok(Multigrid::new(self.grid, &law, cells, params)?)
+        Ok(CorotationalMultigrid::new(self.grid, law, cells, params)?)
     }
 }

@@ -9,15 +9,14 @@
 //! Inside the new start shape deformations are read through the inverse of the old; outside they
 //! are continued by what costs the void the least. The error is that of interpolation.
 
-use super::geometry::{Cycle, Geometry};
+use super::geometry::Geometry;
 use super::params::CalculusParams;
 use crate::error::GeodesicError;
 use fe_grid::vector::scale;
 use fe_grid::{
-    Assembly, CgParams, CgScratch, Data, Field, InverseDeformation, LinearOperator, ScalarField,
-    conjugate_gradient,
+    CgParams, CgScratch, Field, InverseDeformation, LinearOperator, ScalarField, conjugate_gradient,
 };
-use hyperelastic::Corotational;
+use hyperelastic::CorotationalOperator;
 use levelset::{BoxEdge, Contour, ContourDistance, contour};
 
 /// Deformations are read this far outside the shape, in spacings, so that its boundary, which lies
@@ -101,44 +100,19 @@ fn mask(known: &[bool], field: &mut [f64]) {
     }
 }
 
-/// The elastic form of the object and its void, on the nodes that are not known.
-struct Unknown<'a, const D: usize> {
-    geometry: &'a Geometry<D>,
-    known: &'a [bool],
-    law: Corotational<D>,
-    cells: Vec<Vec<f64>>,
-}
-
-impl<const D: usize> LinearOperator for Unknown<'_, D> {
-    fn dim(&self) -> usize {
-        D * self.known.len()
-    }
-
-    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        let cells: Vec<&[f64]> = self.cells.iter().map(Vec::as_slice).collect();
-        let data = Data {
-            coefficients: &[],
-            cells: &cells,
-        };
-        // The law is quadratic: the state does not matter.
-        Assembly::new(self.geometry.grid, &self.law, data).hessian_action_into(x, x, y);
-        mask(self.known, y);
-    }
-}
-
-/// The cycle of the form on all nodes, between two masks.
-struct Preconditioner<'a, const D: usize> {
-    cycle: Cycle<D>,
+/// An operator for the nodes that are not known.
+struct Unknown<'a, A> {
+    operator: A,
     known: &'a [bool],
 }
 
-impl<const D: usize> LinearOperator for Preconditioner<'_, D> {
+impl<A: LinearOperator> LinearOperator for Unknown<'_, A> {
     fn dim(&self) -> usize {
-        D * self.known.len()
+        self.operator.dim()
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        self.cycle.apply_into(x, y);
+        self.operator.apply_into(x, y);
         mask(self.known, y);
     }
 }
@@ -152,13 +126,11 @@ fn continue_elastically<const D: usize>(
     let zero = vec![0.0; field.len()];
     let (law, cells) = geometry.form(&zero);
     let operator = Unknown {
-        geometry,
+        operator: CorotationalOperator::new(geometry.grid, law, cells),
         known,
-        law,
-        cells,
     };
-    let preconditioner = Preconditioner {
-        cycle: geometry.cycle(&zero)?,
+    let preconditioner = Unknown {
+        operator: geometry.cycle(&zero)?,
         known,
     };
     let mut right = vec![0.0; field.len()];

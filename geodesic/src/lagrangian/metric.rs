@@ -19,16 +19,14 @@
 //! for any two such cycles.
 
 use crate::metric::{ElasticForm, corotational};
-use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
+use fe_grid::multigrid::{MultigridParams, WorkSpace};
 use fe_grid::{Grid, GridError, LinearOperator, parallel, vector};
-use hyperelastic::Corotational;
-
-type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
+use hyperelastic::CorotationalMultigrid;
 
 /// The inverse metric.
 pub(crate) struct PathMetric<const D: usize> {
-    common: Cycle<D>,
-    differences: Option<Cycle<D>>,
+    common: CorotationalMultigrid<D>,
+    differences: Option<CorotationalMultigrid<D>>,
     steps: usize,
 }
 
@@ -48,7 +46,7 @@ impl<const D: usize> PathMetric<D> {
                 ..*form
             };
             let (law, cells) = corotational(&grid, &form, start, last);
-            let cycle = Multigrid::new(grid, &law, cells, MultigridParams::default())?;
+            let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };
         Ok(Self {

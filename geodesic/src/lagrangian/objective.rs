@@ -4,7 +4,7 @@ use super::metric::PathMetric;
 use crate::cells::{self, ObjectWeights, continued, solid_cells};
 use crate::descent::fold_barrier;
 use crate::error::GeodesicError;
-use crate::laws::{Kind, StepTerm, value_or_gradient};
+use crate::laws::{Kind, StepTerm};
 use crate::matching::{HeavisideMatch, MeasuredMatch};
 use crate::metric::{ElasticForm, MatchedLevel};
 use crate::params::GeodesicParams;
@@ -249,19 +249,19 @@ impl<const D: usize> PathObjective<D> {
             let assembly = Assembly::new(self.grid, &law, data);
             let by_last = &mut self.path_gradient[behind..];
             let weight = self.params.resolved_match_weight();
-            mismatch += value_or_gradient(&assembly, last, weight, by_last)?;
+            mismatch += assembly.value_or_gradient_add(last, weight, by_last)?;
         }
         let mut barrier = 0.0;
         if self.params.void_stiffness > 0.0 {
             let law = fold_barrier(&self.params);
-            let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
             for (k, u) in x.chunks_exact(dim).enumerate() {
                 let own = if wanted {
                     (k + 1) * dim..(k + 2) * dim
                 } else {
                     0..0
                 };
-                barrier += value_or_gradient(&assembly, u, 1.0, &mut self.path_gradient[own])?;
+                barrier +=
+                    law.value_or_gradient_add(&self.grid, u, &mut self.path_gradient[own])?;
             }
         }
         if wanted {

@@ -22,12 +22,12 @@ use crate::params::GeodesicParams;
 use crate::shape::{ShapeOnGrid, union_of};
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Control, Observer};
-use fe_grid::multigrid::{Multigrid, MultigridParams};
+use fe_grid::multigrid::MultigridParams;
 use fe_grid::{
     Assembly, CgParams, CgScratch, Data, Field, Grid, InverseDeformation, LinearOperator,
     ScalarField, conjugate_gradient, vector,
 };
-use hyperelastic::{Corotational, FoldBarrier};
+use hyperelastic::{Corotational, CorotationalMultigrid, CorotationalOperator, FoldBarrier};
 use levelset::{Arctan, Compact, LevelsetError, Step, signed_distance};
 
 /// Longest step, in cells.
@@ -198,10 +198,8 @@ fn force<const D: usize>(
 
 /// The fluid of one state.
 struct Fluid<const D: usize> {
-    grid: Grid<D>,
-    law: Corotational<D>,
-    cells: Vec<Vec<f64>>,
-    cycle: Multigrid<f32, Corotational<D>, D, D>,
+    operator: CorotationalOperator<D>,
+    cycle: CorotationalMultigrid<D>,
 }
 
 impl<const D: usize> Fluid<D> {
@@ -215,16 +213,14 @@ impl<const D: usize> Fluid<D> {
         for i in 0..D {
             cells[Corotational::<D>::mass_entry(i, i)].fill(MASS as f32);
         }
-        let cycle = Multigrid::new(grid, &law, cells.clone(), MultigridParams::default())?;
-        let cells = cells
+        let exact = cells
             .iter()
             .map(|c| c.iter().map(|&x| f64::from(x)).collect())
             .collect();
+        let params = MultigridParams::default();
         Ok(Self {
-            grid,
-            law,
-            cells,
-            cycle,
+            operator: CorotationalOperator::new(grid, law, exact),
+            cycle: CorotationalMultigrid::new(grid, law, cells, params)?,
         })
     }
 
@@ -239,7 +235,7 @@ impl<const D: usize> Fluid<D> {
         };
         let mut scratch = CgScratch::default();
         conjugate_gradient(
-            self,
+            &self.operator,
             &self.cycle,
             &against,
             &mut velocity,
@@ -252,23 +248,8 @@ impl<const D: usize> Fluid<D> {
     /// The length of a small motion: the root of its energy.
     fn length(&self, displacement: &[f64]) -> f64 {
         let mut image = vec![0.0; displacement.len()];
-        self.apply_into(displacement, &mut image);
+        self.operator.apply_into(displacement, &mut image);
         (0.5 * vector::dot(displacement, &image)).max(0.0).sqrt()
-    }
-}
-
-impl<const D: usize> LinearOperator for Fluid<D> {
-    fn dim(&self) -> usize {
-        D * self.grid.n_nodes()
-    }
-
-    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        let cells: Vec<&[f64]> = self.cells.iter().map(Vec::as_slice).collect();
-        let data = Data {
-            coefficients: &[],
-            cells: &cells,
-        };
-        Assembly::new(self.grid, &self.law, data).hessian_action_into(x, x, y);
     }
 }
 

@@ -16,9 +16,9 @@ use super::transport::Transport;
 use crate::metric::{ElasticForm, MatchedLevel, corotational};
 use crate::shape::KnownEnds;
 use fe_grid::composition::{Interpolant, Outside};
-use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
+use fe_grid::multigrid::{MultigridParams, WorkSpace};
 use fe_grid::{Grid, GridError, LinearOperator, parallel, vector};
-use hyperelastic::{Corotational, FoldBarrier, LameModuli};
+use hyperelastic::{Corotational, CorotationalMultigrid, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 
 /// A mass, relative to the stiffness, that holds inner shapes against rigid motions, to which the
@@ -43,14 +43,12 @@ pub(crate) struct MetricParts<'a, const D: usize> {
     pub layout: Layout<D>,
 }
 
-type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
-
 /// The inverse metric.
 pub(crate) struct LevelSetMetric<const D: usize> {
     layout: Layout<D>,
     transport: Transport<D>,
-    elastic: Vec<Cycle<D>>,
-    matched: Vec<Cycle<D>>,
+    elastic: Vec<CorotationalMultigrid<D>>,
+    matched: Vec<CorotationalMultigrid<D>>,
     residual: Residual<D>,
 }
 
@@ -87,7 +85,7 @@ impl<const D: usize> LevelSetMetric<D> {
                     cells[Corotational::<D>::mass_entry(i, i)].fill(GAUGE_MASS * steps as f32);
                 }
             }
-            let cycle = Multigrid::new(grid, &law, cells, MultigridParams::default())?;
+            let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };
         let matched = parallel::try_map(1..=steps, &|k| make(k, parts.match_weight));

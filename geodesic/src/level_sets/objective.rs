@@ -6,7 +6,7 @@ use crate::area::BoundaryArea;
 use crate::cells::{self, ObjectWeights, solid_cells};
 use crate::descent::fold_barrier;
 use crate::error::GeodesicError;
-use crate::laws::{Kind, StepTerm, value_or_gradient};
+use crate::laws::{Kind, StepTerm};
 use crate::matching::{MatchWeights, StepMatch};
 use crate::params::GeodesicParams;
 use crate::shape::KnownEnds;
@@ -280,10 +280,9 @@ impl<const D: usize> LevelSetObjective<D> {
             return Ok(0.0);
         }
         let law = fold_barrier(&self.params);
-        let assembly = Assembly::<_, f64, D, D>::new(self.grid, &law, Data::default());
         let range = self.layout.displacement(k);
         let part = part(gradient, &range);
-        value_or_gradient(&assembly, &x[range], 1.0, part)
+        law.value_or_gradient_add(&self.grid, &x[range], part)
     }
 
     fn add_area(
@@ -301,7 +300,7 @@ impl<const D: usize> LevelSetObjective<D> {
         let range = self.layout.level_set(k, component);
         let part = part(gradient, &range);
         let weight = self.params.area_weight / self.layout.steps as f64;
-        value_or_gradient(&assembly, &x[range], weight, part)
+        assembly.value_or_gradient_add(&x[range], weight, part)
     }
 
     fn add_match(
@@ -330,10 +329,10 @@ impl<const D: usize> LevelSetObjective<D> {
         // Components are a constant of the type: one more than the dimension.
         let mismatch = if D == 2 {
             let assembly = Assembly::<_, f64, D, 3>::new(self.grid, &law, Data::default());
-            value_or_gradient(&assembly, state, weight, by_state)
+            assembly.value_or_gradient_add(state, weight, by_state)
         } else {
             let assembly = Assembly::<_, f64, D, 4>::new(self.grid, &law, Data::default());
-            value_or_gradient(&assembly, state, weight, by_state)
+            assembly.value_or_gradient_add(state, weight, by_state)
         }?;
         if wanted {
             vector::axpy(1.0, &self.pair_gradient[..n], &mut gradient[before.clone()]);

@@ -1,0 +1,118 @@
+//! The operator of a corotational form and one multigrid cycle on it. Their kernels are compiled here
+//! for both dimensions, once.
+
+use crate::corotational::Corotational;
+use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
+use fe_grid::{Assembly, Data, Grid, GridError, LinearOperator, compiled_once};
+
+/// The operator of a [`Corotational`] form on the nodal displacements of a grid.
+#[derive(Clone, Debug)]
+pub struct CorotationalOperator<const D: usize> {
+    grid: Grid<D>,
+    law: Corotational<D>,
+    cells: Vec<Vec<f64>>,
+}
+
+impl<const D: usize> CorotationalOperator<D> {
+    /// The operator for data per cell.
+    ///
+    /// # Panics
+    /// When it is applied, if there are not as many data as the form reads, or one has the wrong
+    /// length.
+    pub fn new(grid: Grid<D>, law: Corotational<D>, cells: Vec<Vec<f64>>) -> Self {
+        Self { grid, law, cells }
+    }
+}
+
+impl<const D: usize> LinearOperator for CorotationalOperator<D> {
+    fn dim(&self) -> usize {
+        D * self.grid.n_nodes()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        apply_operator(self, x, y);
+    }
+}
+
+compiled_once! {
+    /// `y = A x`.
+    fn apply_operator<'a, D>(
+        operator: &'a CorotationalOperator<D>,
+        x: &'a [f64],
+        y: &'a mut [f64],
+    ) = apply_operator_in;
+}
+
+fn apply_operator_in<const D: usize>(operator: &CorotationalOperator<D>, x: &[f64], y: &mut [f64]) {
+    let cells: Vec<&[f64]> = operator.cells.iter().map(Vec::as_slice).collect();
+    let data = Data {
+        coefficients: &[],
+        cells: &cells,
+    };
+    // The form is quadratic: the state does not matter.
+    Assembly::new(operator.grid, &operator.law, data).hessian_action_into(x, x, y);
+}
+
+/// One multigrid cycle on a [`Corotational`] form, as a linear operator: an approximate inverse.
+pub struct CorotationalMultigrid<const D: usize>(Multigrid<f32, Corotational<D>, D, D>);
+
+impl<const D: usize> CorotationalMultigrid<D> {
+    /// Builds the levels for data per cell on the finest grid; see [`Multigrid::new`].
+    ///
+    /// # Errors
+    /// [`GridError::NotPositiveDefinite`] where the form is not.
+    ///
+    /// # Panics
+    /// If there are not as many data as the form reads, or one has the wrong length.
+    pub fn new(
+        grid: Grid<D>,
+        law: Corotational<D>,
+        cells: Vec<Vec<f32>>,
+        params: MultigridParams,
+    ) -> Result<Self, GridError> {
+        new_cycle(grid, law, cells, params).map(Self)
+    }
+
+    /// The same with work space that is shared.
+    pub fn with_work_space(self, work_space: WorkSpace<f32>) -> Self {
+        Self(self.0.with_work_space(work_space))
+    }
+}
+
+impl<const D: usize> LinearOperator for CorotationalMultigrid<D> {
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+
+    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        apply_cycle(&self.0, x, y);
+    }
+}
+
+compiled_once! {
+    /// The levels of a cycle.
+    fn new_cycle<'a, D>(
+        grid: Grid<D>,
+        law: Corotational<D>,
+        cells: Vec<Vec<f32>>,
+        params: MultigridParams,
+    ) -> Result<Multigrid<f32, Corotational<D>, D, D>, GridError> = new_cycle_in;
+}
+
+fn new_cycle_in<const D: usize>(
+    grid: Grid<D>,
+    law: Corotational<D>,
+    cells: Vec<Vec<f32>>,
+    params: MultigridParams,
+) -> Result<Multigrid<f32, Corotational<D>, D, D>, GridError> {
+    Multigrid::new(grid, &law, cells, params)
+}
+
+compiled_once! {
+    /// One cycle.
+    fn apply_cycle<'a, D>(
+        cycle: &'a Multigrid<f32, Corotational<D>, D, D>,
+        x: &'a [f64],
+        y: &'a mut [f64],
+    ) = LinearOperator::apply_into;
+}
