@@ -186,10 +186,16 @@ impl AverageConfig {
     ///
     /// # Errors
     /// [`CliError`] for weights of another number, below zero, or that do not add up to one.
-    pub(super) fn weights(&self) -> Result<Vec<f64>, CliError> {
+    pub(crate) fn weights(&self) -> Result<Vec<f64>, CliError> {
         let shapes = self.inputs.len();
-        let Some(given) = &self.params.weights else {
-            return Ok(vec![1.0 / shapes as f64; shapes]);
+        let equal = vec![1.0 / shapes as f64; shapes];
+        let Some(given) = self
+            .params
+            .weights
+            .as_ref()
+            .filter(|given| **given != equal)
+        else {
+            return Ok(equal);
         };
         if given.len() != shapes {
             return Err(CliError::WeightCount {
@@ -207,9 +213,8 @@ impl AverageConfig {
         }
         let sum: f64 = given.iter().sum();
         let normalised = given.iter().map(|w| w / sum);
-        let distance = (sum - 1.0).abs();
         // Weights typed with six digits, such as .333333 three times, are meant to add up to 1.
-        if distance > 1e-5 {
+        if (sum - 1.0).abs() > 1e-5 {
             return Err(CliError::WeightSum {
                 sum,
                 normalised: if sum > 0.0 {
@@ -219,12 +224,7 @@ impl AverageConfig {
                 },
             });
         }
-        // Weights that add up to 1 but for rounding stay as they are: so they do when read again.
-        Ok(if distance > 1e-12 {
-            normalised.collect()
-        } else {
-            given.clone()
-        })
+        Ok(normalised.collect())
     }
 }
 
@@ -260,7 +260,9 @@ mod tests {
         assert_eq!(weights(&[0.25, 0.75], 2).unwrap(), [0.25, 0.75]);
         let thirds = weights(&[0.333333; 3], 3).unwrap();
         assert!((thirds.iter().sum::<f64>() - 1.0).abs() < 1e-15);
-        assert_eq!(weights(&thirds, 3).unwrap(), thirds);
+        // Their sum is not one, but they are what they are.
+        let sixths = [1.0 / 6.0; 6];
+        assert_eq!(weights(&sixths, 6).unwrap(), sixths);
         assert!(matches!(
             weights(&[1.0], 2),
             Err(CliError::WeightCount { .. })

@@ -19,7 +19,7 @@ mod write;
 
 use std::time::Instant;
 
-use shape_average::{AverageResult, MemoryEstimate, average_from};
+use shape_average::{AverageParams, AverageResult, MemoryEstimate, average_from};
 
 use crate::error::{CliError, Exit};
 use crate::input::Image;
@@ -108,13 +108,16 @@ where
     // A folder that cannot be written to is better known before the computation than after it.
     ResultDir::create(output).map(drop)?;
     let (grid, config) = (plan.placed.grid, plan.config);
-    let mut params = config.params.clone();
+    let weights = config.weights()?;
+    let leads = weights.iter().map(|w| *w > 0.0).collect();
+    let mut params = AverageParams {
+        weights: Some(weights),
+        ..config.params.clone()
+    };
     let n = plan.placed.images.len();
     let memory = provide(&mut params, n, !plan.views.is_empty(), grid, run, progress)?;
     let grids = grid.hierarchy(params.coarsest_nodes);
     let watch = Watch::new(progress, interrupt, level_nodes(&grids));
-    let weights = params.resolved_weights(n);
-    let leads = weights.iter().map(|w| *w > 0.0).collect();
     let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
     let start_of = config.start.as_deref();
     let (mut keeper, known) = begin(start_of, run, fingerprint, grids, leads, watch)?;

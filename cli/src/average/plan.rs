@@ -69,7 +69,8 @@ pub(super) fn plan_images<const D: usize>(
     check_law::<D>(&config.params.law)?;
     let placed = Placed::new(images, &mut config.masks)?;
     if config.sweep.is_none() {
-        config.params.weights = Some(config.weights()?);
+        let weights = config.weights()?;
+        config.params.weights.get_or_insert(weights);
     }
     config.params.length_weight = Some(config.params.resolved_length_weight());
     Ok(AveragePlan {

@@ -112,7 +112,7 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
     }
     let first = record.input.first();
     let first = first.ok_or_else(|| unfit("it does not say where its inputs lie".into()))?;
-    let weights = config.params.resolved_weights(n);
+    let weights = config.weights()?;
     let params = AverageParams {
         void_stiffness: delta,
         weights: None,
