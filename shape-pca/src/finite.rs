@@ -15,14 +15,14 @@
 use crate::average::Average;
 use crate::compound::{Source, evaluate};
 use crate::error::PcaError;
-use crate::operator::Compound;
+use crate::operator::{Compound, multiply};
 use fe_grid::minimise::{
     Evaluation, Info, Minimiser, NewtonCgParams, Objective, SecondOrder, Silent, Stopping,
 };
 use fe_grid::pullback::{Derivatives, Pullback};
 use fe_grid::stencil::BlockStencil;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Field, GridError, LinearOperator, VectorField};
+use fe_grid::{Field, GridError, VectorField};
 
 /// The nonlinear elastic problem of an average.
 pub struct Finite<'a, const D: usize> {
@@ -195,7 +195,7 @@ impl<const D: usize> SecondOrder for Loaded<'_, D> {
             self.update_metric(w)?;
         }
         match &self.hessian {
-            Some(matrix) => matrix.apply_into(direction, out),
+            Some(matrix) => multiply(matrix, direction, out),
             None => out.fill(0.0),
         }
         self.problem.compound.rigid().balance(out);

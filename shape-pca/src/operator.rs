@@ -9,7 +9,7 @@ use crate::rigid::RigidMotions;
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::pullback::Derivatives;
 use fe_grid::stencil::BlockStencil;
-use fe_grid::{Field, Grid, LinearOperator, VectorField};
+use fe_grid::{Field, Grid, LinearOperator, VectorField, compiled_once};
 use hyperelastic::{CompiledLaw, Corotational, CorotationalMultigrid, LameModuli};
 
 /// Share of the void's stiffness that keeps the preconditioner definite: rigid motions cost
@@ -103,7 +103,7 @@ impl<const D: usize> Compound<D> {
     /// `K u`.
     pub fn apply(&self, u: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; u.len()];
-        self.stiffness.apply_into(u, &mut product);
+        multiply(&self.stiffness, u, &mut product);
         product
     }
 
@@ -136,7 +136,7 @@ impl<const D: usize> Compound<D> {
         self.rigid.balance(&mut balanced);
         let (mut u, report) = krylov::solve(
             |x, y| {
-                self.stiffness.apply_into(x, y);
+                multiply(&self.stiffness, x, y);
                 self.rigid.balance(y);
             },
             |x, y| self.precondition_into(x, y),
@@ -155,6 +155,15 @@ impl<const D: usize> Compound<D> {
         self.cycle.apply_into(&balanced, out);
         self.rigid.constrain(out);
     }
+}
+
+compiled_once! {
+    /// A matrix times a vector.
+    pub(crate) fn multiply<'a, D>(
+        matrix: &'a BlockStencil<D, D>,
+        x: &'a [f64],
+        y: &'a mut [f64],
+    ) = LinearOperator::apply_into;
 }
 
 /// The cycle for linear elasticity of the mean stiffness of every cell.

@@ -1,6 +1,6 @@
 //! The `L^2` product on an object.
 
-use fe_grid::{Assembly, CellLaw, Data, Jet, Lane, Point, Reads, ScalarField};
+use fe_grid::{Assembly, CellLaw, Data, Jet, Lane, Point, Reads, ScalarField, compiled_once};
 
 /// `chi/2 |u|^2`, whose Hessian is the mass matrix of the object.
 #[derive(Clone, Copy, Debug)]
@@ -44,11 +44,18 @@ impl<const D: usize> CellLaw<D, D> for ObjectMass {
     }
 }
 
-/// `M_O u`, such that `v . M_O u = int chi u . v` for the indicator `chi` of an object.
-///
-/// # Panics
-/// If the displacement does not fit the grid.
-pub fn object_product<const D: usize>(object: &ScalarField<f64, D>, u: &[f64]) -> Vec<f64> {
+compiled_once! {
+    /// `M_O u`, such that `v . M_O u = int chi u . v` for the indicator `chi` of an object.
+    ///
+    /// # Panics
+    /// If the displacement does not fit the grid.
+    pub fn object_product<'a, D>(
+        object: &'a ScalarField<f64, D>,
+        u: &'a [f64],
+    ) -> Vec<f64> = object_product_in;
+}
+
+fn object_product_in<const D: usize>(object: &ScalarField<f64, D>, u: &[f64]) -> Vec<f64> {
     let coefficients = [object.as_slice()];
     let data = Data {
         coefficients: &coefficients,

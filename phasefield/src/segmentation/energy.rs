@@ -1,7 +1,7 @@
 //! The density of the energy, for the pair `(u, v)` of an image and a phase field.
 
 use super::params::Weights;
-use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, Jet, Lane, Point, Reads};
+use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, Jet, Lane, Point, Reads, compiled_once};
 use serde::Serialize;
 
 /// The density `alpha (u - u0)^2 + beta (v^2 + k) |grad u|^2 + nu (eps |grad v|^2 + (v - 1)^2 /
@@ -43,6 +43,15 @@ impl AmbrosioTortorelli {
         image: &[f64],
         state: &[f64],
     ) -> Result<SegmentationEnergy, GridError> {
+        terms(self, grid, image, state)
+    }
+
+    fn terms_in<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        image: &[f64],
+        state: &[f64],
+    ) -> Result<SegmentationEnergy, GridError> {
         let coefficients = [image];
         let data = Data {
             coefficients: &coefficients,
@@ -78,6 +87,15 @@ impl AmbrosioTortorelli {
             edges,
         })
     }
+}
+
+compiled_once! {
+    fn terms<'a, D>(
+        law: &'a AmbrosioTortorelli,
+        grid: &'a Grid<D>,
+        image: &'a [f64],
+        state: &'a [f64],
+    ) -> Result<SegmentationEnergy, GridError> = AmbrosioTortorelli::terms_in;
 }
 
 impl Reads for AmbrosioTortorelli {

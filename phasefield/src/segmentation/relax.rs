@@ -5,8 +5,8 @@ use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::{Multigrid, MultigridParams};
 use fe_grid::operators::WeightedMassStiffness;
 use fe_grid::{
-    Assembly, CellLaw, CellProbe, CgParams, CgScratch, Data, Grid, Jet, Lane, LinearOperator,
-    Point, Reads, conjugate_gradient, probe_cells, vector,
+    Assembly, CellLaw, CellProbe, CgParams, CgScratch, Data, Grid, GridError, Jet, Lane,
+    LinearOperator, Point, Reads, compiled_once, conjugate_gradient, probe_cells, vector,
 };
 use std::sync::{Mutex, PoisonError};
 
@@ -63,30 +63,46 @@ pub fn relax<F: CellLaw<D, 2>, const D: usize>(
         part: part as usize,
     };
     let cells: Vec<Vec<f64>> = probe_cells(grid, &probe, data, state);
-    let cycle: Multigrid<f64, WeightedMassStiffness, D, 1> = Multigrid::new(
-        *grid,
-        &WeightedMassStiffness,
-        cells,
-        MultigridParams::default(),
-    )?;
     let block = Block {
         assembly,
         state,
         part: part as usize,
         room: Mutex::new([vec![0.0; 2 * n], gradient]),
     };
+    let mut step = vec![0.0; n];
+    let iterations = solve(grid, cells, &block, &rhs, &mut step)?;
+    vector::axpy(1.0, &step, &mut state[own]);
+    Ok(Relaxation { energy, iterations })
+}
+
+compiled_once! {
+    /// Solves one system, preconditioned by a multigrid cycle for the mass and stiffness of the
+    /// cells, and gives the number of iterations.
+    fn solve<'a, D>(
+        grid: &'a Grid<D>,
+        cells: Vec<Vec<f64>>,
+        system: &'a dyn LinearOperator,
+        rhs: &'a [f64],
+        step: &'a mut [f64],
+    ) -> Result<usize, GridError> = solve_in;
+}
+
+fn solve_in<const D: usize>(
+    grid: &Grid<D>,
+    cells: Vec<Vec<f64>>,
+    system: &dyn LinearOperator,
+    rhs: &[f64],
+    step: &mut [f64],
+) -> Result<usize, GridError> {
+    let params = MultigridParams::default();
+    let cycle = Multigrid::<_, _, D, 1>::new(*grid, &WeightedMassStiffness, cells, params)?;
     let params = CgParams {
         relative_tolerance: SYSTEM_TOLERANCE,
         ..CgParams::default()
     };
-    let mut step = vec![0.0; n];
     let mut scratch = CgScratch::default();
-    let info = conjugate_gradient(&block, &cycle, &rhs, &mut step, &params, &mut scratch)?;
-    vector::axpy(1.0, &step, &mut state[own]);
-    Ok(Relaxation {
-        energy,
-        iterations: info.iterations,
-    })
+    let info = conjugate_gradient(system, &cycle, rhs, step, &params, &mut scratch)?;
+    Ok(info.iterations)
 }
 
 /// The second derivative by one field.
