@@ -1,37 +1,29 @@
-//! Tables in Markdown.
+//! Tables of measurements in Markdown.
 
 use std::fmt;
 
+use shapespace_report::table;
+
 /// Rows of cells under a heading.
-pub struct Table {
-    rows: Vec<Vec<String>>,
-}
+pub struct Table(table::Table);
 
 impl Table {
     /// A table with these columns.
     pub fn new<const N: usize>(columns: [&str; N]) -> Self {
-        Self {
-            rows: vec![columns.map(String::from).to_vec()],
-        }
+        Self(table::Table::new(columns))
     }
 
     /// Adds a row; said on the error stream at once, as the rest may take its time.
     pub fn row(&mut self, cells: impl Into<Vec<String>>) {
         let cells = cells.into();
         eprintln!("  {}", cells.join(" | "));
-        self.rows.push(cells);
+        self.0.texts(cells);
     }
 }
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (i, row) in self.rows.iter().enumerate() {
-            writeln!(f, "| {} |", row.join(" | "))?;
-            if i == 0 {
-                writeln!(f, "|{}", "---|".repeat(row.len()))?;
-            }
-        }
-        Ok(())
+        f.write_str(&self.0.markdown())
     }
 }
 

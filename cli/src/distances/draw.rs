@@ -6,7 +6,7 @@ use super::Outcome;
 use super::study::Completed;
 use crate::picture::{
     Bounds, Canvas, Colour, Curve, HeatMap, Key, Paint, ScatterPlot, TreeChart, View, WHITE,
-    Window, colour, mix,
+    Window, colour, mix, solid,
 };
 use crate::shapes::{Input, curves, surface, triangles};
 
@@ -55,8 +55,7 @@ impl Draw<3> for Pictures {
         });
         let bounds = Bounds::seen(view, surfaces.iter().copied());
         parallel::map(surfaces.iter().zip(colours), &|(surface, colour)| {
-            let bright = colour.map(|c| (1.1 * c + 0.12).min(1.0));
-            surface.render(view, bounds, Paint::Plain(bright), side)
+            surface.render(view, bounds, Paint::Plain(solid(*colour)), side)
         })
     }
 }
@@ -64,8 +63,8 @@ impl Draw<3> for Pictures {
 /// What all pictures have in common.
 pub(super) struct Sheets {
     names: Vec<String>,
-    /// Of each shape: that of its class, or of its cluster where there are none.
-    colours: Vec<Colour>,
+    /// Of each shape: its class, or its cluster where there are no classes.
+    groups: Vec<usize>,
     key: Vec<Key>,
     small: Vec<Canvas>,
     large: Vec<Canvas>,
@@ -85,18 +84,18 @@ impl Sheets {
             names
                 .map(|(i, name)| Key {
                     name: name.clone(),
-                    colour: colour(i),
+                    category: i,
                 })
                 .collect()
         });
         let colours: Vec<Colour> = groups.iter().map(|&group| colour(group)).collect();
-        let groups = outcome.study.groups.as_ref();
-        let side = groups.map_or(SMALL, |g| ScatterPlot::mark_side(&g.refined.points));
+        let embedded = outcome.study.groups.as_ref();
+        let side = embedded.map_or(SMALL, |g| ScatterPlot::mark_side(&g.refined.points));
         Self {
             names: outcome.inputs.iter().map(|i| i.name.clone()).collect(),
             small: P::marks(&outcome.inputs, &colours, SMALL),
             large: P::marks(&outcome.inputs, &colours, side),
-            colours,
+            groups,
             key: key.unwrap_or_default(),
         }
     }
@@ -112,7 +111,7 @@ impl Sheets {
         let matrix = HeatMap {
             names: &self.names,
             marks: &self.small,
-            colours: &self.colours,
+            groups: &self.groups,
             order: &order,
             value: &known,
             title: "distance L",
@@ -126,6 +125,7 @@ impl Sheets {
                 points: &groups.refined.points,
                 marks: &self.large,
                 names: &self.names,
+                groups: &self.groups,
                 key: &self.key,
                 title: &format!(
                     "stress {:.3}, {:.2} of the variance in classical scaling",
@@ -148,7 +148,7 @@ impl Sheets {
         TreeChart {
             names: &self.names,
             marks: &self.small,
-            colours: &self.colours,
+            groups: &self.groups,
             order: completed.tree.order(),
             merges: &merges,
             labels: &completed.labels,

@@ -1,12 +1,14 @@
 //! The files of a result directory.
 
+use shapespace_report::table::{Table, exact, exact_or_empty};
+
 use super::Outcome;
 use super::draw::{Draw, Pictures, Sheets};
 use super::record::{Record, record};
 use super::study::Distances;
 use crate::error::CliError;
-use crate::output::WorkDir;
-use crate::output::matrix::{write_lines, write_matrix_array, write_matrix_table};
+use crate::output::matrix::{write_matrix_array, write_matrix_table};
+use crate::output::{WorkDir, write_text};
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
@@ -48,29 +50,29 @@ fn write_tables<const D: usize>(
     write_matrix_array(&directory.file("distances.npy"), names.len(), |i, j| {
         entry(&study.distances, i, j)
     })?;
-    let number = |value: Option<f64>| value.map_or_else(String::new, |v| format!("{v:e}"));
-    let lines: Vec<Vec<String>> = record
-        .body
-        .paths
-        .iter()
-        .map(|path| {
-            vec![
-                names[path.start].clone(),
-                names[path.end].clone(),
-                number(path.length),
-                number(path.half_length),
-                number(path.elastic),
-                number(Some(path.dice_end)),
-                path.status.clone(),
-                number(Some(path.seconds)),
-            ]
-        })
-        .collect();
-    write_lines(
-        &directory.file("paths.csv"),
-        "start,end,length,half_length,elastic,dice_end,status,seconds",
-        &lines,
-    )?;
+    let mut table = Table::new([
+        "start",
+        "end",
+        "length",
+        "half_length",
+        "elastic",
+        "dice_end",
+        "status",
+        "seconds",
+    ]);
+    for path in &record.body.paths {
+        table.texts([
+            names[path.start].clone(),
+            names[path.end].clone(),
+            exact_or_empty(path.length),
+            exact_or_empty(path.half_length),
+            exact_or_empty(path.elastic),
+            exact(path.dice_end),
+            path.status.clone(),
+            exact(path.seconds),
+        ]);
+    }
+    write_text(&directory.file("paths.csv"), &table.csv())?;
     write_embedding(directory, outcome, &names)
 }
 
@@ -83,21 +85,22 @@ fn write_embedding<const D: usize>(
     let (Some(groups), Some(completed)) = (&study.groups, &study.distances.completed) else {
         return Ok(());
     };
-    let lines: Vec<Vec<String>> = names
-        .iter()
-        .enumerate()
-        .map(|(i, name)| {
-            let classes = outcome.classes.as_ref();
-            let class = classes.map_or("", |c| c.names[c.of_input[i]].as_str());
-            let [x, y] = groups.refined.points[i];
-            let [u, v] = groups.classical.points[i];
-            let numbers = [x, y, u, v].map(|number| format!("{number:e}"));
-            [name.clone(), class.into(), completed.labels[i].to_string()]
-                .into_iter()
-                .chain(numbers)
-                .collect()
-        })
-        .collect();
-    let head = "name,class,cluster,x,y,classical_x,classical_y";
-    Ok(write_lines(&directory.file("embedding.csv"), head, &lines)?)
+    let mut table = Table::new([
+        "name",
+        "class",
+        "cluster",
+        "x",
+        "y",
+        "classical_x",
+        "classical_y",
+    ]);
+    for (i, name) in names.iter().enumerate() {
+        let classes = outcome.classes.as_ref();
+        let class = classes.map_or("", |c| c.names[c.of_input[i]].as_str());
+        let [x, y] = groups.refined.points[i];
+        let [u, v] = groups.classical.points[i];
+        let words = [name.clone(), class.into(), completed.labels[i].to_string()];
+        table.texts(words.into_iter().chain([x, y, u, v].map(exact)));
+    }
+    Ok(write_text(&directory.file("embedding.csv"), &table.csv())?)
 }

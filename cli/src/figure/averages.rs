@@ -5,9 +5,10 @@ use fe_grid::ScalarField;
 use hyperelastic::LameModuli;
 use levelset::Contour;
 use shape_average::{AverageParams, AverageResult, Mean};
+use shapespace_report::table::{Cell, Table};
 
 use super::scene::{Scene, apart, outline};
-use super::sheet::{Cell, Sheet, Table, Tiles};
+use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
 /// What every average tells of itself.
@@ -49,7 +50,7 @@ pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, Cli
     let shapes = scene.n_shapes().min(3);
     let given = &scene.distances[..shapes];
     let names = ["first weight", "second weight", "third weight"];
-    let mut table = Table::new(&columns(&names[..shapes], &["distance to the first shape"]));
+    let mut table = Table::new(columns(&names[..shapes], &["distance to the first shape"]));
     let mut tiles = Tiles::new(&scene.grid(), SIDE);
     let first = levelset::contour(&given[0], 0.0, levelset::BoxEdge::Closed)
         .map_err(shape_average::AverageError::from)?;
@@ -99,7 +100,7 @@ pub(super) fn median<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
         params.mean = Mean::Median;
     })?;
     let truth = outline(&alone)?;
-    let mut table = Table::new(&columns(&["average"], &["distance to the clean mean"]));
+    let mut table = Table::new(columns(&["average"], &["distance to the clean mean"]));
     let mut tiles = Tiles::new(&scene.grid(), 4);
     tiles.shapes("shapes", &scene.distances, 0.0);
     for (label, result) in [
@@ -132,7 +133,7 @@ fn compared<const D: usize>(
     cases: &[(String, Cell)],
     change: impl Fn(usize, &mut AverageParams),
 ) -> Result<(Table, Tiles<D>, Vec<AverageResult<D>>), CliError> {
-    let mut table = Table::new(&columns(&[what], &["distance to the last"]));
+    let mut table = Table::new(columns(&[what], &["distance to the last"]));
     let mut tiles = Tiles::new(&scene.grid(), (cases.len() + 1).min(5));
     tiles.shapes("shapes", &scene.distances, 0.0);
     let mut results = Vec::new();
@@ -196,7 +197,6 @@ pub(super) fn stiffness<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, C
         .map(|(k, contour)| (contour, crate::picture::colour(k)))
         .collect();
     tiles.outlines("all three", &pairs);
-    table.columns.push("volume over the mean of the shapes");
     let volume = |field: &ScalarField<f64, D>, level| -> Result<f64, CliError> {
         let outline = levelset::contour(field, level, levelset::BoxEdge::Closed);
         let moments = outline.and_then(|outline| levelset::Moments::of_contour(&outline));
@@ -206,9 +206,12 @@ pub(super) fn stiffness<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, C
         scene.distances.iter().map(|d| volume(d, 0.0)).collect();
     let given = given?;
     let mean = given.iter().sum::<f64>() / given.len() as f64;
-    for (row, result) in table.rows.iter_mut().zip(&results) {
-        row.push((volume(&result.average_indicator, 0.5)? / mean).into());
-    }
+    let volumes: Result<Vec<f64>, CliError> = results
+        .iter()
+        .map(|result| volume(&result.average_indicator, 0.5))
+        .collect();
+    let shares = volumes?.into_iter().map(|volume| (volume / mean).into());
+    table.column("volume over the mean of the shapes", shares);
     Ok(Sheet {
         title: "Length stiffness against volume stiffness",
         text: "Where the shear modulus is large a material keeps lengths; where the first Lame modulus \
@@ -257,7 +260,7 @@ pub(super) fn adding_shapes<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
         outlines.push(outline(&result)?);
         cells.push(usual(&result));
     }
-    let mut table = Table::new(&columns(&["shapes"], &["distance to the last"]));
+    let mut table = Table::new(columns(&["shapes"], &["distance to the last"]));
     for ((count, usual), own) in counts.iter().zip(cells).zip(&outlines) {
         let mut row = vec![Cell::from(*count)];
         row.extend(usual);

@@ -1,10 +1,11 @@
 //! Deformations by large angles, and what they need.
 
 use shape_average::AverageParams;
+use shapespace_report::table::{Cell, Table};
 
 use super::averages::{columns, usual};
 use super::scene::{Scene, apart, outline};
-use super::sheet::{Cell, Sheet, Table, Tiles};
+use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
 /// How an average is reached.
@@ -39,7 +40,7 @@ pub(super) fn large_bends<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet,
         results.push(result);
     }
     let first = outline(&results[0])?;
-    let mut table = Table::new(&columns(
+    let mut table = Table::new(columns(
         &["way"],
         &["energy", "iterations", "distance to the first"],
     ));

@@ -5,10 +5,11 @@ use fe_grid::{Boundary, Grid, InverseDeformation, ScalarField, SpectralSolver};
 use levelset::Contour;
 use shape_average::{AverageResult, cauchy_stress_at_nodes};
 use shape_pca::{Average, Source, evaluate};
+use shapespace_report::table::{Cell, Table};
 
 use super::averages::{columns, usual};
 use super::scene::{Scene, outline};
-use super::sheet::{Cell, Sheet, Table, Tiles};
+use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 use crate::picture::{Canvas, INK, Slice, WHITE, colour, heat};
 
@@ -95,7 +96,7 @@ impl<const D: usize> Response<D> {
 
 /// Averages of growing mismatch weight on three grids, and a picture of the stresses.
 pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
-    let mut table = Table::new(&columns(
+    let mut table = Table::new(columns(
         &["nodes a side", "interface cells", "mismatch weight"],
         &["imbalance inside", "imbalance on the boundary"],
     ));

@@ -4,9 +4,10 @@ use fe_grid::pullback::Derivatives;
 use hyperelastic::{LawName, LawSpec};
 use shape_average::AverageResult;
 use shape_pca::{Average, evaluate};
+use shapespace_report::table::{Cell, Table};
 
 use super::scene::{Scene, apart, outline};
-use super::sheet::{Cell, Sheet, Table, Tiles};
+use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 use crate::picture::colour;
 
@@ -21,7 +22,7 @@ pub(super) fn inverse_model<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
     let average = |law: LawSpec| scene.average(&law.law.to_string(), |params| params.law = law);
     let (a, b) = (average(plain)?, average(inverse)?);
     let (contour_a, contour_b) = (outline(&a)?, outline(&b)?);
-    let mut table = Table::new(&[
+    let mut table = Table::new([
         "share of the displacements",
         "energy",
         "energy of the inverse model",

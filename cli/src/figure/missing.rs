@@ -1,10 +1,11 @@
 //! A part of one shape is hidden.
 
 use fe_grid::ScalarField;
+use shapespace_report::table::{Cell, Table};
 
 use super::averages::{columns, usual};
 use super::scene::{Scene, apart, outline};
-use super::sheet::{Cell, Sheet, Table, Tiles};
+use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
 /// The share of the first shape's extent along the first axis that is hidden.
@@ -38,7 +39,7 @@ pub(super) fn missing_parts<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
     let known = scene.average_of("hidden, and known to be", &partly, &seen, |_| ())?;
     let blind = scene.average_of("hidden, and not known to be", &partly, &[], |_| ())?;
     let truth = outline(&whole)?;
-    let mut table = Table::new(&columns(&["average"], &["distance to that of the whole"]));
+    let mut table = Table::new(columns(&["average"], &["distance to that of the whole"]));
     let mut tiles = Tiles::new(&grid, 4);
     tiles.shapes("shapes, the first cut", &partly, 0.0);
     for (label, result) in [

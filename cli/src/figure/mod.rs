@@ -21,6 +21,7 @@ use std::time::Instant;
 
 use hyperelastic::LawSpec;
 use serde::Serialize;
+use shapespace_report::table::Table;
 
 pub use args::{FigureArgs, FigureConfig, FigureName};
 
@@ -28,13 +29,13 @@ use crate::average::write_inputs;
 use crate::error::{CliError, Exit};
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::options::check_law;
-use crate::output::{OutputError, ResultDir, write_json};
+use crate::output::{ResultDir, write_json, write_text};
 use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::shapes::{Placed, prepare};
 use crate::watch::Interrupt;
 use scene::Scene;
-use sheet::{Sheet, Table};
+use sheet::Sheet;
 
 /// Everything in `result.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -168,15 +169,11 @@ fn made<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet,
     }
 }
 
-fn write_text(path: &Path, text: &str) -> Result<(), CliError> {
-    Ok(std::fs::write(path, text).map_err(OutputError::at(path))?)
-}
-
 fn print(sheet: &Sheet, target: &Path, seconds: f64) {
     let text = format!(
         "{}, {seconds:.1} s\n{}  results  {}\n  picture  {}\n",
         sheet.title,
-        sheet.table.words(),
+        sheet.table.aligned("  "),
         target.join("figure.md").display(),
         target.join("figure.png").display()
     );

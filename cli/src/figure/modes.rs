@@ -4,12 +4,13 @@ use fe_grid::VectorField;
 use levelset::Contour;
 use shape_average::{AverageParams, AverageResult};
 use shape_pca::{Average, Compound, Metric, Pca, PcaParams};
+use shapespace_report::table::{Cell, Table};
 
 use super::averages::{columns, materials, usual};
 use super::scene::{Scene, outline};
-use super::sheet::{Cell, Sheet, Table, Tiles};
+use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
-use crate::picture::{Colour, INK, colour, mix};
+use crate::picture::{INK, deviation, mix};
 
 /// Shapes of a mode, to both sides of the average.
 const COLUMNS: usize = 5;
@@ -57,7 +58,7 @@ pub(super) fn pins<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliErr
     tiles.end_row();
     draw(&mut tiles, KINDS[0].name, &outline(&result)?, &pca, &[]);
     let definite = if pca.definite() { "yes" } else { "no" };
-    let mut table = Table::new(&columns(
+    let mut table = Table::new(columns(
         &["first eigenvalue", "second ratio"],
         &["balance", "definite"],
     ));
@@ -85,7 +86,7 @@ fn balanced(params: &mut AverageParams) {
 
 /// Analyses of the same shapes.
 pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
-    let mut table = Table::new(&[
+    let mut table = Table::new([
         "material keeps",
         "analysis",
         "first eigenvalue",
@@ -189,7 +190,7 @@ fn draw<const D: usize>(
                 let u = space.fields[j].sample(p);
                 std::array::from_fn(|k| p[k] + factor * u[k])
             });
-            let own: Colour = mix(INK, colour(usize::from(share > 0.0)), share.abs() as f32);
+            let own = deviation(share);
             let words = if i == 0 {
                 format!("{label}, mode {}", j + 1)
             } else {

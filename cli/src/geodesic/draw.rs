@@ -8,8 +8,8 @@ use crate::error::CliError;
 use crate::output::stl::write_surface;
 use crate::output::{ResultDir, numbered};
 use crate::picture::{
-    Bounds, Canvas, Colour, Curve, FilmStrip, INK, Paint, View, WHITE, Window, colour, heat, mix,
-    tile_width,
+    Bounds, Canvas, Colour, Curve, FilmStrip, INK, Paint, View, Window, colour, course, heat,
+    solid, tile_width, tint,
 };
 use crate::shapes::{Input, SurfaceRecord, curves, in_input_coordinates, surface, triangles};
 
@@ -84,7 +84,7 @@ impl Draw<2> for Pictures {
         parallel::map(moments(path.steps()), &|(k, share)| {
             let mut canvas = window.canvas();
             // Both ends are seen faintly where the shape is not.
-            for (end, hue) in ends.iter().zip([along(0.0), along(1.0)]) {
+            for (end, hue) in ends.iter().zip([course(0.0), course(1.0)]) {
                 window.outline(&mut canvas, end, 1.0, tint(hue));
             }
             let outline = curves(&boundary(path, k, share));
@@ -250,22 +250,8 @@ fn boundary<const D: usize>(path: &Path<D>, k: usize, share: f64) -> Contour<D> 
     }
 }
 
-/// From the first colour of the palette to the second.
-fn along(time: f64) -> Colour {
-    mix(colour(0), colour(1), time as f32)
-}
-
 fn colour_at<const D: usize>(path: &Path<D>, k: usize, share: f64) -> Colour {
-    along((k as f64 + share) / path.steps().max(1) as f64)
-}
-
-/// The colour of a surface.
-fn solid(colour: Colour) -> Colour {
-    colour.map(|c| (1.1 * c + 0.12).min(1.0))
-}
-
-fn tint(colour: Colour) -> Colour {
-    mix(WHITE, colour, 0.3)
+    course((k as f64 + share) / path.steps().max(1) as f64)
 }
 
 /// What a density is divided by.

@@ -1,13 +1,12 @@
 //! The course of a minimisation as a plot, and the same numbers as a table.
 
-use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
-use super::OutputError;
-use super::plot::{Chart, Series, colour, stacked};
+use shapespace_report::chart::{Axis, Chart, Scale, Series};
+use shapespace_report::table::{Table, exact, exact_or_empty};
 
-const SIZE: (u32, u32) = (900, 760);
+use super::{OutputError, write_charts, write_text};
+
 /// Differences below this part of the energy are rounding, and are left out of the plot.
 const RESOLUTION: f64 = 1e-15;
 
@@ -38,25 +37,15 @@ pub fn write_energy_table(
     points: &[EnergyPoint],
     names: &[&str],
 ) -> Result<(), OutputError> {
-    let mut text = format!("nodes,iteration,evaluations,total,{}\n", names.join(","));
+    let counts = ["nodes", "iteration", "evaluations", "total"];
+    let mut table = Table::new(counts.iter().chain(names).copied());
     for p in points {
-        let part = |k: usize| {
-            let value = p.parts.as_ref().and_then(|parts| parts.get(k));
-            value.map_or_else(String::new, |value| format!("{value:e}"))
-        };
-        let parts: Vec<String> = (0..names.len()).map(part).collect();
-        // Writing into a string cannot fail.
-        let _ = writeln!(
-            text,
-            "{},{},{},{:e},{}",
-            p.nodes,
-            p.iteration,
-            p.evaluations,
-            p.total,
-            parts.join(",")
-        );
+        let counts = [p.nodes, p.iteration, p.evaluations].map(|count| count.to_string());
+        let part = |k: usize| p.parts.as_ref().and_then(|parts| parts.get(k).copied());
+        let parts = (0..names.len()).map(|k| exact_or_empty(part(k)));
+        table.texts(counts.into_iter().chain([exact(p.total)]).chain(parts));
     }
-    fs::write(path, text).map_err(OutputError::at(path))
+    write_text(path, &table.csv())
 }
 
 /// Writes `energy.svg`: above, for each level the energy less its last value there; below, the
@@ -69,26 +58,22 @@ pub fn write_energy_plot(
     points: &[EnergyPoint],
     names: &[&str],
 ) -> Result<(), OutputError> {
-    let text = energy_plot(points, names)
-        .map_err(|error| OutputError::at(path)(std::io::Error::other(error)))?;
-    fs::write(path, text).map_err(OutputError::at(path))
-}
-
-fn energy_plot(points: &[EnergyPoint], names: &[&str]) -> Result<String, String> {
     let chart = |title, series| Chart {
         title,
-        axis: "evaluations",
-        logarithmic: true,
+        across: Axis::counts("evaluations"),
+        up: Axis {
+            title: "",
+            scale: Scale::Logarithmic,
+            number: |y| format!("{y:.0e}"),
+        },
         series,
     };
     let (descents, parts) = (descents(points), parts(points, names));
-    stacked(
-        SIZE,
-        &[
-            chart("E - E_final on each level", &descents),
-            chart("parts of E", &parts),
-        ],
-    )
+    let charts = [
+        chart("E - E_final on each level", &descents),
+        chart("parts of E", &parts),
+    ];
+    write_charts(path, (900, 760), &charts)
 }
 
 /// For each level, in the order of the points, the energies less the last one.
@@ -98,28 +83,23 @@ fn descents(points: &[EnergyPoint]) -> Vec<Series> {
         .enumerate()
         .map(|(k, level)| {
             let last = level[level.len() - 1].total;
-            Series {
-                label: format!("{} nodes a side", level[0].nodes),
-                colour: colour(k),
-                points: level
-                    .iter()
-                    .map(|p| (p.evaluations as f64, p.total - last))
-                    .filter(|(_, difference)| *difference > RESOLUTION * last.abs())
-                    .collect(),
-            }
+            let points = level
+                .iter()
+                .map(|p| (p.evaluations as f64, p.total - last))
+                .filter(|(_, difference)| *difference > RESOLUTION * last.abs());
+            let name = format!("{} nodes a side", level[0].nodes);
+            Series::new(name, k, points.collect())
         })
         .collect()
 }
 
 fn parts(points: &[EnergyPoint], names: &[&str]) -> Vec<Series> {
-    let part = |(k, name): (usize, &&str)| Series {
-        label: (*name).to_owned(),
-        colour: colour(k),
-        points: points
+    let part = |(k, name): (usize, &&str)| {
+        let points = points
             .iter()
             .filter_map(|p| Some((p.evaluations as f64, *p.parts.as_ref()?.get(k)?)))
-            .filter(|(_, value)| *value > 0.0 && value.is_finite())
-            .collect(),
+            .filter(|(_, value)| *value > 0.0 && value.is_finite());
+        Series::new(*name, k, points.collect())
     };
     names.iter().enumerate().map(part).collect()
 }
@@ -127,6 +107,7 @@ fn parts(points: &[EnergyPoint], names: &[&str]) -> Vec<Series> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     const NAMES: [&str; 3] = ["elastic", "mismatch", "length"];
 
@@ -174,7 +155,9 @@ mod tests {
         assert!(!text.contains("NaN") && !text.contains("inf"));
         // Eight points of each of 4 grids below, three parts each; above, the last of each of 4
         // grids has no logarithm.
-        assert_eq!(text.matches("<circle").count(), 96 + 56);
+        let markers = text.matches("<circle").count() + text.matches("<polygon").count();
+        // Each of the seven lines has one in the legend, too.
+        assert_eq!(markers, 96 + 56 + 7);
         let rows = fs::read_to_string(&table).unwrap();
         assert_eq!(rows.lines().count(), 61);
         assert!(rows.lines().nth(2).unwrap().ends_with(",,,"));
@@ -192,7 +175,10 @@ mod tests {
 
     #[test]
     fn an_empty_or_flat_course_makes_a_plot_too() {
-        assert!(energy_plot(&[], &NAMES).is_ok());
-        assert!(energy_plot(&course()[..1], &NAMES).is_ok());
+        let place = tempfile::tempdir().unwrap();
+        for points in [&[], &course()[..1]] {
+            let path = place.path().join(format!("{}.svg", points.len()));
+            write_energy_plot(&path, points, &NAMES).unwrap();
+        }
     }
 }

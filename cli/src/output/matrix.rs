@@ -1,11 +1,11 @@
 //! Matrices of pairs and points of objects, as tables and arrays.
 
-use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
-use super::OutputError;
+use shapespace_report::table::{Table, exact_or_empty};
+
 use super::npy::write_array;
+use super::{OutputError, write_text};
 
 /// Writes a matrix with the names of its rows and columns; entries that do not exist are empty.
 ///
@@ -16,24 +16,12 @@ pub fn write_matrix_table(
     names: &[String],
     entry: impl Fn(usize, usize) -> Option<f64>,
 ) -> Result<(), OutputError> {
-    let mut text = String::new();
-    for name in names {
-        text.push(',');
-        text.push_str(&quoted(name));
-    }
-    text.push('\n');
+    let mut table = Table::new([""].into_iter().chain(names.iter().map(String::as_str)));
     for (i, name) in names.iter().enumerate() {
-        text.push_str(&quoted(name));
-        for j in 0..names.len() {
-            match entry(i, j) {
-                // Writing into a string cannot fail.
-                Some(value) => drop(write!(text, ",{value:e}")),
-                None => text.push(','),
-            }
-        }
-        text.push('\n');
+        let entries = (0..names.len()).map(|j| exact_or_empty(entry(i, j)));
+        table.texts([name.clone()].into_iter().chain(entries));
     }
-    fs::write(path, text).map_err(OutputError::at(path))
+    write_text(path, &table.csv())
 }
 
 /// Writes a square matrix as an array `(n, n)`; entries that do not exist are NaN.
@@ -49,32 +37,10 @@ pub fn write_matrix_array(
     write_array(path, &[n, n], values)
 }
 
-/// Writes lines of named columns. Text is quoted where it has to be.
-///
-/// # Errors
-/// [`OutputError::Unwritable`].
-pub fn write_lines(path: &Path, head: &str, lines: &[Vec<String>]) -> Result<(), OutputError> {
-    let mut text = format!("{head}\n");
-    for line in lines {
-        let cells: Vec<String> = line.iter().map(|cell| quoted(cell)).collect();
-        text.push_str(&cells.join(","));
-        text.push('\n');
-    }
-    fs::write(path, text).map_err(OutputError::at(path))
-}
-
-/// A cell of a table (RFC 4180).
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn names_and_entries_are_there() {

@@ -1,13 +1,11 @@
 //! Results out: a directory that appears as a whole or not at all, and the formats in it.
 
 pub mod apng;
-pub(crate) mod convergence;
 mod directory;
 pub mod energy;
 mod json;
 pub mod matrix;
 pub mod npy;
-pub(crate) mod plot;
 pub(crate) mod png;
 pub mod pvd;
 pub mod steps;
@@ -19,6 +17,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use fe_grid::Field;
+use shapespace_report::chart::{Chart, stacked};
 
 pub use directory::{ResultDir, write_new_file};
 pub use json::write_json;
@@ -93,6 +92,27 @@ impl OutputError {
             source,
         }
     }
+}
+
+/// Writes a file of text.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    std::fs::write(path, text).map_err(OutputError::at(path))
+}
+
+/// Writes charts of this size together, one above the other, as SVG.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub(crate) fn write_charts(
+    path: &Path,
+    size: (u32, u32),
+    charts: &[Chart<'_>],
+) -> Result<(), OutputError> {
+    let failed = |error| OutputError::at(path)(io::Error::other(error));
+    write_text(path, &stacked(size, charts).map_err(failed)?)
 }
 
 /// The name of a file that belongs to one of several shapes, `kind_000.npy` and so on.

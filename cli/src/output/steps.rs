@@ -1,13 +1,11 @@
 //! The steps of a path as a table and as plots.
 
-use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
-use super::OutputError;
-use super::plot::{Chart, Series, colour, stacked};
+use shapespace_report::chart::{Axis, Chart, Series};
+use shapespace_report::table::{Table, exact, exact_or_empty};
 
-const SIZE: (u32, u32) = (900, 840);
+use super::{OutputError, write_charts, write_text};
 
 /// What is known of every step and shape.
 #[derive(Clone, Copy, Debug)]
@@ -26,17 +24,20 @@ pub struct StepTable<'a> {
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub fn write_steps_table(path: &Path, table: &StepTable<'_>) -> Result<(), OutputError> {
-    let mut text = format!("shape,energy,length,{}\n", table.size);
+    let mut rows = Table::new(["shape", "energy", "length", table.size]);
     for (k, size) in table.sizes.iter().enumerate() {
         let step = k.checked_sub(1).and_then(|step| table.energies.get(step));
-        let step = step.map_or_else(
-            || ",".to_owned(),
-            |energy| format!("{energy:e},{:e}", energy.max(0.0).sqrt()),
+        let energy = step.copied();
+        let length = energy.map(|energy| energy.max(0.0).sqrt());
+        let step = [energy, length].map(exact_or_empty);
+        rows.texts(
+            [k.to_string()]
+                .into_iter()
+                .chain(step)
+                .chain([exact(*size)]),
         );
-        // Writing into a string cannot fail.
-        let _ = writeln!(text, "{k},{step},{size:e}");
     }
-    fs::write(path, text).map_err(OutputError::at(path))
+    write_text(path, &rows.csv())
 }
 
 /// Writes `steps.svg`: energies, lengths and sizes over the number of the step or shape.
@@ -44,18 +45,7 @@ pub fn write_steps_table(path: &Path, table: &StepTable<'_>) -> Result<(), Outpu
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub fn write_steps_plot(path: &Path, table: &StepTable<'_>) -> Result<(), OutputError> {
-    let text = plot(table).map_err(|error| OutputError::at(path)(std::io::Error::other(error)))?;
-    fs::write(path, text).map_err(OutputError::at(path))
-}
-
-fn plot(table: &StepTable<'_>) -> Result<String, String> {
-    let line = |k: usize, points: Vec<(f64, f64)>| {
-        [Series {
-            label: String::new(),
-            colour: colour(k),
-            points,
-        }]
-    };
+    let line = |k, points| [Series::new("", k, points)];
     let steps = |value: fn(f64) -> f64| {
         let numbered = table.energies.iter().enumerate();
         numbered
@@ -68,23 +58,23 @@ fn plot(table: &StepTable<'_>) -> Result<String, String> {
     let sizes = line(2, shapes.map(|(k, size)| (k as f64, *size)).collect());
     let chart = |title, axis, series| Chart {
         title,
-        axis,
-        logarithmic: false,
+        across: Axis::counts(axis),
+        up: Axis::linear(""),
         series,
     };
-    stacked(
-        SIZE,
-        &[
-            chart("energy of each step, W_k", "step", &energies),
-            chart("length of each step, sqrt W_k", "step", &lengths),
-            chart(&format!("{} of each shape", table.size), "shape", &sizes),
-        ],
-    )
+    let size = format!("{} of each shape", table.size);
+    let charts = [
+        chart("energy of each step, W_k", "step", &energies),
+        chart("length of each step, sqrt W_k", "step", &lengths),
+        chart(&size, "shape", &sizes),
+    ];
+    write_charts(path, (900, 840), &charts)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn every_step_and_shape_is_there() {
@@ -104,7 +94,8 @@ mod tests {
         assert_eq!(lines.len(), 4);
         write_steps_plot(&svg, &table).unwrap();
         let text = fs::read_to_string(&svg).unwrap();
-        assert_eq!(text.matches("<circle").count(), 2 + 2 + 3);
+        let markers = text.matches("<circle").count() + text.matches("<polygon").count();
+        assert_eq!(markers, 2 + 2 + 3);
         for word in ["area", "W_k", "sqrt"] {
             assert!(text.contains(word), "{word}");
         }
@@ -117,6 +108,7 @@ mod tests {
             sizes: &[0.0, 0.0],
             size: "volume",
         };
-        assert!(plot(&table).is_ok());
+        let place = tempfile::tempdir().unwrap();
+        write_steps_plot(&place.path().join("s.svg"), &table).unwrap();
     }
 }

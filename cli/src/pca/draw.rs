@@ -5,7 +5,7 @@ use levelset::Contour;
 
 use crate::error::CliError;
 use crate::geodesic::draw::{Draw, Pictures};
-use crate::picture::{Canvas, Colour, INK, Tiles, colour, mix};
+use crate::picture::{Canvas, Colour, Tiles, deviation};
 
 /// Most modes in the strip.
 const ROWS: usize = 5;
@@ -64,7 +64,10 @@ where
         let mut names = Vec::new();
         for j in 0..rows {
             for i in 0..COLUMNS {
-                shapes.push((self.shape(j, score(i)), hue(score(i) / self.amplitude)));
+                shapes.push((
+                    self.shape(j, score(i)),
+                    deviation(score(i) / self.amplitude),
+                ));
                 let ratio = self.eigenvalues[j] / self.eigenvalues[0];
                 names.push(if i == COLUMNS / 2 {
                     format!("mode {j}, ratio {ratio:.2}")
@@ -89,18 +92,12 @@ where
         let shapes: Vec<(Contour<D>, Colour)> = (0..FRAMES)
             .map(|i| {
                 let share = 2.0 * i as f64 / (FRAMES - 1) as f64 - 1.0;
-                (self.shape(j, share * self.amplitude), hue(share))
+                (self.shape(j, share * self.amplitude), deviation(share))
             })
             .collect();
         let pairs: Vec<(&Contour<D>, Colour)> = shapes.iter().map(|(s, c)| (s, *c)).collect();
         Pictures::portraits(&pairs)
     }
-}
-
-/// From one colour by the ink of the average to another.
-fn hue(share: f64) -> Colour {
-    let end = colour(usize::from(share > 0.0));
-    mix(INK, end, share.abs() as f32)
 }
 
 /// How many modes are drawn in motion.

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use shape_pca::{Metric, PcaParams};
+use shapespace_report::table::Table;
 
 use super::record::{Analysis, PcaRecord};
-use crate::output::OutputError;
+use crate::output::{self, OutputError};
 
 /// Most lines of a table.
 const ROWS: usize = 12;
@@ -22,7 +23,7 @@ pub(super) fn write_report<const D: usize>(
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write_text(&mut text, &record.body, &record.parameters.params);
-    std::fs::write(path, text).map_err(OutputError::at(path))
+    output::write_text(path, &text)
 }
 
 fn write_text(text: &mut String, r: &Analysis<'_>, params: &PcaParams) -> std::fmt::Result {
@@ -72,23 +73,26 @@ fn write_text(text: &mut String, r: &Analysis<'_>, params: &PcaParams) -> std::f
         text,
         "![Modes: shapes at -2, -1, 0, 1, 2 standard deviations](modes.png)\n"
     )?;
-    writeln!(
-        text,
-        "| modes | eigenvalue | ratio | share of variance | generalisation | specificity |"
-    )?;
-    writeln!(text, "|---|---|---|---|---|---|")?;
+    let mut table = Table::new([
+        "modes",
+        "eigenvalue",
+        "ratio",
+        "share of variance",
+        "generalisation",
+        "specificity",
+    ]);
     for m in 1..=r.n_modes.min(ROWS) {
         let general = r.quality.generalisation.get(m);
-        writeln!(
-            text,
-            "| {m} | {:.3e} | {:.3} | {:.1} % | {} | {:.3e} |",
-            r.eigenvalues[m - 1],
-            r.ratios[m - 1],
-            100.0 * r.quality.compactness[m - 1],
+        table.texts([
+            m.to_string(),
+            format!("{:.3e}", r.eigenvalues[m - 1]),
+            format!("{:.3}", r.ratios[m - 1]),
+            format!("{:.1} %", 100.0 * r.quality.compactness[m - 1]),
             general.map_or_else(|| "–".to_owned(), |g| format!("{g:.3e}")),
-            r.quality.specificity[m - 1],
-        )?;
+            format!("{:.3e}", r.quality.specificity[m - 1]),
+        ]);
     }
+    text.push_str(&table.markdown());
     writeln!(
         text,
         "\nGeneralisation is what the first modes of the other shapes leave of a shape, specificity \

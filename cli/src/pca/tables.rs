@@ -1,13 +1,12 @@
 //! Scores and measures of quality as tables and charts.
 
-use std::fs;
 use std::path::Path;
 
 use shape_pca::{Quality, Scores};
+use shapespace_report::chart::{Axis, Chart, Series};
+use shapespace_report::table::{Table, exact, exact_or_empty};
 
-use crate::output::OutputError;
-use crate::output::matrix::write_lines;
-use crate::output::plot::{Chart, Series, colour, stacked};
+use crate::output::{OutputError, write_charts, write_text};
 
 /// Writes `scores.csv`: a line for every shape, scores in standard deviations.
 ///
@@ -19,34 +18,15 @@ pub(super) fn write_scores(
     scores: &[Scores],
 ) -> Result<(), OutputError> {
     let modes = scores.first().map_or(0, |s| s.scores.len());
-    let head: Vec<String> = ["shape", "mahalanobis", "residual"]
-        .map(String::from)
-        .into_iter()
-        .chain((0..modes).map(|j| format!("score_{j}")))
-        .collect();
-    let lines: Vec<Vec<String>> = names
-        .iter()
-        .zip(scores)
-        .map(|(name, s)| {
-            let mut line = vec![
-                name.clone(),
-                format!("{:e}", s.mahalanobis),
-                format!("{:e}", s.residual()),
-            ];
-            line.extend(s.scores.iter().map(|x| format!("{x:e}")));
-            line
-        })
-        .collect();
-    write_lines(path, &head.join(","), &lines)
-}
-
-/// A line of a chart.
-fn series(k: usize, label: &str, points: Vec<(f64, f64)>) -> Series {
-    Series {
-        label: label.to_owned(),
-        colour: colour(k),
-        points,
+    let head = ["shape", "mahalanobis", "residual"].map(String::from);
+    let columns = (0..modes).map(|j| format!("score_{j}"));
+    let mut table = Table::new(head.into_iter().chain(columns));
+    for (name, s) in names.iter().zip(scores) {
+        let numbers = [s.mahalanobis, s.residual()].into_iter();
+        let numbers = numbers.chain(s.scores.iter().copied()).map(exact);
+        table.texts([name.clone()].into_iter().chain(numbers));
     }
+    write_text(path, &table.csv())
 }
 
 fn numbered(from: usize, values: &[f64]) -> Vec<(f64, f64)> {
@@ -54,12 +34,18 @@ fn numbered(from: usize, values: &[f64]) -> Vec<(f64, f64)> {
     values.map(|(m, v)| ((m + from) as f64, *v)).collect()
 }
 
-fn write_charts(path: &Path, charts: &[Chart]) -> Result<(), OutputError> {
-    let size = (900, 340 * charts.len() as u32);
-    let text = stacked(size, charts)
-        .map_err(|error| OutputError::at(path)(std::io::Error::other(error)))?;
-    fs::write(path, text).map_err(OutputError::at(path))
+/// A chart of numbers from zero over a number of modes.
+fn over_modes<'a>(axis: &'a str, title: &'a str, series: &'a [Series]) -> Chart<'a> {
+    Chart {
+        title,
+        across: Axis::counts(axis),
+        up: Axis::linear(""),
+        series,
+    }
 }
+
+/// The size of two charts.
+const SIZE: (u32, u32) = (900, 680);
 
 /// Writes `scree.svg`: the eigenvalues over the first, and their sums.
 ///
@@ -71,16 +57,12 @@ pub(super) fn write_scree(
     compactness: &[f64],
 ) -> Result<(), OutputError> {
     let modes = compactness.len();
-    let ratios = [series(0, "", numbered(1, &ratios[..modes]))];
-    let sums = [series(1, "", numbered(1, compactness))];
-    let chart = |title, series| Chart {
-        title,
-        axis: "mode",
-        logarithmic: false,
-        series,
-    };
+    let ratios = [Series::new("", 0, numbered(1, &ratios[..modes]))];
+    let sums = [Series::new("", 1, numbered(1, compactness))];
+    let chart = |title, series| over_modes("mode", title, series);
     write_charts(
         path,
+        SIZE,
         &[
             chart("eigenvalues over the first", &ratios),
             chart("share of the variance in the first modes", &sums),
@@ -97,16 +79,12 @@ pub(super) fn write_quality(
     table: &Path,
     quality: &Quality,
 ) -> Result<(), OutputError> {
-    let general = [series(0, "", numbered(0, &quality.generalisation))];
-    let specific = [series(1, "", numbered(1, &quality.specificity))];
-    let chart = |title, series| Chart {
-        title,
-        axis: "modes",
-        logarithmic: false,
-        series,
-    };
+    let general = [Series::new("", 0, numbered(0, &quality.generalisation))];
+    let specific = [Series::new("", 1, numbered(1, &quality.specificity))];
+    let chart = |title, series| over_modes("modes", title, series);
     write_charts(
         plot,
+        SIZE,
         &[
             chart("generalisation: error of shapes left out", &general),
             chart(
@@ -115,27 +93,22 @@ pub(super) fn write_quality(
             ),
         ],
     )?;
+    let mut lines = Table::new(["modes", "compactness", "generalisation", "specificity"]);
     let rows = quality
         .generalisation
         .len()
         .max(quality.specificity.len() + 1);
-    let cell = |value: Option<&f64>| value.map_or_else(String::new, |v| format!("{v:e}"));
-    let lines: Vec<Vec<String>> = (0..rows)
-        .map(|m| {
-            let before = m.checked_sub(1);
-            vec![
-                m.to_string(),
-                cell(before.and_then(|m| quality.compactness.get(m))),
-                cell(quality.generalisation.get(m)),
-                cell(before.and_then(|m| quality.specificity.get(m))),
-            ]
-        })
-        .collect();
-    write_lines(
-        table,
-        "modes,compactness,generalisation,specificity",
-        &lines,
-    )
+    for m in 0..rows {
+        let before = m.checked_sub(1);
+        let numbers = [
+            before.and_then(|m| quality.compactness.get(m)),
+            quality.generalisation.get(m),
+            before.and_then(|m| quality.specificity.get(m)),
+        ];
+        let cells = numbers.map(|number| exact_or_empty(number.copied()));
+        lines.texts([m.to_string()].into_iter().chain(cells));
+    }
+    write_text(table, &lines.csv())
 }
 
 /// Writes `reconstruction.svg`: what the first modes leave of new shapes.
@@ -148,23 +121,19 @@ pub(super) fn write_reconstruction(
     errors: &[Vec<f64>],
     distances: &[Vec<f64>],
 ) -> Result<(), OutputError> {
-    // Legends of many lines hide the lines.
-    let label = |name: &String| if names.len() <= 6 { name.as_str() } else { "" }.to_owned();
+    // A legend of very many lines leaves no room for them.
+    let label = |name: &String| if names.len() <= 24 { name.as_str() } else { "" }.to_owned();
     let lines = |all: &[Vec<f64>]| -> Vec<Series> {
         let pairs = names.iter().zip(all).enumerate();
         pairs
-            .map(|(k, (name, values))| series(k, &label(name), numbered(0, values)))
+            .map(|(k, (name, values))| Series::new(label(name), k, numbered(0, values)))
             .collect()
     };
     let (errors, distances) = (lines(errors), lines(distances));
-    let chart = |title, series| Chart {
-        title,
-        axis: "modes",
-        logarithmic: false,
-        series,
-    };
+    let chart = |title, series| over_modes("modes", title, series);
     write_charts(
         path,
+        SIZE,
         &[
             chart("displacement left by the first modes, relative", &errors),
             chart("distance of the boundary from the shape's own", &distances),

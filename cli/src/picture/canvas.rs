@@ -134,11 +134,27 @@ impl Canvas {
         }
     }
 
+    /// Draws a line in dashes of the first length, with gaps of the second between them.
+    pub fn dashed(
+        &mut self,
+        points: &[[f32; 2]],
+        closed: bool,
+        lengths: [f32; 2],
+        width: f32,
+        colour: Colour,
+    ) {
+        let mut all = points.to_vec();
+        all.extend(points.first().filter(|_| closed));
+        for dash in dashes(&all, lengths) {
+            self.line(&dash, false, width, colour);
+        }
+    }
+
     /// Fills the inside of closed curves: the points inside an odd number of them.
     pub fn fill(&mut self, curves: &[Vec<[f32; 2]>], colour: Colour) {
         const ROWS: usize = 8;
         let mut share = vec![0.0; self.width];
-        for y in 0..self.height {
+        for y in rows(curves, self.height) {
             share.fill(0.0);
             for row in 0..ROWS {
                 let height = y as f32 + (row as f32 + 0.5) / ROWS as f32;
@@ -184,6 +200,42 @@ fn spans(many: usize, few: usize) -> Vec<Vec<(usize, f32)>> {
             .collect()
     };
     (0..few).map(span).collect()
+}
+
+/// The pieces of a line that are dashes, of the first length with gaps of the second.
+fn dashes(points: &[[f32; 2]], lengths: [f32; 2]) -> Vec<Vec<[f32; 2]>> {
+    let mut found = Vec::new();
+    let mut dash: Vec<[f32; 2]> = points.first().copied().into_iter().collect();
+    let (mut within, mut left) = (true, lengths[0]);
+    for pair in points.windows(2) {
+        let side = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+        let length = side[0].hypot(side[1]);
+        let mut along = 0.0;
+        while length - along > left {
+            along += left;
+            let place = [0, 1].map(|k| pair[0][k] + along / length * side[k]);
+            dash.push(place);
+            if within {
+                found.push(std::mem::take(&mut dash));
+            }
+            within = !within;
+            left = lengths[usize::from(!within)];
+        }
+        left -= length - along;
+        if within {
+            dash.push(pair[1]);
+        }
+    }
+    found.extend(Some(dash).filter(|dash| dash.len() > 1));
+    found
+}
+
+/// The rows of pixels that curves reach, of so many.
+fn rows(curves: &[Vec<[f32; 2]>], height: usize) -> std::ops::Range<usize> {
+    let values = || curves.iter().flatten().map(|p| p[1]);
+    let low = values().fold(f32::INFINITY, f32::min).max(0.0);
+    let high = values().fold(0.0, f32::max).ceil();
+    low as usize..(high as usize).min(height)
 }
 
 /// Where closed curves cross a horizontal line, in order.
@@ -291,6 +343,23 @@ mod tests {
         let exact = 22f32.hypot(16.0) * 3.0 + std::f32::consts::PI * 2.25;
         // Coverage by distance is exact for straight edges up to the slant of a pixel.
         assert!((dark / exact - 1.0).abs() < 0.02, "{dark} {exact}");
+    }
+
+    #[test]
+    fn dashes_go_around_corners_and_have_their_lengths() {
+        let corner = [[0.0, 0.0], [5.0, 0.0], [5.0, 20.0]];
+        let found = dashes(&corner, [7.0, 4.0]);
+        assert_eq!(
+            found,
+            [
+                vec![[0.0, 0.0], [5.0, 0.0], [5.0, 2.0]],
+                vec![[5.0, 6.0], [5.0, 13.0]],
+                vec![[5.0, 17.0], [5.0, 20.0]],
+            ]
+        );
+        assert!(dashes(&[], [7.0, 4.0]).is_empty());
+        // No dashes of no length for ever.
+        assert_eq!(dashes(&[[f32::NAN; 2], [1.0; 2]], [7.0, 4.0]).len(), 1);
     }
 
     #[test]

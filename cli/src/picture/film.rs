@@ -1,6 +1,6 @@
 //! A film strip: the pictures of a path in rows, and under each what happens at its time.
 
-use super::{Canvas, GREY, LABEL, PALE, heat, text};
+use super::{Canvas, GREY, LABEL, PALE, scale, text};
 
 /// Width of the whole picture where a row is full.
 const WIDTH: usize = 1560;
@@ -12,7 +12,6 @@ const MOST_TILE: usize = 260;
 const SPACE: usize = 10;
 /// Space at the border, and between rows.
 const BORDER: usize = 18;
-const TEXT: f32 = 9.0;
 
 /// Everything in a film strip.
 #[derive(Clone, Copy, Debug)]
@@ -67,13 +66,12 @@ impl FilmStrip<'_> {
             place(&mut canvas, density, [x, y + tile[1] + LABEL], label);
         }
         let bottom = [BORDER, BORDER + rows * pitch - 4];
-        heat::legend(
+        scale::legend(
             &mut canvas,
             self.title,
             self.most,
             bottom,
             width - 2 * BORDER,
-            TEXT,
         );
         canvas
     }
@@ -88,7 +86,7 @@ pub(super) fn place(canvas: &mut Canvas, picture: &Canvas, corner: [usize; 2], l
         corner[0] as f32 + 0.5 * width,
         (corner[1] + picture.size()[1] + 8) as f32,
     ];
-    text::centred(canvas, label, middle, TEXT, width, GREY);
+    text::centred(canvas, label, middle, text::SIZE, width, GREY);
 }
 
 #[cfg(test)]

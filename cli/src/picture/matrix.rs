@@ -1,15 +1,14 @@
 //! A matrix of distances as colours.
 
-use super::{Canvas, Colour, GREY, LABEL, PALE, WHITE, heat, text};
+use super::{Canvas, Colour, GREY, LABEL, PALE, WHITE, colour, heat, key, scale};
 
 /// Side of all cells together, about.
 const SIDE: usize = 780;
 /// Smallest and largest cell.
 const CELLS: [usize; 2] = [4, 64];
 const BORDER: usize = 18;
-const TEXT: f32 = 9.0;
 /// Width of the names.
-const NAMES: usize = 120;
+const NAMES: usize = 150;
 /// Width of the stripe of colours.
 const STRIPE: usize = 6;
 /// Cells from which on names can be read, and small pictures seen.
@@ -22,8 +21,8 @@ pub struct HeatMap<'a> {
     pub names: &'a [String],
     /// Small pictures of them, of one size.
     pub marks: &'a [Canvas],
-    /// The colours of their groups.
-    pub colours: &'a [Colour],
+    /// The numbers of their groups, which have the colours of them.
+    pub groups: &'a [usize],
     /// The order in which they are shown.
     pub order: &'a [usize],
     /// What there is between two of them; a cell without a number is crossed out.
@@ -55,17 +54,17 @@ impl HeatMap<'_> {
                     None => cross_out(&mut canvas, [x, y], cell),
                 }
             }
+            let group = colour(self.groups[i]);
             let stripe = left - STRIPE - 2;
-            fill(&mut canvas, [stripe, y], [STRIPE, cell], self.colours[i]);
+            fill(&mut canvas, [stripe, y], [STRIPE, cell], group);
             let x = left + row * cell;
             let above = top - STRIPE - 2;
-            fill(&mut canvas, [x, above], [cell, STRIPE], self.colours[i]);
+            fill(&mut canvas, [x, above], [cell, STRIPE], group);
             if named {
-                let middle = y as f32 + 0.5 * (cell as f32 - TEXT);
-                let name = text::shortened(&self.names[i], TEXT, NAMES as f32 - 10.0);
-                let at = left - STRIPE - 8 - if pictured { cell } else { 0 };
-                let start = at as f32 - text::width(&name, TEXT);
-                text::draw(&mut canvas, &name, [start, middle], TEXT, GREY);
+                let end = left - STRIPE - 8 - if pictured { cell } else { 0 };
+                let middle = [end as f32, y as f32 + 0.5 * cell as f32];
+                let room = NAMES as f32 - 10.0;
+                key::before(&mut canvas, self.groups[i], &self.names[i], middle, room);
             }
             if pictured {
                 let small = self.marks[i].reduced(cell - 2);
@@ -77,14 +76,7 @@ impl HeatMap<'_> {
         }
         canvas.frame([left - 1, top - 1], [side + 2; 2], PALE);
         let bottom = [BORDER, top + side + BORDER - 4];
-        heat::legend(
-            &mut canvas,
-            self.title,
-            most,
-            bottom,
-            width - 2 * BORDER,
-            TEXT,
-        );
+        scale::legend(&mut canvas, self.title, most, bottom, width - 2 * BORDER);
         canvas
     }
 
@@ -117,7 +109,6 @@ fn cross_out(canvas: &mut Canvas, [x, y]: [usize; 2], cell: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::colour;
 
     #[test]
     fn cells_stand_in_their_order() {
@@ -126,13 +117,13 @@ mod tests {
             let mut mark = Canvas::new(44, 44);
             mark.line(&[[4.0, 4.0], [40.0, 40.0]], false, 3.0, [0.0; 3]);
             let marks = vec![mark; n];
-            let colours: Vec<Colour> = (0..n).map(|i| colour(i % 3)).collect();
+            let groups: Vec<usize> = (0..n).map(|i| i % 3).collect();
             let order: Vec<usize> = (0..n).rev().collect();
             let value = |i: usize, j: usize| (i + j != 1).then(|| i.abs_diff(j) as f64);
             let canvas = HeatMap {
                 names: &names,
                 marks: &marks,
-                colours: &colours,
+                groups: &groups,
                 order: &order,
                 value: &value,
                 title: "distance",

@@ -5,11 +5,10 @@
 mod analogy;
 mod canvas;
 mod film;
-mod heat;
 mod key;
 mod matrix;
 mod mesh;
-mod palette;
+mod scale;
 mod scatter;
 mod sheet2;
 mod sheet3;
@@ -22,11 +21,9 @@ mod window;
 pub(crate) use analogy::analogy;
 pub use canvas::Canvas;
 pub use film::{FilmStrip, tile_width};
-pub use heat::heat;
 pub use key::Key;
 pub use matrix::HeatMap;
 pub use mesh::{Bounds, Paint, Surface, View};
-pub use palette::colour;
 pub use scatter::ScatterPlot;
 pub use sheet2::{ContactSheet, Curve, ShapeTile};
 pub use sheet3::SurfaceSheet;
@@ -35,22 +32,10 @@ pub use tiles::Tiles;
 pub use tree::TreeChart;
 pub use window::Window;
 
-/// Red, green and blue in `[0, 1]`, as stored in the file (sRGB).
-pub type Colour = [f32; 3];
-
-/// The page.
-pub(crate) const WHITE: Colour = [1.0; 3];
-/// Text and the outline of the average.
-pub(crate) const INK: Colour = [0.13, 0.15, 0.18];
-/// Labels.
-const GREY: Colour = [0.42, 0.45, 0.49];
-/// Frames.
-const PALE: Colour = [0.86, 0.87, 0.89];
-
-/// A colour between two others.
-pub(crate) fn mix(a: Colour, b: Colour, t: f32) -> Colour {
-    std::array::from_fn(|k| a[k] + t * (b[k] - a[k]))
-}
+pub use shapespace_report::palette::{
+    Colour, INK, Marker, WHITE, colour, course, dashes, deviation, heat, mix, solid, tint,
+};
+use shapespace_report::palette::{GREY, PALE};
 
 /// Tiles of equal size in rows, centred; gives the upper left corner of every tile.
 struct Rows {

@@ -1,7 +1,8 @@
 //! A map of objects, each drawn at its point.
 
+use super::text::SIZE;
 use super::tree::round_below;
-use super::{Canvas, GREY, Key, heat, key, text};
+use super::{Canvas, GREY, Key, key, scale, text};
 
 /// Width of the picture.
 const WIDTH: usize = 1100;
@@ -10,7 +11,6 @@ const SLENDER: [f64; 2] = [0.4, 1.0];
 const BORDER: usize = 18;
 /// Least and greatest side of a mark.
 const MARKS: [f64; 2] = [48.0, 110.0];
-const TEXT: f32 = 9.0;
 /// Height of the line with the scale.
 const LINE: usize = 40;
 /// The scale is about this share of the width.
@@ -27,7 +27,9 @@ pub struct ScatterPlot<'a> {
     pub marks: &'a [Canvas],
     /// What is written under it.
     pub names: &'a [String],
-    /// What the colours mean.
+    /// The numbers of their groups, which have the markers of them.
+    pub groups: &'a [usize],
+    /// What the markers mean.
     pub key: &'a [Key],
     /// What is said of the map.
     pub title: &'a str,
@@ -58,7 +60,7 @@ impl ScatterPlot<'_> {
     /// Draws the map at one scale along both axes, the second axis upwards.
     pub fn draw(&self) -> Canvas {
         let mark = self.marks.first().map_or([1; 2], Canvas::size);
-        let room = [mark[0] + 2 * BORDER, mark[1] + 2 * BORDER + TEXT as usize];
+        let room = [mark[0] + 2 * BORDER, mark[1] + 2 * BORDER + SIZE as usize];
         let (low, sides) = extent(self.points);
         let across = (WIDTH - room[0]) as f64;
         // A map that is higher than broad is drawn smaller.
@@ -85,12 +87,12 @@ impl ScatterPlot<'_> {
             let corner = [0, 1].map(|k| (at[k] - 0.5 * mark[k] as f64).max(0.0) as usize);
             canvas.overlay(picture, corner);
         }
-        if self.names.len() <= MOST_NAMES {
-            for ((at, name), picture) in places.iter().zip(self.names).zip(self.marks) {
-                let under = at[1] - 0.5 * mark[1] as f64 + picture.last_row() as f64;
-                let middle = [at[0] as f32, under as f32 + 5.0];
-                text::centred(&mut canvas, name, middle, 0.72 * TEXT, 110.0, GREY);
-            }
+        let named = self.names.len() <= MOST_NAMES;
+        for (i, at) in places.iter().enumerate() {
+            let under = at[1] - 0.5 * mark[1] as f64 + self.marks[i].last_row() as f64;
+            let middle = [at[0] as f32, under as f32 + 5.0];
+            let name = if named { &self.names[i] } else { "" };
+            key::centred(&mut canvas, self.groups[i], name, middle, 124.0);
         }
         self.scale_bar(&mut canvas, bottom, scale);
         key::draw(
@@ -113,11 +115,11 @@ impl ScatterPlot<'_> {
         ] {
             canvas.line(&line, false, 1.4, GREY);
         }
-        let words = format!("{} = {}", self.unit, heat::number(length));
-        let at = [end + 10.0, y - 0.5 * TEXT];
-        text::draw(canvas, &words, at, TEXT, GREY);
-        let right = (WIDTH - BORDER) as f32 - text::width(self.title, TEXT);
-        text::draw(canvas, self.title, [right, y - 0.5 * TEXT], TEXT, GREY);
+        let words = format!("{} = {}", self.unit, scale::number(length));
+        let at = [end + 10.0, y - 0.5 * SIZE];
+        text::draw(canvas, &words, at, SIZE, GREY);
+        let right = (WIDTH - BORDER) as f32 - text::width(self.title, SIZE);
+        text::draw(canvas, self.title, [right, y - 0.5 * SIZE], SIZE, GREY);
     }
 }
 
@@ -153,7 +155,7 @@ mod tests {
     fn every_object_is_at_its_point() {
         let key = [0, 1, 2, 3].map(|i| Key {
             name: format!("class-{i}"),
-            colour: colour(i),
+            category: i,
         });
         for (name, points) in [
             (
@@ -170,6 +172,7 @@ mod tests {
                 points: &points,
                 marks: &marks,
                 names: &names,
+                groups: &[0, 1, 2, 3],
                 key: &key,
                 title: "stress .031, .92 of the variance",
                 unit: "L",

@@ -1,10 +1,9 @@
 //! The picture of a flat average: the inputs, the average, and the warped inputs over it.
 
-use super::{Canvas, Colour, GAP, GREY, INK, LABEL, PALE, Rows, WHITE, colour, mix, text};
+use super::{Canvas, Colour, GAP, GREY, INK, LABEL, PALE, Rows, WHITE, colour, dashes, mix, text};
 
 const WIDTH: usize = 920;
 const MOST_TILE: usize = 300;
-const TEXT: f32 = 9.0;
 
 /// A line in unit-box coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +47,7 @@ impl ContactSheet<'_> {
             let tile = Tile::new([GAP + x, GAP + y], rows.tile);
             let line = (rows.tile as f32 / 150.0).clamp(1.2, 2.0);
             tile.fill(&mut canvas, input.outline, mix(WHITE, colour(i), 0.28));
-            tile.curves(&mut canvas, input.outline, line, colour(i));
+            tile.category(&mut canvas, input.outline, line, i);
             tile.finish(&mut canvas, input.label);
         }
         let y = GAP + rows.height();
@@ -60,7 +59,7 @@ impl ContactSheet<'_> {
         let over = Tile::new([GAP + large + GAP, y], large);
         over.fill(&mut canvas, self.average.outline, mix(WHITE, INK, 0.10));
         for (i, curves) in self.warped.iter().enumerate() {
-            over.curves(&mut canvas, curves, 1.6, colour(i));
+            over.category(&mut canvas, curves, 1.6, i);
         }
         over.finish(&mut canvas, "inputs warped onto the average");
         canvas
@@ -89,6 +88,17 @@ impl Tile {
         }
     }
 
+    /// Draws curves in the colour and the dashes of a category.
+    fn category(&self, canvas: &mut Canvas, curves: &[Curve], width: f32, category: usize) {
+        let Some(lengths) = dashes(category) else {
+            return self.curves(canvas, curves, width, colour(category));
+        };
+        for curve in curves {
+            let points = self.pixels(curve);
+            canvas.dashed(&points, curve.closed, lengths, width, colour(category));
+        }
+    }
+
     fn pixels(&self, curve: &Curve) -> Vec<[f32; 2]> {
         let scale = self.side as f32;
         curve
@@ -105,7 +115,7 @@ impl Tile {
             self.corner[0] as f32 + 0.5 * side,
             (self.corner[1] + self.side + 8) as f32,
         ];
-        text::centred(canvas, label, middle, TEXT, side, GREY);
+        text::centred(canvas, label, middle, text::SIZE, side, GREY);
     }
 }
 

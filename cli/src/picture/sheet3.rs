@@ -1,7 +1,7 @@
 //! The picture of an average in space: three large views of it over one view of each input.
 
 use super::film::place;
-use super::{Bounds, Canvas, Colour, GAP, LABEL, Paint, Rows, Surface, View, colour, mix};
+use super::{Bounds, Canvas, Colour, GAP, LABEL, Paint, Rows, Surface, View, colour, solid};
 
 const WIDTH: usize = 1080;
 const MOST_TILE: usize = 240;
@@ -50,8 +50,8 @@ impl SurfaceSheet<'_> {
         let bounds = Bounds::seen(front, inputs);
         for (i, (label, surface)) in self.inputs.iter().enumerate() {
             let [x, y] = rows.corner(i, inner);
-            let tint = mix(colour(i), STONE, 0.25).map(|c| (1.15 * c).min(1.0));
-            let picture = surface.render(front, bounds, Paint::Plain(tint), rows.tile);
+            let paint = Paint::Plain(solid(colour(i)));
+            let picture = surface.render(front, bounds, paint, rows.tile);
             place(&mut canvas, &picture, [GAP + x, top + y], label);
         }
         canvas

@@ -1,17 +1,17 @@
 //! A tree of clusters, with the objects as its leaves.
 
-use super::{Canvas, Colour, GREY, INK, Key, PALE, heat, key, text};
+use super::text::{SIZE, SMALL};
+use super::{Canvas, Colour, GREY, INK, Key, PALE, colour, key, scale, text};
 
 /// Height of all leaves together, about.
 const HEIGHT: usize = 1500;
 /// Least and greatest height of a leaf.
-const LEAVES: [usize; 2] = [11, 50];
+const LEAVES: [usize; 2] = [12, 50];
 /// Width of the tree.
 const TREE: usize = 640;
 /// Width of the names.
-const NAMES: usize = 150;
+const NAMES: usize = 180;
 const BORDER: usize = 18;
-const TEXT: f32 = 9.0;
 /// Height of the axis with its numbers.
 const AXIS: usize = 34;
 /// Marks on the axis, about.
@@ -26,8 +26,8 @@ pub struct TreeChart<'a> {
     pub names: &'a [String],
     /// Small pictures of them, of one size.
     pub marks: &'a [Canvas],
-    /// The colours of their groups.
-    pub colours: &'a [Colour],
+    /// The numbers of their groups, which have the markers and colours of them.
+    pub groups: &'a [usize],
     /// The order of the leaves: every cluster stands together in it.
     pub order: &'a [usize],
     /// The two clusters that become one, and at which height. Numbers below that of the objects
@@ -36,7 +36,7 @@ pub struct TreeChart<'a> {
     /// The cluster of each object that is shown: inside of one, branches have the colour of its
     /// objects where they have one.
     pub labels: &'a [usize],
-    /// What the colours mean.
+    /// What the markers mean.
     pub key: &'a [Key],
     /// What the heights are.
     pub title: &'a str,
@@ -70,10 +70,15 @@ impl TreeChart<'_> {
         let mut stems: Vec<Option<Stem>> = vec![None; n];
         for (row, &i) in self.order.iter().enumerate() {
             let y = BORDER + row * leaf;
-            let name = text::shortened(&self.names[i], TEXT, NAMES as f32 - 14.0);
-            let start = (BORDER + NAMES - 10) as f32 - text::width(&name, TEXT);
             let middle = y as f32 + 0.5 * leaf as f32;
-            text::draw(&mut canvas, &name, [start, middle - 0.5 * TEXT], TEXT, GREY);
+            let end = [(BORDER + NAMES - 8) as f32, middle];
+            key::before(
+                &mut canvas,
+                self.groups[i],
+                &self.names[i],
+                end,
+                NAMES as f32 - 12.0,
+            );
             if pictured {
                 let small = self.marks[i].reduced(leaf - 4);
                 let spare = small.size().map(|side| (leaf - side) / 2);
@@ -82,7 +87,7 @@ impl TreeChart<'_> {
             stems[i] = Some(Stem {
                 x: left as f32,
                 y: middle,
-                colour: self.colours[i],
+                colour: colour(self.groups[i]),
                 label: Some(self.labels[i]),
             });
         }
@@ -116,13 +121,13 @@ impl TreeChart<'_> {
             let number = if tick == 0 {
                 "0".into()
             } else {
-                heat::number(value)
+                scale::number(value)
             };
             let at = [x, bottom as f32 + 8.0];
-            text::centred(canvas, &number, at, 0.8 * TEXT, 80.0, GREY);
+            text::centred(canvas, &number, at, SMALL, 80.0, GREY);
         }
         let middle = [left as f32 + 0.5 * TREE as f32, bottom as f32 + 22.0];
-        text::centred(canvas, self.title, middle, TEXT, TREE as f32, GREY);
+        text::centred(canvas, self.title, middle, SIZE, TREE as f32, GREY);
     }
 }
 
@@ -159,7 +164,7 @@ pub(super) fn round_below(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::{WHITE, colour};
+    use crate::picture::WHITE;
 
     #[test]
     fn numbers_are_rounded() {
@@ -177,15 +182,14 @@ mod tests {
         let mut mark = Canvas::new(44, 44);
         mark.line(&[[4.0, 4.0], [40.0, 40.0]], false, 3.0, [0.2; 3]);
         let labels = [0, 0, 1, 1, 1];
-        let colours = labels.map(colour);
         let key = [0, 1].map(|i| Key {
             name: format!("class {i}"),
-            colour: colour(i),
+            category: i,
         });
         let canvas = TreeChart {
             names: &names,
             marks: &vec![mark; 5],
-            colours: &colours,
+            groups: &labels,
             order: &[1, 0, 4, 2, 3],
             merges: &[(2, 3, 0.1), (0, 1, 0.15), (4, 5, 0.2), (6, 7, 0.4)],
             labels: &labels,

@@ -1,17 +1,16 @@
 //! `shapespace verify` from the options to the directory.
 
-use std::fs;
+use std::{fs, io};
 
 use shapespace_verify::record::{StatementRecord, VerifyRecord, figures_csv, lines_csv};
 use shapespace_verify::{
-    Effort, Ingredient, Setting, Statement, UnknownStatement, experiments, report, run, select,
-    table,
+    Effort, Ingredient, Setting, Statement, UnknownStatement, experiments, plot, report, run,
+    select, table,
 };
 
 use super::args::VerifyArgs;
-use super::plots::write_plots;
 use crate::error::{CliError, Exit};
-use crate::output::{OutputError, ResultDir, write_json};
+use crate::output::{OutputError, ResultDir, write_json, write_text};
 use crate::pool::in_pool;
 
 /// Tries statements, and writes what comes of it.
@@ -74,15 +73,20 @@ fn say(record: &StatementRecord) {
 /// Writes all files of a result directory.
 fn write_all(directory: &ResultDir, record: &VerifyRecord) -> Result<(), CliError> {
     write_json(&directory.file("result.json"), record)?;
-    let plots = write_plots(directory, record)?;
+    let folder = directory.file("plots");
+    let failed = OutputError::at(&folder);
+    let plots = plot::plots(record).map_err(|error| failed(io::Error::other(error)))?;
+    fs::create_dir(&folder).map_err(failed)?;
+    for plot in &plots {
+        write_text(&folder.join(format!("{}.svg", plot.name)), &plot.svg)?;
+    }
     for (name, text) in [
         ("table.md", table::markdown(record)),
         ("figures.csv", figures_csv(record)),
         ("lines.csv", lines_csv(record)),
         ("report.html", report::page(record, &plots)),
     ] {
-        let path = directory.file(name);
-        fs::write(&path, text).map_err(OutputError::at(&path))?;
+        write_text(&directory.file(name), &text)?;
     }
     Ok(())
 }

@@ -1,11 +1,9 @@
 //! `shapespace verify`: the theory, tried by the experiments of `shapespace_verify`.
 //!
-//! `args` are the options, `command` runs the experiments and writes the result directory, `plots` draws
-//! orders of convergence.
+//! `args` are the options, `command` runs the experiments and writes the result directory.
 
 mod args;
 mod command;
-mod plots;
 
 pub use args::VerifyArgs;
 pub use command::run_verify;

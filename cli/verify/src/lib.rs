@@ -14,7 +14,8 @@
 //!
 //! # Data flow
 //! [`experiments::all`] → [`select`] by name → [`run`]: each [`Statement::run`] in its [`Setting`] →
-//! [`Outcome`](outcome::Outcome) → [`Verdict`](verdict::Verdict) → [`record`], [`table`], [`report`].
+//! [`Outcome`](outcome::Outcome) → [`Verdict`](verdict::Verdict) → [`record`], [`table`], [`plot`],
+//! [`report`].
 //!
 //! Orders are slopes of least squares with their standard error, limits without a closed form are
 //! extrapolated (`order`). No result depends on the number of threads.
@@ -25,6 +26,7 @@ mod error;
 pub mod experiments;
 mod order;
 pub mod outcome;
+pub mod plot;
 pub mod record;
 pub mod report;
 mod run;

@@ -1,9 +1,8 @@
 //! `result.json`, and the same figures as tables.
 
-use std::fmt::Write as _;
-
 use hyperelastic::{Hypotheses, LawSpec};
 use serde::Serialize;
+use shapespace_report::table::{Table, exact, exact_or_empty};
 
 use crate::outcome::{Check, Expectation, Line, Outcome};
 use crate::statement::{Effort, Setting, Statement};
@@ -322,42 +321,40 @@ fn number(x: f64) -> String {
 
 /// The figures as comma-separated values, a line for each.
 pub fn figures_csv(record: &VerifyRecord) -> String {
-    let mut text = String::from("statement,observable,expected,measured,uncertainty,holds\n");
-    let plain = |x: Option<f64>| x.map_or_else(String::new, |x| format!("{x:e}"));
+    let mut table = Table::new([
+        "statement",
+        "observable",
+        "expected",
+        "measured",
+        "uncertainty",
+        "holds",
+    ]);
     for s in &record.statements {
         for f in &s.figures {
-            // Writing into a string cannot fail.
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{},{}",
-                s.name,
-                quoted(&f.observable),
-                quoted(&f.expected),
-                plain(f.value),
-                plain(f.uncertainty),
-                f.holds
-            );
+            table.texts([
+                s.name.to_owned(),
+                f.observable.clone(),
+                f.expected.clone(),
+                exact_or_empty(f.value),
+                exact_or_empty(f.uncertainty),
+                f.holds.to_string(),
+            ]);
         }
     }
-    text
+    table.csv()
 }
 
 /// The points that are plotted as comma-separated values, a line for each.
 pub fn lines_csv(record: &VerifyRecord) -> String {
-    let mut text = String::from("statement,line,x,y\n");
+    let mut table = Table::new(["statement", "line", "x", "y"]);
     for s in &record.statements {
         for line in &s.lines {
             for (x, y) in &line.points {
-                // Writing into a string cannot fail.
-                let _ = writeln!(text, "{},{},{x:e},{y:e}", s.name, quoted(&line.label));
+                table.texts([s.name.to_owned(), line.label.clone(), exact(*x), exact(*y)]);
             }
         }
     }
-    text
-}
-
-fn quoted(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "\"\""))
+    table.csv()
 }
 
 #[cfg(test)]

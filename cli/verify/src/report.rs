@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use crate::plot::Plot;
 use crate::record::{LawRecord, StatementRecord, VerifyRecord};
 use crate::table::hypotheses;
 use crate::verdict::Verdict;
@@ -19,14 +20,6 @@ a{color:inherit}code{font-size:92%}
 .miss td{color:#b3261e}.reason,.notes{color:#5a6069;font-size:13px}
 .reference{color:#5a6069;font-weight:400}
 svg{max-width:100%;height:auto;border:1px solid #e4e6e9;margin-top:.6rem}";
-
-/// The plot of a statement.
-pub struct Plot {
-    /// The statement's name.
-    pub name: &'static str,
-    /// The picture.
-    pub svg: String,
-}
 
 /// The report as HTML.
 pub fn page(record: &VerifyRecord, plots: &[Plot]) -> String {
@@ -121,10 +114,14 @@ fn write_statement(text: &mut String, s: &StatementRecord) -> std::fmt::Result {
         "<table><tr><th>observable<th>expected<th>measured<th>why</tr>"
     )?;
     for f in &s.figures {
-        let class = if f.holds { "" } else { " class=\"miss\"" };
+        let (class, mark) = if f.holds {
+            ("", "")
+        } else {
+            (" class=\"miss\"", " ≠")
+        };
         writeln!(
             text,
-            "<tr{class}><td>{}<td>{}<td>{}<td class=\"reason\">{}</tr>",
+            "<tr{class}><td>{}<td>{}<td>{}{mark}<td class=\"reason\">{}</tr>",
             escaped(&f.observable),
             escaped(&f.expected),
             escaped(&f.measured),

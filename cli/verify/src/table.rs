@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use shapespace_report::table::Table;
+
 use crate::record::{StatementRecord, VerifyRecord};
 use crate::statement::Statement;
 use crate::verdict::Verdict;
@@ -18,7 +20,7 @@ pub fn list(statements: &[Statement]) -> String {
 
 /// A line for every statement, with the figure that decided.
 pub fn plain(record: &VerifyRecord) -> String {
-    let head = [
+    let mut table = Table::new([
         "statement",
         "reference",
         "hypotheses",
@@ -26,11 +28,9 @@ pub fn plain(record: &VerifyRecord) -> String {
         "expected",
         "measured",
         "verdict",
-    ]
-    .map(str::to_owned);
-    let mut rows = vec![head];
+    ]);
     for s in &record.statements {
-        rows.push([
+        table.texts([
             s.name.to_owned(),
             s.reference.to_owned(),
             shortened(&hypotheses(s), 36),
@@ -40,58 +40,38 @@ pub fn plain(record: &VerifyRecord) -> String {
             s.decided.word().to_owned(),
         ]);
     }
-    let widths: [usize; 7] =
-        std::array::from_fn(|k| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0));
-    let mut text = String::new();
-    for row in &rows {
-        for (cell, width) in row.iter().zip(widths) {
-            let _ = write!(text, "{cell:<width$}  ");
-        }
-        text.truncate(text.trim_end().len());
-        text.push('\n');
-    }
-    text
+    table.aligned("")
 }
 
 /// A table with a row for every figure.
 pub fn markdown(record: &VerifyRecord) -> String {
-    let mut text = String::new();
-    // Writing into a string cannot fail.
-    let _ = writeln!(
-        text,
-        "{} ({} run).\n",
-        capital(&record.summary()),
-        record.effort
-    );
-    let broken = if record.broken { " broken |" } else { "" };
-    let rule = if record.broken { "---|" } else { "" };
-    let _ = writeln!(
-        text,
-        "| statement | reference |{broken} hypotheses | observable | expected | measured | verdict |\n\
-         |---|---|{rule}---|---|---|---|---|"
-    );
+    let broken = record.broken.then_some("broken");
+    let figure = [
+        "hypotheses",
+        "observable",
+        "expected",
+        "measured",
+        "verdict",
+    ];
+    let columns = ["statement", "reference"].into_iter();
+    let mut table = Table::new(columns.chain(broken).chain(figure));
     for s in &record.statements {
         for (i, f) in s.figures.iter().enumerate() {
             let first = |text: String| if i == 0 { text } else { String::new() };
             let mark = if f.holds { "" } else { " **≠**" };
-            let ingredient = match s.broken_ingredient {
-                Some(what) => format!(" {} |", first(cell(what))),
-                None => String::new(),
-            };
-            let _ = writeln!(
-                text,
-                "| {} | {} |{ingredient} {} | {} | {} | {}{mark} | {} |",
-                first(format!("`{}`", s.name)),
-                first(cell(s.reference)),
-                first(cell(&hypotheses(s))),
-                cell(&f.observable),
-                cell(&f.expected),
-                cell(&f.measured),
+            let statement = [format!("`{}`", s.name), s.reference.to_owned()];
+            let ingredient = broken.map(|_| first(s.broken_ingredient.unwrap_or_default().into()));
+            table.texts(statement.map(first).into_iter().chain(ingredient).chain([
+                first(hypotheses(s)),
+                f.observable.clone(),
+                f.expected.clone(),
+                format!("{}{mark}", f.measured),
                 first(verdict(&s.decided)),
-            );
+            ]));
         }
     }
-    text
+    let summary = capital(&record.summary());
+    format!("{summary} ({} run).\n\n{}", record.effort, table.markdown())
 }
 
 /// The law, and how many hypotheses are met, or the one that is not.
@@ -116,11 +96,6 @@ pub fn verdict(verdict: &Verdict) -> String {
         Verdict::NotCovered { .. } => "not covered".into(),
         Verdict::Refuted { .. } => "**refuted**".into(),
     }
-}
-
-/// A text that does not end its cell.
-fn cell(text: &str) -> String {
-    text.replace('|', "\\|")
 }
 
 fn shortened(text: &str, most: usize) -> String {

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 use clap::Args;
 use rayon::ThreadPool;
 use serde::Serialize;
+use shapespace_report::chart::{Bars, bars};
 
 use super::anchor::{Anchor, Figure};
 use super::case::{Case, Kernel, Real, Work};
 use super::flops::Verb;
 use super::limits::Limits;
 use super::measure::{Repetitions, Seconds, least_seconds, pool};
-use super::plot::{Bars, bars};
 use super::{machine, output};
 use crate::outcome::Outcome;
 use crate::table::Table;
@@ -348,7 +348,7 @@ fn chart(rows: &[Row]) -> Outcome<String> {
     };
     let rows: Vec<Bars> = kernels.map(bar).collect();
     let title = "Millions of points or DoF a second; shares of the FMA peak and of the bandwidth";
-    bars(title, &["1 thread", "2 threads"], &rows)
+    Ok(bars(title, &["1 thread", "2 threads"], &rows)?)
 }
 
 fn note(row: &Row) -> String {

@@ -22,7 +22,6 @@ mod measure;
 mod output;
 mod paths;
 mod peers;
-mod plot;
 mod reference;
 mod scaling;
 mod score;

@@ -10,11 +10,11 @@ use std::process::Command;
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use shape_average::AverageParams;
+use shapespace_report::chart::{Bars, bars};
 
 use super::averages::{AverageJob, AverageReport, Fields};
 use super::fit::median;
 use super::job::Job;
-use super::plot::{Bars, bars};
 use super::shapes::Source;
 use super::{machine, output};
 use crate::outcome::Outcome;
@@ -304,7 +304,8 @@ fn chart(report: &Report) -> Outcome<String> {
         }
     });
     let series = ["Shapespace", "SyN (ANTs)", "log-demons (ITK)"];
-    bars("Processor seconds", &series, &rows.collect::<Vec<_>>())
+    let rows: Vec<Bars> = rows.collect();
+    Ok(bars("Processor seconds", &series, &rows)?)
 }
 
 #[cfg(test)]

@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 use shape_average::AverageParams;
+use shapespace_report::chart::{Axis, Chart, Scale, Series, stacked};
 
 use super::averages::{AverageJob, AverageReport, Fields};
 use super::descents::{DescentJob, DescentReport};
 use super::fit::{beyond_linear, exponent, spread};
 use super::job::Job;
-use super::plot::{Chart, Line, charts};
 use super::shapes::Source;
 use super::{machine, output};
 use crate::outcome::Outcome;
@@ -295,14 +295,29 @@ fn grid(run: &Run) -> String {
     format!("{}{power}", run.nodes_a_side)
 }
 
+/// A name, and points.
+type Line = (String, Vec<(f64, f64)>);
+
+fn series(lines: impl IntoIterator<Item = Line>) -> Vec<Series> {
+    let lines = lines.into_iter().enumerate();
+    lines
+        .map(|(k, (label, points))| Series::new(label, k, points))
+        .collect()
+}
+
+fn number(x: f64) -> String {
+    if (1e-2..1e4).contains(&x) {
+        let digits = if x < 1.0 { 2 } else { 0 };
+        format!("{x:.digits$}")
+    } else {
+        format!("{x:.0e}")
+    }
+}
+
 fn chart(report: &Report) -> Outcome<String> {
-    let line = |label: String, runs: &[Run], dimension: usize, x: fn(&Run) -> f64| Line {
-        label,
-        points: runs
-            .iter()
-            .filter(|r| r.dimension == dimension)
-            .map(|r| (x(r), time(r)))
-            .collect(),
+    let line = |label: String, runs: &[Run], dimension: usize, x: fn(&Run) -> f64| -> Line {
+        let runs = runs.iter().filter(|r| r.dimension == dimension);
+        (label, runs.map(|r| (x(r), time(r))).collect())
     };
     let nodes = |d| {
         line(format!("{SHAPES} shapes, {d}D"), &report.nodes, d, |r| {
@@ -314,26 +329,41 @@ fn chart(report: &Report) -> Outcome<String> {
             r.report.shapes as f64
         })
     };
-    charts(&[
-        Chart {
-            title: "Time to the default tolerance against nodes",
-            across: "nodes",
-            up: "CPU s",
-            lines: [2, 3].map(nodes).into(),
-        },
-        Chart {
-            title: "Time to the default tolerance against shapes",
-            across: "shapes",
-            up: "CPU s",
-            lines: NUMBERS_ON.map(shapes).into(),
-        },
-        Chart {
-            title: "Energy on the finest level above the lowest found, over time",
-            across: "CPU s",
-            up: "share of the lowest",
-            lines: report.nodes.iter().flat_map(curves).collect(),
-        },
-    ])
+    let axis = |title| Axis {
+        title,
+        scale: Scale::Logarithmic,
+        number,
+    };
+    let chart = |title, across, up, series| Chart {
+        title,
+        across: axis(across),
+        up: axis(up),
+        series,
+    };
+    let nodes = series([2, 3].map(nodes));
+    let shapes = series(NUMBERS_ON.map(shapes));
+    let curves = series(report.nodes.iter().flat_map(curves));
+    let charts = [
+        chart(
+            "Time to the default tolerance against nodes",
+            "nodes",
+            "CPU s",
+            &nodes,
+        ),
+        chart(
+            "Time to the default tolerance against shapes",
+            "shapes",
+            "CPU s",
+            &shapes,
+        ),
+        chart(
+            "Energy on the finest level above the lowest found, over time",
+            "CPU s",
+            "share of the lowest",
+            &curves,
+        ),
+    ];
+    Ok(stacked((900, 430 * charts.len() as u32), &charts)?)
 }
 
 /// The courses of both solvers on the finest level, where the descent was run, too.
@@ -354,13 +384,7 @@ fn curves(run: &Run) -> Vec<Line> {
         share.filter(|p| p.1 > 1e-12).collect()
     };
     vec![
-        Line {
-            label: format!("L-BFGS, {}", grid(run)),
-            points: above(fast),
-        },
-        Line {
-            label: format!("descent, {}", grid(run)),
-            points: above(slow),
-        },
+        (format!("L-BFGS, {}", grid(run)), above(fast)),
+        (format!("descent, {}", grid(run)), above(slow)),
     ]
 }
