@@ -12,7 +12,7 @@ pub(crate) struct ElasticTerm<'a, const D: usize> {
     pub indicator: &'a [f64],
     /// The stiffness `delta`.
     pub void_stiffness: f64,
-    /// The displacement, component by component.
+    /// The displacement, component by component (`D` times the number of nodes).
     pub displacement: &'a [f64],
     /// Factor of the gradient.
     pub factor: f64,

@@ -11,10 +11,10 @@ use fe_grid::{Element, Grid, GridError, ScalarField, certify_within, restrain_st
 use hyperelastic::{CompiledLaw, Corotational};
 use levelset::{Compact, Step};
 
-/// The cycle that is nearly the inverse metric at a deformation.
+/// The multigrid cycle that approximates the inverse metric at a deformation.
 pub(super) type Cycle<const D: usize> = Multigrid<f32, Corotational<D>, D, D>;
 
-/// A start shape, and what a step between two of its deformations costs.
+/// A start shape, with the energy of a step between two of its deformations.
 pub(super) struct Geometry<const D: usize> {
     pub grid: Grid<D>,
     pub params: CalculusParams,
@@ -86,27 +86,28 @@ impl<const D: usize> Geometry<D> {
         }
     }
 
-    /// Whether a deformation folds nowhere that it must not.
+    /// Returns whether a deformation satisfies the determinant bound on all cells that must not
+    /// fold.
     pub fn admits(&self, displacement: &[f64]) -> bool {
         let bound = self.params.min_determinant;
         let solid = self.solid.as_deref();
         certify_within(&self.grid, displacement, bound, bound, solid).certified
     }
 
-    /// Shortens a step where it would fold a deformation.
+    /// Shortens a step that would fold a deformation.
     pub fn restrain(&self, displacement: &[f64], step: &mut [f64]) {
         let bound = self.params.min_determinant;
         restrain_step(&self.grid, displacement, step, bound, self.solid.as_deref());
     }
 
-    /// The quadratic form of the metric at a deformation: the law and its data per cell.
+    /// Returns the quadratic form of the metric at a deformation: the law and its data per cell.
     pub fn form<O: Element>(&self, displacement: &[f64]) -> (Corotational<D>, Vec<Vec<O>>) {
         let moduli = self.params.law.moduli;
         let level_set = self.level_set.as_slice();
         form(&self.grid, moduli, self.weights, level_set, displacement)
     }
 
-    /// Nearly the inverse of that form.
+    /// Returns the approximate inverse of that form.
     pub fn cycle(&self, displacement: &[f64]) -> Result<Cycle<D>, GeodesicError> {
         let (law, cells) = self.form(displacement);
         let params = MultigridParams::default();

@@ -1,13 +1,13 @@
-//! Another start domain for the same path.
+//! Change of the start domain of a path.
 //!
-//! An energy of steps does not ask for the start shape: `W(a o h, b o h) = W(a, b)` for a
-//! deformation `h` of one start shape into another. A shape that a path has reached may therefore
-//! become the start shape of the rest. That is done where the void of the old one is used up:
-//! matter that moves squeezes the void before it, which is in no equilibrium with anything and has
-//! no need to be remembered.
+//! The energy of a step does not depend on the start shape: `W(a o h, b o h) = W(a, b)` for a
+//! deformation `h` of one start shape into another. A shape on a path may therefore become the
+//! start shape of the rest. This is done when the void of the old start shape is too compressed:
+//! moving matter compresses the void in front of it, and the state of the void is not in
+//! equilibrium and need not be retained.
 //!
-//! Inside the new start shape deformations are read through the inverse of the old; outside they
-//! are continued by what costs the void the least. The error is that of interpolation.
+//! Inside the new start shape deformations are read through the inverse of the old one; outside
+//! they are extended with least elastic energy of the void. The error is that of interpolation.
 
 use super::geometry::{Cycle, Geometry};
 use super::params::CalculusParams;
@@ -20,22 +20,22 @@ use fe_grid::{
 use hyperelastic::Corotational;
 use levelset::{BoxEdge, Contour, ContourDistance, contour};
 
-/// Deformations are read this far outside the shape, in spacings, so that its boundary, which lies
-/// between nodes, moves as they say.
+/// Width of the layer outside the shape in which deformations are read, in spacings; it makes the
+/// boundary, which lies between nodes, move with them.
 const BAND: f64 = 1.0;
-/// When the continuation into the void is good enough.
+/// Accuracy of the extension into the void.
 const CONTINUED: CgParams = CgParams {
     relative_tolerance: 1e-6,
     absolute_tolerance: 0.0,
     max_iterations: 500,
 };
 
-/// The shape into which `at` deforms a start shape, as a start shape, and deformations of the old
+/// Returns the image of a start shape under `at` as a start shape, and the deformations of the old
 /// one as deformations of the new: `b` becomes `b o at^{-1}`. All are given by displacements.
 ///
 /// # Errors
-/// [`GeodesicError::Shape`] for shapes without a boundary, [`GeodesicError::Degenerate`] for one
-/// that has left the box.
+/// [`GeodesicError::Shape`] for shapes without a boundary, [`GeodesicError::Degenerate`] for a
+/// shape that has left the box.
 pub(super) fn regridded<const D: usize>(
     start: &ScalarField<f64, D>,
     at: &Field<f64, D, D>,
@@ -71,14 +71,14 @@ pub(super) fn regridded<const D: usize>(
     Ok((level_set, moved))
 }
 
-/// The boundary of a start shape.
+/// Returns the boundary of a start shape.
 pub(super) fn outline<const D: usize>(
     start: &ScalarField<f64, D>,
 ) -> Result<Contour<D>, GeodesicError> {
     Ok(contour(start, 0.0, BoxEdge::Open)?)
 }
 
-/// The signed distance to a boundary that a deformation has moved.
+/// Returns the signed distance to a boundary moved by a deformation.
 pub(super) fn carried<const D: usize>(
     outline: &Contour<D>,
     displacement: &Field<f64, D, D>,
@@ -90,7 +90,7 @@ pub(super) fn carried<const D: usize>(
     Ok(ContourDistance::new(&moved)?.sample(*displacement.grid()))
 }
 
-/// Makes a nodal field zero where something is known.
+/// Sets a nodal field to zero at the known nodes.
 fn mask(known: &[bool], field: &mut [f64]) {
     for component in field.chunks_exact_mut(known.len()) {
         for (value, &known) in component.iter_mut().zip(known) {
@@ -101,7 +101,7 @@ fn mask(known: &[bool], field: &mut [f64]) {
     }
 }
 
-/// The elastic form of the object and its void, on the nodes that are not known.
+/// The elastic form of the object and its void, restricted to the unknown nodes.
 struct Unknown<'a, const D: usize> {
     geometry: &'a Geometry<D>,
     known: &'a [bool],
@@ -120,13 +120,13 @@ impl<const D: usize> LinearOperator for Unknown<'_, D> {
             coefficients: &[],
             cells: &cells,
         };
-        // The law is quadratic: the state does not matter.
+        // The law is quadratic, so its second derivative does not depend on the state.
         Assembly::new(self.geometry.grid, &self.law, data).hessian_action_into(x, x, y);
         mask(self.known, y);
     }
 }
 
-/// The cycle of the form on all nodes, between two masks.
+/// The multigrid cycle of the form on all nodes, restricted to the unknown nodes.
 struct Preconditioner<'a, const D: usize> {
     cycle: Cycle<D>,
     known: &'a [bool],
@@ -143,7 +143,7 @@ impl<const D: usize> LinearOperator for Preconditioner<'_, D> {
     }
 }
 
-/// Gives nodes that are not known the displacements of least elastic energy.
+/// Assigns to the unknown nodes the displacements of least elastic energy.
 fn continue_elastically<const D: usize>(
     geometry: &Geometry<D>,
     known: &[bool],
