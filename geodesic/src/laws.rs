@@ -32,7 +32,7 @@ pub(crate) struct StepTerm<'a, const D: usize> {
     pub level_set: &'a [f64],
     /// The unknowns, one after the other.
     pub state: &'a [f64],
-    /// A factor of the gradient.
+    /// Factor of the gradient.
     pub factor: f64,
     /// Array that the gradient with respect to the unknowns is added to; empty if it is not needed.
     pub gradient: &'a mut [f64],

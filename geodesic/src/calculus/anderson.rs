@@ -55,7 +55,7 @@ pub enum SolveStatus {
     MaxIterations,
     /// No step makes progress: the solution may not exist, or may be folded.
     Stalled,
-    /// The observer asked to stop.
+    /// The observer cancelled.
     Cancelled,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Geometry<const D: usize> {
     law: CompiledLaw<D>,
     level_set: ScalarField<f64, D>,
     weights: ObjectWeights,
-    /// The cells that must not fold, where not all are.
+    /// The cells that must not fold; `None` if these are all cells.
     solid: Option<Vec<bool>>,
     pub matter: Matter<D>,
 }
@@ -67,8 +67,8 @@ impl<const D: usize> Geometry<D> {
         })
     }
 
-    /// `W(a, b)` for the displacements `a` and `b`, one after the other; its derivatives by both
-    /// are added to `forces` unless that is empty. None where it is not finite.
+    /// Computes `W(a, b)` for the displacements `a` and `b`, one after the other; adds its
+    /// derivatives to `forces` unless that is empty. `None` if it is not finite.
     pub fn energy(&self, pair: &[f64], forces: &mut [f64]) -> Result<Option<f64>, GeodesicError> {
         let term = StepTerm {
             kind: Kind::Path,
