@@ -17,14 +17,14 @@
 //!
 //! - **[`lagrangian`]** (form B): unknowns are the deformations `psi_k` of the start shape at all
 //!   times, `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
-//! matched. In the increments of the path its Hessian is block diagonal up to the match of their
-//! sum, and is inverted by two multigrid cycles; few iterations are needed on every grid. The
-//! topology is that of the start shape. If a path does not reach its end on coarse grids from the
-//! identity, a viscous flow is tried as a second start.
+//!   matched. In the increments of the path its Hessian is block diagonal up to the match of their
+//!   sum, and is inverted by two multigrid cycles; few iterations are needed on every grid. The
+//!   topology is that of the start shape. If a path does not reach its end on coarse grids from the
+//!   identity, a viscous flow is tried as a second start.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
-//! `phi_k`, and every shape is matched with the next. The initial path is a viscous flow, which
-//! changes the topology if necessary. Motions of the inner shapes that preserve their matches are
-//! the soft directions of the energy; the metric has a part for them.
+//!   `phi_k`, and every shape is matched with the next. The initial path is a viscous flow, which
+//!   changes the topology if necessary. Motions of the inner shapes that preserve their matches are
+//!   the soft directions of the energy; the metric has a part for them.
 //!
 //! A shape may have several components, deformed by one motion, and may be partially hidden
 //! ([`Shape`], [`Known`], [`geodesic_between()`]).
