@@ -44,7 +44,7 @@ impl<const D: usize> CellLaw<D, D> for ObjectMass {
     }
 }
 
-/// `M_O u`, such that `v . M_O u = int chi u . v` for the indicator `chi` of an object.
+/// Computes `M_O u`, such that `v . M_O u = int chi u . v` for the indicator `chi` of an object.
 ///
 /// # Panics
 /// If the displacement does not fit the grid.
