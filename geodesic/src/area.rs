@@ -52,7 +52,7 @@ impl<const D: usize> CellLaw<D, 1> for BoundaryArea {
         (slope * norm, jet)
     }
 
-    /// With the slope of the step held: the part that is never negative.
+    /// Second derivative with the slope of the step held fixed: the positive semidefinite part.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,

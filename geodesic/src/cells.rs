@@ -1,10 +1,10 @@
-//! What both forms make of a level set and of the energies of their steps.
+//! Functions of level sets and step energies shared by both forms.
 
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::{Field, Grid, Lane};
 use levelset::Step;
 
-/// What object and void weigh in the energy of a deformation, as functions of the level set.
+/// Weights of object and void in the energy of a deformation, as functions of the level set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObjectWeights {
     /// The smooth indicator `chi` of the object.
@@ -16,8 +16,8 @@ pub struct ObjectWeights {
 }
 
 impl ObjectWeights {
-    /// The weight `(1 - delta) chi + delta` of the law, and the weight `nu (1 - chi)` of the void's
-    /// viscosity.
+    /// Returns the weight `(1 - delta) chi + delta` of the law, and the weight `nu (1 - chi)` of
+    /// the void's viscosity.
     #[inline(always)]
     pub(crate) fn at<L: Lane>(&self, level_set: L) -> (L, L) {
         let chi = self.indicator.value(level_set);
@@ -27,12 +27,12 @@ impl ObjectWeights {
     }
 }
 
-/// A level set as it goes on outside the box.
+/// Returns a level set extended outside the box.
 pub(crate) fn continued<const D: usize>(field: &Field<f64, D, 1>) -> Interpolant<'_, f64, D> {
     Interpolant::new(*field.grid(), field.as_slice()).with_outside(Outside::Falling)
 }
 
-/// The cells with a corner at which the indicator of a level set is not zero.
+/// Returns the cells with a corner at which the indicator of a level set is not zero.
 pub(crate) fn solid_cells<const D: usize>(
     grid: &Grid<D>,
     level_set: &[f64],
@@ -41,12 +41,12 @@ pub(crate) fn solid_cells<const D: usize>(
     cells_with_corner(grid, level_set, |u| indicator.value(u) > 0.0)
 }
 
-/// The cells with a corner inside.
+/// Returns the cells with a corner inside.
 pub(crate) fn object_cells<const D: usize>(level_set: &Field<f64, D, 1>) -> Vec<bool> {
     cells_with_corner(level_set.grid(), level_set.as_slice(), |u| u > 0.0)
 }
 
-/// The cells with a corner of which something holds.
+/// Returns the cells with a corner that satisfies a predicate.
 fn cells_with_corner<const D: usize>(
     grid: &Grid<D>,
     values: &[f64],
@@ -64,12 +64,12 @@ fn cells_with_corner<const D: usize>(
         .collect()
 }
 
-/// The length `sum sqrt W_k` of a path with these step energies.
+/// Returns the length `sum sqrt W_k` of a path with these step energies.
 pub(crate) fn length(step_energies: &[f64]) -> f64 {
     step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
 }
 
-/// The dissipation `K sum W_k` of a path with these step energies.
+/// Returns the dissipation `K sum W_k` of a path with these step energies.
 pub(crate) fn dissipation(step_energies: &[f64]) -> f64 {
     step_energies.len() as f64 * step_energies.iter().sum::<f64>()
 }

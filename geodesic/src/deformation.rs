@@ -5,7 +5,7 @@
 //! ```
 //!
 //! for a deformation `phi` of the shape `{u > 0}`, both unknown. Where the weight of the law is
-//! zero, the deformation may fold: `nu` alone holds it.
+//! zero, the deformation may fold and is controlled by `nu` alone.
 //!
 //! Source: the lecture notes of Rumpf and Wirth, section 6, `E_deform`.
 
@@ -36,14 +36,14 @@ pub struct StepKinematics<L, const D: usize> {
 }
 
 impl<L: Lane, const D: usize> StepKinematics<L, D> {
-    /// Where the law has a weight.
+    /// Whether the law has a positive weight.
     #[inline(always)]
     fn solid(&self) -> L::Mask {
         L::zero().less(self.elastic)
     }
 }
 
-/// The displacement gradient among the gradients of level set and displacement.
+/// Returns the displacement gradient from the gradients of level set and displacement.
 #[inline(always)]
 fn displacement_gradient<L: Lane, const D: usize, const M: usize>(
     gradient: &[[L; D]; M],
@@ -121,7 +121,7 @@ impl<const D: usize, const M: usize> StrainDensity<D, M> for StepDeformation<'_,
         displacement_gradient(&direction.gradient)
     }
 
-    /// The second derivative by the deformation alone.
+    /// Second derivative with respect to the deformation alone.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,

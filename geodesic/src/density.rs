@@ -1,4 +1,4 @@
-//! Where a path dissipates: the density of its steps at the nodes.
+//! The density of the dissipation of a path's steps at the nodes.
 
 use crate::cells::object_cells;
 use crate::error::GeodesicError;
@@ -8,15 +8,15 @@ use fe_grid::{
 };
 use hyperelastic::{CompiledLaw, LawSpec};
 
-/// The density `K^2 W(D phi_k)` of a step's dissipation on the shape that the step deforms,
-/// `{level_set > 0}`: its integral over the shape is `K^2 W_k`, which tends to the rate of
+/// Computes the density `K^2 W(D phi_k)` of a step's dissipation on the shape that the step
+/// deforms, `{level_set > 0}`: its integral over the shape is `K^2 W_k`, which tends to the rate of
 /// dissipation of the fluid as `K` grows.
 ///
-/// A node has the mean over the cells around it that meet the shape, and zero where there are
-/// none: what the void costs is left out.
+/// The value at a node is the mean over the adjacent cells that meet the shape, or zero if there
+/// are none: the dissipation of the void is excluded.
 ///
 /// # Errors
-/// [`GeodesicError::GridsDiffer`], and [`GeodesicError::Law`] where there is no such law.
+/// [`GeodesicError::GridsDiffer`], and [`GeodesicError::Law`] if the law cannot be constructed.
 pub fn dissipation_density<const D: usize>(
     level_set: &ScalarField<f64, D>,
     displacement: &Field<f64, D, D>,
@@ -33,7 +33,7 @@ pub fn dissipation_density<const D: usize>(
 }
 
 compiled_once! {
-    /// Means of `W(D phi)` over the cells.
+    /// Computes the means of `W(D phi)` over the cells.
     fn density_of_cells<'a, D>(
         grid: &'a Grid<D>,
         displacement: &'a [f64],
@@ -73,7 +73,7 @@ impl<const D: usize> CellProbe<D, D> for Density<'_, D> {
     }
 }
 
-/// From cells to nodes, by the mean over the cells that are marked and finite.
+/// Averages cell values to the nodes, over the cells that are marked and finite.
 fn at_nodes<const D: usize>(
     grid: &Grid<D>,
     cells: &[f64],
@@ -85,7 +85,7 @@ fn at_nodes<const D: usize>(
     let mut field = ScalarField::zeros(*grid);
     let sums = field.as_mut_slice();
     for (cell, &value) in cells.iter().enumerate() {
-        // A cell that is folded has no density; the certificate tells of it.
+        // A folded cell has no density; the certificate reports it.
         if !marked[cell] || !value.is_finite() {
             continue;
         }
@@ -115,7 +115,7 @@ mod tests {
         let radius = |x: [f64; D]| x.map(|x| (x - 0.5).powi(2)).iter().sum::<f64>().sqrt();
         let shape = ScalarField::from_fn(grid, |x| [0.25 - radius(x)]);
         let stretch = 0.07;
-        // The same stretch in all directions, and a fold far from the shape.
+        // Uniform dilation, and a fold far from the shape.
         let displacement = Field::from_fn(grid, |x| {
             x.map(|y| {
                 if x[0] < 0.07 {

@@ -1,30 +1,30 @@
-//! How both forms are lowered on a level.
+//! Minimisation on a level, for both forms.
 
 use crate::params::GeodesicParams;
 use fe_grid::minimise::{LbfgsParams, Stopping};
 use fe_grid::{Grid, certify_within};
 use hyperelastic::FoldBarrier;
 
-/// Pairs of the L-BFGS memory.
+/// Number of pairs in the L-BFGS history.
 const HISTORY: usize = 10;
-/// Iterations after which the metric is made anew.
+/// Number of iterations after which the metric is recomputed.
 const METRIC_INTERVAL: usize = 10;
-/// A direction that promises less than this share of the tolerance ends a level.
+/// A level ends when the predicted decrease is below this fraction of the tolerance.
 const DECREMENT: f64 = 0.1;
-/// Iterations over which the fall of the energy is judged.
+/// Number of iterations over which the decrease of the energy is measured.
 const ENERGY_WINDOW: usize = 5;
-/// Blends to the identity that are tried where a deformation is not admissible.
+/// Number of interpolations towards the identity tried where a deformation is not admissible.
 const REPAIRS: usize = 40;
 
-/// The barrier is felt by corners whose determinant is below this.
+/// The barrier acts at corners whose determinant is below this value.
 const BARRIER_ONSET: f64 = 0.2;
-/// A gain that is rounding, per weight of the match: what equal shapes leave of a match is a sum of
-/// squares of differences of the order of the machine precision.
+/// Decrease that is due to rounding, per weight of the match: for equal shapes the match is a sum
+/// of squares of differences of the order of the machine precision.
 const NOTHING: f64 = 1e-24;
 
-/// What keeps the corners of cells from folding in a void so soft that nothing else does. It grows
-/// with the match, whose forces it has to stand: without it paths end on the bound of the
-/// determinant, where no direction is left.
+/// Returns the barrier that prevents the corners of cells from folding where the void is too soft.
+/// Its weight is proportional to that of the match, whose forces it must balance: without it paths
+/// end at the bound of the determinant, where no descent direction is left.
 pub(crate) fn fold_barrier(params: &GeodesicParams) -> FoldBarrier {
     FoldBarrier {
         weight: params.void_stiffness * params.resolved_match_weight(),
@@ -32,7 +32,7 @@ pub(crate) fn fold_barrier(params: &GeodesicParams) -> FoldBarrier {
     }
 }
 
-/// The minimiser of a level.
+/// Returns the minimiser of a level.
 pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {
     LbfgsParams {
         metric_interval: METRIC_INTERVAL,
@@ -51,8 +51,8 @@ pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {
     }
 }
 
-/// Draws a displacement to the identity until its determinant exceeds a bound on the cells that
-/// `solid` marks, or on all.
+/// Interpolates a displacement towards the identity until its determinant exceeds a bound on the
+/// cells marked by `solid`, or on all cells.
 pub(crate) fn repair<const D: usize>(
     grid: &Grid<D>,
     displacement: &mut [f64],

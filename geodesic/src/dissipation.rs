@@ -11,7 +11,7 @@
 //!
 //! with the smooth indicator `chi` of the start shape, the stiffness `delta` of the void under the
 //! same law and its viscosity `nu` without a barrier. Where the weight of the law is zero, the
-//! deformations may fold: `nu` alone holds them.
+//! deformations may fold and are controlled by `nu` alone.
 //!
 //! Source: the relaxed formulation of the lecture notes (Rumpf and Wirth, section 6), written on the
 //! start domain.
@@ -31,7 +31,7 @@ pub struct PathDissipation<'a, const D: usize> {
     pub weights: ObjectWeights,
 }
 
-/// The two gradients at a point, and what is made of them.
+/// The two gradients at a point, and the quantities derived from them.
 #[derive(Clone, Copy)]
 pub struct PathKinematics<L, const D: usize> {
     /// `Dpsi_k - Dpsi_{k-1}`.
@@ -48,13 +48,13 @@ pub struct PathKinematics<L, const D: usize> {
 }
 
 impl<L: Lane, const D: usize> PathKinematics<L, D> {
-    /// `J`, not a number where it is not positive.
+    /// `J`, or NaN if it is not positive.
     #[inline(always)]
     fn oriented(&self) -> L {
         L::select(L::zero().less(self.volume), self.volume, L::splat(f64::NAN))
     }
 
-    /// Where the law has a weight.
+    /// Whether the law has a positive weight.
     #[inline(always)]
     fn solid(&self) -> L::Mask {
         L::zero().less(self.elastic)
@@ -131,7 +131,7 @@ impl<const D: usize, const M: usize> StrainDensity<D, M> for PathDissipation<'_,
         value: L,
         stress: &Tensor<L, D>,
     ) -> (L, Jet<L, D, M>) {
-        // W and P = W_,A(F) come times the weight and J. With G = (Dpsi_{k-1})^{-1}:
+        // W and P = W_,A(F) are multiplied by the weight and J. With G = (Dpsi_{k-1})^{-1}:
         // d/dDpsi_k = P G^T, d/dDpsi_{k-1} = (W 1 - F^T P) G^T.
         let after = tensor::product(stress, &at.inverse_transpose);
         let deformed = tensor::add_identity(&at.strain);
@@ -166,7 +166,7 @@ impl<const D: usize, const M: usize> StrainDensity<D, M> for PathDissipation<'_,
         tensor::product_transposed(&difference, &at.inverse_transpose)
     }
 
-    /// The part of Gauss and Newton, `J W_,AA(F)[dF] : dF`.
+    /// The Gauss-Newton part `J W_,AA(F)[dF] : dF`.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
@@ -192,7 +192,7 @@ impl<const D: usize, const M: usize> StrainDensity<D, M> for PathDissipation<'_,
     }
 }
 
-/// The two gradients of a direction.
+/// Returns the two gradients of a direction.
 #[inline(always)]
 fn pair<L: Lane, const D: usize, const M: usize>(
     gradient: &[[L; D]; M],

@@ -1,4 +1,4 @@
-//! What can go wrong in this crate.
+//! Errors of this crate.
 
 /// Errors of geodesics.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -15,28 +15,28 @@ pub enum GeodesicError {
         /// `empty` or `full`.
         what: &'static str,
     },
-    /// The two shapes have different numbers of components, or none.
+    /// The two shapes have different numbers of components, or one has none.
     #[error("the start shape has {start} components, the end shape {end}")]
     Components {
-        /// Components of the start shape.
+        /// Number of components of the start shape.
         start: usize,
-        /// Components of the end shape.
+        /// Number of components of the end shape.
         end: usize,
     },
-    /// A signed distance is not a number everywhere.
+    /// A signed distance is not finite at a node.
     #[error("the signed distance of the {which} shape is not finite at node {node}")]
     NotFinite {
         /// `start` or `end`.
         which: &'static str,
-        /// Position in memory of the node.
+        /// Index of the node, in memory order.
         node: usize,
     },
-    /// A weight of what is known is not between 0 and 1.
+    /// A visibility weight is not between 0 and 1.
     #[error("what is known of the {which} shape weighs less than 0 or more than 1 at node {node}")]
     Weight {
         /// `start` or `end`.
         which: &'static str,
-        /// Position in memory of the node.
+        /// Index of the node, in memory order.
         node: usize,
     },
     /// A parameter is out of range.
@@ -46,22 +46,22 @@ pub enum GeodesicError {
         name: &'static str,
         /// The admissible values, in words.
         expected: &'static str,
-        /// The value that was given.
+        /// The given value.
         value: f64,
     },
-    /// A law under which rigid motions cost something, where they must not.
+    /// The law is not frame indifferent, as the calculus requires.
     #[error("the law {law} is not frame indifferent, which the calculus asks for")]
     FrameDependent {
         /// The law.
         law: hyperelastic::LawName,
     },
-    /// From the grid layer.
+    /// An error of the grid layer.
     #[error(transparent)]
     Grid(#[from] fe_grid::GridError),
-    /// From the laws.
+    /// An error of the laws.
     #[error(transparent)]
     Law(#[from] hyperelastic::LawError),
-    /// From the shapes.
+    /// An error of the level sets.
     #[error(transparent)]
     Shape(#[from] levelset::LevelsetError),
 }

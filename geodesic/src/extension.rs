@@ -1,9 +1,9 @@
-//! Displacements that are known at some of the nodes.
+//! Extension of displacements that are known at some of the nodes.
 
 use fe_grid::{Field, Grid, InverseDeformation};
 
-/// The displacement `sample(x, phi^{-1}(x))` at the nodes that a deformation `phi` reaches, and
-/// continued from there to the others.
+/// Computes the displacement `sample(x, phi^{-1}(x))` at the nodes in the image of a deformation
+/// `phi`, and extends it to the others.
 pub(crate) fn through_inverse<const D: usize>(
     deformation: &Field<f64, D, D>,
     sample: impl Fn([f64; D]) -> [f64; D],
@@ -26,12 +26,12 @@ pub(crate) fn through_inverse<const D: usize>(
     displacement
 }
 
-/// The displacement of the inverse of a deformation: `-u(phi^{-1}(x))`.
+/// Computes the displacement of the inverse of a deformation: `-u(phi^{-1}(x))`.
 pub(crate) fn inverse_displacement<const D: usize>(u: &Field<f64, D, D>) -> Field<f64, D, D> {
     through_inverse(u, |x| u.sample(x).map(|value| -value))
 }
 
-/// Gives nodes that nothing is known of the mean of their known neighbours, from near to far.
+/// Assigns to each unknown node the mean of its known neighbours, layer by layer.
 fn extend<const D: usize>(grid: &Grid<D>, field: &mut Field<f64, D, D>, mut known: Vec<bool>) {
     let (nodes, strides) = (grid.nodes_per_axis(), grid.strides());
     let mut missing: Vec<usize> = (0..known.len()).filter(|&i| !known[i]).collect();

@@ -1,9 +1,9 @@
 //! Discrete geodesics in finite dimensions: the time discretisation without the shapes.
 //!
 //! A path `x_0, ..., x_K` of points of `R^N` minimises `K sum_k W(x_{k-1}, x_k)`, where
-//! `W(a, b)` approximates the squared Riemannian distance of close points. What holds for shapes
-//! can be seen here where solutions are known: the sphere in its stereographic chart, balls of
-//! viscous matter that stay balls, points joined by dashpots.
+//! `W(a, b)` approximates the squared Riemannian distance of close points. Properties of the
+//! discretisation can be tested here where solutions are known: on the sphere in its stereographic
+//! chart, for balls of viscous matter that remain balls, and for points joined by dashpots.
 //!
 //! Source: the lecture notes of Rumpf and Wirth, "variational time discretization in finite
 //! dimensions", and "springs or dashpots".
@@ -13,22 +13,22 @@ use crate::error::GeodesicError;
 use hyperelastic::{CompiledLaw, LawSpec};
 use nalgebra::{DMatrix, DVector};
 
-/// Newton steps, at most.
+/// Maximal number of Newton steps.
 const MOST_STEPS: usize = 100;
-/// Halvings of a step, at most.
+/// Maximal number of halvings of a step.
 const MOST_HALVINGS: usize = 40;
-/// A gradient of this length, relative to the first one, is zero.
+/// Tolerance for the norm of the gradient, relative to the first one.
 const TOLERANCE: f64 = 1e-13;
-/// Step of the differences of gradients, relative to the size of the points.
+/// Step of the finite differences of gradients, relative to the size of the points.
 const DIFFERENCE: f64 = 1e-6;
 
 /// An approximation of a squared distance: `W(a, a) = 0`, and `W(a, b)` is close to
 /// `g_a(b - a, b - a)` for close points.
 pub trait Dissimilarity<const N: usize> {
-    /// `W(a, b)`; infinite where it is not defined.
+    /// Returns `W(a, b)`; infinite if it is not defined.
     fn value(&self, a: &[f64; N], b: &[f64; N]) -> f64;
 
-    /// Its derivatives by `a` and by `b`.
+    /// Returns its derivatives with respect to `a` and `b`.
     fn gradients(&self, a: &[f64; N], b: &[f64; N]) -> ([f64; N], [f64; N]);
 }
 
@@ -53,22 +53,22 @@ impl<const N: usize> FinitePath<N> {
         }
     }
 
-    /// `sum sqrt W_k`.
+    /// Returns `sum sqrt W_k`.
     pub fn length(&self) -> f64 {
         cells::length(&self.step_energies)
     }
 
-    /// `K sum W_k`.
+    /// Returns `K sum W_k`.
     pub fn dissipation(&self) -> f64 {
         cells::dissipation(&self.step_energies)
     }
 }
 
-/// The discrete geodesic of `K` steps between two points, found by Newton's method from the
+/// Computes the discrete geodesic of `K` steps between two points by Newton's method from the
 /// straight line.
 ///
 /// # Errors
-/// [`GeodesicError::Parameter`] for no steps, or where Newton's method does not get on.
+/// [`GeodesicError::Parameter`] for zero steps, or if Newton's method does not converge.
 pub fn finite_geodesic<W: Dissimilarity<N>, const N: usize>(
     dissimilarity: &W,
     start: [f64; N],
@@ -107,7 +107,7 @@ pub fn finite_geodesic<W: Dissimilarity<N>, const N: usize>(
     Ok(FinitePath::new(dissimilarity, points))
 }
 
-/// The derivative of `sum W` by the inner points.
+/// Computes the derivative of `sum W` with respect to the inner points.
 fn path_gradient<W: Dissimilarity<N>, const N: usize>(
     dissimilarity: &W,
     points: &[[f64; N]],
@@ -128,7 +128,8 @@ fn path_gradient<W: Dissimilarity<N>, const N: usize>(
     gradient
 }
 
-/// `-H^-1 g` with the Hessian by differences, made definite where it is not.
+/// Computes `-H^-1 g` with a finite-difference Hessian, shifted to be positive definite if it is
+/// not.
 fn newton_direction<W: Dissimilarity<N>, const N: usize>(
     dissimilarity: &W,
     points: &[[f64; N]],
@@ -162,7 +163,7 @@ fn newton_direction<W: Dissimilarity<N>, const N: usize>(
     None
 }
 
-/// Takes the longest of the halved steps that makes the gradient shorter, or the energy smaller.
+/// Takes the longest of the halved steps that decreases the norm of the gradient or the energy.
 fn advance<W: Dissimilarity<N>, const N: usize>(
     dissimilarity: &W,
     points: &mut Vec<[f64; N]>,
@@ -193,7 +194,7 @@ fn advance<W: Dissimilarity<N>, const N: usize>(
     false
 }
 
-/// How the metric of a chart is put into a dissimilarity.
+/// Evaluation point of the metric of a chart in a dissimilarity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// `g_a(b - a, b - a)`: not symmetric, of first order.
@@ -205,12 +206,12 @@ pub enum Rule {
 /// The unit sphere in the stereographic chart, `g_x(v, v) = 4 |v|^2 / (1 + |x|^2)^2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StereographicSphere {
-    /// Where the metric is taken.
+    /// Evaluation point of the metric.
     pub rule: Rule,
 }
 
 impl StereographicSphere {
-    /// The distance along the great circle.
+    /// Returns the distance along the great circle.
     pub fn distance(a: &[f64; 2], b: &[f64; 2]) -> f64 {
         let lift = |x: &[f64; 2]| {
             let s = x[0] * x[0] + x[1] * x[1];
@@ -256,24 +257,24 @@ impl Dissimilarity<2> for StereographicSphere {
     }
 }
 
-/// Balls of viscous matter about one centre that stay balls: `W(r, s) = |B_r| W(s/r 1)`.
+/// Concentric balls of viscous matter that remain balls: `W(r, s) = |B_r| W(s/r 1)`.
 #[derive(Clone, Debug)]
 pub struct Balls<const D: usize> {
     law: CompiledLaw<D>,
 }
 
 impl<const D: usize> Balls<D> {
-    /// Balls of matter of a law.
+    /// Creates the dissimilarity for a law.
     ///
     /// # Errors
-    /// [`GeodesicError::Law`] where the law cannot be made.
+    /// [`GeodesicError::Law`] if the law cannot be constructed.
     pub fn new(law: LawSpec) -> Result<Self, GeodesicError> {
         Ok(Self {
             law: law.compile()?,
         })
     }
 
-    /// `W(q 1)` and its derivative by `q`.
+    /// Returns `W(q 1)` and its derivative with respect to `q`.
     fn density(&self, q: f64) -> (f64, f64) {
         let mut strain = [[0.0; D]; D];
         for (i, row) in strain.iter_mut().enumerate() {
@@ -283,7 +284,7 @@ impl<const D: usize> Balls<D> {
         (value, (0..D).map(|i| stress[i][i]).sum())
     }
 
-    /// Volume of a ball.
+    /// Returns the volume of a ball.
     fn volume(radius: f64) -> f64 {
         let unit = if D == 2 { 1.0 } else { 4.0 / 3.0 };
         unit * std::f64::consts::PI * radius.powi(D as i32)
@@ -314,7 +315,7 @@ impl<const D: usize> Dissimilarity<1> for Balls<D> {
 pub struct Dashpots {
     /// Viscosity `mu` of a dashpot.
     pub viscosity: f64,
-    /// A little resistance to moving a point, which holds the whole against rigid motions.
+    /// A small resistance to moving a point, which removes the null space of rigid motions.
     pub ground: f64,
 }
 

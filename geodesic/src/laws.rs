@@ -1,6 +1,7 @@
 //! The energies of a step of a path.
 //!
-//! Their kernels are compiled here for both dimensions, once; they enter the law by pointer.
+//! Their kernels are compiled once in this crate for both dimensions; they call the law through a
+//! pointer.
 
 use crate::cells::ObjectWeights;
 use crate::deformation::StepDeformation;
@@ -10,7 +11,7 @@ use fe_grid::{Assembly, Data, Grid, GridError};
 use hyperelastic::{CompiledLaw, StrainEnergy};
 use std::marker::PhantomData;
 
-/// Which energy.
+/// The kind of energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// [`PathDissipation`]: unknowns are the displacements of `psi_{k-1}` and `psi_k`.
@@ -21,7 +22,7 @@ pub(crate) enum Kind {
 
 /// The energy of one step of a path.
 pub(crate) struct StepTerm<'a, const D: usize> {
-    /// Which energy.
+    /// The kind of energy.
     pub kind: Kind,
     /// The law `W`.
     pub law: &'a CompiledLaw<D>,
@@ -31,14 +32,14 @@ pub(crate) struct StepTerm<'a, const D: usize> {
     pub level_set: &'a [f64],
     /// The unknowns, one after the other.
     pub state: &'a [f64],
-    /// A factor of the gradient.
+    /// Factor of the gradient.
     pub factor: f64,
-    /// What the gradient by the unknowns is added to; empty where it is not wanted.
+    /// Array that the gradient with respect to the unknowns is added to; empty if it is not needed.
     pub gradient: &'a mut [f64],
 }
 
 impl<const D: usize> StepTerm<'_, D> {
-    /// The energy on a grid; its gradient times the factor is added.
+    /// Computes the energy on a grid and adds its gradient times the factor.
     ///
     /// # Errors
     /// [`GridError::Inadmissible`] where the density is not finite.
@@ -47,7 +48,7 @@ impl<const D: usize> StepTerm<'_, D> {
     }
 }
 
-/// The numbers of components of both energies, `D + 1` and `2 D`, have to be written as numbers.
+/// The numbers of components of both energies, `D + 1` and `2 D`, have to be literals.
 struct Steps<'a>(PhantomData<&'a ()>);
 
 impl<'a> Routine for Steps<'a> {

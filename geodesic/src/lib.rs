@@ -1,8 +1,9 @@
 //! Geodesics in a space of 2D and 3D shapes made of viscous matter.
 //!
 //! A shape is an object of viscous fluid; moving its boundary dissipates energy, and the least
-//! dissipation of all motions that do is a Riemannian metric. A shortest path is discretised in time
-//! variationally: shapes `O_0, ..., O_K` and deformations `phi_k` of each into the next minimise
+//! dissipation over all motions with the given motion of the boundary is a Riemannian metric. A
+//! shortest path is discretised in time variationally: shapes `O_0, ..., O_K` and deformations
+//! `phi_k` of each into the next minimise
 //!
 //! ```text
 //! K sum_k int_{O_{k-1}} W(Dphi_k),      phi_k(O_{k-1}) = O_k,
@@ -10,37 +11,37 @@
 //!
 //! where the second derivative of the stored energy `W` at the identity is twice the dissipation of
 //! the fluid. The length of the path is `sum sqrt W_k`, its dissipation `K sum W_k`; the square of
-//! the first is never more than the second, and equal to it at constant speed.
+//! the length is at most the dissipation, with equality at constant speed.
 //!
 //! [`geodesic()`] computes such paths in two forms, with one kind of result ([`Geodesic`]):
 //!
 //! - **[`lagrangian`]** (form B): unknowns are the deformations `psi_k` of the start shape at all
 //!   times, `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
-//!   matched. In the increments of the path its Hessian is a block diagonal and the match of their
-//!   sum, which two multigrid cycles invert: a handful of iterations on every grid. The topology
-//!   stays that of the start. A path that does not reach its end on coarse grids from the identity
-//!   is tried from a viscous flow, too.
+//!   matched. In the increments of the path its Hessian is block diagonal up to the match of their
+//!   sum, and is inverted by two multigrid cycles; few iterations are needed on every grid. The
+//!   topology is that of the start shape. If a path does not reach its end on coarse grids from the
+//!   identity, a viscous flow is tried as a second start.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
-//!   `phi_k`, and every shape is matched with the next. The first path is a viscous flow, which
-//!   changes the topology where it has to. Motions of the inner shapes that keep them matched are
+//!   `phi_k`, and every shape is matched with the next. The initial path is a viscous flow, which
+//!   changes the topology if necessary. Motions of the inner shapes that preserve their matches are
 //!   the soft directions of the energy; the metric has a part for them.
 //!
-//! A shape may have several components, carried by one motion, and may be hidden in part
+//! A shape may have several components, deformed by one motion, and may be partially hidden
 //! ([`Shape`], [`Known`], [`geodesic_between()`]).
 //!
-//! Both are lowered by L-BFGS from `fe-grid`, from coarse grids to fine, in their own metric. What
-//! an energy is at a point is a law of the cell engine: [`PathDissipation`], [`StepDeformation`],
-//! [`StepMatch`], [`MeasuredMatch`], [`BoundaryArea`]. [`finite`] is the same time discretisation
-//! without shapes, where geodesics are known.
+//! Both forms are minimised by L-BFGS from `fe-grid`, from coarse grids to fine, each in its own
+//! metric. The energy densities are laws of the cell engine: [`PathDissipation`],
+//! [`StepDeformation`], [`StepMatch`], [`MeasuredMatch`], [`BoundaryArea`]. [`finite`] is the same
+//! time discretisation without shapes, where geodesics are known.
 //!
-//! A path goes on beyond its end, and carries variations of its start to its end: see [`calculus`],
-//! the discrete exponential map, logarithm and parallel transport.
+//! A path can be extended beyond its end, and variations of its start can be transported to its
+//! end: see [`calculus`], the discrete exponential map, logarithm and parallel transport.
 //!
-//! The void around the shapes gives way: it has the stiffness `void_stiffness` under the law, or
-//! none and a `void_viscosity` instead; then cells of the void may fold, and only those that meet
-//! the object are kept from it. The certificate of a result is about the object.
+//! The void around the shapes is soft: it has the stiffness `void_stiffness` under the law, or no
+//! stiffness and the viscosity `void_viscosity` instead; then cells of the void may fold, and only
+//! those that meet the object must not. The certificate of a result applies to the object.
 //!
-//! [`distances`] makes statistics of the lengths of many paths: matrices, clusters, maps.
+//! [`distances`] computes statistics of the lengths of many paths: matrices, clusters, maps.
 //!
 //! Sources: Rumpf and Wirth, *Variational Models in Shape Space and Links to Continuum Mechanics*,
 //! section 6; Wirth, Bar, Rumpf and Sapiro, *A Continuum Mechanical Approach to Geodesics in Shape
@@ -59,7 +60,7 @@
 //! let params = GeodesicParams { steps: 2, ..GeodesicParams::default() };
 //! let path = geodesic(&disk(0.2), &disk(0.25), &params, &mut Silent)?;
 //! assert!(path.certificate.certified);
-//! // A disk of area A(t) that grows: sqrt(4 pi) times the change of its radius.
+//! A growing disk of area A(t): sqrt(4 pi) times the change of its radius.
 //! assert!((path.length() - 0.177).abs() < 0.01);
 //! # Ok::<(), geodesic::GeodesicError>(())
 //! ```

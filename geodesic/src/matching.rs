@@ -1,4 +1,4 @@
-//! The match of two shapes that level sets describe.
+//! The match between two shapes given by level sets.
 
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_COEFFICIENTS;
@@ -37,17 +37,17 @@ impl MatchDensity for HeavisideMatch {
     }
 }
 
-/// Where a mismatch counts: the product of a weight of the start domain and of a weight of the end
-/// domain, both between 0 and 1; a weight that is missing is one. A shape that only has to be covered
-/// counts mismatches of one sign.
+/// Visibility weight of a mismatch: the product of a weight on the start domain and a weight on the
+/// end domain, both between 0 and 1; a missing weight is one. For a shape that only has to be
+/// covered, mismatches of one sign count.
 #[derive(Clone, Copy)]
 pub struct Visibility<'a, const D: usize> {
     /// The weight at a point of the start domain.
     pub start: Option<Interpolant<'a, f64, D>>,
     /// The weight at the deformed point.
     pub end: Option<Interpolant<'a, f64, D>>,
-    /// What a mismatch counts where the composed level set is lower than the other, and where it is
-    /// higher: `[1, 0]` asks that it covers the other, `[0, 1]` that it is covered.
+    /// Weights of a mismatch where the composed level set is lower than the other, and where it is
+    /// higher: `[1, 0]` requires it to cover the other, `[0, 1]` to be covered.
     pub sides: [f64; 2],
 }
 
@@ -62,14 +62,14 @@ impl<const D: usize> Default for Visibility<'_, D> {
 }
 
 impl<const D: usize> Visibility<'_, D> {
-    /// What a mismatch of the sign of a number counts.
+    /// Returns the weight of a mismatch, by its sign.
     #[inline(always)]
     pub(crate) fn side<L: Lane>(&self, difference: L) -> L {
         let [lower, higher] = self.sides.map(L::splat);
         L::select(difference.less(L::zero()), lower, higher)
     }
 
-    /// The weight, and its derivative by the deformed position.
+    /// Returns the weight, and its derivative with respect to the deformed position.
     #[inline(always)]
     pub(crate) fn weight<L: Lane>(&self, position: &[L; D], deformed: &[L; D]) -> (L, [L; D]) {
         let own = match &self.start {
@@ -86,13 +86,13 @@ impl<const D: usize> Visibility<'_, D> {
     }
 }
 
-/// The match of a displaced level set, measured in part where the deformation ends:
+/// The match of a displaced level set, measured partly on the end domain:
 /// `((1 - theta) + theta det(1 + Dw)) omega (H(v(x + w(x))) - H(u(x)))^2` for a displacement `w`,
-/// with the weight `omega` of what is visible.
+/// with the visibility weight `omega`.
 ///
-/// At `theta = 0` the match is the volume of what differs on the start domain, at `theta = 1` on
-/// the end domain. There the void that a shape closes up costs nothing once it has no volume, and
-/// the boundary of the shape itself is driven, wherever it is.
+/// At `theta = 0` the match is the volume of the mismatch on the start domain, at `theta = 1` on
+/// the end domain. In the latter case void that is compressed to zero volume costs nothing, and the
+/// force acts on the boundary of the shape itself, wherever it is.
 #[derive(Clone, Copy)]
 pub struct MeasuredMatch<'a, const D: usize> {
     /// The density of the match.
@@ -113,7 +113,7 @@ struct Composed<L, const D: usize> {
     weight_slope: [L; D],
 }
 
-/// What is found at the deformed point.
+/// Evaluates the composed level set and the weight at the deformed point.
 #[inline(always)]
 fn compose<L: Lane, const D: usize>(
     other: &Interpolant<'_, f64, D>,
@@ -143,7 +143,7 @@ impl<const D: usize> MeasuredMatch<'_, D> {
         })
     }
 
-    /// Void that is folded over has no volume.
+    /// Folded void has no volume.
     #[inline(always)]
     fn measure<L: Lane>(&self, volume: L) -> L {
         volume.max(L::zero()).mul_add(
@@ -179,7 +179,7 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
         let volume = tensor::determinant_with(&deformed, &cofactor);
         let measure = self.measure(volume);
         let (value, derivative, _) = self.density.derivatives(at.value, &point.coefficient);
-        // The derivative has the sign of the mismatch: level sets grow with their step.
+        // The derivative has the sign of the mismatch, as the step is increasing.
         let side = self.visibility.side(derivative);
         let (value, derivative) = (value * side, derivative * side * at.weight);
         let weighted = value * at.weight;
@@ -197,7 +197,7 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
         (weighted * measure, jet)
     }
 
-    /// That of Gauss and Newton, with the measure and the weight held.
+    /// Gauss-Newton approximation, with the measure and the weight held fixed.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
@@ -222,8 +222,8 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
 }
 
 /// The match `omega (H(v(x + w(x))) - H(u(x)))^2` of a level set `v` with a level set `u` under a
-/// displacement `w`, as a law for the unknowns `u` and `w` (`M = 1 + D` components), with the weight
-/// `omega` of what is visible.
+/// displacement `w`, as a law for the unknowns `u` and `w` (`M = 1 + D` components), with the
+/// visibility weight `omega`.
 #[derive(Clone, Copy)]
 pub struct StepMatch<'a, const D: usize> {
     /// The step `H`.
@@ -237,7 +237,7 @@ pub struct StepMatch<'a, const D: usize> {
 impl<const D: usize> StepMatch<'_, D> {
     #[inline(always)]
     fn sample<L: Lane, const M: usize>(&self, point: &Point<L, D, M>) -> Composed<L, D> {
-        // A constant of the type, but callers choose it at run time.
+        // A type parameter, but chosen by callers at run time.
         assert!(M > D);
         compose(&self.other, &self.visibility, &point.position, |k| {
             point.value[k + 1]
@@ -276,7 +276,7 @@ impl<const D: usize, const M: usize> CellLaw<D, M> for StepMatch<'_, D> {
         (square * at.weight, jet)
     }
 
-    /// That of Gauss and Newton, with the weight held.
+    /// Gauss-Newton approximation, with the weight held fixed.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
@@ -301,15 +301,15 @@ impl<const D: usize, const M: usize> CellLaw<D, M> for StepMatch<'_, D> {
     }
 }
 
-/// What the match scatters to the nodes of the composed level set `v`: its derivative by them, and
-/// the weights of the Gauss–Newton matrix. Coefficient 0 is the level set `u`.
+/// Contributions of the match at the nodes of the composed level set `v`: its derivative with
+/// respect to them, and the weights of the Gauss–Newton matrix. Coefficient 0 is the level set `u`.
 #[derive(Clone, Copy)]
 pub struct MatchWeights<'a, const D: usize> {
     /// The step `H`.
     pub step: Arctan,
     /// The level set `v`.
     pub other: Interpolant<'a, f64, D>,
-    /// The weight `omega` of what is visible.
+    /// The visibility weight `omega`.
     pub visibility: Visibility<'a, D>,
 }
 

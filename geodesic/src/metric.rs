@@ -1,5 +1,5 @@
-//! The quadratic form that the metrics of both forms are made of: corotational elasticity, and
-//! the Gauss–Newton matrices of matches.
+//! The quadratic form underlying the metrics of both forms: corotational elasticity, and the
+//! Gauss–Newton matrices of matches.
 
 use crate::matching::Visibility;
 use fe_grid::composition::Interpolant;
@@ -8,9 +8,9 @@ use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells, tensor};
 use hyperelastic::{Corotational, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 
-/// Share of the void's stiffness that regularises the metric.
+/// Regularisation of the metric, as a fraction of the void's stiffness.
 const REGULARISATION: f64 = 1e-3;
-/// Least stiffness of the void in the metric: the void has to give way without folding.
+/// Lower bound of the stiffness of the void in the metric: the void has to deform without folding.
 const METRIC_VOID_STIFFNESS: f64 = 0.1;
 
 /// A level set that is matched under a deformation.
@@ -18,11 +18,11 @@ const METRIC_VOID_STIFFNESS: f64 = 0.1;
 pub(crate) struct MatchedLevel<'a, const D: usize> {
     /// The level set that is composed with the deformation.
     pub end: Interpolant<'a, f64, D>,
-    /// Where a mismatch counts.
+    /// The visibility weight.
     pub visibility: Visibility<'a, D>,
 }
 
-/// Determinants below this count as this.
+/// Lower bound of the determinant in the metric.
 const LEAST_DETERMINANT: f64 = 1e-3;
 
 /// Elasticity of an object in a void, with the match of its level sets.
@@ -33,9 +33,9 @@ pub(crate) struct ElasticForm<'a, const D: usize> {
     pub indicator: Step,
     /// The smooth step of the match.
     pub step: Arctan,
-    /// A factor of the elastic part.
+    /// Factor of the elastic part.
     pub stiffness: f64,
-    /// What keeps corners from folding, and the true stiffness of the void.
+    /// The barrier against folding, and the actual stiffness of the void.
     pub barrier: FoldBarrier,
     pub void_stiffness: f64,
     /// Weight of the matches; at zero they are left out.
@@ -44,7 +44,7 @@ pub(crate) struct ElasticForm<'a, const D: usize> {
     pub matched: &'a [MatchedLevel<'a, D>],
 }
 
-/// The form at a displacement of the object `{start > 0}`: the law and its data per cell.
+/// Computes the form at a displacement of the object `{start > 0}`: the law and its data per cell.
 pub(crate) fn corotational<const D: usize>(
     grid: &Grid<D>,
     form: &ElasticForm<'_, D>,

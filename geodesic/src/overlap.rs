@@ -1,4 +1,4 @@
-//! How much of the end shape a path reaches.
+//! Overlap of the deformed start shape with the end shape.
 
 use crate::error::GeodesicError;
 use crate::level_sets::compose;
@@ -6,51 +6,53 @@ use crate::shape::Shape;
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
 use levelset::{BoxEdge, ContourDistance, contour};
 
-/// Overlap with the end shape from which on it counts as reached.
+/// Dice overlap at which the end shape counts as reached.
 const REACHED_DICE: f64 = 0.95;
-/// Mean distance of the boundaries, in spacings, up to which the end shape counts as reached
-/// whatever the overlap: thin shapes, and volumes on coarse grids, have so much boundary that a
-/// fraction of a cell costs them a tenth of it.
+/// Mean distance of the boundaries, in spacings, up to which the end shape counts as reached for
+/// any overlap: for thin shapes, and for volumes on coarse grids, an offset of the boundary by a
+/// fraction of a cell reduces the overlap by a tenth.
 const REACHED_GAP: f64 = 0.25;
 
-/// Whether so much overlap, or boundaries so near to each other, count as a shape that is reached.
+/// Returns whether an overlap, or a distance of the boundaries, suffices for a shape to count as
+/// reached.
 pub(crate) fn is_reached(dice: f64, gap: f64) -> bool {
     dice >= REACHED_DICE || gap <= REACHED_GAP
 }
 
-/// The least of several overlaps.
+/// Returns the smallest of several overlaps.
 pub(crate) fn worst(overlaps: &[f64]) -> f64 {
     overlaps.iter().copied().fold(1.0, f64::min)
 }
 
 /// Dice overlaps of every component.
 pub(crate) struct Overlaps {
-    /// Of the end shape with the start shape carried there.
+    /// Of the end shape with the deformed start shape.
     pub forwards: Vec<f64>,
     /// Of the start shape with the end shape pulled back.
     pub backwards: Vec<f64>,
-    /// Of the end shape and the start shape carried there, the mean distance of their boundaries in
+    /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
     /// spacings, of the component where it is largest.
     pub gap: f64,
 }
 
-/// What two shapes have in common, by the nodes inside.
+/// Overlap and distance of two shapes, computed from the nodes inside.
 struct Common {
-    /// `2 |A and B| / (|A| + |B|)`, 0 where nothing is seen.
+    /// `2 |A and B| / (|A| + |B|)`, 0 where nothing is visible.
     dice: f64,
-    /// `|A xor B|` over the nodes within half a spacing of the boundary of `B`: as that band is one
-    /// spacing wide, a mean distance in spacings. Infinite where no boundary is seen.
+    /// `|A xor B|` divided by the number of nodes within half a spacing of the boundary of `B`: as
+    /// this band is one spacing wide, a mean distance in spacings. Infinite if no boundary is
+    /// visible.
     gap: f64,
 }
 
 impl Overlaps {
-    /// Whether every component of the end shape counts as reached.
+    /// Returns whether every component of the end shape counts as reached.
     pub fn reached(&self) -> bool {
         is_reached(worst(&self.forwards), self.gap)
     }
 }
 
-/// The overlaps that displacements between shapes achieve, where a mismatch counts.
+/// Computes the overlaps achieved by displacements between shapes, on their visible parts.
 pub(crate) fn overlaps<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
@@ -70,7 +72,7 @@ pub(crate) fn overlaps<const D: usize>(
         backwards: Vec::new(),
         gap: 0.0,
     };
-    // What a hidden part is deformed to, or from, is not compared with anything.
+    // Hidden parts, and their images, are not compared.
     let seen_back = seen_end
         .as_ref()
         .map(|weight| ScalarField::from_fn(grid, |x| weight.sample(carry(x))));
@@ -95,7 +97,7 @@ pub(crate) fn overlaps<const D: usize>(
     Ok(found)
 }
 
-/// The product of two weights; one that is missing is one.
+/// Returns the product of two weights; a missing weight is one.
 fn product<const D: usize>(
     a: Option<ScalarField<f64, D>>,
     b: Option<ScalarField<f64, D>>,
@@ -111,7 +113,7 @@ fn product<const D: usize>(
     }
 }
 
-/// Compares two shapes, given by signed distances, where the weight counts.
+/// Compares two shapes, given by signed distances, with a visibility weight.
 fn common<const D: usize>(
     a: &ScalarField<f64, D>,
     b: &ScalarField<f64, D>,
@@ -152,7 +154,8 @@ mod tests {
             ScalarField::<f64, 2>::from_fn(grid, move |[x, y]| [radius - (x - 0.5).hypot(y - 0.5)])
         };
         let h = grid.spacing();
-        // Nodes are counted, and the layer is as thick as a tenth of the radius: some per cent.
+        // Nodes are counted, and the layer is a tenth of the radius thick: an error of some per
+        // cent.
         let found = common(&disk(0.3 + 2.0 * h), &disk(0.3), None);
         assert!((found.gap - 2.0).abs() < 0.3, "{}", found.gap);
         let found = common(&ball(0.3 - 1.0 / 64.0), &ball(0.3), None);

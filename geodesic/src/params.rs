@@ -110,7 +110,7 @@ impl Default for GeodesicParams {
 }
 
 impl GeodesicParams {
-    /// The weight of one match that is in force.
+    /// Returns the weight of one match.
     pub fn resolved_match_weight(&self) -> f64 {
         match self.form {
             Form::Lagrangian => self.match_weight,
@@ -118,10 +118,10 @@ impl GeodesicParams {
         }
     }
 
-    /// Checks all values.
+    /// Checks all parameters.
     ///
     /// # Errors
-    /// [`GeodesicError::Parameter`] with what was found.
+    /// [`GeodesicError::Parameter`] with the value found.
     pub fn check(&self) -> Result<(), GeodesicError> {
         let bad = |name, expected, value| {
             Err(GeodesicError::Parameter {

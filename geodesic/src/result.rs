@@ -1,4 +1,4 @@
-//! What a geodesic is made of, whatever form it was computed in.
+//! The result of a geodesic, common to both forms.
 
 use crate::cells::{self, object_cells};
 use crate::error::GeodesicError;
@@ -12,36 +12,36 @@ use fe_grid::minimise::{Info, Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
 use serde::Serialize;
 
-/// What happened on one level of the computation.
+/// Convergence history of one level.
 #[derive(Clone, Debug, Serialize)]
 pub struct LevelReport {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
-    /// Steps of the path.
+    /// Number of steps of the path.
     pub steps: usize,
-    /// The minimiser's record.
+    /// Record of the minimiser.
     #[serde(flatten)]
     pub info: Info,
     /// Energies `W_k` of the steps at the end.
     pub step_energies: Vec<f64>,
-    /// Unweighted matches at the end: of the last shape with the end shape, or of every shape with
-    /// the next.
+    /// Unweighted matches at the end: between the last shape and the end shape, or between every
+    /// shape and the next.
     pub matches: Vec<f64>,
     /// Boundary areas of the shapes `1, ..., K`; paths of level sets only.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub areas: Vec<f64>,
-    /// What was minimised, at the end.
+    /// Objective at the end.
     pub total: f64,
 }
 
 /// A discrete geodesic: shapes and the deformations between them.
 #[derive(Clone, Debug, Serialize)]
 pub struct Geodesic<const D: usize> {
-    /// Level sets `u_0, ..., u_K`, positive inside: of all matter, where there are several
+    /// Level sets `u_0, ..., u_K`, positive inside; those of the union if there are several
     /// components.
     #[serde(skip)]
     pub level_sets: Vec<ScalarField<f64, D>>,
-    /// The level sets of the components of the shapes `0, ..., K`; nothing where there is one.
+    /// The level sets of the components of the shapes `0, ..., K`; empty if there is one component.
     #[serde(skip)]
     pub components: Vec<Vec<ScalarField<f64, D>>>,
     /// Displacements of `phi_1, ..., phi_K`: `phi_k(x) = x + displacement(x)` deforms the shape
@@ -56,56 +56,57 @@ pub struct Geodesic<const D: usize> {
     pub step_energies: Vec<f64>,
     /// Unweighted matches; see [`LevelReport::matches`].
     pub matches: Vec<f64>,
-    /// What was minimised.
+    /// Objective.
     pub total: f64,
-    /// The worst deformation inside its shape: certified where the determinant is positive on all
-    /// cells that meet it.
+    /// Certificate of the worst deformation inside its shape: certified if the determinant is
+    /// positive on all cells that meet the shape.
     pub certificate: Certificate,
-    /// Dice overlap of the end shape with what the deformations make of the start shape, where both
-    /// are known; the worst of all components.
+    /// Dice overlap of the end shape with the deformed start shape, where both are known; the
+    /// smallest of all components.
     pub dice_end: f64,
-    /// Mean distance of the boundaries of the end shape and of what the deformations make of the
-    /// start shape, in spacings of the grid; of the component where it is largest.
+    /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
+    /// spacings of the grid; of the component where it is largest.
     pub gap_end: f64,
-    /// Dice overlap of the start shape with the end shape pulled back through all steps: void that
-    /// was closed up counts against it. The worst of all components.
+    /// Dice overlap of the start shape with the end shape pulled back through all steps, which
+    /// decreases with compressed void; the smallest of all components.
     pub dice_pulled: f64,
-    /// The overlap with the end shape of every component.
+    /// Dice overlap with the end shape of every component.
     pub dice_components: Vec<f64>,
-    /// What happened, in order.
+    /// Convergence history of each level, in order.
     pub levels: Vec<LevelReport>,
-    /// Converged, or the last level's reason why not.
+    /// A converged status, or else the last level's status.
     #[serde(skip)]
     pub status: Status,
 }
 
 impl<const D: usize> Geodesic<D> {
-    /// Whether the deformations carry the start shape to the end shape, by and large: to a Dice
-    /// overlap of 0.95, or to a quarter of a spacing in the mean. A minimiser that has converged may
-    /// have done so on the way.
+    /// Returns whether the deformations map the start shape approximately to the end shape: to a
+    /// Dice overlap of 0.95, or to a mean distance of a quarter of a spacing. A minimiser may have
+    /// converged to a path that does not reach the end shape.
     pub fn end_reached(&self) -> bool {
         is_reached(self.dice_end, self.gap_end)
     }
 
-    /// The length `sum sqrt W_k`.
+    /// Returns the length `sum sqrt W_k`.
     pub fn length(&self) -> f64 {
         cells::length(&self.step_energies)
     }
 
-    /// The dissipation `K sum W_k`, never less than the square of the length.
+    /// Returns the dissipation `K sum W_k`, never less than the square of the length.
     pub fn dissipation(&self) -> f64 {
         cells::dissipation(&self.step_energies)
     }
 }
 
-/// The geodesic between two shapes given by their signed distances (positive inside) on one grid.
+/// Computes the geodesic between two shapes given by their signed distances (positive inside) on
+/// one grid.
 ///
-/// The observer hears of every level and iteration and may cancel; what has been reached by then
-/// is the result.
+/// The observer is notified of every level and iteration and may cancel; the result is then the
+/// state reached so far.
 ///
 /// # Errors
 /// [`GeodesicError`] for parameters out of range, shapes on different grids or without inside or
-/// outside. Not to converge is not an error: the status says so.
+/// outside. Failure to converge is not an error; it is reported in the status.
 pub fn geodesic<const D: usize>(
     start: &ScalarField<f64, D>,
     end: &ScalarField<f64, D>,
@@ -121,11 +122,12 @@ pub fn geodesic<const D: usize>(
 }
 
 compiled_once! {
-    /// The geodesic between two shapes of one or several components, that may be hidden in part.
+    /// Computes the geodesic between two shapes of one or several components, which may be
+    /// partially hidden.
     ///
-    /// Components are matched in their order. With the notes' model of a hidden part, a path of level
-    /// sets restores it: what the first step is matched with is the shape as it is seen, and the shape
-    /// after it is whole.
+    /// Components are matched in their order. With the notes' model of a hidden part, a path of
+    /// level sets restores it: the first step is matched with the visible part of the shape, and
+    /// the shape after it is complete.
     ///
     /// # Errors
     /// As for [`geodesic`], and for shapes with different numbers of components.

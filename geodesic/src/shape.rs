@@ -1,6 +1,6 @@
-//! A shape as a geodesic takes it: the level sets of its components, and where it is known.
+//! The input of a geodesic: the level sets of a shape's components, and its visibility.
 //!
-//! `m` level sets tell up to `2^m` phases of the plane apart, void among them; one motion carries
+//! `m` level sets distinguish up to `2^m` phases of the plane, void among them; one motion deforms
 //! all of them, and the matter is the union `{max_i u_i > 0}`.
 //!
 //! Sources: the lecture notes of Rumpf and Wirth, section 6 ("Geodesics in the context of
@@ -12,21 +12,22 @@ use crate::matching::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::{Field, Grid, ScalarField};
 
-/// Where a shape is known.
+/// Visibility of a shape.
 #[derive(Clone, Debug, Default)]
 pub enum Known<const D: usize> {
-    /// Everywhere.
+    /// Visible everywhere.
     #[default]
     Everywhere,
-    /// Where there is matter: parts of the shape may be hidden, anywhere. What is seen has to be
-    /// covered, and no mismatch counts where there is more.
+    /// Visible where there is matter: parts of the shape may be hidden anywhere. The visible part
+    /// has to be covered, and a surplus does not count as a mismatch.
     ///
-    /// The notes multiply the mismatch by a smooth indicator of the shape made thinner, so that
-    /// what is left of it is the volume of `O \\ phi^-1(O')`. Here that volume is taken as it stands,
-    /// `int max(0, H(u) - H(u' o phi))^2`: a weight with the long tails of the arctangent still draws
-    /// hidden parts in, and the profile of the boundary where the shape is cut off is none of its own.
+    /// The notes multiply the mismatch by a smooth indicator of a thinned shape, which leaves the
+    /// volume of `O \\ phi^-1(O')`. Here that volume is computed directly, as
+    /// `int max(0, H(u) - H(u' o phi))^2`: a weight with the long tails of the arctangent still
+    /// attracts hidden parts, and the boundary profile is not that of the shape where it is cut
+    /// off.
     Inside,
-    /// Where this weight is one, not where it is zero.
+    /// Visible where this weight is one, hidden where it is zero.
     Within(ScalarField<f64, D>),
 }
 
@@ -38,7 +39,7 @@ pub struct Shape<const D: usize> {
 }
 
 impl<const D: usize> Shape<D> {
-    /// A shape given by the signed distance to its boundary, positive inside.
+    /// Creates a shape from the signed distance to its boundary, positive inside.
     pub fn new(distance: ScalarField<f64, D>) -> Self {
         Self {
             components: vec![distance],
@@ -46,10 +47,11 @@ impl<const D: usize> Shape<D> {
         }
     }
 
-    /// A shape of components that may touch or overlap, given by a signed distance each.
+    /// Creates a shape from components that may touch or overlap, given by one signed distance
+    /// each.
     ///
     /// # Errors
-    /// [`GeodesicError::Components`] for none; [`GeodesicError::GridsDiffer`].
+    /// [`GeodesicError::Components`] for an empty list; [`GeodesicError::GridsDiffer`].
     pub fn of_components(distances: Vec<ScalarField<f64, D>>) -> Result<Self, GeodesicError> {
         let Some(first) = distances.first() else {
             return Err(GeodesicError::Components { start: 0, end: 0 });
@@ -63,33 +65,33 @@ impl<const D: usize> Shape<D> {
         })
     }
 
-    /// The same shape, known in part.
+    /// Sets the visibility of the shape.
     pub fn with_known(mut self, known: Known<D>) -> Self {
         self.known = known;
         self
     }
 
-    /// The level sets of the components.
+    /// Returns the level sets of the components.
     pub fn components(&self) -> &[ScalarField<f64, D>] {
         &self.components
     }
 
-    /// Where the shape is known.
+    /// Returns the visibility of the shape.
     pub fn known(&self) -> &Known<D> {
         &self.known
     }
 
-    /// The grid of the level sets.
+    /// Returns the grid of the level sets.
     pub fn grid(&self) -> &Grid<D> {
         self.components[0].grid()
     }
 
-    /// The level set of all matter: the largest of those of the components.
+    /// Computes the level set of the union: the maximum of those of the components.
     pub fn union(&self) -> ScalarField<f64, D> {
         union_of(&self.components)
     }
 
-    /// The shape at the nodes of a grid of the same box.
+    /// Returns the shape at the nodes of a grid of the same box.
     pub(crate) fn on_grid(&self, grid: &Grid<D>) -> ShapeOnGrid<D> {
         let components: Vec<_> = self.components.iter().map(|u| on_grid(grid, u)).collect();
         let weight = match &self.known {
@@ -108,14 +110,14 @@ impl<const D: usize> Shape<D> {
 #[derive(Clone, Debug)]
 pub(crate) struct ShapeOnGrid<const D: usize> {
     pub components: Vec<ScalarField<f64, D>>,
-    /// The weight of a mismatch at the nodes, where it is not one everywhere.
+    /// The visibility weight at the nodes; `None` if it is one everywhere.
     pub weight: Option<ScalarField<f64, D>>,
     /// Whether the shape only has to be covered.
     pub only_covered: bool,
 }
 
 impl<const D: usize> ShapeOnGrid<D> {
-    /// The weight where the overlap with another shape is measured.
+    /// Returns the weight for measuring the overlap with another shape.
     pub fn seen(&self) -> Option<ScalarField<f64, D>> {
         if !self.only_covered {
             return self.weight.clone();
@@ -128,7 +130,7 @@ impl<const D: usize> ShapeOnGrid<D> {
     }
 }
 
-/// A field to be evaluated at arbitrary points, where there is one.
+/// Returns the interpolant of a field, if there is one.
 fn interpolated<const D: usize>(
     field: Option<&ScalarField<f64, D>>,
 ) -> Option<Interpolant<'_, f64, D>> {
@@ -136,7 +138,7 @@ fn interpolated<const D: usize>(
     Some(Interpolant::new(*field.grid(), field.as_slice()))
 }
 
-/// Both ends of a path on a level, by what is known of them.
+/// The visibility of both ends of a path on a level.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct KnownEnds<const D: usize> {
     start: Option<ScalarField<f64, D>>,
@@ -146,7 +148,7 @@ pub(crate) struct KnownEnds<const D: usize> {
 }
 
 impl<const D: usize> KnownEnds<D> {
-    /// What is known of two shapes.
+    /// Collects the visibility of two shapes.
     pub fn new(start: &ShapeOnGrid<D>, end: &ShapeOnGrid<D>) -> Self {
         Self {
             start: start.weight.clone(),
@@ -155,7 +157,7 @@ impl<const D: usize> KnownEnds<D> {
         }
     }
 
-    /// What is visible in step `k` of so many.
+    /// Returns the visibility in step `k` of the given number of steps.
     pub fn in_step(&self, k: usize, steps: usize) -> Visibility<'_, D> {
         let sides = match (
             k == 1 && self.only_covered[0],
@@ -163,7 +165,7 @@ impl<const D: usize> KnownEnds<D> {
         ) {
             (true, false) => [1.0, 0.0],
             (false, true) => [0.0, 1.0],
-            // Of two shapes that are hidden in part nothing can be told in one step.
+            // If both shapes are partially hidden, a single step gives no information on the sign.
             _ => [1.0, 1.0],
         };
         Visibility {
@@ -178,7 +180,7 @@ impl<const D: usize> KnownEnds<D> {
     }
 }
 
-/// A level set at the nodes of a grid of the same box.
+/// Returns a level set at the nodes of a grid of the same box.
 pub(crate) fn on_grid<const D: usize>(
     grid: &Grid<D>,
     level_set: &Field<f64, D, 1>,
@@ -189,7 +191,7 @@ pub(crate) fn on_grid<const D: usize>(
     Field::from_fn(*grid, |x| level_set.sample(x))
 }
 
-/// The largest of several level sets, everywhere.
+/// Returns the pointwise maximum of several level sets.
 pub(crate) fn union_of<const D: usize>(components: &[ScalarField<f64, D>]) -> ScalarField<f64, D> {
     let mut union = components[0].clone();
     for other in &components[1..] {

@@ -3,8 +3,8 @@
 use crate::kinematics::Volume;
 use fe_grid::{Lane, Tensor, tensor};
 
-/// Cauchy stress `D^-1 P A^T` from the first Piola–Kirchhoff stress `P`, at the deformed place of
-/// the point where `A = 1 + h` and `D = det A`; NaN where `D` is not positive.
+/// Computes the Cauchy stress `D^-1 P A^T` from the first Piola–Kirchhoff stress `P`, at the image
+/// of the point where `A = 1 + h` and `D = det A`; NaN if `D` is not positive.
 ///
 /// Symmetric for every frame-indifferent law.
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! A law that is compiled once, whatever calls it.
+//! Compiled laws, independent of their callers.
 
 use crate::hypotheses::Hypotheses;
 use crate::moduli::LameModuli;
@@ -8,13 +8,13 @@ use fe_grid::routine::{CompiledRoutine, LaneRoutine, RoutineArguments};
 use fe_grid::{Lane, Tensor};
 use std::sync::Arc;
 
-/// A stored energy density behind pointers, one for each of value, stress and tangent and for each
-/// instruction set, which are followed once for a block of points.
+/// A stored energy density behind function pointers, one each for value, stress and tangent and for
+/// each instruction set. A pointer is followed once per block of points.
 ///
-/// Energies hold a `CompiledLaw` and are not generic over laws, so that a law is compiled where this
-/// is made of it and nowhere else: in this crate for the laws that have a name
-/// ([`crate::LawSpec::compile`]), in the crate that calls [`CompiledLaw::new`] for a law of its own.
-/// It gives the bits that the law gives.
+/// Energies hold a `CompiledLaw` and are not generic over laws, so a law is compiled only where its
+/// `CompiledLaw` is constructed: in this crate for the named laws ([`crate::LawSpec::compile`]), in
+/// the crate that calls [`CompiledLaw::new`] for other laws. The results are bitwise those of the
+/// law.
 #[derive(Clone, Debug)]
 pub struct CompiledLaw<const D: usize> {
     value: CompiledRoutine<ValueArguments<D>>,
@@ -25,11 +25,11 @@ pub struct CompiledLaw<const D: usize> {
     name: &'static str,
 }
 
-/// Where a block of points keeps its displacement gradients: the entry of row `i` along axis `k` of
-/// point `q` stands at `[i][k][places[q][k]]`.
+/// Positions of the displacement gradients of a block of points: the entry of row `i` along axis
+/// `k` of point `q` is stored at `[i][k][places[q][k]]`.
 pub type Places<const D: usize> = [[usize; D]];
 
-/// The places of all points of a cell among the derivatives of a multilinear field.
+/// Returns the positions for all points of a cell among the derivatives of a multilinear field.
 pub(crate) const fn places_of_faces<const D: usize>() -> [[usize; D]; MAX_CORNERS] {
     let mut places = [[0; D]; MAX_CORNERS];
     let mut q = 0;
@@ -44,7 +44,7 @@ pub(crate) const fn places_of_faces<const D: usize>() -> [[usize; D]; MAX_CORNER
     places
 }
 
-/// The places of points that have all their derivatives for themselves.
+/// Returns the positions for points that do not share derivatives.
 pub(crate) const fn places_of_points<const D: usize>() -> [[usize; D]; MAX_FACE_CORNERS] {
     let mut places = [[0; D]; MAX_FACE_CORNERS];
     let mut q = 0;
@@ -55,14 +55,15 @@ pub(crate) const fn places_of_points<const D: usize>() -> [[usize; D]; MAX_FACE_
     places
 }
 
-/// Displacement gradients in, energy densities out.
+/// Input: displacement gradients. Output: energy densities.
 pub(crate) struct ValueCall<'a, L, const D: usize> {
     pub strains: &'a BlockGradients<L, D, D>,
     pub places: &'a Places<D>,
     pub values: &'a mut [L; MAX_CORNERS],
 }
 
-/// Displacement gradients and weights in, weighted energy densities out; weighted stresses are added.
+/// Input: displacement gradients and weights. Output: weighted energy densities; weighted stresses
+/// are added.
 pub(crate) struct GradientCall<'a, L, const D: usize> {
     pub strains: &'a BlockGradients<L, D, D>,
     pub places: &'a Places<D>,
@@ -71,8 +72,8 @@ pub(crate) struct GradientCall<'a, L, const D: usize> {
     pub stresses: &'a mut BlockGradients<L, D, D>,
 }
 
-/// Displacement gradients, directions and weights in; weighted tangents applied to the directions are
-/// added.
+/// Input: displacement gradients, directions and weights. Weighted tangents applied to the
+/// directions are added to the output.
 pub(crate) struct HessianCall<'a, L, const D: usize> {
     pub strains: &'a BlockGradients<L, D, D>,
     pub directions: &'a BlockGradients<L, D, D>,
@@ -95,7 +96,7 @@ impl<const D: usize> RoutineArguments for HessianArguments<D> {
     type In<'a, L: Lane> = HessianCall<'a, L, D>;
 }
 
-/// The displacement gradient of a point.
+/// Returns the displacement gradient of a point.
 #[inline(always)]
 fn tensor_at<L: Lane, const D: usize>(
     block: &BlockGradients<L, D, D>,
@@ -110,7 +111,7 @@ fn tensor_at<L: Lane, const D: usize>(
     h
 }
 
-/// Adds a stress to those of a point.
+/// Adds a stress to that of a point.
 #[inline(always)]
 fn add_at<L: Lane, const D: usize>(
     block: &mut BlockGradients<L, D, D>,
@@ -163,7 +164,7 @@ impl<W: StoredEnergy<D>, const D: usize> LaneRoutine<HessianArguments<D>> for Po
 }
 
 impl<const D: usize> CompiledLaw<D> {
-    /// Compiles a law, in the crate that calls this.
+    /// Compiles a law in the calling crate.
     pub fn new<W: StoredEnergy<D>>(law: W) -> Self {
         const { assert!(D == 2 || D == 3) };
         let routine = Arc::new(Pointwise(law));
@@ -177,22 +178,22 @@ impl<const D: usize> CompiledLaw<D> {
         }
     }
 
-    /// The moduli of its linearisation.
+    /// Returns the moduli of the linearisation.
     pub fn moduli(&self) -> LameModuli {
         self.moduli
     }
 
-    /// What it satisfies.
+    /// Returns the hypotheses that the law satisfies.
     pub fn hypotheses(&self) -> Hypotheses {
         self.hypotheses
     }
 
-    /// The name that the law gives itself.
+    /// Returns the name of the law.
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// `W(1 + h)` at a point; see [`StoredEnergy::value`].
+    /// Returns `W(1 + h)` at a point; see [`StoredEnergy::value`].
     #[inline(always)]
     pub fn value<L: Lane>(&self, h: &Tensor<L, D>) -> L {
         let mut values = [L::zero(); MAX_CORNERS];
@@ -204,13 +205,13 @@ impl<const D: usize> CompiledLaw<D> {
         values[0]
     }
 
-    /// `W(1 + h)` and the first Piola-Kirchhoff stress `W_,A(1 + h)` at a point.
+    /// Returns `W(1 + h)` and the first Piola-Kirchhoff stress `W_,A(1 + h)` at a point.
     #[inline(always)]
     pub fn gradient<L: Lane>(&self, h: &Tensor<L, D>) -> (L, Tensor<L, D>) {
         self.weighted_gradient(h, L::one())
     }
 
-    /// `w W(1 + h)` and `w W_,A(1 + h)` at a point.
+    /// Returns `w W(1 + h)` and `w W_,A(1 + h)` at a point.
     #[inline(always)]
     pub fn weighted_gradient<L: Lane>(&self, h: &Tensor<L, D>, weight: L) -> (L, Tensor<L, D>) {
         let mut values = [L::zero(); MAX_CORNERS];
@@ -225,7 +226,7 @@ impl<const D: usize> CompiledLaw<D> {
         (values[0], stresses.map(|row| row.map(|entry| entry[0])))
     }
 
-    /// `W_,AA(1 + h)[b]` at a point.
+    /// Returns `W_,AA(1 + h)[b]` at a point.
     #[inline(always)]
     pub fn hessian_action<L: Lane>(&self, h: &Tensor<L, D>, b: &Tensor<L, D>) -> Tensor<L, D> {
         let mut stresses = alone(&[[L::zero(); D]; D]);

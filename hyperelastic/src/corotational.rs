@@ -1,10 +1,10 @@
-//! The corotational quadratic form: linear elasticity seen from the rotated cell.
+//! The corotational quadratic form: linear elasticity in the rotated frame of each cell.
 //!
 //! The Hessian of a frame-indifferent density at a rotation `R` is `W_,AA(R)[B]:B =
 //! 2 diss[R^T B]`. Taken at the rotation of the polar decomposition of the mean deformation
-//! gradient of a cell, it is a positive semidefinite stand-in for the Hessian at that gradient,
-//! exact for rigid motions and good for moderate strains, at `1 + D^2` numbers a cell. With a
-//! second part, `1/2 d . G d` with a symmetric matrix `G` a cell, it serves as the metric of
+//! gradient of a cell, it is a positive semidefinite approximation of the Hessian at that gradient,
+//! exact for rigid motions and accurate for moderate strains, with `1 + D^2` numbers per cell. With
+//! an additional term `1/2 d . G d`, a symmetric matrix `G` per cell, it is the metric of
 //! minimisers for elastic energies with a further term in the deformation itself.
 
 use crate::moduli::LameModuli;
@@ -28,8 +28,9 @@ impl<const D: usize> Corotational<D> {
     /// Numbers per cell: the stiffness, `k R`, and `G`.
     pub const CELL_DATA: usize = 1 + D * D + D * (D + 1) / 2;
 
-    /// Makes the data of a cell from means over it: of the stiffness, of the displacement gradient
-    /// where `k R` will stand, and of `G`. The rotation is that of the mean deformation gradient.
+    /// Converts cell means to the data of a cell: of the stiffness, of the displacement gradient,
+    /// which is replaced by `k R`, and of `G`. The rotation is that of the mean deformation
+    /// gradient.
     #[inline(always)]
     pub fn from_means<L: Lane>(mut means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
         let mut gradient = tensor::zero::<L, D>();
@@ -47,22 +48,22 @@ impl<const D: usize> Corotational<D> {
         means
     }
 
-    /// Where entry `(i, j)`, `i <= j`, of `G` stands among the data of a cell.
+    /// Returns the position of entry `(i, j)`, `i <= j`, of `G` among the data of a cell.
     #[inline(always)]
     pub const fn mass_entry(i: usize, j: usize) -> usize {
         1 + D * D + i * D + j - i * (i + 1) / 2
     }
 }
 
-/// The rotation of the polar decomposition of a matrix; the identity where the matrix does not
-/// preserve orientation.
+/// Computes the rotation of the polar decomposition of a matrix; the identity if the matrix does
+/// not preserve orientation.
 #[inline(always)]
 pub fn polar_rotation<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D> {
     let det = tensor::determinant(a);
     let identity = tensor::add_identity(&tensor::zero::<L, D>());
     let usable = L::splat(1e-6).less(det);
     if D == 2 {
-        // The nearest rotation by (a00 + a11, a10 - a01), normalised: no iteration.
+        // The nearest rotation is given by (a00 + a11, a10 - a01), normalised, without iteration.
         let (c, s) = (a[0][0] + a[1][1], a[1][0] - a[0][1]);
         let inverse = L::one() / c.mul_add(c, s * s).sqrt();
         let (c, s) = (
@@ -73,8 +74,8 @@ pub fn polar_rotation<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D>
         (r[0][0], r[0][1], r[1][0], r[1][1]) = (c, -s, s, c);
         return r;
     }
-    // Newton's iteration R <- (R + R^-T)/2 (Higham 1986), scaled once by the determinant so that
-    // it starts near.
+    // Newton's iteration R <- (R + R^-T)/2 (Higham 1986), scaled once by the determinant to start
+    // close to the solution.
     let mut r = *a;
     for i in 0..D {
         for k in 0..D {
@@ -88,8 +89,8 @@ pub fn polar_rotation<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D>
     r
 }
 
-/// Enough for singular values between 1/50 and 50: the first steps halve the larger, the last
-/// double the digits.
+/// Sufficient for singular values between 1/50 and 50: the first steps halve the larger ones, the
+/// last steps double the number of digits.
 const NEWTON_STEPS: usize = 11;
 
 impl<const D: usize> Reads for Corotational<D> {
@@ -163,8 +164,8 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
 }
 
 impl<const D: usize> CoefficientLaw<D, D> for Corotational<D> {
-    /// The mean of `k R` over the children is stiffness-weighted; its rotation is that of the
-    /// coarse cell, so that differently turned children do not soften it.
+    /// The mean of `k R` over the children is weighted by stiffness; its rotation is that of the
+    /// coarse cell, so that children with different rotations do not soften it.
     fn coarsen(&self, means: &mut [f64; MAX_CELL_DATA]) {
         let stiffness = means[0];
         let mean: Tensor<f64, D> =

@@ -14,7 +14,7 @@ pub struct ViscousDissipation {
 }
 
 impl ViscousDissipation {
-    /// `diss` of a velocity gradient `Dv`.
+    /// Returns `diss` of a velocity gradient `Dv`.
     #[inline(always)]
     pub fn rate<L: Lane, const D: usize>(&self, velocity_gradient: &Tensor<L, D>) -> L {
         let strain_rate = tensor::symmetric_part(velocity_gradient);
@@ -25,7 +25,8 @@ impl ViscousDissipation {
         )
     }
 
-    /// Viscous stress `lambda tr(e) 1 + 2 mu e`, the derivative of the rate by `Dv`.
+    /// Returns the viscous stress `lambda tr(e) 1 + 2 mu e`, the derivative of the rate with
+    /// respect to `Dv`.
     #[inline(always)]
     pub fn stress<L: Lane, const D: usize>(
         &self,

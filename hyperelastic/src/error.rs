@@ -1,6 +1,6 @@
-//! What can be wrong with a law that is asked for.
+//! Errors of this crate.
 
-/// A law could not be made from the parameters given.
+/// Error in the specification of a law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LawError {
@@ -10,9 +10,9 @@ pub enum LawError {
          finite and not negative, mu finite and positive"
     )]
     Moduli {
-        /// First Lamé modulus given.
+        /// The given first Lamé parameter.
         lambda: f64,
-        /// Shear modulus given.
+        /// The given shear modulus.
         mu: f64,
     },
     /// A parameter of a law is outside its range.
@@ -20,14 +20,14 @@ pub enum LawError {
     Parameter {
         /// The law.
         law: &'static str,
-        /// The parameter.
+        /// Name of the parameter.
         parameter: &'static str,
-        /// The value given.
+        /// The given value.
         value: f64,
-        /// The range allowed, in words.
+        /// The admissible values, in words.
         expected: &'static str,
     },
-    /// The first Lamé modulus lies below what the law can reach.
+    /// The first Lamé parameter is below the bound of the law.
     #[error(
         "{law}: lambda = {lambda} is below the bound {bound} that holds when the share \
          {norm_share} of the shear modulus comes from the |A|^p term; raise lambda, lower mu, or \
@@ -36,25 +36,25 @@ pub enum LawError {
     LambdaBelowBound {
         /// The law.
         law: &'static str,
-        /// First Lamé modulus given.
+        /// The given first Lamé parameter.
         lambda: f64,
-        /// The smallest that this share allows.
+        /// Lower bound for this share.
         bound: f64,
-        /// Share of the shear modulus carried by the `|A|^p` term.
+        /// Fraction of the shear modulus due to the `|A|^p` term.
         norm_share: f64,
     },
-    /// Another law has this name.
+    /// The name is already used by another law.
     #[error("there is a law named '{name}' already; choose another name")]
     NameTaken {
-        /// The name asked for.
+        /// The requested name.
         name: String,
     },
     /// No law has this name.
     #[error("there is no law named '{name}'; known are {known}")]
     UnknownLaw {
-        /// The name asked for.
+        /// The requested name.
         name: String,
-        /// The names that exist.
+        /// The known names.
         known: String,
     },
 }

@@ -1,15 +1,15 @@
-//! A barrier against folding that is felt at the corners of the cells.
+//! A barrier against folding, evaluated at the corners of the cells.
 //!
-//! The Gauss points of an elastic energy stand inside the cells: a corner can fold while the
-//! energy is finite, and in a soft void little holds it. The barrier
+//! The Gauss points of an elastic energy are inside the cells: a corner can fold while the energy
+//! is finite, and in a soft void the resistance is small. The barrier
 //!
 //! ```text
 //! b(D) = w ln(D / D0)^2 for D < D0,   0 otherwise,   D = det D phi at the corners,
 //! ```
 //!
-//! is twice continuously differentiable but for a bounded jump of its second derivative at the
-//! onset `D0`, grows without bound as `D` falls to zero, and is exactly zero for deformations
-//! that stay above the onset: it does not change their energy.
+//! is twice continuously differentiable except for a bounded jump of its second derivative at the
+//! onset `D0`, tends to infinity as `D` tends to zero, and vanishes for deformations whose
+//! determinants exceed the onset: it does not change their energy.
 
 use fe_grid::engine::CORNERS;
 use fe_grid::{
@@ -26,7 +26,7 @@ pub struct FoldBarrier {
 }
 
 impl FoldBarrier {
-    /// `b` and `b'`.
+    /// Returns `b` and `b'`.
     #[inline(always)]
     fn density<L: Lane>(&self, det: L) -> (L, L) {
         let active = det.less(L::splat(self.onset));

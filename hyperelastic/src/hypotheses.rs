@@ -1,27 +1,27 @@
-//! What a law satisfies, for reports that say which theorems cover a computation.
+//! Hypotheses satisfied by a law, which determine the theorems that apply to a computation.
 
 use serde::Serialize;
 
-/// Exponents of the growth from below,
+/// Exponents of the lower growth bound,
 /// `W(A) >= c (|A|^norm + |cof A|^cofactor + det^expansion + det^-compression) - C`.
 ///
 /// They hold for the law as a function of `A` alone: a term in `|A|` also bounds the cofactor
-/// matrix and the determinant. Zero stands for no growth of that kind.
+/// matrix and the determinant. Zero means no growth of that kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Growth {
     /// Exponent `p` of `|A|`.
     pub norm: f64,
     /// Exponent `q` of `|cof A|`.
     pub cofactor: f64,
-    /// Exponent `r` of `det A`, as it grows.
+    /// Exponent `r` of `det A`, for large determinants.
     pub expansion: f64,
-    /// Exponent `s` of `1 / det A`, as the determinant vanishes.
+    /// Exponent `s` of `1 / det A`, as the determinant tends to zero.
     pub compression: f64,
 }
 
 impl Growth {
-    /// Completes exponents that come from separate terms by what a term in `|A|` says about the
-    /// others: `|cof A| <= |A|^(d-1)` and `det A <= |A|^d`, both up to a constant, likewise
+    /// Increases the exponents of separate terms by those implied by the others:
+    /// `|cof A| <= |A|^(d-1)` and `det A <= |A|^d`, both up to a constant, likewise
     /// `det A <= |cof A|^(d/(d-1))`, and `|A| = |cof A|` in 2D.
     pub(crate) fn completed(self, dimension: usize) -> Self {
         let d = dimension as f64;
@@ -40,14 +40,14 @@ impl Growth {
     }
 }
 
-/// The hypotheses that the theory asks of a density, each answered.
+/// The hypotheses of the theory on a density, and whether they hold.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[expect(
     clippy::struct_excessive_bools,
     reason = "a list of independent yes-or-no answers"
 )]
 pub struct Hypotheses {
-    /// 2 or 3.
+    /// Spatial dimension, 2 or 3.
     pub dimension: usize,
     /// `W(QA) = W(A)` for every rotation `Q`.
     pub frame_indifferent: bool,
@@ -61,13 +61,13 @@ pub struct Hypotheses {
     pub barrier: bool,
     /// `W > 0` away from the rotations.
     pub minimum_on_rotations: bool,
-    /// Growth from below.
+    /// Lower growth bound.
     pub growth: Growth,
 }
 
 impl Hypotheses {
-    /// An isotropic, polyconvex law with a barrier and its minimum, zero, on the rotations;
-    /// `growth` lists the terms that the law has.
+    /// Creates the hypotheses of an isotropic, polyconvex law with a barrier and its minimum, zero,
+    /// on the rotations; `growth` lists the terms of the law.
     pub(crate) fn of_polyconvex(dimension: usize, growth: Growth) -> Self {
         Self {
             dimension,
@@ -81,14 +81,14 @@ impl Hypotheses {
         }
     }
 
-    /// Whether Theorem 4.2 (existence of the elastic average) applies: polyconvex and growth in
-    /// `|A|` faster than the dimension.
+    /// Returns whether Theorem 4.2 (existence of the elastic average) applies: polyconvexity and
+    /// growth in `|A|` with an exponent larger than the dimension.
     pub fn existence_theorem(&self) -> bool {
         self.polyconvex && self.growth.norm > self.dimension as f64
     }
 
-    /// Whether Theorem 4.7 (existence of the phase-field average with homeomorphic deformations)
-    /// applies: `p, q > d`, `r > 1` and `s > (d-1) q / (q-d)`.
+    /// Returns whether Theorem 4.7 (existence of the phase-field average with homeomorphic
+    /// deformations) applies: `p, q > d`, `r > 1` and `s > (d-1) q / (q-d)`.
     ///
     /// The theorem is stated for `d = 3`; for `d = 2` this is the same argument with the 2D
     /// exponents (Ball, Global invertibility of Sobolev functions, 1981).

@@ -6,8 +6,8 @@ use crate::moduli::LameModuli;
 use crate::stored_energy::{PolyconvexForm, StoredEnergy};
 use fe_grid::{Lane, Tensor, tensor};
 
-/// `W_inv(A) = det A  W(A^-1)`: the stored energy of the inverse deformation, counted on the
-/// undeformed side (Definition 4.5). Same moduli as `W`; polyconvex where `W` is.
+/// The inverse model `W_inv(A) = det A  W(A^-1)`: the stored energy of the inverse deformation,
+/// integrated over the undeformed side (Definition 4.5). Same moduli as `W`; polyconvex if `W` is.
 ///
 /// # Derivation
 /// Write `G = A^-1`, `M = G^T = A^-T`, `C = cof A`, `w = W(G)`, `S = W_,A(G)`. From
@@ -23,18 +23,18 @@ pub struct Inverse<W> {
 }
 
 impl<W> Inverse<W> {
-    /// The inverse model of a law.
+    /// Creates the inverse model of a law.
     pub fn new(base: W) -> Self {
         Self { base }
     }
 
-    /// The law of the inverse deformation.
+    /// Returns the law of the inverse deformation.
     pub fn base(&self) -> &W {
         &self.base
     }
 }
 
-/// `A^-T` and `A^-1 - 1`.
+/// Returns `A^-T` and `A^-1 - 1`.
 #[inline(always)]
 fn inverted<L: Lane, const D: usize>(state: &Kinematics<L, D>) -> (Tensor<L, D>, Tensor<L, D>) {
     let inverse_transpose = tensor::scale(&state.cofactor, state.volume.inverse);
@@ -93,7 +93,7 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
         let base = self.base.hypotheses();
         Hypotheses {
             growth: inverse_growth(base.growth).completed(D),
-            // D W(A^-1) >= c D^(1-r) as D vanishes.
+            // D W(A^-1) >= c D^(1-r) as D tends to zero.
             barrier: base.barrier && base.growth.expansion > 1.0,
             ..base
         }
@@ -113,7 +113,7 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
 /// Growth of `D W(A^-1)`, for `W` growing as `|A|^p + |cof A|^q + D^r + D^-s`.
 ///
 /// `D |A^-1|^p = |cof A|^p D^(1-p)`, `D |cof A^-1|^q = |A|^q D^(1-q)`, and Young's inequality with
-/// the term `D^(1+s)` takes the determinants out: `|A|^m` with `m = (1+s) q / (q+s)`, and the same
+/// the term `D^(1+s)` eliminates the determinants: `|A|^m` with `m = (1+s) q / (q+s)`, and the same
 /// for the cofactor matrix with `p`.
 fn inverse_growth(base: Growth) -> Growth {
     let s = base.compression;
@@ -133,7 +133,7 @@ fn inverse_growth(base: Growth) -> Growth {
 }
 
 impl<const D: usize, W: PolyconvexForm<D>> PolyconvexForm<D> for Inverse<W> {
-    /// `det W^(cof^T / det, A^T / det, 1 / det)`, the perspective of a convex function.
+    /// Returns `det W^(cof^T / det, A^T / det, 1 / det)`, the perspective of a convex function.
     fn polyconvex_value(
         &self,
         a: &Tensor<f64, D>,

@@ -1,4 +1,4 @@
-//! Laws of the form `W(A) = f(|A|^2) + g(|cof A|^2) + k(det A)`, put together once.
+//! Isotropic laws of the form `W(A) = f(|A|^2) + g(|cof A|^2) + k(det A)`.
 
 use crate::kinematics::{Kinematics, Volume};
 use crate::moduli::LameModuli;
@@ -7,9 +7,9 @@ use fe_grid::{Lane, Tensor, tensor};
 
 /// A sum of three terms that is stress free at the identity: `2 f' + 2 (d-1) g' + k' = 0` there.
 ///
-/// Whoever makes one chooses the slopes so. The identity is then used: the parts of first order
-/// in `h` are left out of the value, and those of order zero out of the stress, so that neither is
-/// a small difference of large numbers.
+/// The slopes are chosen accordingly by the constructors. The relation is used in the evaluation:
+/// terms of first order in `h` are omitted from the value, and terms of order zero from the stress,
+/// so that neither is a small difference of large numbers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Isotropic<F, G, K, const D: usize> {
     pub norm: F,
@@ -58,8 +58,8 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
         self.value_at(&Kinematics::new(h, K::LOGARITHM))
     }
 
-    /// Value and stress, both times a weight. `2 f' (h - (cof A - 1)) + 2 g' C + c cof A`, less
-    /// what cancels by the choice of slopes, gathered in powers of `h` and `cof A - 1`.
+    /// Computes value and stress, both times a weight. `2 f' (h - (cof A - 1)) + 2 g' C + c cof A`,
+    /// without the terms that cancel by the choice of slopes, in powers of `h` and `cof A - 1`.
     #[inline(always)]
     pub fn weighted_gradient<L: Lane>(&self, h: &Tensor<L, D>, weight: L) -> (L, Tensor<L, D>) {
         let state = Kinematics::new(h, K::LOGARITHM);
@@ -103,7 +103,7 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
         tangent(&state, &slopes, &curvatures, self.cofactor.present(), b)
     }
 
-    /// The three terms at independent arguments.
+    /// Computes the sum of the three terms at independent arguments.
     pub fn polyconvex_value(
         &self,
         a: &Tensor<f64, D>,
@@ -138,7 +138,7 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
     }
 }
 
-/// `W_,A = 2 f' A + 2 g' C + k' cof A`, for laws that are not stress free.
+/// Computes `W_,A = 2 f' A + 2 g' C + k' cof A`, for laws that are not stress free.
 #[inline(always)]
 pub(crate) fn stress<L: Lane, const D: usize>(
     state: &Kinematics<L, D>,
@@ -185,7 +185,7 @@ pub(crate) fn tangent<L: Lane, const D: usize>(
     out
 }
 
-/// Moduli of the quadratic form of [`tangent`] at the identity, on symmetric matrices.
+/// Computes the moduli of the quadratic form of [`tangent`] at the identity, on symmetric matrices.
 ///
 /// With `e` symmetric, `C'(1)[e] = 2 tr(e) 1` in 3D and `e` in 2D, `cof'(1)[e] = tr(e) 1 - e`.
 pub(crate) fn lame_moduli<const D: usize>(

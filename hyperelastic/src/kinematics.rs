@@ -1,34 +1,34 @@
-//! The geometry of one displacement gradient, arranged so that nothing of it cancels when the
-//! strain is small.
+//! Kinematic quantities of a displacement gradient, evaluated without cancellation for small
+//! strains.
 
 use crate::scalar::{LogarithmParts, is_small};
 use fe_grid::{Lane, Tensor, tensor};
 
-/// The determinant and what the volume terms need of it.
+/// The determinant and the quantities derived from it for the volume terms.
 #[derive(Clone, Copy)]
 pub(crate) struct Volume<L> {
     /// `det - 1`.
     pub excess: L,
     /// `det`.
     pub determinant: L,
-    /// `1 / det`; NaN where the determinant is not positive, which carries on to the derivatives.
+    /// `1 / det`; NaN if the determinant is not positive, which propagates to the derivatives.
     pub inverse: L,
     /// `1 / det - 1`.
     pub inverse_excess: L,
-    /// `det - 1 - ln det`; without meaning where the determinant is not positive, and zero where
-    /// nobody asked for it.
+    /// `det - 1 - ln det`; undefined if the determinant is not positive, and zero if it was not
+    /// requested.
     pub excess_minus_logarithm: L,
 }
 
 impl<L: Lane> Volume<L> {
-    /// From the determinant of `1 + h`, and `det - 1` summed from `h` without cancellation;
-    /// `logarithm` says whether the logarithm is wanted as well.
+    /// Creates the quantities from the determinant of `1 + h`, and `det - 1` summed from `h`
+    /// without cancellation; `logarithm` requests the logarithm as well.
     ///
-    /// The sum has the digits where it is small. Elsewhere the determinant itself has them: that
-    /// of a matrix with a vanishing row is exactly zero, while the sum is a rounding error.
+    /// The sum is accurate if it is small. Otherwise the determinant itself is: that of a matrix
+    /// with a vanishing row is exactly zero, while the sum is a rounding error.
     ///
-    /// The logarithm needs a quotient `a / b` beside `1 / det`. Both come out of the one division
-    /// `1 / (b det)`.
+    /// The logarithm needs a quotient `a / b` besides `1 / det`. Both are computed from the single
+    /// division `1 / (b det)`.
     #[inline(always)]
     pub fn new(determinant: L, small_excess: L, logarithm: bool) -> Self {
         let small = is_small(small_excess);
@@ -55,13 +55,13 @@ impl<L: Lane> Volume<L> {
         }
     }
 
-    /// From the determinant alone.
+    /// Creates the quantities from the determinant alone.
     #[inline(always)]
     pub fn of_determinant(determinant: L) -> Self {
         Self::new(determinant, determinant - L::one(), true)
     }
 
-    /// The value where the determinant is positive, infinity elsewhere.
+    /// Returns the value if the determinant is positive, else infinity.
     #[inline(always)]
     pub fn barred(&self, value: L) -> L {
         L::select(
@@ -92,7 +92,8 @@ pub(crate) struct Kinematics<L, const D: usize> {
 }
 
 impl<L: Lane, const D: usize> Kinematics<L, D> {
-    /// Of a displacement gradient; `logarithm` says whether that of the determinant is wanted.
+    /// Computes the quantities of a displacement gradient; `logarithm` requests that of the
+    /// determinant.
     #[inline(always)]
     pub fn new(h: &Tensor<L, D>, logarithm: bool) -> Self {
         let minors = tensor::cofactor(h);
@@ -121,19 +122,19 @@ impl<L: Lane, const D: usize> Kinematics<L, D> {
         }
     }
 
-    /// `|A|^2 - d`.
+    /// Returns `|A|^2 - d`.
     #[inline(always)]
     pub fn norm_excess(&self) -> L {
         tensor::squared_norm_excess(&self.displacement_gradient)
     }
 
-    /// `|cof A|^2 - d`.
+    /// Returns `|cof A|^2 - d`.
     #[inline(always)]
     pub fn cofactor_norm_excess(&self) -> L {
         tensor::squared_norm_excess(&self.cofactor_excess)
     }
 
-    /// `C`, with `C : B = cof A : (cof A)'[B]`: half the derivative of `|cof A|^2`.
+    /// Returns `C`, with `C : B = cof A : (cof A)'[B]`: half the derivative of `|cof A|^2`.
     #[inline(always)]
     pub fn cofactor_norm_slope(&self) -> Tensor<L, D> {
         if D == 2 {
@@ -143,7 +144,7 @@ impl<L: Lane, const D: usize> Kinematics<L, D> {
         }
     }
 
-    /// `C - (d-1) cof A`, without cancellation for small `h`.
+    /// Returns `C - (d-1) cof A`, without cancellation for small `h`.
     ///
     /// In 3D `C = A x cof A` with the bilinear product of [`tensor::cofactor_derivative`];
     /// both factors are expanded about the identity, where `1 x 1 = 2`.

@@ -1,8 +1,8 @@
 //! Polyconvex stored energy densities, pointwise and vectorised, in 2D and 3D.
 //!
-//! A law `W` takes the displacement gradient `h = Dphi - 1` of one point and gives its energy
-//! density, first Piola–Kirchhoff stress and tangent ([`StoredEnergy`]). It is generic over the
-//! lane type, so the formula that runs as plain `f64` in a test runs on eight cells at a time in
+//! A law `W` maps the displacement gradient `h = Dphi - 1` at a point to its energy density, first
+//! Piola–Kirchhoff stress and tangent ([`StoredEnergy`]). It is generic over the lane type, so the
+//! formula that is evaluated as plain `f64` in a test is evaluated on eight cells at a time in
 //! production.
 //!
 //! | law | name | moduli |
@@ -20,14 +20,14 @@
 //! in a soft void; [`Corotational`] is the quadratic form that metrics for such energies are made
 //! of, with [`CorotationalMultigrid`] as its inverse, and [`FoldBarrier`] keeps the corners of cells from folding.
 //!
-//! **Invariants:** no law ever sees a mesh; nothing here does input or output; everything that a
-//! law calls is inlined and uses lane arithmetic only, so that the instruction set chosen at run
-//! time reaches it.
+//! **Invariants:** laws do not depend on a mesh; there is no input or output; all functions called
+//! by a law are inlined and use lane arithmetic only, so that they are compiled for the instruction
+//! set chosen at run time.
 //!
 //! ```
 //! use hyperelastic::{LameModuli, LawSpec};
 //!
-//! // The energy of a stretch by 10 % along the first axis.
+//! The energy of a stretch by 10 % along the first axis.
 //! let stretch = [[0.1, 0.0], [0.0, 0.0]];
 //! let moduli = LameModuli::new(1.0, 1.0)?;
 //! let elastic = LawSpec::new("logdet", moduli)?.compile::<2>()?.value(&stretch);

@@ -9,8 +9,8 @@ use fe_grid::{Lane, Tensor};
 
 /// `W = lambda/2 (tr e)^2 + mu |e|^2`, `e = sym h`: the dissipation of a displacement.
 ///
-/// Quadratic, so every derivative beyond the second vanishes; finite for every `h`, also where
-/// the deformation folds. It is not frame indifferent: a rotation by `t` in a plane costs
+/// It is quadratic, so all derivatives beyond the second vanish, and finite for every `h`, even if
+/// the deformation folds. It is not frame indifferent: a rotation by `t` in a plane has the energy
 /// `2 (cos t - 1)^2 (lambda + mu)`, in 2D and in 3D.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearElasticity<const D: usize> {
@@ -18,10 +18,10 @@ pub struct LinearElasticity<const D: usize> {
 }
 
 impl<const D: usize> LinearElasticity<D> {
-    /// The law with these moduli.
+    /// Creates the law with these moduli.
     ///
     /// # Errors
-    /// [`LawError::Moduli`] where they are not usable.
+    /// [`LawError::Moduli`] if they are not admissible.
     pub fn new(moduli: LameModuli) -> Result<Self, LawError> {
         Ok(Self {
             form: ViscousDissipation {
@@ -57,7 +57,7 @@ impl<const D: usize> StoredEnergy<D> for LinearElasticity<D> {
             polyconvex: true,
             barrier: false,
             minimum_on_rotations: false,
-            // Skew displacement gradients cost nothing, however large.
+            // Skew displacement gradients have zero energy, however large.
             growth: Growth::default(),
         }
     }

@@ -14,12 +14,12 @@ use fe_grid::{Lane, Tensor};
 /// `W_,AA[B] = mu B + lambda D^2 tr(A^-1 B) A^-T - (lambda/2 D^2 - mu - lambda/2) A^-T B^T A^-T`.
 ///
 /// Its moduli are exactly `(lambda, mu)`, and it is polyconvex for all `lambda >= 0`. Its growth
-/// (`|A|^2`, and a logarithm under compression) is below what the existence theorems ask for.
+/// (`|A|^2`, and a logarithm under compression) is below that required by the existence theorems.
 ///
 /// # Derivation
-/// With `h = A - 1` and `x = D - 1`, the terms of first order cancel by hand:
+/// With `h = A - 1` and `x = D - 1`, the terms of first order cancel analytically:
 /// `W = mu/2 |h|^2 - mu (x - tr h) + lambda/4 x^2 + (mu + lambda/2) (x - ln(1 + x))`, where
-/// `x - tr h` is of second order in `h`. This is what is evaluated.
+/// `x - tr h` is of second order in `h`. This expression is evaluated.
 ///
 /// ```
 /// use hyperelastic::{LameModuli, LogDet, StoredEnergy};
@@ -36,10 +36,10 @@ pub struct LogDet<const D: usize> {
 }
 
 impl<const D: usize> LogDet<D> {
-    /// The law with these moduli.
+    /// Creates the law with these moduli.
     ///
     /// # Errors
-    /// [`LawError::Moduli`] where they are not usable.
+    /// [`LawError::Moduli`] if they are not admissible.
     pub fn new(moduli: LameModuli) -> Result<Self, LawError> {
         let LameModuli { lambda, mu } = moduli.checked()?;
         Ok(Self {

@@ -1,4 +1,4 @@
-//! The default law with the growth in the determinant that the theory asks for.
+//! The default law with the growth in the determinant required by the theory.
 
 use crate::error::{LawError, require};
 use crate::hypotheses::{Growth, Hypotheses};
@@ -23,22 +23,23 @@ pub struct LogDetBarrier<const D: usize> {
 }
 
 impl<const D: usize> LogDetBarrier<D> {
-    /// The exponent that [`LogDetBarrier::new`] takes.
+    /// The exponent used by [`LogDetBarrier::new`].
     pub const DEFAULT_EXPONENT: f64 = 4.0;
 
-    /// Half of `lambda` given to the barrier, with exponent [`Self::DEFAULT_EXPONENT`].
+    /// Creates the law with half of `lambda` assigned to the barrier, with exponent
+    /// [`Self::DEFAULT_EXPONENT`].
     ///
     /// # Errors
-    /// [`LawError::Moduli`] where they are not usable.
+    /// [`LawError::Moduli`] if they are not admissible.
     pub fn new(moduli: LameModuli) -> Result<Self, LawError> {
         let weight = moduli.lambda / (4.0 * Self::DEFAULT_EXPONENT);
         Self::with_barrier(moduli, weight, Self::DEFAULT_EXPONENT)
     }
 
-    /// The law with weight `b` and exponent `p` of the barrier given.
+    /// Creates the law with given weight `b` and exponent `p` of the barrier.
     ///
     /// # Errors
-    /// [`LawError::Moduli`] where the moduli are not usable, [`LawError::Parameter`] unless
+    /// [`LawError::Moduli`] if the moduli are not admissible, [`LawError::Parameter`] unless
     /// `p >= 1` and `0 <= b <= lambda / (2 p)`.
     pub fn with_barrier(moduli: LameModuli, weight: f64, exponent: f64) -> Result<Self, LawError> {
         let LameModuli { lambda, mu } = moduli.checked()?;

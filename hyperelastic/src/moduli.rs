@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Lamé parameters: `diss[v] = lambda/2 (tr e)^2 + mu tr(e^2)`, `e = sym Dv`.
 ///
-/// Energies are dimensionless throughout, so both are plain numbers.
+/// Energies are dimensionless, so both are plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields)]
@@ -19,7 +19,7 @@ pub struct LameModuli {
 }
 
 impl LameModuli {
-    /// Checked moduli.
+    /// Creates checked moduli.
     ///
     /// # Errors
     /// [`LawError::Moduli`] unless both are finite, `lambda >= 0` and `mu > 0`.
@@ -27,7 +27,7 @@ impl LameModuli {
         Self { lambda, mu }.checked()
     }
 
-    /// Returns the moduli where they are usable.
+    /// Returns the moduli if they are admissible.
     ///
     /// # Errors
     /// As [`LameModuli::new`].

@@ -1,4 +1,4 @@
-//! Laws of other crates, by a name of their own.
+//! Laws defined in other crates, registered by name.
 
 use crate::compiled::CompiledLaw;
 use crate::error::LawError;
@@ -6,11 +6,11 @@ use crate::moduli::LameModuli;
 use std::any::Any;
 use std::sync::{PoisonError, RwLock};
 
-/// A law that [`register_law`](crate::register_law) has given a name.
+/// A law registered by [`register_law`](crate::register_law).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OwnLaw(usize);
 
-/// Makes one law from its moduli.
+/// Function that creates a law from its moduli.
 type Maker<const D: usize> = fn(LameModuli) -> Result<CompiledLaw<D>, LawError>;
 
 struct Registered {
@@ -22,7 +22,7 @@ struct Registered {
 static REGISTERED: RwLock<Vec<Registered>> = RwLock::new(Vec::new());
 
 impl OwnLaw {
-    /// Registers a law unless its name is taken.
+    /// Registers a law; `None` if its name is already used.
     pub(crate) fn register(name: &str, in_plane: Maker<2>, in_space: Maker<3>) -> Option<Self> {
         let mut laws = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
         if laws.iter().any(|law| law.name == name) {
@@ -36,19 +36,19 @@ impl OwnLaw {
         Some(Self(laws.len() - 1))
     }
 
-    /// All laws that are registered.
+    /// Returns all registered laws.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let laws = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
         (0..laws.len()).map(Self)
     }
 
-    /// The name that it was given.
+    /// Returns the registered name.
     pub fn name(self) -> String {
         let laws = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
         laws[self.0].name.clone()
     }
 
-    /// The law with these moduli.
+    /// Creates the law with these moduli.
     pub(crate) fn compile<const D: usize>(
         self,
         moduli: LameModuli,
@@ -62,7 +62,7 @@ impl OwnLaw {
         } else {
             Box::new(in_space(moduli)?)
         };
-        // The box holds the law for the dimension `D`.
+        // The box contains the law for the dimension `D`.
         Ok(*law.downcast().expect("one dimension, one type"))
     }
 }

@@ -28,7 +28,7 @@ pub struct PowerExponents {
 }
 
 impl Default for PowerExponents {
-    /// `p = q = 4`, `r = 2`, `s = 9`: small exponents that Theorem 4.7 covers, which wants
+    /// `p = q = 4`, `r = 2`, `s = 9`: small exponents admitted by Theorem 4.7, which requires
     /// `s > 2 q / (q - 3) = 8`.
     fn default() -> Self {
         Self {
@@ -55,25 +55,25 @@ pub struct PowerCoefficients {
 /// `W = a1 |A|^p + a2 |cof A|^q + Gamma(D) - const`, `D = det A > 0`, with `W(1) = 0`,
 /// `W_,A(1) = 0`.
 ///
-/// Write `P = a1 p d^(p/2-1)`, `Q = a2 q d^(q/2-1)`, `M = P + (d-1) Q`. The identity is stress
-/// free where `Gamma'(1) = -M`, and then the moduli are `mu = P + Q` and
+/// Let `P = a1 p d^(p/2-1)`, `Q = a2 q d^(q/2-1)`, `M = P + (d-1) Q`. The identity is stress free
+/// if `Gamma'(1) = -M`, and then the moduli are `mu = P + Q` and
 /// `lambda = P (p-2)/d + Q ((q-2)(d-1)^2/d + 2 (d-2)) - M + Gamma''(1)`.
 ///
 /// Two volume functions:
 /// * [`Power::null_lagrangian`], `Gamma = a3 D^-s + b D^r - e D`. The linear term is a null
-///   Lagrangian: it changes neither the equations nor convexity, and frees `Gamma''(1)` from
+///   Lagrangian: it changes neither the equations nor convexity, and decouples `Gamma''(1)` from
 ///   `Gamma'(1)`, so that every `lambda, mu > 0` is reached.
 /// * [`Power::two_term`], `Gamma = a3 (D^-s + beta D^r)`, the form of the lecture notes, with
 ///   `beta = (s - M/a3) / r`; polyconvex only where `beta >= 0`, which bounds `lambda` from below.
 ///
-/// As these constructors make them, both are polyconvex with their minimum exactly on the
-/// rotations.
+/// With these constructors, both are polyconvex with their minimum exactly on the rotations.
 ///
 /// # Why the minimum is on the rotations
-/// By the inequality of the means `|A|^2 >= d D^(2/d)` and `|cof A|^2 >= d D^(2(d-1)/d)`, with
-/// equality for conformal `A` only, so `W(A) >= w(D)`, a function with `w(1) = w'(1) = 0`. For
-/// the two-term form `w` is a convex function of `ln D`; with the linear term it is a convex
-/// function of `D` as soon as `p >= d` and `q (d-1) >= d`, which the constructor asks for.
+/// By the inequality of arithmetic and geometric means `|A|^2 >= d D^(2/d)` and
+/// `|cof A|^2 >= d D^(2(d-1)/d)`, with equality for conformal `A` only, so `W(A) >= w(D)`, a
+/// function with `w(1) = w'(1) = 0`. For the two-term form `w` is a convex function of `ln D`; with
+/// the linear term it is a convex function of `D` if `p >= d` and `q (d-1) >= d`, which the
+/// constructor requires.
 #[derive(Clone, Copy, Debug)]
 pub struct Power<const D: usize> {
     name: &'static str,
@@ -82,25 +82,25 @@ pub struct Power<const D: usize> {
 }
 
 impl<const D: usize> Power<D> {
-    /// The law for any `lambda, mu > 0`: [`Power::null_lagrangian`] with the default exponents
-    /// and an admissible share.
+    /// Creates the law for any `lambda, mu > 0`: [`Power::null_lagrangian`] with the default
+    /// exponents and an admissible share.
     ///
     /// # Errors
-    /// [`LawError::Moduli`] where the moduli are not usable, [`LawError::LambdaBelowBound`] for
+    /// [`LawError::Moduli`] if the moduli are not admissible, [`LawError::LambdaBelowBound`] for
     /// `lambda = 0` in 2D.
     pub fn new(moduli: LameModuli) -> Result<Self, LawError> {
         Self::null_lagrangian(moduli, PowerExponents::default(), None)
     }
 
-    /// The law with volume function `a3 D^-s + b D^r - e D`.
+    /// Creates the law with volume function `a3 D^-s + b D^r - e D`.
     ///
-    /// `norm_share` is the part `t` of the shear modulus that `|A|^p` carries, `P = t mu`,
-    /// `Q = (1-t) mu`. It must leave `Gamma''(1) > 0`; without one the middle of the admissible
-    /// shares is taken. `Gamma''(1)` is split evenly between its two powers.
+    /// `norm_share` is the fraction `t` of the shear modulus due to `|A|^p`, `P = t mu`,
+    /// `Q = (1-t) mu`. It must leave `Gamma''(1) > 0`; by default the middle of the admissible
+    /// shares is used. `Gamma''(1)` is split evenly between its two powers.
     ///
     /// # Errors
     /// [`LawError::Moduli`]; [`LawError::Parameter`] for exponents or a share out of range;
-    /// [`LawError::LambdaBelowBound`] where `Gamma''(1) <= 0`, for the share given or for all.
+    /// [`LawError::LambdaBelowBound`] if `Gamma''(1) <= 0`, for the given share or for all shares.
     pub fn null_lagrangian(
         moduli: LameModuli,
         exponents: PowerExponents,
@@ -134,16 +134,16 @@ impl<const D: usize> Power<D> {
         Ok(law)
     }
 
-    /// The law with volume function `a3 (D^-s + beta D^r)`.
+    /// Creates the law with volume function `a3 (D^-s + beta D^r)`.
     ///
-    /// `norm_share` is the part `t` of the shear modulus that `|A|^p` carries; without one the
-    /// middle of the admissible shares is taken. Admissible is
+    /// `norm_share` is the fraction `t` of the shear modulus due to `|A|^p`; by default the middle
+    /// of the admissible shares is used. A share is admissible if
     /// `lambda >= P (p-2)/d + 2 (d-2) Q + Q (q-2) (d-1)^2/d + s (P + (d-1) Q)`, that is
     /// `beta >= 0`.
     ///
     /// # Errors
     /// [`LawError::Moduli`]; [`LawError::Parameter`] for exponents or a share out of range;
-    /// [`LawError::LambdaBelowBound`] naming the bound where `beta` would be negative.
+    /// [`LawError::LambdaBelowBound`] with the bound if `beta` would be negative.
     pub fn two_term(
         moduli: LameModuli,
         exponents: PowerExponents,
@@ -165,15 +165,15 @@ impl<const D: usize> Power<D> {
         let slope = -law.terms.volume.slope;
         let compression = (moduli.lambda - problem.bound(share) + (r + s) * slope) / (s * (s + r));
         law.set_two_terms(compression);
-        // Rounding must not turn the bound itself into a law that is not polyconvex.
+        // Rounding must not make the law at the bound itself non-polyconvex.
         law.terms.volume.expansion = law.terms.volume.expansion.max(0.0);
         Ok(law)
     }
 
-    /// The two-term law with given coefficients; its moduli follow from them.
+    /// Creates the two-term law with given coefficients; its moduli follow from them.
     ///
-    /// `beta` may turn out negative: the law is then stress free but not polyconvex, and
-    /// [`StoredEnergy::hypotheses`] says so.
+    /// `beta` may be negative: the law is then stress free but not polyconvex, as reported by
+    /// [`StoredEnergy::hypotheses`].
     ///
     /// # Errors
     /// [`LawError::Parameter`] for exponents out of range, negative `a1`, `a2`, both zero, or
@@ -197,7 +197,7 @@ impl<const D: usize> Power<D> {
         Ok(law)
     }
 
-    /// The norm terms with `P = t mu`, `Q = (1-t) mu`, and no volume powers yet.
+    /// Creates the norm terms with `P = t mu`, `Q = (1-t) mu`, without volume powers.
     fn with_shares(
         name: &'static str,
         mu: f64,
@@ -234,7 +234,7 @@ impl<const D: usize> Power<D> {
         }
     }
 
-    /// `a3 (D^-s + beta D^r)` with the slope that makes the identity stress free.
+    /// Sets `a3 (D^-s + beta D^r)` with the slope that makes the identity stress free.
     fn set_two_terms(&mut self, a3: f64) {
         let volume = &mut self.terms.volume;
         volume.compression = a3;
@@ -242,12 +242,12 @@ impl<const D: usize> Power<D> {
             (volume.compression_exponent * a3 + volume.slope) / volume.expansion_exponent;
     }
 
-    /// The factor of `D^r`: `b`, or `a3 beta`.
+    /// Returns the factor of `D^r`: `b`, or `a3 beta`.
     pub fn expansion_coefficient(&self) -> f64 {
         self.terms.volume.expansion
     }
 
-    /// The factor `a3` of `D^-s`.
+    /// Returns the factor `a3` of `D^-s`.
     pub fn compression_coefficient(&self) -> f64 {
         self.terms.volume.compression
     }
@@ -268,8 +268,8 @@ impl PowerExponents {
     }
 }
 
-/// What the norm terms add to `lambda / mu`, but for the volume term: `(p-2)/d` for each unit of
-/// `P / mu`, and `(q-2)(d-1)^2/d + 2(d-2)` for each unit of `Q / mu`.
+/// Returns the contributions of the norm terms to `lambda / mu`, without the volume term: `(p-2)/d`
+/// per unit of `P / mu`, and `(q-2)(d-1)^2/d + 2(d-2)` per unit of `Q / mu`.
 fn norm_stiffness<const D: usize>(exponents: &PowerExponents) -> (f64, f64) {
     let d = D as f64;
     (

@@ -1,4 +1,4 @@
-//! How the shear modulus is shared between the two norm terms of a power law.
+//! Distribution of the shear modulus over the two norm terms of a power law.
 
 use crate::error::{LawError, require};
 use crate::moduli::LameModuli;
@@ -16,7 +16,7 @@ pub(crate) struct ShareProblem {
 }
 
 impl ShareProblem {
-    /// The bound for a share.
+    /// Returns the bound for a share.
     pub fn bound(&self, share: f64) -> f64 {
         let mix = share * self.bound_at_norm + (1.0 - share) * self.bound_at_cofactor;
         self.moduli.mu * mix
@@ -28,7 +28,7 @@ impl ShareProblem {
     }
 }
 
-/// The share wished for where it is admissible, or the middle of the admissible ones.
+/// Returns the requested share if it is admissible; by default the middle of the admissible ones.
 pub(crate) fn choose_share(problem: &ShareProblem, wish: Option<f64>) -> Result<f64, LawError> {
     let refused = |norm_share: f64| LawError::LambdaBelowBound {
         law: problem.law,
@@ -54,7 +54,7 @@ pub(crate) fn choose_share(problem: &ShareProblem, wish: Option<f64>) -> Result<
     }
 }
 
-/// The share whose bound is `lambda`; the two ends lie on different sides of it.
+/// Returns the share whose bound is `lambda`; the two ends lie on different sides of it.
 fn crossing(problem: &ShareProblem) -> f64 {
     let (at_cofactor, at_norm) = (problem.bound(0.0), problem.bound(1.0));
     ((problem.moduli.lambda - at_cofactor) / (at_norm - at_cofactor)).clamp(0.0, 1.0)

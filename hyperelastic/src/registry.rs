@@ -1,4 +1,4 @@
-//! From a name and two moduli to a compiled law.
+//! Construction of compiled laws from a name and two moduli.
 //!
 //! To add a law: one file for it, one line in [`Family`]'s table, one in `compile_in`. A law of
 //! another crate is added by [`register_law`].
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// The laws that have a name.
+/// The named laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Family {
@@ -36,14 +36,13 @@ pub enum Family {
     Own(OwnLaw),
 }
 
-/// Gives a law of another crate a name, by which an average, a geodesic or a principal component
-/// analysis is asked for it like for any other. It lasts as long as the program runs.
+/// Registers a law of another crate under a name, by which averages, geodesics and principal
+/// component analyses can select it like any other. The registration lasts until the program ends.
 ///
-/// The two functions make the law from its moduli, for the plane and for space, with
-/// [`CompiledLaw::new`].
+/// The two functions create the law from its moduli, in 2D and in 3D, with [`CompiledLaw::new`].
 ///
 /// # Errors
-/// [`LawError::NameTaken`] if a law has the name already.
+/// [`LawError::NameTaken`] if the name is already used.
 pub fn register_law(
     name: &str,
     in_plane: fn(LameModuli) -> Result<CompiledLaw<2>, LawError>,
@@ -83,7 +82,7 @@ pub struct LawName {
 impl LawName {
     const INVERSE: &'static str = "inverse:";
 
-    /// All names, in the order in which they are listed to a user.
+    /// Returns all names, in the order in which they are listed to a user.
     pub fn all() -> impl Iterator<Item = Self> {
         let with = |inverse: bool| {
             Family::TABLE
@@ -99,12 +98,12 @@ impl LawName {
             .chain(own)
     }
 
-    /// The family.
+    /// Returns the family.
     pub fn family(self) -> Family {
         self.family
     }
 
-    /// Whether this is the inverse model.
+    /// Returns whether this is the inverse model.
     pub fn is_inverse(self) -> bool {
         self.inverse
     }
@@ -174,7 +173,7 @@ pub struct LawSpec {
     pub moduli: LameModuli,
 }
 
-/// The same as it is written.
+/// Serialised form of a [`LawSpec`].
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Stated {
@@ -203,7 +202,7 @@ impl From<LawSpec> for Stated {
     }
 }
 
-/// The names of all laws, as values of an option.
+/// Returns the names of all laws, as values of an option.
 #[cfg(feature = "clap")]
 fn law_names() -> impl clap::builder::TypedValueParser<Value = LawName> {
     use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -212,10 +211,11 @@ fn law_names() -> impl clap::builder::TypedValueParser<Value = LawName> {
 }
 
 impl LawSpec {
-    /// The law of this name with these moduli.
+    /// Creates the specification of the law of this name with these moduli.
     ///
     /// # Errors
-    /// [`LawError::UnknownLaw`] for an unknown name. The moduli are checked when the law is made.
+    /// [`LawError::UnknownLaw`] for an unknown name. The moduli are checked when the law is
+    /// compiled.
     pub fn new(name: &str, moduli: LameModuli) -> Result<Self, LawError> {
         Ok(Self {
             law: name.parse()?,
@@ -223,17 +223,17 @@ impl LawSpec {
         })
     }
 
-    /// The law, compiled.
+    /// Creates the compiled law.
     ///
     /// # Errors
-    /// Whatever the law's constructor refuses: moduli out of range, or below the law's bound.
+    /// Those of the law's constructor: moduli out of range, or below the law's bound.
     pub fn compile<const D: usize>(&self) -> Result<CompiledLaw<D>, LawError> {
         compile(self)
     }
 }
 
 compiled_once! {
-    /// The law that a specification names, compiled with this crate.
+    /// Creates the specified law, compiled with this crate.
     fn compile<'a, D>(spec: &'a LawSpec) -> Result<CompiledLaw<D>, LawError> = compile_in;
 }
 
@@ -252,7 +252,7 @@ fn compile_in<const D: usize>(spec: &LawSpec) -> Result<CompiledLaw<D>, LawError
     }
 }
 
-/// A law or its inverse model.
+/// Compiles a law or its inverse model.
 fn compile_one<W: StoredEnergy<D>, const D: usize>(law: W, inverse: bool) -> CompiledLaw<D> {
     if inverse {
         CompiledLaw::new(Inverse::new(law))
@@ -261,7 +261,7 @@ fn compile_one<W: StoredEnergy<D>, const D: usize>(law: W, inverse: bool) -> Com
     }
 }
 
-/// Both power laws are one type, so that a kernel is compiled for it once.
+/// Creates a power law. Both power laws have the same type, so its kernels are compiled once.
 fn power<const D: usize>(family: Family, moduli: LameModuli) -> Result<Power<D>, LawError> {
     if family == Family::PowerTwoTerm {
         // Small exponents keep the bound on lambda low.

@@ -10,7 +10,8 @@ struct Power<L> {
 }
 
 impl<L: Lane> Power<L> {
-    /// The power with the sum of both exponents. With non-negative excesses of equal sign no
+    /// Returns the power with the sum of both exponents. With non-negative excesses of equal sign
+    /// no
     /// term cancels: `(1+a)(1+b) = 1 + a + b + ab`, and `ab` is of second order.
     #[inline(always)]
     fn times(self, other: Self) -> Self {
@@ -45,7 +46,8 @@ impl<L: Lane> Power<L> {
         result
     }
 
-    /// `(1 + x)^(1/2)`: with `y` the excess, `y = x / (1 + sqrt(1 + x))` and `y - x/2 = -y^2/2`.
+    /// Returns `(1 + x)^(1/2)`: with `y` the excess, `y = x / (1 + sqrt(1 + x))` and
+    /// `y - x/2 = -y^2/2`.
     #[inline(always)]
     fn square_root(x: L) -> Self {
         let excess = x / (L::one() + (L::one() + x).sqrt());
@@ -56,7 +58,7 @@ impl<L: Lane> Power<L> {
     }
 }
 
-/// Whether a power is made of products and square roots.
+/// Returns whether a power is computed by products and square roots.
 #[inline(always)]
 fn is_half_integer(k: f64) -> bool {
     (2.0 * k).fract() == 0.0 && (0.0..=64.0).contains(&k)
@@ -93,7 +95,7 @@ pub(crate) fn power_remainder<L: Lane>(x: L, k: f64) -> L {
     }
 }
 
-/// The binomial series near zero, the definition elsewhere.
+/// Evaluates the binomial series near zero, the definition elsewhere.
 fn scalar_power_remainder(x: f64, k: f64) -> f64 {
     if x.abs() * (1.0 + k) > 0.25 {
         return (k * x.ln_1p()).exp_m1() - k * x;
@@ -111,9 +113,8 @@ fn scalar_power_remainder(x: f64, k: f64) -> f64 {
     sum
 }
 
-/// The logarithm of `1 + x` taken apart, `1 + x = m 2^e` with `m` between `1/sqrt 2` and
-/// `sqrt 2`, as far as it goes without a division: `ln m = 2 artanh(s)` with `s = f / (f + 2)`,
-/// `f = m - 1`.
+/// Decomposition for the logarithm of `1 + x`, up to a division: `1 + x = m 2^e` with `m` between
+/// `1/sqrt 2` and `sqrt 2`, and `ln m = 2 artanh(s)` with `s = f / (f + 2)`, `f = m - 1`.
 #[derive(Clone, Copy)]
 pub(crate) struct LogarithmParts<L: Lane> {
     /// `e`.
@@ -126,16 +127,16 @@ pub(crate) struct LogarithmParts<L: Lane> {
     pub denominator: L,
 }
 
-/// Whether an excess `x` is small: then `1 + x` has the exponent `e = 0`, and `x` is `m - 1` with
-/// more digits than `1 + x` has.
+/// Returns whether an excess `x` is small: then `1 + x` has the exponent `e = 0`, and `x` is
+/// `m - 1` with more digits than `1 + x` has.
 #[inline(always)]
 pub(crate) fn is_small<L: Lane>(x: L) -> L::Mask {
     x.abs().less(L::splat(0.25))
 }
 
 impl<L: Lane> LogarithmParts<L> {
-    /// From `x`, whether it is small, and `total = 1 + x`, which must be positive for the parts to
-    /// mean anything.
+    /// Creates the decomposition from `x`, whether it is small, and `total = 1 + x`; the result is
+    /// valid only if `total` is positive.
     #[inline(always)]
     pub fn new(x: L, small: L::Mask, total: L) -> Self {
         let (m, exponent) = total.split_exponent();

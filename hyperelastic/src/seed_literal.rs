@@ -1,4 +1,4 @@
-//! The density of the lecture notes as it is printed, for value checks.
+//! The density as printed in the lecture notes, for checks of values.
 
 use crate::error::{LawError, require};
 use crate::hypotheses::{Growth, Hypotheses};
@@ -32,9 +32,9 @@ pub struct SeedParameters {
 
 /// `W = a1 (|A|^2 - 3)^(p/2) + a2 (|cof A|^2 - 3)^(q/2) + a3 (D^-s + s/r D^r - (r+s)/r)`.
 ///
-/// Not a law to compute with: it is not stress free for `p = 2`, has no shear stiffness for
-/// `p = 4`, and is not defined under compression for odd `p`; the 3 stands there in 2D as well.
-/// It exists to check values against, and to show these faults in tests.
+/// Not intended for computations: it is not stress free for `p = 2`, has no shear stiffness for
+/// `p = 4`, and is not defined under compression for odd `p`; the 3 is used in 2D as well. It
+/// serves to check values, and to demonstrate these defects in tests.
 #[derive(Clone, Copy, Debug)]
 pub struct SeedLiteral<const D: usize> {
     parameters: SeedParameters,
@@ -42,7 +42,7 @@ pub struct SeedLiteral<const D: usize> {
 }
 
 impl<const D: usize> SeedLiteral<D> {
-    /// The density as printed.
+    /// Creates the density as printed.
     ///
     /// # Errors
     /// [`LawError::Parameter`] for coefficients that are not finite or exponents out of range.
@@ -147,8 +147,8 @@ impl<const D: usize> StoredEnergy<D> for SeedLiteral<D> {
         tangent(&state, &slopes, &curvatures, true, b)
     }
 
-    /// Of the Hessian at the identity restricted to symmetric matrices; the identity may be
-    /// prestressed, and then rotations cost energy too.
+    /// Returns the moduli of the Hessian at the identity restricted to symmetric matrices; the
+    /// identity may be prestressed, and then rotations have nonzero energy too.
     fn moduli(&self) -> LameModuli {
         let shifted = D as f64 - 3.0;
         let volume = Volume::of_determinant(1.0);

@@ -1,4 +1,4 @@
-//! Energies of a strain that is itself a function of what a law of the cell engine sees.
+//! Energies of a strain that is computed from the point data of the cell engine.
 
 use crate::compiled::{CompiledLaw, GradientCall, HessianCall, ValueCall, places_of_points};
 use fe_grid::engine::{
@@ -6,35 +6,34 @@ use fe_grid::engine::{
 };
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor};
 
-/// A density that asks a stored energy `W` once, at a strain `h = F - 1` of its own making.
+/// A density that evaluates a stored energy `W` once, at a strain `h = F - 1` that it computes.
 ///
-/// What stands before and after that is written here, pointwise; [`StrainEnergy`] makes a law of the
-/// cell engine of it, which enters the compiled `W` once for several points.
+/// The operations before and after this are implemented pointwise; [`StrainEnergy`] makes the
+/// density a law of the cell engine, which calls the compiled `W` once for several points.
 pub trait StrainDensity<const D: usize, const M: usize>: Reads {
-    /// What is made of a point before `W` is asked, and used again afterwards.
+    /// Quantities of a point that are computed before `W` is evaluated, and used again afterwards.
     type Kinematics<L: Lane>: Copy;
 
-    /// The stored energy density.
+    /// Returns the stored energy density.
     fn law(&self) -> &CompiledLaw<D>;
 
-    /// What is made of a point.
+    /// Computes the kinematic quantities of a point.
     fn kinematics<L: Lane>(&self, point: &Point<L, D, M>) -> Self::Kinematics<L>;
 
-    /// The strain `h`.
+    /// Returns the strain `h`.
     fn strain<L: Lane>(&self, at: &Self::Kinematics<L>) -> Tensor<L, D>;
 
-    /// The density, from `W`.
+    /// Computes the density from `W`.
     fn value<L: Lane>(&self, at: &Self::Kinematics<L>, value: L) -> L;
 
-    /// The weight `w` with which `W` and its stress are asked for a gradient; one unless said
-    /// otherwise.
+    /// Returns the weight `w` of `W` and its stress in a gradient; one by default.
     #[inline(always)]
     fn weight<L: Lane>(&self, at: &Self::Kinematics<L>) -> L {
         let _ = at;
         L::one()
     }
 
-    /// The density and its derivative, from `w W` and `w W_,A`.
+    /// Computes the density and its derivative from `w W` and `w W_,A`.
     fn gradient<L: Lane>(
         &self,
         at: &Self::Kinematics<L>,
@@ -42,14 +41,15 @@ pub trait StrainDensity<const D: usize, const M: usize>: Reads {
         stress: &Tensor<L, D>,
     ) -> (L, Jet<L, D, M>);
 
-    /// The change of the strain in a direction.
+    /// Computes the change of the strain in a direction.
     fn strain_change<L: Lane>(
         &self,
         at: &Self::Kinematics<L>,
         direction: &Jet<L, D, M>,
     ) -> Tensor<L, D>;
 
-    /// The second derivative applied to a direction, from `W_,AA` applied to the change of the strain.
+    /// Computes the second derivative applied to a direction, from `W_,AA` applied to the change of
+    /// the strain.
     fn hessian_action<L: Lane>(
         &self,
         at: &Self::Kinematics<L>,
@@ -62,10 +62,10 @@ pub trait StrainDensity<const D: usize, const M: usize>: Reads {
 #[derive(Clone, Copy, Debug)]
 pub struct StrainEnergy<E>(pub E);
 
-/// Points that the compiled law is asked for at a time.
+/// Number of points per call of the compiled law.
 const POINTS: usize = MAX_FACE_CORNERS;
 
-/// Strains of some points, as the compiled law takes them.
+/// Converts the strains of some points to the layout of the compiled law.
 #[inline(always)]
 fn gathered<L: Lane, const D: usize>(
     strains: impl Fn(usize) -> Tensor<L, D>,
@@ -82,7 +82,7 @@ fn gathered<L: Lane, const D: usize>(
     block
 }
 
-/// The tensor of one of these points.
+/// Returns the tensor of one of these points.
 #[inline(always)]
 fn tensor_of<L: Lane, const D: usize>(block: &BlockGradients<L, D, D>, p: usize) -> Tensor<L, D> {
     let mut tensor = [[L::zero(); D]; D];

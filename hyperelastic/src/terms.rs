@@ -1,7 +1,7 @@
-//! The one-variable functions that the isotropic laws are sums of.
+//! The functions of one variable of which the isotropic laws are sums.
 //!
-//! Each is a function `f` of an excess `x` over the identity's value, with `f(0) = 0`, given in
-//! three pieces that keep their digits for small `x`: `f(x) = slope x + remainder(x)`,
+//! Each is a function `f` of the excess `x` over the value at the identity, with `f(0) = 0`, given
+//! in three parts that are accurate for small `x`: `f(x) = slope x + remainder(x)`,
 //! `f'(x) = slope + slope_excess(x)`, and `f''(x) = curvature(x)`.
 
 use crate::kinematics::Volume;
@@ -11,9 +11,9 @@ use std::fmt::Debug;
 
 /// A function of `|A|^2 - d` or of `|cof A|^2 - d`.
 pub(crate) trait NormTerm: Copy + Send + Sync + Debug + 'static {
-    /// False where the function is zero, so that its part of the work can be left out.
+    /// Returns false if the function is zero, so that its evaluation can be skipped.
     fn present(&self) -> bool;
-    /// False where the function is linear, so that its remainder and slope excess are zero.
+    /// Returns false if the function is linear, so that its remainder and slope excess are zero.
     #[inline(always)]
     fn curved(&self) -> bool {
         self.present()
@@ -42,7 +42,7 @@ pub(crate) trait VolumeTerm: Copy + Send + Sync + Debug + 'static {
     fn curvature<L: Lane>(&self, volume: &Volume<L>) -> L;
 }
 
-/// No dependence.
+/// The zero function.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Absent;
 
@@ -114,7 +114,7 @@ pub(crate) struct PowerNorm {
 }
 
 impl PowerNorm {
-    /// The term `coefficient |A|^exponent`, less its value at the identity.
+    /// Creates the term `coefficient |A|^exponent`, less its value at the identity.
     pub fn new(coefficient: f64, exponent: f64, dimension: usize) -> Self {
         let d = dimension as f64;
         Self {
@@ -196,8 +196,8 @@ impl VolumeTerm for LogVolume {
     }
 }
 
-/// `compression D^-s + expansion D^r + c D`, less its value at the identity, where `c` is what
-/// makes the slope there the one given. `r, s >= 1`.
+/// `compression D^-s + expansion D^r + c D`, less its value at the identity, where `c` is
+/// determined by the given slope there. `r, s >= 1`.
 ///
 /// The linear term has no remainder, slope excess or curvature, so `c` itself is never needed.
 #[derive(Clone, Copy, Debug)]

@@ -25,7 +25,7 @@ impl<const D: usize> WeightedElasticity<'_, D> {
         )
     }
 
-    /// The weights at the points of a block.
+    /// Returns the weights at the points of a block.
     #[inline(always)]
     fn weights<L: Lane>(&self, block: &Block<L, D, D>) -> [L; MAX_CORNERS] {
         let mut weights = [L::zero(); MAX_CORNERS];

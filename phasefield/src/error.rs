@@ -1,4 +1,4 @@
-//! What can go wrong in this crate.
+//! Errors of this crate.
 
 /// Errors of phase fields.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -11,16 +11,16 @@ pub enum PhaseFieldError {
         name: &'static str,
         /// The admissible values, in words.
         expected: &'static str,
-        /// The value that was given.
+        /// The given value.
         value: f64,
     },
-    /// An image is not a number everywhere.
+    /// An image is not finite at a node.
     #[error("the image is not finite at node {node}")]
     NotFinite {
-        /// Position in memory of the node.
+        /// Index of the node, in memory order.
         node: usize,
     },
-    /// From the grid layer.
+    /// An error of the grid layer.
     #[error(transparent)]
     Grid(#[from] fe_grid::GridError),
     /// A shape could not be represented.

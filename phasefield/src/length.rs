@@ -13,10 +13,10 @@ pub struct InterfaceLength {
 }
 
 impl InterfaceLength {
-    /// `L[v]` of a nodal field: `w · (epsilon L + M / (4 epsilon)) w` for `w = v - 1`.
+    /// Computes `L[v]` of a nodal field: `w · (epsilon L + M / (4 epsilon)) w` for `w = v - 1`.
     ///
     /// # Panics
-    /// If the field has not one number a node.
+    /// If the field does not have one value per node.
     pub fn of<const D: usize>(&self, grid: &Grid<D>, field: &[f64]) -> f64 {
         let coefficients = MassStiffness {
             mass: 0.25 / self.interface_width,

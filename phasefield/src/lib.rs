@@ -1,11 +1,12 @@
 //! Shapes as phase fields: profiles, interface length and mismatch energies, and the edges of grey
 //! images.
 //!
-//! A phase field is 1 away from the boundary of a shape and falls to 0 on it, over a width
+//! A phase field is 1 away from the boundary of a shape and decreases to 0 on it, over a width of
 //! `interface_width` on either side.
 //!
-//! **Invariant:** a phase field is made from a signed distance or is the minimiser of an energy of
-//! images ([`segmentation`]), never made from a mask, so that its width is what it is said to be.
+//! **Invariant:** a phase field is computed from a signed distance or is the minimiser of an energy
+//! of images ([`segmentation`]), never computed from a mask, so that its width is the specified
+//! one.
 //!
 //! ```
 //! use phasefield::{ElasticWeight, Profile};

@@ -1,4 +1,5 @@
-//! The mismatch of a phase field `v_i` with the average phase field, seen through a deformation.
+//! The mismatch between a phase field `v_i` and the average phase field composed with a
+//! deformation.
 //!
 //! ```text
 //! F = (1/epsilon) int (v o phi)^2 (1 - v_i)^2 + v_i^2 (1 - v o phi)^2
@@ -18,7 +19,7 @@ use fe_grid::{Lane, Point, Reads};
 pub struct Mismatch {
     /// Interface width `epsilon`.
     pub interface_width: f64,
-    /// Factor in front.
+    /// Factor of the mismatch.
     pub scale: f64,
 }
 
@@ -69,7 +70,7 @@ impl<const D: usize> PointWeights<D> for Mismatch {
     }
 }
 
-/// The least that the mismatch with a phase field can be, whatever the other one,
+/// The least mismatch of a phase field with any other one,
 ///
 /// ```text
 /// (1/epsilon) int v_i^2 (1 - v_i)^2 / (v_i^2 + (1 - v_i)^2),
@@ -98,8 +99,8 @@ impl MatchDensity for LeastMismatch {
     }
 }
 
-/// A density that counts only where a shape was seen: times one more coefficient, behind those of
-/// the density itself.
+/// A density multiplied by a visibility mask, which is an additional coefficient after those of the
+/// density itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen<F>(pub F);
 

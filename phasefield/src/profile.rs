@@ -1,4 +1,4 @@
-//! From a signed distance to a phase field and to an elastic weight.
+//! Phase fields and elastic weights from signed distances.
 //!
 //! With `d` the signed distance (positive inside) and `epsilon` the interface width:
 //!
@@ -37,22 +37,22 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// The profile of interface width `epsilon > 0`, in the unit of the coordinates.
+    /// Creates the profile of interface width `epsilon > 0`, in the unit of the coordinates.
     ///
     /// # Errors
-    /// [`PhaseFieldError::Parameter`] where the width is not positive and finite.
+    /// [`PhaseFieldError::Parameter`] if the width is not positive and finite.
     pub fn new(interface_width: f64) -> Result<Self, PhaseFieldError> {
         Ok(Self {
             interface_width: positive("interface_width", interface_width)?,
         })
     }
 
-    /// `v = 1 - exp(-|d|/(2 epsilon))` at signed distance `d`.
+    /// Returns `v = 1 - exp(-|d|/(2 epsilon))` at signed distance `d`.
     pub fn value(self, signed_distance: f64) -> f64 {
         -(-signed_distance.abs() / (2.0 * self.interface_width)).exp_m1()
     }
 
-    /// The phase field of a signed distance.
+    /// Computes the phase field of a signed distance.
     pub fn phase_field<const D: usize>(
         self,
         signed_distance: &Field<f64, D, 1>,
@@ -69,7 +69,7 @@ pub struct ElasticWeight {
 }
 
 impl ElasticWeight {
-    /// The weight for interface width `epsilon > 0` and void stiffness `0 <= delta <= 1`.
+    /// Creates the weight for interface width `epsilon > 0` and void stiffness `0 <= delta <= 1`.
     ///
     /// # Errors
     /// [`PhaseFieldError::Parameter`].
@@ -88,18 +88,18 @@ impl ElasticWeight {
         })
     }
 
-    /// The smooth indicator `chi` at signed distance `d`: 1 deeper inside than `2 epsilon`, 1/2
-    /// on the boundary, 0 farther outside than `2 epsilon`.
+    /// Returns the smooth indicator `chi` at signed distance `d`: 1 for `d > 2 epsilon`, 1/2 on the
+    /// boundary, 0 for `d < -2 epsilon`.
     pub fn indicator(self, signed_distance: f64) -> f64 {
         self.indicator.value(signed_distance)
     }
 
-    /// The weight `kappa = (1 - delta) chi + delta` at signed distance `d`.
+    /// Returns the weight `kappa = (1 - delta) chi + delta` at signed distance `d`.
     pub fn value(self, signed_distance: f64) -> f64 {
         (1.0 - self.void_stiffness) * self.indicator(signed_distance) + self.void_stiffness
     }
 
-    /// The indicator `chi` of a signed distance, at every node.
+    /// Computes the indicator `chi` of a signed distance at every node.
     pub fn indicator_field<const D: usize>(
         self,
         signed_distance: &Field<f64, D, 1>,
@@ -107,7 +107,7 @@ impl ElasticWeight {
         map(signed_distance, |d| self.indicator(d))
     }
 
-    /// The weight `kappa` of a signed distance, at every node.
+    /// Computes the weight `kappa` of a signed distance at every node.
     pub fn weight_field<const D: usize>(
         self,
         signed_distance: &Field<f64, D, 1>,

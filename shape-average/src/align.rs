@@ -1,4 +1,4 @@
-//! Rigid prealignment: shapes moved onto each other before they are compared elastically.
+//! Rigid prealignment: moves shapes onto each other before they are compared elastically.
 //!
 //! Shapes are signed distances on one grid, positive inside. A [`RigidMotion`] maps **input
 //! coordinates to aligned coordinates**, `y = R x + t` with a proper rotation `R`: a mirrored
@@ -8,12 +8,12 @@
 //!
 //! `int (H(u(R^T (y - t))) - I(y))^2 dy`,
 //!
-//! with `H` a compact step of half-width two cells and `I` the indicator of the reference. Its
-//! many local minima are met by many starts: centroid on centroid, with the rotations that
-//! bring principal axes onto each other (four in 2D, all 24 proper assignments in 3D, equal
-//! moments included), none at all, and an even covering of all rotations. All are scored on a
-//! coarse set of nodes; the best distinct ones are refined by Levenberg-Marquardt steps, first
-//! there, then on finer nodes. Among equally good ones the smallest rotation wins.
+//! with `H` a compact step of half-width two cells and `I` the indicator of the reference. It has
+//! many local minima, so the search uses many starts: the centroids coincide, and the rotation is
+//! the identity, one that aligns the principal axes (four in 2D, all 24 proper assignments in 3D,
+//! equal moments included), or one of an even covering of all rotations. All starts are scored on a
+//! coarse set of nodes; the best distinct ones are refined by Levenberg-Marquardt steps, first on
+//! these nodes, then on finer ones. Of equally good motions the one of smallest rotation is chosen.
 
 mod matching;
 mod motion;
@@ -30,16 +30,16 @@ pub use motion::RigidMotion;
 /// many and rotations too.
 const COARSE_NODES: [usize; 2] = [65, 21];
 const FINE_NODES: [usize; 2] = [257, 49];
-/// Starts refined on the coarse nodes, and of these on the fine ones.
+/// Number of starts refined on the coarse nodes, and of these on the fine ones.
 const N_COARSE: usize = 12;
 const N_FINE: usize = 3;
-/// Coarse minima this many times worse than the best one are not refined further.
+/// Coarse minima whose value exceeds the best one by this factor are not refined further.
 const HOPELESS: f64 = 1.5;
-/// Rounds of a group against its mean; the second seldom moves anything.
+/// Rounds in which each shape is aligned to the group's mean; the second seldom changes anything.
 const ROUNDS: usize = 2;
-/// A round that turns no shape by more than this, in radians, is the last.
+/// The rounds end when no shape is turned by more than this angle, in radians.
 const SETTLED: f64 = 2e-3;
-/// Differences within this share count as equal, and the smaller rotation is taken.
+/// Relative difference up to which two minima count as equal; the smaller rotation is then chosen.
 const TIE: f64 = 1e-3;
 /// Half-width of the smoothed indicator, in spacings of the sample nodes.
 const HALF_WIDTH: f64 = 2.0;
@@ -48,51 +48,52 @@ const HALF_WIDTH: f64 = 2.0;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AlignError {
-    /// Nothing to align.
+    /// There is no shape to align.
     #[error("there is no shape to align")]
     NoShapes,
-    /// Shapes on different grids.
+    /// The shapes lie on different grids.
     #[error("shape {shape} has a grid of {found:?} nodes, the first one {expected:?}")]
     GridMismatch {
-        /// Position of the shape.
+        /// Index of the shape.
         shape: usize,
         /// Nodes of the first shape's grid, `x` first.
         expected: Vec<usize>,
         /// Nodes of this shape's grid, `x` first.
         found: Vec<usize>,
     },
-    /// A shape that is empty or not finite.
+    /// A shape is empty or not finite.
     #[error("shape {shape}: {source}")]
     Shape {
-        /// Position of the shape.
+        /// Index of the shape.
         shape: usize,
-        /// What is wrong with it.
+        /// The cause.
         source: LevelsetError,
     },
-    /// What was seen of a shape is missing, on another grid, or not given by weights.
+    /// The visibility mask of a shape is missing, lies on another grid, or has values outside
+    /// `[0, 1]`.
     #[error("shape {shape}: what was seen of it must be given by weights from 0 to 1 on its grid")]
     Seen {
-        /// Position of the shape.
+        /// Index of the shape.
         shape: usize,
     },
 }
 
-/// The motion found for a shape.
+/// The rigid motion found for a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alignment<const D: usize> {
     /// From input coordinates to aligned coordinates.
     pub motion: RigidMotion<D>,
-    /// What is left: the squared difference of the indicators over the sum of their squares, 0
-    /// for equal shapes, 1 for disjoint ones.
+    /// Remaining mismatch: the squared difference of the indicators divided by the sum of their
+    /// squares; 0 for equal shapes, 1 for disjoint ones.
     pub mismatch: f64,
 }
 
 compiled_once! {
-    /// The motion that brings the shape `moving` onto the shape `reference`, both given as signed
-    /// distances on one grid.
+    /// Computes the rigid motion that maps the shape `moving` onto the shape `reference`, both
+    /// given as signed distances on one grid.
     ///
     /// # Errors
-    /// [`AlignError`]; the reference counts as shape 0, the moving one as shape 1.
+    /// [`AlignError`]; the reference is reported as shape 0, the moving one as shape 1.
     pub fn align_to<'a, D>(
         reference: &'a Field<f64, D, 1>,
         moving: &'a Field<f64, D, 1>,
@@ -110,8 +111,8 @@ fn aligned<const D: usize>(
         .map_err(|source| at(1, source))
 }
 
-/// The motions that bring a group of shapes onto each other, given as signed distances on one grid:
-/// [`align_group_of_seen`] where everything was seen.
+/// Computes the rigid motions that align a group of fully visible shapes, given as signed distances
+/// on one grid; see [`align_group_of_seen`].
 ///
 /// # Errors
 /// [`AlignError`].
@@ -122,14 +123,14 @@ pub fn align_group<const D: usize>(
 }
 
 compiled_once! {
-    /// The motions that bring a group of shapes onto each other, given as signed distances on one
-    /// grid, of which not everything was seen: `seen` has none, or one field a shape on the same
-    /// grid, 1 where it was seen and 0 where it was not. The difference is that of what was seen of
-    /// both a shape and what it is moved onto. The first shape, best one that was seen whole, stays
-    /// where it is, with the identity as its motion.
+    /// Computes the rigid motions that align a group of partially visible shapes, given as signed
+    /// distances on one grid. `seen` is empty, or has one visibility mask per shape on the same
+    /// grid, 1 where the shape is visible and 0 where it is hidden. The difference is measured
+    /// where both a shape and its target are visible. The first shape, preferably a fully visible
+    /// one, is the reference and has the identity as its motion.
     ///
     /// All shapes are aligned to the first; then each in turn to the mean of the indicators of all,
-    /// so that what the first shape lacks or has too much of does not decide. (This alternation of
+    /// so that the result does not depend on peculiarities of the first shape. (This alternation of
     /// mean and motions, generalised Procrustes analysis, never increases the sum of squared
     /// differences from the mean.)
     ///
@@ -184,7 +185,7 @@ fn at(shape: usize, source: LevelsetError) -> AlignError {
     AlignError::Shape { shape, source }
 }
 
-/// The shapes with what was seen of them, after a look at both.
+/// Returns the shapes with their visibility masks, after checking both.
 fn checked<'a, const D: usize>(
     shapes: &[&'a Field<f64, D, 1>],
     seen: &[&'a Field<f64, D, 1>],
@@ -218,7 +219,7 @@ fn checked<'a, const D: usize>(
                 return Err(AlignError::Seen { shape: i });
             }
         }
-        // Where all was seen nobody has to look.
+        // A mask that is one everywhere is dropped.
         let weight = weight.filter(|weight| weight.as_slice().iter().any(|&w| w < 1.0));
         list.push(Seen {
             distance: shape,
@@ -228,14 +229,14 @@ fn checked<'a, const D: usize>(
     Ok(list)
 }
 
-/// What shapes are aligned to: the mean indicator of some shapes, at two resolutions.
+/// The target of an alignment: the mean indicator of some shapes, at two resolutions.
 struct Target<const D: usize> {
     coarse: Indicator<D>,
     fine: Indicator<D>,
 }
 
 impl<const D: usize> Target<D> {
-    /// The mean of shapes under their motions.
+    /// Computes the mean of shapes under their motions.
     fn new(shapes: &[Seen<'_, D>], motions: &[RigidMotion<D>]) -> Result<Self, AlignError> {
         let dim = usize::from(D == 3);
         let moved: Vec<_> = shapes.iter().zip(motions).map(|(s, m)| (*s, *m)).collect();
@@ -251,7 +252,7 @@ impl<const D: usize> Target<D> {
         })
     }
 
-    /// The best motion of a shape; `known` is a motion to start from besides all others.
+    /// Computes the best motion of a shape; `known` is an additional start.
     fn align(
         &self,
         shape: Seen<'_, D>,
@@ -286,7 +287,7 @@ impl<const D: usize> Target<D> {
     }
 }
 
-/// The first poses of a sorted list of which no two are within an angle of each other.
+/// Returns the first poses of a sorted list that differ pairwise by more than an angle.
 fn distinct<const D: usize>(
     sorted: &[(f64, Pose<D>)],
     separation: [f64; 2],

@@ -1,5 +1,5 @@
-//! The lecture notes' algorithm: solve for the average, then a few gradient steps for each shape,
-//! and again.
+//! Alternating minimisation, as in the lecture notes: solves for the average, then takes a few
+//! gradient steps for each shape, and repeats.
 //!
 //! The gradient is taken in the inner product `(.,.) + sigma^2/2 (D., D.)`, inverted exactly, and
 //! the step length is doubled after a success and halved until Armijo's condition holds.
@@ -12,22 +12,22 @@ use fe_grid::minimise::{
 };
 use fe_grid::{Boundary, SpectralSolver, vector};
 
-/// Armijo's constant.
+/// Constant of the Armijo condition.
 const ARMIJO: f64 = 1e-4;
-/// Halvings of a step before a shape is left as it is until the next solve.
+/// Maximal number of step halvings; a shape whose search fails is not changed until the next solve.
 const MAX_HALVINGS: usize = 30;
 
-/// Alternating descent; the parameters stand in the objective's.
+/// Alternating descent. Parameters of the functional are those of the objective.
 #[derive(Clone, Copy, Debug)]
 pub struct Alternating {
-    /// Most outer iterations.
+    /// Maximal number of outer iterations.
     pub max_iterations: usize,
-    /// Ends when five outer iterations lower the energy by less than this share of what it lies
-    /// above the floor.
+    /// Relative tolerance: the iteration ends when five outer iterations decrease the energy by
+    /// less than this fraction of its excess over the floor.
     pub tolerance: f64,
-    /// An energy that cannot be undercut.
+    /// A lower bound of the energy.
     pub energy_floor: f64,
-    /// Ends when the energy is this low.
+    /// The iteration ends when the energy has reached this value.
     pub target: Option<f64>,
 }
 
@@ -134,8 +134,8 @@ impl<const D: usize> Descent<D> {
         })
     }
 
-    /// Gradient steps for one shape at a fixed average; returns the squared norm of its last
-    /// gradient in the metric.
+    /// Takes gradient steps for one shape with the average fixed; returns the squared norm of its
+    /// last gradient in the metric.
     fn improve(
         &mut self,
         objective: &mut AverageObjective<D>,
@@ -165,7 +165,7 @@ impl<const D: usize> Descent<D> {
         Ok(squared)
     }
 
-    /// Armijo's rule; `false` where no step lowers the energy.
+    /// Backtracks until the Armijo condition holds; `false` if no step decreases the energy.
     fn search(
         &mut self,
         objective: &mut AverageObjective<D>,

@@ -1,5 +1,5 @@
-//! The elastic energy of one shape. Its kernels are compiled here for both dimensions, once; they
-//! enter the law by pointer.
+//! The elastic energy of one shape. Its kernels are compiled once in this crate for both
+//! dimensions; they call the law through a pointer.
 
 use fe_grid::{Assembly, Data, Grid, GridError, compiled_once};
 use hyperelastic::{CompiledLaw, WeightedElasticity};
@@ -12,16 +12,16 @@ pub(crate) struct ElasticTerm<'a, const D: usize> {
     pub indicator: &'a [f64],
     /// The stiffness `delta`.
     pub void_stiffness: f64,
-    /// The displacement, component by component.
+    /// The displacement, component by component (`D` times the number of nodes).
     pub displacement: &'a [f64],
-    /// A factor of the gradient.
+    /// Factor of the gradient.
     pub factor: f64,
-    /// What the gradient is added to; empty where it is not wanted.
+    /// Array that the gradient is added to; empty if the gradient is not needed.
     pub gradient: &'a mut [f64],
 }
 
 compiled_once! {
-    /// The energy on a grid; its gradient times the factor is added.
+    /// Computes the energy on a grid and adds its gradient times the factor.
     ///
     /// # Errors
     /// [`GridError::Inadmissible`] where the density is not finite.

@@ -9,10 +9,10 @@ use serde::Serialize;
 /// The terms of the functional, without their weights, and their weighted sum.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Energy {
-    /// The functional: the weighted sum of the terms, without the barrier. In the rounds of a median
-    /// the terms of shapes count with their shares.
+    /// Value of the functional: the weighted sum of the terms, without the barrier. In the
+    /// iterations of a median the terms of each shape are multiplied by its share.
     pub total: f64,
-    /// Of that the elastic, the mismatch and the length terms.
+    /// Contributions of the elastic, the mismatch and the length terms to the total.
     pub parts: [f64; 3],
     /// Elastic energy `W_i` of each shape.
     pub elastic: Vec<f64>,
@@ -20,8 +20,8 @@ pub struct Energy {
     pub mismatch: Vec<f64>,
     /// Interface length `L` of the average.
     pub length: f64,
-    /// The barrier against folding, which the minimiser adds to the functional: zero where all
-    /// determinants lie above its onset.
+    /// Barrier against folding, which the minimiser adds to the functional: zero if all
+    /// determinants exceed its onset.
     pub barrier: f64,
 }
 
@@ -30,7 +30,7 @@ pub struct Energy {
 pub(crate) struct Weights {
     /// `lambda_i`.
     pub shapes: Vec<f64>,
-    /// What both terms of a shape are multiplied by besides: one, but in the rounds of a median.
+    /// Additional factor of both terms of a shape: one except in the iterations of a median.
     pub shares: Vec<f64>,
     /// `gamma / n`.
     pub mismatch: f64,
@@ -39,30 +39,30 @@ pub(crate) struct Weights {
 }
 
 impl Weights {
-    /// The weight of the elastic energy of a shape.
+    /// Returns the weight of the elastic energy of a shape.
     pub fn of_elastic(&self, shape: usize) -> f64 {
         self.shares[shape] * self.shapes[shape]
     }
 
-    /// The weight of the mismatch of a shape.
+    /// Returns the weight of the mismatch of a shape.
     pub fn of_mismatch(&self, shape: usize) -> f64 {
         self.shares[shape] * self.mismatch
     }
 }
 
-/// What one shape adds.
+/// The terms of one shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ShapeTerms {
     /// Elastic energy.
     pub elastic: f64,
     /// Mismatch.
     pub mismatch: f64,
-    /// Barrier against folding, with its weight.
+    /// Barrier against folding, including its weight.
     pub barrier: f64,
 }
 
 impl Energy {
-    /// What the minimiser lowers.
+    /// Returns the quantity that is minimised.
     pub fn objective(&self) -> f64 {
         self.total + self.barrier
     }

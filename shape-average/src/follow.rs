@@ -1,10 +1,11 @@
-//! Shapes of weight zero: they have no say in the average, and are deformed onto it afterwards.
+//! Shapes of weight zero: they do not influence the average, and are deformed onto it afterwards.
 //!
-//! Their elastic energy costs nothing, so that at the optimum they follow wherever the others go.
-//! In one functional with the others they would do so in any way at all, folded up to the bound of
-//! the determinant, and pull the average to themselves as long as they have not arrived. So the
-//! others are averaged by themselves, with the same weight of a mismatch, and each of these is then
-//! deformed onto the result with a small elastic weight, which makes the deformation a good one.
+//! At weight zero the elastic energy of these shapes does not enter the functional. Minimised
+//! together with the others, their deformations would be arbitrary, folded up to the bound on the
+//! determinant, and their mismatch would attract the average until they have reached it. Therefore
+//! the other shapes are averaged alone, with the same weight of a mismatch, and each shape of
+//! weight zero is then deformed onto the result with a small elastic weight, which regularises the
+//! deformation.
 
 use crate::error::AverageError;
 use crate::hierarchy::{LevelMinimiser, Levels, levels_of_seen, targets_of};
@@ -15,26 +16,26 @@ use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Field, ScalarField};
 use std::time::Instant;
 
-/// Elastic weight of a shape that follows, beside a mismatch of its whole weight. With less,
-/// deformations fold up to the bound on their determinant before they have arrived: a bent bar
-/// comes to lie on a straight one with a Dice overlap of .95 at this weight, of .91 at half of it.
+/// Elastic weight of a shape of weight zero, relative to the full weight of its mismatch. With
+/// less, deformations fold up to the bound on their determinant before they reach the average: a
+/// bent bar reaches a straight one with a Dice overlap of .95 at this weight, of .91 at half of it.
 const ELASTIC_WEIGHT: f64 = 0.02;
 
-/// The shapes of positive weight, by themselves, with the parameters of their average.
+/// The shapes of positive weight, with the parameters of their average.
 pub(crate) struct Leaders<const D: usize> {
     /// Signed distances.
     pub distances: Vec<ScalarField<f64, D>>,
-    /// What was seen of each, or none.
+    /// Visibility mask of each shape, or empty.
     pub seen: Vec<ScalarField<f64, D>>,
-    /// Displacements to start from, or none.
+    /// Initial displacements, or empty.
     pub known: Vec<Field<f64, D, D>>,
-    /// Their weights, and a mismatch weight with which the mismatch of one costs what it costs
-    /// among all.
+    /// Parameters with the weights of these shapes, and a mismatch weight that gives the mismatch
+    /// of one shape the same weight as in the full group.
     pub params: AverageParams,
 }
 
 impl<const D: usize> Leaders<D> {
-    /// Those of all shapes whose weight is not zero.
+    /// Selects the shapes whose weight is not zero.
     pub(crate) fn of(
         signed_distances: &[Field<f64, D, 1>],
         seen: &[Field<f64, D, 1>],
@@ -48,7 +49,8 @@ impl<const D: usize> Leaders<D> {
             let found = leaders.iter().filter_map(|&i| fields.get(i));
             found.cloned().collect()
         };
-        // What does not have one displacement a shape must not seem to fit.
+        // Displacements that are not one per shape are passed on unchanged, so that the error is
+        // reported.
         let known = if known.len() == n {
             leaders.iter().map(|&i| known[i].clone()).collect()
         } else {
@@ -106,7 +108,7 @@ pub(crate) fn with_followers<const D: usize>(
     }
     let mut levels = result.levels;
     for level in &mut levels {
-        // Shapes that follow are no part of the functional.
+        // Shapes of weight zero do not enter the functional.
         for terms in [&mut level.energy.elastic, &mut level.energy.mismatch] {
             let mut led = terms.clone().into_iter();
             *terms = (0..n)
@@ -134,8 +136,8 @@ pub(crate) fn with_followers<const D: usize>(
     Ok(all)
 }
 
-/// The displacement that carries a shape onto a target, both given by signed distances; of the shape
-/// what was seen, where that is not everything.
+/// Computes the displacement that deforms a shape onto a target, both given by signed distances,
+/// with the visibility mask of the shape if it has one.
 fn follow<const D: usize>(
     distance: &ScalarField<f64, D>,
     seen: &[ScalarField<f64, D>],
@@ -157,7 +159,7 @@ fn follow<const D: usize>(
     let quiet = &mut crate::quiet::Quiet(observer);
     let solution = minimise_levels(&mut problem, minimiser, vec![0.0; dim], quiet)?;
     let mut displacement = solution.x.to_vec();
-    // A wish to stop ends it on a coarser grid: the shape then stays where it is.
+    // A cancelled run ends on a coarser grid: the shape is then not deformed.
     let size = D * distance.grid().n_nodes();
     if displacement.len() != size {
         displacement = vec![0.0; size];

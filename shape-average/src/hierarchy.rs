@@ -1,4 +1,4 @@
-//! The levels of an average, from coarse to fine, and the stopping rule of each.
+//! The levels of an average, from coarse to fine, and their stopping criteria.
 
 use crate::alternating::Alternating;
 use crate::energy::Energy;
@@ -14,23 +14,25 @@ use fe_grid::transfer::{inject_into, prolong_into};
 use fe_grid::{Buffer, Field, Grid, certify, parallel};
 use std::time::Instant;
 
-/// Iterations over which the fall of the energy is judged.
+/// Number of iterations over which the decrease of the energy is measured.
 const ENERGY_WINDOW: usize = 5;
-/// A direction that promises less than this share of the tolerance ends a level: levels that the
-/// coarser ones have settled need no steps, and equal shapes stay exactly where they are.
+/// A level ends when the predicted decrease is below this fraction of the tolerance: levels that
+/// need no correction then take no steps, and equal shapes are not moved at all.
 const DECREMENT: f64 = 0.2;
-/// On coarse grids the floor, which is that of the continuum, comes close to the energy or lies
-/// above it; on fine ones the excess is this share of the energy and more.
+/// Lower bound of the excess over the floor, as a fraction of the energy. On coarse grids the
+/// floor, which is that of the continuum, may be close to the energy or above it; on fine grids the
+/// excess is at least this fraction.
 const LEAST_EXCESS: f64 = 0.2;
-/// Pairs of the L-BFGS memory: the metric carries most of the curvature, and pairs are what needs
-/// memory (five are as good as thirty on hands and stars).
+/// Number of pairs in the L-BFGS history. The metric contains most of the curvature, and the pairs
+/// dominate the memory (five are as good as thirty on hands and stars).
 pub(crate) const HISTORY: usize = 5;
-/// Iterations after which the metric is made anew.
+/// Number of iterations after which the metric is recomputed.
 pub(crate) const METRIC_INTERVAL: usize = 8;
-/// Blends to the identity that are tried where a deformation is not admissible on a finer level.
+/// Number of interpolations towards the identity tried where a deformation is not admissible on a
+/// finer level.
 const REPAIRS: u32 = 40;
 
-/// Minimises on all levels and puts the result together.
+/// Minimises on all levels and assembles the result.
 pub(crate) fn solve_levels<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     mut problem: Levels<'_, D>,
@@ -54,14 +56,14 @@ pub(crate) fn solve_levels<const D: usize>(
     problem.into_result(signed_distances, &solution.x, &timing)
 }
 
-/// The minimiser that the parameters name, with the stopping rule of a level.
+/// The minimiser selected by the parameters, with the stopping criterion of a level.
 pub(crate) struct LevelMinimiser {
     pub params: AverageParams,
 }
 
 impl LevelMinimiser {
-    /// A factor of the tolerance: the least weight over that of equal ones, but no less than a
-    /// tenth. A shape of little weight shows little in the energy.
+    /// Returns a factor of the tolerance: the least weight relative to equal weights, at least 0.1.
+    /// A shape of small weight contributes little to the energy.
     fn strictness(&self, n_shapes: usize) -> f64 {
         let weights = self.params.resolved_weights(n_shapes);
         let least = weights.into_iter().fold(f64::INFINITY, f64::min);
@@ -77,7 +79,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
         observer: &mut dyn Observer,
     ) -> Result<Info, AverageError> {
         let n = objective.shapes().n_shapes() as f64;
-        // The interface of a discrete phase field is a little shorter than the shape's.
+        // The interface of a discrete phase field is slightly shorter than the shape's boundary.
         let tolerance = self.params.tolerance * self.strictness(objective.shapes().n_shapes());
         let floor = 0.9 * self.params.mismatch_weight / n * objective.shapes().mismatch_floor();
         match self.params.solver {
@@ -111,7 +113,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
     }
 }
 
-/// The phase fields of a shape on all levels, coarsest first, for others to be deformed onto.
+/// Computes the phase fields of a shape on all levels, coarsest first, as targets for other shapes.
 pub(crate) fn targets_of<const D: usize>(
     target: &Field<f64, D, 1>,
     params: &AverageParams,
@@ -124,13 +126,13 @@ pub(crate) fn targets_of<const D: usize>(
 /// The levels of an average.
 pub(crate) struct Levels<'a, const D: usize> {
     params: &'a AverageParams,
-    /// The average on every level, where it is given.
+    /// The prescribed average on every level, if any.
     targets: Option<Vec<Vec<f64>>>,
-    /// What the terms of every shape are multiplied by, where that is not one.
+    /// Additional factor of the terms of each shape; `None` if all are one.
     shares: Option<Vec<f64>>,
-    /// Displacements on the coarsest level to start from; none where they are zero.
+    /// Initial displacements on the coarsest level; empty if they are zero.
     start: &'a [Field<f64, D, D>],
-    /// Coarsest first.
+    /// Grids, coarsest first.
     grids: Vec<Grid<D>>,
     shapes: Vec<Option<LevelShapes<D>>>,
     average: Vec<f64>,
@@ -154,7 +156,7 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
-    /// The same with the average given on every level.
+    /// Prescribes the average on every level.
     pub(crate) fn onto(self, targets: Vec<Vec<f64>>) -> Self {
         Self {
             targets: Some(targets),
@@ -162,7 +164,7 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
-    /// The same with the terms of every shape times its share.
+    /// Multiplies the terms of every shape by its share.
     pub(crate) fn shared(self, shares: Vec<f64>) -> Self {
         Self {
             shares: Some(shares),
@@ -170,7 +172,7 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
-    /// The same from these displacements on the coarsest level, if there are any.
+    /// Starts from these displacements on the coarsest level, if there are any.
     pub(crate) fn from(self, start: &'a [Field<f64, D, D>]) -> Self {
         Self { start, ..self }
     }
@@ -182,7 +184,7 @@ impl<'a, const D: usize> Levels<'a, D> {
         timing: &Timing,
     ) -> Result<AverageResult<D>, AverageError> {
         let (shapes, reports) = (self.finest, self.reports);
-        // A level that was cancelled is the last.
+        // The level on which the run was cancelled is the last.
         let shapes = shapes.ok_or(AverageError::NoShapes)?;
         let mut votes = self.params.resolved_weights(signed_distances.len());
         if let Some(shares) = &self.shares {
@@ -206,7 +208,7 @@ impl<'a, const D: usize> Levels<'a, D> {
     }
 }
 
-/// The shapes on all levels, coarsest first.
+/// Computes the shapes on all levels, coarsest first.
 pub(crate) fn levels_of<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     params: &AverageParams,
@@ -214,7 +216,7 @@ pub(crate) fn levels_of<const D: usize>(
     levels_of_seen(signed_distances, &[], params)
 }
 
-/// The same where not all of them was seen.
+/// Computes the shapes with their visibility masks on all levels, coarsest first.
 pub(crate) fn levels_of_seen<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
@@ -225,7 +227,7 @@ pub(crate) fn levels_of_seen<const D: usize>(
     let (mut distances, mut seen) = (signed_distances.to_vec(), seen.to_vec());
     for (depth, grid) in grids.iter().enumerate().rev() {
         if depth + 1 < grids.len() {
-            // Nodes of a coarse grid are nodes of the fine one: the exact distance there.
+            // Nodes of a coarse grid are nodes of the fine one, so the distances there are exact.
             distances = distances.iter().map(|u| inject(grid, u)).collect();
             seen = seen.iter().map(|w| inject(grid, w)).collect();
         }
@@ -280,8 +282,9 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         Ok(finer)
     }
 
-    /// Nested spaces leave the determinant as it was; a state that came from elsewhere is drawn
-    /// to the identity, shape by shape, until it is admissible.
+    /// Makes a state admissible. Prolongation to a nested space does not change the determinant;
+    /// any other state is interpolated towards the identity, shape by shape, until it is
+    /// admissible.
     fn repair(&mut self, level: usize, x: &mut [f64]) -> Result<(), AverageError> {
         let grid = &self.grids[level];
         let bound = self.params.min_determinant;
@@ -307,7 +310,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         info: &Info,
     ) -> Result<(), AverageError> {
         let mut objective = objective;
-        // The last evaluation may have been a trial that was refused.
+        // The last evaluation may have been that of a rejected trial.
         let energy = match objective.evaluate(x, &mut [])? {
             fe_grid::minimise::Evaluation::Value(_) => objective.energy().clone(),
             fe_grid::minimise::Evaluation::Inadmissible => Energy::default(),

@@ -1,4 +1,4 @@
-//! The shapes on one level: phase fields and elastic weights of the level's interface width.
+//! The shapes on one level: phase fields and elastic weights for the level's interface width.
 
 use crate::error::AverageError;
 use crate::params::AverageParams;
@@ -18,10 +18,10 @@ pub struct LevelShapes<const D: usize> {
 }
 
 impl<const D: usize> LevelShapes<D> {
-    /// Phase fields and indicators of signed distances (positive inside) on their grid.
+    /// Computes phase fields and indicators from signed distances (positive inside) on their grid.
     ///
     /// # Errors
-    /// Those of the profiles.
+    /// Those of the phase-field profiles.
     pub fn new(
         grid: Grid<D>,
         signed_distances: &[Field<f64, D, 1>],
@@ -45,10 +45,10 @@ impl<const D: usize> LevelShapes<D> {
         })
     }
 
-    /// Shapes whose phase fields and indicators come from elsewhere, on this grid.
+    /// Creates shapes from given phase fields and indicators on this grid.
     ///
     /// # Panics
-    /// If there are not as many indicators as phase fields.
+    /// If the numbers of indicators and phase fields differ.
     pub fn from_fields(
         grid: Grid<D>,
         interface_width: f64,
@@ -65,10 +65,10 @@ impl<const D: usize> LevelShapes<D> {
         }
     }
 
-    /// The same where not all of the shapes was seen: one weight a shape, 1 where it was and 0 where
-    /// it was not. The mismatch of a shape counts with its weight.
+    /// Sets the visibility masks: one field per shape, 1 where it is visible and 0 where it is
+    /// hidden. The mismatch of a shape is multiplied by its mask.
     ///
-    /// # Panics
+    /// If there are masks, but not one per shape.
     /// If there are weights, but not one a shape.
     #[must_use]
     pub fn with_seen(self, seen: Vec<Field<f64, D, 1>>) -> Self {
@@ -76,34 +76,35 @@ impl<const D: usize> LevelShapes<D> {
         Self { seen, ..self }
     }
 
-    /// The weights of what was seen, one a shape; none where everything was.
+    /// Returns the visibility masks, one per shape; empty if all shapes are fully visible.
     pub fn seen(&self) -> &[Field<f64, D, 1>] {
         &self.seen
     }
 
-    /// The coefficients of the mismatch of a shape.
+    /// Returns the coefficients of the mismatch of a shape.
     pub(crate) fn match_coefficients(&self, shape: usize) -> Vec<&[f64]> {
         let mut fields = vec![self.phase_fields[shape].as_slice()];
         fields.extend(self.seen.get(shape).map(Field::as_slice));
         fields
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid
     }
 
-    /// The interface width `epsilon`.
+    /// Returns the interface width `epsilon`.
     pub fn interface_width(&self) -> f64 {
         self.interface_width
     }
 
-    /// Number of shapes.
+    /// Returns the number of shapes.
     pub fn n_shapes(&self) -> usize {
         self.phase_fields.len()
     }
 
-    /// The least mismatch that all shapes together can have: `pi/2 - 1` a unit of interface.
+    /// Returns a lower bound of the sum of the shapes' mismatches: `pi/2 - 1` per unit of
+    /// interface.
     pub(crate) fn mismatch_floor(&self) -> f64 {
         let length = InterfaceLength {
             interface_width: self.interface_width,
@@ -116,8 +117,8 @@ impl<const D: usize> LevelShapes<D> {
         phasefield::profile::MISMATCH_FLOOR * lengths.sum::<f64>()
     }
 
-    /// The length of the part of an interface that was seen. Both halves of the length are alike in
-    /// an optimal profile, so that the one without derivatives tells it.
+    /// Computes the length of the visible part of an interface. In an optimal profile both halves
+    /// of the length functional are equal, so the half without derivatives suffices.
     fn seen_length(&self, v: &Field<f64, D, 1>, seen: &Field<f64, D, 1>) -> f64 {
         let nodes = v.as_slice().iter().zip(seen.as_slice());
         let sum: f64 = nodes.map(|(v, seen)| seen * (1.0 - v) * (1.0 - v)).sum();

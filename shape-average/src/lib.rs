@@ -1,7 +1,7 @@
 //! The elastic average of 2D and 3D shapes.
 //!
 //! Shapes `S_i`, boundaries of objects `O_i`, are deformed elastically to one common shape, the
-//! average, such that the energy stored in all deformations is least. With phase fields `v_i` of
+//! average, such that the sum of the stored elastic energies is minimal. With phase fields `v_i` of
 //! the shapes and `v` of the average, and `phi_i = id + u_i`,
 //!
 //! ```text
@@ -11,22 +11,21 @@
 //! ```
 //!
 //! (Rumpf & Wirth, *A nonlinear elastic shape averaging approach*, SIAM J. Imaging Sci. 2009).
-//! [`average`] minimises it from coarse grids to fine, with `epsilon` proportional to the
-//! spacing; [`Solver`] chooses between the two algorithms. The minimiser adds a barrier that is
-//! zero unless a corner of a cell comes near to folding ([`Energy::barrier`]). [`align`] turns and
-//! moves shapes onto each other beforehand; [`match_to`] deforms a new shape onto an average, and
-//! [`average_of_seen`] averages shapes of which parts are hidden, [`average_from`] goes on from
-//! deformations that are known.
+//! [`average`] minimises it from coarse grids to fine, with `epsilon` proportional to the spacing;
+//! [`Solver`] selects one of the two algorithms. The minimiser adds a barrier that is zero unless a
+//! corner of a cell is close to folding ([`Energy::barrier`]). [`align`] aligns shapes rigidly
+//! beforehand; [`match_to`] deforms a new shape onto an average, [`average_of_seen`] averages
+//! partially visible shapes, and [`average_from`] continues from known deformations.
 //!
-//! **Invariant:** shapes come as signed distances on a grid, results leave as fields; no files
-//! but the temporary ones that [`AverageParams::storage`] may ask for.
+//! **Invariant:** the input is signed distances on a grid, the output is fields; no files are read
+//! or written except the temporary ones requested by [`AverageParams::storage`].
 //!
 //! ```
 //! use fe_grid::minimise::Silent;
 //! use fe_grid::{Grid, ScalarField};
 //! use shape_average::{AverageParams, average};
 //!
-//! // A disk and an ellipse of one and a half times its width.
+//! A disk, and an ellipse 1.5 times as wide.
 //! let grid = Grid::<2>::dyadic(5);
 //! let ellipse = |a: f64| {
 //!     let inside = ScalarField::from_fn(grid, |[x, y]| {

@@ -1,13 +1,15 @@
-//! The median: the sum of roots of the shapes' energies, by averages whose terms are reweighted.
+//! The median: minimises the sum of square roots of the shapes' energies by iteratively reweighted
+//! averages.
 //!
-//! Of every shape the root is taken of all that is its own,
-//! `e_i = lambda_i W_i + gamma/n (F_i - min F_i)`: a shape that cannot be deformed onto the others
+//! The root is taken of all terms of a shape, `e_i = lambda_i W_i + gamma/n (F_i - min F_i)`,
+//! including the mismatch: otherwise a shape that cannot be deformed onto the others would still
+//! attract the average through its mismatch. Each term is `2 sqrt(e0) (sqrt(e_i + s^2) - s)` with
 //! would otherwise pull by its mismatch. Each term is `2 sqrt(e0) (sqrt(e_i + s^2) - s)` with
-//! `s^2 = e0/100`, smooth at zero, and of slope about one where `e_i` is the reference `e0`.
+//! `s^2 = e0/100`, smooth at zero, and with slope about one where `e_i` equals the reference `e0`.
 //!
-//! The root is concave: it lies below its tangent. With terms multiplied by the slopes of the roots
-//! at the last average, the next average therefore lowers the sum of roots at least as much as its
-//! own functional, whatever that is lowered by (majorisation and minimisation).
+//! The root is concave, hence bounded by its tangent. If the terms are multiplied by the slopes of
+//! the roots at the last average, the next average decreases the sum of roots at least as much as
+//! its own functional, for any minimiser (majorisation-minimisation).
 
 use crate::energy::Energy;
 use crate::error::AverageError;
@@ -22,17 +24,17 @@ use fe_grid::{Assembly, Data, Field, GridError};
 use phasefield::{LeastMismatch, Seen};
 use std::time::Instant;
 
-/// Smoothing at zero: `s^2` as a share of the reference energy.
+/// Smoothing at zero: `s^2` as a fraction of the reference energy.
 const SMOOTHING: f64 = 0.01;
-/// Least reference energy: that of a strain of a thousandth.
+/// Lower bound of the reference energy: that of a strain of 0.001.
 const LEAST_REFERENCE: f64 = 1e-6;
-/// Most rounds after the first.
+/// Maximal number of iterations after the first.
 const ROUNDS: usize = 30;
-/// Rounds end when the sum of roots falls by less than this share of what it can fall by: all but
-/// the floors and the length.
+/// The iteration ends when the sum of roots decreases by less than this fraction of its reducible
+/// part, which excludes the floors and the length.
 const TOLERANCE: f64 = 1e-3;
 
-/// A sum of roots.
+/// Data of the sum of roots.
 struct Roots {
     /// `e0`.
     reference: f64,
@@ -45,7 +47,7 @@ struct Roots {
 }
 
 impl Roots {
-    /// The energies `e_i` of the shapes.
+    /// Returns the energies `e_i` of the shapes.
     fn energies(&self, energy: &Energy) -> Vec<f64> {
         let own = |i: usize| {
             let excess = (energy.mismatch[i] - self.floors[i]).max(0.0);
@@ -54,18 +56,18 @@ impl Roots {
         (0..self.floors.len()).map(own).collect()
     }
 
-    /// `sum_i 2 sqrt(e0) (sqrt(e_i + s^2) - s)`, the floors and the length.
+    /// Returns the sum of `2 sqrt(e0) (sqrt(e_i + s^2) - s)`, the floors and the length.
     fn total(&self, energy: &Energy) -> f64 {
         let smoothing = SMOOTHING * self.reference;
         let root = |e: f64| {
-            // The difference of the roots, without cancellation.
+            // The difference of the roots, evaluated without cancellation.
             2.0 * self.reference.sqrt() * e / ((e + smoothing).sqrt() + smoothing.sqrt())
         };
         let roots: f64 = self.energies(energy).into_iter().map(root).sum();
         roots + self.floor(energy)
     }
 
-    /// What does not come from the roots: the floors, and the length.
+    /// Returns the part of the total without the roots: the floors and the length.
     fn floor(&self, energy: &Energy) -> f64 {
         self.mismatch * self.floors.iter().sum::<f64>() + energy.parts[2]
     }
@@ -74,7 +76,7 @@ impl Roots {
         total - self.floor(energy)
     }
 
-    /// The slopes of the terms.
+    /// Returns the slopes of the terms.
     fn slopes(&self, energy: &Energy) -> Vec<f64> {
         let smoothing = SMOOTHING * self.reference;
         let slope = |e: f64| (self.reference / (e + smoothing)).sqrt();
@@ -82,7 +84,7 @@ impl Roots {
     }
 }
 
-/// The median of shapes.
+/// Computes the median of shapes.
 ///
 /// # Errors
 /// Those of the average.
@@ -116,11 +118,11 @@ pub(crate) fn solve<const D: usize>(
     }
     let mut energies = roots.energies(&plain.energy);
     energies.sort_unstable_by(f64::total_cmp);
-    // Shapes that are all the same have no energy to refer to, and any will do.
+    // Identical shapes have zero energy; any reference will do.
     let middle = energies[energies.len() / 2].max(LEAST_REFERENCE);
     roots.reference = params.median_reference.unwrap_or(middle);
-    // The first round begins on the coarsest level again: what the outliers have done to the mean
-    // may be far from the median.
+    // The first iteration restarts on the coarsest level, as outliers may have moved the mean far
+    // from the median.
     let problem = Levels::new(levels, &arithmetic)
         .shared(roots.slopes(&plain.energy))
         .from(known);
@@ -128,7 +130,7 @@ pub(crate) fn solve<const D: usize>(
     found.rounds.push(roots.total(&plain.energy));
     found.rounds.push(roots.total(&found.energy));
     if found.rounds[1] > found.rounds[0] && !cancelled(&found) {
-        // Coarse levels led elsewhere: then it goes on from the mean.
+        // The coarse levels led to a worse minimum: the iteration continues from the mean.
         let (rounds, mean) = (vec![found.rounds[0]], plain);
         found = round(
             signed_distances,
@@ -165,8 +167,8 @@ pub(crate) fn solve<const D: usize>(
     Ok(found)
 }
 
-/// One more average on the finest level, with the slopes at the last one; its rounds hold its own
-/// sum of roots alone.
+/// Computes one more average on the finest level, weighted by the slopes at the last one; its
+/// `rounds` contain only its own sum of roots.
 fn round<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     finest: &[LevelShapes<D>],
@@ -189,7 +191,7 @@ fn cancelled<const D: usize>(result: &AverageResult<D>) -> bool {
     last.is_some_and(|level| level.status == Status::Cancelled)
 }
 
-/// The least mismatch that each shape can have with any field at all.
+/// Computes the least mismatch of each shape with any phase field.
 fn floors<const D: usize>(shapes: &LevelShapes<D>) -> Result<Vec<f64>, GridError> {
     let grid = *shapes.grid();
     let rest = vec![0.0; D * grid.n_nodes()];

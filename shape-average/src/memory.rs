@@ -1,9 +1,9 @@
-//! How much memory an average needs, known before it begins.
+//! Estimate of the memory of an average, available before the computation starts.
 //!
-//! Every array whose size grows with the grid is counted, at the size that it has on the finest
-//! level. What exists for a while only (in an evaluation, in a multigrid cycle, in a damped step) is
-//! counted once, by its largest: one is gone when the next comes. The program
-//! around it, boundaries of shapes and pictures are not counted.
+//! Every array whose size grows with the grid is counted with its size on the finest level. Of the
+//! temporary arrays (of an evaluation, a multigrid cycle, a damped step) only the largest set is
+//! counted, as they do not exist at the same time. The program itself, the boundaries of shapes and
+//! pictures are not counted.
 
 use crate::hierarchy::HISTORY;
 use crate::params::{AverageParams, Solver};
@@ -11,39 +11,39 @@ use fe_grid::{Grid, Storage, parallel};
 use hyperelastic::Corotational;
 use serde::Serialize;
 
-/// Bytes of a number in double and in single precision.
+/// Size of a number in double and in single precision, in bytes.
 const DOUBLE: u64 = 8;
 const SINGLE: u64 = 4;
 
-/// Bytes by purpose. What [`AverageParams::storage`] sends to files is counted among its purpose
-/// and in [`MemoryEstimate::files`], not in [`MemoryEstimate::memory`].
+/// Memory by purpose, in bytes. Arrays that [`AverageParams::storage`] places in files are counted
+/// under their purpose and in [`MemoryEstimate::files`], not in [`MemoryEstimate::memory`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct MemoryEstimate {
-    /// Signed distances, phase fields and indicators, and weights of what was seen.
+    /// Signed distances, phase fields, indicators and visibility masks.
     pub shapes: u64,
     /// The displacements.
     pub displacements: u64,
     /// Gradients, the direction and the trial state.
     pub minimiser: u64,
-    /// The pairs of L-BFGS.
+    /// The L-BFGS pairs.
     pub history: u64,
-    /// The metrics of all shapes, or in files the state that they are made of.
+    /// The metrics of all shapes; with files, the state that they are computed from.
     pub metric: u64,
     /// The average, its normal equations and the vectors of their solver.
     pub average: u64,
-    /// Work space of the multigrid cycles, and what is needed for a while, at its largest.
+    /// Work space of the multigrid cycles, and the largest set of temporary arrays.
     pub temporary: u64,
-    /// What the result needs when it is put together, instead of all but the shapes and the
+    /// Memory needed to assemble the result, in place of everything except the shapes and the
     /// displacements.
     pub result: u64,
-    /// In memory at the same time, at most.
+    /// Peak memory.
     pub memory: u64,
-    /// In temporary files.
+    /// Size of the temporary files.
     pub files: u64,
 }
 
-/// What an average of `n_shapes` shapes needs whose finest grid this is, on as many threads as
-/// the present pool has; `partly_seen` says whether weights tell what was seen of them
+/// Estimates the memory of an average of `n_shapes` shapes with the given finest grid, with as many
+/// threads as the present pool has; `partly_seen` is true if there are visibility masks
 /// ([`average_of_seen`](crate::average_of_seen)).
 pub fn memory_estimate<const D: usize>(
     params: &AverageParams,
@@ -56,7 +56,7 @@ pub fn memory_estimate<const D: usize>(
     let state = n * sizes.d * sizes.field;
     let spilled = params.storage != Storage::Memory;
     let lbfgs = params.solver == Solver::Lbfgs;
-    // The level before keeps its phase fields and indicators until its successor is done.
+    // The previous level's phase fields and indicators exist until the next level is set up.
     let coarser = grid.coarser().map_or(0, |g| g.n_nodes() as u64 * DOUBLE);
     let seen = u64::from(partly_seen);
     let shapes = n * ((3 + 2 * seen) * sizes.field + (2 + seen) * coarser);
@@ -83,8 +83,8 @@ pub fn memory_estimate<const D: usize>(
         ),
     };
     let temporary = work_space + sizes.temporary().max(transfer);
-    // Of every shape the displacement, the signed distance and what it is pushed forward to, with
-    // its weights; while an inverse is made, the points that were found.
+    // Per shape the displacement, the signed distance and the pushed-forward distance, with the
+    // masks; during an inversion, the points found.
     let result = state + n * (2 + seen) * sizes.field + sizes.at_once * 10 * sizes.field;
     let vectors = minimiser + history + if spilled { metrics } else { 0 };
     let files = if spilled && lbfgs { state + vectors } else { 0 };
@@ -111,15 +111,16 @@ struct Sizes<const D: usize> {
     d: u64,
     /// One scalar field in double precision.
     field: u64,
-    /// Shapes that are worked on at the same time.
+    /// Number of shapes that are processed at the same time.
     at_once: u64,
     threads: u64,
     n_cells: u64,
-    /// Node planes that two slabs of cells share, which are kept twice, as a share of all.
+    /// Node planes shared by two slabs of cells, which are stored twice, as a fraction of all
+    /// planes.
     shared_planes: f64,
-    /// Cells of a slab.
+    /// Number of cells of a slab.
     slab_cells: u64,
-    /// Nodes and cells of all levels of a metric.
+    /// Numbers of nodes and cells of all levels of a metric.
     hierarchy: Vec<(u64, u64)>,
 }
 
@@ -127,7 +128,7 @@ impl<const D: usize> Sizes<D> {
     fn new(grid: &Grid<D>, n_shapes: usize) -> Self {
         let threads = parallel::n_threads();
         let layers = grid.cells_per_axis()[D - 1];
-        // As the cell engine cuts the grid.
+        // The same partition as in the cell engine.
         let thickness = layers.div_ceil(32).max(if D == 3 { 4 } else { 8 });
         let slabs = layers.div_ceil(thickness);
         let mut hierarchy = Vec::new();
@@ -152,39 +153,39 @@ impl<const D: usize> Sizes<D> {
         self.hierarchy.iter().map(|level| level.0).sum()
     }
 
-    /// Coefficients a cell and inverse diagonal blocks.
+    /// Returns the size of the coefficients per cell and the inverse diagonal blocks.
     fn metric(&self) -> u64 {
         let cells: u64 = self.hierarchy.iter().map(|level| level.1).sum();
         let per_cell = Corotational::<D>::CELL_DATA as u64;
         SINGLE * (per_cell * cells + self.d * self.d * self.nodes())
     }
 
-    /// A zero state, and the planes that slabs share.
+    /// Returns the size of a zero state and of the planes shared by slabs.
     fn metric_building(&self) -> u64 {
         let planes = (self.field as f64 * self.shared_planes) as u64;
         (self.d * self.field + self.d * self.d * planes) * SINGLE / DOUBLE
     }
 
-    /// Five vectors a level, which are kept.
+    /// Returns the size of five vectors per level, which are stored permanently.
     fn cycle(&self) -> u64 {
         5 * SINGLE * self.d * self.nodes()
     }
 
-    /// Vectors half way between two levels.
+    /// Returns the size of the intermediate vectors between two levels.
     fn transfer(&self) -> u64 {
         3 * self.d * self.field / 2 * SINGLE / DOUBLE
     }
 
-    /// Couplings, room for the right-hand side behind them, that side itself, and moments of the
-    /// cells of a slab a thread.
+    /// Returns the size of the couplings, the space for the right-hand side behind them, the
+    /// right-hand side itself, and the moments of the cells of one slab per thread.
     fn equations(&self) -> u64 {
         let moments = (4 * 3u64.pow(D as u32 - 1) + (1 << D)).next_multiple_of(8) * DOUBLE;
         let slabs = self.threads * moments * self.slab_cells.min(self.n_cells);
         (Self::outputs() + 1) * self.field + slabs
     }
 
-    /// The larger of: planes that the slabs of the normal equations share; the same for gradients
-    /// of the shapes that are worked on; a damped step.
+    /// Returns the largest of: the planes shared by the slabs of the normal equations; those of the
+    /// gradients of the shapes processed at the same time; a damped step.
     fn temporary(&self) -> u64 {
         let shared = |bytes: u64| (bytes as f64 * self.shared_planes) as u64;
         let equations = shared(Self::outputs() * self.field);
@@ -193,7 +194,7 @@ impl<const D: usize> Sizes<D> {
         equations.max(gradients).max(restraint)
     }
 
-    /// Nodal arrays of the normal equations.
+    /// Returns the number of nodal arrays of the normal equations.
     fn outputs() -> u64 {
         3u64.pow(D as u32).div_ceil(2) + 1
     }

@@ -10,21 +10,21 @@ use fe_grid::{CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, pr
 use hyperelastic::{Corotational, CorotationalMultigrid};
 use phasefield::{Mismatch, Seen};
 
-/// Share of the void stiffness that regularises the metric.
+/// Regularisation of the metric, as a fraction of the void stiffness.
 const REGULARISATION: f64 = 1e-3;
-/// Least stiffness of the void in the metric, relative to the object. The void has next to no
-/// energy, but it has to give way without folding: a metric that knows this spreads its strain,
-/// where the void's own stiffness would let every step end at a fold. Between 0.03 and 0.3 the
-/// iterations hardly differ; at 1 bending bars take half as many again.
+/// Lower bound of the stiffness of the void in the metric, relative to the object. The void has
+/// almost no energy, but must deform without folding: with this stiffness the metric distributes
+/// its strain, whereas with the void's own stiffness every step would end at a fold. Between 0.03
+/// and 0.3 the number of iterations hardly changes; at 1 bending bars need 1.5 times as many.
 const METRIC_VOID_STIFFNESS: f64 = 0.1;
-/// A cycle that costs half of the default one: the minimiser makes up for what it leaves, and
-/// takes hardly more iterations.
+/// Parameters of a cycle at half the cost of the default one; the number of iterations of the
+/// minimiser hardly increases.
 const CYCLE: MultigridParams = MultigridParams {
     smoothing_steps: 1,
     smoothing_range: 0.25,
     direct_unknowns: 100,
 };
-/// A shape of weight zero still needs a definite metric.
+/// Lower bound of the weights; with weight zero the metric would not be definite.
 const LEAST_WEIGHT: f64 = 1e-6;
 
 /// The inverse metric of one shape.
@@ -33,7 +33,8 @@ pub(crate) struct ShapeMetric<const D: usize> {
 }
 
 impl<const D: usize> ShapeMetric<D> {
-    /// The metric at a displacement, for the weights of the elastic energy and of the mismatch.
+    /// Computes the metric at a displacement, for given weights of the elastic energy and the
+    /// mismatch.
     pub fn new(
         shapes: &LevelShapes<D>,
         shape: usize,
@@ -136,7 +137,7 @@ impl<F: MatchDensity, const D: usize> CellProbe<D, D> for MetricProbe<'_, F, D> 
             deformed[k] += point.value[k];
         }
         let (s, slope) = self.average.sample(&deformed);
-        // Behind the indicator stand those of the mismatch.
+        // The coefficients of the mismatch follow the indicator.
         let all = &point.coefficient;
         let coefficient = std::array::from_fn(|k| all.get(k + 1).copied().unwrap_or(L::zero()));
         let (_, _, curvature) = self.mismatch.derivatives(s, &coefficient);

@@ -1,7 +1,7 @@
 //! The functional with the average eliminated.
 //!
 //! For fixed deformations the functional is a quadratic form in the average `v`; its minimiser
-//! solves the normal equations. What remains, `J(phi) = min_v E`, is a function of the
+//! solves the normal equations. The reduced functional `J(phi) = min_v E` depends on the
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
@@ -23,17 +23,17 @@ use fe_grid::{
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Mismatch, Seen};
 
-/// Accuracy of the average: its error enters the energy squared.
+/// Relative accuracy of the average; its error enters the energy squared.
 const AVERAGE_TOLERANCE: f64 = 1e-7;
 
-/// The barrier is felt by corners whose determinant is below this.
+/// The barrier acts at corners whose determinant is below this value.
 const BARRIER_ONSET: f64 = 0.2;
 
 /// The metrics of all shapes.
 enum Metric<const D: usize> {
-    /// As they are applied.
+    /// Stored metrics.
     Kept(Vec<ShapeMetric<D>>),
-    /// The state that they are made of, where there is no room for more than one at a time.
+    /// The state from which each metric is recomputed, if there is memory for one metric only.
     Remade { x: Buffer<f64>, average: Vec<f64> },
 }
 
@@ -43,30 +43,30 @@ pub struct AverageObjective<const D: usize> {
     params: AverageParams,
     law: CompiledLaw<D>,
     weights: Weights,
-    /// The average `v`, the start of the next solve.
+    /// The average `v`, also the initial guess of the next solve.
     average: Vec<f64>,
     energy: Energy,
     metric: Metric<D>,
-    /// Whether the average is given, and no solve changes it.
+    /// Whether the average is prescribed and never solved for.
     fixed: bool,
-    /// For the multigrid cycles of all shapes.
+    /// Work space of the multigrid cycles of all shapes.
     work_space: WorkSpace<f32>,
     equations: NormalEquations<D>,
     scratch: CgScratch,
-    /// Evaluations of one shape's energy.
+    /// Number of evaluations of one shape's energy.
     pub(crate) shape_evaluations: usize,
-    /// Iterations of all solves for the average.
+    /// Number of iterations of all solves for the average.
     pub(crate) average_iterations: usize,
 }
 
 impl<const D: usize> AverageObjective<D> {
-    /// The functional for shapes on a level, with a first guess at the average.
+    /// Creates the functional for shapes on a level, with an initial guess of the average.
     ///
     /// # Errors
     /// [`LawError`] where there is no law with these parameters.
     ///
     /// # Panics
-    /// If the guess does not have one number a node.
+    /// If the guess does not have one value per node.
     pub fn new(
         shapes: LevelShapes<D>,
         params: &AverageParams,
@@ -98,7 +98,7 @@ impl<const D: usize> AverageObjective<D> {
         })
     }
 
-    /// The same with a given average, onto which shapes are deformed.
+    /// Creates the functional with a prescribed average, onto which shapes are deformed.
     pub(crate) fn onto(
         shapes: LevelShapes<D>,
         params: &AverageParams,
@@ -110,32 +110,32 @@ impl<const D: usize> AverageObjective<D> {
         })
     }
 
-    /// The same with all that belongs to a shape times its share.
+    /// Multiplies all terms of each shape by its share.
     ///
     /// # Panics
-    /// If there is not one share a shape.
+    /// If there is not one share per shape.
     pub(crate) fn with_shares(mut self, shares: &[f64]) -> Self {
         assert_eq!(shares.len(), self.shapes.n_shapes());
         self.weights.shares = shares.to_vec();
         self
     }
 
-    /// The shapes.
+    /// Returns the shapes.
     pub fn shapes(&self) -> &LevelShapes<D> {
         &self.shapes
     }
 
-    /// The shapes, when the minimisation is over.
+    /// Returns the shapes and drops the functional.
     pub fn into_shapes(self) -> LevelShapes<D> {
         self.shapes
     }
 
-    /// The terms of the last evaluation.
+    /// Returns the terms of the last evaluation.
     pub fn energy(&self) -> &Energy {
         &self.energy
     }
 
-    /// The average of the last evaluation.
+    /// Returns the average of the last evaluation.
     pub fn average(&self) -> &[f64] {
         &self.average
     }
@@ -152,13 +152,13 @@ impl<const D: usize> AverageObjective<D> {
         &self.params
     }
 
-    /// Numbers of one displacement.
+    /// Returns the number of unknowns of one displacement.
     pub(crate) fn shape_dim(&self) -> usize {
         D * self.grid().n_nodes()
     }
 
-    /// The smallest determinant at a corner, or a lower bound above the onset of the barrier,
-    /// where the displacement of a shape keeps the determinant up on all cells.
+    /// Returns the smallest determinant at a corner, or a lower bound above the onset of the
+    /// barrier; `None` if the determinant bound is violated on some cell.
     pub(crate) fn admissible(&self, displacement: &[f64]) -> Option<f64> {
         let certificate = certify_below(
             self.grid(),
@@ -169,11 +169,12 @@ impl<const D: usize> AverageObjective<D> {
         certificate.certified.then_some(certificate.min_corner_det)
     }
 
-    /// The minimiser `v` of the functional for fixed displacements; an average that is given stays.
+    /// Computes the minimiser `v` of the functional for fixed displacements; a prescribed average
+    /// is not changed.
     ///
     /// # Errors
-    /// [`GridError::NotPositiveDefinite`] where the normal equations are not definite, which
-    /// rounding alone can bring about.
+    /// [`GridError::NotPositiveDefinite`] if the normal equations are not definite, which can only
+    /// be due to rounding.
     pub fn solve_average(&mut self, x: &[f64]) -> Result<(), GridError> {
         if self.fixed {
             return Ok(());
@@ -225,9 +226,9 @@ impl<const D: usize> AverageObjective<D> {
         Ok(())
     }
 
-    /// The terms of one shape for the present average, none where its deformation folds; the
-    /// gradient of their weighted sum overwrites `gradient` unless that is empty. `min_corner` is
-    /// what [`Self::admissible`] said.
+    /// Computes the terms of one shape for the present average; `None` if its deformation folds.
+    /// The gradient of their weighted sum overwrites `gradient` unless that is empty. `min_corner`
+    /// is the result of [`Self::admissible`].
     pub(crate) fn shape_energy(
         &self,
         shape: usize,
@@ -265,8 +266,8 @@ impl<const D: usize> AverageObjective<D> {
         }))
     }
 
-    /// The mismatch of one shape by a density of it; its weighted gradient is added to `gradient`
-    /// unless that is empty.
+    /// Computes the mismatch of one shape from its density; adds the weighted gradient to
+    /// `gradient` unless that is empty.
     fn mismatch<F: MatchDensity>(
         &self,
         density: F,
@@ -285,7 +286,7 @@ impl<const D: usize> AverageObjective<D> {
         matching.value_or_gradient_add(displacement, self.weights.of_mismatch(shape), gradient)
     }
 
-    /// The barrier against folding.
+    /// Returns the barrier against folding.
     pub(crate) fn barrier(&self) -> FoldBarrier {
         let n = self.shapes.n_shapes() as f64;
         FoldBarrier {
@@ -311,14 +312,14 @@ impl<const D: usize> AverageObjective<D> {
         add_elastic(term, self.grid())
     }
 
-    /// Weighted energy of one shape.
+    /// Returns the weighted energy of one shape.
     pub(crate) fn weigh(&self, shape: usize, terms: ShapeTerms) -> f64 {
         self.weights.of_elastic(shape) * terms.elastic
             + self.weights.of_mismatch(shape) * terms.mismatch
             + terms.barrier
     }
 
-    /// The metric of one shape at a state.
+    /// Computes the metric of one shape at a state.
     fn shape_metric(
         &self,
         shape: usize,
@@ -339,7 +340,7 @@ impl<const D: usize> AverageObjective<D> {
         )
     }
 
-    /// Removes what would move a boundary that is held.
+    /// Removes the components of a direction that would move a fixed boundary.
     pub(crate) fn hold_boundary(&self, direction: &mut [f64]) {
         if self.params.boundary == BoundaryCondition::Natural {
             return;
@@ -356,7 +357,7 @@ impl<const D: usize> AverageObjective<D> {
         }
     }
 
-    /// The interface length of the present average.
+    /// Returns the interface length of the present average.
     pub(crate) fn length(&self) -> f64 {
         let length = InterfaceLength {
             interface_width: self.shapes.interface_width(),
@@ -364,7 +365,7 @@ impl<const D: usize> AverageObjective<D> {
         length.of(self.grid(), &self.average)
     }
 
-    /// Solves for the average and collects all terms; the gradient overwrites `gradient` unless
+    /// Solves for the average and computes all terms; the gradient overwrites `gradient` unless
     /// that is empty.
     pub(crate) fn evaluate(
         &mut self,
@@ -400,7 +401,7 @@ impl<const D: usize> AverageObjective<D> {
     }
 }
 
-/// The displacement of one shape.
+/// Returns the displacement of one shape.
 pub(crate) fn shape(x: &[f64], i: usize, dim: usize) -> &[f64] {
     &x[i * dim..(i + 1) * dim]
 }
@@ -467,7 +468,7 @@ impl<const D: usize> Objective for AverageObjective<D> {
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), AverageError> {
         let dim = self.shape_dim();
-        // The old metric goes first: two at a time would double the memory.
+        // The old metric is freed first; two at a time would double the memory.
         let old = std::mem::replace(&mut self.metric, Metric::Kept(Vec::new()));
         if self.params.storage != Storage::Memory {
             let mut copy = match old {

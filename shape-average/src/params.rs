@@ -108,9 +108,9 @@ pub struct AverageParams {
     /// Descent only: gradient steps for each shape between two solves for the average.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub descent_steps: usize,
-    /// Where the vectors of the minimiser are kept. In a folder, shapes are worked on one after
-    /// the other, and the metric of each is made anew whenever it is applied. No result depends
-    /// on it.
+    /// Storage of the minimiser's vectors. If it is a folder, shapes are processed one after the
+    /// other, and the metric of each is recomputed whenever it is applied. The results do not
+    /// depend on it.
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub storage: Storage,
@@ -141,23 +141,23 @@ impl Default for AverageParams {
 }
 
 impl AverageParams {
-    /// The length weight that is in force.
+    /// Returns the length weight, with the default resolved.
     pub fn resolved_length_weight(&self) -> f64 {
         self.length_weight.unwrap_or(1e-4 * self.mismatch_weight)
     }
 
-    /// The weights that are in force for `n` shapes.
+    /// Returns the weights of `n` shapes, with the default resolved.
     pub fn resolved_weights(&self, n: usize) -> Vec<f64> {
         self.weights
             .clone()
             .unwrap_or_else(|| vec![1.0 / n as f64; n])
     }
 
-    /// Checks all values for `n` shapes.
+    /// Checks all parameters for `n` shapes.
     ///
     /// # Errors
-    /// [`AverageError::Parameter`] or [`AverageError::Weights`] with what was found, and
-    /// [`AverageError::Law`] where the law cannot be made.
+    /// [`AverageError::Parameter`] or [`AverageError::Weights`] with the value found, and
+    /// [`AverageError::Law`] if the law cannot be constructed.
     pub fn check(&self, n: usize) -> Result<(), AverageError> {
         let positive = |name, value: f64| {
             if value > 0.0 && value.is_finite() {

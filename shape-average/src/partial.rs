@@ -1,4 +1,5 @@
-//! The functional as a function of two arguments: deformations and average, neither eliminated.
+//! The functional as a function of two arguments, deformations and average, with neither
+//! eliminated.
 
 use crate::energy::Energy;
 use crate::error::AverageError;
@@ -6,9 +7,10 @@ use crate::objective::{AverageObjective, shape};
 use fe_grid::minimise::Objective;
 
 impl<const D: usize> AverageObjective<D> {
-    /// The functional at displacements `x` and at [`AverageObjective::average`] as it is, not
-    /// solved for anew, and without the barrier; the partial derivative by `x` overwrites
-    /// `gradient` unless that is empty. None where a deformation folds.
+    /// Evaluates the functional at displacements `x` and at the present
+    /// [`AverageObjective::average`], which is not recomputed, without the barrier; the partial
+    /// derivative with respect to `x` overwrites `gradient` unless that is empty. Returns `None` if
+    /// a deformation folds.
     ///
     /// At the average that minimises the functional for `x`, this is also the derivative of the
     /// reduced functional.
@@ -17,7 +19,7 @@ impl<const D: usize> AverageObjective<D> {
     /// Those of the law.
     ///
     /// # Panics
-    /// If `x`, or a `gradient` that is not empty, has not the dimension of the objective.
+    /// If `x`, or a nonempty `gradient`, does not have the dimension of the objective.
     pub fn at_present_average(
         &self,
         x: &[f64],
@@ -30,7 +32,7 @@ impl<const D: usize> AverageObjective<D> {
         let mut terms = Vec::with_capacity(self.shapes().n_shapes());
         for i in 0..self.shapes().n_shapes() {
             let gradient = gradients.next().unwrap_or_default();
-            // Corners that are said to be nowhere near a fold feel no barrier.
+            // With an infinite smallest corner the barrier is zero.
             let found = self.shape_energy(i, shape(x, i, dim), f64::INFINITY, gradient)?;
             let Some(of_shape) = found else {
                 return Ok(None);

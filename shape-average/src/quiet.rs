@@ -1,8 +1,9 @@
-//! An observer that hears of nothing but may stop everything.
+//! An observer that ignores all reports but can cancel.
 
 use fe_grid::minimise::{Control, Iteration, Observer};
 
-/// Passes on the wish to stop, and nothing else: the steps of a part are not those of the whole.
+/// Passes on a request to cancel, and nothing else: the steps of a subproblem are not reported as
+/// those of the whole problem.
 pub(crate) struct Quiet<'a>(pub &'a mut dyn Observer);
 
 impl Observer for Quiet<'_> {

@@ -8,30 +8,30 @@ use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
 use serde::Serialize;
 
-/// What happened on one level.
+/// Convergence history of one level.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LevelReport {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
     /// Interface width `epsilon`.
     pub interface_width: f64,
-    /// How the minimiser ended.
+    /// Status of the minimiser at the end.
     pub status: Status,
-    /// Accepted steps.
+    /// Number of accepted steps.
     pub iterations: usize,
-    /// What was computed.
+    /// Evaluation counters.
     pub evaluations: Evaluations,
-    /// Evaluations of one shape's energy, with or without gradient.
+    /// Number of evaluations of one shape's energy, with or without gradient.
     pub shape_evaluations: usize,
     /// Conjugate-gradient iterations of all solves for the average.
     pub average_iterations: usize,
-    /// The functional before the first and after every accepted step.
+    /// Value of the functional before the first and after every accepted step.
     pub energies: Vec<f64>,
-    /// The terms at the end.
+    /// Terms of the functional at the end.
     pub energy: Energy,
     /// The worst deformation at the end.
     pub certificate: Certificate,
-    /// Wall time.
+    /// Wall time, in seconds.
     pub seconds: f64,
 }
 
@@ -41,8 +41,9 @@ pub struct AverageResult<const D: usize> {
     /// The average phase field `v`.
     #[serde(skip)]
     pub average: ScalarField<f64, D>,
-    /// Where the average object is: 1 inside, 0 outside. The weighted majority of the indicators
-    /// of the shapes, pushed forward by their deformations; in a median each votes with its share.
+    /// Indicator of the average object: 1 inside, 0 outside. It is the weighted majority of the
+    /// indicators of the shapes, pushed forward by their deformations; in a median each weight is
+    /// multiplied by the shape's share.
     #[serde(skip)]
     pub average_mask: ScalarField<f64, D>,
     /// The weighted mean of those indicators, whose level 1/2 is the boundary of the average.
@@ -51,11 +52,11 @@ pub struct AverageResult<const D: usize> {
     /// Displacements `u_i`, `phi_i(x) = x + u_i(x)` maps shape `i` to the average.
     #[serde(skip)]
     pub displacements: Vec<Field<f64, D, D>>,
-    /// Signed distances of the shapes pushed forward, `d_i o phi_i^{-1}`: their zero levels are
-    /// the shapes' boundaries seen in the average.
+    /// Signed distances of the shapes pushed forward, `d_i o phi_i^{-1}`: their zero levels are the
+    /// boundaries of the deformed shapes.
     #[serde(skip)]
     pub pushed: Vec<ScalarField<f64, D>>,
-    /// The weights of what was seen of the shapes, pushed forward; none where everything was.
+    /// Visibility masks of the shapes, pushed forward; empty if all shapes are fully visible.
     #[serde(skip)]
     pub pushed_seen: Vec<ScalarField<f64, D>>,
     /// Phase fields and indicators of the shapes.
@@ -63,23 +64,25 @@ pub struct AverageResult<const D: usize> {
     pub shapes: LevelShapes<D>,
     /// The terms of the functional.
     pub energy: Energy,
-    /// The worst deformation: certified where the determinant is positive on all cells of all.
+    /// Certificate of the worst deformation: certified if the determinant is positive on all cells
+    /// of all deformations.
     pub certificate: Certificate,
-    /// Dice overlap of each pushed-forward shape with the average, where the shape was seen.
+    /// Dice overlap of each pushed-forward shape with the average, on the visible part of the
+    /// shape.
     pub dice: Vec<f64>,
-    /// Distance of the boundaries of each pushed-forward shape and of the average, where the shape
-    /// was seen; none where one of the two has no boundary there.
+    /// Distance between the boundaries of each pushed-forward shape and of the average, on the
+    /// visible part of the shape; `None` if one of the two has no boundary there.
     #[serde(skip)]
     pub hausdorff: Vec<Option<Hausdorff>>,
-    /// What happened on each level, coarsest first.
+    /// Convergence history of each level, coarsest first.
     pub levels: Vec<LevelReport>,
-    /// Of a median the sum of roots before the first and after every round; empty otherwise.
+    /// For a median, the sum of roots before the first and after every iteration; otherwise empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rounds: Vec<f64>,
-    /// Converged, or the first level's reason why not.
+    /// A converged status, or else the status of the first level that did not converge.
     #[serde(skip)]
     pub status: Status,
-    /// Wall time.
+    /// Wall time, in seconds.
     #[serde(rename = "solver_seconds")]
     pub seconds: f64,
 }
@@ -109,7 +112,7 @@ impl<const D: usize> AverageResult<D> {
             .map(|u| Field::from_vec(grid, u.to_vec()))
             .collect();
         let displacements = displacements?;
-        // A run that was cancelled ends on a coarser grid than that of the inputs.
+        // A cancelled run ends on a coarser grid than that of the inputs.
         let distances: Vec<ScalarField<f64, D>> = signed_distances
             .iter()
             .map(|d| ScalarField::from_fn(grid, |x| d.sample(x)))
@@ -118,7 +121,7 @@ impl<const D: usize> AverageResult<D> {
         let seen = shapes.seen();
         let pairs = parallel::map(displacements.iter().enumerate(), &|(i, u)| {
             let inverse = InverseDeformation::new(u);
-            // Beyond the box everything was seen: nothing is there.
+            // Outside the box, which is empty, the mask is one.
             let seen = seen.get(i).map(|seen| inverse.push_forward(seen, 1.0));
             (inverse.push_forward(&distances[i], far), seen)
         });
@@ -155,25 +158,25 @@ impl<const D: usize> AverageResult<D> {
         })
     }
 
-    /// Evaluations of one shape's energy on all levels.
+    /// Returns the number of evaluations of one shape's energy on all levels.
     pub fn shape_evaluations(&self) -> usize {
         self.levels.iter().map(|l| l.shape_evaluations).sum()
     }
 
-    /// Mean Dice overlap.
+    /// Returns the mean Dice overlap.
     pub fn mean_dice(&self) -> f64 {
         self.dice.iter().sum::<f64>() / self.dice.len() as f64
     }
 }
 
-/// Where shapes of less weight than this were seen, none counts as seen.
+/// If the visible shapes at a point have less total weight than this, all shapes are counted.
 const LEAST_VOTE: f64 = 1e-3;
-/// A point was seen where the weight says more than this.
+/// Threshold of the visibility mask above which a point counts as visible.
 const SEEN: f64 = 0.5;
 
-/// Weighted mean of the indicators of signed distances, each with a ramp one spacing wide, so
-/// that a tie of two shapes ends half way between their boundaries. A shape votes where it was
-/// seen; where none was, all vote.
+/// Computes the weighted mean of the indicators of signed distances, each with a ramp one spacing
+/// wide, so that a tie of two shapes ends half way between their boundaries. At each point the
+/// shapes visible there are counted, or all shapes if none is.
 fn majority<const D: usize>(
     pushed: &[ScalarField<f64, D>],
     seen: &[ScalarField<f64, D>],
@@ -205,14 +208,14 @@ fn majority<const D: usize>(
     Ok(ScalarField::from_vec(grid, mean)?)
 }
 
-/// Overlap and distance of a pushed-forward shape with the average, where the shape was seen.
+/// Measures overlap and distance of a pushed-forward shape and the average on its visible part.
 fn measure<const D: usize>(
     pushed: &ScalarField<f64, D>,
     indicator: &ScalarField<f64, D>,
     seen: Option<&ScalarField<f64, D>>,
 ) -> Result<(f64, Option<Hausdorff>), AverageError> {
     let overlap = match dice_within(pushed, 0.0, indicator, 0.5, seen) {
-        // Nothing of either was seen, and nothing is known of an overlap.
+        // Neither object is visible: the overlap is undefined and reported as zero.
         Err(LevelsetError::EmptyObject { .. }) if seen.is_some() => 0.0,
         found => found?,
     };
@@ -226,7 +229,7 @@ fn measure<const D: usize>(
     Ok((overlap, distance))
 }
 
-/// The certificate of the worst of all displacements, for a determinant above zero.
+/// Returns the certificate of the worst displacement, for positive determinants.
 pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Certificate {
     let parts = x.chunks_exact(D * grid.n_nodes());
     let certificates = parallel::map(parts, &|u| certify(grid, u, 0.0));
@@ -237,7 +240,8 @@ pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Ce
     worst.unwrap_or_else(|| certify(grid, &vec![0.0; D * grid.n_nodes()], 0.0))
 }
 
-/// Whether all levels ended as they should.
+/// Returns `Status::EnergyTolerance` if all levels converged, else the status of the first that did
+/// not.
 pub(crate) fn overall_status(reports: &[LevelReport]) -> Status {
     let bad = reports.iter().map(|r| r.status).find(|s| !s.converged());
     bad.unwrap_or(Status::EnergyTolerance)

@@ -1,4 +1,4 @@
-//! What a caller asks for: averages of shapes, and a shape deformed onto an average.
+//! Entry points: averages of shapes, and the deformation of a shape onto an average.
 
 use crate::error::AverageError;
 use crate::follow::{Leaders, with_followers};
@@ -11,15 +11,15 @@ use fe_grid::minimise::Observer;
 use fe_grid::{Field, Grid};
 use std::time::Instant;
 
-/// The average of shapes given by their signed distances (positive inside) on one grid.
+/// Computes the average of shapes given by their signed distances (positive inside) on one grid.
 ///
-/// The observer hears of every level and iteration and may cancel; what has been reached by then
-/// is the result.
+/// The observer is notified of every level and iteration and may cancel; the result is then the
+/// state reached so far.
 ///
 /// # Errors
 /// [`AverageError`] for parameters out of range, shapes on different grids, shapes without
-/// inside or outside, and solvers that break down. Not to converge is not an error: the status
-/// of the levels says so.
+/// inside or outside, and solvers that break down. Failure to converge is not an error; it is
+/// reported in the status of the levels.
 pub fn average<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     params: &AverageParams,
@@ -28,15 +28,15 @@ pub fn average<const D: usize>(
     average_of_seen(signed_distances, &[], params, observer)
 }
 
-/// The average of shapes of which not everything was seen.
+/// Computes the average of partially visible shapes.
 ///
-/// `seen` has one weight a shape, on the same grid: 1 where the shape was seen, 0 where it was not.
-/// No mismatch is charged where it was not, and the shape has no say there in where the average lies;
-/// of its boundary the signed distance may tell anything there. Overlaps and distances in the result
-/// count what was seen.
+/// `seen` has one visibility mask per shape, on the same grid: 1 where the shape is visible, 0
+/// where it is hidden. The mismatch of a shape is not charged where it is hidden, so there the
+/// shape does not influence the average, and its signed distance may be arbitrary. Overlaps and
+/// distances in the result are measured on the visible parts.
 ///
 /// # Errors
-/// As [`average`], and [`AverageError::Seen`] for weights that do not fit the shapes.
+/// As [`average`], and [`AverageError::Seen`] for masks that do not fit the shapes.
 pub fn average_of_seen<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
@@ -47,12 +47,13 @@ pub fn average_of_seen<const D: usize>(
 }
 
 compiled_once! {
-    /// The same from deformations that are known already, such as those of a run that was stopped
-    /// or of one on a coarser grid.
+    /// Computes the average from known deformations, such as those of a run that was stopped or of
+    /// one on a coarser grid.
     ///
-    /// `seen` and `start` are empty, or have one weight and one displacement a shape. The
-    /// displacements lie on one of the grids of the hierarchy of the shapes' grid; coarser ones are
-    /// left out. Where one is not admissible it is drawn to the identity until it is.
+    /// `seen` and `start` are empty, or have one mask and one displacement per shape. The
+    /// displacements lie on one of the grids of the hierarchy of the shapes' grid; coarser grids
+    /// are skipped. A displacement that is not admissible is interpolated towards the identity
+    /// until it is.
     ///
     /// # Errors
     /// As [`average_of_seen`], and [`AverageError::Start`] for displacements that do not fit.
@@ -87,7 +88,7 @@ fn averaged_from<const D: usize>(
     solve(signed_distances, levels, known, params, start, observer)
 }
 
-/// The grid on which displacements of shapes to start from lie, of these; the first without any.
+/// Returns the level whose grid is that of the initial displacements; the first without any.
 ///
 /// # Errors
 /// [`AverageError::Start`].
@@ -117,10 +118,11 @@ pub(crate) fn first_level<const D: usize>(
 }
 
 compiled_once! {
-    /// The average of shapes whose phase fields and indicators the caller gives on every level,
-    /// coarsest first; the signed distances are those on the finest and serve to measure the result.
+    /// Computes the average of shapes whose phase fields and indicators are given on every level,
+    /// coarsest first; the signed distances are those on the finest level and are used to measure
+    /// the result.
     ///
-    /// What the parameters say of interface widths and of the coarsest level is not used.
+    /// The interface width and the coarsest level in the parameters are not used.
     ///
     /// # Errors
     /// Those of [`average`], and [`AverageError::Levels`] where the levels do not fit each other or
@@ -155,13 +157,13 @@ fn level_average<const D: usize>(
 }
 
 compiled_once! {
-    /// The deformation of a new shape onto an average that stays as it is: both terms of the average
-    /// that belong to one shape, minimised by its deformation alone.
+    /// Computes the deformation of a new shape onto a fixed average: minimises the two terms of
+    /// that shape in the functional over its deformation.
     ///
-    /// The shape is given by its signed distance; the average by its own, from which the phase field
-    /// on coarse levels is made, and by its phase field on the finest. The shape has weight one, so
-    /// that its deformation is the one that it would have among the shapes of the average, if they are
-    /// of equal weight.
+    /// The shape is given by its signed distance; the average by its signed distance, from which
+    /// the phase fields on coarse levels are computed, and by its phase field on the finest. The
+    /// shape has weight one, so its deformation is the one that it would have as one of the shapes
+    /// of the average, if these have equal weights.
     ///
     /// # Errors
     /// As [`average`]; all fields have to lie on one grid.
@@ -205,7 +207,7 @@ fn matched<const D: usize>(
     )
 }
 
-/// Looks at all inputs and gives the first.
+/// Checks all inputs and returns the first shape.
 fn check<'a, const D: usize>(
     signed_distances: &'a [Field<f64, D, 1>],
     params: &AverageParams,
@@ -229,7 +231,8 @@ fn check<'a, const D: usize>(
     Ok(first)
 }
 
-/// Weights are none, or one a shape on the shapes' grid, between 0 and 1 and somewhere 1.
+/// Checks the visibility masks: none, or one per shape on the shapes' grid, with values between 0
+/// and 1, not all zero.
 fn check_seen<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],

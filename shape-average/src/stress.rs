@@ -1,12 +1,13 @@
-//! The stress that a deformation leaves in its shape.
+//! The stress in a deformed shape.
 
 use crate::error::AverageError;
 use fe_grid::{Field, ScalarField, Tensor};
 use hyperelastic::{LawSpec, cauchy_stress};
 
-/// The Cauchy stress `sigma = det(A)^-1 W_,A(A) A^T`, `A = 1 + Du`, of a displacement at the nodes of
-/// the undeformed shape, row by row: entry `i D + j` is the field of `sigma_ij`. `Du` is the mean of
-/// the differences to both neighbours along each axis. NaN where a deformation folds.
+/// Computes the Cauchy stress `sigma = det(A)^-1 W_,A(A) A^T`, `A = 1 + Du`, of a displacement at
+/// the nodes of the undeformed shape, row by row: entry `i D + j` is the field of `sigma_ij`. `Du`
+/// is the mean of the differences to both neighbours along each axis. NaN where a deformation
+/// folds.
 ///
 /// # Errors
 /// Those of the law.

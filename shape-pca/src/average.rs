@@ -1,4 +1,4 @@
-//! What an analysis takes of an average.
+//! The input of an analysis: an average and its deformations.
 
 use crate::compound::Source;
 use crate::error::PcaError;
@@ -15,20 +15,20 @@ pub struct Average<const D: usize> {
     indicators: Vec<ScalarField<f64, D>>,
     weights: Vec<f64>,
     object: ScalarField<f64, D>,
-    /// One less the indicator of the object.
+    /// One minus the indicator of the object.
     outside: Vec<f64>,
-    /// The displacement zero.
+    /// The zero displacement.
     rest: Vec<f64>,
 }
 
 impl<const D: usize> Average<D> {
-    /// From displacements `phi_i - id`, indicators of the objects (1 inside, 0 outside, 1/2 on the
-    /// boundary) and weights `lambda_i`. Where all of the box is the object, as for images,
-    /// indicators are one everywhere.
+    /// Creates the input from displacements `phi_i - id`, indicators of the objects (1 inside, 0
+    /// outside, 1/2 on the boundary) and weights `lambda_i`. If the object is the whole box, as for
+    /// images, the indicators are one everywhere.
     ///
     /// # Errors
-    /// [`PcaError`] for fewer than two shapes, fields that do not fit, weights that are no convex
-    /// combination.
+    /// [`PcaError`] for fewer than two shapes, fields that do not fit, and weights that are not a
+    /// convex combination.
     pub fn new(
         displacements: Vec<VectorField<f64, D>>,
         indicators: Vec<ScalarField<f64, D>>,
@@ -79,7 +79,7 @@ impl<const D: usize> Average<D> {
         })
     }
 
-    /// From an average that has just been computed.
+    /// Creates the input from the result of an average.
     ///
     /// # Errors
     /// Those of [`Average::new`].
@@ -92,38 +92,38 @@ impl<const D: usize> Average<D> {
         )
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid
     }
 
-    /// Number of shapes.
+    /// Returns the number of shapes.
     pub fn n_shapes(&self) -> usize {
         self.displacements.len()
     }
 
-    /// Weights `lambda_i`.
+    /// Returns the weights `lambda_i`.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// Displacements `phi_i - id`.
+    /// Returns the displacements `phi_i - id`.
     pub fn displacements(&self) -> &[Field<f64, D, D>] {
         &self.displacements
     }
 
-    /// Indicators of the objects.
+    /// Returns the indicators of the objects.
     pub fn indicators(&self) -> &[ScalarField<f64, D>] {
         &self.indicators
     }
 
-    /// The smooth indicator of the average object, `sum_i lambda_i chi_i o phi_i^-1`; its level 1/2
-    /// is the average shape.
+    /// Returns the smooth indicator of the average object, `sum_i lambda_i chi_i o phi_i^-1`; its
+    /// level 1/2 is the average shape.
     pub fn object(&self) -> &ScalarField<f64, D> {
         &self.object
     }
 
-    /// The energies of all shapes, as sources of the compound operator.
+    /// Returns the energies of all shapes, as sources of the compound operator.
     pub fn sources(&self) -> Vec<Source<'_>> {
         (0..self.n_shapes())
             .map(|i| Source {
@@ -133,8 +133,9 @@ impl<const D: usize> Average<D> {
             .collect()
     }
 
-    /// The energies that the compound object is made of, with the void stiffness that belongs to
-    /// them: of all shapes, or of the average at rest; a void at rest is a source of its own.
+    /// Returns the energies that form the compound object, with the corresponding void stiffness:
+    /// those of all shapes, or of the average without prestress; a void without prestress is a
+    /// separate source.
     pub(crate) fn compound_sources(&self, params: &PcaParams) -> (Vec<Source<'_>>, f64) {
         let at_rest = |weight, indicator| Source {
             weight,
@@ -155,7 +156,7 @@ impl<const D: usize> Average<D> {
         (sources, 0.0)
     }
 
-    /// The energy of one shape, with weight one.
+    /// Returns the energy of one shape, with weight one.
     ///
     /// # Panics
     /// If there is no such shape.

@@ -1,5 +1,5 @@
-//! The energy of all deformations as a function of a further one, under whatever law is asked for. Its
-//! kernels are compiled here for both dimensions, once; they enter the law by pointer.
+//! The energy of all deformations as a function of a further one, for any law. Its kernels are
+//! compiled once in this crate for both dimensions; they call the law through a pointer.
 
 use crate::error::PcaError;
 use fe_grid::pullback::{Derivatives, Pullback, PullbackSource, pull_back};
@@ -18,13 +18,13 @@ pub struct Source<'a> {
 }
 
 compiled_once! {
-    /// `u -> sum_i c_i int ((1 - delta) chi_i + delta) W(D((1 + u) o phi_i))` at a displacement (zero
-    /// where it is empty), with derivatives; see [`fe_grid::pullback`]. At zero the gradient of one
-    /// source is the load of its Cauchy stress, `int sigma : Dw`, and the Hessian is the compound
-    /// operator.
+    /// Evaluates `u -> sum_i c_i int ((1 - delta) chi_i + delta) W(D((1 + u) o phi_i))` at a
+    /// displacement (zero if it is empty), with derivatives; see [`fe_grid::pullback`]. At zero the
+    /// gradient of one source is the load of its Cauchy stress, `int sigma : Dw`, and the Hessian
+    /// is the compound operator.
     ///
     /// # Errors
-    /// [`fe_grid::GridError::Inadmissible`] where the composed deformation folds.
+    /// [`fe_grid::GridError::Inadmissible`] if the composed deformation folds.
     ///
     /// # Panics
     /// If sources or state do not fit the grid.

@@ -1,70 +1,70 @@
-//! What can go wrong in this crate.
+//! Errors of this crate.
 
 /// Errors of a principal component analysis.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PcaError {
-    /// A parameter that is out of range.
+    /// A parameter is out of range.
     #[error("{name} = {value} is not usable: {expected} is needed")]
     Parameter {
         /// Name of the parameter.
         name: &'static str,
-        /// What is allowed.
+        /// The admissible values, in words.
         expected: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
     },
-    /// Fewer than two shapes.
+    /// There are fewer than two shapes.
     #[error("modes of variation need at least two shapes, found {found}")]
     TooFewShapes {
-        /// Shapes that were given.
+        /// Number of given shapes.
         found: usize,
     },
-    /// Fields of different numbers or grids.
+    /// Fields differ in number, or lie on different grids.
     #[error("the {what} of shape {index} lies on another grid than the first, or is missing")]
     Fields {
-        /// Which field.
+        /// Name of the field.
         what: &'static str,
-        /// Position of the shape.
+        /// Index of the shape.
         index: usize,
     },
-    /// Weights that are no convex combination.
+    /// The weights are not a convex combination of the shapes.
     #[error("{expected} weights, none negative and of sum 1, are needed; found {weights:?}")]
     Weights {
         /// Number of shapes.
         expected: usize,
-        /// The weights that were given.
+        /// The given weights.
         weights: Vec<f64>,
     },
-    /// The average has no inside on its grid.
+    /// The average object is empty on its grid.
     #[error("the average has no inside on this grid")]
     EmptyObject,
-    /// All shapes are the same: there is no mode.
+    /// All shapes are equal: there is no mode.
     #[error("the shapes do not differ from each other: there are no modes of variation")]
     NoVariation,
-    /// Scores for modes that do not exist.
+    /// There are more scores than modes.
     #[error("{found} scores were given for {modes} modes")]
     TooManyScores {
-        /// Scores that were given.
+        /// Number of given scores.
         found: usize,
-        /// Modes there are.
+        /// Number of modes.
         modes: usize,
     },
-    /// The linear problem could not be solved.
+    /// The linear solver did not converge.
     #[error(
         "the elastic response was not found: residual {residual:e} of the load after {iterations} \
          iterations"
     )]
     NotSolved {
-        /// What is left of the load, relative.
+        /// Relative residual.
         residual: f64,
-        /// Iterations.
+        /// Number of iterations.
         iterations: usize,
     },
-    /// From the grid layer.
+    /// An error of the grid layer.
     #[error(transparent)]
     Grid(#[from] fe_grid::GridError),
-    /// From the laws.
+    /// An error of the laws.
     #[error(transparent)]
     Law(#[from] hyperelastic::LawError),
 }

@@ -1,4 +1,4 @@
-//! Loads that are not small: the nonlinear elastic response of the compound object.
+//! Finite loads: the nonlinear elastic response of the compound object.
 //!
 //! For fixed deformations `phi_i` and a load `f` the displacement `w` minimises
 //!
@@ -7,10 +7,10 @@
 //! ```
 //!
 //! With `f = delta int sigma_k : D.` and `w = delta u` this is `E_k[delta, u]` of Lemma 5.1, whose
-//! limit for `delta -> 0` is the linear response. `F_0 = sum_i lambda_i int sigma_i : D.` is what
-//! the average itself bears: it is zero in the theory, and in a computed average it is what the
-//! mismatch and the length of the interface hold. That reaction is kept, so that `w = 0` is in
-//! equilibrium without a load.
+//! limit for `delta -> 0` is the linear response. `F_0 = sum_i lambda_i int sigma_i : D.` is the
+//! load of the average's own stresses: it is zero in the theory, and in a computed average it
+//! balances the forces of the mismatch and of the interface length. It is subtracted, so that
+//! `w = 0` is in equilibrium without a load.
 
 use crate::average::Average;
 use crate::compound::{Source, evaluate};
@@ -29,23 +29,23 @@ pub struct Finite<'a, const D: usize> {
     compound: &'a Compound<D>,
     sources: Vec<Source<'a>>,
     void_stiffness: f64,
-    /// Steps in which a load is applied.
+    /// Number of steps in which a load is applied.
     pub load_steps: usize,
-    /// Share of the load's work at which an iteration has converged.
+    /// Relative tolerance of an iteration, with respect to the work of the load.
     pub tolerance: f64,
 }
 
-/// How a nonlinear problem was solved.
+/// Report on a nonlinear solve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FiniteReport {
-    /// What the minimiser says of every load step.
+    /// Records of the minimiser for every load step.
     pub steps: Vec<Info>,
-    /// Share of the load that was reached: below one where a step failed.
+    /// Fraction of the load that was reached: below one if a step failed.
     pub share: f64,
 }
 
 impl<'a, const D: usize> Finite<'a, D> {
-    /// The problem of an average and its operator.
+    /// Creates the problem of an average and its operator.
     pub fn new(average: &'a Average<D>, compound: &'a Compound<D>) -> Self {
         let (sources, void_stiffness) = average.compound_sources(compound.params());
         Self {
@@ -57,11 +57,10 @@ impl<'a, const D: usize> Finite<'a, D> {
         }
     }
 
-    /// The response to a load.
+    /// Computes the response to a load.
     ///
     /// # Errors
-    /// Those of the law and of the grid layer. Not to converge is not an error: the report says
-    /// so.
+    /// Those of the law and of the grid layer. Failure to converge is not an error; it is reported.
     pub fn respond(&self, load: &[f64]) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
         let grid = *self.compound.grid();
         let mut w = vec![0.0; load.len()];
@@ -124,7 +123,7 @@ impl<'a, const D: usize> Finite<'a, D> {
     }
 }
 
-/// The energy under a share of a load.
+/// The energy under a fraction of a load.
 struct Loaded<'a, const D: usize> {
     problem: &'a Finite<'a, D>,
     load: &'a [f64],
@@ -172,9 +171,9 @@ impl<const D: usize> Objective for Loaded<'_, D> {
         Ok(())
     }
 
-    /// The Hessian belongs to the state as the metric does.
+    /// The Hessian is evaluated at the same state as the metric.
     fn update_metric(&mut self, w: &[f64]) -> Result<(), PcaError> {
-        // The old one goes first: two at a time would double the memory.
+        // The old one is freed first; two at a time would double the memory.
         self.hessian = None;
         let found = self.problem.evaluate(w, Derivatives::Hessian)?;
         self.hessian = found

@@ -1,31 +1,31 @@
-//! Conjugate gradients that tell the curvature they have met.
+//! Conjugate gradients with estimates of the extreme curvatures.
 //!
-//! Beside the solution they give the extreme Ritz values of the preconditioned operator: whether it
-//! is positive definite is a result of the analysis, not an assumption. For that they go on where
-//! the curvature of a direction is negative, where the solver of `fe-grid` stops; the iterates are
-//! then stationary in the Krylov space and no minimisers.
+//! Besides the solution they return the extreme Ritz values of the preconditioned operator, which
+//! show whether it is positive definite. For this the iteration continues when the curvature of a
+//! direction is negative, where the solver of `fe-grid` stops; the iterates are then stationary
+//! points in the Krylov space and not minimisers.
 
 use fe_grid::vector::{axpy, copy_into, dot, norm, scale_add};
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
-/// How a linear problem was solved.
+/// Report on a linear solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SolveReport {
-    /// Iterations, one application of the operator each.
+    /// Number of iterations, with one application of the operator each.
     pub iterations: usize,
-    /// Residual at the end, as a share of the load.
+    /// Residual at the end, relative to the load.
     pub residual: f64,
-    /// The least Ritz value of the preconditioned operator; positive where all curvature that was
-    /// met is.
+    /// The smallest Ritz value of the preconditioned operator; positive if all curvatures
+    /// encountered are positive.
     #[serde(skip)]
     pub least_curvature: f64,
-    /// The largest.
+    /// The largest Ritz value.
     #[serde(skip)]
     pub largest_curvature: f64,
 }
 
-/// Ritz values are taken of so many iterations at most.
+/// Maximal number of iterations used for the Ritz values.
 const MAX_RITZ: usize = 400;
 
 /// Solves `A x = b` from zero, with a symmetric `A` and a symmetric positive preconditioner, down
@@ -66,7 +66,7 @@ pub(crate) fn solve(
         }
         operator(&p, &mut q);
         let curvature = dot(&p, &q);
-        // A breakdown: neither sign of the curvature can be told, or there is nothing left.
+        // Breakdown: the sign of the curvature is undetermined, or the residual is zero.
         if !(product > 0.0 && curvature.is_finite()) || curvature == 0.0 {
             break;
         }
@@ -83,7 +83,8 @@ pub(crate) fn solve(
     (x, report)
 }
 
-/// Extreme eigenvalues of the tridiagonal matrix that conjugate gradients are the factors of.
+/// Computes the extreme eigenvalues of the tridiagonal matrix given by the conjugate-gradient
+/// coefficients.
 fn ritz(steps: &[f64], shares: &[f64]) -> Option<(f64, f64)> {
     let n = steps.len().min(MAX_RITZ);
     let mut matrix = DMatrix::zeros(n, n);

@@ -1,9 +1,8 @@
-//! Principal modes of variation of shapes, with the mechanics inside.
+//! Principal modes of variation of shapes, based on elasticity.
 //!
 //! The elastic average `S` of shapes `S_k = boundary of O_k` comes with deformations `phi_k` of
-//! `O_k` onto one object `O`. Each leaves a Cauchy stress `sigma_k` in `O`; the average is where
-//! `sum_k lambda_k sigma_k nu = 0` on `S`, and the boundary load `sigma_k nu` is what represents
-//! shape `k`. The elastic response of the prestressed compound object to that load is a
+//! `O_k` onto one object `O`. Each induces a Cauchy stress `sigma_k` in `O`; the average satisfies
+//! `sum_k lambda_k sigma_k nu = 0` on `S`, and the boundary load `sigma_k nu` represents
 //! displacement `u_k` (Rumpf & Wirth, *An elasticity-based covariance analysis of shapes*, IJCV
 //! 2011):
 //!
@@ -12,24 +11,24 @@
 //! C = sum_i lambda_i (det Dphi_i)^-1 (Dphi_i W_,AA[Dphi_i] Dphi_i^T) o phi_i^-1.
 //! ```
 //!
-//! Displacements are vectors, so that a principal component analysis makes sense: `u_k` points
-//! away from shape `k`, `S_k` is about `(1 - u_k)(S)`.
+//! Displacements form a vector space, so a principal component analysis is defined: `u_k` points
+//! away from shape `k`, and `S_k` is approximately `(1 - u_k)(S)`.
 //!
 //! # Data flow
 //! [`Average`] (deformations, indicators, weights) → [`Compound`], the operator `K` assembled by
-//! pull-back, without an inverse deformation, under its rigid constraints → loads and
+//! pull-back, without inverting deformations, under its rigid constraints → loads and
 //! displacements, centred → their Gram matrix in the inner product of [`Metric`] → [`Modes`] →
-//! [`Pca`], whose [`ModeSpace`] scores and reconstructs other shapes. [`Quality`] is what can be said of the
+//! [`Pca`], whose [`ModeSpace`] scores and reconstructs other shapes. [`Quality`] measures the
 //! modes as a model: compactness, generalisation, specificity. [`Finite`] is the nonlinear variant
-//! for loads that are not small.
+//! for finite loads.
 //!
 //! Scores are in standard deviations: with eigenvalues `Lambda_j` and orthonormal modes `y_j`, the
 //! score of a displacement `u` is `g(u, y_j) / sqrt Lambda_j`, and its Mahalanobis distance
 //! `d_M^2 = (1/n) sum_j score_j^2`. The training shapes then have the mean square `(n-1)/n` of
 //! `d_M`.
 //!
-//! **Invariant:** the physics is that of `hyperelastic`, pointwise; fields go in and come out,
-//! and nothing here knows of files.
+//! **Invariant:** the physics is that of `hyperelastic`, pointwise; input and output are fields,
+//! and no files are read or written.
 
 mod average;
 mod compound;

@@ -5,7 +5,7 @@ use crate::params::Metric;
 use crate::product::object_product;
 use fe_grid::{ScalarField, VectorField};
 
-/// The linear form `g(u, .)`.
+/// Computes the linear form `g(u, .)`.
 pub(crate) fn dual<const D: usize>(
     metric: Metric,
     object: &ScalarField<f64, D>,

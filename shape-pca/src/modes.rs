@@ -1,4 +1,4 @@
-//! From a Gram matrix to modes, and what is made of numbers alone.
+//! Modes from a Gram matrix, and scores computed from it.
 
 use crate::error::PcaError;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -12,20 +12,21 @@ use serde::Serialize;
 /// positive.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Modes {
-    /// All eigenvalues, the largest first; of centred displacements at least one is zero, up to
+    /// All eigenvalues, largest first; for centred displacements at least one is zero, up to
     /// rounding.
     pub eigenvalues: Vec<f64>,
-    /// `[j][i]`: what displacement `i` adds to mode `j`. There are as many modes as eigenvalues
-    /// that are not zero.
+    /// `[j][i]`: coefficient of displacement `i` in mode `j`. There is one mode per nonzero
+    /// eigenvalue.
     pub combinations: Vec<Vec<f64>>,
 }
 
 impl Modes {
-    /// Of the Gram matrix `g(u_i, u_j)` of displacements that are centred, with their weights;
-    /// eigenvalues below a share of the first are zero, and no more than `most` modes are made.
+    /// Computes the modes from the Gram matrix `g(u_i, u_j)` of centred displacements, with their
+    /// weights; eigenvalues below a fraction of the first count as zero, and at most `most` modes
+    /// are computed.
     ///
     /// # Errors
-    /// [`PcaError::NoVariation`] where all displacements are zero.
+    /// [`PcaError::NoVariation`] if all displacements are zero.
     pub fn new(
         gram: &DMatrix<f64>,
         weights: &[f64],
@@ -41,7 +42,7 @@ impl Modes {
         order.sort_by(|&i, &j| found.eigenvalues[j].total_cmp(&found.eigenvalues[i]));
         let eigenvalues: Vec<f64> = order.iter().map(|&i| found.eigenvalues[i]).collect();
         let first = eigenvalues.first().copied().unwrap_or(0.0);
-        // Displacements of this size are what rounding makes of none.
+        // Displacements of this size are due to rounding.
         if first.is_nan() || first <= 1e-24 {
             return Err(PcaError::NoVariation);
         }
@@ -62,12 +63,12 @@ impl Modes {
         })
     }
 
-    /// Number of modes.
+    /// Returns the number of modes.
     pub fn rank(&self) -> usize {
         self.combinations.len()
     }
 
-    /// Sums of the first eigenvalues, as shares of the sum of all: how compact the model is.
+    /// Returns the cumulative sums of the eigenvalues, as fractions of the total: the compactness.
     pub fn compactness(&self) -> Vec<f64> {
         let total: f64 = self.eigenvalues.iter().map(|l| l.max(0.0)).sum();
         let mut sum = 0.0;
@@ -81,8 +82,8 @@ impl Modes {
     }
 }
 
-/// The sign that makes the largest training score, `O_ij / sqrt(lambda_i)`, positive; of two that
-/// are equal up to rounding the first counts.
+/// Returns the sign that makes the largest training score, `O_ij / sqrt(lambda_i)`, positive; of
+/// two that are equal up to rounding the first counts.
 fn leading_sign(column: &[f64], weights: &[f64]) -> f64 {
     let mut largest = 0.0f64;
     for (o, w) in column.iter().zip(weights) {
@@ -94,10 +95,10 @@ fn leading_sign(column: &[f64], weights: &[f64]) -> f64 {
     if largest < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Where a shape lies among the modes.
+/// Coordinates of a shape with respect to the modes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scores {
-    /// In standard deviations, one a mode.
+    /// Scores in standard deviations, one per mode.
     pub scores: Vec<f64>,
     /// `d_M = sqrt((1/n) sum_j score_j^2)`.
     pub mahalanobis: f64,
@@ -108,8 +109,8 @@ pub struct Scores {
 }
 
 impl Scores {
-    /// From the products `g(u, y_j)`, the square `g(u, u)`, the eigenvalues of the modes and the
-    /// number of training shapes.
+    /// Computes the scores from the products `g(u, y_j)`, the square `g(u, u)`, the eigenvalues of
+    /// the modes and the number of training shapes.
     pub fn new(products: &[f64], square: f64, eigenvalues: &[f64], n_shapes: usize) -> Self {
         let scores: Vec<f64> = products
             .iter()
@@ -131,7 +132,7 @@ impl Scores {
         }
     }
 
-    /// What all modes together leave of the displacement, relative.
+    /// Returns the relative error of the projection onto all modes.
     pub fn residual(&self) -> f64 {
         let left = self.errors.last().copied().unwrap_or(0.0);
         if self.norm > 0.0 {

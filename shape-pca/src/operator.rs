@@ -1,4 +1,4 @@
-//! The compound operator: assembled, preconditioned and constrained.
+//! The compound operator: assembly, preconditioner and constraints.
 
 use crate::average::Average;
 use crate::compound::{Source, evaluate};
@@ -12,8 +12,8 @@ use fe_grid::stencil::BlockStencil;
 use fe_grid::{Field, Grid, LinearOperator, VectorField, compiled_once};
 use hyperelastic::{CompiledLaw, Corotational, CorotationalMultigrid, LameModuli};
 
-/// Share of the void's stiffness that keeps the preconditioner definite: rigid motions cost
-/// nothing.
+/// Regularisation of the preconditioner, as a fraction of the void's stiffness: rigid motions have
+/// zero energy.
 const REGULARISATION: f64 = 1e-3;
 
 /// The operator `K`, `w . K u = int C Du : Dw`, on displacements without rigid part.
@@ -52,43 +52,44 @@ impl<const D: usize> Compound<D> {
         })
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid
     }
 
-    /// The parameters.
+    /// Returns the parameters.
     pub fn params(&self) -> &PcaParams {
         &self.params
     }
 
-    /// The law.
+    /// Returns the law.
     pub fn law(&self) -> &CompiledLaw<D> {
         &self.law
     }
 
-    /// The matrix, unconstrained.
+    /// Returns the unconstrained matrix.
     pub fn stiffness(&self) -> &BlockStencil<D, D> {
         &self.stiffness
     }
 
-    /// The constraints.
+    /// Returns the constraints.
     pub fn rigid(&self) -> &RigidMotions {
         &self.rigid
     }
 
-    /// `sum_i lambda_i int sigma_i : Dw`, the load that the average bears: zero but for what its
-    /// mismatch and its length hold (and where it is not prestressed).
+    /// Returns `sum_i lambda_i int sigma_i : Dw`, the load of the average's own stresses: zero
+    /// except for the forces balanced by the mismatch and the length (and if it is not
+    /// prestressed).
     pub fn imbalance(&self) -> &[f64] {
         &self.imbalance
     }
 
-    /// The load of a Cauchy stress: `int sigma : Dw` for the stress of one deformation.
+    /// Computes the load of a Cauchy stress: `int sigma : Dw` for the stress of one deformation.
     ///
     /// # Errors
     /// Those of the law and of the grid layer.
     pub fn load(&self, source: Source<'_>) -> Result<Vec<f64>, PcaError> {
-        // A void at rest has no stress.
+        // A void without prestress has no stress.
         let void_stiffness = if self.params.void_at_rest {
             0.0
         } else {
@@ -100,15 +101,15 @@ impl<const D: usize> Compound<D> {
         Ok(found.gradient)
     }
 
-    /// `K u`.
+    /// Computes `K u`.
     pub fn apply(&self, u: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; u.len()];
         multiply(&self.stiffness, u, &mut product);
         product
     }
 
-    /// The response `u` to a load: `w . K u = w . f` for all `w`, under the rigid constraints; what
-    /// of the load is a total force or moment has no response.
+    /// Computes the response `u` to a load: `w . K u = w . f` for all `w`, under the rigid
+    /// constraints; the total force and moment of the load are removed.
     ///
     /// # Errors
     /// [`PcaError::NotSolved`].
@@ -123,8 +124,9 @@ impl<const D: usize> Compound<D> {
         Ok((u, report))
     }
 
-    /// Looks for the curvature of the operator with a rough load, which has a part in everything:
-    /// beside what the loads themselves meet, this is what the check of definiteness rests on.
+    /// Estimates the extreme curvatures of the operator with a rough load, which has components in
+    /// all eigenvectors. Together with the curvatures found for the loads themselves, this is the
+    /// basis of the check of definiteness.
     pub fn look_for_curvature(&self) -> SolveReport {
         let wave = |i: usize| ((i * 7919) % 1013) as f64 / 506.0 - 1.0;
         let rough: Vec<f64> = (0..self.stiffness.dim()).map(wave).collect();
@@ -148,7 +150,7 @@ impl<const D: usize> Compound<D> {
         (u, report)
     }
 
-    /// An approximate response: `P G P^T` with one multigrid cycle `G`.
+    /// Computes an approximate response: `P G P^T` with one multigrid cycle `G`.
     pub(crate) fn precondition_into(&self, load: &[f64], out: &mut [f64]) {
         let mut balanced = load.to_vec();
         self.rigid.balance(&mut balanced);
@@ -174,9 +176,9 @@ fn cycle<const D: usize>(
 ) -> Result<CorotationalMultigrid<D>, PcaError> {
     let LameModuli { lambda, mu } = params.law.moduli;
     let d = D as f64;
-    // The trace of the tensor at rest, lambda 1 (x) 1 + mu (1 + transposition).
+    // The trace of the tensor without prestress, lambda 1 (x) 1 + mu (1 + transposition).
     let at_rest = lambda * d + mu * (d * d + d);
-    // A cell that no point has come to is as stiff as the void.
+    // A cell without mapped points has the stiffness of the void.
     let stiffness = |trace: f64| (trace / at_rest).max(0.1 * params.void_stiffness);
     let mut cells = vec![vec![0.0f32; grid.n_cells()]; Corotational::<D>::CELL_DATA];
     for (cell, trace) in traces.iter().enumerate() {
@@ -198,8 +200,8 @@ fn cycle<const D: usize>(
     )?)
 }
 
-/// The displacement that represents the Cauchy stress of a deformation onto the average, before
-/// it is centred.
+/// Computes the displacement that represents the Cauchy stress of a deformation onto the average,
+/// before centring.
 ///
 /// # Errors
 /// Those of the law and of the linear solve.

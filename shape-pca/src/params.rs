@@ -62,7 +62,7 @@ pub struct PcaParams {
     pub zero_eigenvalue: f64,
 }
 
-/// The stiffness of the void of an average where nothing else is said.
+/// Default stiffness of the void of an average.
 const USUAL_STIFFNESS: f64 = 1e-4;
 
 fn is_default(law: &LawSpec) -> bool {
@@ -90,10 +90,10 @@ impl Default for PcaParams {
 }
 
 impl PcaParams {
-    /// Checks all values.
+    /// Checks all parameters.
     ///
     /// # Errors
-    /// [`PcaError::Parameter`] with what was found.
+    /// [`PcaError::Parameter`] with the value found.
     pub fn check(&self) -> Result<(), PcaError> {
         let bad = |name, expected, value| {
             Err(PcaError::Parameter {

@@ -1,4 +1,4 @@
-//! The analysis itself.
+//! The principal component analysis.
 
 use crate::average::Average;
 use crate::error::PcaError;
@@ -16,12 +16,12 @@ use nalgebra::DMatrix;
 /// Principal modes of variation.
 #[derive(Clone, Debug)]
 pub struct Pca<const D: usize> {
-    /// The modes as fields, by which other shapes are measured.
+    /// The modes as fields, with which other shapes are scored.
     pub space: ModeSpace<D>,
-    /// Displacements `u_k` of the shapes, centred: `S_k` is about `(1 - u_k)(S)`.
+    /// Centred displacements `u_k` of the shapes: `S_k` is approximately `(1 - u_k)(S)`.
     pub displacements: Vec<VectorField<f64, D>>,
-    /// Of the displacements before they were centred, `n |sum lambda_k u_k| / sum lambda_k |u_k|`
-    /// in `L^2`; for equal weights `|sum u_k|` over the mean of `|u_k|`. Zero where the stresses
+    /// Imbalance of the displacements before centring, `n |sum lambda_k u_k| / sum lambda_k |u_k|`
+    /// in `L^2`; for equal weights `|sum u_k|` divided by the mean of `|u_k|`. Zero if the stresses
     /// balance exactly.
     pub balance: f64,
     /// Gram matrix of the displacements.
@@ -30,18 +30,18 @@ pub struct Pca<const D: usize> {
     pub modes: Modes,
     /// Scores of the training shapes.
     pub training: Vec<Scores>,
-    /// How the linear problems were solved.
+    /// Reports on the linear solves.
     pub solves: Vec<SolveReport>,
-    /// The least curvature of the operator that was met, relative to linear elasticity of the same
-    /// mean stiffness.
+    /// The smallest curvature of the operator encountered, relative to linear elasticity of the
+    /// same mean stiffness.
     pub least_curvature: f64,
 }
 
 impl<const D: usize> Pca<D> {
-    /// Analyses an average; no more than `most` modes are made.
+    /// Analyses an average; at most `most` modes are computed.
     ///
     /// # Errors
-    /// Those of the law and of the linear solves, [`PcaError::NoVariation`] where all shapes are
+    /// Those of the law and of the linear solves, [`PcaError::NoVariation`] if all shapes are
     /// equal.
     pub fn new(
         average: &Average<D>,
@@ -110,12 +110,12 @@ impl<const D: usize> Pca<D> {
         })
     }
 
-    /// Whether the operator is positive definite: all curvature of it that was met is positive.
+    /// Returns whether the operator is positive definite: all curvatures encountered are positive.
     pub fn definite(&self) -> bool {
         self.least_curvature > 0.0
     }
 
-    /// Eigenvalues over the first.
+    /// Returns the eigenvalues divided by the first one.
     pub fn ratios(&self) -> Vec<f64> {
         let all = &self.modes.eigenvalues;
         all.iter().map(|l| l / all[0]).collect()
@@ -136,6 +136,6 @@ fn gram_matrix<const D: usize>(
             gram[(i, j)] = dot(&dual, v.as_slice());
         }
     }
-    // Symmetric up to rounding: made so.
+    // Symmetrised: the matrix is symmetric up to rounding.
     (&gram + gram.transpose()) * 0.5
 }

@@ -1,14 +1,14 @@
-//! Fields carried along by a displacement.
+//! Push-forward of fields by a displacement.
 
 use fe_grid::{InverseDeformation, ScalarField, VectorField};
 
-/// `f o (1 + u)^-1` at the nodes, with `outside` where the box has not been deformed to: the
-/// indicator of a shape, its signed distance or an image, deformed.
+/// Computes `f o (1 + u)^-1` at the nodes, with the value `outside` at nodes outside the deformed
+/// box. The field `f` is the indicator of a shape, its signed distance or an image.
 ///
-/// This is how modes are applied to the average, be it a shape or an image.
+/// This applies modes to the average, be it a shape or an image.
 ///
 /// # Panics
-/// If both lie on different grids.
+/// If the fields lie on different grids.
 pub fn push_forward<const D: usize>(
     field: &ScalarField<f64, D>,
     displacement: &VectorField<f64, D>,

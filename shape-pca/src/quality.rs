@@ -1,8 +1,8 @@
-//! How good modes are as a model of a kind of shape, from the Gram matrix alone.
+//! Quality of the modes as a model of a class of shapes, from the Gram matrix alone.
 //!
-//! The three measures of the field: Davies, Twining and Taylor, *Statistical models of shape*
-//! (2008). Correspondences are those of the one average of all shapes, as is usual: what is left
-//! out is left out of mean, covariance and modes, the average is not computed again without it.
+//! The three measures of Davies, Twining and Taylor, *Statistical models of shape* (2008).
+//! Correspondences are those of the one average of all shapes, as is usual: a shape that is left
+//! out is left out of mean, covariance and modes, but the average is not recomputed without it.
 
 use crate::error::PcaError;
 use crate::modes::{Modes, Scores};
@@ -10,30 +10,30 @@ use crate::random::Normal;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-/// Shapes drawn at random for the specificity.
+/// Number of random shapes for the specificity.
 const SAMPLES: usize = 2000;
 
 /// Compactness, generalisation and specificity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Quality {
-    /// Share of the variance in the first `m` modes, `m = 1, 2, ...`.
+    /// Fraction of the variance in the first `m` modes, `m = 1, 2, ...`.
     pub compactness: Vec<f64>,
-    /// Root mean square over all shapes of the distance between a shape and what `m` modes of the
-    /// others make of it, `m = 0, 1, ...`.
+    /// Root mean square over all shapes of the distance between a shape and its projection onto `m`
+    /// modes of the others, `m = 0, 1, ...`.
     pub generalisation: Vec<f64>,
     /// Root mean square of the distance between a random shape of `m` modes and the nearest
     /// training shape, `m = 1, 2, ...`.
     pub specificity: Vec<f64>,
-    /// Of every shape, its scores in the modes of the others; their number is one less.
+    /// Scores of every shape in the modes of the others.
     pub left_out: Vec<Scores>,
 }
 
 impl Quality {
-    /// Of displacements with this Gram matrix, all of equal weight; centring does not matter.
-    /// Distances are those of the inner product that the matrix is of.
+    /// Computes the measures for displacements with this Gram matrix, all of equal weight; centring
+    /// does not matter. Distances are those of the inner product of the matrix.
     ///
     /// # Errors
-    /// [`PcaError::NoVariation`] where there is none without one of the shapes.
+    /// [`PcaError::NoVariation`] if there is no variation without one of the shapes.
     pub fn new(gram: &DMatrix<f64>, zero: f64, most: usize) -> Result<Self, PcaError> {
         let n = gram.nrows();
         let all: Vec<usize> = (0..n).collect();
@@ -59,7 +59,7 @@ impl Quality {
     }
 }
 
-/// The Gram matrix of all displacements less the mean of some.
+/// Computes the Gram matrix of all displacements minus the mean of some.
 fn centred(gram: &DMatrix<f64>, some: &[usize]) -> DMatrix<f64> {
     let n = gram.nrows();
     let m = some.len() as f64;
@@ -70,7 +70,7 @@ fn centred(gram: &DMatrix<f64>, some: &[usize]) -> DMatrix<f64> {
     DMatrix::from_fn(n, n, |i, j| gram[(i, j)] - row[i] - row[j] + mean)
 }
 
-/// A shape among the modes of the others.
+/// Computes the scores of a shape in the modes of the others.
 fn leave_out(gram: &DMatrix<f64>, i: usize, zero: f64, most: usize) -> Result<Scores, PcaError> {
     let others: Vec<usize> = (0..gram.nrows()).filter(|&j| j != i).collect();
     let n = others.len();
@@ -95,7 +95,7 @@ fn leave_out(gram: &DMatrix<f64>, i: usize, zero: f64, most: usize) -> Result<Sc
 
 fn specificity(gram: &DMatrix<f64>, modes: &Modes) -> Vec<f64> {
     let (n, rank) = (gram.nrows(), modes.rank());
-    // Coordinates of the training shapes in the modes; they have no others.
+    // Coordinates of the training shapes in the modes, in whose span they lie.
     let coordinate = |i: usize, j: usize| -> f64 {
         let terms = modes.combinations[j].iter().enumerate();
         terms.map(|(k, a)| a * gram[(i, k)]).sum()

@@ -1,18 +1,18 @@
-//! Random numbers that are the same everywhere.
+//! Reproducible random numbers.
 
 /// A sequence of standard normal numbers: SplitMix64 (Steele, Lea and Flood 2014) and the
-/// transform of Box and Muller.
+/// Box-Muller transform.
 pub(crate) struct Normal {
     state: u64,
 }
 
 impl Normal {
-    /// The sequence of a seed.
+    /// Creates the sequence of a seed.
     pub fn new(seed: u64) -> Self {
         Self { state: seed }
     }
 
-    /// In `(0, 1)`.
+    /// Returns a uniform number in `(0, 1)`.
     fn uniform(&mut self) -> f64 {
         self.state = self.state.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.state;
@@ -22,7 +22,7 @@ impl Normal {
         ((z >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
-    /// The next number.
+    /// Returns the next number.
     pub fn next(&mut self) -> f64 {
         let (u, v) = (self.uniform(), self.uniform());
         (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()

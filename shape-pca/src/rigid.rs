@@ -1,4 +1,4 @@
-//! What elasticity does not see: infinitesimal rigid motions, and the constraints in their stead.
+//! The null space of elasticity, infinitesimal rigid motions, and the constraints that remove it.
 
 use crate::error::PcaError;
 use crate::product::object_product;
@@ -6,7 +6,7 @@ use fe_grid::vector::{axpy, dot};
 use fe_grid::{Field, ScalarField};
 use nalgebra::DMatrix;
 
-/// The rigid motions `R` of the box and the constraints `Z = M_O R`: `Z^T u = 0` says
+/// The rigid motions `R` of the box and the constraints `Z = M_O R`: `Z^T u = 0` means
 /// `int_O u = 0` and `int_O x cross u = 0`.
 #[derive(Clone, Debug)]
 pub struct RigidMotions {
@@ -18,10 +18,10 @@ pub struct RigidMotions {
 }
 
 impl RigidMotions {
-    /// For the object of an indicator.
+    /// Creates the motions and constraints for the object of an indicator.
     ///
     /// # Errors
-    /// [`PcaError::EmptyObject`] where there is none.
+    /// [`PcaError::EmptyObject`] if the object is empty.
     pub fn new<const D: usize>(object: &ScalarField<f64, D>) -> Result<Self, PcaError> {
         let grid = *object.grid();
         let mut mass = 0.0;
@@ -67,23 +67,24 @@ impl RigidMotions {
         })
     }
 
-    /// The motions.
+    /// Returns the motions.
     pub fn motions(&self) -> &[Vec<f64>] {
         &self.motions
     }
 
-    /// Takes the rigid part from a displacement, so that it satisfies the constraints:
+    /// Removes the rigid part of a displacement, so that it satisfies the constraints:
     /// `P u = u - R (Z^T R)^-1 Z^T u`.
     pub fn constrain(&self, u: &mut [f64]) {
         self.remove(u, &self.constraints, &self.motions, false);
     }
 
-    /// `P^T f`: takes from a load its total force and moment.
+    /// Computes `P^T f`: removes the total force and moment from a load.
     pub fn balance(&self, f: &mut [f64]) {
         self.remove(f, &self.motions, &self.constraints, true);
     }
 
-    /// The largest constraint of a displacement, relative to its size on the object.
+    /// Returns the largest constraint violation of a displacement, relative to its size on the
+    /// object.
     pub fn violation<const D: usize>(&self, object: &ScalarField<f64, D>, u: &[f64]) -> f64 {
         let size = dot(u, &object_product(object, u)).max(0.0).sqrt();
         let of = |z: &Vec<f64>, r: &Vec<f64>| dot(z, u).abs() / dot(z, r).sqrt();

@@ -1,4 +1,4 @@
-//! The modes as fields: what they make of other shapes.
+//! The modes as fields, and the representation of other shapes by them.
 
 use crate::compound::Source;
 use crate::error::PcaError;
@@ -9,14 +9,14 @@ use crate::params::PcaParams;
 use fe_grid::vector::{axpy, dot};
 use fe_grid::{ScalarField, VectorField};
 
-/// The space that the modes span about the average.
+/// The affine space spanned by the modes about the average.
 #[derive(Clone, Debug)]
 pub struct ModeSpace<const D: usize> {
     /// The parameters of the analysis.
     pub params: PcaParams,
     /// Indicator of the average object.
     pub object: ScalarField<f64, D>,
-    /// What is taken from displacements to centre them, `sum_k lambda_k u_k`.
+    /// The mean subtracted from displacements to centre them, `sum_k lambda_k u_k`.
     pub mean: VectorField<f64, D>,
     /// Eigenvalues of the modes.
     pub eigenvalues: Vec<f64>,
@@ -27,7 +27,7 @@ pub struct ModeSpace<const D: usize> {
 }
 
 impl<const D: usize> ModeSpace<D> {
-    /// Scores of a displacement that has been centred.
+    /// Computes the scores of a centred displacement.
     pub fn scores(&self, compound: &Compound<D>, u: &VectorField<f64, D>) -> Scores {
         let dual = dual(self.params.metric, &self.object, compound, u);
         let fields = self.fields.iter();
@@ -36,7 +36,7 @@ impl<const D: usize> ModeSpace<D> {
         Scores::new(&products, square, &self.eigenvalues, self.n_shapes)
     }
 
-    /// The centred displacement of a new shape that has been deformed onto the average.
+    /// Computes the centred displacement of a new shape that has been deformed onto the average.
     ///
     /// # Errors
     /// Those of the law and of the linear solve.
@@ -50,8 +50,8 @@ impl<const D: usize> ModeSpace<D> {
         Ok(u)
     }
 
-    /// `sum_j score_j sqrt(Lambda_j) y_j`: the displacement of a shape with these scores in the
-    /// first modes. The shape itself is `(1 - u)(S)`.
+    /// Computes `sum_j score_j sqrt(Lambda_j) y_j`: the displacement of a shape with these scores
+    /// in the first modes. The shape itself is `(1 - u)(S)`.
     ///
     /// # Errors
     /// [`PcaError::TooManyScores`].

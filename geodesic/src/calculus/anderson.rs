@@ -1,14 +1,15 @@
-//! Fixed points by Anderson's acceleration.
+//! Anderson acceleration of fixed-point iterations.
 //!
 //! An equation `r(x) = 0` with an approximate inverse `P` of the derivative of `-r` is the fixed
-//! point `f(x) = P r(x) = 0` of `x + f(x)`. The next iterate is made of the last ones,
+//! point of `x + f(x)` with `f(x) = P r(x)`. The next iterate is a combination of the last ones,
 //!
 //! ```text
 //! x' = x + f - sum_j g_j (dx_j + df_j),   |f - sum_j g_j df_j| least,
 //! ```
 //!
-//! which for a linear equation is GMRES with the preconditioner `P`: one residual and one cycle an
-//! iteration, with no derivative of `r`, which here is not symmetric and has no energy.
+//! where the `g_j` minimise the norm on the right. For a linear equation this is GMRES with the
+//! preconditioner `P`. Each iteration needs one residual and one application of `P`, and no
+//! derivative of `r`, which here is not symmetric and not a gradient.
 //!
 //! Source: Walker and Ni, *Anderson acceleration for fixed-point iterations*, SIAM Journal on
 //! Numerical Analysis 49 (2011).
@@ -20,59 +21,59 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Differences whose part that is new is below this share do not count.
+/// Differences whose component orthogonal to the others is below this fraction are dropped.
 const DEPENDENT: f64 = 1e-10;
-/// A correction that has grown by this factor over the least one was a step too far.
+/// A step is rejected if the correction exceeds the smallest one so far by this factor.
 const GROWN: f64 = 5.0;
-/// Times that the iteration begins anew from its best state, with shorter steps.
+/// Maximal number of restarts from the best state, with shorter steps.
 const RESTARTS: usize = 8;
-/// Iterations over which the least correction has to fall by half.
+/// Number of iterations within which the smallest correction has to be halved.
 const PATIENCE: usize = 25;
-/// Halvings of a step that leaves the admissible states.
+/// Maximal number of halvings of a step that leaves the admissible states.
 const HALVINGS: usize = 12;
 
-/// An equation in the form of a correction that vanishes where it holds.
+/// An equation in the form of a correction that vanishes at the solution.
 pub(super) trait Correction {
-    /// The correction at a state; false where the state is not admissible.
+    /// Computes the correction at a state; returns false if the state is not admissible.
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on.
+    /// Any error that prevents the iteration from continuing.
     fn correction_into(&mut self, x: &[f64], out: &mut [f64]) -> Result<bool, GeodesicError>;
 
-    /// Shortens a step where it would leave the admissible states.
+    /// Shortens a step that would leave the admissible states.
     fn restrain(&self, x: &[f64], step: &mut [f64]);
 }
 
-/// How an equation ended.
+/// Status of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 #[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
-    /// The correction is as small as asked.
+    /// The correction is below the tolerance.
     Converged,
-    /// All iterations were used.
+    /// The maximal number of iterations was reached.
     MaxIterations,
-    /// No step gets on: the state asked for may not exist, or is folded.
+    /// No step makes progress: the solution may not exist, or may be folded.
     Stalled,
-    /// The observer asked to stop.
+    /// The observer cancelled.
     Cancelled,
 }
 
-/// When to stop.
+/// Anderson iteration and its stopping criteria.
 pub(super) struct Anderson {
-    /// Iterates that are remembered.
+    /// Number of previous iterates used.
     pub history: usize,
-    /// Most iterations.
+    /// Maximal number of iterations.
     pub max_iterations: usize,
-    /// Norm of the correction that is small enough.
+    /// Tolerance for the norm of the correction.
     pub tolerance: f64,
 }
 
-/// What was done.
+/// Statistics of a solve.
 pub(super) struct Solved {
     pub status: SolveStatus,
     pub iterations: usize,
-    /// Corrections that were computed.
+    /// Number of evaluated corrections.
     pub evaluations: usize,
     /// Norm of the correction at the end.
     pub correction: f64,
@@ -146,7 +147,7 @@ impl<C: Correction> Run<'_, C> {
         let (mut best, first_size) = (first.clone(), first.size);
         let mut state = first;
         let (mut length, mut restarts) = (1.0, 0);
-        // The least correction so far, where it last had halved, and when.
+        // The smallest correction when it was last halved, and the iteration at which that was.
         let (mut mark, mut marked) = (first_size, 0);
         for iteration in 0..=self.params.max_iterations {
             let seen = observer.iteration(&Iteration {
@@ -197,7 +198,7 @@ impl<C: Correction> Run<'_, C> {
         Ok((best, SolveStatus::MaxIterations, self.params.max_iterations))
     }
 
-    /// The next state; none where there is no admissible one along the step.
+    /// Computes the next state; `None` if no state along the step is admissible.
     fn step(&mut self, state: &State, length: f64) -> Result<Option<State>, GeodesicError> {
         let mut step = self.accelerated(&state.f, length);
         self.problem.restrain(&state.x, &mut step);
@@ -212,7 +213,7 @@ impl<C: Correction> Run<'_, C> {
         Ok(None)
     }
 
-    /// The step that the history makes of a correction.
+    /// Computes the accelerated step from a correction and the history.
     fn accelerated(&self, f: &[f64], length: f64) -> Vec<f64> {
         let mut step = f.to_vec();
         scale(length, &mut step);
@@ -220,7 +221,7 @@ impl<C: Correction> Run<'_, C> {
         if n == 0 {
             return step;
         }
-        // Normal equations of differences of length one; what depends on the others is left out.
+        // Normal equations of the normalised differences; linearly dependent ones are dropped.
         let sizes: Vec<f64> = self.history.iter().map(|[_, df]| norm(df)).collect();
         let gram = DMatrix::from_fn(n, n, |i, j| {
             dot(&self.history[i][1], &self.history[j][1]) / (sizes[i] * sizes[j])

@@ -11,24 +11,24 @@ use fe_grid::{Field, LinearOperator, ScalarField};
 use hyperelastic::CorotationalMultigrid;
 use serde::Serialize;
 
-/// A solution is taken where the correction that is left is at most this share of the step, even
-/// if that is not what was asked for.
+/// A solution is accepted if the remaining correction is at most this fraction of the step, even if
+/// the requested tolerance was not reached.
 const ACCEPTED: f64 = 1e-3;
 
-/// What happened when one point of a geodesic was looked for.
+/// Report on the solution for one point of a geodesic.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SolveReport {
-    /// How it ended.
+    /// Status at the end.
     pub status: SolveStatus,
-    /// Iterations.
+    /// Number of iterations.
     pub iterations: usize,
-    /// Evaluations of the forces.
+    /// Number of evaluations of the forces.
     pub evaluations: usize,
-    /// The correction that is left, as a share of the distance of the two given points.
-    /// Where the state was folded at once there is none, and it is infinite.
+    /// Remaining correction, relative to the distance between the two given points; infinite if the
+    /// initial state was folded.
     #[serde(skip_serializing_if = "is_infinite")]
     pub correction: f64,
-    /// Whether the point was taken.
+    /// Whether the point was accepted.
     pub accepted: bool,
 }
 
@@ -43,27 +43,27 @@ fn is_infinite(correction: &f64) -> bool {
 /// W(a, b) = int ((1 - delta) chi + delta) det Da W(Db (Da)^{-1}) + nu (1 - chi) |D(b - a)|^2 / 2,
 /// ```
 ///
-/// see [`PathDissipation`](crate::PathDissipation). Both equations are solved for all nodes by
-/// Anderson's acceleration of `x + P r(x)`, with the residual `r = d_2 W + d_1 W` and the inverse
-/// metric `P` at a deformation that is known; what rigid motions leave open is chosen as
-/// [`calculus`](super) says.
+/// see [`PathDissipation`](crate::PathDissipation). The extension and the midpoint equation are
+/// solved at all nodes by Anderson acceleration of `x + P r(x)`, with the residual
+/// `r = d_2 W + d_1 W` and the inverse metric `P` at a known deformation; the rigid motion left
+/// undetermined is chosen as described in [`calculus`](super).
 pub struct DeformationSpace<'a, const D: usize> {
     geometry: Geometry<D>,
     observer: &'a mut dyn Observer,
-    /// Equations that will be solved, for the observer.
+    /// Expected number of equations, for the observer.
     expected: usize,
     reports: Vec<SolveReport>,
 }
 
 impl<'a, const D: usize> DeformationSpace<'a, D> {
-    /// The space of deformations of the shape `{level_set > 0}`. The observer hears of every
-    /// equation, of so many that are expected, as of a level, with the correction that is left in
-    /// place of an energy.
+    /// Creates the space of deformations of the shape `{level_set > 0}`. The observer is notified
+    /// of every equation, out of the expected number, as of a level, with the remaining correction
+    /// in place of an energy.
     ///
     /// # Errors
     /// [`GeodesicError::Parameter`] for parameters out of range,
     /// [`GeodesicError::FrameDependent`] for linear elasticity, [`GeodesicError::Degenerate`] and
-    /// [`GeodesicError::NotFinite`] for a level set without inside.
+    /// [`GeodesicError::NotFinite`] for a level set without an interior.
     pub fn new(
         level_set: &ScalarField<f64, D>,
         params: &CalculusParams,
@@ -78,18 +78,18 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         })
     }
 
-    /// What happened, equation by equation.
+    /// Returns the reports of all equations solved.
     pub fn reports(&self) -> &[SolveReport] {
         &self.reports
     }
 
-    /// The same with reports of equations that were solved before, elsewhere.
+    /// Prepends reports of equations that were solved before in another space.
     pub(super) fn after(mut self, reports: Vec<SolveReport>) -> Self {
         self.reports = reports;
         self
     }
 
-    /// The space of another start shape, with all else the same.
+    /// Returns the space of another start shape, with the same parameters.
     pub(super) fn elsewhere(
         &mut self,
         level_set: &ScalarField<f64, D>,
@@ -104,12 +104,13 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         self.reports
     }
 
-    /// The root of the mean square of a displacement over the matter of the start shape.
+    /// Returns the root mean square of a displacement over the matter of the start shape.
     pub fn norm(&self, displacement: &Field<f64, D, D>) -> f64 {
         self.geometry.matter.norm(displacement.as_slice())
     }
 
-    /// A deformation moved rigidly to where it is nearest to another, over the matter.
+    /// Applies to a deformation the rigid motion that brings it nearest to another, over the
+    /// matter.
     pub fn nearest(&self, moved: &Field<f64, D, D>, target: &Field<f64, D, D>) -> Field<f64, D, D> {
         let matter = &self.geometry.matter;
         let motion = matter.fit(moved.as_slice(), target.as_slice());
@@ -118,10 +119,10 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         moved
     }
 
-    /// The energy `W(a, b)`; none where it is not finite.
+    /// Computes the energy `W(a, b)`; `None` if it is not finite.
     ///
     /// # Errors
-    /// [`GeodesicError::GridsDiffer`], and [`GeodesicError::Law`] where there is no such law.
+    /// [`GeodesicError::GridsDiffer`], and [`GeodesicError::Law`] if the law cannot be constructed.
     pub fn energy(
         &self,
         a: &Field<f64, D, D>,
@@ -140,8 +141,8 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         }
     }
 
-    /// Looks for the unknown point from a first guess, with the metric at a deformation. `apart` is
-    /// the distance of the points that are known.
+    /// Solves for the unknown point from an initial guess, with the metric at a deformation.
+    /// `apart` is the distance between the known points.
     fn solve(
         &mut self,
         unknown: Unknown<'_>,
@@ -187,7 +188,7 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
     }
 }
 
-/// `from` and as much of a step as folds nothing.
+/// Returns `from` plus the step, shortened such that nothing folds.
 fn ahead<const D: usize>(geometry: &Geometry<D>, from: &[f64], mut step: Vec<f64>) -> Vec<f64> {
     geometry.restrain(from, &mut step);
     axpy(1.0, from, &mut step);
@@ -278,19 +279,20 @@ impl<const D: usize> PathSpace for DeformationSpace<'_, D> {
     }
 }
 
-/// Which of the three points of a geodesic is looked for.
+/// The unknown among the three points of a geodesic.
 #[derive(Clone, Copy)]
 enum Unknown<'a> {
-    /// The second, between these.
+    /// The second point, between the given ones.
     Second { first: &'a [f64], third: &'a [f64] },
-    /// The third, after `second`, at which the force `d_2 W` of the step before arrives.
+    /// The third point, after `second`; the force `d_2 W` of the preceding step at `second` is
+    /// given.
     Third {
         second: &'a [f64],
         arriving: &'a [f64],
     },
 }
 
-/// `d_2 W(a, b) + d_1 W(b, c) = 0` for one of the points.
+/// The equation `d_2 W(a, b) + d_1 W(b, c) = 0` for one of the points.
 struct Equation<'a, const D: usize> {
     geometry: &'a Geometry<D>,
     unknown: Unknown<'a>,
@@ -303,7 +305,7 @@ struct Equation<'a, const D: usize> {
 }
 
 impl<const D: usize> Equation<'_, D> {
-    /// The forces of a step; false where it has no finite energy.
+    /// Computes the forces of a step; returns false if its energy is not finite.
     fn evaluate(&mut self, a: &[f64], b: &[f64]) -> Result<bool, GeodesicError> {
         let dim = a.len();
         copy_into(a, &mut self.pair[..dim]);
@@ -320,7 +322,8 @@ impl<const D: usize> Correction for Equation<'_, D> {
         if !self.geometry.admits(x) {
             return Ok(false);
         }
-        // Derivatives of the residual are close to -A by the third point and to 2 A by the second.
+        // The derivative of the residual is close to -A for the third point and to 2 A for the
+        // second.
         let factor = match self.unknown {
             Unknown::Third { second, arriving } => {
                 if !self.evaluate(second, x)? {

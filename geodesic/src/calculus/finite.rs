@@ -1,23 +1,23 @@
-//! The calculus in finite dimensions, where exponential maps and transports are known.
+//! The calculus in finite dimensions, where exponential maps and transports are known exactly.
 
 use super::space::PathSpace;
 use crate::error::GeodesicError;
 use crate::finite::{Dissimilarity, StereographicSphere};
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
-/// Newton steps, at most.
+/// Maximal number of Newton steps.
 const MOST_STEPS: usize = 50;
-/// Halvings of a step, at most.
+/// Maximal number of halvings of a step.
 const MOST_HALVINGS: i32 = 10;
-/// A step of this length, relative to the points, is rounding.
+/// A step below this length, relative to the points, is due to rounding.
 const ROUNDING: f64 = 1e-15;
-/// Step of the differences of gradients, relative to the size of the points.
+/// Step of the finite differences of gradients, relative to the size of the points.
 const DIFFERENCE: f64 = 1e-5;
-/// A residual counts as none up to this share of the forces that balance in it.
+/// Tolerance of the residual, as a fraction of the forces that balance in it.
 const BALANCED: f64 = 1e-6;
 
 /// Points of `R^N` with a dissimilarity as the energy of a step. Both equations are solved by
-/// Newton's method with a matrix of differences.
+/// Newton's method with a finite-difference Jacobian.
 #[derive(Clone, Copy, Debug)]
 pub struct FiniteSpace<'a, W, const N: usize> {
     /// The energy `W(a, b)` of a step.
@@ -44,14 +44,14 @@ impl<W: Dissimilarity<N>, const N: usize> PathSpace for FiniteSpace<'_, W, N> {
 }
 
 impl<W: Dissimilarity<N>, const N: usize> FiniteSpace<'_, W, N> {
-    /// `d_2 W(a, b)` and `d_1 W(b, c)`, which balance on a geodesic.
+    /// Returns `d_2 W(a, b)` and `d_1 W(b, c)`, whose sum vanishes on a geodesic.
     fn forces(&self, a: &[f64; N], b: &[f64; N], c: &[f64; N]) -> [SVector<f64, N>; 2] {
         let w = self.dissimilarity;
         [w.gradients(a, b).1.into(), w.gradients(b, c).0.into()]
     }
 }
 
-/// The point near a guess at which two forces balance.
+/// Finds the point near a guess at which the sum of two forces vanishes.
 fn zero<const N: usize>(
     guess: [f64; N],
     forces: impl Fn(&[f64; N]) -> [SVector<f64, N>; 2],
@@ -78,7 +78,8 @@ fn zero<const N: usize>(
             let residual = residual(&next);
             (residual.norm() < found.norm()).then_some((next, residual))
         };
-        // The last digits of the residual are noise: where no step helps, it is solved.
+        // The last digits of the residual are noise: if no step decreases it, the equation is
+        // solved.
         let Some(next) = (0..MOST_HALVINGS).find_map(lower) else {
             break;
         };
@@ -92,9 +93,9 @@ fn zero<const N: usize>(
     balanced.then(|| x.into())
 }
 
-/// The calculus in closed form, in the coordinates of the chart.
+/// The calculus in closed form, in coordinates of the chart.
 impl StereographicSphere {
-    /// The point at time one of the great circle that leaves `x` with the velocity `v`.
+    /// Returns the point at time one of the great circle that leaves `x` with the velocity `v`.
     pub fn exponential(x: &[f64; 2], v: &[f64; 2]) -> [f64; 2] {
         let (p, direction) = (lifted(x), pushed(x, v));
         let angle = direction.norm();
@@ -106,8 +107,8 @@ impl StereographicSphere {
         [end.x / below, end.y / below]
     }
 
-    /// The velocity at `x` of the great circle that is at `y` at time one; zero where `y` is `x`
-    /// or opposite to it.
+    /// Returns the velocity at `x` of the great circle that is at `y` at time one; zero if `y` is
+    /// `x` or its antipode.
     pub fn logarithm(x: &[f64; 2], y: &[f64; 2]) -> [f64; 2] {
         let (p, q) = (lifted(x), lifted(y));
         let across = q - p * p.dot(&q);
@@ -118,7 +119,7 @@ impl StereographicSphere {
         pulled(x, &(across * (Self::distance(x, y) / size)))
     }
 
-    /// The tangent vector `v` at `x`, transported along the shortest great circle to `y`.
+    /// Transports the tangent vector `v` at `x` parallel along the shortest great circle to `y`.
     pub fn transport(x: &[f64; 2], y: &[f64; 2], v: &[f64; 2]) -> [f64; 2] {
         let (p, q) = (lifted(x), lifted(y));
         let w = pushed(x, v);
@@ -127,13 +128,13 @@ impl StereographicSphere {
     }
 }
 
-/// The point of the sphere over a point of the chart.
+/// Returns the point of the sphere that corresponds to a point of the chart.
 fn lifted(x: &[f64; 2]) -> Vector3<f64> {
     let square = x[0] * x[0] + x[1] * x[1];
     Vector3::new(2.0 * x[0], 2.0 * x[1], square - 1.0) / (1.0 + square)
 }
 
-/// A tangent vector of the chart, on the sphere.
+/// Maps a tangent vector of the chart to the sphere.
 fn pushed(x: &[f64; 2], v: &[f64; 2]) -> Vector3<f64> {
     let (x, v) = (Vector2::from(*x), Vector2::from(*v));
     let below = 1.0 + x.norm_squared();
@@ -142,8 +143,8 @@ fn pushed(x: &[f64; 2], v: &[f64; 2]) -> Vector3<f64> {
     Vector3::new(flat.x, flat.y, 2.0 * along / (below * below))
 }
 
-/// A tangent vector of the sphere over `x`, in the chart: the inverse of [`pushed`], whose columns
-/// are orthogonal and of the length `2 / (1 + |x|^2)`.
+/// Maps a tangent vector of the sphere at `x` to the chart: the inverse of [`pushed`], whose
+/// columns are orthogonal and of length `2 / (1 + |x|^2)`.
 fn pulled(x: &[f64; 2], w: &Vector3<f64>) -> [f64; 2] {
     let half = 0.5 * (1.0 + x[0] * x[0] + x[1] * x[1]);
     [[1.0, 0.0], [0.0, 1.0]].map(|unit| half * half * pushed(x, &unit).dot(w))

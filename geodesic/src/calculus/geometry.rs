@@ -18,7 +18,7 @@ pub(super) struct Geometry<const D: usize> {
     law: CompiledLaw<D>,
     level_set: ScalarField<f64, D>,
     weights: ObjectWeights,
-    /// The cells that must not fold, where not all are.
+    /// The cells that must not fold; `None` if these are all cells.
     solid: Option<Vec<bool>>,
     pub matter: Matter<D>,
 }
@@ -64,8 +64,8 @@ impl<const D: usize> Geometry<D> {
         })
     }
 
-    /// `W(a, b)` for the displacements `a` and `b`, one after the other; its derivatives by both
-    /// are added to `forces` unless that is empty. None where it is not finite.
+    /// Computes `W(a, b)` for the displacements `a` and `b`, one after the other; adds its
+    /// derivatives to `forces` unless that is empty. `None` if it is not finite.
     pub fn energy(&self, pair: &[f64], forces: &mut [f64]) -> Result<Option<f64>, GeodesicError> {
         let term = StepTerm {
             kind: Kind::Path,
@@ -83,20 +83,21 @@ impl<const D: usize> Geometry<D> {
         }
     }
 
-    /// Whether a deformation folds nowhere that it must not.
+    /// Returns whether a deformation satisfies the determinant bound on all cells that must not
+    /// fold.
     pub fn admits(&self, displacement: &[f64]) -> bool {
         let bound = self.params.min_determinant;
         let solid = self.solid.as_deref();
         certify_within(&self.grid, displacement, bound, bound, solid).certified
     }
 
-    /// Shortens a step where it would fold a deformation.
+    /// Shortens a step that would fold a deformation.
     pub fn restrain(&self, displacement: &[f64], step: &mut [f64]) {
         let bound = self.params.min_determinant;
         restrain_step(&self.grid, displacement, step, bound, self.solid.as_deref());
     }
 
-    /// The quadratic form of the metric at a deformation: the law and its data per cell.
+    /// Returns the quadratic form of the metric at a deformation: the law and its data per cell.
     pub fn form<O: Element>(&self, displacement: &[f64]) -> (Corotational<D>, Vec<Vec<O>>) {
         let moduli = self.params.law.moduli;
         let level_set = self.level_set.as_slice();

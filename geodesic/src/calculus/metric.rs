@@ -7,19 +7,20 @@
 //! ```
 //!
 //! which has the null space of linear elasticity on the deformed object. The cycle is that of the
-//! corotational form: it sees the rotation of `Db` in every cell and its volume, not its strain.
+//! corotational form: it takes into account the rotation of `Db` in every cell and its volume, not
+//! its strain.
 
 use crate::cells::ObjectWeights;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{CellProbe, Data, Element, Grid, Lane, Point, Reads, probe_cells, tensor};
 use hyperelastic::{Corotational, LameModuli};
 
-/// What makes the form definite, as a share of the object's stiffness: rigid motions have no
-/// other. They are taken out of what the cycle returns.
+/// Regularisation that makes the form definite, as a fraction of the object's stiffness. Rigid
+/// motions have no other stiffness; they are removed from the result of the cycle.
 const REGULARISATION: f64 = 1e-6;
 
-/// The corotational form at a displacement of the object `{level_set > 0}`: the law and its data
-/// per cell.
+/// Returns the corotational form at a displacement of the object `{level_set > 0}`: the law and its
+/// data per cell.
 pub(super) fn form<O: Element, const D: usize>(
     grid: &Grid<D>,
     moduli: LameModuli,
@@ -63,8 +64,8 @@ impl<const D: usize> CellProbe<D, D> for DeformedForm {
         let mut out = [L::zero(); MAX_CELL_DATA];
         let (elastic, viscous) = self.weights.at(point.coefficient[0]);
         let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
-        // A viscosity resists like a shear modulus of half its size; where the void may fold, its
-        // volume says nothing.
+        // A viscosity corresponds to a shear modulus of half its size. Where the void may fold, its
+        // volume is not meaningful.
         let solid = L::select(L::zero().less(elastic), elastic * volume, L::zero());
         out[0] = solid + viscous.scale(0.5 / self.mu);
         for i in 0..D {

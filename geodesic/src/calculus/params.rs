@@ -5,8 +5,8 @@ use crate::params::GeodesicParams;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
-/// Parameters of the calculus on deformations of one start shape. What the metric is made of comes
-/// from the geodesic that is continued: see [`From<&GeodesicParams>`](CalculusParams::from).
+/// Parameters of the calculus on deformations of one start shape. Those of the metric are taken
+/// from the geodesic that is extended: see [`From<&GeodesicParams>`](CalculusParams::from).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CalculusParams {
@@ -19,14 +19,15 @@ pub struct CalculusParams {
     pub void_viscosity: f64,
     /// Half-width of the elastic indicator, in grid spacings.
     pub indicator_cells: f64,
-    /// Every accepted deformation has a determinant above this on the cells of the object, and,
-    /// where the void has a stiffness, on all.
+    /// Lower bound of the determinant of every accepted deformation on the cells of the object,
+    /// and, if the void has a stiffness, on all cells.
     pub min_determinant: f64,
-    /// An equation is solved where the correction that is left is this share of the step.
+    /// Relative tolerance: an equation is solved if the remaining correction is at most this
+    /// fraction of the step.
     pub tolerance: f64,
-    /// Most iterations of one equation.
+    /// Maximal number of iterations per equation.
     pub max_iterations: usize,
-    /// Earlier iterates that the next one is made of.
+    /// Number of previous iterates used by Anderson acceleration.
     pub history: usize,
 }
 
@@ -52,12 +53,12 @@ impl From<&GeodesicParams> for CalculusParams {
 }
 
 impl CalculusParams {
-    /// Checks all values.
+    /// Checks all parameters.
     ///
     /// # Errors
-    /// [`GeodesicError::Parameter`] with what was found.
+    /// [`GeodesicError::Parameter`] with the value found.
     pub fn check(&self) -> Result<(), GeodesicError> {
-        // What both have in common is judged in one place.
+        // Parameters shared with geodesics are checked there.
         GeodesicParams {
             law: self.law,
             void_stiffness: self.void_stiffness,

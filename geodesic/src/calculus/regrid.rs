@@ -1,13 +1,13 @@
-//! Another start domain for the same path.
+//! Change of the start domain of a path.
 //!
-//! An energy of steps does not ask for the start shape: `W(a o h, b o h) = W(a, b)` for a
-//! deformation `h` of one start shape into another. A shape that a path has reached may therefore
-//! become the start shape of the rest. That is done where the void of the old one is used up:
-//! matter that moves squeezes the void before it, which is in no equilibrium with anything and has
-//! no need to be remembered.
+//! The energy of a step does not depend on the start shape: `W(a o h, b o h) = W(a, b)` for a
+//! deformation `h` of one start shape into another. A shape on a path may therefore become the
+//! start shape of the rest. This is done when the void of the old start shape is too compressed:
+//! moving matter compresses the void in front of it, and the state of the void is not in
+//! equilibrium and need not be retained.
 //!
-//! Inside the new start shape deformations are read through the inverse of the old; outside they
-//! are continued by what costs the void the least. The error is that of interpolation.
+//! Inside the new start shape deformations are read through the inverse of the old one; outside
+//! they are extended with least elastic energy of the void. The error is that of interpolation.
 
 use super::geometry::Geometry;
 use super::params::CalculusParams;
@@ -19,22 +19,22 @@ use fe_grid::{
 use hyperelastic::CorotationalOperator;
 use levelset::{BoxEdge, Contour, ContourDistance, contour};
 
-/// Deformations are read this far outside the shape, in spacings, so that its boundary, which lies
-/// between nodes, moves as they say.
+/// Width of the layer outside the shape in which deformations are read, in spacings; it makes the
+/// boundary, which lies between nodes, move with them.
 const BAND: f64 = 1.0;
-/// When the continuation into the void is good enough.
+/// Accuracy of the extension into the void.
 const CONTINUED: CgParams = CgParams {
     relative_tolerance: 1e-6,
     absolute_tolerance: 0.0,
     max_iterations: 500,
 };
 
-/// The shape into which `at` deforms a start shape, as a start shape, and deformations of the old
+/// Returns the image of a start shape under `at` as a start shape, and the deformations of the old
 /// one as deformations of the new: `b` becomes `b o at^{-1}`. All are given by displacements.
 ///
 /// # Errors
-/// [`GeodesicError::Shape`] for shapes without a boundary, [`GeodesicError::Degenerate`] for one
-/// that has left the box.
+/// [`GeodesicError::Shape`] for shapes without a boundary, [`GeodesicError::Degenerate`] for a
+/// shape that has left the box.
 pub(super) fn regridded<const D: usize>(
     start: &ScalarField<f64, D>,
     at: &Field<f64, D, D>,
@@ -70,14 +70,14 @@ pub(super) fn regridded<const D: usize>(
     Ok((level_set, moved))
 }
 
-/// The boundary of a start shape.
+/// Returns the boundary of a start shape.
 pub(super) fn outline<const D: usize>(
     start: &ScalarField<f64, D>,
 ) -> Result<Contour<D>, GeodesicError> {
     Ok(contour(start, 0.0, BoxEdge::Open)?)
 }
 
-/// The signed distance to a boundary that a deformation has moved.
+/// Returns the signed distance to a boundary moved by a deformation.
 pub(super) fn carried<const D: usize>(
     outline: &Contour<D>,
     displacement: &Field<f64, D, D>,
@@ -89,7 +89,7 @@ pub(super) fn carried<const D: usize>(
     Ok(ContourDistance::new(&moved)?.sample(*displacement.grid()))
 }
 
-/// Makes a nodal field zero where something is known.
+/// Sets a nodal field to zero at the known nodes.
 fn mask(known: &[bool], field: &mut [f64]) {
     for component in field.chunks_exact_mut(known.len()) {
         for (value, &known) in component.iter_mut().zip(known) {
@@ -117,7 +117,7 @@ impl<A: LinearOperator> LinearOperator for Unknown<'_, A> {
     }
 }
 
-/// Gives nodes that are not known the displacements of least elastic energy.
+/// Assigns to the unknown nodes the displacements of least elastic energy.
 fn continue_elastically<const D: usize>(
     geometry: &Geometry<D>,
     known: &[bool],

@@ -1,40 +1,40 @@
-//! Rigid motions of deformations: what the energy of a step does not see.
+//! Rigid motions of deformations: the null space of the energy of a step.
 //!
-//! `W(a, b)` is the same for `a` and `b` followed by any two rigid motions, so that a geodesic of
-//! two steps determines its unknown deformation up to one. It is chosen in the least squares sense
-//! over the matter of the object:
+//! `W(a, b)` does not change if `a` and `b` are composed with any two rigid motions, so a geodesic
+//! of two steps determines its unknown deformation up to one. It is chosen in the least squares
+//! sense over the matter of the object:
 //!
-//! - a midpoint comes as near as it can to the mean of its neighbours;
-//! - an extension repeats the rigid motion of the step before it: `rig(b, c) = rig(a, b)`, where
-//!   `rig(a, b)` is the rigid motion that brings `a` nearest to `b`. A body that only turns and
-//!   moves goes on to do so; no frame is preferred, and backward in time the choice is the same.
+//! - a midpoint is moved as near as possible to the mean of its neighbours;
+//! - an extension repeats the rigid motion of the preceding step: `rig(b, c) = rig(a, b)`, where
+//!   `rig(a, b)` is the rigid motion that brings `a` nearest to `b`. A rigid rotation and
+//!   translation is thus continued; no frame is preferred, and the choice is symmetric in time.
 
 use fe_grid::Grid;
 use nalgebra::{SMatrix, SVector};
 
-/// `y -> rotation y + shift`.
+/// The rigid motion `y -> rotation y + shift`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct RigidMotion<const D: usize> {
     rotation: SMatrix<f64, D, D>,
     shift: SVector<f64, D>,
 }
 
-/// Matter at the nodes of a grid.
+/// Mass distribution at the nodes of a grid.
 pub(super) struct Matter<const D: usize> {
     grid: Grid<D>,
-    /// Share of the mass at every node.
+    /// Fraction of the mass at every node.
     shares: Vec<f64>,
 }
 
 impl<const D: usize> Matter<D> {
-    /// Matter of a density at the nodes, which is positive somewhere.
+    /// Creates the distribution from a density at the nodes, which is positive somewhere.
     pub fn new(grid: Grid<D>, density: Vec<f64>) -> Self {
         let mass: f64 = density.iter().sum();
         let shares = density.into_iter().map(|m| m / mass).collect();
         Self { grid, shares }
     }
 
-    /// The root of the mean square of a displacement.
+    /// Returns the root mean square of a displacement.
     pub fn norm(&self, displacement: &[f64]) -> f64 {
         let n = self.shares.len();
         let squares = displacement.chunks_exact(n).map(|component| {
@@ -67,7 +67,8 @@ impl<const D: usize> Matter<D> {
         sum
     }
 
-    /// The rigid motion that brings one deformation, given by its displacement, nearest to another.
+    /// Computes the rigid motion that brings one deformation, given by its displacement, nearest to
+    /// another.
     ///
     /// Source: Kabsch, *A solution for the best rotation to relate two sets of vectors* (1976).
     pub fn fit(&self, from: &[f64], to: &[f64]) -> RigidMotion<D> {
@@ -81,7 +82,7 @@ impl<const D: usize> Matter<D> {
         }
     }
 
-    /// Moves a deformation rigidly.
+    /// Applies a rigid motion to a deformation.
     pub fn apply(&self, motion: &RigidMotion<D>, displacement: &mut [f64]) {
         let n = self.shares.len();
         for node in 0..n {
@@ -93,7 +94,7 @@ impl<const D: usize> Matter<D> {
         }
     }
 
-    /// Infinitesimal rigid motions after a deformation, orthonormal over the matter.
+    /// Returns infinitesimal rigid motions of a deformation, orthonormal over the matter.
     pub fn modes(&self, displacement: &[f64]) -> Vec<Vec<f64>> {
         let n = self.shares.len();
         let centre = self.centre(displacement);
@@ -129,7 +130,7 @@ impl<const D: usize> Matter<D> {
         modes
     }
 
-    /// Takes from a displacement its part along a mode.
+    /// Removes from a displacement its component along a mode.
     pub fn remove(&self, mode: &[f64], displacement: &mut [f64]) {
         let n = self.shares.len();
         let mut share = 0.0;
@@ -145,7 +146,7 @@ impl<const D: usize> Matter<D> {
 }
 
 impl<const D: usize> RigidMotion<D> {
-    /// This motion after the inverse of another.
+    /// Returns the composition of the inverse of another motion with this one.
     pub fn after_inverse_of(&self, other: &Self) -> Self {
         let rotation = self.rotation * other.rotation.transpose();
         Self {
@@ -155,7 +156,7 @@ impl<const D: usize> RigidMotion<D> {
     }
 }
 
-/// The rotation `R` with the largest `R : C`.
+/// Returns the rotation `R` that maximises `R : C`.
 fn nearest_rotation<const D: usize>(c: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
     const { assert!(D == 2 || D == 3) };
     if D == 2 {
@@ -169,13 +170,13 @@ fn nearest_rotation<const D: usize>(c: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D
         rotation[(0, 1)] = -sine / size;
         return rotation;
     }
-    // Dimensions of a constant that the compiler does not know to be three.
+    // Conversion to a constant dimension: the compiler does not know that `D` is three.
     let c = nalgebra::Matrix3::from_fn(|i, j| c[(i, j)]);
     let svd = c.svd(true, true);
     let (Some(u), Some(v)) = (svd.u, svd.v_t) else {
         return SMatrix::identity();
     };
-    // The singular value that is smallest may stand for a mirror.
+    // The smallest singular value changes its sign if the factor is a reflection.
     let mut flip = nalgebra::Matrix3::identity();
     let least = svd.singular_values.imin();
     flip[(least, least)] = (u * v).determinant().signum();

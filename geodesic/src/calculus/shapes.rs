@@ -1,4 +1,4 @@
-//! The calculus on shapes: what a caller meets.
+//! The calculus on shapes: entry points.
 
 use super::anderson::SolveStatus;
 use super::deformations::{DeformationSpace, SolveReport};
@@ -20,35 +20,35 @@ use fe_grid::{Certificate, Field, ScalarField, certify_within};
 pub struct Piece<const D: usize> {
     /// The level set of the start shape.
     pub start: ScalarField<f64, D>,
-    /// The displacement of the deformation from which the piece goes on.
+    /// The displacement of the deformation from which the piece continues.
     pub from: Field<f64, D, D>,
-    /// Displacements of the deformations that follow it.
+    /// Displacements of the subsequent deformations.
     pub displacements: Vec<Field<f64, D, D>>,
 }
 
-/// A geodesic that was continued.
+/// The extension of a geodesic.
 #[derive(Clone, Debug)]
 pub struct Extension<const D: usize> {
-    /// What continues the path: deformations of its start shape, and where the void around that is
-    /// used up, of a shape on the way. Fewer than were asked for where there is no way on.
+    /// The extension as deformations of the start shape and, after the void is too compressed, of
+    /// later shapes of the path. Contains fewer deformations than requested if the path ends early.
     pub pieces: Vec<Piece<D>>,
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
-    /// The worst of the deformations inside their start shape: certified where its determinant is
-    /// positive on all cells that meet it.
+    /// Certificate of the worst deformation inside its start shape: certified if its determinant is
+    /// positive on all cells that meet the shape.
     pub certificate: Certificate,
-    /// What happened, equation by equation.
+    /// Reports of all equations, in order.
     pub reports: Vec<SolveReport>,
 }
 
 impl<const D: usize> Extension<D> {
-    /// How it ended: that of the last equation.
+    /// Returns the status of the last equation.
     pub fn status(&self) -> SolveStatus {
         status(&self.reports)
     }
 
-    /// The shapes that were reached, and the displacement of the deformation of each from the one
-    /// before it, on the domain of that.
+    /// Computes the shapes of the extension, and the displacement of the deformation of each from
+    /// the preceding one, on the domain of the latter.
     ///
     /// # Errors
     /// [`GeodesicError::Shape`] for a shape without a boundary.
@@ -69,24 +69,24 @@ impl<const D: usize> Extension<D> {
     }
 }
 
-/// A variation that was carried along a path.
+/// The transport of a variation along a path.
 #[derive(Clone, Debug)]
 pub struct Transport<const D: usize> {
-    /// The variation at the end of the path, a displacement on the start domain; none where the
-    /// ladder could not be finished.
+    /// The variation at the end of the path, as a displacement on the start domain; `None` if the
+    /// ladder could not be completed.
     pub variation: Option<Field<f64, D, D>>,
-    /// What happened, equation by equation.
+    /// Reports of all equations, in order.
     pub reports: Vec<SolveReport>,
 }
 
 impl<const D: usize> Transport<D> {
-    /// How it ended: that of the last equation.
+    /// Returns the status of the last equation.
     pub fn status(&self) -> SolveStatus {
         status(&self.reports)
     }
 }
 
-/// A logarithm with the geodesic that it was read from.
+/// A logarithm and the geodesic from which it was computed.
 #[derive(Clone, Debug)]
 pub struct Logarithm<const D: usize> {
     /// `K (psi_1 - id)`: the displacement in unit time at the speed of the first step.
@@ -106,17 +106,17 @@ fn cancelled(reports: &[SolveReport]) -> bool {
 }
 
 compiled_once! {
-    /// Continues a geodesic of deformations of a start shape, given by the displacements of
+    /// Extends a geodesic of deformations of a start shape, given by the displacements of
     /// `psi_1, ..., psi_k`, by further steps of the same length (`psi_0` is the identity).
     ///
-    /// The steps are those of [`PathSpace::exponential`]: the first step of a geodesic of `K` steps,
-    /// continued, gives back the rest of it. Where an equation has no solution that does not fold the
-    /// void, the last shape becomes the start shape of what follows.
+    /// The steps are those of [`PathSpace::exponential`]: extending the first step of a geodesic of
+    /// `K` steps reproduces the rest of it. Where an equation has no solution without folding the
+    /// void, the last shape becomes the start shape of the rest.
     ///
     /// # Errors
-    /// [`GeodesicError`] for parameters out of range, an unfit shape, no deformation, and deformations
-    /// on other grids. Not to get on is not an error: fewer deformations come back, and the reports
-    /// say why.
+    /// [`GeodesicError`] for parameters out of range, an unsuitable shape, an empty list of
+    /// deformations, and deformations on other grids. A path that ends early is not an error: fewer
+    /// deformations are returned, and the reports give the reason.
     pub fn exponential<'a, D>(
         start: &'a ScalarField<f64, D>,
         path: &'a [Field<f64, D, D>],
@@ -164,7 +164,7 @@ fn continued<const D: usize>(
         piece.displacements = space.exponential(&before, &piece.from, left)?;
         let mut last = &piece.from;
         for next in &piece.displacements {
-            // The equation has been solved, so that the energy is finite.
+            // The equation has been solved, so the energy is finite.
             let energy = space.energy(last, next)?.unwrap_or(f64::INFINITY);
             extension.step_energies.push(energy);
             last = next;
@@ -202,7 +202,7 @@ fn continued<const D: usize>(
     }
 }
 
-/// Shoots from a start shape with an initial velocity, a displacement in unit time: the
+/// Shoots from a start shape with an initial velocity, a displacement per unit time: computes the
 /// deformations `psi_1 = id + v / K, psi_2, ..., psi_K` of the discrete geodesic of `K` steps. The
 /// last of them is `exp(v) + O(1/K)`.
 ///
@@ -231,16 +231,16 @@ pub fn shoot<const D: usize>(
     let energy = space.energy(&identity, &first)?.unwrap_or(f64::INFINITY);
     shot.step_energies.insert(0, energy);
     shot.certificate = worse(shot.certificate, certificate(start, given));
-    // There is a piece at least, which goes on from the first deformation.
+    // There is at least one piece, which continues from the first deformation.
     let piece = &mut shot.pieces[0];
     piece.from = identity;
     piece.displacements.insert(0, first);
     Ok(shot)
 }
 
-/// The discrete logarithm of a shape seen from another: the initial velocity of the geodesic of
-/// `params.steps` steps between them. What is left to chance is a rigid motion of the first step,
-/// which the geodesic does not see.
+/// Computes the discrete logarithm of a shape with respect to another: the initial velocity of the
+/// geodesic of `params.steps` steps between them. It is determined up to a rigid motion of the
+/// first step, under which the energy is invariant.
 ///
 /// # Errors
 /// Those of [`lagrangian_path`].
@@ -256,20 +256,21 @@ pub fn logarithm<const D: usize>(
         params,
         observer,
     )?;
-    // A path has a step at least: the parameters were checked.
+    // The parameters were checked, so the path has at least one step.
     let mut velocity = path.displacements[0].clone();
     scale(path.displacements.len() as f64, velocity.as_mut_slice());
     Ok(Logarithm { velocity, path })
 }
 
 compiled_once! {
-    /// Carries a variation of a start shape, a displacement on its domain, along a path of
+    /// Transports a variation of a start shape, a displacement on its domain, along a path of
     /// deformations given by the displacements of `psi_1, ..., psi_K`, to the last of them: see
-    /// [`PathSpace::transport`]. Where an equation has no solution that does not fold the void, this
-    /// rung and the later ones are made on the domains of the shapes at which they begin.
+    /// [`PathSpace::transport`]. If an equation has no solution without folding the void, this rung
+    /// and the later ones are computed on the domains of the shapes at which they begin.
     ///
     /// # Errors
-    /// As [`exponential()`]. Not to get on is not an error: there is no variation then.
+    /// As [`exponential()`]. A ladder that cannot be completed is not an error: no variation is
+    /// returned.
     pub fn transport<'a, D>(
         start: &'a ScalarField<f64, D>,
         path: &'a [Field<f64, D, D>],
@@ -329,8 +330,9 @@ fn transported<const D: usize>(
 }
 
 compiled_once! {
-    /// The shape at the end of a path of deformations of a start shape, given by the displacement of
-    /// the last of them, and a variation there as a displacement on the domain of that shape.
+    /// Computes the shape at the end of a path of deformations of a start shape, given by the
+    /// displacement of the last of them, and a variation there as a displacement on the domain of
+    /// that shape.
     ///
     /// # Errors
     /// [`GeodesicError`] for fields on other grids and shapes without a boundary.
@@ -357,7 +359,7 @@ fn moved_to_end<const D: usize>(
     Ok((shape, fields.swap_remove(0)))
 }
 
-/// The certificate of the identity.
+/// Returns the certificate of the identity.
 fn untouched() -> Certificate {
     Certificate {
         certified: true,
@@ -371,7 +373,7 @@ fn worse(a: Certificate, b: Certificate) -> Certificate {
     if b.min_det < a.min_det { b } else { a }
 }
 
-/// The worst of some deformations inside a start shape.
+/// Returns the certificate of the worst of some deformations inside a start shape.
 fn certificate<const D: usize>(
     start: &ScalarField<f64, D>,
     displacements: &[Field<f64, D, D>],

@@ -3,28 +3,27 @@
 /// A space in which paths are discretised in time: points, and an energy `W(a, b)` of a step that
 /// approximates the squared distance of close points.
 ///
-/// Three points `a, b, c` are a geodesic of two steps where `b` is stationary between its
-/// neighbours,
+/// Three points `a, b, c` are a geodesic of two steps if `b` is stationary between its neighbours,
 ///
 /// ```text
 /// d_2 W(a, b) + d_1 W(b, c) = 0,
 /// ```
 ///
-/// and a path is a discrete geodesic where all its inner points are. The calculus asks for the
-/// third point of such a triple ([`extended`](Self::extended)) or for the second
-/// ([`midpoint`](Self::midpoint)); all else is made of the two here, once for all spaces. Points
-/// are coordinates: differences of close points stand for tangent vectors.
+/// and a path is a discrete geodesic if this holds at all its inner points. An implementation
+/// provides the third point of such a triple ([`extended`](Self::extended)) and the second
+/// ([`midpoint`](Self::midpoint)); the other operations are built from these two for all spaces.
+/// Points are coordinates: differences of close points represent tangent vectors.
 ///
 /// Source: Rumpf and Wirth, *Variational time discretization of geodesic calculus*, IMA Journal of
 /// Numerical Analysis 35 (2015), sections 3 to 5.
 pub trait PathSpace {
     /// A point, or a difference of points.
     type Point: Clone;
-    /// What can go wrong for good.
+    /// Error of the space.
     type Error;
 
-    /// `Exp^2`: the point `c` that makes `b` the middle of the geodesic `a, b, c`; none where
-    /// there is none to be found.
+    /// Computes `Exp^2`: the point `c` such that `b` is the middle of the geodesic `a, b, c`;
+    /// `None` if no such point is found.
     ///
     /// # Errors
     /// Those of the space.
@@ -34,7 +33,7 @@ pub trait PathSpace {
         b: &Self::Point,
     ) -> Result<Option<Self::Point>, Self::Error>;
 
-    /// The point `b` in the middle of the geodesic `a, b, c`; none where there is none to be found.
+    /// Computes the point `b` in the middle of the geodesic `a, b, c`; `None` if none is found.
     ///
     /// # Errors
     /// Those of the space.
@@ -44,12 +43,12 @@ pub trait PathSpace {
         c: &Self::Point,
     ) -> Result<Option<Self::Point>, Self::Error>;
 
-    /// `s x + t y`, in coordinates.
+    /// Returns `s x + t y`, in coordinates.
     fn combination(&self, s: f64, x: &Self::Point, t: f64, y: &Self::Point) -> Self::Point;
 
-    /// The discrete exponential map `Exp^k`: the points that continue the geodesic which begins
-    /// with `first` and `second`, in steps of equal length. Fewer than asked for where the geodesic
-    /// cannot be continued.
+    /// Computes the discrete exponential map `Exp^k`: the points that extend the geodesic starting
+    /// with `first` and `second`, in steps of equal length. Returns fewer points than requested if
+    /// the geodesic cannot be extended further.
     ///
     /// With `second = first + v / K` the point at time one, `K - 1` steps further, is
     /// `exp_first(v) + O(1/K)`.
@@ -78,8 +77,8 @@ pub trait PathSpace {
         Ok(found)
     }
 
-    /// The discrete logarithm: `K (x_1 - x_0)` for a geodesic `x_0, ..., x_K`, the initial velocity
-    /// of the path in unit time up to `O(1/K)`; none for a path without steps.
+    /// Computes the discrete logarithm: `K (x_1 - x_0)` for a geodesic `x_0, ..., x_K`, the initial
+    /// velocity of the path in unit time up to `O(1/K)`; `None` for a path without steps.
     fn logarithm(&self, path: &[Self::Point]) -> Option<Self::Point> {
         let [first, second, ..] = path else {
             return None;
@@ -88,8 +87,8 @@ pub trait PathSpace {
         Some(self.combination(steps, second, -steps, first))
     }
 
-    /// Parallel transport of `variation` from the first point of a path to its last, rung by rung:
-    /// see [`carried`](Self::carried). None where a rung cannot be made.
+    /// Transports `variation` parallel from the first point of a path to its last, rung by rung:
+    /// see [`carried`](Self::carried). `None` if a rung cannot be computed.
     ///
     /// # Errors
     /// Those of the space.
@@ -111,11 +110,11 @@ pub trait PathSpace {
         Ok(Some(carried))
     }
 
-    /// Parallel transport of `variation` over one step, from `a` to `b`, by a rung of Schild's
-    /// ladder of the length of a share `s` of it: with `y = a + s variation` the middle `c` of the
-    /// geodesic `y, c, b` and the end `z` of the geodesic `a, c, z` give `(z - b) / s`. A symmetric
-    /// rung is half the difference of that and the same for `-s`. None where there is no such
-    /// geodesic.
+    /// Transports `variation` parallel over one step, from `a` to `b`, by a rung of Schild's
+    /// ladder, scaled by `s`: with `y = a + s variation`, the midpoint `c` of the geodesic
+    /// `y, c, b` and the end `z` of the geodesic `a, c, z`, the result is `(z - b) / s`. A
+    /// symmetric rung is half the difference of this and the same for `-s`. `None` if there is no
+    /// such geodesic.
     ///
     /// # Errors
     /// Those of the space.
@@ -141,7 +140,7 @@ pub trait PathSpace {
     }
 }
 
-/// The end of a rung.
+/// Computes the end of a rung.
 fn rung<S: PathSpace + ?Sized>(
     space: &mut S,
     a: &S::Point,
@@ -156,15 +155,15 @@ fn rung<S: PathSpace + ?Sized>(
     }
 }
 
-/// How Schild's ladder is built.
+/// Parameters of Schild's ladder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ladder {
-    /// The share `s` of the variation that a rung is long; `1/K` where none is given, which makes
-    /// rungs and rails equally fine.
+    /// Factor `s` of the variation in a rung; by default `1/K`, for which rungs and rails are
+    /// equally fine.
     pub share: Option<f64>,
     /// Whether the opposite variation is transported, too, and half the difference of both is the
-    /// result. That doubles the work; errors that are even in the length of a rung cancel, the
-    /// leading one among them.
+    /// result. This doubles the work; errors that are even in the length of a rung cancel,
+    /// including the leading one.
     pub symmetric: bool,
 }
 
@@ -178,7 +177,7 @@ impl Default for Ladder {
 }
 
 impl Ladder {
-    /// The share in force for a path of so many steps.
+    /// Returns the factor `s` for a path of the given number of steps.
     pub fn share_of(&self, steps: usize) -> f64 {
         self.share.unwrap_or(1.0 / steps.max(1) as f64)
     }

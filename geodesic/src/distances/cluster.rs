@@ -4,38 +4,38 @@ use serde::{Deserialize, Serialize};
 
 use super::matrix::DistanceMatrix;
 
-/// What the distance of two clusters is.
+/// Linkage: the distance between two clusters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Linkage {
-    /// That of their nearest members.
+    /// Distance between their nearest members.
     Single,
-    /// That of their farthest members.
+    /// Distance between their farthest members.
     Complete,
-    /// The mean over all pairs of members (UPGMA).
+    /// Mean over all pairs of members (UPGMA).
     #[default]
     Average,
-    /// The root of the growth of the sum of squares, by the formula of Ward (1963). It means what
-    /// it says for Euclidean distances only.
+    /// Square root of the increase of the sum of squares, by the formula of Ward (1963). Meaningful
+    /// for Euclidean distances only.
     Ward,
 }
 
-/// Two clusters that become one.
+/// The merge of two clusters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Merge {
-    /// A cluster: an object where the number is below that of the objects, else the result of the
-    /// merge of number `left - n`.
+    /// Index of one cluster: an object if the index is below the number `n` of objects, else the
+    /// result of merge `left - n`.
     pub left: usize,
-    /// The other cluster.
+    /// Index of the other cluster.
     pub right: usize,
-    /// Their distance.
+    /// Distance between the two.
     pub height: f64,
-    /// Objects in both.
+    /// Number of objects in both.
     pub size: usize,
 }
 
-/// The tree of clusters of `n` objects: `n - 1` merges, of which the heights do not fall.
+/// The tree of clusters of `n` objects: `n - 1` merges of nondecreasing height.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dendrogram {
     n: usize,
@@ -44,8 +44,8 @@ pub struct Dendrogram {
 }
 
 impl Dendrogram {
-    /// Merges the nearest clusters again and again, by the algorithms of Müllner (*Modern
-    /// hierarchical, agglomerative clustering algorithms*, 2011).
+    /// Merges the nearest clusters repeatedly, by the algorithms of Müllner (*Modern hierarchical,
+    /// agglomerative clustering algorithms*, 2011).
     pub fn new(matrix: &DistanceMatrix, linkage: Linkage) -> Self {
         let n = matrix.n_objects();
         let mut condensed: Vec<f64> = matrix.pairs().map(|(_, _, d)| d).collect();
@@ -70,19 +70,21 @@ impl Dendrogram {
         Self { n, merges, order }
     }
 
-    /// The merges, from the nearest clusters to the last two.
+    /// Returns the merges, in order of height.
     pub fn merges(&self) -> &[Merge] {
         &self.merges
     }
 
-    /// The objects in an order in which every cluster stands together; the two parts of each are
-    /// turned so that the objects that meet are near each other (Gruvaeus and Wainer 1972).
+    /// Returns the objects in an order in which every cluster is contiguous; the two parts of each
+    /// are oriented so that the adjacent objects are close to each other (Gruvaeus and Wainer
+    /// 1972).
     pub fn order(&self) -> &[usize] {
         &self.order
     }
 
-    /// The number of the cluster of each object where so many are left, counted in the order of
-    /// their first objects. There are no fewer than one and no more than objects.
+    /// Returns the cluster index of each object for the given number of clusters, numbered in the
+    /// order of their first objects. The number is clamped to between one and the number of
+    /// objects.
     pub fn labels(&self, clusters: usize) -> Vec<usize> {
         let n = self.n;
         let kept = n.saturating_sub(clusters.max(1)).min(self.merges.len());
@@ -103,8 +105,8 @@ impl Dendrogram {
         labels
     }
 
-    /// The number of clusters at which the heights of two successive merges differ most: a guess
-    /// at how many there are, and at least two of three or more objects.
+    /// Returns the number of clusters at which the heights of two successive merges differ most: an
+    /// estimate of the number of clusters, at least two for three or more objects.
     pub fn widest_gap(&self) -> usize {
         let gaps = self
             .merges
@@ -128,7 +130,7 @@ fn order(matrix: &DistanceMatrix, merges: &[Merge]) -> Vec<usize> {
     clusters.pop().unwrap_or_default()
 }
 
-/// Both lists in one, each turned so that the ends that meet are nearest.
+/// Concatenates both lists, each oriented so that the adjacent ends are nearest.
 fn joined(matrix: &DistanceMatrix, mut left: Vec<usize>, mut right: Vec<usize>) -> Vec<usize> {
     let ends = |list: &[usize], turned: bool| {
         let (first, last) = (list[0], list[list.len() - 1]);

@@ -1,27 +1,27 @@
-//! Lengths of the paths from every object to every other, as far as they are known.
+//! Lengths of the paths between all pairs of objects, as far as they are known.
 
 use super::matrix::{DistanceError, DistanceMatrix};
 use serde::Serialize;
 
-/// Lengths of directed paths between `n` objects. A path that was not computed, or that did not
-/// reach its end, has none.
+/// Lengths of directed paths between `n` objects. A path that was not computed, or did not reach
+/// its end, has no length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathLengths {
     n: usize,
     values: Vec<Option<f64>>,
 }
 
-/// How unequal the two directions are: `|L_ij - L_ji|` over the mean of the two, for all pairs of
+/// Asymmetry of the lengths: `|L_ij - L_ji|` divided by the mean of the two, over all pairs of
 /// which both are known.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Asymmetry {
-    /// Pairs.
+    /// Number of pairs.
     pub pairs: usize,
-    /// The mean of all.
+    /// Mean over the pairs.
     pub mean: f64,
-    /// The largest of all.
+    /// Maximum over the pairs.
     pub largest: f64,
-    /// The pair that has it.
+    /// The pair of the maximum.
     pub worst: [usize; 2],
 }
 
@@ -30,12 +30,13 @@ pub struct Asymmetry {
 pub struct Completed {
     /// The distances.
     pub matrix: DistanceMatrix,
-    /// Pairs `i < j` without a path of their own: their distance is that by way of others.
+    /// Pairs `i < j` without a path of their own: their distance is that of the shortest way
+    /// through other objects.
     pub bridged: Vec<[usize; 2]>,
 }
 
 impl PathLengths {
-    /// Nothing is known.
+    /// Creates lengths of which none is known.
     pub fn unknown(n: usize) -> Self {
         Self {
             n,
@@ -43,7 +44,7 @@ impl PathLengths {
         }
     }
 
-    /// Lengths from a function of start and end, which is asked for different objects only.
+    /// Computes lengths by a function of start and end, which is called for different objects only.
     pub fn from_fn(n: usize, length: impl Fn(usize, usize) -> Option<f64>) -> Self {
         let mut lengths = Self::unknown(n);
         for i in 0..n {
@@ -54,12 +55,12 @@ impl PathLengths {
         lengths
     }
 
-    /// Number of objects.
+    /// Returns the number of objects.
     pub fn n_objects(&self) -> usize {
         self.n
     }
 
-    /// The length from one object to another; from an object to itself it is zero.
+    /// Returns the length from one object to another; from an object to itself it is zero.
     ///
     /// # Panics
     /// For objects that do not exist.
@@ -70,7 +71,8 @@ impl PathLengths {
         self.values[start * self.n + end]
     }
 
-    /// The distance of two objects: the mean of both directions, or the one that is known.
+    /// Returns the distance between two objects: the mean of both directions, or the one that is
+    /// known.
     ///
     /// The error of a discrete length changes its sign with the direction to first order in the
     /// number of steps, so that the mean is correct to second order; see [`super::richardson`].
@@ -81,7 +83,7 @@ impl PathLengths {
         }
     }
 
-    /// How unequal the two directions are; nothing where no pair has both.
+    /// Returns the asymmetry; `None` if no pair has both lengths.
     pub fn asymmetry(&self) -> Option<Asymmetry> {
         let (mut sum, mut pairs) = (0.0, 0);
         let (mut largest, mut worst) = (-1.0, [0, 0]);
@@ -111,12 +113,13 @@ impl PathLengths {
         })
     }
 
-    /// A distance for every pair. One without a path of its own gets the shortest way by others,
-    /// which in a metric space is no less than its distance: it never makes two objects nearest
-    /// neighbours. Nothing where some objects cannot be reached from others at all.
+    /// Computes a distance for every pair. A pair without a path of its own gets the length of the
+    /// shortest way through others, which by the triangle inequality is an upper bound of the
+    /// distance: it never makes two objects nearest neighbours. `None` if some objects are not
+    /// connected at all.
     ///
     /// # Errors
-    /// [`DistanceError::Value`] for lengths that are negative or no finite numbers.
+    /// [`DistanceError::Value`] for lengths that are negative or not finite.
     pub fn completed(&self) -> Result<Option<Completed>, DistanceError> {
         let ways = self.shortest_ways();
         let known = |i: usize, j: usize| self.between(i, j);
@@ -133,7 +136,8 @@ impl PathLengths {
         Ok(Some(Completed { matrix, bridged }))
     }
 
-    /// Shortest ways along known distances (Floyd and Warshall); infinite where there are none.
+    /// Computes shortest ways along known distances (Floyd and Warshall); infinite if there are
+    /// none.
     fn shortest_ways(&self) -> Vec<f64> {
         let n = self.n;
         let mut ways = vec![f64::INFINITY; n * n];

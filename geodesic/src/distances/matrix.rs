@@ -1,69 +1,69 @@
 //! Distances between all pairs of objects.
 
-/// Two halves of a matrix that differ by more than this share are not equal.
+/// Relative difference above which two entries are not considered equal.
 const SYMMETRY: f64 = 1e-9;
 
-/// What keeps numbers from being distances.
+/// Errors of distance matrices.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DistanceError {
-    /// Another number of values than objects have pairs.
+    /// The number of values is not the square of the number of objects.
     #[error("{n} objects need a matrix of {expected} numbers, found {found}")]
     Count {
-        /// Objects.
+        /// Number of objects.
         n: usize,
-        /// Their square.
+        /// Its square.
         expected: usize,
-        /// Numbers given.
+        /// Number of given values.
         found: usize,
     },
-    /// A distance that is negative or no finite number.
+    /// A distance is negative or not finite.
     #[error("the distance of {i} and {j} is {value}")]
     Value {
         /// One object.
         i: usize,
         /// The other.
         j: usize,
-        /// The number given.
+        /// The given value.
         value: f64,
     },
-    /// An object that is away from itself.
+    /// The distance of an object from itself is not zero.
     #[error("the distance of {i} from itself is {value}")]
     Diagonal {
         /// The object.
         i: usize,
-        /// The number given.
+        /// The given value.
         value: f64,
     },
-    /// A distance that depends on the direction.
+    /// A distance depends on the direction.
     #[error("the distance from {i} to {j} is {there}, but {back} in the other direction")]
     Asymmetric {
         /// One object.
         i: usize,
         /// The other.
         j: usize,
-        /// The number in the one direction.
+        /// The value in one direction.
         there: f64,
-        /// The number in the other.
+        /// The value in the other.
         back: f64,
     },
 }
 
-/// Distances between `n` objects: finite, not negative, symmetric, zero on the diagonal. The
-/// triangle inequality is not asked for.
+/// Distances between `n` objects: finite, nonnegative, symmetric, zero on the diagonal. The
+/// triangle inequality is not required.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceMatrix {
     n: usize,
-    /// All rows.
+    /// All rows, one after the other.
     values: Vec<f64>,
 }
 
 impl DistanceMatrix {
-    /// A matrix from its rows, one after the other. Entries that differ from their mirror image
-    /// by rounding are replaced by the mean of both.
+    /// Creates a matrix from its rows, one after the other. Entries that differ from their
+    /// transposed ones by rounding are replaced by the mean of both.
     ///
     /// # Errors
-    /// [`DistanceError`] for numbers that are no distances.
+    /// [`DistanceError`] for values that are not distances.
     pub fn new(n: usize, rows: &[f64]) -> Result<Self, DistanceError> {
         if rows.len() != n * n {
             return Err(DistanceError::Count {
@@ -91,7 +91,7 @@ impl DistanceMatrix {
         })
     }
 
-    /// A matrix from a function of two objects, which is asked for `i < j` only.
+    /// Creates a matrix from a function of two objects, which is called for `i < j` only.
     ///
     /// # Errors
     /// [`DistanceError::Value`].
@@ -113,12 +113,12 @@ impl DistanceMatrix {
         Ok(Self { n, values })
     }
 
-    /// Number of objects.
+    /// Returns the number of objects.
     pub fn n_objects(&self) -> usize {
         self.n
     }
 
-    /// The distance of two objects.
+    /// Returns the distance between two objects.
     ///
     /// # Panics
     /// For objects that do not exist.
@@ -126,7 +126,7 @@ impl DistanceMatrix {
         self.row(i)[j]
     }
 
-    /// The distances from one object.
+    /// Returns the distances from one object.
     ///
     /// # Panics
     /// For an object that does not exist.
@@ -134,7 +134,7 @@ impl DistanceMatrix {
         &self.values[i * self.n..(i + 1) * self.n]
     }
 
-    /// All pairs `i < j` with their distance.
+    /// Returns an iterator over all pairs `i < j` with their distance.
     pub fn pairs(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         (0..self.n).flat_map(move |i| (i + 1..self.n).map(move |j| (i, j, self.get(i, j))))
     }

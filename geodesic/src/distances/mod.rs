@@ -1,21 +1,21 @@
 //! Statistics of distances: from the lengths of all paths to a matrix, clusters and a map.
 //!
-//! Nothing here computes a path. The functions take numbers and give numbers, and are found beside
-//! the geodesics because what lengths of discrete paths need is particular to them:
+//! No paths are computed here. The functions operate on numbers; they are part of this crate
+//! because they handle properties particular to lengths of discrete paths:
 //!
 //! - A length depends on the direction in which a path is computed, and some paths do not reach
-//!   their end. [`PathLengths`] holds what is known in each direction, tells how unequal the two
-//!   are and how often the triangle inequality fails, and makes a [`DistanceMatrix`] of it.
-//! - A length depends on the number of steps; [`richardson`] takes it to the limit.
+//!   their end. [`PathLengths`] stores the known lengths of each direction, reports their asymmetry
+//!   and the violations of the triangle inequality, and computes a [`DistanceMatrix`].
+//! - A length depends on the number of steps; [`richardson`] extrapolates it to the limit.
 //!
-//! On a [`DistanceMatrix`] work [`Dendrogram::new`] (hierarchical clustering),
+//! A [`DistanceMatrix`] is the input of [`Dendrogram::new`] (hierarchical clustering),
 //! [`classical_scaling`] and [`smacof`] (maps in few dimensions), and the measures of agreement
-//! with known classes in [`nearest_neighbour_accuracy`], [`purity`] and [`adjusted_rand_index`].
+//! with known classes: [`nearest_neighbour_accuracy`], [`purity`] and [`adjusted_rand_index`].
 //!
 //! ```
 //! use geodesic::distances::{Dendrogram, DistanceMatrix, Linkage, classical_scaling};
 //!
-//! // Two and two points on a line.
+//! Two pairs of points on a line.
 //! let places = [0.0, 1.0, 10.0, 11.0_f64];
 //! let matrix = DistanceMatrix::from_fn(4, |i, j| (places[i] - places[j]).abs())?;
 //! let tree = Dendrogram::new(&matrix, Linkage::Average);

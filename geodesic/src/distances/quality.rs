@@ -1,17 +1,17 @@
-//! How well distances and clusters agree with known classes.
+//! Agreement of distances and clusters with known classes.
 //!
-//! Classes and clusters are numbers, one for each object; which numbers does not matter.
+//! Classes and clusters are integer labels, one per object; their values do not matter.
 
 use std::collections::BTreeMap;
 
 use super::matrix::DistanceMatrix;
 
-/// The share of objects whose nearest neighbour among all others is of their own class
-/// (leave-one-out). The first of equally near ones counts. Objects that are alone in their class
-/// cannot have such a neighbour and are left out; nothing where all are.
+/// Computes the fraction of objects whose nearest neighbour among all others belongs to the same
+/// class (leave-one-out). The first of equally near ones counts. Objects that are the only ones of
+/// their class are left out; `None` if all are.
 ///
 /// # Panics
-/// Where there is not one class for each object.
+/// If there is not one class per object.
 pub fn nearest_neighbour_accuracy(matrix: &DistanceMatrix, classes: &[usize]) -> Option<f64> {
     let n = matrix.n_objects();
     assert_eq!(classes.len(), n, "one class for each object");
@@ -30,11 +30,11 @@ pub fn nearest_neighbour_accuracy(matrix: &DistanceMatrix, classes: &[usize]) ->
     (counted > 0).then(|| f64::from(right) / f64::from(counted))
 }
 
-/// The share of objects that are of the most frequent class of their cluster: 1 where no cluster
-/// mixes classes. It grows with the number of clusters.
+/// Computes the fraction of objects that belong to the most frequent class of their cluster: 1 if
+/// no cluster mixes classes. It grows with the number of clusters.
 ///
 /// # Panics
-/// Where there is not one cluster and one class for each object.
+/// If there is not one cluster and one class per object.
 pub fn purity(clusters: &[usize], classes: &[usize]) -> f64 {
     let table = Contingency::new(clusters, classes);
     let mut most: BTreeMap<usize, usize> = BTreeMap::new();
@@ -45,14 +45,14 @@ pub fn purity(clusters: &[usize], classes: &[usize]) -> f64 {
     most.values().sum::<usize>() as f64 / clusters.len().max(1) as f64
 }
 
-/// The adjusted Rand index of two partitions: the share of pairs on which they agree, shifted and
-/// scaled so that chance gives 0 and equal partitions give 1. Where chance can give nothing but
-/// agreement, it is 1.
+/// Computes the adjusted Rand index of two partitions: the fraction of pairs on which they agree,
+/// shifted and scaled such that its expected value for random partitions is 0 and that for equal
+/// partitions is 1. If the expected agreement is already complete, it is 1.
 ///
 /// Source: L. Hubert and P. Arabie, *Comparing partitions*, Journal of Classification 2 (1985).
 ///
 /// # Panics
-/// Where there is not one cluster and one class for each object.
+/// If there is not one cluster and one class per object.
 pub fn adjusted_rand_index(clusters: &[usize], classes: &[usize]) -> f64 {
     let table = Contingency::new(clusters, classes);
     let pairs = |counts: &mut dyn Iterator<Item = usize>| -> f64 {
@@ -73,7 +73,8 @@ pub fn adjusted_rand_index(clusters: &[usize], classes: &[usize]) -> f64 {
     }
 }
 
-/// How many objects each cluster, each class, and each cluster has of each class.
+/// Contingency table: numbers of objects of each cluster, each class, and each class in each
+/// cluster.
 struct Contingency {
     clusters: BTreeMap<usize, usize>,
     classes: BTreeMap<usize, usize>,

@@ -1,14 +1,14 @@
-//! Lengths in the limit of infinitely many steps.
+//! Richardson extrapolation of lengths in the number of steps.
 
-/// The limit of a number of which the error falls as `1 / K^order`, from its values for `K / 2`
-/// and `K` steps: `fine + (fine - coarse) / (2^order - 1)`.
+/// Computes the limit of a quantity whose error decreases as `1 / K^order`, from its values for
+/// `K / 2` and `K` steps: `fine + (fine - coarse) / (2^order - 1)`.
 ///
 /// For the length of a discrete path from `A` to `B` the order is one in general: the third
-/// derivative of the stored energy, and that each step is measured at its start, leave an error
-/// `c / K`. A path run backwards has the same length in the limit and the error `-c / K`, since both
-/// causes are odd in the velocity, and that of the minimiser enters squared. **The mean of both
-/// directions therefore has order two**, and is to be extrapolated as such; to take it for first
-/// order would double its error. (Disks in 2D are an exception: there already one direction has
+/// derivative of the stored energy, and the evaluation of each step's metric at its start, cause an
+/// error `c / K`. The reversed path has the same length in the limit and the error `-c / K`, since
+/// both causes are odd in the velocity, and the error of the minimiser enters squared. **The mean
+/// of both directions therefore has order two**, and has to be extrapolated as such; extrapolation
+/// with order one would double its error. (Disks in 2D are an exception: there each direction has
 /// order two.)
 ///
 /// ```

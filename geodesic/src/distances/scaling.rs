@@ -1,45 +1,48 @@
-//! Points in few dimensions whose distances are near given ones.
+//! Multidimensional scaling: points in few dimensions whose distances approximate given ones.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::matrix::DistanceMatrix;
 
-/// Steps of the refinement, at most.
+/// Maximal number of steps of the refinement.
 const MOST_STEPS: usize = 2000;
-/// A step that lowers the stress by less than this share is the last.
+/// Relative tolerance: the refinement ends when a step decreases the stress by less than this
+/// fraction.
 const TOLERANCE: f64 = 1e-9;
-/// Coordinates whose sizes differ by less than this share are equally large.
+/// Relative difference up to which sizes of coordinates count as equal.
 const EQUAL: f64 = 1e-6;
 
-/// A map by classical scaling.
+/// An embedding by classical scaling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Embedding<const D: usize> {
-    /// A point for each object, the centroid in the origin.
+    /// A point per object, with the centroid in the origin.
     pub points: Vec<[f64; D]>,
     /// All eigenvalues, largest first.
     pub eigenvalues: Vec<f64>,
-    /// The first `D` eigenvalues that are positive, over the sum of the sizes of all: the share of
-    /// the variance that the map shows.
+    /// The positive ones among the first `D` eigenvalues, divided by the sum of the absolute values
+    /// of all: the fraction of the variance explained by the embedding.
     pub explained: f64,
-    /// The negative eigenvalues over the sum of the sizes of all: the share that no Euclidean
-    /// space could show.
+    /// The absolute values of the negative eigenvalues, divided by the sum of the absolute values
+    /// of all: the fraction that no Euclidean space can represent.
     pub negative: f64,
 }
 
-/// A map by stress majorisation.
+/// An embedding refined by stress majorisation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refined<const D: usize> {
-    /// A point for each object, the centroid in the origin.
+    /// A point per object, with the centroid in the origin.
     pub points: Vec<[f64; D]>,
     /// Its [`stress`].
     pub stress: f64,
-    /// Steps taken.
+    /// Number of steps.
     pub steps: usize,
 }
 
-/// Classical multidimensional scaling (Torgerson 1952): with `J = 1 - 11^T / n`, the first
-/// eigenvectors of `-J d^2 J / 2`, each times the root of its eigenvalue. Points of a Euclidean
-/// space of `D` dimensions are found up to a rigid motion.
+/// Computes the embedding by classical multidimensional scaling (Torgerson 1952): with
+/// `J = 1 - 11^T / n`, the first
+/// eigenvectors of `-J d^2 J / 2`, each times the square root of its eigenvalue. Points of a
+/// Euclidean
+/// space of `D` dimensions are recovered up to a rigid motion.
 ///
 /// The axes are those of the variance, largest first; the signs are such that the largest
 /// coordinate on each axis is positive (the first of equally large ones).
@@ -74,13 +77,13 @@ pub fn classical_scaling<const D: usize>(matrix: &DistanceMatrix) -> Embedding<D
     }
 }
 
-/// Lowers the stress of points by majorisation (SMACOF; de Leeuw 1977): each step is the Guttman
-/// transform `x_i <- 1/n sum_j (x_i - x_j) d_ij / |x_i - x_j|`, which never raises it. Points on a
-/// line stay there. In the end the axes are turned to those of the variance, with signs as those
-/// of [`classical_scaling`], whose points are a good start.
+/// Minimises the stress of points by majorisation (SMACOF; de Leeuw 1977): each step is the Guttman
+/// transform `x_i <- 1/n sum_j (x_i - x_j) d_ij / |x_i - x_j|`, which never increases the stress.
+/// Points on a line remain on it. Finally the axes are rotated to the principal axes, with signs as
+/// in [`classical_scaling`], whose result is a good start.
 ///
 /// # Panics
-/// Where there is not one point for each object.
+/// If there is not one point per object.
 pub fn smacof<const D: usize>(matrix: &DistanceMatrix, start: &[[f64; D]]) -> Refined<D> {
     assert_eq!(start.len(), matrix.n_objects(), "one point for each object");
     let mut points = start.to_vec();
@@ -89,7 +92,7 @@ pub fn smacof<const D: usize>(matrix: &DistanceMatrix, start: &[[f64; D]]) -> Re
     while steps < MOST_STEPS && now > 0.0 {
         let next = guttman(matrix, &points);
         let reached = stress(matrix, &next);
-        // Rounding may raise it at the very end.
+        // Rounding may increase the stress at the very end.
         if reached >= now {
             break;
         }
@@ -109,11 +112,11 @@ pub fn smacof<const D: usize>(matrix: &DistanceMatrix, start: &[[f64; D]]) -> Re
     }
 }
 
-/// The stress of points (Kruskal's first): the root of `sum (|x_i - x_j| - d_ij)^2 / sum d_ij^2`
-/// over all pairs; zero where all distances are.
+/// Computes the stress of points (Kruskal's stress-1): the square root of
+/// `sum (|x_i - x_j| - d_ij)^2 / sum d_ij^2` over all pairs; zero if all distances are zero.
 ///
 /// # Panics
-/// Where there are fewer points than objects.
+/// If there are fewer points than objects.
 pub fn stress<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> f64 {
     let (mut misfit, mut all) = (0.0, 0.0);
     for (i, j, distance) in matrix.pairs() {
@@ -143,7 +146,7 @@ fn guttman<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> Vec<
     (0..n).map(moved).collect()
 }
 
-/// Turns points, whose centroid is the origin, to the axes of their variance.
+/// Rotates points, whose centroid is the origin, to their principal axes.
 fn turn_to_axes<const D: usize>(points: &mut [[f64; D]]) {
     let spread = DMatrix::from_fn(D, D, |a, b| points.iter().map(|p| p[a] * p[b]).sum::<f64>());
     let found = SymmetricEigen::new(spread);

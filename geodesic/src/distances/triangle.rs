@@ -1,27 +1,28 @@
-//! Where the triangle inequality fails.
+//! Violations of the triangle inequality.
 
 use serde::Serialize;
 
-/// Excesses up to this share are rounding.
+/// Relative excess up to which a violation is attributed to rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Triangles among objects, and those of which one side is longer than the other two together.
+/// Statistics of the triangles among objects, and of those of which one side is longer than the
+/// other two together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TriangleReport {
-    /// Triangles whose three sides are known.
+    /// Number of triangles whose three sides are known.
     pub count: usize,
-    /// Triangles that violate the inequality.
+    /// Number of triangles that violate the inequality.
     pub violations: usize,
-    /// By how much, as a share of the two sides together; zero without violations.
+    /// Largest excess, as a fraction of the sum of the other two sides; zero without violations.
     pub worst: f64,
-    /// The ends of the worst long side, and the corner between.
+    /// The ends of the longest side of the worst triangle, and the vertex between.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst_triangle: Option<[usize; 3]>,
 }
 
-/// Checks `d(i, j) <= d(i, k) + d(k, j)` in all triangles of `n` objects of which `side` knows all
-/// three sides; it is asked for `i < j`. At most one of the three inequalities of a triangle
-/// fails, unless all sides are zero.
+/// Checks `d(i, j) <= d(i, k) + d(k, j)` in all triangles of `n` objects whose three sides are
+/// given by `side`, which is called for `i < j`. At most one of the three inequalities of a
+/// triangle is violated, unless all sides are zero.
 pub fn triangles(n: usize, side: impl Fn(usize, usize) -> Option<f64>) -> TriangleReport {
     let mut report = TriangleReport {
         count: 0,
@@ -43,7 +44,8 @@ pub fn triangles(n: usize, side: impl Fn(usize, usize) -> Option<f64>) -> Triang
                 ] {
                     if long > by * (1.0 + ROUNDING) {
                         report.violations += 1;
-                        // A way of length zero beside a longer one is as bad as can be told.
+                        // Division by zero is avoided if the way through the third object has
+                        // length zero.
                         let excess = (long - by) / by.max(f64::MIN_POSITIVE);
                         let excess = excess.min(f64::MAX);
                         if excess > report.worst {

@@ -1,4 +1,4 @@
-//! Shapes and steps of a path of deformations, as an observer sees them who stands still.
+//! The Eulerian description of a path of deformations: its shapes and steps.
 
 use super::solve::LagrangianPath;
 use crate::error::GeodesicError;
@@ -7,13 +7,13 @@ use crate::shape::on_grid;
 use fe_grid::{Field, ScalarField, parallel};
 use levelset::{BoxEdge, ContourDistance, contour};
 
-/// The level sets of all components along a path of one start domain, and the displacements of the
-/// deformations of each shape into the next.
+/// Computes the level sets of all components along a path of one start domain, and the
+/// displacements of the deformations of each shape into the next.
 pub(crate) fn eulerian<const D: usize>(
     start: &[ScalarField<f64, D>],
     path: &LagrangianPath<D>,
 ) -> Result<(Vec<Vec<ScalarField<f64, D>>>, Vec<Field<f64, D, D>>), GeodesicError> {
-    // A path that was cancelled ends on a coarser grid than that of the shapes.
+    // A cancelled path ends on a coarser grid than that of the shapes.
     let grid = path
         .displacements
         .first()
@@ -45,7 +45,7 @@ pub(crate) fn eulerian<const D: usize>(
     Ok((shapes, displacements))
 }
 
-/// The displacement of `psi_k o psi_{k-1}^{-1}`.
+/// Computes the displacement of `psi_k o psi_{k-1}^{-1}`.
 pub(crate) fn step_between<const D: usize>(
     before: &Field<f64, D, D>,
     after: &Field<f64, D, D>,

@@ -15,8 +15,8 @@
 //! H^-1 = (1 1^T / K^2) x (A + eta M)^-1 + (1 - 1 1^T / K) x (K A)^-1,
 //! ```
 //!
-//! each inverse one multigrid cycle on a corotational form. It is symmetric and positive definite
-//! for any two such cycles.
+//! where each inverse is one multigrid cycle on a corotational form. The result is symmetric and
+//! positive definite for any two such cycles.
 
 use crate::metric::{ElasticForm, corotational};
 use fe_grid::multigrid::{MultigridParams, WorkSpace};
@@ -31,7 +31,7 @@ pub(crate) struct PathMetric<const D: usize> {
 }
 
 impl<const D: usize> PathMetric<D> {
-    /// The metric at the displacement of the last deformation of the object `{start > 0}`.
+    /// Computes the metric at the displacement of the last deformation of the object `{start > 0}`.
     pub fn new(
         grid: Grid<D>,
         form: &ElasticForm<'_, D>,
@@ -56,11 +56,11 @@ impl<const D: usize> PathMetric<D> {
         })
     }
 
-    /// `out = H^-1 gradient`, for the displacements of all deformations.
+    /// Computes `out = H^-1 gradient`, for the displacements of all deformations.
     pub fn apply_into(&self, gradient: &[f64], out: &mut [f64]) {
         let steps = self.steps;
         let dim = gradient.len() / steps;
-        // The gradient by the increments: sums from the end.
+        // The gradient with respect to the increments: sums from the end.
         vector::copy_into(gradient, out);
         for k in (0..steps - 1).rev() {
             let (head, tail) = out.split_at_mut((k + 1) * dim);
@@ -93,7 +93,7 @@ impl<const D: usize> PathMetric<D> {
         } else {
             vector::copy_into(&common, out);
         }
-        // From increments back to deformations.
+        // Conversion from increments to deformations.
         for k in 1..steps {
             let (head, tail) = out.split_at_mut(k * dim);
             vector::axpy(1.0, &head[(k - 1) * dim..], &mut tail[..dim]);

@@ -16,35 +16,35 @@ use fe_grid::{
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
 
-/// The terms of the energy, unweighted but for the time step.
+/// The terms of the energy, without weights except for the time step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathEnergy {
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
-    /// The match of the last shape and the end shape, summed over the components.
+    /// The match between the last shape and the end shape, summed over the components.
     pub mismatch: f64,
-    /// The barrier that keeps the corners of cells from folding, summed over the deformations; zero
-    /// where no determinant is below its onset.
+    /// The barrier that prevents the corners of cells from folding, summed over the deformations;
+    /// zero if no determinant is below its onset.
     pub barrier: f64,
     /// `K sum W_k + eta match`, and the barrier.
     pub total: f64,
 }
 
 impl PathEnergy {
-    /// The length `sum sqrt W_k` of the path.
+    /// Returns the length `sum sqrt W_k` of the path.
     pub fn length(&self) -> f64 {
         cells::length(&self.step_energies)
     }
 
-    /// The dissipation `K sum W_k`.
+    /// Returns the dissipation `K sum W_k`.
     pub fn dissipation(&self) -> f64 {
         cells::dissipation(&self.step_energies)
     }
 }
 
 /// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. Unknowns are the
-/// displacements of `psi_1, ..., psi_K`, one after the other. Of shapes of several components all
-/// are matched, and their union is the matter.
+/// displacements of `psi_1, ..., psi_K`, one after the other. If the shapes have several
+/// components, all components are matched, and their union is the matter.
 pub struct PathObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
@@ -53,21 +53,22 @@ pub struct PathObjective<const D: usize> {
     start: Vec<ScalarField<f64, D>>,
     end: Vec<ScalarField<f64, D>>,
     known: KnownEnds<D>,
-    /// The level set of all matter of the start shape.
+    /// The level set of the union of the components of the start shape.
     union: ScalarField<f64, D>,
     indicator: Step,
     density: HeavisideMatch,
-    /// The cells that must not fold: those with a part of the object, or all.
+    /// The cells that must not fold: those with a part of the object; `None` if these are all
+    /// cells.
     solid: Option<Vec<bool>>,
     energy: PathEnergy,
     metric: Option<PathMetric<D>>,
-    /// Room for the path with the identity in front, and for its gradient.
+    /// Work arrays: the path with the identity in front, and its gradient.
     path: Vec<f64>,
     path_gradient: Vec<f64>,
 }
 
 impl<const D: usize> PathObjective<D> {
-    /// The energy for two shapes given by their level sets on one grid.
+    /// Creates the energy for two shapes given by their level sets on one grid.
     ///
     /// # Errors
     /// [`GeodesicError::GridsDiffer`], and those of the steps.
@@ -81,7 +82,7 @@ impl<const D: usize> PathObjective<D> {
         Self::between(start, end, steps, params)
     }
 
-    /// The energy for two shapes on the grid of a level.
+    /// Creates the energy for two shapes on the grid of a level.
     pub(crate) fn between(
         start: ShapeOnGrid<D>,
         end: ShapeOnGrid<D>,
@@ -96,7 +97,7 @@ impl<const D: usize> PathObjective<D> {
         Self::assembled(start, end, steps, params, indicator, density)
     }
 
-    /// The same with other smooth steps for the elastic weight and the match.
+    /// Creates the energy with other smooth steps for the elastic weight and the match.
     ///
     /// # Errors
     /// [`GeodesicError::GridsDiffer`].
@@ -144,12 +145,12 @@ impl<const D: usize> PathObjective<D> {
         })
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid
     }
 
-    /// Number of steps.
+    /// Returns the number of steps.
     pub fn steps(&self) -> usize {
         self.steps
     }
@@ -162,12 +163,12 @@ impl<const D: usize> PathObjective<D> {
         }
     }
 
-    /// The terms of the last evaluation.
+    /// Returns the terms of the last evaluation.
     pub fn energy(&self) -> &PathEnergy {
         &self.energy
     }
 
-    /// The cells that must not fold, where not all are.
+    /// Returns the cells that must not fold; `None` if these are all cells.
     pub fn solid_cells(&self) -> Option<&[bool]> {
         self.solid.as_deref()
     }
@@ -188,10 +189,10 @@ impl<const D: usize> PathObjective<D> {
         .certified
     }
 
-    /// All terms; the gradient overwrites `gradient` unless that is empty.
+    /// Computes all terms; the gradient overwrites `gradient` unless that is empty.
     ///
     /// # Errors
-    /// [`GeodesicError::Law`] where the law cannot be made.
+    /// [`GeodesicError::Law`] if the law cannot be constructed.
     pub fn evaluate(
         &mut self,
         x: &[f64],
@@ -238,7 +239,7 @@ impl<const D: usize> PathObjective<D> {
                 density: self.density,
                 other: continued(end),
                 deformed_share: self.params.deformed_share,
-                // Only the last shape is matched, with the first: as in a path of one step.
+                // Only the last shape is matched, with the first one: as in a path of one step.
                 visibility: self.known.in_step(1, 1),
             };
             let coefficients = [start.as_slice()];
@@ -280,7 +281,7 @@ impl<const D: usize> PathObjective<D> {
     }
 }
 
-/// Two shapes of one component each, known everywhere.
+/// Wraps two fully known shapes of one component each.
 fn single<const D: usize>(
     start: ScalarField<f64, D>,
     end: ScalarField<f64, D>,
@@ -353,7 +354,7 @@ impl<const D: usize> Objective for PathObjective<D> {
             indicator: self.indicator,
             step: self.density.step,
             stiffness: 1.0,
-            // All deformations on the way have one, and follow the last by half on average.
+            // All intermediate deformations have a barrier, and on average follow the last by half.
             barrier: FoldBarrier {
                 weight: 0.5 * self.steps as f64 * barrier.weight,
                 ..barrier

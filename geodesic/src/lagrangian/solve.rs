@@ -1,4 +1,4 @@
-//! From one step on the coarsest grid to all steps on the finest.
+//! Solution from one step on the coarsest grid to all steps on the finest.
 
 use super::objective::{PathEnergy, PathObjective};
 use crate::descent::{minimiser, repair};
@@ -12,36 +12,37 @@ use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid};
 
-/// What happened on one level.
+/// Convergence history of one level.
 #[derive(Clone, Debug)]
 pub struct PathLevel {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
-    /// Steps of the path.
+    /// Number of steps of the path.
     pub steps: usize,
-    /// The minimiser's record.
+    /// Record of the minimiser.
     pub info: Info,
-    /// The terms at the end.
+    /// Terms of the energy at the end.
     pub energy: PathEnergy,
 }
 
-/// A minimal path on the finest level, or on that where the observer cancelled, with the steps of
-/// that level.
+/// A minimal path on the finest level, or on the level where the observer cancelled, with the
+/// number of steps of that level.
 #[derive(Clone, Debug)]
 pub struct LagrangianPath<const D: usize> {
     /// Displacements of `psi_1, ..., psi_K`.
     pub displacements: Vec<Field<f64, D, D>>,
-    /// What happened, coarsest first.
+    /// Convergence history of each level, coarsest first.
     pub levels: Vec<PathLevel>,
 }
 
 compiled_once! {
-    /// The shortest path between two shapes given by their signed distances (positive inside) on one
-    /// grid, found from the identity; where that does not reach the end shape on coarse grids, also from
-    /// a viscous flow of one shape to the other, and the path of less energy is followed.
+    /// Computes the shortest path between two shapes given by their signed distances (positive
+    /// inside) on one grid, starting from the identity; if this does not reach the end shape on
+    /// coarse grids, a second start is a viscous flow of one shape to the other, and the path of
+    /// lower energy is continued.
     ///
     /// # Errors
-    /// [`GeodesicError`] for parameters out of range and shapes that do not fit.
+    /// [`GeodesicError`] for parameters out of range and unsuitable shapes.
     pub fn lagrangian_path<'a, D>(
         start: &'a Shape<D>,
         end: &'a Shape<D>,
@@ -128,7 +129,8 @@ fn lowered_path<const D: usize>(
     })
 }
 
-/// Lowers a path of so many steps between two shapes on their grid, and tells what happened.
+/// Minimises the energy of a path of the given number of steps between two shapes on their grid,
+/// and reports its convergence.
 fn lowered<const D: usize>(
     (first, last): (ShapeOnGrid<D>, ShapeOnGrid<D>),
     steps: usize,
@@ -151,15 +153,15 @@ fn lowered<const D: usize>(
     })
 }
 
-/// Whether the observer has cancelled the last level.
+/// Returns whether the observer has cancelled the last level.
 fn is_cancelled(levels: &[PathLevel]) -> bool {
     levels
         .last()
         .is_some_and(|level| level.info.status == Status::Cancelled)
 }
 
-/// The level on which a flow may be a better beginning: the finest that is coarse enough for it, and
-/// not the last.
+/// Returns the level on which a flow is tried as a start: the finest that is coarse enough for it,
+/// but not the last.
 fn flow_depth<const D: usize>(grids: &[Grid<D>], params: &GeodesicParams) -> Option<usize> {
     let most = |grid: &Grid<D>| grid.nodes_per_axis().iter().copied().max();
     grids[..grids.len() - 1]
@@ -167,7 +169,7 @@ fn flow_depth<const D: usize>(grids: &[Grid<D>], params: &GeodesicParams) -> Opt
         .rposition(|grid| most(grid).is_some_and(|n| n <= params.flow_nodes))
 }
 
-/// The displacements of all deformations along a flow.
+/// Computes the displacements of all deformations along a flow.
 fn along_flow<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
@@ -185,7 +187,7 @@ fn along_flow<const D: usize>(
     Ok(x)
 }
 
-/// Numbers of steps from few to many: halves, rounded up.
+/// Returns increasing numbers of steps: repeated halves, rounded up.
 fn time_schedule(steps: usize) -> Vec<usize> {
     let mut schedule = vec![steps];
     let mut count = steps;
@@ -197,7 +199,7 @@ fn time_schedule(steps: usize) -> Vec<usize> {
     schedule
 }
 
-/// Another number of steps: displacements are interpolated linearly in time.
+/// Changes the number of steps: displacements are interpolated linearly in time.
 fn refine_time(x: &[f64], dim: usize, steps: usize, count: usize) -> Vec<f64> {
     let mut refined = vec![0.0; count * dim];
     for (k, out) in refined.chunks_exact_mut(dim).enumerate() {

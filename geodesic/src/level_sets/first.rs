@@ -1,4 +1,4 @@
-//! A first path of level sets: a flow on a coarse grid, cut into small steps.
+//! Initial path of level sets: a flow on a coarse grid, divided into small steps.
 
 use super::flow::flow;
 use super::state::PathState;
@@ -8,16 +8,16 @@ use crate::shape::{Known, Shape};
 use fe_grid::Grid;
 use fe_grid::minimise::Observer;
 
-/// Steps of the flow that make one of the first path, at most.
+/// Maximal number of steps of the flow per step of the initial path.
 const FLOW_STEPS: usize = 6;
 
-/// Paths from one shape to the other in `2^m` times as many steps as are wanted, on the grid of
-/// the flow: the flow from start to end, and the one from end to start, backwards. Which of them is
-/// near the shorter path is not known before both are lowered.
+/// Computes paths from one shape to the other with `2^m` times the requested number of steps, on
+/// the grid of the flow: the flow from start to end, and the reversed flow from end to start. Which
+/// of them is close to the shorter path is known only after both are minimised.
 ///
-/// Nothing draws a flow where the shape it goes to is hidden, so that hidden parts are filled by
-/// what flows there; but what is hidden at its start it cannot restore. Where one shape is hidden in
-/// part, there is only the flow that ends there.
+/// No force acts on a flow where its target is hidden, so hidden parts are filled by the
+/// surrounding flow; parts hidden at its start cannot be restored. If one shape is partially
+/// hidden, only the flow that ends there is used.
 pub(crate) fn first_paths<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
@@ -42,7 +42,7 @@ pub(crate) fn first_paths<const D: usize>(
     })
 }
 
-/// The flow from one shape to another, cut.
+/// Computes the flow from one shape to another, divided into steps.
 pub(crate) fn flow_path<const D: usize>(
     from: &Shape<D>,
     to: &Shape<D>,

@@ -1,15 +1,17 @@
-//! A first path: the shape flows to the other one down the gradient of their match.
+//! Initial path: the shape flows to the other one by steepest descent of their match.
 //!
-//! In every step the match of the present shape `{u > 0}` and the end shape exerts a force on the
-//! boundary; a viscous fluid, thin outside the shape, answers with the velocity `v`:
+//! In every step the match between the present shape `{u > 0}` and the end shape exerts a force on
+//! the boundary; a viscous fluid, with low viscosity outside the shape, responds with the velocity
+//! `v`:
 //!
 //! ```text
 //! int kappa(u) (lambda tr e[v] tr e[w] + 2 mu e[v] : e[w]) + m v . w = -<d match, w>.
 //! ```
 //!
-//! The shape moves by a step that is too short to fold anything, and its level set becomes a signed
-//! distance again; where parts of the boundary have come closer than a cell, they merge. So the
-//! topology changes by itself. Cut into pieces of equal length, the flow is a path to start from.
+//! The shape moves by a step that is short enough to avoid folding, and its level set is
+//! reinitialised as a signed distance; parts of the boundary closer than a cell merge. The topology
+//! thus changes without further measures. Divided into pieces of equal length, the flow is an
+//! initial path.
 //!
 //! The flow is the steepest descent of the match in the metric of the shape space itself.
 
@@ -34,28 +36,29 @@ use levelset::{Arctan, Compact, LevelsetError, Step, signed_distance};
 const LONGEST_STEP: f64 = 1.5;
 /// Largest strain of a step.
 const LARGEST_STRAIN: f64 = 0.25;
-/// A step below this, in cells, does not pay.
+/// Steps shorter than this, in cells, end the flow.
 const SHORTEST_STEP: f64 = 0.02;
-/// Widths of the match's step, in cells, from first to last.
+/// Widths of the match's step function, in cells, from first to last.
 const WIDTHS: [f64; 4] = [3.0, 1.5, 0.75, 0.5];
-/// Mass `m` of the fluid, which holds what nothing pulls.
+/// Mass `m` of the fluid, which damps the motion where no force acts.
 const MASS: f64 = 3.0;
-/// Most steps for every width.
+/// Maximal number of steps for every width.
 const MOST_STEPS: usize = 150;
 
-/// The shapes that a flow passes.
+/// The shapes of a flow.
 #[derive(Clone, Debug)]
 pub(crate) struct Flow<const D: usize> {
-    /// Signed distances of the components, from the start shape on.
+    /// Signed distances of the components, beginning with the start shape.
     pub shapes: Vec<Vec<ScalarField<f64, D>>>,
     /// The motions between them: displacements of every shape onto the next.
     pub motions: Vec<Field<f64, D, D>>,
-    /// Lengths of the ways between them.
+    /// Lengths of the motions between them.
     pub lengths: Vec<f64>,
 }
 
-/// Lets one shape flow to another, for wide and then narrower steps of the match; both are signed
-/// distances of as many components on one grid. Where the end shape is not known, nothing pulls.
+/// Computes the flow of one shape to another, for wide and then narrower steps of the match; both
+/// are signed distances of the same number of components on one grid. Where the end shape is not
+/// known, no force acts.
 pub(crate) fn flow<const D: usize>(
     start: &[ScalarField<f64, D>],
     end: &ShapeOnGrid<D>,
@@ -140,7 +143,7 @@ fn match_of<const D: usize>(
             nodes
                 .map(|(node, (&u, &v))| {
                     let difference: f64 = step.value(u) - step.value(v);
-                    // What is more than has to be covered does not count.
+                    // A surplus over what has to be covered does not count.
                     if end.only_covered && difference > 0.0 {
                         return 0.0;
                     }
@@ -152,8 +155,8 @@ fn match_of<const D: usize>(
     total * current[0].grid().cell_volume()
 }
 
-/// The derivative of the match by a motion of the fluid, at rest: where the present boundary is,
-/// and where that of the end shape is.
+/// Computes the derivative of the match with respect to a motion of the fluid, at rest: on the
+/// present boundary, and on that of the end shape.
 fn force<const D: usize>(
     current: &[ScalarField<f64, D>],
     end: &ShapeOnGrid<D>,
@@ -162,7 +165,7 @@ fn force<const D: usize>(
     let grid = *current[0].grid();
     let rest = vec![0.0; D * grid.n_nodes()];
     let mut total = vec![0.0; rest.len()];
-    // The weight stays with the end shape, and counts as a weight of the point for both.
+    // The weight belongs to the end shape, and is used as a weight of the point for both.
     let visibility = Visibility {
         start: end
             .weight
@@ -224,7 +227,7 @@ impl<const D: usize> Fluid<D> {
         })
     }
 
-    /// The velocity under a force.
+    /// Computes the velocity that corresponds to a force.
     fn answer(&self, force: &[f64]) -> Result<Vec<f64>, GeodesicError> {
         let mut velocity = vec![0.0; force.len()];
         let against: Vec<f64> = force.iter().map(|f| -f).collect();
@@ -245,7 +248,7 @@ impl<const D: usize> Fluid<D> {
         Ok(velocity)
     }
 
-    /// The length of a small motion: the root of its energy.
+    /// Returns the length of a small motion: the square root of its energy.
     fn length(&self, displacement: &[f64]) -> f64 {
         let mut image = vec![0.0; displacement.len()];
         self.operator.apply_into(displacement, &mut image);
@@ -275,7 +278,7 @@ fn longest<const D: usize>(grid: &Grid<D>, velocity: &[f64]) -> f64 {
     (LARGEST_STRAIN / strain.max(1e-300)).min(LONGEST_STEP * h / speed.max(1e-300))
 }
 
-/// The shape moved by a displacement, as signed distances; nothing where a component is lost.
+/// Returns the shape moved by a displacement, as signed distances; `None` if a component vanishes.
 fn advance<const D: usize>(
     current: &[ScalarField<f64, D>],
     displacement: &Field<f64, D, D>,
@@ -295,8 +298,8 @@ fn advance<const D: usize>(
 }
 
 impl<const D: usize> Flow<D> {
-    /// A path that cuts the flow into steps of about equal length; its last shape is the last of
-    /// the flow.
+    /// Divides the flow into a path with steps of about equal length; its last shape is the last
+    /// one of the flow.
     pub fn cut(&self, steps: usize) -> PathState<D> {
         let total: f64 = self.lengths.iter().sum();
         let mut along = vec![0.0];

@@ -1,6 +1,6 @@
 //! The inverse metric of a path of level sets.
 //!
-//! A sum of three inverses on parts of the path, each symmetric and not negative:
+//! A sum of three inverses on parts of the path, each symmetric and positive semidefinite:
 //!
 //! - motions of the inner shapes that keep them matched ([`Transport`]), in the elastic energies
 //!   of the steps: with `d_k = v_k - v_{k-1}` it is `K diag(A_k)` under the condition that the
@@ -21,15 +21,15 @@ use fe_grid::{Grid, GridError, LinearOperator, parallel, vector};
 use hyperelastic::{Corotational, CorotationalMultigrid, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 
-/// A mass, relative to the stiffness, that holds inner shapes against rigid motions, to which the
-/// energy is indifferent but for what the grid makes of them.
+/// A mass, relative to the stiffness, that controls rigid motions of the inner shapes, under which
+/// the energy is invariant up to discretisation errors.
 const GAUGE_MASS: f32 = 3.0;
 
-/// Directions in which several parts agree are counted several times; the sum is made smaller, so
-/// that whole steps are too long nowhere.
+/// Directions common to several parts are counted several times; the sum is scaled by this factor,
+/// so that full steps are not too long.
 const SHARE: f64 = 0.4;
 
-/// What the metric is made of.
+/// The data of the metric.
 pub(crate) struct MetricParts<'a, const D: usize> {
     pub grid: Grid<D>,
     pub moduli: LameModuli,
@@ -53,7 +53,7 @@ pub(crate) struct LevelSetMetric<const D: usize> {
 }
 
 impl<const D: usize> LevelSetMetric<D> {
-    /// The metric at a path.
+    /// Computes the metric at a path.
     pub fn new(parts: &MetricParts<'_, D>) -> Result<Self, GridError> {
         let (grid, layout) = (parts.grid, parts.layout);
         let steps = layout.steps;
@@ -101,7 +101,7 @@ impl<const D: usize> LevelSetMetric<D> {
         })
     }
 
-    /// `out = P gradient`.
+    /// Computes `out = P gradient`.
     pub fn apply_into(&self, gradient: &[f64], out: &mut [f64]) {
         let (n, steps) = (self.layout.nodes, self.layout.steps);
         out.fill(0.0);
@@ -120,12 +120,12 @@ impl<const D: usize> LevelSetMetric<D> {
         vector::scale(SHARE, out);
     }
 
-    /// The inverse of the elastic energies for motions of the inner shapes.
+    /// Applies the inverse of the elastic energies for motions of the inner shapes.
     fn velocities(&self, v: &mut [f64]) {
         let dim = D * self.layout.nodes;
         let steps = self.layout.steps;
         let count = steps as f64;
-        // Forces on the increments: sums from the end, none on the last.
+        // Forces on the increments: sums from the end, zero on the last.
         let mut forces = vec![0.0; steps * dim];
         forces[..(steps - 1) * dim].copy_from_slice(v);
         for k in (0..steps - 1).rev() {
@@ -148,7 +148,7 @@ impl<const D: usize> LevelSetMetric<D> {
     }
 }
 
-/// Takes the mean of all parts from each.
+/// Subtracts the mean of all parts from each.
 fn remove_mean(parts: &mut [f64], dim: usize, count: f64) {
     let mut mean = vec![0.0; dim];
     for part in parts.chunks_exact(dim) {

@@ -29,11 +29,11 @@ const LONGEST_STEP: f64 = 1.0;
 pub struct LevelSetEnergy {
     /// Energies `W_k` of the steps.
     pub step_energies: Vec<f64>,
-    /// Matches of every shape with the next, summed over the components.
+    /// Matches between every shape and the next, summed over the components.
     pub mismatches: Vec<f64>,
     /// Boundary areas of the shapes `1, ..., K`, summed over the components.
     pub areas: Vec<f64>,
-    /// The barrier that keeps the corners of cells from folding, summed over the steps; zero where
+    /// The barrier that prevents the corners of cells from folding, summed over the steps; zero if
     /// no determinant is below its onset.
     pub barrier: f64,
     /// `K sum W_k + eta sum match_k + mu/K sum area_k`, and the barrier.
@@ -41,12 +41,12 @@ pub struct LevelSetEnergy {
 }
 
 impl LevelSetEnergy {
-    /// The length `sum sqrt W_k` of the path.
+    /// Returns the length `sum sqrt W_k` of the path.
     pub fn length(&self) -> f64 {
         cells::length(&self.step_energies)
     }
 
-    /// The dissipation `K sum W_k`.
+    /// Returns the dissipation `K sum W_k`.
     pub fn dissipation(&self) -> f64 {
         cells::dissipation(&self.step_energies)
     }
@@ -56,8 +56,8 @@ impl LevelSetEnergy {
 /// `sum_k K W[phi_k, u_{k-1}] + eta int (H(u_k o phi_k) - H(u_{k-1}))^2 + mu/K int |D H(u_k)|`.
 ///
 /// The state is `u_0, phi_1, u_1, ..., phi_K, u_K`, level sets and displacements at the nodes;
-/// `u_0` and `u_K` are held. A shape of several components has as many level sets; match and area
-/// are those of all components, and `W` weighs their union `max_i u_i`.
+/// `u_0` and `u_K` are fixed. A shape of several components has one level set per component; match
+/// and area are summed over all components, and `W` is weighted by their union `max_i u_i`.
 pub struct LevelSetObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
@@ -69,15 +69,15 @@ pub struct LevelSetObjective<const D: usize> {
     energy: LevelSetEnergy,
     metric: Option<LevelSetMetric<D>>,
     equations: NormalEquations<D>,
-    /// Whether the end shapes are held; otherwise their derivatives are given, too.
+    /// Whether the end shapes are fixed; otherwise their derivatives are computed, too.
     held: bool,
-    /// Room for a level set with a displacement, and for the gradient by them.
+    /// Work arrays: a level set with a displacement, and the gradient with respect to both.
     pair: Vec<f64>,
     pair_gradient: Vec<f64>,
 }
 
 impl<const D: usize> LevelSetObjective<D> {
-    /// The energy on a grid.
+    /// Creates the energy on a grid.
     ///
     /// # Errors
     /// Those of the smooth steps.
@@ -92,10 +92,10 @@ impl<const D: usize> LevelSetObjective<D> {
         Self::with_steps(grid, steps, params, indicator, step)
     }
 
-    /// The same with other smooth steps for the elastic weight and the match.
+    /// Creates the energy with other smooth steps for the elastic weight and the match.
     ///
     /// # Errors
-    /// [`GeodesicError::Law`] where there is no such law.
+    /// [`GeodesicError::Law`] if the law cannot be constructed.
     pub fn with_steps(
         grid: Grid<D>,
         steps: usize,
@@ -124,19 +124,19 @@ impl<const D: usize> LevelSetObjective<D> {
         })
     }
 
-    /// The same for shapes of several components.
+    /// Sets the number of components of the shapes.
     pub fn with_components(mut self, components: usize) -> Self {
         self.layout.components = components;
         self
     }
 
-    /// The same for ends that are known in part.
+    /// Sets the visibility of the end shapes.
     pub(crate) fn with_known(mut self, known: KnownEnds<D>) -> Self {
         self.known = known;
         self
     }
 
-    /// Gives the derivatives by the first and the last level set, too.
+    /// Enables the derivatives with respect to the first and the last level set.
     pub fn with_free_ends(mut self) -> Self {
         self.held = false;
         self
@@ -150,12 +150,12 @@ impl<const D: usize> LevelSetObjective<D> {
         }
     }
 
-    /// The terms of the last evaluation.
+    /// Returns the terms of the last evaluation.
     pub fn energy(&self) -> &LevelSetEnergy {
         &self.energy
     }
 
-    /// The cells of step `k` that must not fold, where not all are.
+    /// Returns the cells of step `k` that must not fold; `None` if these are all cells.
     pub fn solid_cells(&self, x: &[f64], k: usize) -> Option<Vec<bool>> {
         (self.params.void_stiffness == 0.0).then(|| {
             let union = self.layout.union(x, k - 1);
@@ -170,10 +170,10 @@ impl<const D: usize> LevelSetObjective<D> {
         certify_within(&self.grid, u, bound, bound, solid.as_deref()).certified
     }
 
-    /// All terms; the gradient overwrites `gradient` unless that is empty.
+    /// Computes all terms; the gradient overwrites `gradient` unless that is empty.
     ///
     /// # Errors
-    /// [`GeodesicError::Law`] where the law cannot be made.
+    /// [`GeodesicError::Law`] if the law cannot be constructed.
     pub fn evaluate(
         &mut self,
         x: &[f64],
@@ -222,7 +222,7 @@ impl<const D: usize> LevelSetObjective<D> {
         Ok(energy)
     }
 
-    /// Lays a level set and the displacement of step `k` side by side, for laws of both.
+    /// Copies a level set and the displacement of step `k` to one array, for laws of both.
     fn lay_out(&mut self, level_set: &[f64], displacement: &[f64], wanted: bool) {
         self.pair.clear();
         self.pair.extend_from_slice(level_set);
@@ -232,7 +232,8 @@ impl<const D: usize> LevelSetObjective<D> {
             .resize(if wanted { self.pair.len() } else { 0 }, 0.0);
     }
 
-    /// Adds the energy of step `k`; the derivative by the union goes to the component that is it.
+    /// Adds the energy of step `k`; the derivative with respect to the union is added to the
+    /// component that attains it.
     fn add_deformation(
         &mut self,
         x: &[f64],
@@ -255,7 +256,7 @@ impl<const D: usize> LevelSetObjective<D> {
         if wanted {
             let by_displacement = &mut gradient[self.layout.displacement(k)];
             vector::axpy(1.0, &self.pair_gradient[n..], by_displacement);
-            // Where components are equal, the first is taken: one of the subgradients.
+            // Where components are equal, the first is chosen: one of the subgradients.
             let mut open = vec![true; if self.layout.components > 1 { n } else { 0 }];
             for component in 0..self.layout.components {
                 let range = self.layout.level_set(k - 1, component);
@@ -326,7 +327,7 @@ impl<const D: usize> LevelSetObjective<D> {
             visibility,
         };
         let (state, by_state) = (&self.pair, &mut self.pair_gradient);
-        // Components are a constant of the type: one more than the dimension.
+        // The number of components is a type parameter: one more than the dimension.
         let mismatch = if D == 2 {
             let assembly = Assembly::<_, f64, D, 3>::new(self.grid, &law, Data::default());
             assembly.value_or_gradient_add(state, weight, by_state)
@@ -358,7 +359,7 @@ impl<const D: usize> LevelSetObjective<D> {
     }
 }
 
-/// A part of a gradient; nothing where none is wanted.
+/// Returns a part of a gradient; empty if the gradient is not needed.
 fn part<'a>(gradient: &'a mut [f64], range: &std::ops::Range<usize>) -> &'a mut [f64] {
     if gradient.is_empty() {
         gradient
@@ -398,8 +399,8 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
         Ok(())
     }
 
-    /// Shortens the whole step, and damps all its parts alike where one would fold: they belong
-    /// together.
+    /// Shortens the whole step, and damps all its parts by the same factor if one would fold, as
+    /// they are coupled.
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), GeodesicError> {
         let longest = vector::max_abs(direction);
         let bound = LONGEST_STEP * self.grid.spacing();

@@ -1,40 +1,41 @@
-//! The part of the metric for level sets that change while the deformations stay.
+//! The part of the metric for changes of the level sets with fixed deformations.
 //!
-//! With `s_k` the change of `u_k`, the matches have the Gauss–Newton form
+//! With the change `s_k` of `u_k`, the matches have the Gauss–Newton form
 //!
 //! ```text
 //! sum_k int m_k (s_k o phi_k - s_{k-1})^2,    s_0 = s_K = 0,    m_k = 2 eta H'(u_k)^2,
 //! ```
 //!
-//! nearly the second difference in time at every node: a change that all shapes share costs least,
-//! `K^2` times less than one that a single shape makes. The inverse is taken to be
+//! nearly the second difference in time at every node: a change common to all shapes costs least,
+//! `K^2` times less than a change of a single shape. The inverse is approximated by
 //!
 //! ```text
 //! m^-1/2 T^-1 m^-1/2,    T = tridiag(-1, 2, -1) in time.
 //! ```
 //!
-//! Without `T`, paths of letters were a third higher in energy after a hundred iterations. To
-//! follow the nodes along the deformations, where boundaries move by more than a cell a step, did
-//! not pay: the interpolation loses as much as it wins.
+//! Without `T`, the energy of paths of letters was a third higher after a hundred iterations.
+//! Following the nodes along the deformations, where boundaries move by more than a cell per step,
+//! gave no improvement: the gain is offset by the interpolation error.
 
 use super::state::Layout;
 use levelset::Arctan;
 
-/// Least weight of a level set's node, relative to that of a node on the boundary: far from it
-/// the match hardly holds the level set.
+/// Lower bound of the weight of a level set's node, relative to that of a node on the boundary: far
+/// from the boundary the match hardly determines the level set.
 const LEAST_NODE_WEIGHT: f64 = 5e-4;
-/// A factor of the whole part: shapes that move by a cell a step are held by less than `T` says.
+/// Factor of this part of the metric: shapes that move by a cell per step are coupled less than `T`
+/// assumes.
 const SHARE: f64 = 2.0;
 
 /// The changes of level sets along one path.
 pub(crate) struct Residual<const D: usize> {
     layout: Layout<D>,
-    /// For every inner shape the roots of the inverse weights of its nodes.
+    /// For every inner shape the square roots of the inverse weights of its nodes.
     roots: Vec<Vec<f64>>,
 }
 
 impl<const D: usize> Residual<D> {
-    /// The part of a path; the weight is that of a match, times the volume of a cell.
+    /// Computes this part for a path; `weight` is that of a match, times the volume of a cell.
     pub fn new(layout: Layout<D>, x: &[f64], step: Arctan, weight: f64) -> Self {
         let most = step.derivative(0.0f64).powi(2);
         let root = |u: &f64| {
@@ -66,9 +67,9 @@ impl<const D: usize> Residual<D> {
     }
 }
 
-/// Solves `T s = f` with `T = tridiag(-1, 2, -1)` in time, for every node by itself.
+/// Solves `T s = f` with `T = tridiag(-1, 2, -1)` in time, for every node separately.
 fn solve_in_time(f: &mut [Vec<f64>]) {
-    // The elimination has the pivots (k + 1) / k.
+    // The pivots of the elimination are (k + 1) / k.
     for k in 1..f.len() {
         let factor = k as f64 / (k + 1) as f64;
         let (head, tail) = f.split_at_mut(k);

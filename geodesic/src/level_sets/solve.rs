@@ -1,4 +1,4 @@
-//! Minimal paths of level sets, from a first path.
+//! Minimal paths of level sets, from an initial path.
 
 use super::objective::{LevelSetEnergy, LevelSetObjective};
 use super::state::PathState;
@@ -10,18 +10,18 @@ use fe_grid::Grid;
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Info, Minimiser, Observer, Status};
 
-/// Factor of the tolerance where a path is only preliminary.
+/// Factor of the tolerance for a preliminary path.
 const COARSE: f64 = 10.0;
-/// What happened on one level.
+/// Convergence history of one level.
 #[derive(Clone, Debug)]
 pub struct LevelSetLevel {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
-    /// Steps of the path.
+    /// Number of steps of the path.
     pub steps: usize,
-    /// The minimiser's record.
+    /// Record of the minimiser.
     pub info: Info,
-    /// The terms at the end.
+    /// Terms of the energy at the end.
     pub energy: LevelSetEnergy,
 }
 
@@ -30,21 +30,22 @@ pub struct LevelSetLevel {
 pub struct LevelSetPath<const D: usize> {
     /// The path.
     pub state: PathState<D>,
-    /// What happened, coarsest first.
+    /// Convergence history of each level, coarsest first.
     pub levels: Vec<LevelSetLevel>,
 }
 
 compiled_once! {
-    /// The minimal path of level sets near one of several first paths, each of `2^m` times as many steps
-    /// on the same grid or on one that is coarser by a power of two. All lie on one grid; there the
-    /// best of them is found, and followed to the grid of the shapes.
+    /// Computes the minimal path of level sets near one of several initial paths, each with `2^m`
+    /// times the requested number of steps on the same grid or on one that is coarser by a power of
+    /// two. All lie on one grid; the best of them is determined there, and prolonged to the grid of
+    /// the shapes.
     ///
-    /// A path of many steps is lowered first, where every deformation is small and nothing jams; then
-    /// steps are joined in pairs, and the path is lowered again, down to the number of steps that is
-    /// wanted. Then the grid is refined.
+    /// A path of many steps is minimised first, in which every deformation is small; then pairs of
+    /// steps are joined, and the path is minimised again, until the requested number of steps is
+    /// reached. Then the grid is refined.
     ///
     /// # Errors
-    /// [`GeodesicError`] for parameters out of range and paths that do not fit.
+    /// [`GeodesicError`] for parameters out of range and unsuitable paths.
     pub fn level_set_path<'a, D>(
         first: PathState<D>,
         others: Vec<PathState<D>>,
@@ -103,7 +104,7 @@ fn descended_path<const D: usize>(
     })
 }
 
-/// Paths between two shapes on their way down.
+/// Paths between two shapes during the minimisation.
 struct Descent<'a, const D: usize> {
     start: &'a Shape<D>,
     end: &'a Shape<D>,
@@ -115,7 +116,8 @@ struct Descent<'a, const D: usize> {
 }
 
 impl<const D: usize> Descent<'_, D> {
-    /// The path lowered on its own grid down to the number of steps that is wanted, and its energy.
+    /// Minimises a path on its own grid down to the requested number of steps; returns it with its
+    /// energy.
     fn joined(&mut self, mut state: PathState<D>) -> Result<(PathState<D>, f64), GeodesicError> {
         loop {
             let (lowered, energy) = self.lowered(state, COARSE)?;
@@ -126,7 +128,7 @@ impl<const D: usize> Descent<'_, D> {
         }
     }
 
-    /// The path lowered on its grid with a multiple of the tolerance, and its energy.
+    /// Minimises a path on its grid with a multiple of the tolerance; returns it with its energy.
     fn lowered(
         &mut self,
         mut state: PathState<D>,
@@ -171,7 +173,7 @@ impl<const D: usize> Descent<'_, D> {
     }
 }
 
-/// How often a grid has to be refined to become another.
+/// Returns the number of refinements between two grids.
 fn refinements<const D: usize>(coarse: &Grid<D>, fine: &Grid<D>) -> usize {
     (coarse.spacing() / fine.spacing()).round().max(1.0).log2() as usize
 }

@@ -1,4 +1,4 @@
-//! A path of level sets as a minimiser and a caller see it.
+//! A path of level sets, as a vector of unknowns and as fields.
 
 use crate::error::GeodesicError;
 use crate::extension::inverse_displacement;
@@ -7,48 +7,48 @@ use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid, ScalarField};
 use std::ops::Range;
 
-/// Where the parts of a path stand in the vector of unknowns: the level sets of `u_0`, then
+/// Positions of the parts of a path in the vector of unknowns: the level sets of `u_0`, then
 /// `phi_1`, the level sets of `u_1`, and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Layout<const D: usize> {
-    /// Nodes of the grid.
+    /// Number of nodes of the grid.
     pub nodes: usize,
-    /// Level sets of every shape.
+    /// Number of level sets of every shape.
     pub components: usize,
-    /// Steps of the path.
+    /// Number of steps of the path.
     pub steps: usize,
 }
 
 impl<const D: usize> Layout<D> {
-    /// Length of the vector.
+    /// Returns the length of the vector.
     pub fn len(&self) -> usize {
         self.steps * self.stride() + self.components * self.nodes
     }
 
-    /// Length of a deformation with the level sets of the shape it leads to.
+    /// Returns the length of a deformation together with the level sets of its target shape.
     pub fn stride(&self) -> usize {
         (D + self.components) * self.nodes
     }
 
-    /// The level set of a component of shape `k`, both counted from 0.
+    /// Returns the range of the level set of a component of shape `k`, both counted from 0.
     pub fn level_set(&self, k: usize, component: usize) -> Range<usize> {
         let first = k * self.stride() + component * self.nodes;
         first..first + self.nodes
     }
 
-    /// All level sets of shape `k`.
+    /// Returns the range of all level sets of shape `k`.
     pub fn shape(&self, k: usize) -> Range<usize> {
         let first = k * self.stride();
         first..first + self.components * self.nodes
     }
 
-    /// The displacement of `phi_k`, `k` from 1 on.
+    /// Returns the range of the displacement of `phi_k`, `k` counted from 1.
     pub fn displacement(&self, k: usize) -> Range<usize> {
         let first = (k - 1) * self.stride() + self.components * self.nodes;
         first..first + D * self.nodes
     }
 
-    /// The level set of all matter of shape `k`, at the nodes.
+    /// Computes the level set of the union of the components of shape `k`, at the nodes.
     pub fn union(&self, x: &[f64], k: usize) -> Vec<f64> {
         let mut union = x[self.level_set(k, 0)].to_vec();
         for component in 1..self.components {
@@ -70,17 +70,17 @@ pub struct PathState<const D: usize> {
 }
 
 impl<const D: usize> PathState<D> {
-    /// The grid of all fields.
+    /// Returns the grid of all fields.
     pub fn grid(&self) -> &Grid<D> {
         self.shapes[0][0].grid()
     }
 
-    /// Number of steps.
+    /// Returns the number of steps.
     pub fn steps(&self) -> usize {
         self.displacements.len()
     }
 
-    /// The level set of all matter of shape `k`.
+    /// Computes the level set of the union of the components of shape `k`.
     pub fn union(&self, k: usize) -> ScalarField<f64, D> {
         union_of(&self.shapes[k])
     }
@@ -93,7 +93,7 @@ impl<const D: usize> PathState<D> {
         }
     }
 
-    /// The state as one vector.
+    /// Returns the state as one vector.
     pub(super) fn to_vector(&self) -> Vec<f64> {
         let layout = self.layout();
         let mut x = vec![0.0; layout.len()];
@@ -128,7 +128,7 @@ impl<const D: usize> PathState<D> {
         })
     }
 
-    /// Every second shape, and the deformations between these.
+    /// Returns the path of every second shape, with the deformations between these.
     pub(super) fn halved(&self) -> Self {
         let grid = *self.grid();
         Self {
@@ -141,7 +141,7 @@ impl<const D: usize> PathState<D> {
         }
     }
 
-    /// The path from its end to its start.
+    /// Returns the path from its end to its start.
     pub(super) fn reversed(mut self) -> Self {
         self.shapes.reverse();
         self.displacements.reverse();
@@ -151,7 +151,7 @@ impl<const D: usize> PathState<D> {
         self
     }
 
-    /// The same path on the grid of half the spacing.
+    /// Prolongs the path to the grid of half the spacing.
     pub(super) fn finer(&self) -> Self {
         let coarse_grid = *self.grid();
         let grid = coarse_grid.finer();
@@ -176,7 +176,7 @@ impl<const D: usize> PathState<D> {
     }
 }
 
-/// The displacement of motions one after the other.
+/// Computes the displacement of the composition of motions.
 pub(crate) fn compose<const D: usize>(
     grid: &Grid<D>,
     motions: &[Field<f64, D, D>],

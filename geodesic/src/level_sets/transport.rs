@@ -1,4 +1,4 @@
-//! Motions of the shapes of a path that keep them matched.
+//! Motions of the shapes of a path that preserve their matches.
 //!
 //! A velocity `v_k` of every inner shape changes the path by
 //!
@@ -6,9 +6,9 @@
 //! du_k = -Du_k . v_k,    dphi_k = v_k o phi_k,    dphi_{k+1} = -Dphi_{k+1} v_k :
 //! ```
 //!
-//! the shape moves along, the deformation to it ends where it has moved and the one from it starts
-//! there. To first order no match changes, which is what makes these directions the soft ones of
-//! the energy. The map and its transpose are linear in nodal values.
+//! the shape moves along, the deformation to it ends at the moved shape and the deformation from it
+//! starts there. To first order no match changes, so these are the soft directions of the energy.
+//! The map and its transpose are linear in the nodal values.
 
 use super::state::Layout;
 use fe_grid::{Grid, locate};
@@ -26,7 +26,7 @@ pub(crate) struct Transport<const D: usize> {
 }
 
 impl<const D: usize> Transport<D> {
-    /// The motions at a path of `K` steps.
+    /// Computes the motions at a path of `K` steps.
     pub fn new(grid: Grid<D>, layout: Layout<D>, x: &[f64]) -> Self {
         let n = grid.n_nodes();
         let slopes = (1..layout.steps)
@@ -74,7 +74,7 @@ impl<const D: usize> Transport<D> {
         }
     }
 
-    /// The corners of the cell that a node is mapped to, with their weights.
+    /// Returns the corners of the cell that a node is mapped to, with their weights.
     fn corners(&self, (first, local): &(usize, [f64; D])) -> [(usize, f64); 8] {
         let strides = self.grid.strides();
         let mut corners = [(0, 0.0); 8];
@@ -129,7 +129,7 @@ impl<const D: usize> Transport<D> {
         }
     }
 
-    /// The transpose: forces on the velocities from forces on the path.
+    /// Applies the transpose: forces on the velocities from forces on the path.
     pub fn transpose(&self, forces: &[f64]) -> Vec<f64> {
         let n = self.grid.n_nodes();
         let mut out = vec![0.0; (self.layout.steps - 1) * D * n];
@@ -168,7 +168,8 @@ impl<const D: usize> Transport<D> {
     }
 }
 
-/// Differences at the nodes, central but at the faces of the box; one component after the other.
+/// Computes differences at the nodes, central except at the faces of the box; one component after
+/// the other.
 fn nodal_gradient<const D: usize>(grid: &Grid<D>, values: &[f64]) -> Vec<f64> {
     let n = grid.n_nodes();
     let (nodes, strides) = (grid.nodes_per_axis(), grid.strides());

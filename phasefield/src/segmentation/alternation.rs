@@ -1,4 +1,4 @@
-//! The two systems in turn.
+//! Alternating solution of the two systems.
 
 use super::energy::AmbrosioTortorelli;
 use super::relax;
@@ -9,20 +9,20 @@ use fe_grid::minimise::{
 };
 use fe_grid::{Assembly, Data, Grid};
 
-/// Shares of the cost of an edge that the second start passes through.
+/// Reduced costs of an edge for the second start, as fractions of the full cost.
 const CHEAPER_EDGES: [f64; 2] = [0.25, 0.5];
-/// Times that both systems are solved at each of them,
+/// Number of alternations at each of them,
 const STEPS: usize = 3;
 /// and at the full cost before the two starts are compared.
 const TRIAL: usize = 4;
 
-/// The energy on one level. Its state is `u`, then `v`.
+/// The energy on one level. The unknowns are `u`, then `v`.
 pub struct SegmentationObjective<const D: usize> {
     pub(super) grid: Grid<D>,
     pub(super) law: AmbrosioTortorelli,
     /// The image `u0`.
     pub(super) image: Vec<f64>,
-    /// Iterations of conjugate gradients for `u` and for `v`.
+    /// Conjugate-gradient iterations for `u` and for `v`.
     pub(super) system_iterations: [usize; 2],
 }
 
@@ -40,7 +40,7 @@ impl<const D: usize> SegmentationObjective<D> {
 }
 
 impl<const D: usize> SegmentationObjective<D> {
-    /// Solves for both so many times.
+    /// Alternates between both systems the given number of times.
     fn alternate(&mut self, x: &mut [f64], times: usize) -> Result<(), PhaseFieldError> {
         for _ in 0..times {
             self.relax(x, Part::PhaseField)?;
@@ -49,10 +49,10 @@ impl<const D: usize> SegmentationObjective<D> {
         Ok(())
     }
 
-    /// The better of two states to begin with: the one that is given, and the one that edges which
-    /// cost less lead to, the cost rising step by step. From a smooth image a jump has to be higher
-    /// to become an edge than to stay one, and noise that hides a part of an edge hides it from the
-    /// first start only.
+    /// Replaces a state by the better of two starts: the given one, and the one obtained with
+    /// reduced costs of edges, which increase step by step. In a smooth image a jump must be higher
+    /// to become an edge than to remain one, and an edge hidden by noise in part is found by the
+    /// second start only.
     fn better_start(&mut self, x: &mut [f64]) -> Result<(), PhaseFieldError> {
         let mut other = x.to_vec();
         let weight = self.law.weights.edges;
@@ -105,14 +105,15 @@ impl<const D: usize> Objective for SegmentationObjective<D> {
     }
 }
 
-/// Solves for the phase field and for the image in turn, in this order: the image of a coarser
-/// level is smooth, and only its edges are seen by the phase field. The other way round the wide
-/// edges of the coarser level would let the noise of the finer one in.
+/// Alternating solution for the phase field and for the image, in this order: the image of a
+/// coarser level is smooth, and the phase field depends on its edges only. In the opposite order
+/// the wide edges of the coarser level would admit the noise of the finer one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alternation {
-    /// Ends when solving both lowers the energy by less than this share of it.
+    /// Relative tolerance: ends when an alternation decreases the energy by less than this
+    /// fraction.
     pub tolerance: f64,
-    /// Most times that both are solved.
+    /// Maximal number of alternations.
     pub max_iterations: usize,
 }
 
@@ -128,12 +129,12 @@ impl<const D: usize> Minimiser<SegmentationObjective<D>> for Alternation {
         objective.better_start(x)?;
         let mut last = x.to_vec();
         let status = loop {
-            // The relaxation tells the energy before it: the next state is computed ahead, and
-            // thrown away where the last one was good enough.
+            // The relaxation returns the energy before it: the next state is computed ahead, and
+            // discarded if the last one satisfies the tolerance.
             let mut next = x.to_vec();
             let energy = objective.relax(&mut next, Part::PhaseField)?;
             evaluations.gradients += 1;
-            // At the minimum rounding is all that is left of a step.
+            // At the minimum a step consists of rounding errors.
             if energies.last().is_some_and(|&before| energy > before) {
                 x.copy_from_slice(&last);
                 break Status::EnergyTolerance;

@@ -12,14 +12,14 @@ pub struct AmbrosioTortorelli {
     pub weights: Weights,
     /// Interface width `eps`.
     pub interface_width: f64,
-    /// What conducts on an edge: `k_eps >= 0`.
+    /// Conductance of an edge, `k_eps >= 0`.
     pub edge_conductance: f64,
 }
 
-/// The terms of the energy, with their weights.
+/// The terms of the energy, including their weights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SegmentationEnergy {
-    /// The sum of the others.
+    /// Sum of the terms.
     pub total: f64,
     /// `alpha int (u - u0)^2`.
     pub fidelity: f64,
@@ -30,10 +30,10 @@ pub struct SegmentationEnergy {
 }
 
 impl AmbrosioTortorelli {
-    /// The terms of the energy of a state, `u` first and then `v`, for an image on a grid.
+    /// Computes the terms of the energy of a state, `u` first and then `v`, for an image on a grid.
     ///
     /// # Errors
-    /// [`GridError::Inadmissible`] where a value is not finite.
+    /// [`GridError::Inadmissible`] if a value is not finite.
     ///
     /// # Panics
     /// If the state or the image does not fit the grid.

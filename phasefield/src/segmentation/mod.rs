@@ -1,5 +1,5 @@
-//! Shapes in grey images: the edges of a picture or volume as a phase field, by the approximation
-//! of Ambrosio and Tortorelli to the functional of Mumford and Shah.
+//! Segmentation of grey images: computes the edges of a picture or volume as a phase field, by the
+//! approximation of Ambrosio and Tortorelli to the Mumford-Shah functional.
 //!
 //! For an image `u0` on a box, a smoothed image `u` and a phase field `v`, which is 0 on the edges
 //! and 1 away from them, minimise
@@ -14,24 +14,25 @@
 //!
 //! # Method
 //! The energy is a quadratic form in `u` for fixed `v`, and in `v` for fixed `u`: two linear
-//! systems are solved in turn ([`relax`]), each by conjugate gradients that a multigrid cycle
-//! preconditions. Conjugate gradients lower a quadratic form from their first step on, so that the
-//! energy never rises, however accurately the systems are solved. From coarse grids to fine, the
-//! interface width `eps` is the same number of grid spacings on every level, and the image on a
-//! coarse grid is the mean over what its nodes stand for: what is noise has left the coarse images,
-//! and the edges found there tell the finer levels where to begin.
+//! systems are solved alternately ([`relax`]), each by conjugate gradients preconditioned with a
+//! multigrid cycle. Every conjugate-gradient step decreases the quadratic form, so the energy never
+//! increases, however accurately the systems are solved. From coarse grids to fine, the interface
+//! width `eps` is the same number of grid spacings on every level, and the image on a coarse grid
+//! is a local mean: noise is averaged out of the coarse images, and the edges found there are the
+//! start on the finer levels.
 //!
-//! Each quadratic form has one minimum, the energy has many: from a smooth image a jump has to be
-//! higher to become an edge than to stay one. So every level has a second start, by way of edges that
-//! cost a quarter and a half of what they should, and goes on from the one with the lower energy.
+//! Each quadratic form has one minimum, the energy has many: in a smooth image a jump must be
+//! higher to become an edge than to remain one. Therefore every level has a second start, obtained
+//! with a quarter and a half of the cost of edges, and continues from the one with the lower
+//! energy.
 //!
 //! # Parameters
-//! Alone, the energy knows only the ratios of its weights. They are chosen by two numbers with a
-//! meaning ([`Weights::for_scales`]): in one dimension a jump of height `c` is an edge where
-//! `c^2 sqrt(alpha beta) / 2 > nu`, and `u` is smooth over the length `l = sqrt(beta / alpha)`. At a
-//! finite width, and from no edge at all, a jump `j` is found where `j > c sqrt(l / (2 eps))`. Noise
-//! of variance `s^2` is cheaper to smooth than to call edges where `s^2 < l c^2 / (8 eps)`; noisier
-//! images need a larger length or contrast.
+//! The minimiser depends on the ratios of the weights only. They are determined by two meaningful
+//! quantities ([`Weights::for_scales`]): in one dimension a jump of height `c` is an edge if
+//! `c^2 sqrt(alpha beta) / 2 > nu`, and `u` is smooth over the length `l = sqrt(beta / alpha)`. At
+//! finite width, and starting without edges, a jump `j` is detected if `j > c sqrt(l / (2 eps))`.
+//! Noise of variance `s^2` is smoothed rather than classified as edges if `s^2 < l c^2 / (8 eps)`;
+//! noisier images need a larger length or contrast.
 
 mod alternation;
 mod energy;

@@ -17,7 +17,7 @@ pub struct Weights {
 }
 
 impl Default for Weights {
-    /// Those for a length of .02, a contrast of .2 and `nu = 1`.
+    /// The weights for a length of .02, a contrast of .2 and `nu = 1`.
     fn default() -> Self {
         Self {
             fidelity: 2500.0,
@@ -32,15 +32,15 @@ impl Weights {
         *self == Self::default()
     }
 
-    /// The weights for which a jump of height `contrast` is just worth an edge, in the limit of a
-    /// thin interface, and the image is smooth over `length` elsewhere:
+    /// Computes the weights for which a jump of height `contrast` is the smallest that becomes an
+    /// edge, in the limit of a thin interface, and the image is smooth over `length` elsewhere:
     ///
     /// ```text
     /// beta = 2 nu length / contrast^2,    alpha = 2 nu / (length contrast^2).
     /// ```
     ///
     /// # Errors
-    /// [`PhaseFieldError::Parameter`] where a number is not positive and finite.
+    /// [`PhaseFieldError::Parameter`] if a number is not positive and finite.
     pub fn for_scales(edges: f64, length: f64, contrast: f64) -> Result<Self, PhaseFieldError> {
         let edges = positive("edges", edges)?;
         let length = positive("length", length)?;
@@ -52,7 +52,7 @@ impl Weights {
         })
     }
 
-    /// All weights multiplied by a factor.
+    /// Returns all weights multiplied by a factor.
     pub fn scaled(self, factor: f64) -> Self {
         Self {
             fidelity: factor * self.fidelity,
@@ -108,7 +108,7 @@ impl Default for SegmentationParams {
 }
 
 impl SegmentationParams {
-    /// Checks all values.
+    /// Checks all parameters.
     ///
     /// # Errors
     /// [`PhaseFieldError::Parameter`].

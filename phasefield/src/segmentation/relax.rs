@@ -1,4 +1,5 @@
-//! One of the two linear systems: the energy's minimum in one field while the other stays.
+//! Solution of one of the two linear systems: minimises the energy in one field with the other
+//! fixed.
 
 use crate::error::PhaseFieldError;
 use fe_grid::engine::MAX_CELL_DATA;
@@ -19,28 +20,28 @@ pub enum Part {
     PhaseField = 1,
 }
 
-/// What a relaxation did.
+/// Statistics of a relaxation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Relaxation {
-    /// The energy before it.
+    /// Energy before the relaxation.
     pub energy: f64,
-    /// Iterations of conjugate gradients.
+    /// Number of conjugate-gradient iterations.
     pub iterations: usize,
 }
 
-/// A residual this much smaller than at the start of a system ends it.
+/// Tolerance of a system: the reduction of the residual.
 const SYSTEM_TOLERANCE: f64 = 1e-4;
 
-/// Replaces one field of a state, `u` first and then `v`, by the minimiser of the energy while the
-/// other stays: a Newton step, the energy being quadratic in either.
+/// Replaces one field of a state, `u` first and then `v`, by the minimiser of the energy with the
+/// other fixed: a Newton step, as the energy is quadratic in either.
 ///
-/// For any density of two fields that is quadratic in each, and whose second derivative in each is
-/// `m d^2 + s |grad d|^2` with numbers `m`, `s` at every point, such as
-/// [`AmbrosioTortorelli`](super::AmbrosioTortorelli) and what adds to it terms in `v`. The energy
-/// does not rise.
+/// Applies to any density of two fields that is quadratic in each, and whose second derivative in
+/// each is `m d^2 + s |grad d|^2` with numbers `m`, `s` at every point, such as
+/// [`AmbrosioTortorelli`](super::AmbrosioTortorelli) with additional terms in `v`. The energy does
+/// not increase.
 ///
 /// # Errors
-/// [`PhaseFieldError::Grid`] where the state is not finite or the system not definite.
+/// [`PhaseFieldError::Grid`] if the state is not finite or the system not definite.
 ///
 /// # Panics
 /// If the state does not fit the grid.
@@ -105,12 +106,12 @@ fn solve_in<const D: usize>(
     Ok(info.iterations)
 }
 
-/// The second derivative by one field.
+/// The second derivative with respect to one field.
 struct Block<'a, F, const D: usize> {
     assembly: Assembly<'a, F, f64, D, 2>,
     state: &'a [f64],
     part: usize,
-    /// A direction that is zero in the other field, and its image.
+    /// Work arrays: a direction that is zero in the other field, and its image.
     room: Mutex<[Vec<f64>; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! From coarse levels to fine.
+//! Solution from coarse levels to fine.
 
 use super::alternation::{Alternation, SegmentationObjective};
 use super::energy::{AmbrosioTortorelli, SegmentationEnergy};
@@ -11,58 +11,58 @@ use fe_grid::transfer::{prolong_into, restrict_into};
 use fe_grid::{Buffer, Field, Grid, ScalarField};
 use serde::Serialize;
 
-/// What happened on one level.
+/// Convergence history of one level.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SegmentationLevel {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
     /// Interface width `eps`.
     pub interface_width: f64,
-    /// `k_eps`.
+    /// Edge conductance `k_eps`.
     pub edge_conductance: f64,
-    /// How it ended.
+    /// Status at the end.
     pub status: Status,
-    /// Alternations.
+    /// Number of alternations.
     pub iterations: usize,
-    /// The energy before the first and after every alternation; it never rises.
+    /// Energy before the first and after every alternation; nonincreasing.
     pub energies: Vec<f64>,
-    /// Iterations of conjugate gradients of all systems for the image, and for the phase field.
+    /// Conjugate-gradient iterations of all systems for the image, and for the phase field.
     pub system_iterations: [usize; 2],
-    /// The terms at the end.
+    /// Terms of the energy at the end.
     pub energy: SegmentationEnergy,
-    /// Wall time.
+    /// Wall time, in seconds.
     pub seconds: f64,
 }
 
 /// A segmented image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segmentation<const D: usize> {
-    /// The image `u`, smooth but for its edges.
+    /// The image `u`, smooth except at its edges.
     pub image: ScalarField<f64, D>,
     /// The phase field `v`: 0 on the edges, 1 away from them.
     pub phase_field: ScalarField<f64, D>,
-    /// What happened on each level, coarsest first.
+    /// Convergence history of each level, coarsest first.
     pub levels: Vec<SegmentationLevel>,
-    /// Converged, or the first level's reason why not.
+    /// A converged status, or else the status of the first level that did not converge.
     pub status: Status,
 }
 
 impl<const D: usize> Segmentation<D> {
-    /// The terms of the energy on the finest level.
+    /// Returns the terms of the energy on the finest level.
     pub fn energy(&self) -> SegmentationEnergy {
         self.levels.last().map(|l| l.energy).unwrap_or_default()
     }
 }
 
 compiled_once! {
-    /// Finds the edges of an image.
+    /// Computes the edges of an image.
     ///
-    /// The observer hears of every level and alternation and may cancel; what has been reached by then
-    /// is the result, on the grid that has been reached.
+    /// The observer is notified of every level and alternation and may cancel; the result is then
+    /// the state reached so far, on the grid reached so far.
     ///
     /// # Errors
     /// [`PhaseFieldError::Parameter`], [`PhaseFieldError::NotFinite`], and [`PhaseFieldError::Grid`]
-    /// where a system breaks down. Not to converge is not an error: the status says so.
+    /// if a system breaks down. Failure to converge is not an error; it is reported in the status.
     pub fn segment<'a, D>(
         image: &'a ScalarField<f64, D>,
         params: &'a SegmentationParams,
@@ -82,7 +82,7 @@ fn segmented<const D: usize>(
     let mut problem = Levels::new(image, *params);
     let mut start = problem.images[0].as_slice().to_vec();
     start.resize(2 * start.len(), 1.0);
-    // Without edges, which the first phase field is to find, the image is smooth.
+    // Without edges, which are found by the first phase field, the image is smooth.
     let mut coarsest = problem.objective(0)?;
     coarsest.relax(&mut start, Part::Image)?;
     let minimiser = |_| Alternation {
@@ -105,8 +105,8 @@ fn segmented<const D: usize>(
     })
 }
 
-/// An image on the grid of twice the spacing: at every node the mean over the fine nodes around it,
-/// weighted as the coarse node's shape function is.
+/// Computes an image on the grid of twice the spacing: at every node the mean over the adjacent
+/// fine nodes, weighted by the coarse node's shape function.
 ///
 /// # Panics
 /// If the image does not lie on the grid that halves the coarse one's spacing.

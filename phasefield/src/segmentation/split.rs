@@ -1,25 +1,25 @@
-//! Which values of a smoothed image belong together.
+//! Classification of the values of a smoothed image.
 
 /// Classes of values between thresholds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Classes {
-    /// What separates each class from the next, rising.
+    /// Thresholds between consecutive classes, in increasing order.
     pub thresholds: Vec<f64>,
-    /// The share of the variance of the values that lies between the classes, from 0 to 1.
+    /// Fraction of the variance of the values that is between the classes, from 0 to 1.
     pub separation: f64,
 }
 
-/// Bins of the histogram.
+/// Number of bins of the histogram.
 const BINS: usize = 256;
 
-/// Splits values into so many classes that the variance between them is largest.
+/// Splits values into the given number of classes such that the variance between them is maximal.
 ///
 /// Source: N. Otsu, *A threshold selection method from gray-level histograms*, IEEE Trans. Systems,
 /// Man and Cybernetics 9 (1979); more than two classes by dynamic programming over a histogram of
-/// 256 bins. None where there are not so many different values.
+/// 256 bins. `None` if there are fewer different values than classes.
 ///
 /// # Panics
-/// If fewer than two classes are asked for.
+/// If fewer than two classes are requested.
 pub fn split_classes(values: &[f64], classes: usize) -> Option<Classes> {
     assert!(classes >= 2, "one class needs no threshold");
     let (low, high) = values
@@ -46,7 +46,8 @@ pub fn split_classes(values: &[f64], classes: usize) -> Option<Classes> {
         let [count, sum] = [0, 1].map(|k| sums[to][k] - sums[from][k]);
         (count > 0.0).then(|| sum * sum / count)
     };
-    // best[c][b]: the bins before b in c + 1 classes, and where the last of them begins.
+    // best[c][b]: the optimal split of the bins before b into c + 1 classes, and the start of the
+    // last one.
     let mut best: Vec<Vec<Option<(f64, usize)>>> =
         vec![(0..=BINS).map(|b| Some((between(0, b)?, 0))).collect()];
     for _ in 1..classes {
@@ -76,8 +77,8 @@ pub fn split_classes(values: &[f64], classes: usize) -> Option<Classes> {
     })
 }
 
-/// Thresholds in a gap between values are all as good: the middle of the empty bins at an edge
-/// between bins.
+/// Returns the threshold at an edge between bins. All thresholds in a gap between values are
+/// equivalent; it is the middle of the empty bins.
 fn middle_of_gap(histogram: &[[f64; 2]; BINS], edge: usize, low: f64, width: f64) -> f64 {
     let empty = |bin: usize| histogram[bin][0] == 0.0;
     let below = (0..edge).rev().take_while(|&bin| empty(bin)).count();

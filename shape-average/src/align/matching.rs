@@ -6,27 +6,27 @@ use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::motion::{RigidMotion, angle_between, extended, plane_rotation};
 
-/// Steps of one refinement; most end after five to ten.
+/// Maximal number of steps of one refinement; most end after five to ten.
 const MAX_STEPS: usize = 40;
-/// A refinement ends when a step moves no point by more than this share of the spacing.
+/// A refinement ends when a step moves no point by more than this fraction of the spacing.
 const SMALLEST_STEP: f64 = 1e-4;
 
-/// Where a mean has less weight than this nothing is known of it.
+/// Weight below which a mean counts as unknown.
 const LEAST_WEIGHT: f64 = 1e-3;
-/// Times that a shape of which a part was seen is put onto what it sees of its target.
+/// Iterations of re-centring a partially visible shape on the visible part of its target.
 const SETTLING: usize = 3;
 
-/// A shape, and what was seen of it.
+/// A shape and its visibility mask.
 #[derive(Clone, Copy)]
 pub(super) struct Seen<'a, const D: usize> {
     /// Its signed distance.
     pub(super) distance: &'a Field<f64, D, 1>,
-    /// From 1, where it was seen, to 0; none where all of it was.
+    /// Visibility mask, from 1 (visible) to 0 (hidden); `None` if all of the shape is visible.
     pub(super) weight: Option<&'a Field<f64, D, 1>>,
 }
 
 impl<const D: usize> Seen<'_, D> {
-    /// Whether a point was seen, as a weight. Beyond the box everything was: nothing is there.
+    /// Returns the visibility of a point, as a weight. It is one outside the box, which is empty.
     fn weight(&self, x: &[f64; D]) -> f64 {
         let Some(weight) = self.weight else {
             return 1.0;
@@ -43,15 +43,15 @@ impl<const D: usize> Seen<'_, D> {
 /// The smoothed indicator of a target at the sample nodes of a coarser grid.
 pub(super) struct Indicator<const D: usize> {
     values: Field<f64, D, 1>,
-    /// What is known of the values, from 0 to 1.
+    /// Weights of the values, from 0 (unknown) to 1 (known).
     weights: Field<f64, D, 1>,
     step: Compact,
     moments: Moments<D>,
 }
 
 impl<const D: usize> Indicator<D> {
-    /// The mean indicator of moved signed distances on one grid, at given sample nodes: of those
-    /// that were seen there.
+    /// Computes the mean indicator of moved signed distances on one grid at given sample nodes,
+    /// over the shapes that are visible there.
     pub(super) fn mean(
         moved: &[(Seen<'_, D>, RigidMotion<D>)],
         nodes: Grid<D>,
@@ -83,8 +83,8 @@ impl<const D: usize> Indicator<D> {
     }
 }
 
-/// Every `k`-th node of a grid, at most about `n_nodes` along its longest side, as a grid that
-/// covers the box.
+/// Returns every `k`-th node of a grid, at most about `n_nodes` along its longest side, as a grid
+/// that covers the box.
 pub(super) fn thinned<const D: usize>(
     grid: &Grid<D>,
     n_nodes: usize,
@@ -96,7 +96,7 @@ pub(super) fn thinned<const D: usize>(
     Ok(Grid::with_nodes(thin, every as f64 * grid.spacing())?)
 }
 
-/// A position of a shape: turned about its own centroid, which is put to `centre`.
+/// A pose of a shape: a rotation about its centroid, which is placed at `centre`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose<const D: usize> {
     rotation: SMatrix<f64, D, D>,
@@ -104,7 +104,7 @@ pub(super) struct Pose<const D: usize> {
 }
 
 impl<const D: usize> Pose<D> {
-    /// Angle of the rotation.
+    /// Returns the angle of the rotation.
     pub(super) fn turn(&self) -> f64 {
         angle_between(&self.rotation, &SMatrix::identity())
     }
@@ -143,8 +143,8 @@ impl<'a, const D: usize> Matching<'a, D> {
         self.moments.covariance
     }
 
-    /// The pose of a rotation with the centroids on each other: of what was seen of the shape, and
-    /// of what it sees of its target where it lies then.
+    /// Returns the pose with a given rotation and matching centroids: that of the visible part of
+    /// the shape, and that of the part of the target visible to the shape in this pose.
     pub(super) fn centred(&self, rotation: SMatrix<f64, D, D>) -> Pose<D> {
         let mut pose = Pose {
             rotation,
@@ -158,7 +158,7 @@ impl<'a, const D: usize> Matching<'a, D> {
         pose
     }
 
-    /// The centroid of what a shape sees of its target.
+    /// Returns the centroid of the part of the target that is visible to a shape.
     fn visible_centroid(&self, pose: &Pose<D>) -> Option<SVector<f64, D>> {
         let motion = self.motion(pose);
         let nodes = self.target.values.grid();
@@ -186,12 +186,12 @@ impl<'a, const D: usize> Matching<'a, D> {
         RigidMotion::from_parts(pose.rotation, translation)
     }
 
-    /// A difference as a share of the sum of both indicators' squares.
+    /// Returns a difference divided by the sum of both indicators' squares.
     pub(super) fn relative(&self, difference: f64) -> f64 {
         difference / self.norm_squared
     }
 
-    /// Sum over the nodes that were seen of the squared difference of the indicators.
+    /// Computes the sum of the squared difference of the indicators over the visible nodes.
     pub(super) fn difference(&self, pose: &Pose<D>) -> f64 {
         let motion = self.motion(pose);
         let nodes = self.target.values.grid();
@@ -204,17 +204,18 @@ impl<'a, const D: usize> Matching<'a, D> {
         sum
     }
 
-    /// Whether both the target at a node and the shape at a point were seen.
+    /// Returns the product of the target's visibility at a node and the shape's at a point.
     fn weight(&self, index: usize, z: &[f64; D]) -> f64 {
         self.target.weights.as_slice()[index] * self.shape.weight(z)
     }
 
-    /// The minimum near a pose, by Levenberg-Marquardt steps: the difference and the pose.
+    /// Finds the minimum near a pose by Levenberg-Marquardt steps; returns the difference and the
+    /// pose.
     pub(super) fn refine(&self, start: &Pose<D>) -> (f64, Pose<D>) {
         let (mut pose, mut damping) = (*start, 1e-3);
         let mut system = self.linearise(&pose);
         let enough = SMALLEST_STEP * self.target.values.grid().spacing();
-        // Points of the shape lie about this far from its centroid.
+        // Typical distance of the shape's points from its centroid.
         let radius = self.moments.covariance.trace().sqrt();
         for _ in 0..MAX_STEPS {
             let Some(step) = system.step(damping) else {
@@ -238,12 +239,12 @@ impl<'a, const D: usize> Matching<'a, D> {
         (system.value, pose)
     }
 
-    /// The difference and its Gauss-Newton system at a pose.
+    /// Computes the difference and its Gauss-Newton system at a pose.
     ///
     /// With `z = R^T (y - p) + c` and `g = H'(u(z)) R grad u(z)`, the residual `H(u(z)) - I(y)`
     /// changes by `-g . dp` for a shift and by `-(g_j q_i - g_i q_j)`, `q = y - p`, for a turn
-    /// from axis `i` to axis `j`. What was seen of the shape moves with it; that its edge passes
-    /// over the target is not in the system, only in the difference.
+    /// from axis `i` to axis `j`. The visibility mask of the shape moves with it; the system
+    /// neglects the motion of the mask's edge over the target, the difference includes it.
     fn linearise(&self, pose: &Pose<D>) -> System {
         let motion = self.motion(pose);
         let nodes = self.target.values.grid();
@@ -281,7 +282,7 @@ fn planes<const D: usize>() -> Vec<(usize, usize)> {
     (0..D).flat_map(|j| (0..j).map(move |i| (i, j))).collect()
 }
 
-/// A pose after a step: shifts along the axes, then turns in the planes.
+/// Returns a pose after a step: shifts along the axes, then rotations in the planes.
 fn moved<const D: usize>(pose: &Pose<D>, step: &DVector<f64>) -> Pose<D> {
     let mut rotation = pose.rotation;
     for (k, &(i, j)) in planes::<D>().iter().enumerate() {
@@ -293,7 +294,7 @@ fn moved<const D: usize>(pose: &Pose<D>, step: &DVector<f64>) -> Pose<D> {
     }
 }
 
-/// `sum w r^2` with `J^T w r` and `J^T w J`.
+/// The sums `sum w r^2`, `J^T w r` and `J^T w J`.
 struct System {
     value: f64,
     rhs: DVector<f64>,
@@ -323,11 +324,12 @@ impl System {
         }
     }
 
-    /// The damped step; none where nothing changes the difference.
+    /// Computes the damped step; `None` if the system is not positive definite.
     fn step(&self, damping: f64) -> Option<DVector<f64>> {
         let n = self.rhs.len();
         let mut damped = self.matrix.clone();
-        // A direction without any effect, such as a disk's turn, gets a floor to stand on.
+        // A lower bound of the diagonal for directions without effect, such as the rotation of a
+        // disk.
         let floor = 1e-9 * self.matrix.trace() / n as f64;
         for i in 0..n {
             damped[(i, i)] += damping * self.matrix[(i, i)] + floor;
@@ -337,8 +339,8 @@ impl System {
     }
 }
 
-/// The gradient of the multilinear interpolant; beyond the box, where the distance falls away
-/// from it, only its part along the box.
+/// Returns the gradient of the multilinear interpolant; outside the box, where the distance
+/// decreases away from it, only its part tangential to the box.
 fn gradient<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> [f64; D] {
     let grid = u.grid();
     let (cell, local) = locate(grid, *x);
@@ -399,7 +401,7 @@ mod tests {
         let system = matching.linearise(&start);
         assert!((system.value - matching.difference(&start)).abs() < 1e-12 * system.value);
         for k in 0..system.rhs.len() {
-            // Few nodes cross a kink of the interpolant within so short a step.
+            // With so short a step, few nodes cross a kink of the interpolant.
             let h = 1e-7;
             let mut along = DVector::zeros(system.rhs.len());
             along[k] = h;

@@ -12,7 +12,7 @@ pub struct RigidMotion<const D: usize> {
 }
 
 impl<const D: usize> RigidMotion<D> {
-    /// The motion with rotation `R` and translation `t`, or none where `R` is not a proper
+    /// Creates the motion with rotation `R` and translation `t`; `None` if `R` is not a proper
     /// rotation (`R^T R = 1` to 1e-9, `det R > 0`).
     pub fn new(rotation: SMatrix<f64, D, D>, translation: SVector<f64, D>) -> Option<Self> {
         let skewed = (rotation.transpose() * rotation - SMatrix::identity()).norm();
@@ -24,7 +24,7 @@ impl<const D: usize> RigidMotion<D> {
         })
     }
 
-    /// A motion whose rotation is one by construction.
+    /// Creates a motion from a matrix that is a rotation by construction.
     pub(super) fn from_parts(rotation: SMatrix<f64, D, D>, translation: SVector<f64, D>) -> Self {
         Self {
             rotation,
@@ -32,7 +32,7 @@ impl<const D: usize> RigidMotion<D> {
         }
     }
 
-    /// No motion.
+    /// Returns the identity.
     pub fn identity() -> Self {
         Self {
             rotation: SMatrix::identity(),
@@ -40,32 +40,32 @@ impl<const D: usize> RigidMotion<D> {
         }
     }
 
-    /// The rotation `R`.
+    /// Returns the rotation `R`.
     pub fn rotation(&self) -> &SMatrix<f64, D, D> {
         &self.rotation
     }
 
-    /// The translation `t`, in the unit of the coordinates.
+    /// Returns the translation `t`, in the unit of the coordinates.
     pub fn translation(&self) -> &SVector<f64, D> {
         &self.translation
     }
 
-    /// The angle of the rotation, in radians, in `[0, pi]`.
+    /// Returns the angle of the rotation, in radians, in `[0, pi]`.
     pub fn angle(&self) -> f64 {
         angle_between(&self.rotation, &SMatrix::identity())
     }
 
-    /// Aligned coordinates of a point given in input coordinates.
+    /// Maps a point from input coordinates to aligned coordinates.
     pub fn map(&self, x: [f64; D]) -> [f64; D] {
         (self.rotation * SVector::from(x) + self.translation).into()
     }
 
-    /// Input coordinates of a point given in aligned coordinates.
+    /// Maps a point from aligned coordinates to input coordinates.
     pub fn map_back(&self, y: [f64; D]) -> [f64; D] {
         (self.rotation.transpose() * (SVector::from(y) - self.translation)).into()
     }
 
-    /// The motion from aligned to input coordinates.
+    /// Returns the motion from aligned to input coordinates.
     pub fn inverse(&self) -> Self {
         let rotation = self.rotation.transpose();
         Self {
@@ -74,7 +74,7 @@ impl<const D: usize> RigidMotion<D> {
         }
     }
 
-    /// The motion that does `first`, then this one.
+    /// Returns the composition: first `first`, then this motion.
     pub fn after(&self, first: &Self) -> Self {
         Self {
             rotation: self.rotation * first.rotation,
@@ -82,23 +82,24 @@ impl<const D: usize> RigidMotion<D> {
         }
     }
 
-    /// A signed distance in aligned coordinates: `u'(y) = u(R^T (y - t))` at every node of its
-    /// grid, by multilinear interpolation; beyond the box `u` falls with the distance from it.
-    /// Where the contour is at hand, the distance to its image ([`RigidMotion::apply_to_contour`])
-    /// is exact.
+    /// Transforms a signed distance to aligned coordinates: `u'(y) = u(R^T (y - t))` at every node
+    /// of its grid, by multilinear interpolation; outside the box `u` decreases with the distance
+    /// from it. If the contour is available, the distance to its image
+    /// ([`RigidMotion::apply_to_contour`]) is exact.
     pub fn apply(&self, signed_distance: &Field<f64, D, 1>) -> Field<f64, D, 1> {
         Field::from_fn(*signed_distance.grid(), |y| {
             [extended(signed_distance, &self.map_back(y))]
         })
     }
 
-    /// A contour in aligned coordinates.
+    /// Transforms a contour to aligned coordinates.
     pub fn apply_to_contour(&self, contour: &Contour<D>) -> Contour<D> {
         contour.transformed(&self.rotation, &self.translation)
     }
 }
 
-/// The signed distance `u` at any point: `u(c) - |x - c|` with `c` the nearest point of the box.
+/// Evaluates the signed distance `u` at any point: `u(c) - |x - c|` with `c` the nearest point of
+/// the box.
 pub(super) fn extended<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> f64 {
     let extent = u.grid().extent();
     let outside: f64 = (0..D)
@@ -107,14 +108,14 @@ pub(super) fn extended<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> f6
     u.sample(*x)[0] - outside.sqrt()
 }
 
-/// The angle, in `[0, pi]`, of the rotation between two rotations of `D = 2` or `3` dimensions:
+/// Returns the angle, in `[0, pi]`, between two rotations in `D = 2` or `3` dimensions:
 /// `|R - S|_F = 2 sqrt 2 sin(angle/2)` in both.
 pub(super) fn angle_between<const D: usize>(r: &SMatrix<f64, D, D>, s: &SMatrix<f64, D, D>) -> f64 {
     let chord = (r - s).norm() / (2.0 * std::f64::consts::SQRT_2);
     2.0 * chord.min(1.0).asin()
 }
 
-/// Rotation by an angle in the plane of two axes, from the first towards the second.
+/// Returns the rotation by an angle in the plane of two axes, from the first towards the second.
 pub(super) fn plane_rotation<const D: usize>(
     from: usize,
     to: usize,
@@ -129,7 +130,7 @@ pub(super) fn plane_rotation<const D: usize>(
     r
 }
 
-/// `det` for `D = 2, 3`, by expansion along the first row.
+/// Computes the determinant for `D = 2, 3`, by expansion along the first row.
 pub(super) fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
     if D == 2 {
         return m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(1, 0)];

@@ -1,4 +1,4 @@
-//! Rotations to start from.
+//! Initial rotations of the alignment.
 
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -7,16 +7,16 @@ use nalgebra::{DMatrix, SMatrix};
 use super::matching::Matching;
 use super::motion::{determinant, plane_rotation};
 
-/// Angles of the even covering in 2D: every three degrees, twelve to a period of a star with
-/// ten arms.
+/// Number of angles of the even covering in 2D: every three degrees, twelve per period of a star
+/// with ten arms.
 const N_ANGLES: usize = 120;
-/// Rotations of the even covering in 3D, about 25 degrees from each other.
+/// Number of rotations of the even covering in 3D, about 25 degrees from each other.
 const N_ROTATIONS: usize = 360;
-/// Starts closer than this (2D, 3D), in radians, fall into one minimum.
+/// Starts closer than this angle (2D, 3D), in radians, lead to the same minimum.
 pub(super) const SEPARATION: [f64; 2] = [0.08, 0.3];
 
-/// No rotation; those that bring the principal axes of the shape onto those of its target, in
-/// every order and direction; and an even covering of all rotations.
+/// Returns the initial rotations: the identity; those that map the principal axes of the shape onto
+/// those of its target, in every order and direction; and an even covering of all rotations.
 pub(super) fn rotations<const D: usize>(matching: &Matching<'_, D>) -> Vec<SMatrix<f64, D, D>> {
     let target = principal_axes(&matching.target_covariance());
     let shape = principal_axes(&matching.shape_covariance());
@@ -26,7 +26,7 @@ pub(super) fn rotations<const D: usize>(matching: &Matching<'_, D>) -> Vec<SMatr
     list
 }
 
-/// Principal axes as the columns of a proper rotation, largest moment first.
+/// Returns the principal axes as the columns of a proper rotation, largest moment first.
 fn principal_axes<const D: usize>(covariance: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
     let dynamic = DMatrix::from_fn(D, D, |i, j| covariance[(i, j)]);
     let eigen = dynamic.symmetric_eigen();
@@ -41,7 +41,7 @@ fn principal_axes<const D: usize>(covariance: &SMatrix<f64, D, D>) -> SMatrix<f6
     axes
 }
 
-/// All rotations that map coordinate axes to coordinate axes: 4 in 2D, 24 in 3D.
+/// Returns all rotations that map coordinate axes to coordinate axes: 4 in 2D, 24 in 3D.
 fn axis_assignments<const D: usize>() -> impl Iterator<Item = SMatrix<f64, D, D>> {
     let orders = (0..D.pow(D as u32))
         .map(|code| -> [usize; D] { std::array::from_fn(|k| code / D.pow(k as u32) % D) });
@@ -57,7 +57,7 @@ fn axis_assignments<const D: usize>() -> impl Iterator<Item = SMatrix<f64, D, D>
         .filter(|m| determinant(m) > 0.0)
 }
 
-/// Rotations spread evenly over all rotations.
+/// Returns rotations that cover the rotation group evenly.
 fn covering<const D: usize>() -> Vec<SMatrix<f64, D, D>> {
     if D == 2 {
         return (1..N_ANGLES)
@@ -67,7 +67,7 @@ fn covering<const D: usize>() -> Vec<SMatrix<f64, D, D>> {
     (0..N_ROTATIONS).map(spiral).collect()
 }
 
-/// One point of a spiral through the unit quaternions, as a rotation: M. Alexa,
+/// Returns one point of a spiral through the unit quaternions, as a rotation: M. Alexa,
 /// *Super-Fibonacci spirals: fast, low-discrepancy sampling of SO(3)*, CVPR 2022.
 fn spiral<const D: usize>(i: usize) -> SMatrix<f64, D, D> {
     /// The positive root of `x^4 = x + 4`.
@@ -113,7 +113,7 @@ mod tests {
                 assert!((r.transpose() * r - SMatrix::identity()).norm() < 1e-13);
                 assert!((determinant(&r) - 1.0).abs() < 1e-13);
             }
-            // Rotations far from the list itself: products of its members.
+            // Rotations far from the list itself: products of its elements.
             for (i, a) in list.iter().enumerate() {
                 let probe = a * list[(7 * i + 3) % list.len()];
                 let near = list.iter().map(|r| angle_between(r, &probe));

@@ -6,11 +6,11 @@ use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
 use phasefield::Mismatch;
 use phasefield::segmentation::AmbrosioTortorelli;
 
-/// `E_AT[u_i, v_i] + gamma F[v o phi_i, v_i]` as a density of `(u_i, v_i)`: coefficient 0 is the
-/// image, the next `D` are the displacement, by which the average is seen.
+/// The energy `E_AT[u_i, v_i] + gamma F[v o phi_i, v_i]` as a density of `(u_i, v_i)`. Coefficient
+/// 0 is the image, the next `D` are the displacement at which the average is evaluated.
 ///
-/// The mismatch is symmetric in its two phase fields, so that the density that the deformations
-/// see with `v_i` as its coefficient is the same with the roles exchanged.
+/// The mismatch is symmetric in its two phase fields, so the density used for the deformations,
+/// which has `v_i` as its coefficient, is the same with the roles exchanged.
 pub(super) struct JointDensity<'a, const D: usize> {
     pub segmentation: AmbrosioTortorelli,
     pub mismatch: Mismatch,
@@ -18,7 +18,7 @@ pub(super) struct JointDensity<'a, const D: usize> {
 }
 
 impl<const D: usize> JointDensity<'_, D> {
-    /// The average at a point, as the coefficients of the mismatch.
+    /// Returns the average at a point, as the coefficients of the mismatch.
     #[inline(always)]
     fn seen<L: Lane>(&self, point: &Point<L, D, 2>) -> [L; MAX_COEFFICIENTS] {
         let mut deformed = point.position;

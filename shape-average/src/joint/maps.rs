@@ -1,19 +1,19 @@
-//! How a deformation strains the box, cell by cell.
+//! Strain of a deformation, cell by cell.
 
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{CellProbe, Data, Field, Lane, Point, Reads, probe_cells, tensor};
 
-/// Means over the cells of a deformation's grid, cells in memory order.
+/// Cell means of the strain of a deformation, in the memory order of the cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StrainMaps {
-    /// `|D phi|`, the Frobenius norm; `sqrt(D)` where nothing is strained.
+    /// `|D phi|`, the Frobenius norm; `sqrt(D)` for a rigid motion.
     pub norm: Vec<f64>,
-    /// `det D phi`; one where no volume changes.
+    /// `det D phi`; one where the volume is preserved.
     pub determinant: Vec<f64>,
 }
 
 impl StrainMaps {
-    /// Of the deformation `x + u(x)`.
+    /// Computes the means for the deformation `x + u(x)`.
     pub fn new<const D: usize>(displacement: &Field<f64, D, D>) -> Self {
         let data = Data::<f64>::default();
         let maps = probe_cells(displacement.grid(), &Probe, data, displacement.as_slice());

@@ -9,20 +9,20 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JointParams {
-    /// Law, mismatch, length, boundary and the width of the interfaces. The object being the whole
-    /// box, the stiffness of a void is not used; nor are the solver and the weights of shapes. By
-    /// default the faces of the box stay where they are: what is free to move as a whole drifts
-    /// towards them, where a part of its interface is cut off.
+    /// Law, mismatch, length, boundary conditions and interface width. The object is the whole box,
+    /// so the stiffness of the void is not used; nor are the solver and the weights of the shapes.
+    /// By default the faces of the box are fixed: an average that is free to move drifts towards
+    /// the faces, where a part of its interface is cut off.
     pub average: AverageParams,
-    /// The energy of the images: its weights beside those of the average; by default those of
-    /// [`SegmentationParams`] twice. What it says of interface
-    /// widths and of the coarsest level is not used.
+    /// Energy of the images; its weights are relative to those of the average and by default twice
+    /// those of [`SegmentationParams`]. Its interface width and coarsest level are not used.
     pub segmentation: SegmentationParams,
-    /// Steps of the minimiser of averages in a round.
+    /// Number of steps of the minimiser of averages per round.
     pub steps: usize,
-    /// A level ends when a round lowers the energy by less than this share of it.
+    /// Relative tolerance: a level ends when a round decreases the energy by less than this
+    /// fraction.
     pub tolerance: f64,
-    /// Most rounds on a level.
+    /// Maximal number of rounds per level.
     pub max_rounds: usize,
 }
 
@@ -46,7 +46,7 @@ impl Default for JointParams {
 }
 
 impl JointParams {
-    /// Checks all values for `n` images.
+    /// Checks all parameters for `n` images.
     ///
     /// # Errors
     /// Those of [`AverageParams::check`] and of [`SegmentationParams::check`].

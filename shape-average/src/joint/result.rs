@@ -11,41 +11,41 @@ use serde::Serialize;
 pub struct JointEnergy {
     /// The energy, without the barrier against folding.
     pub total: f64,
-    /// Those of the shapes; its total holds the weighted sum of them alone.
+    /// Terms of the shapes; the total of these is their weighted sum alone.
     pub shapes: Energy,
-    /// Those of the images, with their weights.
+    /// Terms of the images, including their weights.
     pub images: Vec<SegmentationEnergy>,
 }
 
 impl JointEnergy {
-    /// What is lowered: the energy and the barrier.
+    /// Returns the quantity that is minimised: the energy plus the barrier.
     pub fn objective(&self) -> f64 {
         self.total + self.shapes.barrier
     }
 }
 
-/// What happened on one level.
+/// Convergence history of one level.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointLevel {
     /// Nodes along each axis, `x` first.
     pub nodes: Vec<usize>,
     /// Interface width `epsilon`.
     pub interface_width: f64,
-    /// How it ended.
+    /// Status at the end.
     pub status: Status,
-    /// Rounds of both halves.
+    /// Number of rounds, of two halves each.
     pub rounds: usize,
-    /// Accepted steps of the minimiser of averages.
+    /// Number of accepted steps of the minimiser of averages.
     pub steps: usize,
-    /// Iterations of conjugate gradients of all systems of images, and of phase fields.
+    /// Conjugate-gradient iterations, summed over all systems for images, and for phase fields.
     pub system_iterations: [usize; 2],
-    /// What is lowered, after the first deformation and then after every half of a round.
+    /// Objective after the first deformation, then after every half of a round.
     pub energies: Vec<f64>,
-    /// The terms at the end.
+    /// Terms of the energy at the end.
     pub energy: JointEnergy,
     /// The worst deformation at the end.
     pub certificate: Certificate,
-    /// Wall time.
+    /// Wall time, in seconds.
     pub seconds: f64,
 }
 
@@ -55,7 +55,7 @@ pub struct JointResult<const D: usize> {
     /// The average phase field `v`: 0 on the edges of the average.
     #[serde(skip)]
     pub average: ScalarField<f64, D>,
-    /// The average image, the mean of `u_i o phi_i^-1` over all images that reach a point.
+    /// The average image, the mean of `u_i o phi_i^-1` over all images defined at a point.
     #[serde(skip)]
     pub average_image: ScalarField<f64, D>,
     /// The smoothed images `u_i`.
@@ -70,20 +70,21 @@ pub struct JointResult<const D: usize> {
     /// The smoothed images pushed forward, `u_i o phi_i^-1`.
     #[serde(skip)]
     pub pushed: Vec<ScalarField<f64, D>>,
-    /// What happened on each level, coarsest first.
+    /// Convergence history of each level, coarsest first.
     pub levels: Vec<JointLevel>,
-    /// Converged, or the first level's reason why not.
+    /// A converged status, or else the status of the first level that did not converge.
     #[serde(skip)]
     pub status: Status,
-    /// The worst deformation: certified where the determinant is positive on all cells of all.
+    /// Certificate of the worst deformation: certified if the determinant is positive on all cells
+    /// of all deformations.
     pub certificate: Certificate,
-    /// Wall time.
+    /// Wall time, in seconds.
     #[serde(rename = "solver_seconds")]
     pub seconds: f64,
 }
 
-/// The root of the variance of some fields about their mean, averaged over the nodes: how much images differ. Zero
-/// of none.
+/// Computes the square root of the variance of some fields about their mean, averaged over the
+/// nodes; a measure of how much images differ. Returns zero for an empty slice.
 pub fn spread<const D: usize>(fields: &[ScalarField<f64, D>]) -> f64 {
     let n = fields.len() as f64;
     let nodes = fields.first().map_or(0, |field| field.as_slice().len());
@@ -98,7 +99,7 @@ pub fn spread<const D: usize>(fields: &[ScalarField<f64, D>]) -> f64 {
 }
 
 impl<const D: usize> JointResult<D> {
-    /// The terms of the energy on the finest level.
+    /// Returns the terms of the energy on the finest level.
     pub fn energy(&self) -> JointEnergy {
         self.levels
             .last()
@@ -106,8 +107,8 @@ impl<const D: usize> JointResult<D> {
             .unwrap_or_default()
     }
 
-    /// What the average says of an image: the average image seen through its deformation,
-    /// `u o phi_i`. Noise that the images do not share has gone from it.
+    /// Computes the prediction of an image by the average: the average image composed with the
+    /// deformation, `u o phi_i`. Noise that the images do not share is averaged out.
     ///
     /// # Panics
     /// If there is no such image.

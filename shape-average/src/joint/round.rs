@@ -19,14 +19,14 @@ use fe_grid::{Assembly, Data, Field, Grid, ScalarField, parallel};
 use phasefield::Mismatch;
 use phasefield::segmentation::{AmbrosioTortorelli, Part, relax};
 
-/// A direction that promises less than this share of the energy ends a half.
+/// A half of a round ends when the predicted decrease is below this fraction of the energy.
 const DECREMENT: f64 = 1e-5;
 
-/// Times that an image and its phase field are solved for from the edges of the average, before what
-/// that leads to is compared with what the image has.
+/// Number of alternating solves for an image and its phase field from the edges of the average,
+/// before the result is compared with the present pair.
 const TRIAL: usize = 2;
 
-/// Everything that is known on a level.
+/// The state on one level.
 pub(super) struct State<const D: usize> {
     pub grid: Grid<D>,
     /// The images `u_i0`.
@@ -40,17 +40,17 @@ pub(super) struct State<const D: usize> {
     pub work: Work,
 }
 
-/// What was computed on a level.
+/// Work counters of a level.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Work {
-    /// Accepted steps of the minimiser of averages.
+    /// Number of accepted steps of the minimiser of averages.
     pub steps: usize,
-    /// Iterations of conjugate gradients of all systems of images and of phase fields.
+    /// Conjugate-gradient iterations of all systems for images and for phase fields.
     pub system_iterations: [usize; 2],
 }
 
 impl<const D: usize> State<D> {
-    /// Segmented images, and nothing deformed yet.
+    /// Creates the state of segmented images with zero displacements.
     pub fn new(grid: Grid<D>, images: Vec<ScalarField<f64, D>>, pairs: Vec<Vec<f64>>) -> Self {
         Self {
             displacements: vec![0.0; D * grid.n_nodes() * images.len()],
@@ -63,7 +63,7 @@ impl<const D: usize> State<D> {
         }
     }
 
-    /// Deformations to start from, if there are any.
+    /// Sets the initial deformations, if there are any.
     pub fn start_from(&mut self, known: &[Field<f64, D, D>]) {
         let own = self.displacements.chunks_exact_mut(D * self.grid.n_nodes());
         for (own, known) in own.zip(known) {
@@ -71,7 +71,7 @@ impl<const D: usize> State<D> {
         }
     }
 
-    /// Deformations and average of the next coarser level.
+    /// Takes over the deformations and the average from the next coarser level.
     pub fn take_deformations(&mut self, coarse: &Self) {
         let (dim, fine) = (D * coarse.grid.n_nodes(), D * self.grid.n_nodes());
         let finer = self.displacements.chunks_exact_mut(fine);
@@ -94,7 +94,8 @@ impl<const D: usize> State<D> {
         params.average.interface_cells * self.grid.spacing()
     }
 
-    /// Deforms: at most so many steps at fixed phase fields.
+    /// First half of a round: at most the given number of steps for the deformations, with the
+    /// phase fields fixed.
     pub fn deform(
         &mut self,
         params: &JointParams,
@@ -102,7 +103,7 @@ impl<const D: usize> State<D> {
     ) -> Result<Status, AverageError> {
         let n = self.images.len();
         let average_params = AverageParams {
-            // The whole box is the object.
+            // The object is the whole box.
             void_stiffness: 1.0,
             weights: None,
             mean: Mean::Arithmetic,
@@ -137,7 +138,7 @@ impl<const D: usize> State<D> {
         let x = &mut self.displacements;
         let info = minimiser.minimise(&mut objective, x, &mut Quiet(observer))?;
         self.work.steps += info.iterations;
-        // The last evaluation may have been a trial that was refused.
+        // The last evaluation may have been that of a rejected trial.
         if let Evaluation::Value(_) = objective.value(x)? {
             self.energy = objective.energy().clone();
         }
@@ -145,7 +146,8 @@ impl<const D: usize> State<D> {
         Ok(info.status)
     }
 
-    /// Segments: the phase field and the image of every input, at fixed average and deformations.
+    /// Second half of a round: solves for the phase field and the image of every input, with the
+    /// average and the deformations fixed.
     pub fn segment(&mut self, params: &JointParams) -> Result<(), AverageError> {
         let (law, grid) = (self.law(params), self.grid);
         let density = JointDensity {
@@ -177,8 +179,9 @@ impl<const D: usize> State<D> {
                 };
                 solve(pair, Part::PhaseField)?;
                 solve(pair, Part::Image)?;
-                // What the others have found may be here as well, and unseen from where this image
-                // stands: it is tried out, and taken where it lowers the energy.
+                // Edges found in the other images may also be present here although the present
+                // state is a local minimum without them: the second start is used if it decreases
+                // the energy.
                 let mut told = pair.clone();
                 told[n..].copy_from_slice(average.compose(displacement).as_slice());
                 solve(&mut told, Part::Image)?;
@@ -200,7 +203,7 @@ impl<const D: usize> State<D> {
         Ok(())
     }
 
-    /// The terms of the energy of the state as it is.
+    /// Computes the terms of the energy of the present state.
     pub fn evaluate(&self, params: &JointParams) -> Result<JointEnergy, AverageError> {
         let (law, n) = (self.law(params), self.images.len() as f64);
         let images: Result<Vec<_>, _> = self
@@ -227,8 +230,8 @@ impl<const D: usize> State<D> {
         })
     }
 
-    /// The mismatch of one image's phase field with the average, which only that field has changed
-    /// since it was last deformed.
+    /// Computes the mismatch between one image's phase field and the average; only this phase field
+    /// has changed since the last deformation half.
     fn mismatch(&self, params: &JointParams, i: usize) -> Result<f64, AverageError> {
         let density = Mismatch {
             interface_width: self.interface_width(params),

@@ -1,4 +1,4 @@
-//! From coarse levels to fine, round by round.
+//! Solution of the joint problem from coarse levels to fine, round by round.
 
 use super::params::JointParams;
 use super::result::{JointLevel, JointResult};
@@ -13,14 +13,15 @@ use fe_grid::{Field, InverseDeformation, ScalarField};
 use phasefield::segmentation::{SegmentationParams, coarser_image, segment};
 use std::time::Instant;
 
-/// Segments images on one grid and averages their edges, both at the same time.
+/// Segments images on one grid and averages their edges simultaneously.
 ///
-/// The observer hears of every level and of every round, and may cancel; what has been reached by
-/// then is the result, on the grid that has been reached.
+/// The observer is notified of every level and every round, and may cancel; the result is then the
+/// state reached so far, on the grid reached so far.
 ///
 /// # Errors
-/// [`AverageError`] for parameters out of range, images on different grids or not finite, and
-/// solvers that break down. Not to converge is not an error: the status of the levels says so.
+/// [`AverageError`] for parameters out of range, images that lie on different grids or are not
+/// finite, and solvers that break down. Failure to converge is not an error; it is reported in the
+/// status of the levels.
 pub fn joint_average<const D: usize>(
     images: &[ScalarField<f64, D>],
     params: &JointParams,
@@ -30,8 +31,9 @@ pub fn joint_average<const D: usize>(
 }
 
 compiled_once! {
-    /// The same from deformations that are known already: `start` is empty, or has one displacement
-    /// an image on one of the grids of the hierarchy of their grid; coarser ones are left out.
+    /// Solves the joint problem from known deformations: `start` is empty, or has one displacement
+    /// per image on one of the grids of the hierarchy of the images' grid; coarser grids are
+    /// skipped.
     ///
     /// # Errors
     /// As [`joint_average`], and [`AverageError::Start`] for displacements that do not fit.
@@ -87,14 +89,14 @@ fn average_images<const D: usize>(
             break;
         }
     }
-    // There is a level, hence a state.
+    // There is at least one level, so the state exists.
     let state = state.ok_or(AverageError::NoShapes)?;
     finish(&state, levels, start)
 }
 
-/// `u_i` and `v_i` of images that are segmented each for itself. Every level begins with these:
-/// edges of a coarser one, as wide as its interfaces, would stay that wide where the phase fields of
-/// all images agree on them.
+/// Computes `u_i` and `v_i` by segmenting each image separately. Every level starts from these: the
+/// edges of a coarser level have its interface width and would keep that width where the phase
+/// fields of all images agree.
 fn segmented<const D: usize>(
     images: &[ScalarField<f64, D>],
     params: &JointParams,
@@ -108,7 +110,7 @@ fn segmented<const D: usize>(
         let found = segment(image, &alone, &mut Quiet(observer))?;
         let mut pair = [found.image, found.phase_field];
         if pair[0].grid() != image.grid() {
-            // A wish to stop ends it on a coarser grid of the same box.
+            // A cancelled segmentation ends on a coarser grid of the same box.
             pair = pair.map(|field| ScalarField::from_fn(*image.grid(), |x| field.sample(x)));
         }
         Ok(pair.map(Field::into_vec).concat())
@@ -116,7 +118,7 @@ fn segmented<const D: usize>(
     pairs.collect()
 }
 
-/// Rounds on one level.
+/// Performs the rounds on one level.
 fn improve<const D: usize>(
     state: &mut State<D>,
     params: &JointParams,
