@@ -4,20 +4,20 @@ use serde::{Deserialize, Serialize};
 
 use super::matrix::DistanceMatrix;
 
-/// What the distance of two clusters is.
+/// How the distance between two clusters is defined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Linkage {
-    /// That of their nearest members.
+    /// Distance of the nearest members.
     Single,
-    /// That of their farthest members.
+    /// Distance of the farthest members.
     Complete,
-    /// The mean over all pairs of members (UPGMA).
+    /// Mean distance over all pairs of members (UPGMA).
     #[default]
     Average,
-    /// The root of the growth of the sum of squares, by the formula of Ward (1963). It means what
-    /// it says for Euclidean distances only.
+    /// Square root of the increase of the sum of squares, by the formula of Ward (1963); meaningful
+    /// for Euclidean distances only.
     Ward,
 }
 
