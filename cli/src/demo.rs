@@ -31,7 +31,7 @@ pub struct DemoArgs {
 /// Runs `shapespace demo`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(free_name);
     let grid = Grid::<2>::cube(NODES);

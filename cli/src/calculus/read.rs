@@ -52,9 +52,9 @@ pub(super) struct Home<const D: usize> {
 
 /// A geodesic of either dimension.
 pub(super) enum AnyGeodesic {
-    /// In the plane.
+    /// In 2D.
     D2(StoredGeodesic<2>),
-    /// In space.
+    /// In 3D.
     D3(StoredGeodesic<3>),
 }
 
@@ -143,7 +143,7 @@ impl<const D: usize> StoredGeodesic<D> {
         solver.params(&CalculusParams::from(&self.params))
     }
 
-    /// Nodes a side.
+    /// Nodes per side.
     pub fn nodes(&self) -> usize {
         self.level_sets[0].grid().nodes_per_axis()[0]
     }

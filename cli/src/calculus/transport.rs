@@ -33,7 +33,7 @@ use crate::watch::{Interrupt, Watch, level_nodes};
 /// Runs `shapespace transport`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_transport(args: &TransportArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -294,11 +294,10 @@ impl Run<'_> {
     }
 }
 
-/// The closing words on standard output; the last line names the picture.
+/// Prints the summary on standard output; the last line names the picture.
 fn print<const D: usize>(record: &TransportRecord<'_, D>, target: &FilePath) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

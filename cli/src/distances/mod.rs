@@ -39,7 +39,7 @@ use study::Study;
 
 pub use args::{DistancesArgs, DistancesConfig};
 
-/// Everything there is to tell about distances.
+/// The result of a computation.
 struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     classes: Option<Classes>,

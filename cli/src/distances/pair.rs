@@ -72,7 +72,7 @@ impl PathRecord {
         }
     }
 
-    /// Whether it reaches its end without a fold, so that its length says something.
+    /// Whether the path reaches its end without a fold, so that its length is meaningful.
     pub fn sound(&self) -> bool {
         self.end_reached && self.certified && self.length.is_some()
     }

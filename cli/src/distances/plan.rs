@@ -1,4 +1,4 @@
-//! From the options to a checked plan.
+//! From the options to a validated plan.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use crate::options::{Align, MaskOptions, Size, check_law};
 use crate::output::ResultDir;
 use crate::shapes::Placed;
 
-/// Inputs that are read, placed and checked, and what is to be done with them.
+/// Inputs that are read, placed and validated, and the parameters of the computation.
 pub(super) struct DistancesPlan<const D: usize> {
     /// The masks in the unit box.
     pub placed: Placed<D>,
     pub classes: Option<Classes>,
-    /// The configuration, with nothing left to choose but the number of clusters.
+    /// The configuration with all defaults resolved except the number of clusters.
     pub config: DistancesConfig,
 }
 

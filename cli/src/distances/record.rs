@@ -1,4 +1,4 @@
-//! The contents of `result.json`. What does not exist is left out; there are no nulls.
+//! The contents of `result.json`. Missing values are left out; there are no nulls.
 
 use ::geodesic::Form;
 use ::geodesic::distances::{Asymmetry, Linkage, Merge, TriangleReport};

@@ -28,7 +28,7 @@ pub use args::{GeodesicArgs, GeodesicConfig, Occluded};
 pub(crate) use args::{check_area, check_path};
 pub use plan::{AnyPlan, GeodesicPlan, plan_geodesic};
 
-/// Everything there is to tell about a geodesic.
+/// The result of a computation.
 struct Outcome<const D: usize> {
     /// Start and end.
     inputs: Vec<Input<D>>,
@@ -45,7 +45,7 @@ struct Outcome<const D: usize> {
 /// Runs `shapespace geodesic`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_geodesic(args: &GeodesicArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -72,7 +72,7 @@ where
     Pictures: Draw<D>,
 {
     let output = args.run.output.as_path();
-    // A folder that cannot be written to is better known before the computation than after it.
+    // Fail before the computation if the folder cannot be written to.
     ResultDir::create(output).map(drop)?;
     let (config, parts) = (plan.config, plan.parts);
     let params = &config.params;
@@ -115,7 +115,7 @@ where
     })
 }
 
-/// Nodes a side of the first level.
+/// Nodes per side of the first level.
 fn first_nodes(params: &GeodesicParams) -> usize {
     match params.form {
         Form::Lagrangian => params.coarsest_nodes,

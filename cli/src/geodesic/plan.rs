@@ -1,4 +1,4 @@
-//! From the options to a checked plan.
+//! From the options to a validated plan.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::options::check_law;
 use crate::output::ResultDir;
 use crate::shapes::{Components, Placed, SeenMask};
 
-/// Inputs that are read, placed and checked, and what is to be done with them.
+/// Inputs that are read, placed and validated, and the parameters of the computation.
 #[derive(Clone, Debug)]
 pub struct GeodesicPlan<const D: usize> {
     /// The masks in the unit box: start and end.
@@ -18,16 +18,16 @@ pub struct GeodesicPlan<const D: usize> {
     pub(crate) parts: Option<Components<D>>,
     /// What was seen of start and end, where masks tell.
     pub(crate) views: [Option<SeenMask<D>>; 2],
-    /// The configuration, with nothing left to choose.
+    /// The configuration with all defaults resolved.
     pub config: GeodesicConfig,
 }
 
 /// A plan of either dimension.
 #[derive(Clone, Debug)]
 pub enum AnyPlan {
-    /// In the plane.
+    /// In 2D.
     D2(GeodesicPlan<2>),
-    /// In space.
+    /// In 3D.
     D3(GeodesicPlan<3>),
 }
 

@@ -47,7 +47,7 @@ pub(super) struct Found<'a, const D: usize> {
     solver_seconds: f64,
 }
 
-/// The record of an outcome. The time is that until now.
+/// The record of a result. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<D>,
     path: &Path<D>,

@@ -36,9 +36,9 @@ pub(super) struct StoredAverage<const D: usize> {
 
 /// An average of either dimension.
 pub(super) enum AnyAverage {
-    /// In the plane.
+    /// In 2D.
     D2(StoredAverage<2>),
-    /// In space.
+    /// In 3D.
     D3(StoredAverage<3>),
 }
 
@@ -164,9 +164,9 @@ pub(super) struct StoredPca<const D: usize> {
 
 /// Modes of either dimension.
 pub(super) enum AnyPca {
-    /// In the plane.
+    /// In 2D.
     D2(StoredPca<2>),
-    /// In space.
+    /// In 3D.
     D3(StoredPca<3>),
 }
 

@@ -51,7 +51,7 @@ pub(super) struct Analysis<'a> {
     solves: &'a [SolveReport],
 }
 
-/// The record of an outcome. The time is that until now.
+/// The record of a result. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<'a, D>,
     object_size: f64,

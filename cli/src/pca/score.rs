@@ -34,7 +34,7 @@ use crate::progress::Progress;
 use crate::shapes::{labels, place_like};
 use crate::watch::{Interrupt, Watch, level_nodes};
 
-/// Nodes a side of the grids on which motions are found, in 2D and 3D.
+/// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
 const ALIGNMENT_NODES: [usize; 2] = [65, 33];
 /// Most shapes in the picture.
 const SHOWN: usize = 12;
@@ -42,7 +42,7 @@ const SHOWN: usize = 12;
 /// Runs `shapespace score`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_score(args: &ScoreArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -309,11 +309,10 @@ where
     .draw()
 }
 
-/// The closing words on standard output; the last line names the picture.
+/// Prints the summary on standard output; the last line names the picture.
 fn print<const D: usize>(record: &ScoreRecord<D>, target: &Path) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

@@ -23,7 +23,7 @@ use crate::picture::Canvas;
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<'a, D>,

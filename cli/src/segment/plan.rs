@@ -1,4 +1,4 @@
-//! From the options to a checked plan.
+//! From the options to a validated plan.
 
 use std::path::Path;
 
@@ -28,7 +28,8 @@ pub(super) struct Placed<const D: usize> {
 /// Images that are read, placed and checked, and what is to be done with them.
 pub(super) struct SegmentPlan<const D: usize> {
     pub images: Vec<Placed<D>>,
-    /// The configuration, with nothing left to choose but what depends on the size of an image.
+    /// The configuration with all defaults resolved except those that depend on the size of an
+    /// image.
     pub config: SegmentConfig,
 }
 

@@ -1,4 +1,4 @@
-//! The contents of `result.json`, and the closing words. What does not exist is left out.
+//! The contents of `result.json`, and the summary. Missing values are left out.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -104,7 +104,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
     }
 }
 
-/// The record of all images. The time is that until now.
+/// The record of all images. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     config: &SegmentConfig,
     found: &'a [Found<D>],
@@ -136,7 +136,7 @@ pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write_lines(&mut text, record, target);
-    // Nobody is left to be told where standard output is closed.
+    // A closed standard output is not an error.
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 

@@ -19,7 +19,7 @@ use shape_average::align::{RigidMotion, align_group_of_seen};
 use super::{Input, SeenMask, view_of};
 use crate::error::CliError;
 
-/// Nodes a side of the grids on which motions are found, in 2D and 3D.
+/// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
 const NODES: [usize; 2] = [65, 33];
 /// Aligned shapes stay between these coordinates: room for the void around them.
 pub(super) const ROOM: [f64; 2] = [0.08, 0.92];
