@@ -1,4 +1,4 @@
-//! `shapespace extend`: a geodesic goes on beyond its end.
+//! `shapespace extend`: continues a geodesic beyond its end.
 
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -1,7 +1,8 @@
-//! `shapespace geodesic`: two masks in, the shortest path between their shapes out.
+//! `shapespace geodesic`: computes the shortest path between two masks.
 //!
-//! `plan` reads and checks, `path` holds the boundaries and densities along the result, `record`
-//! and `write` make the result directory, `draw` its pictures, `summary` the closing words.
+//! `plan` reads and validates the inputs, `path` holds the boundaries and densities along the
+//! result, `record` and `write` write the result directory, `draw` its pictures, `summary` the
+//! summary.
 
 mod args;
 pub(crate) mod draw;
@@ -33,12 +34,12 @@ struct Outcome<const D: usize> {
     /// Start and end.
     inputs: Vec<Input<D>>,
     config: GeodesicConfig,
-    /// The labels of their components, where there are several.
+    /// The labels of their components, if there are several.
     labels: Vec<i64>,
     result: Geodesic<D>,
     course: Vec<Course>,
     start: Instant,
-    /// Of the time, the minimisation.
+    /// Seconds of the minimisation.
     solver_seconds: f64,
 }
 
@@ -123,7 +124,7 @@ fn first_nodes(params: &GeodesicParams) -> usize {
     }
 }
 
-/// Both shapes with their components, and with what is known of them.
+/// Both shapes with their components and visibility.
 fn shapes<const D: usize>(
     inputs: &[Input<D>],
     distances: Vec<ScalarField<f64, D>>,

@@ -14,9 +14,9 @@ use crate::shapes::{Components, Placed, SeenMask};
 pub struct GeodesicPlan<const D: usize> {
     /// The masks in the unit box: start and end.
     pub(crate) placed: Placed<D>,
-    /// Their components, where there are several.
+    /// Their components, if there are several.
     pub(crate) parts: Option<Components<D>>,
-    /// What was seen of start and end, where masks tell.
+    /// Visibility masks of start and end, if given.
     pub(crate) views: [Option<SeenMask<D>>; 2],
     /// The configuration with all defaults resolved.
     pub config: GeodesicConfig,
@@ -31,7 +31,7 @@ pub enum AnyPlan {
     D3(GeodesicPlan<3>),
 }
 
-/// Reads, places and checks everything that a geodesic needs.
+/// Reads, places and validates the inputs of a geodesic.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
@@ -75,7 +75,7 @@ pub fn plan_geodesic(config: GeodesicConfig, output: &Path) -> Result<AnyPlan, C
     }
 }
 
-/// What was seen of a picture is a picture, of a volume a volume.
+/// A visibility mask has the dimension of its shape.
 fn other_dimension<const D: usize>(images: &[Image<D>]) -> CliError {
     CliError::Option {
         option: "--valid-start or --valid-end",

@@ -30,7 +30,7 @@ pub fn run_pca(args: &PcaArgs) -> Result<Exit, CliError> {
         ResultDir::create(&args.run.output).map(drop)?;
         progress.stage("reading the average");
         let stored = read_average(&config.average)?;
-        // Where the average lies is read again by those who use the modes.
+        // The modes refer to the directory of the average, which is read again with them.
         config.average = fs::canonicalize(&config.average).unwrap_or(config.average);
         match stored {
             AnyAverage::D2(stored) => run(&stored, &config, args, &progress, start),

@@ -1,4 +1,4 @@
-//! What an analysis has found.
+//! The result of an analysis.
 
 use std::time::Instant;
 

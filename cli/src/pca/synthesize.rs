@@ -1,4 +1,4 @@
-//! `shapespace synthesize`: a shape from its scores.
+//! `shapespace synthesize`: computes a shape from its scores.
 
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -1,7 +1,7 @@
-//! `shapespace segment`: grey images in, their edges and objects out.
+//! `shapespace segment`: computes edges and objects of grey images.
 //!
-//! `args` are the options, `plan` reads and checks, `compute` finds edges and objects, `record` and
-//! `write` make the result directory, `draw` its picture.
+//! `args` are the options, `plan` reads and validates the images, `compute` finds edges and
+//! objects, `record` and `write` write the result directory, `draw` its picture.
 
 mod args;
 mod compute;
