@@ -26,27 +26,27 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// The elastic average of two or more shapes given as masks.
+    /// Computes the elastic average of two or more shapes, given as masks or grey images.
     Average(Box<AverageArgs>),
-    /// The shortest path between two shapes given as masks.
+    /// Computes the geodesic (shortest path) between two shapes given as masks.
     Geodesic(Box<GeodesicArgs>),
-    /// A geodesic, continued beyond its end.
+    /// Continues a geodesic beyond its end (discrete exponential map).
     Extend(ExtendArgs),
-    /// The end of a geodesic, deformed as its start was: carries a variation along.
+    /// Transports a variation of the first shape of a geodesic in parallel to the last.
     Transport(TransportArgs),
-    /// The distances between all pairs of shapes, with clusters and a map of them.
+    /// Computes the distances between all pairs of shapes, with clusters and an embedding.
     Distances(Box<DistancesArgs>),
-    /// The edges of grey images, and the objects between them.
+    /// Segments grey images: their edges, and the objects bounded by them.
     Segment(SegmentArgs),
-    /// The principal modes of variation of the shapes of an average.
+    /// Computes the principal modes of variation of the shapes of an average.
     Pca(PcaArgs),
-    /// A shape from its scores in the modes of variation.
+    /// Computes a shape from its scores in the modes of variation.
     Synthesize(SynthesizeArgs),
-    /// The scores of new shapes in the modes of variation.
+    /// Computes the scores of new shapes in the modes of variation.
     Score(ScoreArgs),
-    /// A figure with its table: what averages and modes do, on drawn or given shapes.
+    /// Draws a figure with a table that compares averages or modes, on drawn or given shapes.
     Figure(FigureArgs),
-    /// Tries the theory behind all this by numerical experiments.
+    /// Runs numerical experiments that check the theory.
     Verify(VerifyArgs),
     /// Prints the default configuration of a command as commented TOML, for its `--config`.
     Config(ConfigArgs),
@@ -57,7 +57,7 @@ enum Command {
 /// Runs the command of a command line.
 ///
 /// # Errors
-/// [`CliError`], which tells the exit code and reports itself.
+/// [`CliError`], which holds the exit code and prints its own report.
 pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Average(args) => run_average(args),

@@ -1,6 +1,6 @@
 //! Quantities of bytes on the command line and in messages.
 
-/// Names of quantities of bytes, and how many they are.
+/// Units of bytes, and their sizes.
 const UNITS: [(&str, f64); 13] = [
     ("tib", 1_099_511_627_776.0),
     ("gib", 1_073_741_824.0),
@@ -36,7 +36,7 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
     }
 }
 
-/// A quantity of bytes in words.
+/// A quantity of bytes as text.
 pub(crate) fn format_bytes(bytes: u64) -> String {
     let size = bytes as f64;
     let mib = 1_048_576.0;

@@ -1,9 +1,9 @@
-//! Configurations: what a command computes, from its options and from a file.
+//! Configurations: the parameters of a command, from its options and from a file.
 //!
-//! A command has one type that holds its inputs, what is done to them, and the parameters of its
-//! theory. Its fields are the options of the command line and the keys of the file that `--config`
-//! names; they stand in `result.json`, and in the `config.toml` beside it, from which the command can
-//! be repeated. What an option says counts more than the file, and the file more than the defaults.
+//! Each command has one type that holds its inputs, their treatment, and the parameters of its
+//! theory. Its fields are the options of the command line and the keys of the file for `--config`;
+//! they are written to `result.json`, and to the `config.toml` next to it, which repeats the run.
+//! Options override the file, and the file overrides the defaults.
 //!
 //! `file` reads such files, `print` writes them.
 
@@ -26,15 +26,15 @@ use file::ConfigFile;
 pub(crate) use print::write_config;
 pub use print::{ConfigArgs, run_config};
 
-/// The option that names a file.
+/// Name of the option for the file.
 const FILE: &str = "config";
 
-/// What a command computes.
+/// The configuration of a command.
 pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
     /// The command.
     const COMMAND: &'static str;
 
-    /// What holds for keys that are not given, where that depends on others.
+    /// Defaults of keys that are not given, if these depend on other keys.
     fn base(&self) -> Option<Self> {
         None
     }
@@ -58,7 +58,7 @@ pub struct Configured<C> {
 }
 
 impl<C: Config> Configured<C> {
-    /// Completes the configuration and hands it on.
+    /// Resolves the configuration and runs the command with it.
     ///
     /// # Errors
     /// [`CliError::Config`] for a file with a wrong key or value, [`CliError::Parameter`] for an
@@ -79,7 +79,7 @@ impl<C: Config> Configured<C> {
             .map_err(|error| self.located(error, file.as_ref()))
     }
 
-    /// The configuration that has what the file and the options say, and the rest from another.
+    /// The configuration with the values of the file and the options, and the others from `base`.
     fn over(&self, base: C, file: Option<&ConfigFile>) -> Result<C, CliError> {
         let mut config = match file {
             Some(file) => file.over(&base)?,
@@ -91,7 +91,7 @@ impl<C: Config> Configured<C> {
         Ok(config)
     }
 
-    /// Tells where the file says what an error is about, unless an option says it.
+    /// Adds the line of the file to an error about a key, unless an option sets the key.
     fn located(&self, error: CliError, file: Option<&ConfigFile>) -> CliError {
         let (Some(file), Some(key)) = (file, error.key()) else {
             return error;
@@ -147,14 +147,14 @@ impl<C: Config> Args for Configured<C> {
     }
 }
 
-/// The arguments of a configuration, in their order; none is required, nor has a default.
+/// The arguments of a configuration, in order; none is required, nor has a default.
 fn arguments<C: Config>() -> impl Iterator<Item = Arg> {
     let command = C::augment_args_for_update(Command::new(C::COMMAND));
     let arguments: Vec<Arg> = command.get_arguments().cloned().collect();
     arguments.into_iter()
 }
 
-/// An argument as an option of a command: its help tells the default.
+/// An argument as an option of a command, with the default appended to its help.
 fn option(mut argument: Arg, defaults: &Table) -> Arg {
     if let Some(default) = defaults.get(argument.get_id().as_str()).and_then(plain) {
         let told = |text: &StyledStr| format!("{text} [default: {default}]");
@@ -185,7 +185,7 @@ fn option(mut argument: Arg, defaults: &Table) -> Arg {
     }
 }
 
-/// A default in words; a list or name that is empty, and what is not done, have none.
+/// A default as text; empty lists and names, and false, have none.
 fn plain(value: &Value) -> Option<String> {
     match value {
         Value::String(text) => Some(text.replace('_', "-")).filter(|text| !text.is_empty()),
@@ -203,12 +203,12 @@ fn table<C: Serialize>(config: &C) -> Result<Table, CliError> {
     })
 }
 
-/// The file with all symbolic parts of its name, so that it is found from everywhere.
+/// The absolute path, which is valid from every folder.
 fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.into())
 }
 
-/// Refuses a value that is not allowed.
+/// Rejects a value that is not allowed.
 ///
 /// # Errors
 /// [`CliError::Parameter`].

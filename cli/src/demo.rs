@@ -11,15 +11,16 @@ use crate::error::{CliError, Exit};
 use crate::input::Image;
 use crate::options::{MaskOptions, RunOptions};
 
-/// Nodes a side.
+/// Nodes per side.
 const NODES: usize = 129;
-/// Name of the directory where none is given; numbers follow where it exists.
+/// Default name of the directory, with a number appended where it exists.
 const NAME: &str = "shapespace-demo";
 
-/// Average built-in shapes: a first look that needs no data.
+/// Averages built-in shapes, as a first example without data.
 #[derive(Clone, Debug, Args)]
 pub struct DemoArgs {
-    /// New directory for the results [default: shapespace-demo, or the next free number].
+    /// New directory for the results [default: shapespace-demo, with a number appended if it
+    /// exists].
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Number of threads [default: all cores].
@@ -30,7 +31,7 @@ pub struct DemoArgs {
 /// Runs `shapespace demo`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(free_name);
     let grid = Grid::<2>::cube(NODES);
@@ -67,7 +68,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
     )
 }
 
-/// The first name that no file has.
+/// The first name that is not in use.
 fn free_name() -> PathBuf {
     let names = std::iter::once(NAME.to_owned()).chain((2..).map(|k| format!("{NAME}-{k}")));
     let mut free = names

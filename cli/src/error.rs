@@ -1,4 +1,4 @@
-//! One report for everything that can go wrong, and the exit code that goes with it.
+//! The errors of the program, their reports, and the exit codes.
 
 use std::borrow::Cow;
 use std::error::Error;
@@ -9,17 +9,17 @@ use std::process::ExitCode;
 use crate::input::InputError;
 use crate::output::OutputError;
 
-/// What the program tells the shell.
+/// The exit code of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exit {
-    /// All went well.
+    /// Success.
     Success = 0,
     /// The computation or the system failed.
     Failure = 1,
     /// The inputs or options cannot be used.
     BadInput = 2,
-    /// The user pressed Ctrl-C; what had been reached is written.
+    /// The user pressed Ctrl-C; the current state has been written.
     Interrupted = 130,
 }
 
@@ -29,7 +29,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// Why a command ended early.
+/// The reason for which a command failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CliError {
@@ -129,12 +129,12 @@ pub enum CliError {
         /// Why.
         source: hyperelastic::LawError,
     },
-    /// A shape that no node of the grid sees.
+    /// A shape that contains no node of the grid.
     #[error("no node of {nodes} a side lies inside the object of '{}'", path.display())]
     LostOnGrid {
         /// The file.
         path: PathBuf,
-        /// Nodes a side.
+        /// Nodes per side.
         nodes: usize,
     },
     /// An input without a usable boundary.
@@ -151,7 +151,7 @@ pub enum CliError {
     /// The geodesic cannot be computed.
     #[error("the geodesic cannot be computed: {0}")]
     Geodesic(geodesic::GeodesicError),
-    /// A directory that is not that of a geodesic that can be gone on from.
+    /// A directory that does not contain a geodesic that can be continued.
     #[error("'{}' is no geodesic that can be gone on from: {reason}", path.display())]
     NoGeodesic {
         /// The directory.
@@ -162,17 +162,17 @@ pub enum CliError {
     /// The modes of variation cannot be computed.
     #[error("the modes of variation cannot be computed: {0}")]
     Pca(shape_pca::PcaError),
-    /// Ctrl-C before anything was whole.
+    /// Ctrl-C before there was a result.
     #[error("stopped before the figure was done; nothing has been written")]
     Stopped,
-    /// A directory that is not what a command goes on from.
+    /// A directory that is not the result of the required command.
     #[error("'{}' is no result of `shapespace {command}`: {reason}", path.display())]
     NoResult {
         /// The directory.
         path: PathBuf,
         /// The command whose result it should be.
         command: &'static str,
-        /// Why it is none.
+        /// The reason.
         reason: String,
     },
     /// A variation that does not fit a geodesic.
@@ -183,7 +183,7 @@ pub enum CliError {
         /// Why.
         reason: String,
     },
-    /// There is no room for temporary files.
+    /// Temporary files cannot be written.
     #[error("{0}")]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
@@ -195,7 +195,7 @@ pub enum CliError {
         needed: u64,
         /// Shapes.
         shapes: usize,
-        /// Nodes a side.
+        /// Nodes per side.
         nodes: usize,
     },
     /// A computation failed.
@@ -303,7 +303,7 @@ impl CliError {
         }
     }
 
-    /// What to do about it.
+    /// The remedy.
     pub fn help(&self) -> Cow<'_, str> {
         let text = match self {
             Self::Input(error) => error.help(),
@@ -356,7 +356,7 @@ impl CliError {
         text.into()
     }
 
-    /// Writes the report to standard error: what is wrong, its causes, and what to do.
+    /// Writes the report to standard error: the error, its causes, and the remedy.
     pub fn report(&self) {
         let mut stderr = std::io::stderr();
         let [red, cyan, plain] = if stderr.is_terminal() {
@@ -371,7 +371,7 @@ impl CliError {
             cause = error.source();
         }
         lines.push(format!("  {cyan}help:{plain} {}", self.help()));
-        // Nothing is left to be done where standard error itself cannot be written.
+        // Nothing can be done if standard error itself cannot be written.
         let _ = writeln!(stderr, "{}", lines.join("\n"));
     }
 }

@@ -1,9 +1,9 @@
-//! What unfinished results depend on.
+//! Fingerprints of unfinished results.
 //!
-//! A result that is made over several runs is `DIR.partial` as long as it is not complete. It holds
-//! `work.json`, which says what the work depends on: the version of the program, the parameters, and
-//! the contents of all inputs, as hashes of what was read. A run that finds such a folder goes on with
-//! it where all that agrees, and refuses it where it does not.
+//! A result that is computed over several runs is stored in `DIR.partial` until it is complete. The
+//! folder holds `work.json`, which states what the work depends on: the version of the program, the
+//! parameters, and the contents of all inputs, as hashes of the values read. A run resumes from
+//! such a folder if these agree, and rejects it otherwise.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use crate::output::{OutputError, WorkDir};
 
 const WORK: &str = "work.json";
 
-/// What a result depends on.
+/// Everything that a result depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Fingerprint {
     version: String,
@@ -47,8 +47,8 @@ impl Fingerprint {
         }
     }
 
-    /// Begins the folder of a result in the making, or goes on with one that was begun with the
-    /// same parameters and inputs.
+    /// Creates the folder of an unfinished result, or resumes one with the same parameters and
+    /// inputs.
     ///
     /// # Errors
     /// [`CliError::OtherWork`] with what differs; as [`WorkDir::open`]; and
@@ -74,7 +74,7 @@ impl Fingerprint {
         Ok(work)
     }
 
-    /// What is not the same, in words.
+    /// The differences, as text.
     fn differences(&self, found: &Self) -> Vec<String> {
         let mut lines = Vec::new();
         if self.version != found.version {
@@ -132,7 +132,7 @@ fn plain(value: &Value) -> String {
     }
 }
 
-/// FNV-1a of everything that a mask consists of: enough against mistakes, if not against malice.
+/// FNV-1a of all values of a mask: sufficient against mistakes, not against malice.
 pub(crate) fn hash<const D: usize>(image: &Image<D>) -> String {
     let mut state: u64 = 0xcbf2_9ce4_8422_2325;
     let mut take = |number: u64| {

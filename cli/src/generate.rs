@@ -1,4 +1,4 @@
-//! `shapespace generate`: the options, and the files they make.
+//! `shapespace generate`: its options and output files.
 
 use std::path::{Path, PathBuf};
 
@@ -16,36 +16,36 @@ use crate::output::npy::{Precision, field_to, write_field};
 use crate::output::png::encode;
 use crate::output::{OutputError, ResultDir, write_new_file};
 
-/// Draw a shape, or a family of shapes, that needs no data.
+/// Draws a test shape or a family of test shapes.
 #[derive(Debug, Args)]
 pub struct GenerateArgs {
     #[command(subcommand)]
     shape: ShapeCommand,
 }
 
-/// Where a shape is put and how it is written.
+/// Position, sampling and output of a shape.
 #[derive(Clone, Debug, Args)]
 struct Common {
-    /// File to write: .npy, or .png for a flat shape. For a family: a new directory.
+    /// Output file: .npy, or .png in 2D. For a family: a new directory.
     #[arg(short, long, value_name = "PATH")]
     output: PathBuf,
-    /// Nodes a side [default: 129, in 3D 65].
+    /// Number of nodes per side [default: 129, in 3D 65].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=16385))]
     grid: Option<u32>,
     /// Dimension.
     #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u32).range(2..=3))]
     dimension: u32,
-    /// Turn by an angle in degrees, from x towards y.
+    /// Rotation angle in degrees, from x towards y.
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
     rotate: f64,
-    /// Move by X,Y or X,Y,Z.
+    /// Translation X,Y or X,Y,Z, in units of the box side.
     #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = finite)]
     shift: Vec<f64>,
-    /// Grey values of the shape and around it lie so far apart, about the middle: a grey image
-    /// instead of a mask.
+    /// Difference between the grey values inside and outside of the shape, symmetric about
+    /// mid-grey, from 0 to 1; below 1 the result is a grey image instead of a mask.
     #[arg(long, default_value_t = 1.0, value_parser = finite)]
     contrast: f64,
-    /// Standard deviation of the noise that is added, 1 being from black to white.
+    /// Standard deviation of the added noise, from 0 to 1; 1 is the range from black to white.
     #[arg(long, default_value_t = 0.0, value_parser = finite)]
     noise: f64,
     /// Seed of the noise.
@@ -53,18 +53,18 @@ struct Common {
     noise_seed: u64,
 }
 
-/// What to draw. All lengths are parts of the unit box.
+/// Shape to draw. Lengths are relative to the side of the unit box.
 #[derive(Clone, Debug, Subcommand)]
 enum ShapeCommand {
-    /// A bar of two arms that meet at an angle; 180 is straight.
+    /// A bar with two arms that meet at an angle; 180 is straight.
     Bar {
         /// Inner angle in degrees.
         #[arg(long, default_value_t = 180.0, value_parser = finite)]
         angle: f64,
-        /// Length of both arms together.
+        /// Total length of both arms.
         #[arg(long, default_value_t = 0.6, value_parser = positive)]
         length: f64,
-        /// Width.
+        /// Width of the arms.
         #[arg(long, default_value_t = 0.12, value_parser = positive)]
         width: f64,
         #[command(flatten)]
@@ -80,15 +80,15 @@ enum ShapeCommand {
     },
     /// An ellipse, or an ellipsoid.
     Ellipse {
-        /// Semi-axes, one for each dimension.
+        /// Semi-axes, one per dimension.
         #[arg(long, value_delimiter = ',', value_parser = positive, default_values_t = [0.35, 0.2])]
         radii: Vec<f64>,
         #[command(flatten)]
         common: Common,
     },
-    /// A cross of four arms, the left and the right one bent.
+    /// A cross with four arms, the left and the right one bent.
     Cross {
-        /// Bends of the left and the right arm in degrees.
+        /// Bending angles of the left and the right arm in degrees.
         #[arg(long, value_delimiter = ',', allow_hyphen_values = true,
               value_parser = finite, default_values_t = [0.0, 0.0])]
         angle: Vec<f64>,
@@ -100,7 +100,7 @@ enum ShapeCommand {
         /// Number of pins.
         #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=64))]
         pins: u32,
-        /// How far the first pin is moved towards the second, in degrees.
+        /// Angle in degrees by which the first pin is moved towards the second.
         #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = finite)]
         pin: f64,
         #[command(flatten)]
@@ -108,7 +108,7 @@ enum ShapeCommand {
     },
     /// A letter.
     Letter {
-        /// The letter; b2 and b3 are other drawings of b.
+        /// Letter to draw; b2 and b3 are other drawings of b.
         #[arg(ignore_case = true)]
         letter: Letter,
         #[command(flatten)]
@@ -119,7 +119,7 @@ enum ShapeCommand {
         /// Seed: the same seed gives the same shape.
         #[arg(long, default_value_t = 1)]
         seed: u64,
-        /// How much the radius varies, from 0 to .9.
+        /// Relative variation of the radius, from 0 to .9.
         #[arg(long, default_value_t = 0.3, value_parser = finite)]
         roughness: f64,
         #[command(flatten)]
@@ -127,9 +127,9 @@ enum ShapeCommand {
     },
     /// Several shapes of one kind, one file each.
     Family {
-        /// Which ones.
+        /// The family.
         family: Family,
-        /// Seed of the random ones.
+        /// Seed of the random families.
         #[arg(long, default_value_t = 1)]
         seed: u64,
         #[command(flatten)]
@@ -137,7 +137,7 @@ enum ShapeCommand {
     },
 }
 
-/// Draws what is asked for and returns the files written.
+/// Draws the shapes and returns the files written.
 ///
 /// # Errors
 /// [`CliError`] for options out of range and outputs that cannot be written.
@@ -172,7 +172,7 @@ impl ShapeCommand {
 
 type AnyShape<const D: usize> = Box<dyn Implicit<D>>;
 
-/// Letters are flat, so that the two dimensions bring their own way to draw them.
+/// Letters exist in 2D only, so that each dimension passes its own function to draw them.
 fn run<const D: usize>(
     command: &ShapeCommand,
     common: &Common,
@@ -182,7 +182,7 @@ fn run<const D: usize>(
     let grid = grid::<D>(common)?;
     let centre = centre::<D>(common)?;
     check_greys(common)?;
-    // Every member of a family has noise of its own.
+    // Every member of a family has its own noise.
     let sampled = |shape: &AnyShape<D>, number: u64| {
         let placed = Placed {
             shape: shape.as_ref(),

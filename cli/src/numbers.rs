@@ -16,7 +16,7 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A finite number that is not below 0.
+/// A finite number that is not negative.
 pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     match finite(text)? {
         number if number >= 0.0 => Ok(number),

@@ -1,4 +1,4 @@
-//! Options that several commands share, and what is checked about them.
+//! Options that several commands share, and their checks.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use crate::error::CliError;
 /// Fewest nodes a side.
 const FEWEST_NODES: usize = 9;
 
-/// Where the results of a command go, and what they do not depend on.
+/// Output directory and number of threads of a command.
 #[derive(Clone, Debug, Args)]
 pub struct RunOptions {
     /// New directory for the results.
@@ -23,34 +23,34 @@ pub struct RunOptions {
     pub threads: Option<u32>,
 }
 
-/// How masks are read and placed.
+/// How masks are read, placed and aligned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MaskOptions {
-    /// Nodes a side, 2^L + 1 [default: 129, for volumes 65].
+    /// Number of nodes per side, 2^L + 1 [default: 129, for volumes 65].
     #[arg(long, value_name = "N")]
     pub grid: Option<usize>,
-    /// Alignment of the shapes before anything else.
+    /// Rigid alignment of the shapes before the computation.
     #[arg(long, value_enum)]
     pub align: Align,
-    /// In label images, the label of the object [default: every label but 0].
+    /// Label of the object in label images [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
 }
 
-/// Alignment of the shapes before anything else.
+/// Rigid alignment of the shapes before the computation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Align {
-    /// The shapes stay as they are placed.
+    /// Keep the shapes where they are placed.
     #[default]
     None,
-    /// The shapes are turned and moved onto each other.
+    /// Rotate and translate the shapes onto each other.
     Rigid,
 }
 
 impl MaskOptions {
-    /// The nodes a side in `D` dimensions.
+    /// The number of nodes per side in `D` dimensions.
     ///
     /// # Errors
     /// [`CliError::Option`] for numbers that are not of the form `2^L + 1`, too few or too many.
@@ -62,8 +62,7 @@ impl MaskOptions {
     }
 }
 
-/// Finds out now whether a computation in `D` dimensions would refuse a law after all inputs are
-/// read.
+/// Checks a law in `D` dimensions before any input is read.
 ///
 /// # Errors
 /// [`CliError::Law`] where there is no such law.
@@ -75,10 +74,10 @@ pub(crate) fn check_law<const D: usize>(spec: &LawSpec) -> Result<(), CliError> 
     })
 }
 
-/// Whether a grid of so many nodes a side can be made coarser again and again.
+/// Checks that a grid with this number of nodes per side can be coarsened repeatedly.
 ///
 /// # Errors
-/// [`CliError::Option`] with the nearest number that can.
+/// [`CliError::Option`] with the nearest valid number.
 pub(crate) fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {
     let cells = nodes.saturating_sub(1);
     if cells.is_power_of_two() && (FEWEST_NODES..=most).contains(&nodes) {
@@ -94,27 +93,27 @@ pub(crate) fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {
     })
 }
 
-/// Sizes of shapes beside each other.
+/// Relative sizes of the shapes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Size {
-    /// In the length units of the files.
+    /// As in the files, in their length units.
     #[default]
     Kept,
-    /// All of the same area or volume: for pictures of other resolution.
+    /// Scaled to equal area or volume, for pictures of different resolution.
     Equal,
 }
 
-/// How edges and smoothness are weighed, wherever images are segmented.
+/// Scales of a segmentation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ScaleOptions {
-    /// Length over which the image is smoothed away from its edges, as a share of the longest side
-    /// [default: .02, and no less than three spacings of the grid].
+    /// Length over which the image is smoothed away from edges, relative to the longest side
+    /// [default: .02, at least three grid spacings].
     #[arg(long, value_name = "SHARE")]
     pub smooth: Option<f64>,
-    /// Least jump of the grey value that is an edge, as a share of the range of the image
-    /// [default: .2].
+    /// Smallest jump of the grey value that counts as an edge, relative to the range of grey values
+    /// of the image [default: .2].
     #[arg(long, value_name = "SHARE")]
     pub contrast: Option<f64>,
 }
@@ -129,18 +128,18 @@ impl ScaleOptions {
         positive("contrast", self.contrast)
     }
 
-    /// The least jump of an edge.
+    /// The smallest jump that counts as an edge.
     pub fn contrast(&self) -> f64 {
         self.contrast.unwrap_or(0.2)
     }
 
-    /// The length of smoothing on a grid of this spacing.
+    /// The smoothing length on a grid of this spacing.
     pub fn length(&self, spacing: f64) -> f64 {
         self.smooth.unwrap_or(0.02f64.max(3.0 * spacing))
     }
 }
 
-/// Refuses an empty name.
+/// Rejects an empty name.
 ///
 /// # Errors
 /// [`CliError::Missing`].
@@ -155,7 +154,7 @@ pub(crate) fn named(
     Ok(())
 }
 
-/// Refuses a number that is given and not positive.
+/// Rejects a number that is given and not positive.
 ///
 /// # Errors
 /// [`CliError::Parameter`].

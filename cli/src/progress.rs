@@ -1,21 +1,20 @@
-//! Progress on standard error: a moving line, or plain lines where that is no terminal.
+//! Progress on standard error: a line that is overwritten, or plain lines if it is no terminal.
 
 use std::io::{IsTerminal, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// How far a computation has come. It has one line that is overwritten, and finished stages stay
-/// above it.
+/// Progress of a computation: one line that is overwritten; finished stages stay above it.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
-    /// Whether notes go to standard error as plain lines, there being no moving line.
+    /// Whether notes are printed as plain lines on standard error, without an overwritten line.
     plain: bool,
 }
 
 impl Progress {
-    /// Shows progress on standard error; only notes where that is no terminal.
+    /// Shows progress on standard error; only notes if it is no terminal.
     pub fn stderr() -> Self {
         if std::io::stderr().is_terminal() {
             Self::on(ProgressDrawTarget::stderr(), false)
@@ -39,13 +38,13 @@ impl Progress {
         Self { bar, plain }
     }
 
-    /// A stage begins, such as `reading` or `65 nodes a side`.
+    /// Starts a stage, such as `reading` or `65 nodes a side`.
     pub fn stage(&self, name: impl Into<String>) {
         self.bar.set_prefix(name.into());
         self.bar.set_message("");
     }
 
-    /// One iteration of a minimiser is done.
+    /// Shows an iteration of a minimiser.
     pub fn iteration(&self, iteration: usize, evaluations: usize, energy: f64) {
         self.bar.set_message(format!(
             "iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}"
@@ -53,7 +52,7 @@ impl Progress {
         self.bar.tick();
     }
 
-    /// Leaves a line above the moving one.
+    /// Prints a line above the overwritten one.
     pub fn note(&self, text: impl AsRef<str>) {
         if self.plain {
             // A closed standard error is no reason to stop.
@@ -62,14 +61,14 @@ impl Progress {
         self.bar.println(text);
     }
 
-    /// Leaves a line only where there is no moving one that says the same.
+    /// Prints a line unless the overwritten one says the same.
     pub fn milestone(&self, text: impl AsRef<str>) {
         if self.plain {
             self.note(text);
         }
     }
 
-    /// Takes the moving line away.
+    /// Removes the overwritten line.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

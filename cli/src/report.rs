@@ -1,4 +1,4 @@
-//! What every `result.json` tells in the same words.
+//! The common part of every `result.json`.
 
 use std::path::Path;
 use std::time::Instant;
@@ -12,10 +12,10 @@ use crate::error::CliError;
 use crate::output::write_json;
 use crate::shapes::InputRecord;
 
-/// The file that tells what was computed.
+/// The file with the record.
 pub(crate) const RESULT: &str = "result.json";
 
-/// Everything in a `result.json`. What does not exist is left out; there are no nulls.
+/// The contents of a `result.json`. Missing values are left out; there are no nulls.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(bound(
     serialize = "C: Serialize, T: Serialize",
@@ -23,7 +23,7 @@ pub(crate) const RESULT: &str = "result.json";
 ))]
 pub(crate) struct Record<C, T, const D: usize> {
     pub version: String,
-    /// In one word how the computation ended.
+    /// Status of the computation, in one word.
     pub status: String,
     pub dimension: usize,
     /// Nodes along each axis of the arrays, `x` first.
@@ -31,13 +31,13 @@ pub(crate) struct Record<C, T, const D: usize> {
     pub nodes: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input: Vec<InputRecord<D>>,
-    /// The configuration, with nothing left to choose.
+    /// The configuration with all defaults resolved.
     #[serde(serialize_with = "without_nulls")]
     pub parameters: C,
     /// What was found.
     #[serde(flatten)]
     pub body: T,
-    /// From the beginning until this is written.
+    /// Seconds from the start to the writing of this record.
     pub seconds: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory_bytes: Option<u64>,
@@ -71,7 +71,7 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
         self
     }
 
-    /// Writes `config.toml` and `result.json` to a directory in the making.
+    /// Writes `config.toml` and `result.json` to an unfinished directory.
     ///
     /// # Errors
     /// [`CliError::Output`].
@@ -94,7 +94,7 @@ fn without_nulls<C: Serialize, S: Serializer>(config: &C, out: S) -> Result<S::O
     table.serialize(out)
 }
 
-/// A certificate in words.
+/// A certificate as text.
 pub(crate) fn certified(certificate: &Certificate) -> &'static str {
     if certificate.certified {
         "certified without folds"
@@ -105,7 +105,7 @@ pub(crate) fn certified(certificate: &Certificate) -> &'static str {
 
 /// The name of [`Status::Cancelled`].
 pub(crate) const CANCELLED: &str = "cancelled";
-/// What a computation is that ended as it should.
+/// The status of a successful computation.
 const CONVERGED: &str = "converged";
 
 /// The status of a whole computation, and that of its last level, in one word.
@@ -124,7 +124,7 @@ pub(crate) fn first_failure<'a>(mut all: impl Iterator<Item = &'a str>) -> &'a s
     all.find(|status| *status != CONVERGED).unwrap_or(CONVERGED)
 }
 
-/// The word that a value is written as.
+/// The serialised name of a value.
 pub(crate) fn word(value: &impl Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(word)) => word,
@@ -132,7 +132,7 @@ pub(crate) fn word(value: &impl Serialize) -> String {
     }
 }
 
-/// The most memory this process has had, where the system tells (Linux).
+/// Peak memory of this process, if the system states it (Linux).
 pub(crate) fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! Result directories, read back.
+//! Reads result directories.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::report::{RESULT, Record};
 /// The record of a directory.
 ///
 /// # Errors
-/// What is wrong with it, in words.
+/// A description of the defect.
 pub(crate) fn read_record<C: DeserializeOwned, T: DeserializeOwned, const D: usize>(
     directory: &Path,
 ) -> Result<Record<C, T, D>, String> {
@@ -48,7 +48,7 @@ fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
 pub(crate) struct ResultFields<'a> {
     /// The directory.
     pub directory: &'a Path,
-    /// What to say where it does not hold what it should.
+    /// The error for missing or unsuitable contents.
     pub unfit: fn(&Path, String) -> CliError,
 }
 
@@ -56,7 +56,7 @@ impl ResultFields<'_> {
     /// A scalar field on a cube of nodes, `name.npy`.
     ///
     /// # Errors
-    /// Those of reading the array, and what `unfit` says of one of another shape.
+    /// Those of reading the array, and the error of `unfit` for an array of another shape.
     pub fn scalar<const D: usize>(&self, name: &Path) -> Result<ScalarField<f64, D>, CliError> {
         let (size, values) = read_array(&self.directory.join(name))?;
         let nodes = size.first().copied().unwrap_or(0);
@@ -66,7 +66,7 @@ impl ResultFields<'_> {
         Ok(ScalarField::from_vec(Grid::cube(nodes), values)?)
     }
 
-    /// The same of one of several.
+    /// One of several scalar fields.
     ///
     /// # Errors
     /// As [`Self::scalar`].

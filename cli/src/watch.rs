@@ -14,13 +14,13 @@ use crate::progress::Progress;
 pub(crate) struct Course {
     /// Level, counted from the coarsest.
     pub level: usize,
-    /// Nodes a side.
+    /// Nodes per side.
     pub nodes: usize,
     /// Accepted steps on this level so far.
     pub iteration: usize,
     /// Evaluations of the functional on all levels so far.
     pub evaluations: usize,
-    /// What the minimiser lowers.
+    /// The energy.
     pub energy: f64,
 }
 
@@ -33,16 +33,16 @@ pub(crate) fn is_last(course: &[Course], index: usize) -> bool {
 const RUNNING: u8 = 0;
 const ASKED: u8 = 1;
 const WRITING: u8 = 2;
-/// A process has one handler of Ctrl-C, hence one state.
+/// A process has a single Ctrl-C handler, hence a single state.
 static STATE: AtomicU8 = AtomicU8::new(RUNNING);
 
-/// The wish to stop: Ctrl-C once ends the minimisation and writes what is reached, twice ends the
-/// program at once. While results are written it waits for their end.
+/// Requests to stop: the first Ctrl-C ends the minimisation and writes the current state, the
+/// second ends the program immediately. While results are written, it is deferred.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Interrupt(&'static AtomicU8);
 
 impl Interrupt {
-    /// Listens from now on. Where the system does not let us, Ctrl-C ends the program as usual.
+    /// Installs the handler. If the system does not allow it, Ctrl-C ends the program as usual.
     pub fn listen() -> Self {
         let _ = ctrlc::set_handler(|| {
             let asked = STATE.compare_exchange(RUNNING, ASKED, Ordering::SeqCst, Ordering::SeqCst);
@@ -64,7 +64,7 @@ impl Interrupt {
     }
 }
 
-/// Only hears the wish to stop, and cancels.
+/// An observer that only cancels on request.
 impl Observer for Interrupt {
     fn iteration(&mut self, _iteration: &Iteration<'_>) -> Control {
         self.between()
@@ -84,18 +84,18 @@ pub(crate) fn level_nodes<const D: usize>(hierarchy: &[Grid<D>]) -> Vec<usize> {
     hierarchy.iter().map(|g| g.nodes_per_axis()[0]).collect()
 }
 
-/// Shows every iteration, keeps the course of the energy, and cancels when asked to.
+/// An observer that shows every iteration, records the convergence history, and cancels on request.
 pub(crate) struct Watch<'a> {
     progress: &'a Progress,
     interrupt: Interrupt,
     /// Nodes a side of every grid, coarsest first.
     grids: Vec<usize>,
-    /// What a level and its energy are called.
+    /// Names of a level and of its energy.
     words: [&'static str; 2],
     course: Vec<Course>,
     level: usize,
     n_levels: usize,
-    /// Evaluations on the levels before.
+    /// Evaluations on earlier levels.
     before: usize,
     begin: Instant,
 }
@@ -115,7 +115,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Watches equations on one grid: each is a level, and the correction that is left its energy.
+    /// Observes the solution of equations on one grid: each equation is a level, and the remaining
+    /// correction its energy.
     pub fn of_equations(progress: &'a Progress, interrupt: Interrupt, nodes: usize) -> Self {
         Self {
             words: ["equation", "correction"],
@@ -123,13 +124,13 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// The course of the energy; the last level gets its line.
+    /// The convergence history; prints the line of the last level.
     pub fn finish(self) -> Vec<Course> {
         self.level_done();
         self.course
     }
 
-    /// Tells something.
+    /// Prints a note.
     pub fn note(&self, text: String) {
         self.progress.note(text);
     }

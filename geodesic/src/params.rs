@@ -4,7 +4,7 @@ use crate::error::GeodesicError;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
-/// In which unknowns a geodesic is computed.
+/// Representation of a path: the unknowns in which it is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
@@ -12,20 +12,20 @@ pub enum Form {
     /// Deformations of the start shape at all times: fast; all shapes have its topology.
     #[default]
     Lagrangian,
-    /// A level set for every shape, and deformations of each into the next: shapes may merge, split,
+    /// A level set per shape and deformations between successive shapes: shapes may merge, split
     /// and close their holes.
     LevelSets,
 }
 
-/// Parameters of a geodesic. All are dimensionless: the box has side one.
+/// Parameters of a geodesic, dimensionless: the box has side one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields, default)]
 pub struct GeodesicParams {
-    /// In which unknowns the path is computed.
+    /// Representation of the path: deformations of the start shape (lagrangian) or level sets.
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub form: Form,
-    /// Steps K of the path.
+    /// Number of time steps K of the path.
     #[cfg_attr(feature = "clap", arg(short = 'K', long, value_name = "K"))]
     pub steps: usize,
     /// Stored energy density with its Lamé parameters; its second derivative at the identity is the
@@ -33,19 +33,19 @@ pub struct GeodesicParams {
     #[serde(flatten)]
     #[cfg_attr(feature = "clap", command(flatten))]
     pub law: LawSpec,
-    /// Weight of the match with the end shape, or of every shape with the next.
+    /// Weight of the mismatch with the end shape, or between successive shapes for level sets.
     ///
-    /// It is that of a path whose dissipation is `K sum W_k`: the weight of the one match of a path of
-    /// one start domain, and K times the weight of each match between level sets, so that what the
-    /// boundary lags behind along the whole path does not grow with K.
+    /// It refers to a path of dissipation `K sum W_k`: it is the weight of the single mismatch of a
+    /// path of one start domain, and each mismatch between level sets has K times this weight, so
+    /// that the total lag of the boundary along the path does not grow with K.
     #[cfg_attr(feature = "clap", arg(long))]
     pub match_weight: f64,
-    /// Share of the match that is measured on the end domain, between 0 and 1; paths of one start
-    /// domain only.
+    /// Fraction of the mismatch that is measured on the end domain, between 0 and 1; paths of one
+    /// start domain only.
     ///
-    /// Without any, parts of the end shape stay empty where slivers of void open up, as the match on
-    /// the start domain does not see them; a large share draws boundaries beyond the end shape, by a
-    /// sixth of a cell at 0.5.
+    /// With 0, parts of the end shape stay empty where slivers of void open up, since the mismatch
+    /// on the start domain does not see them; a large fraction moves boundaries beyond the end
+    /// shape, by a sixth of a cell at 0.5.
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "SHARE", hide_short_help = true)
@@ -57,31 +57,35 @@ pub struct GeodesicParams {
     /// Regularisation of the area where the level set is flat; level sets only.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub area_regularisation: f64,
-    /// Stiffness of the void under the law, relative to the object; 0 allows the void to fold.
+    /// Stiffness of the void under the elastic law, relative to the object, from 0 to 1; 0 allows
+    /// the void to fold.
     #[cfg_attr(feature = "clap", arg(long))]
     pub void_stiffness: f64,
-    /// Viscosity of the void, without a barrier against folding.
+    /// Viscosity of the void without a barrier against folding, from 0 to 1; positive where the
+    /// void stiffness is 0.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub void_viscosity: f64,
-    /// Width of the step function of the match on every level, in grid spacings.
+    /// Width of the smoothed step function of the mismatch on every level, in grid spacings.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub match_cells: f64,
     /// Half-width of the elastic indicator on every level, in grid spacings.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub indicator_cells: f64,
-    /// Nodes along the longest side of the grid on which a path of level sets begins.
+    /// Number of nodes along the longest side of the grid on which the first path of level sets is
+    /// computed.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub flow_nodes: usize,
-    /// Nodes along the longest side of the coarsest level.
+    /// Number of nodes along the longest side of the coarsest grid.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub coarsest_nodes: usize,
-    /// A level ends when five iterations lower the energy by less than this share of it.
+    /// Stopping tolerance of a level: relative decrease of the energy over five iterations.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
-    /// Most iterations on a level.
+    /// Maximum number of iterations per level.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub max_iterations: usize,
-    /// Every accepted deformation has a determinant above this on the cells of the object.
+    /// Lower bound of the Jacobian determinant of every accepted deformation on the cells of the
+    /// object; at most 0.9.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub min_determinant: f64,
 }

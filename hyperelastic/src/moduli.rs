@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields)]
 pub struct LameModuli {
-    /// First Lame parameter, at least 0.
+    /// First Lamé parameter, at least 0.
     #[cfg_attr(feature = "clap", arg(long))]
     pub lambda: f64,
-    /// Second Lame parameter, the shear modulus, above 0.
+    /// Second Lamé parameter, the shear modulus, above 0.
     #[cfg_attr(feature = "clap", arg(long))]
     pub mu: f64,
 }

@@ -165,7 +165,7 @@ impl From<LawName> for String {
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(from = "Stated", into = "Stated")]
 pub struct LawSpec {
-    /// Law of the elastic material; "inverse:..." is its inverse model.
+    /// Elastic law (stored energy density); "inverse:..." is the inverse model of a law.
     #[cfg_attr(feature = "clap", arg(long, value_name = "LAW", value_parser = law_names()))]
     pub law: LawName,
     /// Its Lamé parameters.

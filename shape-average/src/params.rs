@@ -5,43 +5,44 @@ use fe_grid::Storage;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
-/// How the energy is minimised.
+/// Algorithm that minimises the energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Solver {
-    /// Limited-memory BFGS in the Gauss-Newton metric, the average eliminated.
+    /// L-BFGS in the Gauss-Newton metric, with the average eliminated.
     #[default]
     Lbfgs,
-    /// Alternating: solve for the average, then descend along the gradient in H^1.
+    /// Alternate between solving for the average and gradient descent in H^1.
     Descent,
 }
 
-/// What is minimised over the energies of the shapes.
+/// Which mean to minimise: the weighted sum of the elastic energies (arithmetic) or of their square
+/// roots (median, robust to outliers).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Mean {
-    /// The weighted sum of the energies: the average.
+    /// Weighted sum of the energies: the average.
     #[default]
     Arithmetic,
-    /// The sum of their square roots: the median, robust to outliers.
+    /// Weighted sum of their square roots: the median, robust to outliers.
     Median,
 }
 
-/// What holds the deformations at the faces of the box.
+/// Boundary condition for the deformations on the faces of the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum BoundaryCondition {
-    /// Nothing: the faces are free.
+    /// Free faces (no constraint).
     #[default]
     Natural,
-    /// The identity.
+    /// Fixed faces (identity).
     Identity,
 }
 
-/// Parameters of an average. All are dimensionless: the box has side one.
+/// Parameters of an average, dimensionless: the box has side one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields, default)]
@@ -53,17 +54,17 @@ pub struct AverageParams {
     /// Weight gamma of the mismatch between the shapes and the average.
     #[cfg_attr(feature = "clap", arg(long))]
     pub mismatch_weight: f64,
-    /// Weight of the length of the average's boundary [default: 1e-4 times the mismatch weight].
+    /// Weight of the boundary length of the average [default: 1e-4 times the mismatch weight].
     #[cfg_attr(feature = "clap", arg(long))]
     pub length_weight: Option<f64>,
-    /// Stiffness outside the objects, relative to theirs; above 0, at most 1.
+    /// Stiffness of the void outside the objects, relative to the objects; above 0, at most 1.
     #[cfg_attr(feature = "clap", arg(long))]
     pub void_stiffness: f64,
-    /// Width epsilon of the interfaces of the phase fields on every level, in grid spacings.
+    /// Interface width epsilon of the phase fields on every level, in grid spacings.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub interface_cells: f64,
-    /// Weights of the shapes, not negative and of sum one [default: all equal]. Shapes of weight zero
-    /// do not influence the average and are deformed onto it afterwards.
+    /// Weights of the shapes, non-negative and of sum 1 [default: equal]. Shapes of weight 0 do not
+    /// influence the average and are deformed onto it afterwards.
     #[cfg_attr(
         feature = "clap",
         arg(
@@ -74,38 +75,41 @@ pub struct AverageParams {
         )
     )]
     pub weights: Option<Vec<f64>>,
-    /// Which mean of the shapes to compute.
+    /// Which mean to minimise: the weighted sum of elastic energies (arithmetic) or of their square
+    /// roots (median, robust to outliers).
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub mean: Mean,
-    /// Median only: the energy at which a shape has the influence that it has on the average
-    /// [default: the median of the energies of the shapes at their average].
+    /// Median only: elastic energy at which a shape has the same influence as in the average
+    /// [default: the median of the elastic energies at the average].
     #[cfg_attr(feature = "clap", arg(long, value_name = "E", hide_short_help = true))]
     pub median_reference: Option<f64>,
-    /// How the energy is minimised.
+    /// Algorithm that minimises the energy.
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub solver: Solver,
-    /// What holds the deformations at the faces of the box.
+    /// Boundary condition for the deformations on the faces of the box.
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub boundary: BoundaryCondition,
-    /// Nodes along the longest side of the coarsest level.
+    /// Number of nodes along the longest side of the coarsest grid.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub coarsest_nodes: usize,
-    /// A level ends when five iterations lower the energy by less than this share of what it
-    /// lies above the least possible mismatch, or when the next promises less than a tenth of it.
-    /// Where weights differ it is multiplied by the least weight over that of equal ones, or 0.1.
+    /// Stopping tolerance of a level: five iterations lower the energy by less than this, relative
+    /// to the excess of the energy over the smallest possible mismatch, or the next iteration is
+    /// expected to lower it by less than a tenth of that. With unequal weights it is multiplied by
+    /// the smallest weight relative to equal weights, or by 0.1.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
-    /// Most iterations on a level.
+    /// Maximum number of iterations per level.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     pub max_iterations: usize,
-    /// Every accepted deformation has a determinant above this on all cells; at most 0.9.
+    /// Lower bound of the Jacobian determinant of every accepted deformation on all cells; at most
+    /// 0.9.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub min_determinant: f64,
-    /// Descent only: width sigma of the filter in the H^1 inner product, in units of the square root
-    /// of the grid spacing.
+    /// Descent only: filter width sigma of the H^1 inner product, in units of the square root of
+    /// the grid spacing.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub filter_width: f64,
-    /// Descent only: gradient steps for each shape between two solves for the average.
+    /// Descent only: gradient steps per shape between two solves for the average.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub descent_steps: usize,
     /// Storage of the minimiser's vectors. If it is a folder, shapes are processed one after the

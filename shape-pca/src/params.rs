@@ -1,60 +1,60 @@
-//! Parameters of an analysis.
+//! Parameters of a principal component analysis.
 
 use crate::PcaError;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
-/// The inner product of displacements.
+/// Inner product of displacements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Metric {
-    /// The integral of `u . v` over the average object.
+    /// Integral of `u . v` over the average object.
     #[default]
     L2,
-    /// The second variation of the elastic energy: stiff parts count more.
+    /// Second variation of the elastic energy, which gives stiff parts more weight.
     //
     // `sum_i lambda_i int W_,AA[Dphi_i] D(u o phi_i) : D(v o phi_i)`, not `int C e[u] : e[v]`: under
     // prestress the two differ.
     Hessian,
 }
 
-/// Parameters of an analysis.
+/// Parameters of a principal component analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(deny_unknown_fields, default)]
 pub struct PcaParams {
-    /// Stored energy density of the average; written only where it is not the usual one.
+    /// Stored energy density of the average; written only where it differs from the default.
     #[serde(flatten, skip_serializing_if = "is_default")]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub law: LawSpec,
-    /// Stiffness of the void of the average, relative to the object; written only where it is not
-    /// the usual one.
+    /// Stiffness of the void of the average, relative to the object; written only where it differs
+    /// from the default.
     #[serde(skip_serializing_if = "is_usual_stiffness")]
     #[cfg_attr(feature = "clap", arg(skip = USUAL_STIFFNESS))]
     pub void_stiffness: f64,
     /// Inner product of displacements.
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub metric: Metric,
-    /// Take the average object at rest, without the stresses of the deformations in it, but under the
-    /// same loads.
+    /// Linearise about the unstressed average, without the stresses of the deformations but under
+    /// the same loads.
     #[cfg_attr(feature = "clap", arg(long))]
     pub at_rest: bool,
-    /// Take the void around the object at rest.
+    /// Linearise the void around the object about its unstressed state.
     ///
-    /// Left as the deformations leave it, it is in places compressed to next to nothing, with a
-    /// tangent that is indefinite and large and a stress that pushes the object, although it is only
-    /// a device. The theory knows the object alone; a void at rest holds what the deformations of
-    /// the object leave free.
+    /// In the deformed state, parts of the void are compressed to almost nothing: their tangent is
+    /// large and indefinite and their stress acts on the object, although the void is only a
+    /// numerical device. The theory involves the object alone; an unstressed void only holds what
+    /// the deformations of the object leave undetermined.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub void_at_rest: bool,
-    /// Linear problems are solved until the residual is this share of the load.
+    /// Tolerance of the linear solver: residual relative to the load.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
-    /// Most iterations of a linear solve.
+    /// Maximum number of iterations of the linear solver.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub max_iterations: usize,
-    /// Eigenvalues below this share of the first are zero.
+    /// Eigenvalues smaller than this, relative to the first, are treated as zero.
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "SHARE", hide_short_help = true)

@@ -1,4 +1,4 @@
-//! Several shapes of one kind that vary in one way.
+//! Families: shapes of one kind that vary in one way.
 
 use crate::blob::Blob;
 use crate::implicit::Implicit;
@@ -14,7 +14,7 @@ pub enum Family {
     Bars,
     /// Disks of radius .2 and .3.
     Disks,
-    /// Crosses whose side arms bend in their own ways.
+    /// Crosses whose side arms bend independently.
     Crosses,
     /// Stars with one pin at different places.
     Stars,
@@ -32,7 +32,7 @@ pub struct Member<const D: usize> {
     pub shape: Box<dyn Implicit<D>>,
 }
 
-/// The shapes of a family that exist in every dimension, or `None` for flat ones in 3D.
+/// The shapes of a family that exists in every dimension, or `None` for 2D families in 3D.
 pub fn family<const D: usize>(family: Family, seed: u64) -> Option<Vec<Member<D>>> {
     Some(match family {
         Family::Bars => numbered("bar", [180.0, 118.0], |angle| {

@@ -17,62 +17,65 @@ use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, positive};
 /// Options of `shapespace average`.
 #[derive(Clone, Debug, Args)]
 pub struct AverageArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<AverageConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: AverageRun,
 }
 
-/// How averages are computed; no result depends on it.
+/// Options that do not influence the results.
 #[derive(Clone, Debug, Args)]
 pub struct AverageRun {
-    /// Options that other commands have, too.
+    /// Options shared with other commands.
     #[command(flatten)]
     pub common: RunOptions,
-    /// Minutes between checkpoints, 0 for none: after a sudden end the same command goes on from the
-    /// last one, which is kept in OUTPUT.partial until the result is written.
+    /// Time between checkpoints in minutes, 0 for none. After an interruption the same command
+    /// resumes from the last checkpoint, which is kept in OUTPUT.partial until the result is
+    /// written.
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = not_negative)]
     pub checkpoint: f64,
-    /// Most memory to use, such as 4GiB or 500MB; what does not fit goes to temporary files beside
+    /// Memory limit, such as 4GiB or 500MB. Data that exceed it are kept in temporary files next to
     /// the output, or in TMPDIR. The results do not depend on it.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub memory: Option<u64>,
 }
 
-/// What `shapespace average` computes.
+/// Configuration of `shapespace average`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct AverageConfig {
-    /// Masks: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz; the object bright.
+    /// Input masks, the object bright: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// How masks are read and placed.
+    /// How masks are read, placed and aligned.
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
-    /// What was seen of each input, bright there, of its size; 'all' where everything was. Nothing is
-    /// compared with the average where an input was not seen.
+    /// Visibility masks, one per input and of its size, bright where the input is visible; 'all'
+    /// for an input that is completely visible. Elsewhere an input is not compared with the
+    /// average.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[arg(long, value_name = "MASK", num_args = 1..)]
     pub valid: Vec<PathBuf>,
-    /// Begin with the deformations of an earlier average of the same inputs, in their order: one
-    /// that was stopped, or of other parameters, on this grid or a coarser one.
+    /// Start from the deformations of an earlier average of the same inputs in the same order, on
+    /// this grid or a coarser one; it may have been interrupted or have other parameters.
     #[arg(long, value_name = "DIR")]
     pub start: Option<PathBuf>,
-    /// Average two or three shapes with all weights on a line or in a triangle, N on a side.
+    /// Compute averages for a range of weights: N weights on a line for two shapes, a triangle with
+    /// N on a side for three.
     #[arg(long, value_name = "N")]
     pub sweep: Option<usize>,
-    /// The inputs are grey images of about one size: find their edges and average them at the same
-    /// time. The boundary is the identity then, unless said otherwise.
+    /// Inputs are grey images of similar size: segment and average them simultaneously. The default
+    /// of --boundary is then identity.
     #[arg(long)]
     pub joint: bool,
-    /// With --joint: how edges and smoothness are weighed.
+    /// Scales of the segmentation, with --joint.
     #[serde(flatten)]
     #[command(flatten)]
     pub scales: ScaleOptions,
-    /// With --joint: weight of the length of an image's edges, as a share of the mismatch weight
+    /// With --joint: weight of the edge length of an image, relative to the mismatch weight
     /// [default: 2].
     #[arg(long, value_name = "SHARE")]
     pub edge_weight: Option<f64>,
@@ -228,7 +231,7 @@ impl AverageConfig {
     }
 }
 
-/// What images cannot be averaged with.
+/// The error for an option that cannot be combined with `--joint`.
 pub(super) fn not_joint(option: &str) -> CliError {
     CliError::Option {
         option: "--joint",

@@ -1,9 +1,9 @@
-//! Deformations that a run goes on from: those of an earlier result, and checkpoints.
+//! Initial deformations of a run: those of an earlier result, and checkpoints.
 //!
-//! A long run keeps the deformations that it has reached in `DIR.partial`, beside its output, every few
-//! minutes. Where it comes to a sudden end, the same command goes on from there; where it ends as it
-//! should, the folder is removed. A checkpoint is a folder of its own, and `state.json` names the last
-//! one that is complete.
+//! A long run stores its current deformations in `DIR.partial`, next to its output, every few
+//! minutes. After an interruption the same command resumes from there; after a regular end the
+//! folder is removed. Each checkpoint is a folder of its own, and `state.json` names the last
+//! complete one.
 
 use std::fs;
 use std::path::Path;
@@ -28,7 +28,7 @@ use crate::watch::{Course, Watch};
 
 const STATE: &str = "state.json";
 
-/// What the deformations depend on.
+/// The inputs and parameters that the deformations depend on.
 pub(super) fn fingerprint<const D: usize>(
     config: &AverageConfig,
     images: &[Image<D>],
@@ -38,7 +38,7 @@ pub(super) fn fingerprint<const D: usize>(
     Fingerprint::new(config, images.iter().map(hash).chain(views).collect())
 }
 
-/// What is told of a checkpoint.
+/// The record of a checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
     /// The folder of its deformations.
@@ -46,45 +46,46 @@ struct State {
     /// Nodes along each axis, `x` first.
     nodes: Vec<usize>,
     energy: f64,
-    /// Of the work until then, over all runs.
+    /// Work up to the checkpoint, summed over all runs.
     seconds: f64,
 }
 
-/// Where checkpoints of a run lie, and when they are made.
+/// Location and interval of the checkpoints of a run.
 struct Place<'a> {
     /// The output of the run.
     target: &'a Path,
-    /// What it depends on.
+    /// The inputs and parameters that it depends on.
     fingerprint: Fingerprint,
-    /// Minutes between two of them; never where there are none.
+    /// Minutes between two checkpoints; `None` disables them.
     minutes: f64,
 }
 
-/// Watches a run and keeps its deformations now and then.
+/// Observes a run and stores checkpoints of its deformations.
 pub(super) struct Keeper<'a, const D: usize> {
     watch: Watch<'a>,
     place: Place<'a>,
     /// All grids of the run.
     grids: Vec<Grid<D>>,
-    /// Of every shape whether the minimiser knows it: those of weight zero follow afterwards.
+    /// For every shape whether it is part of the minimisation: shapes of weight zero are matched
+    /// afterwards.
     leads: Vec<bool>,
     work: Option<WorkDir>,
-    /// The checkpoint that is there.
+    /// The existing checkpoint.
     last: Option<State>,
     count: usize,
-    /// Work of runs before this one.
+    /// Work of earlier runs.
     before: f64,
     begin: Instant,
     kept: Instant,
 }
 
 impl<'a, const D: usize> Keeper<'a, D> {
-    /// Looks for a checkpoint of the same run: one that watches, and the deformations to go on from,
-    /// none without a checkpoint.
+    /// Opens the checkpoint of the same run, if there is one: returns the observer and the
+    /// deformations to resume from, `None` without a checkpoint.
     ///
     /// # Errors
-    /// [`CliError::OtherWork`] for that of another run of the same name, and [`CliError`] for one that
-    /// cannot be read.
+    /// [`CliError::OtherWork`] for a checkpoint of another run of the same name, and [`CliError`]
+    /// for one that cannot be read.
     fn new(
         watch: Watch<'a>,
         place: Place<'a>,
@@ -127,13 +128,13 @@ impl<'a, const D: usize> Keeper<'a, D> {
         Ok((keeper, known))
     }
 
-    /// The course of the energy, and the folder of the checkpoints, if there are any, to be removed
+    /// The convergence history, and the folder of the checkpoints, if there are any, to be removed
     /// when the result is written.
     pub fn finish(self) -> (Vec<Course>, Option<WorkDir>) {
         (self.watch.finish(), self.work)
     }
 
-    /// Keeps a state, unless it is not that of all shapes.
+    /// Stores a state that contains all shapes.
     fn keep(&mut self, iteration: &Iteration<'_>) -> Result<(), CliError> {
         let n = self.leads.iter().filter(|leads| **leads).count();
         let fits = |grid: &&Grid<D>| n * D * grid.n_nodes() == iteration.x.len();
@@ -147,7 +148,7 @@ impl<'a, const D: usize> Keeper<'a, D> {
             return Ok(());
         };
         let folder = format!("deformations_{:03}", self.count);
-        // One that was not finished before the program came to its end.
+        // Left incomplete by an interruption.
         remove(&work.file(&folder))?;
         work.folder(&folder)?;
         let mut led = iteration.x.chunks_exact(D * grid.n_nodes());
@@ -183,7 +184,8 @@ impl<const D: usize> Observer for Keeper<'_, D> {
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
         let due = 60.0 * self.place.minutes;
         if due > 0.0 && self.kept.elapsed().as_secs_f64() >= due {
-            // A run does not end because there is no room for what is of use only if it does.
+            // A checkpoint is useful only after an interruption: a failure to write it does not end
+            // the run.
             if let Err(error) = self.keep(iteration) {
                 self.watch.note(format!("warning: no checkpoint: {error}"));
             }
@@ -211,10 +213,10 @@ fn number(folder: &str) -> Option<usize> {
     folder.rsplit('_').next()?.parse().ok()
 }
 
-/// The deformations of an earlier average of as many shapes, on one of these grids, as displacements.
+/// The displacements of an earlier average of the same number of shapes, on one of these grids.
 ///
 /// # Errors
-/// [`CliError::NoResult`] where they are not there, or on another grid.
+/// [`CliError::NoResult`] if they are missing or on another grid.
 fn deformations<const D: usize>(
     directory: &Path,
     n_shapes: usize,
@@ -252,7 +254,7 @@ fn deformations<const D: usize>(
     (0..n_shapes).map(read).collect()
 }
 
-/// Whether the inputs of an earlier average lay where these do, as far as it tells.
+/// Whether the inputs of an earlier average had the same placement, if its record states it.
 fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) -> bool {
     if !directory.join(RESULT).exists() {
         return true;
@@ -264,8 +266,8 @@ fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) 
     })
 }
 
-/// One that watches a run, and the deformations that it begins with: those of its checkpoint, or else
-/// of the average that `--start` names, none without either.
+/// The observer of a run, and its initial deformations: those of its checkpoint, else those of the
+/// average that `--start` names, `None` without either.
 ///
 /// # Errors
 /// Those of [`Keeper::new`], and [`CliError::NoResult`] for a start that does not fit.
@@ -290,7 +292,7 @@ pub(super) fn begin<'a, const D: usize>(
     Ok((keeper, if kept.is_empty() { started } else { kept }))
 }
 
-/// Says so where the average that `--start` names had its inputs elsewhere.
+/// Warns if the inputs of the average that `--start` names had another placement.
 pub(super) fn compare_places<const D: usize>(
     start: Option<&Path>,
     frames: impl Iterator<Item = FrameTransform<D>>,

@@ -1,4 +1,4 @@
-//! Room for an average: how much it needs, and temporary files where memory is short.
+//! Memory of an average: the estimate, and temporary files beyond the limit.
 
 use std::path::{Path, PathBuf};
 
@@ -10,11 +10,11 @@ use crate::bytes::format_bytes;
 use crate::error::CliError;
 use crate::progress::Progress;
 
-/// Estimates what an average needs, tells it, and sends to temporary files what does not fit
-/// into `--memory`.
+/// Estimates and prints the memory of an average, and moves data beyond `--memory` to temporary
+/// files.
 ///
 /// # Errors
-/// [`CliError::Memory`] where that does not suffice.
+/// [`CliError::Memory`] if that does not suffice.
 pub(super) fn provide<const D: usize>(
     params: &mut AverageParams,
     n_shapes: usize,
@@ -63,8 +63,7 @@ fn describe(estimate: &MemoryEstimate, storage: &Storage) -> String {
     }
 }
 
-/// Where temporary files lie: in the folder that the environment names for them, or beside the
-/// output.
+/// The folder of temporary files: that of the environment variable, or the one of the output.
 fn folder(output: &Path) -> PathBuf {
     if let Some(folder) = std::env::var_os("TMPDIR").filter(|folder| !folder.is_empty()) {
         return folder.into();
@@ -75,8 +74,7 @@ fn folder(output: &Path) -> PathBuf {
     }
 }
 
-/// The memory that programs can have without others being pushed out, where the system tells
-/// (Linux).
+/// Available memory, if the system states it (Linux).
 fn free_memory() -> Option<u64> {
     let information = std::fs::read_to_string("/proc/meminfo").ok()?;
     let mut lines = information.lines();

@@ -1,9 +1,9 @@
-//! `shapespace average`: masks in, their elastic average out.
+//! `shapespace average`: computes the elastic average of masks.
 //!
-//! `args` are the options, `plan` reads and checks, `memory` sees to it that there is room, `checkpoint` has what a run goes on
-//! from, `record` and `write` make the result directory, `draw` its picture, `summary` the closing
-//! words. `sweep` averages with many weights, `views` has what was seen of the masks, `joint` images
-//! instead of masks.
+//! `args` are the options, `plan` reads and validates the inputs, `memory` estimates and limits the
+//! memory, `checkpoint` provides initial deformations, `record` and `write` write the result
+//! directory, `draw` its picture, `summary` the summary. `sweep` averages with many weights,
+//! `views` reads visibility masks, `joint` averages grey images.
 
 mod args;
 mod checkpoint;
@@ -38,7 +38,7 @@ pub use plan::{AnyPlan, AveragePlan, plan_average};
 pub(crate) use sweep::weights as weights_between;
 pub(crate) use write::write_inputs;
 
-/// Everything there is to tell about an average.
+/// The result of a computation.
 struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     config: AverageConfig,
@@ -51,7 +51,7 @@ struct Outcome<const D: usize> {
 /// Runs `shapespace average`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
     args.config.run(|config| run(config, &args.run))
 }
@@ -72,8 +72,8 @@ fn run(config: AverageConfig, run: &AverageRun) -> Result<Exit, CliError> {
     })
 }
 
-/// Averages images that have not been read from files; they are written to the folder `inputs`
-/// of the results.
+/// Averages images that are not read from files; they are written to the folder `inputs` of the
+/// results.
 pub(crate) fn run_drawn(
     images: Vec<Image<2>>,
     config: AverageConfig,
@@ -105,7 +105,7 @@ where
         return sweep::run_sweep(plan, run, side, progress, interrupt, start);
     }
     let output = run.common.output.as_path();
-    // A folder that cannot be written to is better known before the computation than after it.
+    // Fail before the computation if the folder cannot be written to.
     ResultDir::create(output).map(drop)?;
     let (grid, config) = (plan.placed.grid, plan.config);
     let weights = config.weights()?;

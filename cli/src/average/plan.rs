@@ -1,4 +1,4 @@
-//! From a configuration to a checked plan.
+//! From a configuration to a validated plan.
 
 use std::path::Path;
 
@@ -10,27 +10,27 @@ use crate::options::check_law;
 use crate::output::ResultDir;
 use crate::shapes::{Placed, SeenMask};
 
-/// Inputs that are read, placed and checked, and what is to be done with them.
+/// Inputs that are read, placed and validated, and the parameters of the computation.
 #[derive(Clone, Debug)]
 pub struct AveragePlan<const D: usize> {
     /// The masks in the unit box.
     pub(crate) placed: Placed<D>,
-    /// What was seen of them: none, or one each.
+    /// Visibility masks of the shapes.
     pub(super) views: Vec<Option<SeenMask<D>>>,
-    /// The configuration, with nothing left to choose.
+    /// The configuration with all defaults resolved.
     pub config: AverageConfig,
 }
 
 /// A plan of either dimension.
 #[derive(Clone, Debug)]
 pub enum AnyPlan {
-    /// In the plane.
+    /// In 2D.
     D2(AveragePlan<2>),
-    /// In space.
+    /// In 3D.
     D3(AveragePlan<3>),
 }
 
-/// Reads and places everything that an average needs.
+/// Reads and places the inputs of an average.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.

@@ -1,4 +1,4 @@
-//! What `result.json` tells of an average.
+//! The contents of `result.json` of an average.
 
 use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
@@ -23,18 +23,18 @@ pub(super) struct Found<'a, const D: usize> {
     /// Evaluations of one shape's part of the functional on all levels.
     shape_evaluations: usize,
     pub mean_dice: f64,
-    /// In lengths of the unit box.
+    /// In length units of the unit box.
     hausdorff: Vec<Distance>,
     /// In the length units of each input.
     hausdorff_input_units: Vec<Distance>,
     average: SizeRecord,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<SurfaceRecord>,
-    /// Bytes by purpose, as they were estimated before.
+    /// Estimated bytes by purpose.
     memory_estimate: MemoryEstimate,
 }
 
-/// The distance of two boundaries, empty where one of them does not exist.
+/// The distance between two boundaries, empty if one of them does not exist.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
 enum Distance {
@@ -42,7 +42,8 @@ enum Distance {
     Unknown {},
 }
 
-/// The record of an outcome whose average has this area or volume. The time is that until now.
+/// The record of a result whose average has this area or volume. The time is measured up to this
+/// call.
 pub(super) fn record<const D: usize>(
     outcome: &Outcome<D>,
     volume: Result<Moments<D>, LevelsetError>,

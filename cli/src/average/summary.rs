@@ -1,4 +1,4 @@
-//! The closing words on standard output.
+//! The summary on standard output.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -9,7 +9,7 @@ use crate::report::certified;
 
 /// Prints a short summary; the last line names the picture.
 pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
-    // Nobody is left to be told where standard output is closed.
+    // A closed standard output is not an error.
     let _ = std::io::stdout().write_all(text(record, target).as_bytes());
 }
 

@@ -1,4 +1,4 @@
-//! `shapespace average --sweep N`: averages of two or three shapes with all weights on a line or in
+//! `shapespace average --sweep N`: averages of two or three shapes for all weights on a line or in
 //! a triangle, in one picture.
 
 use std::io::Write as _;
@@ -43,8 +43,8 @@ struct OneRecord {
     seconds: f64,
 }
 
-/// Weights on a line or in a triangle, `side` on each side, row by row: whole numbers over
-/// `side - 1`, so that those of one shape are exactly one.
+/// Weights on a line or in a triangle, `side` per side, row by row: integers divided by `side - 1`,
+/// so that the weight of a single shape is exactly one.
 pub(crate) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
     let parts = side - 1;
     let share = |k: usize| k as f64 / parts as f64;
@@ -58,10 +58,10 @@ pub(crate) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
     rows.collect()
 }
 
-/// Averages with all weights, and writes them.
+/// Computes and writes the averages for all weights.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub(super) fn run_sweep<const D: usize>(
     plan: AveragePlan<D>,
     run: &AverageRun,
@@ -152,8 +152,8 @@ fn one_record<const D: usize>(
     }
 }
 
-/// The averages in their colours, each between those of the shapes; two shapes in rows, three in a
-/// triangle whose corners are the shapes.
+/// The averages in colours interpolated between those of the shapes; two shapes in rows, three in a
+/// triangle with the shapes at its corners.
 fn picture<const D: usize>(
     found: &[(Vec<f64>, AverageResult<D>)],
     grid: &fe_grid::Grid<D>,
@@ -201,7 +201,7 @@ fn print<const D: usize>(record: &SweepRecord<D>, target: &std::path::Path) {
         target.join("result.json").display(),
         target.join("sweep.png").display()
     );
-    // Nobody is left to be told where standard output is closed.
+    // A closed standard output is not an error.
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 

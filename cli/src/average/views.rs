@@ -1,4 +1,4 @@
-//! `--valid`: what was seen of the inputs.
+//! `--valid`: visibility masks of the inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -9,10 +9,10 @@ use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::shapes::{Input, SeenMask, view_of};
 
 const OPTION: &str = "--valid";
-/// Stands for a mask that is bright everywhere.
+/// Denotes a mask that is bright everywhere.
 pub(super) const ALL: &str = "all";
 
-/// Looks whether there is one mask for every input, or none at all.
+/// Checks that there is one mask per input, or none.
 ///
 /// # Errors
 /// [`CliError::Option`].
@@ -58,9 +58,8 @@ pub(super) fn read<const D: usize>(
     valid.iter().map(read).collect()
 }
 
-/// Replaces the distances of inputs that were not seen everywhere by those to the boundary that was
-/// seen, which is also what is drawn of them. Returns the weights of what was seen, none where
-/// everything was.
+/// Replaces the signed distances of partially visible inputs by those to their visible boundary,
+/// which is also drawn. Returns the visibility weights, none if everything is visible.
 ///
 /// # Errors
 /// Those of [`view_of`].

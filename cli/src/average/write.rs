@@ -14,13 +14,13 @@ use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, deformation, numbered};
 use crate::watch::{Course, is_last};
 
-/// Names of the parts of the energy.
+/// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<D>,
@@ -134,7 +134,7 @@ fn write_energy<const D: usize>(
     )?)
 }
 
-/// The course of the energy; its parts are known at the end of each level.
+/// The convergence history; the terms of the energy are known at the end of each level.
 fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
     let course = &outcome.course;
     let point = |(i, point): (usize, &Course)| EnergyPoint {
@@ -150,7 +150,7 @@ fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
     course.iter().enumerate().map(point).collect()
 }
 
-/// The weighted parts of the energy at the end of a level.
+/// The weighted terms of the energy at the end of a level.
 fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
     let energy = &outcome.result.levels.get(level)?.energy;
     Some(energy.parts.to_vec())

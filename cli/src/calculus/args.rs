@@ -13,25 +13,25 @@ use crate::options::{RunOptions, named};
 /// Options of `shapespace extend`.
 #[derive(Clone, Debug, Args)]
 pub struct ExtendArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<ExtendConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// What `shapespace extend` computes.
+/// Configuration of `shapespace extend`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ExtendConfig {
-    /// Directory of a geodesic of `--form lagrangian`.
+    /// Result directory of `shapespace geodesic` with `--form lagrangian`.
     #[arg(value_name = "GEODESIC")]
     pub geodesic: PathBuf,
-    /// Steps beyond the end [default: as many as the geodesic has].
+    /// Number of steps beyond the end [default: the number of steps of the geodesic].
     #[arg(long, value_name = "N")]
     pub steps: Option<usize>,
-    /// How each equation is solved.
+    /// Solver of the equation of every step.
     #[serde(flatten)]
     #[command(flatten)]
     pub solver: SolverOptions,
@@ -55,31 +55,32 @@ impl Config for ExtendConfig {
 /// Options of `shapespace transport`.
 #[derive(Clone, Debug, Args)]
 pub struct TransportArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<TransportConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// What `shapespace transport` computes.
+/// Configuration of `shapespace transport`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TransportConfig {
-    /// Directory of a geodesic of `--form lagrangian`.
+    /// Result directory of `shapespace geodesic` with `--form lagrangian`.
     #[arg(value_name = "GEODESIC")]
     pub geodesic: PathBuf,
-    /// A shape near the geodesic's first, a mask of the same size.
+    /// Mask of a shape near the first shape of the geodesic, of the same size.
     #[arg(value_name = "VARIATION")]
     pub variation: PathBuf,
-    /// Steps from the first shape to the variation, and from the last to its counterpart.
+    /// Number of steps from the first shape to the variation, and from the last shape to its
+    /// counterpart.
     #[arg(long, value_name = "N")]
     pub steps: usize,
-    /// In a label image, the label of the object [default: every label but 0].
+    /// Label of the object in a label image [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
-    /// How each equation is solved.
+    /// Solver of the equation of every step.
     #[serde(flatten)]
     #[command(flatten)]
     pub solver: SolverOptions,
@@ -115,14 +116,14 @@ impl Config for TransportConfig {
 
 const GEODESIC: &str = "the directory of a geodesic";
 
-/// How the equation of every step is solved.
+/// Solver of the equation of every step.
 #[derive(Clone, Copy, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SolverOptions {
-    /// A step is found when the correction that is left is this share of it.
+    /// Stopping tolerance: remaining correction relative to the step.
     #[arg(long, value_name = "SHARE")]
     pub tolerance: f64,
-    /// Most iterations of one step.
+    /// Maximum number of iterations per step.
     #[arg(long, value_name = "N")]
     pub max_iterations: usize,
 }
@@ -138,7 +139,7 @@ impl Default for SolverOptions {
 }
 
 impl SolverOptions {
-    /// The same in a metric.
+    /// The parameters of the calculus in a given metric.
     pub(super) fn params(self, metric: &CalculusParams) -> CalculusParams {
         CalculusParams {
             tolerance: self.tolerance,

@@ -1,4 +1,4 @@
-//! `shapespace extend`: a geodesic goes on beyond its end.
+//! `shapespace extend`: continues a geodesic beyond its end.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -22,7 +22,7 @@ use crate::watch::{Interrupt, Watch};
 /// Runs `shapespace extend`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_extend(args: &ExtendArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -115,11 +115,10 @@ where
     })
 }
 
-/// The closing words on standard output; the last line names the picture.
+/// Prints the summary on standard output; the last line names the picture.
 fn print<const D: usize>(record: &ExtensionRecord<'_, D>, target: &std::path::Path) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

@@ -1,8 +1,8 @@
-//! `shapespace extend` and `shapespace transport`: geodesics that go on, and variations that are
-//! carried along them.
+//! `shapespace extend` and `shapespace transport`: continuation of geodesics, and parallel
+//! transport of variations.
 //!
-//! `read` reads the directory of a geodesic back, `extend` and `transport` compute and write,
-//! `record` is what `result.json` tells. Shapes, pictures and tables are written as for a geodesic.
+//! `read` reads the directory of a geodesic, `extend` and `transport` compute and write, `record`
+//! is the content of `result.json`. Shapes, pictures and tables are written as for a geodesic.
 
 mod args;
 mod extend;

@@ -1,4 +1,4 @@
-//! The directory of a geodesic, read back.
+//! Reads the directory of a geodesic.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::InputRecord;
 
-/// What a geodesic says of its steps.
+/// The record of the steps of a geodesic.
 #[derive(Clone, Debug, Deserialize)]
 struct Steps {
     step_energies: Vec<f64>,
@@ -35,34 +35,34 @@ pub(super) struct StoredGeodesic<const D: usize> {
     pub names: [String; 2],
     /// Parameters of the geodesic.
     pub params: GeodesicParams,
-    /// Where the start mask lies.
+    /// Path of the start mask.
     pub home: Home<D>,
 }
 
-/// Where the start mask lies in the unit box.
+/// Placement of the start mask in the unit box.
 #[derive(Clone, Debug)]
 pub(super) struct Home<const D: usize> {
     /// Samples along each axis, `x` first.
     pub size: [usize; D],
     /// From samples to the unit box.
     pub frame: FrameTransform<D>,
-    /// What was done after that: a rotation, row by row, and a shift.
+    /// Alignment after that: a rotation, row by row, and a translation.
     pub motion: Option<([[f64; D]; D], [f64; D])>,
 }
 
 /// A geodesic of either dimension.
 pub(super) enum AnyGeodesic {
-    /// In the plane.
+    /// In 2D.
     D2(StoredGeodesic<2>),
-    /// In space.
+    /// In 3D.
     D3(StoredGeodesic<3>),
 }
 
 /// Reads the directory of a geodesic.
 ///
 /// # Errors
-/// [`CliError::NoGeodesic`] where it is none, or one of level sets, and [`CliError::Input`] for an
-/// array that cannot be read.
+/// [`CliError::NoGeodesic`] for another directory, or for a geodesic of level sets, and
+/// [`CliError::Input`] for an array that cannot be read.
 pub(super) fn read(directory: &Path) -> Result<AnyGeodesic, CliError> {
     match read_dimension(directory).map_err(|reason| unfit(directory, reason))? {
         2 => stored(directory).map(AnyGeodesic::D2),
@@ -112,7 +112,7 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
         motions,
         energies,
         names: [start, end].map(|input| input.name.clone()),
-        // A path that was stopped has fewer steps than were asked for.
+        // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },
         home: home(start)
             .ok_or_else(|| unfit(directory, "it does not say where its start lies".into()))?,
@@ -143,7 +143,7 @@ impl<const D: usize> StoredGeodesic<D> {
         solver.params(&CalculusParams::from(&self.params))
     }
 
-    /// Nodes a side.
+    /// Nodes per side.
     pub fn nodes(&self) -> usize {
         self.level_sets[0].grid().nodes_per_axis()[0]
     }

@@ -1,4 +1,4 @@
-//! What `result.json` tells of equations and of the shapes that they lead to.
+//! The contents of `result.json` for equations and the resulting shapes.
 
 use ::geodesic::calculus::SolveReport;
 use fe_grid::Certificate;
@@ -7,19 +7,19 @@ use serde::Serialize;
 use super::args::{ExtendConfig, TransportConfig};
 use crate::report::Record;
 
-/// Everything in `result.json` of `shapespace extend`.
+/// The contents of `result.json` of `shapespace extend`.
 pub(super) type ExtensionRecord<'a, const D: usize> = Record<ExtendConfig, Extended<'a>, D>;
 
-/// What an extension has found.
+/// The result of an extension.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Extended<'a> {
-    /// Steps of the geodesic: the shapes up to this are its own.
+    /// Steps of the geodesic; the shapes up to this number are its own.
     pub given_steps: usize,
-    /// Steps beyond it that were asked for.
+    /// Requested steps beyond its end.
     pub steps: usize,
-    /// Those that were found.
+    /// Computed steps beyond its end.
     pub steps_found: usize,
-    /// Start shapes on whose domains they were found.
+    /// Start shapes of the computed steps.
     pub start_shapes: usize,
     /// `W_k` of all steps, the geodesic's first.
     pub step_energies: Vec<f64>,
@@ -31,17 +31,17 @@ pub(super) struct Extended<'a> {
     pub equations: &'a [SolveReport],
 }
 
-/// Everything in `result.json` of `shapespace transport`.
+/// The contents of `result.json` of `shapespace transport`.
 pub(super) type TransportRecord<'a, const D: usize> = Record<TransportConfig, Transported<'a>, D>;
 
-/// What a transport has found.
+/// The result of a transport.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Transported<'a> {
-    /// Steps of the geodesic, a rung each.
+    /// Steps of the geodesic, one rung each.
     pub given_steps: usize,
-    /// Steps to the counterpart that were found.
+    /// Computed steps to the counterpart.
     pub steps_found: usize,
-    /// Overlap of the variation with what its logarithm makes of the first shape.
+    /// Overlap of the variation with the first shape, deformed by the logarithm of the variation.
     pub dice_variation: f64,
     /// Length of the geodesic from the first shape to the variation.
     pub length_variation: f64,
@@ -52,6 +52,6 @@ pub(super) struct Transported<'a> {
     /// Areas or volumes: first shape, variation, last shape, counterpart.
     pub volumes: [f64; 4],
     pub certificate: Certificate,
-    /// Of the rungs, then of the path to the counterpart.
+    /// For the rungs, then for the path to the counterpart.
     pub equations: &'a [SolveReport],
 }

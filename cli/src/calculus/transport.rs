@@ -1,4 +1,4 @@
-//! `shapespace transport`: the end of a geodesic is deformed as its start was.
+//! `shapespace transport`: parallel transport of a variation along a geodesic.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -33,7 +33,7 @@ use crate::watch::{Interrupt, Watch, level_nodes};
 /// Runs `shapespace transport`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_transport(args: &TransportArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -72,7 +72,7 @@ struct Run<'a> {
     start: Instant,
 }
 
-/// The variation, seen from the first shape.
+/// The variation relative to the first shape.
 struct Variation<const D: usize> {
     /// Its boundary.
     outline: Contour<D>,
@@ -80,17 +80,17 @@ struct Variation<const D: usize> {
     velocity: Field<f64, D, D>,
     /// Length of the geodesic to it.
     length: f64,
-    /// Its overlap with the shape at the end of that.
+    /// Its overlap with the end shape of that geodesic.
     dice: f64,
 }
 
-/// The last shape, and what becomes of it.
+/// The last shape and its counterpart of the variation.
 struct Counterpart<const D: usize> {
     end: ScalarField<f64, D>,
     /// The variation on the domain of the last shape.
     velocity: Field<f64, D, D>,
     shot: Extension<D>,
-    /// Of the rungs, then of the steps.
+    /// For the rungs, then for the steps.
     reports: Vec<SolveReport>,
 }
 
@@ -111,7 +111,7 @@ impl Run<'_> {
         Pictures: Draw<D>,
     {
         let params = given.calculus_params(self.config.solver);
-        // Ctrl-C before there is a shape leaves nothing to be written.
+        // After Ctrl-C before the first shape there is nothing to write.
         let Some(variation) = self.variation(given, image)? else {
             return Ok(Exit::Interrupted);
         };
@@ -132,7 +132,7 @@ impl Run<'_> {
         })
     }
 
-    /// Finds the way from the first shape to the variation; none where that is interrupted on a
+    /// Computes the logarithm of the variation at the first shape; `None` if interrupted on a
     /// coarser grid.
     fn variation<const D: usize>(
         &self,
@@ -173,8 +173,8 @@ impl Run<'_> {
         }))
     }
 
-    /// Carries a velocity along the path and shoots with it from the end; none where that is
-    /// interrupted before the end.
+    /// Transports a velocity along the path and applies the exponential map at its end; `None` if
+    /// interrupted before.
     fn counterpart<const D: usize>(
         &self,
         given: &StoredGeodesic<D>,
@@ -294,11 +294,10 @@ impl Run<'_> {
     }
 }
 
-/// The closing words on standard output; the last line names the picture.
+/// Prints the summary on standard output; the last line names the picture.
 fn print<const D: usize>(record: &TransportRecord<'_, D>, target: &FilePath) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
@@ -344,7 +343,7 @@ fn size<const D: usize>(shape: &Contour<D>) -> Result<f64, CliError> {
     Ok(moments.volume)
 }
 
-/// Overlap of a shape with what a deformation makes of another.
+/// Overlap of a shape with the deformation of another.
 fn overlap<const D: usize>(
     first: &ScalarField<f64, D>,
     displacement: &Field<f64, D, D>,

@@ -20,7 +20,7 @@ use crate::segment::SegmentConfig;
 /// Options of `shapespace config`.
 #[derive(Clone, Debug, Args)]
 pub struct ConfigArgs {
-    /// The command.
+    /// Command whose configuration is printed.
     #[arg(value_enum)]
     command: Configurable,
 }
@@ -28,11 +28,11 @@ pub struct ConfigArgs {
 /// Commands that read a configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Configurable {
-    /// Averages, also of images.
+    /// Averages of masks or grey images.
     Average,
-    /// Geodesics.
+    /// Geodesics between two shapes.
     Geodesic,
-    /// Distances of all pairs.
+    /// Distances between all pairs of shapes.
     Distances,
     /// Modes of variation.
     Pca,
@@ -40,11 +40,11 @@ enum Configurable {
     Synthesize,
     /// Scores of shapes.
     Score,
-    /// Geodesics beyond their end.
+    /// Continuation of geodesics.
     Extend,
-    /// Variations along geodesics.
+    /// Parallel transport of variations along geodesics.
     Transport,
-    /// Edges and objects of images.
+    /// Segmentation of grey images.
     Segment,
 }
 
@@ -64,16 +64,16 @@ pub fn run_config(args: &ConfigArgs) -> Result<Exit, CliError> {
         Configurable::Transport => usual::<TransportConfig>(),
         Configurable::Segment => usual::<SegmentConfig>(),
     };
-    // Nobody is left to be told where standard output is closed.
+    // There is no one to report to if standard output is closed.
     let _ = std::io::stdout().write_all(text?.as_bytes());
     Ok(Exit::Success)
 }
 
-/// Columns of comments.
+/// Maximum number of columns of a comment.
 const COLUMNS: usize = 98;
 
-/// The default configuration with all keys, each under a comment that says what it means; those
-/// without a value are comments, too.
+/// The default configuration with all keys, each after a comment that explains it; keys without a
+/// value are commented out.
 fn usual<C: Config>() -> Result<String, CliError> {
     let values = table(&C::default())?;
     let entries = arguments::<C>().map(|argument| entry(&argument, &values));
@@ -111,7 +111,7 @@ fn entry(argument: &Arg, values: &Table) -> String {
     format!("\n{comment}{value}\n")
 }
 
-/// A line of text as lines of a comment.
+/// Wraps a line of text into comment lines.
 fn wrapped(text: &str) -> Vec<String> {
     let mut lines = vec![String::from("#")];
     for word in text.split_whitespace() {
@@ -126,7 +126,7 @@ fn wrapped(text: &str) -> Vec<String> {
     lines.into_iter().map(|line| line + "\n").collect()
 }
 
-/// Writes a configuration from which the command can be repeated, in any folder.
+/// Writes a configuration that repeats the command from any folder.
 ///
 /// # Errors
 /// [`CliError::Output`].

@@ -16,61 +16,61 @@ use crate::options::{Align, MaskOptions, RunOptions, Size};
 /// Options of `shapespace distances`.
 #[derive(Clone, Debug, Args)]
 pub struct DistancesArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<DistancesConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
-    /// Paths computed at the same time [default: one a thread]; fewer need less memory. The
-    /// results do not depend on it.
+    /// Number of paths computed at the same time [default: one per thread]; fewer need less memory.
+    /// The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub at_once: Option<u32>,
 }
 
-/// What `shapespace distances` computes.
+/// Configuration of `shapespace distances`.
 ///
-/// Shapes are moved onto each other pair by pair unless told otherwise: a length does not depend
-/// on where shapes lie, but what a minimiser finds does. Half as many steps as for one path are
-/// enough, since the mean of both directions is correct to second order in them.
+/// By default the shapes of each pair are aligned: a length does not depend on the positions of the
+/// shapes, but the local minimum that is found does. Half as many steps as for a single path
+/// suffice, since the mean of both directions is correct to second order in the steps.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DistancesConfig {
-    /// Masks: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz; the object bright.
+    /// Input masks, the object bright: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// How masks are read and placed; each pair is aligned.
+    /// How masks are read, placed and aligned, pair by pair.
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
-    /// Sizes of the shapes: as the files have them, or all of the same area or volume. Pictures of
-    /// things at different distances need the latter.
+    /// Sizes of the shapes: as in the files, or scaled to equal area or volume, for pictures taken
+    /// from different distances.
     #[arg(long, value_enum)]
     pub size: Size,
-    /// Compute each path in one direction only, from the earlier to the later shape: half the
-    /// work, but distances that are correct to first order in the steps only.
+    /// Compute each path in one direction only, from the earlier to the later shape. This halves
+    /// the work, but the distances are correct to first order in the steps only.
     #[arg(long)]
     pub one_way: bool,
-    /// Compute all paths with half as many steps, too, and extrapolate their lengths.
+    /// Also compute all paths with half as many steps, and extrapolate their lengths (Richardson).
     #[arg(long)]
     pub richardson: bool,
-    /// Overlap (Dice) with the end shape from which on a path counts as one to it [default: what
-    /// `geodesic` asks for, 0.95 or boundaries a quarter of a spacing apart]. The length of a path
-    /// that falls short is too small, and stays marked.
+    /// Dice overlap with the end shape above which a path counts as complete [default: as in
+    /// `geodesic`, 0.95 or boundaries within a quarter of a grid spacing]. The length of an
+    /// incomplete path is too small, and is marked.
     #[arg(long, value_name = "DICE")]
     pub reached: Option<f64>,
-    /// Compute paths that do not reach their end, or fold, once more in this form.
+    /// Compute paths that fold or do not reach their end once more in this form.
     #[arg(long, value_enum, value_name = "FORM")]
     pub retry: Option<Form>,
-    /// What the distance of two clusters is.
+    /// Linkage: how the distance between two clusters is defined.
     #[arg(long, value_enum)]
     pub linkage: Linkage,
-    /// Number of clusters [default: of the classes; without them, where the tree has its widest
-    /// gap].
+    /// Number of clusters [default: the number of classes; without classes, at the widest gap of
+    /// the dendrogram].
     #[arg(long, value_name = "N")]
     pub clusters: Option<usize>,
-    /// Known classes: "folder" or "prefix" for those of the names, or a file of lines
-    /// "file,class".
+    /// Known classes: "folder" or "prefix" to take them from the names of the inputs, or a file
+    /// with lines "file,class".
     #[arg(long, value_name = "folder|prefix|FILE")]
     pub classes: Option<PathBuf>,
     /// Parameters of the paths.
@@ -156,7 +156,7 @@ impl Config for DistancesConfig {
 }
 
 impl DistancesConfig {
-    /// Numbers of steps of the paths that make a distance, the one that counts first.
+    /// Numbers of steps of the paths for one distance, that of the reported length first.
     pub(super) fn steps(&self) -> Vec<usize> {
         let steps = self.params.steps;
         if self.richardson {
@@ -166,7 +166,7 @@ impl DistancesConfig {
         }
     }
 
-    /// The forms of all attempts, first to last.
+    /// The forms of all attempts, in their order.
     pub(super) fn forms(&self) -> impl Iterator<Item = Form> + use<> {
         std::iter::once(self.params.form).chain(self.retry)
     }

@@ -14,7 +14,7 @@ use crate::error::CliError;
 
 const FOLDER: &str = "folder";
 const PREFIX: &str = "prefix";
-/// What is no file.
+/// Values of the option that are no files.
 pub(super) const NAMED: [&str; 2] = [FOLDER, PREFIX];
 
 /// The classes of all inputs.
@@ -27,11 +27,11 @@ pub(super) struct Classes {
 }
 
 impl Classes {
-    /// The classes that the option `--classes` means.
+    /// The classes given by the option `--classes`.
     ///
     /// # Errors
     /// [`CliError::Classes`] for a file that cannot be read or lacks an input, and for inputs whose
-    /// names tell none.
+    /// names contain no class.
     pub fn of(option: &Path, inputs: &[PathBuf]) -> Result<Self, CliError> {
         let named = match option.to_str() {
             Some(FOLDER) => inputs.iter().map(|path| folder(path)).collect(),

@@ -1,9 +1,10 @@
-//! All paths, several at a time.
+//! Computes all paths, several at a time.
 //!
-//! Each worker has threads of its own and takes one pair after the other, so that on small grids
-//! no time is lost in dividing the work of a pair. As many pairs are at work as there are threads,
-//! or as are asked for; what threads are left go to each of them evenly. No result depends on it:
-//! a path is the same bit for bit on any number of threads, and pairs know nothing of each other.
+//! Each worker has its own threads and processes one pair after the other, so that on small grids
+//! no time is lost by dividing the work of a pair. By default as many pairs are processed at the
+//! same time as there are threads; the threads are distributed evenly among them. The results do
+//! not depend on it: a path is bitwise the same on any number of threads, and pairs are
+//! independent.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -20,24 +21,24 @@ use crate::progress::Progress;
 use crate::shapes::Pairs;
 use crate::watch::Interrupt;
 
-/// Notes on the way where there is no moving line.
+/// Notes during the computation if there is no overwritten line.
 const NOTES: usize = 20;
 
-/// What there is to be done, and how.
+/// The pairs and the parameters of their paths.
 pub(super) struct Task<'a, const D: usize> {
     pub pairs: &'a Pairs<D>,
     pub grid: Grid<D>,
     pub config: &'a DistancesConfig,
     pub store: &'a Store,
-    /// Pairs at work at the same time; all threads have one where there is no number.
+    /// Pairs processed at the same time; by default one per thread.
     pub at_once: Option<u32>,
     pub progress: &'a Progress,
     pub interrupt: Interrupt,
 }
 
 impl<const D: usize> Task<'_, D> {
-    /// Computes all pairs that are not kept yet, and returns all in the order asked for; nothing
-    /// where it was interrupted. What is finished by then is kept.
+    /// Computes all pairs that are not stored yet, and returns all in the requested order; `None`
+    /// if interrupted. Finished pairs are stored.
     ///
     /// # Errors
     /// The first error of a path, and those of files.
@@ -86,7 +87,7 @@ impl<const D: usize> Task<'_, D> {
             });
             if let Err(error) = outcome {
                 stopped.store(true, Ordering::Relaxed);
-                // A worker that panics ends the program; nobody is left to find the lock poisoned.
+                // A worker that panics ends the program, so that the lock is never poisoned here.
                 if let Ok(mut first) = failure.lock() {
                     first.get_or_insert(error);
                 }
@@ -94,7 +95,7 @@ impl<const D: usize> Task<'_, D> {
         };
         std::thread::scope(|scope| {
             for k in 0..workers {
-                // The first few have one more where threads cannot be divided evenly.
+                // The first workers have one more if the threads cannot be divided evenly.
                 let share = threads / workers + usize::from(k < threads % workers);
                 scope.spawn(move || worker(share));
             }
@@ -105,7 +106,7 @@ impl<const D: usize> Task<'_, D> {
         }
     }
 
-    /// Computes and keeps a pair, unless it is interrupted.
+    /// Computes and stores a pair, unless it is interrupted.
     fn pair(&self, ids: [usize; 2]) -> Result<bool, CliError> {
         let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
         match compute(ids, &start, &end, self.config, self.interrupt)? {
@@ -118,10 +119,10 @@ impl<const D: usize> Task<'_, D> {
     }
 }
 
-/// How many pairs are done.
+/// The number of finished pairs.
 struct Course {
     total: usize,
-    /// Those that were kept before.
+    /// Pairs stored by earlier runs.
     before: usize,
     done: AtomicUsize,
     begin: Instant,
@@ -168,7 +169,7 @@ impl Course {
     }
 }
 
-/// A time in words, rounded as befits an estimate.
+/// A duration as text, rounded as appropriate for an estimate.
 fn duration(seconds: f64) -> String {
     let seconds = Duration::try_from_secs_f64(seconds).map_or(0, |time| time.as_secs());
     match seconds {

@@ -1,13 +1,13 @@
-//! `shapespace distances`: masks in, the distances between all their shapes out.
+//! `shapespace distances`: computes the distances between all pairs of masks.
 //!
-//! `plan` reads and checks, `store` keeps finished pairs for the next run, `compute` works on
-//! several pairs at a time, `pair` is one of them. `study` makes matrices, clusters and a map of
-//! them, `record` and `write` the result directory, `draw` its pictures, `summary` the closing
-//! words; `classes` knows the classes of the inputs.
+//! `plan` reads and validates the inputs, `store` stores finished pairs for the next run, `compute`
+//! processes several pairs at a time, `pair` is one of them. `study` computes matrices, clusters
+//! and an embedding, `record` and `write` write the result directory, `draw` its pictures,
+//! `summary` the summary; `classes` determines the classes of the inputs.
 //!
-//! The distance of two shapes is the mean of the lengths in both directions. A path that does not
-//! reach its end, or folds, is never used: the other direction counts alone, and where neither can
-//! be used the distance is that by way of other shapes, and marked.
+//! The distance of two shapes is the mean of the lengths in both directions. A path that folds or
+//! does not reach its end is not used: the other direction counts alone, and if neither can be used
+//! the distance is the shortest way through other shapes, and marked.
 
 mod args;
 mod classes;
@@ -39,14 +39,14 @@ use study::Study;
 
 pub use args::{DistancesArgs, DistancesConfig};
 
-/// Everything there is to tell about distances.
+/// The result of a computation.
 struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     classes: Option<Classes>,
     config: DistancesConfig,
     /// Nodes along each axis.
     nodes: [usize; D],
-    /// How pairs are placed.
+    /// The placement of the pairs.
     align: &'static str,
     records: Vec<PairRecord>,
     study: Study,
@@ -56,7 +56,7 @@ struct Outcome<const D: usize> {
 /// Runs `shapespace distances`.
 ///
 /// # Errors
-/// [`CliError`]; then there is no result directory, but finished pairs are kept.
+/// [`CliError`]; then there is no result directory, but finished pairs are stored.
 pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -142,7 +142,7 @@ where
     Ok(Exit::Success)
 }
 
-/// The pairs to be computed, each in both directions unless told otherwise.
+/// The pairs to be computed, in both directions by default.
 fn wanted(n: usize, one_way: bool) -> Vec<[usize; 2]> {
     let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| [i, j]));
     if one_way {

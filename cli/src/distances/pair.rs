@@ -1,4 +1,4 @@
-//! The paths from one shape to another, as they are computed, kept and chosen from.
+//! The paths from one shape to another: their computation, storage and selection.
 
 use ::geodesic::{Form, Geodesic, GeodesicError, GeodesicParams, geodesic};
 use fe_grid::ScalarField;
@@ -8,13 +8,13 @@ use super::args::DistancesConfig;
 use crate::report::overall;
 use crate::watch::Interrupt;
 
-/// Everything that is kept of the paths from one shape to another.
+/// The stored paths from one shape to another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PairRecord {
     pub start: usize,
     pub end: usize,
-    /// All attempts, in the order in which they were made.
+    /// All attempts, in the order of their computation.
     pub paths: Vec<PathRecord>,
 }
 
@@ -24,13 +24,13 @@ pub(super) struct PairRecord {
 pub(super) struct PathRecord {
     pub form: Form,
     pub steps: usize,
-    /// `sum sqrt W_k`; none where it is no number.
+    /// `sum sqrt W_k`; `None` if it is not finite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// `K sum W_k`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dissipation: Option<f64>,
-    /// Overlap of the end shape and the start shape carried there.
+    /// Overlap of the end shape and the deformed start shape.
     pub dice_end: f64,
     pub end_reached: bool,
     pub certified: bool,
@@ -38,17 +38,17 @@ pub(super) struct PathRecord {
     pub status: String,
     pub iterations: usize,
     pub evaluations: usize,
-    /// Of one thread, or of several where there are more threads than paths.
+    /// Wall time on one thread, or on several if there are more threads than paths.
     pub seconds: f64,
 }
 
-/// A length that may be used.
+/// A usable length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Measured {
     pub form: Form,
-    /// With as many steps as asked for.
+    /// With the requested number of steps.
     pub length: f64,
-    /// With half as many.
+    /// With half that number.
     pub half: Option<f64>,
 }
 
@@ -72,12 +72,12 @@ impl PathRecord {
         }
     }
 
-    /// Whether it reaches its end without a fold, so that its length says something.
+    /// Whether the path reaches its end without a fold, so that its length is meaningful.
     pub fn sound(&self) -> bool {
         self.end_reached && self.certified && self.length.is_some()
     }
 
-    /// Its length, where it may be used.
+    /// The length, if it is usable.
     pub fn usable(&self, config: &DistancesConfig) -> Option<f64> {
         let reached = config
             .reached
@@ -87,14 +87,14 @@ impl PathRecord {
 }
 
 impl PairRecord {
-    /// The attempt in a form with so many steps.
+    /// The attempt in a form with this number of steps.
     pub fn path(&self, form: Form, steps: usize) -> Option<&PathRecord> {
         let mut paths = self.paths.iter();
         paths.find(|path| path.form == form && path.steps == steps)
     }
 
-    /// What there is to be used of paths of these numbers of steps: all of one form, the first
-    /// for which they all are usable; else of the first for which the first number is.
+    /// The usable paths of these numbers of steps: all of one form, the first for which all are
+    /// usable; else of the first form for which the first number is.
     pub fn measured(&self, config: &DistancesConfig, steps: &[usize]) -> Option<Measured> {
         let usable = |form: Form, steps: usize| {
             let path = self.path(form, steps);
@@ -114,15 +114,15 @@ impl PairRecord {
         found.iter().find(whole).or(found.first()).copied()
     }
 
-    /// Paths that do not reach their end, or fold.
+    /// Paths that fold or do not reach their end.
     pub fn faulty(&self) -> impl Iterator<Item = &PathRecord> {
         self.paths.iter().filter(|path| !path.sound())
     }
 }
 
 /// Computes all paths from one shape to another: those that make a distance, and the one of a
-/// single step, whose length is the elastic distance. Where one of them cannot be used, there is
-/// another attempt in the other form, if asked for. Returns nothing where it is interrupted.
+/// single step, whose length is the elastic distance. If one of them is unusable, it is computed in
+/// the other form on request. Returns `None` if interrupted.
 ///
 /// # Errors
 /// [`GeodesicError`] for shapes and parameters that do not fit.

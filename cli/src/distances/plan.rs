@@ -1,4 +1,4 @@
-//! From the options to a checked plan.
+//! From the options to a validated plan.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use crate::options::{Align, MaskOptions, Size, check_law};
 use crate::output::ResultDir;
 use crate::shapes::Placed;
 
-/// Inputs that are read, placed and checked, and what is to be done with them.
+/// Inputs that are read, placed and validated, and the parameters of the computation.
 pub(super) struct DistancesPlan<const D: usize> {
     /// The masks in the unit box.
     pub placed: Placed<D>,
     pub classes: Option<Classes>,
-    /// The configuration, with nothing left to choose but the number of clusters.
+    /// The configuration with all defaults resolved except the number of clusters.
     pub config: DistancesConfig,
 }
 
@@ -25,7 +25,7 @@ pub(super) enum AnyPlan {
     D3(DistancesPlan<3>),
 }
 
-/// Reads, places and checks everything that distances need.
+/// Reads, places and validates the inputs of distances.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
@@ -48,7 +48,7 @@ fn plan_images<const D: usize>(
     if config.size == Size::Equal {
         equalise(&mut images);
     }
-    // Pairs are aligned one by one, not all shapes to one.
+    // Pairs are aligned individually, not all shapes with one.
     let mut masks = MaskOptions {
         align: Align::None,
         ..config.masks
@@ -65,8 +65,8 @@ fn plan_images<const D: usize>(
     })
 }
 
-/// Stretches the spacings of images so that the objects of all have the mean of their extents,
-/// which are the roots of their areas or volumes.
+/// Scales the spacings of images so that all objects have the mean extent, which is the root of
+/// area or volume.
 fn equalise<const D: usize>(images: &mut [Image<D>]) {
     let extent = |image: &Image<D>| {
         let samples = image.values.iter().filter(|v| **v > LEVEL).count() as f64;
@@ -79,7 +79,8 @@ fn equalise<const D: usize>(images: &mut [Image<D>]) {
         let factor = mean / extent;
         image.spacing = image.spacing.map(|h| factor * h);
         image.origin = image.origin.map(|x| factor * x);
-        // Neither nodal values nor the world of the file any more.
+        // The values are no nodal values any more, and the world coordinates of the file do not
+        // apply.
         image.plain_array = false;
         image.affine = None;
     }

@@ -1,4 +1,4 @@
-//! The contents of `result.json`. What does not exist is left out; there are no nulls.
+//! The contents of `result.json`. Missing values are left out; there are no nulls.
 
 use ::geodesic::Form;
 use ::geodesic::distances::{Asymmetry, Linkage, Merge, TriangleReport};
@@ -12,49 +12,49 @@ use crate::options::Size;
 use crate::report;
 use crate::shapes::{Input, InputRecord, common_scale};
 
-/// Everything in `result.json`; its status is `complete`, or `incomplete` where some pair has no path
-/// that reaches its end. The time is that of this run; paths that were there before do not count.
+/// The contents of `result.json`; the status is `complete`, or `incomplete` if some pair has no
+/// path that reaches its end. The time is that of this run, without paths of earlier runs.
 pub(super) type Record<const D: usize> = report::Record<DistancesConfig, Found, D>;
 
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Found {
-    /// How the pairs are placed: `pairs` where each has a position of its own.
+    /// Placement of the pairs: `pairs` if each has its own.
     pub align: &'static str,
     /// From lengths in the unit box to those in the length units of the inputs, where these have
     /// one scale: a length grows as the square root of a volume.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_unit: Option<f64>,
-    /// Every path that was asked for.
+    /// Every requested path.
     pub paths: Vec<LengthRecord>,
-    /// Attempts that do not reach their end or fold, and what took their place.
+    /// Attempts that fold or do not reach their end, and their replacements.
     pub marked: Vec<MarkRecord>,
-    /// The symmetric distances: the mean of both directions, extrapolated if asked for.
+    /// The symmetric distances: the mean of both directions, extrapolated on request.
     pub distances: MatrixRecord,
-    /// The same of the elastic distances, the roots of the energies of a single step.
+    /// The same for the elastic distances, the roots of the energies of a single step.
     pub elastic: MatrixRecord,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clustering: Option<ClusteringRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub embedding: Option<EmbeddingRecord>,
-    /// Pairs whose distance is not extrapolated although that was asked for.
+    /// Pairs whose distance is not extrapolated although this was requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub not_extrapolated: Vec<[usize; 2]>,
-    /// Of all paths together, whenever they were computed.
+    /// For all paths together, of all runs.
     pub path_seconds: f64,
 }
 
-/// The lengths from one shape to another, as far as they can be used.
+/// The usable lengths from one shape to another.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct LengthRecord {
     pub start: usize,
     pub end: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<Form>,
-    /// `L` with as many steps as asked for.
+    /// `L` with the requested number of steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// With half as many.
+    /// With half that number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub half_length: Option<f64>,
     /// `sqrt W` of a single step.
@@ -64,13 +64,13 @@ pub(super) struct LengthRecord {
     pub dice_end: f64,
     /// Lower bound of the determinants.
     pub min_det: f64,
-    /// How the path that counts ended.
+    /// Status of the path that is used.
     pub status: String,
     /// Of all attempts.
     pub seconds: f64,
 }
 
-/// A path that does not reach its end, or folds.
+/// A path that folds or does not reach its end.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct MarkRecord {
     pub start: usize,
@@ -80,30 +80,30 @@ pub(super) struct MarkRecord {
     pub end_reached: bool,
     pub certified: bool,
     pub dice_end: f64,
-    /// The length of what there is of it.
+    /// The length of the incomplete path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     pub outcome: MarkOutcome,
 }
 
-/// What became of a path that does not reach its end, or folds.
+/// Treatment of a path that folds or does not reach its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum MarkOutcome {
     /// Its length is not used.
     LeftOut,
-    /// Its length is used all the same, as was asked for.
+    /// Its length is used, as requested.
     Used,
-    /// An attempt in the other form took its place.
+    /// It was replaced by an attempt in the other form.
     Replaced,
 }
 
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct MatrixRecord {
-    /// Without gaps; left out where some shapes are reached from no others.
+    /// Without gaps; left out if some shapes cannot be reached from others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<Vec<Vec<f64>>>,
-    /// Pairs without a path that can be used: their entry is the shortest way by other shapes.
+    /// Pairs without a usable path: their entry is the shortest way through other shapes.
     pub bridged: Vec<[usize; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub asymmetry: Option<Asymmetry>,
@@ -115,8 +115,8 @@ pub(super) struct MatrixRecord {
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct ClusteringRecord {
     linkage: Linkage,
-    /// Clusters below the number of inputs are inputs, others are made by the merge of that number
-    /// less the inputs: SciPy's form.
+    /// Clusters below the number of inputs are inputs, others are results of the merge of that
+    /// number minus the number of inputs, as in SciPy.
     merges: Vec<Merge>,
     /// The order of the inputs in the pictures.
     order: Vec<usize>,
@@ -127,11 +127,11 @@ pub(super) struct ClusteringRecord {
 
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct EmbeddingRecord {
-    /// The points of least stress.
+    /// The points of minimal stress.
     points: Vec<[f64; 2]>,
     /// Kruskal's first.
     pub stress: f64,
-    /// Those of classical scaling, from which these come.
+    /// The points of classical scaling, the initial guess.
     pub classical: ClassicalRecord,
 }
 
@@ -141,7 +141,7 @@ pub(super) struct ClassicalRecord {
     stress: f64,
     /// Share of the variance in these two dimensions.
     pub explained: f64,
-    /// Share of the negative eigenvalues: what no Euclidean space could show.
+    /// Share of the negative eigenvalues: the part that cannot be embedded in any Euclidean space.
     negative: f64,
     eigenvalues: Vec<f64>,
 }
@@ -154,7 +154,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
     let marked: Vec<MarkRecord> = records.iter().flat_map(|r| marks(r, config)).collect();
     let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
     let complete = distances.matrix.is_some() && distances.bridged.is_empty() && !used;
-    // Sizes that were made equal are none of the inputs'.
+    // Equalised sizes are not in the units of the inputs.
     let scale = common_scale(inputs).filter(|_| config.size == Size::Kept);
     let found = Found {
         align: outcome.align,

@@ -1,9 +1,8 @@
-//! What of the work is kept between runs.
+//! Storage of finished pairs between runs.
 //!
-//! As long as not all paths are computed, the result directory is `DIR.partial`, of which
-//! [`Fingerprint`] says what it depends on. It holds `pairs/START_END.json` for every pair that is
-//! finished. What is made of the paths afterwards (clusters, classes, whether both directions count)
-//! may be chosen anew.
+//! Until all paths are computed, the result directory is `DIR.partial`, with the [`Fingerprint`] of
+//! the work. It holds `pairs/START_END.json` for every finished pair. The evaluation of the paths
+//! afterwards (clusters, classes, whether both directions count) may be chosen anew.
 
 use std::path::PathBuf;
 
@@ -16,7 +15,7 @@ use crate::output::{OutputError, WorkDir};
 
 const PAIRS: &str = "pairs";
 
-/// What paths depend on.
+/// The inputs and parameters that paths depend on.
 pub(super) fn fingerprint<const D: usize>(
     config: &DistancesConfig,
     images: &[Image<D>],
@@ -25,19 +24,19 @@ pub(super) fn fingerprint<const D: usize>(
     for afterwards in ["one_way", "linkage", "clusters", "classes"] {
         fingerprint.leave_out(afterwards);
     }
-    // Without a second attempt, what counts as reached is asked afterwards only.
+    // Without a second attempt, the threshold for complete paths is only used afterwards.
     if config.retry.is_none() {
         fingerprint.leave_out("reached");
     }
     fingerprint
 }
 
-/// The pairs that are kept.
+/// The stored pairs.
 #[derive(Debug)]
 pub(super) struct Store(WorkDir);
 
 impl Store {
-    /// Begins a result directory, or goes on with one.
+    /// Creates a result directory, or resumes one.
     ///
     /// # Errors
     /// Those of [`Fingerprint::work_dir`].
@@ -53,7 +52,7 @@ impl Store {
         ([record.start, record.end] == ids).then_some(record)
     }
 
-    /// Keeps a finished pair.
+    /// Stores a finished pair.
     ///
     /// # Errors
     /// [`OutputError::Unwritable`].

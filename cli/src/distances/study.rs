@@ -1,5 +1,5 @@
-//! What is made of the lengths of all paths: two matrices, clusters, a map, and how well all that
-//! agrees with known classes.
+//! Evaluation of the lengths of all paths: two matrices, clusters, an embedding, and their
+//! agreement with known classes.
 
 use ::geodesic::distances::{
     Asymmetry, Dendrogram, DistanceError, DistanceMatrix, Embedding, PathLengths, Refined,
@@ -12,51 +12,52 @@ use super::classes::Classes;
 use super::pair::{Measured, PairRecord};
 use crate::error::CliError;
 
-/// An extrapolation that would change a length by more than this share is not made: paths of the
-/// two numbers of steps are not of one kind then.
+/// Extrapolations that would change a length by more than this are not applied: the paths of the
+/// two numbers of steps are then of different kinds.
 const MOST_CORRECTION: f64 = 0.25;
 
-/// Everything that is known of all pairs.
+/// The evaluation of all pairs.
 pub(super) struct Study {
     /// By the lengths of the paths.
     pub distances: Distances,
     /// By the roots of the elastic energies.
     pub elastic: Distances,
-    /// Pairs of which the distance is not extrapolated although that was asked for.
+    /// Pairs whose distance is not extrapolated although this was requested.
     pub not_extrapolated: Vec<[usize; 2]>,
-    /// Of the distances; nothing where some shapes have none.
+    /// The embedding of the distances; `None` if some shapes have none.
     pub groups: Option<Groups>,
 }
 
-/// One way to measure how far shapes are apart.
+/// A kind of distance between shapes.
 pub(super) struct Distances {
     /// One number for both directions.
     pub between: PathLengths,
-    /// How unequal the two directions are.
+    /// Asymmetry of the two directions.
     pub asymmetry: Option<Asymmetry>,
-    /// Where the triangle inequality fails.
+    /// Violations of the triangle inequality.
     pub triangles: TriangleReport,
-    /// Every pair; nothing where some shapes are reached from no others.
+    /// Every pair; `None` if some shapes cannot be reached from others.
     pub completed: Option<Completed>,
 }
 
-/// A matrix without gaps, and how well it agrees with the classes.
+/// A matrix without gaps, and its agreement with the classes.
 pub(super) struct Completed {
     pub matrix: DistanceMatrix,
-    /// Pairs whose distance is that by way of other shapes.
+    /// Pairs whose distance is the shortest way through other shapes.
     pub bridged: Vec<[usize; 2]>,
     pub tree: Dendrogram,
-    /// Number of clusters that is shown.
+    /// Number of clusters shown.
     pub clusters: usize,
     /// The cluster of each shape.
     pub labels: Vec<usize>,
     pub agreement: Option<Agreement>,
 }
 
-/// How well nearest neighbours and clusters agree with known classes.
+/// Agreement of nearest neighbours and clusters with known classes.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(super) struct Agreement {
-    /// Share of shapes whose nearest neighbour is of their class; of those that are not alone in it.
+    /// Share of shapes whose nearest neighbour is of their class, among those that are not alone in
+    /// it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nearest_neighbour_accuracy: Option<f64>,
     /// With as many clusters as classes.
@@ -72,7 +73,7 @@ pub(super) struct Groups {
 }
 
 impl Study {
-    /// What the records of all pairs come to.
+    /// The evaluation of the records of all pairs.
     ///
     /// # Errors
     /// [`CliError::Computation`] for lengths that are no distances.
@@ -125,8 +126,8 @@ impl Study {
     }
 }
 
-/// The distance in the limit of many steps: that of the mean of both directions, which has order
-/// two, or that of one, which has order one. Nothing where there is nothing to extrapolate from.
+/// The distance extrapolated to infinitely many steps: from the mean of both directions, of order
+/// two, or from one direction, of order one. `None` if there is nothing to extrapolate from.
 fn limit(there: Option<Measured>, back: Option<Measured>) -> Option<f64> {
     let whole = |m: Option<Measured>| m.and_then(|m| Some((m.half?, m.length)));
     let (half, length, order) = match (there, back) {

@@ -1,4 +1,4 @@
-//! The closing words on standard output.
+//! The summary on standard output.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -7,19 +7,18 @@ use std::path::Path;
 use super::pair::PairRecord;
 use super::record::{MarkOutcome, MarkRecord, MatrixRecord, Record};
 
-/// Marked paths that are named.
+/// Maximum number of marked paths that are listed.
 const NAMED: usize = 6;
 
 /// Prints a short summary; the last line names the picture.
 pub(super) fn print<const D: usize>(record: &Record<D>, target: &Path) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-/// Prints how to go on.
+/// Prints how to resume.
 pub(super) fn print_interrupted(done: usize, total: usize, path: &Path) {
     let text = format!(
         "Stopped with {done} of {total} pairs finished, which are kept in {}\n  \
@@ -29,7 +28,7 @@ pub(super) fn print_interrupted(done: usize, total: usize, path: &Path) {
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 
-/// Finished pairs among all those asked for.
+/// Finished pairs among the requested ones.
 pub(super) fn finished(pairs: &[Option<PairRecord>]) -> usize {
     pairs.iter().flatten().count()
 }
@@ -126,7 +125,7 @@ fn worst(matrix: &MatrixRecord) -> String {
     format!(" (by {:.1} % at most)", 100.0 * matrix.triangles.worst)
 }
 
-/// Paths that cannot be used are named.
+/// Lists unusable paths.
 fn write_marks<const D: usize>(text: &mut String, record: &Record<D>) -> std::fmt::Result {
     let steps = record.parameters.params.steps;
     let unfinished = record.body.paths.iter().filter(|p| p.status != "converged");

@@ -13,7 +13,7 @@ use crate::output::{WorkDir, write_text};
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<const D: usize>(
     directory: &WorkDir,
     outcome: &Outcome<D>,

@@ -14,40 +14,40 @@ use crate::options::{MaskOptions, RunOptions};
 /// Options of `shapespace figure`.
 #[derive(Clone, Debug, Args)]
 pub struct FigureArgs {
-    /// What is shown.
+    /// The figure.
     #[arg(value_enum)]
     pub name: FigureName,
-    /// On what it is shown.
+    /// Its shapes and parameters.
     #[command(flatten)]
     pub config: Configured<FigureConfig>,
-    /// Options that other commands have, too.
+    /// Options shared with other commands.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// The shapes and averages of a figure.
+/// Configuration of `shapespace figure`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct FigureConfig {
-    /// Masks to show it on, as for an average [default: shapes that the program draws].
+    /// Input masks, as for `shapespace average` [default: built-in shapes].
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
-    /// How masks are read and placed.
+    /// How masks are read, placed and aligned.
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
-    /// The law of the averages.
+    /// The elastic law of the averages.
     #[serde(flatten)]
     #[command(flatten)]
     pub law: LawSpec,
-    /// Stiffness outside the objects, relative to theirs.
+    /// Stiffness of the void outside the objects, relative to the objects.
     #[arg(long)]
     pub void_stiffness: f64,
-    /// A level of an average ends when five iterations lower the energy's excess over the least
-    /// possible mismatch by less than this share.
+    /// Stopping tolerance of a level of an average: five iterations lower the energy by less than
+    /// this, relative to the excess of the energy over the smallest possible mismatch.
     #[arg(long, value_name = "SHARE")]
     pub tolerance: f64,
-    /// Most iterations on a level of an average.
+    /// Maximum number of iterations per level of an average.
     #[arg(long, value_name = "N")]
     pub max_iterations: usize,
 }
@@ -67,7 +67,7 @@ impl Default for FigureConfig {
 }
 
 impl FigureConfig {
-    /// The same as an average takes it.
+    /// The parameters of the averages.
     pub(super) fn params(&self) -> AverageParams {
         AverageParams {
             law: self.law,
@@ -95,35 +95,35 @@ impl Config for FigureConfig {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FigureName {
-    /// Averages on the way from one shape to another, and between three.
+    /// Weighted averages between two shapes, and between three.
     Weights,
-    /// Mean and median where the last fifth of the shapes is of another kind.
+    /// Mean and median of shapes of which the last fifth are outliers.
     Median,
-    /// The stresses in the average, and how well they balance with more mismatch weight and finer
-    /// grids.
+    /// Stresses in the average, and their balance for increasing mismatch weight and finer grids.
     ForceBalance,
-    /// The void soft, stiffer, and as stiff as the object.
+    /// A void that is soft, stiffer, and as stiff as the object.
     ElasticDomain,
-    /// Materials that keep lengths against materials that keep volumes.
+    /// Materials that resist changes of length against materials that resist changes of volume.
     Stiffness,
-    /// Averages of more and more of the shapes.
+    /// Averages of an increasing number of shapes.
     AddingShapes,
-    /// From small to large weights of the mismatch.
+    /// Averages for small to large mismatch weights.
     MismatchWeight,
-    /// Deformations by large angles, and what they need.
+    /// Deformations by large angles, and the parameters that they require.
     LargeBends,
-    /// A part of one shape hidden, with and without knowledge of that.
+    /// One shape partially hidden, with and without a visibility mask.
     MissingParts,
-    /// A law against its inverse model.
+    /// A law compared with its inverse model.
     InverseModel,
     /// The mode of two shapes with pins at different places.
     Pins,
-    /// Modes by both inner products, with and without the stress in the average, of both materials.
+    /// Modes for both inner products, with and without the stress in the average, for both
+    /// materials.
     Modes,
 }
 
 impl FigureName {
-    /// Fewest shapes that can show it.
+    /// The smallest number of shapes for the figure.
     pub(super) fn fewest(self) -> usize {
         match self {
             Self::Median => 5,

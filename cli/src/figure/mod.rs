@@ -57,7 +57,7 @@ struct FigureRecord<'a> {
 /// Runs `shapespace figure`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
     args.config.run(|config| figure(config, args))
 }
@@ -177,6 +177,6 @@ fn print(sheet: &Sheet, target: &Path, seconds: f64) {
         target.join("figure.md").display(),
         target.join("figure.png").display()
     );
-    // Nobody is left to be told where standard output is closed.
+    // A closed standard output is not an error.
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

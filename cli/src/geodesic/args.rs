@@ -13,40 +13,43 @@ use crate::options::{MaskOptions, RunOptions, named};
 /// Options of `shapespace geodesic`.
 #[derive(Clone, Debug, Args)]
 pub struct GeodesicArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<GeodesicConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// What `shapespace geodesic` computes.
+/// Configuration of `shapespace geodesic`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct GeodesicConfig {
-    /// The first shape, a mask: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
+    /// Mask of the first shape, the object bright: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or
+    /// .nii.gz.
     #[arg(value_name = "START")]
     pub start: PathBuf,
-    /// The last shape.
+    /// Mask of the last shape.
     #[arg(value_name = "END")]
     pub end: PathBuf,
-    /// How masks are read and placed.
+    /// How masks are read, placed and aligned.
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
-    /// The inputs are label images: every label but 0 is a component, and becomes the component of
-    /// the same label.
+    /// Inputs are label images: every label but 0 is a component, which is matched with the
+    /// component of the same label.
     #[arg(long)]
     pub labels: bool,
-    /// A shape of which parts may be hidden, anywhere: only what is seen of it has to be covered.
+    /// Shape that may be partially hidden, at unknown places: only its visible part has to be
+    /// covered.
     #[arg(long, value_enum, value_name = "SHAPE")]
     pub occluded: Option<Occluded>,
-    /// A mask as large as START, bright where the start shape was seen: no mismatch is charged
-    /// elsewhere.
+    /// Visibility mask of the start shape, of the size of START, bright where the shape is visible;
+    /// the mismatch is not counted elsewhere.
     #[arg(long, value_name = "MASK")]
     pub valid_start: Option<PathBuf>,
-    /// A mask as large as END, bright where the end shape was seen.
+    /// Visibility mask of the end shape, of the size of END, bright where the shape is visible; the
+    /// mismatch is not counted elsewhere.
     #[arg(long, value_name = "MASK")]
     pub valid_end: Option<PathBuf>,
     /// Parameters of the path.
@@ -55,7 +58,7 @@ pub struct GeodesicConfig {
     pub params: GeodesicParams,
 }
 
-/// Which shape may be hidden in part.
+/// The shape that may be partially hidden.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Occluded {
@@ -63,7 +66,7 @@ pub enum Occluded {
     Start,
     /// The end shape.
     End,
-    /// Both.
+    /// Both shapes.
     Both,
 }
 
@@ -114,7 +117,7 @@ pub(crate) fn check_path(params: &GeodesicParams) -> Result<(), CliError> {
     Ok(params.check()?)
 }
 
-/// Refuses a weight of a term that paths of one start domain have not.
+/// Rejects a weight that paths of one start domain do not have.
 ///
 /// # Errors
 /// [`CliError::Option`].

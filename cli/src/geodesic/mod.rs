@@ -1,7 +1,8 @@
-//! `shapespace geodesic`: two masks in, the shortest path between their shapes out.
+//! `shapespace geodesic`: computes the shortest path between two masks.
 //!
-//! `plan` reads and checks, `path` holds the boundaries and densities along the result, `record`
-//! and `write` make the result directory, `draw` its pictures, `summary` the closing words.
+//! `plan` reads and validates the inputs, `path` holds the boundaries and densities along the
+//! result, `record` and `write` write the result directory, `draw` its pictures, `summary` the
+//! summary.
 
 mod args;
 pub(crate) mod draw;
@@ -28,24 +29,24 @@ pub use args::{GeodesicArgs, GeodesicConfig, Occluded};
 pub(crate) use args::{check_area, check_path};
 pub use plan::{AnyPlan, GeodesicPlan, plan_geodesic};
 
-/// Everything there is to tell about a geodesic.
+/// The result of a computation.
 struct Outcome<const D: usize> {
     /// Start and end.
     inputs: Vec<Input<D>>,
     config: GeodesicConfig,
-    /// The labels of their components, where there are several.
+    /// The labels of their components, if there are several.
     labels: Vec<i64>,
     result: Geodesic<D>,
     course: Vec<Course>,
     start: Instant,
-    /// Of the time, the minimisation.
+    /// Seconds of the minimisation.
     solver_seconds: f64,
 }
 
 /// Runs `shapespace geodesic`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_geodesic(args: &GeodesicArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -72,7 +73,7 @@ where
     Pictures: Draw<D>,
 {
     let output = args.run.output.as_path();
-    // A folder that cannot be written to is better known before the computation than after it.
+    // Fail before the computation if the folder cannot be written to.
     ResultDir::create(output).map(drop)?;
     let (config, parts) = (plan.config, plan.parts);
     let params = &config.params;
@@ -115,7 +116,7 @@ where
     })
 }
 
-/// Nodes a side of the first level.
+/// Nodes per side of the first level.
 fn first_nodes(params: &GeodesicParams) -> usize {
     match params.form {
         Form::Lagrangian => params.coarsest_nodes,
@@ -123,7 +124,7 @@ fn first_nodes(params: &GeodesicParams) -> usize {
     }
 }
 
-/// Both shapes with their components, and with what is known of them.
+/// Both shapes with their components and visibility.
 fn shapes<const D: usize>(
     inputs: &[Input<D>],
     distances: Vec<ScalarField<f64, D>>,

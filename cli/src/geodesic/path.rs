@@ -1,4 +1,5 @@
-//! What is measured and drawn along a path: boundaries, sizes and densities of its shapes.
+//! Quantities that are measured and drawn along a path: boundaries, sizes and densities of its
+//! shapes.
 
 use ::geodesic::{Form, GeodesicError, dissipation_density};
 use fe_grid::{Field, ScalarField, parallel};
@@ -12,7 +13,7 @@ use crate::shapes::belongs;
 /// Densities up to this are rounding: moduli are of the order of one.
 const ROUNDING: f64 = 1e-12;
 
-/// What a path is made of.
+/// The parts of a path.
 pub(crate) struct Parts<const D: usize> {
     /// Level sets of the shapes `0, ..., K`.
     pub level_sets: Vec<ScalarField<f64, D>>,
@@ -20,11 +21,11 @@ pub(crate) struct Parts<const D: usize> {
     pub displacements: Vec<Field<f64, D, D>>,
     /// Energies of the steps.
     pub energies: Vec<f64>,
-    /// Steps in unit time, for densities.
+    /// Steps per unit time, for densities.
     pub steps: usize,
     /// Names of the shapes, for pictures.
     pub names: Vec<String>,
-    /// What the last shape should have come to, drawn over it.
+    /// The end shape, drawn over the last one.
     pub target: Option<Contour<D>>,
 }
 
@@ -46,7 +47,7 @@ pub(crate) struct Path<const D: usize> {
     pub energies: Vec<f64>,
     /// Names of the shapes, for pictures.
     pub names: Vec<String>,
-    /// What the last shape should have come to, drawn over it.
+    /// The end shape, drawn over the last one.
     pub target: Option<Contour<D>>,
 }
 
@@ -60,7 +61,7 @@ impl<const D: usize> Path<D> {
         let last = result.displacements.len();
         let name = |k: usize| match k {
             0 => inputs[0].name.clone(),
-            // The last shape comes near the end shape, and is named after it.
+            // The last shape is close to the end shape, and is named after it.
             _ if k == last => inputs[1].name.clone(),
             _ => format!("{k} of {last}"),
         };
@@ -121,11 +122,10 @@ impl<const D: usize> Path<D> {
         self.contours.len() - 1
     }
 
-    /// The density that colours of a picture end at: nearly the largest of all nodes that have
-    /// one, but for a few that stand out.
+    /// The upper end of the colour scale: nearly the largest nodal density, without a few outliers.
     pub fn densest(&self) -> f64 {
         let all = self.densities.iter().flat_map(ScalarField::as_slice);
-        // Shapes that are equal leave rounding, which is not to be seen.
+        // Equal shapes leave rounding errors, which are not shown.
         let mut values: Vec<f64> = all.copied().filter(|&value| value > ROUNDING).collect();
         if values.is_empty() {
             return 0.0;
@@ -134,12 +134,12 @@ impl<const D: usize> Path<D> {
         *values.select_nth_unstable_by(rank, f64::total_cmp).1
     }
 
-    /// The boundary on its way from shape `k` to the next, at a share of the step.
+    /// The boundary between shape `k` and the next, at a fraction of the step.
     pub fn between(&self, k: usize, share: f64) -> Contour<D> {
         self.moved(k, share, &self.contours[k])
     }
 
-    /// A boundary of shape `k` at a share of the step to the next.
+    /// A boundary of shape `k` at a fraction of the step to the next.
     pub fn moved(&self, k: usize, share: f64, contour: &Contour<D>) -> Contour<D> {
         let displacement = &self.displacements[k];
         contour.map(|p| {
@@ -149,7 +149,7 @@ impl<const D: usize> Path<D> {
     }
 }
 
-/// The boundary of what bears a label: inside the level sets that it belongs to, outside the others.
+/// The boundary of a label: inside the level sets that it belongs to, outside the others.
 fn label<const D: usize>(
     components: &[ScalarField<f64, D>],
     index: usize,
@@ -164,7 +164,7 @@ fn label<const D: usize>(
     Ok(contour(&inside, 0.0, BoxEdge::Closed)?)
 }
 
-/// The area or volume inside a boundary; a shape that has vanished has none.
+/// The area or volume inside a boundary; 0 for a shape that has vanished.
 fn size<const D: usize>(contour: &Contour<D>) -> Result<f64, GeodesicError> {
     match Moments::of_contour(contour) {
         Ok(moments) => Ok(moments.volume),

@@ -1,4 +1,4 @@
-//! From the options to a checked plan.
+//! From the options to a validated plan.
 
 use std::path::Path;
 
@@ -9,29 +9,29 @@ use crate::options::check_law;
 use crate::output::ResultDir;
 use crate::shapes::{Components, Placed, SeenMask};
 
-/// Inputs that are read, placed and checked, and what is to be done with them.
+/// Inputs that are read, placed and validated, and the parameters of the computation.
 #[derive(Clone, Debug)]
 pub struct GeodesicPlan<const D: usize> {
     /// The masks in the unit box: start and end.
     pub(crate) placed: Placed<D>,
-    /// Their components, where there are several.
+    /// Their components, if there are several.
     pub(crate) parts: Option<Components<D>>,
-    /// What was seen of start and end, where masks tell.
+    /// Visibility masks of start and end, if given.
     pub(crate) views: [Option<SeenMask<D>>; 2],
-    /// The configuration, with nothing left to choose.
+    /// The configuration with all defaults resolved.
     pub config: GeodesicConfig,
 }
 
 /// A plan of either dimension.
 #[derive(Clone, Debug)]
 pub enum AnyPlan {
-    /// In the plane.
+    /// In 2D.
     D2(GeodesicPlan<2>),
-    /// In space.
+    /// In 3D.
     D3(GeodesicPlan<3>),
 }
 
-/// Reads, places and checks everything that a geodesic needs.
+/// Reads, places and validates the inputs of a geodesic.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
@@ -75,7 +75,7 @@ pub fn plan_geodesic(config: GeodesicConfig, output: &Path) -> Result<AnyPlan, C
     }
 }
 
-/// What was seen of a picture is a picture, of a volume a volume.
+/// A visibility mask has the dimension of its shape.
 fn other_dimension<const D: usize>(images: &[Image<D>]) -> CliError {
     CliError::Option {
         option: "--valid-start or --valid-end",

@@ -1,4 +1,4 @@
-//! What `result.json` tells of a geodesic.
+//! The contents of `result.json` of a geodesic.
 
 use ::geodesic::Geodesic;
 use levelset::Contour;
@@ -17,10 +17,10 @@ pub(super) type Record<'a, const D: usize> = report::Record<GeodesicConfig, Foun
 pub(super) struct Found<'a, const D: usize> {
     #[serde(flatten)]
     pub result: &'a Geodesic<D>,
-    /// The labels of the components, where there are several.
+    /// The labels of the components, if there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     labels: Vec<i64>,
-    /// Weight of one match that the weight asked for comes to for so many steps.
+    /// Weight of one mismatch for this number of steps.
     match_weight_in_force: f64,
     /// `sum sqrt W_k`.
     pub length: f64,
@@ -29,7 +29,7 @@ pub(super) struct Found<'a, const D: usize> {
     length_input_units: Option<f64>,
     /// `K sum W_k`, at least the square of the length.
     pub dissipation: f64,
-    /// Whether the overlap says that the end shape is reached.
+    /// Whether the overlap shows that the end shape is reached.
     pub end_reached: bool,
     /// Areas or volumes of the shapes `0, ..., K`.
     volumes: Vec<f64>,
@@ -43,11 +43,11 @@ pub(super) struct Found<'a, const D: usize> {
     evaluations: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<SurfaceRecord>,
-    /// Of the time, the minimisation with its first path.
+    /// Seconds of the minimisation including the initial path.
     solver_seconds: f64,
 }
 
-/// The record of an outcome. The time is that until now.
+/// The record of a result. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<D>,
     path: &Path<D>,

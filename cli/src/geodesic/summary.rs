@@ -1,4 +1,4 @@
-//! The closing words on standard output.
+//! The summary on standard output.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -12,8 +12,7 @@ use crate::report::certified;
 /// Prints a short summary; the last line names the picture.
 pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

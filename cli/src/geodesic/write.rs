@@ -24,7 +24,7 @@ const PARTS: [&str; 3] = ["dissipation", "match", "area"];
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<D>,
@@ -46,7 +46,7 @@ where
 /// tables and in pictures, and surfaces in 3D, of whose coordinates it tells.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(crate) fn write_path<const D: usize>(
     directory: &ResultDir,
     inputs: &[Input<D>],
@@ -151,7 +151,7 @@ fn has_area<const D: usize>(outcome: &Outcome<D>) -> bool {
     outcome.config.params.form == Form::LevelSets
 }
 
-/// The weighted parts of the energy at the end of a level.
+/// The weighted terms of the energy at the end of a level.
 fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
     let level = outcome.result.levels.get(level)?;
     let dissipation = level.steps as f64 * level.step_energies.iter().sum::<f64>();

@@ -1,4 +1,4 @@
-//! What can be wrong with an input, and what to do about it.
+//! Errors of inputs, with their remedies.
 
 use std::io;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ pub enum InputError {
         /// Why.
         source: io::Error,
     },
-    /// The name does not tell a known format.
+    /// The name has no known format.
     #[error("'{}' has no known image format", path.display())]
     UnknownFormat {
         /// The file.
@@ -45,7 +45,7 @@ pub enum InputError {
         /// Bytes found.
         found: u64,
     },
-    /// More values than can be worked on.
+    /// Too many values.
     #[error("'{}' claims {} values, more than {} are not read", path.display(), size_text(size), super::MAX_VALUES)]
     TooLarge {
         /// The file.
@@ -103,7 +103,7 @@ pub enum InputError {
         /// The value.
         value: f64,
     },
-    /// An image without anything to be seen.
+    /// An image without any contrast.
     #[error("'{}' shows nothing: all values are {value}", path.display())]
     Blank {
         /// The file.
@@ -172,7 +172,7 @@ pub enum InputError {
 }
 
 impl InputError {
-    /// What to do about it.
+    /// The remedy.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Unreadable { .. } => "check that the path is right and that the file may be read",

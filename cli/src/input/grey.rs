@@ -1,4 +1,4 @@
-//! The numbers of a file read as grey values, whatever their range.
+//! Reads the numbers of a file as grey values, whatever their range.
 
 use std::path::Path;
 
@@ -8,16 +8,16 @@ use super::decode::{Samples, check_size};
 use super::mask::{check_finite, check_spacing, shaped_any};
 use super::{AnyImage, InputError};
 
-/// This share of all numbers lies below what becomes 0, and as many above what becomes 1: a few
-/// very bright voxels do not make the rest dark.
+/// Fraction of all numbers that lie below the new 0, and above the new 1, so that a few very bright
+/// voxels do not darken the rest.
 const TAIL: f64 = 0.005;
 
-/// The numbers of a file that stand for 0 and for 1.
+/// The numbers of a file that correspond to 0 and to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GreyRange {
-    /// What becomes 0.
+    /// The number for 0.
     pub low: f64,
-    /// What becomes 1.
+    /// The number for 1.
     pub high: f64,
 }
 
@@ -33,8 +33,8 @@ impl GreyRange {
     }
 }
 
-/// Checks the numbers and puts them on a scale on which nearly all lie between 0 and 1; those
-/// beyond stay beyond.
+/// Checks the numbers and scales them so that nearly all lie between 0 and 1; those outside are
+/// kept.
 pub(super) fn into_grey_image(
     mut samples: Samples,
     path: &Path,

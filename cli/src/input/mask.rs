@@ -6,11 +6,11 @@ use std::path::Path;
 use super::decode::{Meaning, Samples, check_size};
 use super::{AnyImage, Image, InputError, LEVEL, ReadOptions};
 
-/// Up to so many different numbers are taken for labels in any case.
+/// Up to this number of different values, they are always treated as labels.
 const SURE_LABELS: usize = 32;
-/// More different numbers than this are no labels.
+/// Above this number of different values, they are not treated as labels.
 const MOST_LABELS: usize = 4096;
-/// Values may leave `[0, 1]` by rounding: single precision of a resampled mask.
+/// Values may exceed `[0, 1]` by rounding: single precision of a resampled mask.
 const RANGE_SLACK: f64 = 1e-6;
 
 /// Checks the numbers and turns them into an image.
@@ -191,7 +191,7 @@ fn scale(samples: &mut Samples, path: &Path) -> Result<(), InputError> {
 
 fn out_of_range(samples: &Samples, path: &Path) -> InputError {
     let outside = |v: f64| !(-RANGE_SLACK..=1.0 + RANGE_SLACK).contains(&v);
-    // The caller has found a value outside, so that the default is never taken.
+    // The caller has found a value outside, so that the default is never used.
     let (value, position) = find(samples, outside).unwrap_or_default();
     InputError::OutOfRange {
         path: path.into(),
@@ -200,8 +200,8 @@ fn out_of_range(samples: &Samples, path: &Path) -> InputError {
     }
 }
 
-/// Makes every label the object. Many different numbers of which neighbours mostly differ are no
-/// labels but intensities.
+/// Converts label images to masks of all labels. Many different values that mostly differ between
+/// neighbours are intensities, not labels.
 fn merge_labels(values: &mut [f64], path: &Path) -> Result<(), InputError> {
     let mut labels = BTreeSet::new();
     let (mut pairs, mut equal, mut last) = (0usize, 0usize, 0.0);

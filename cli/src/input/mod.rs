@@ -1,4 +1,5 @@
-//! Masks and grey images in: files of several formats become images with values in `[0, 1]`.
+//! Reads masks and grey images: files of several formats are converted to images with values in
+//! `[0, 1]`.
 //!
 //! **Axes.** An array is stored as `[y][x]` or `[z][y][x]`, the last axis running fastest. The
 //! last axis is `x`: axis 0 of an [`Image`]. Row 0 of a picture file is `y = 0`, so that the `y`
@@ -33,7 +34,7 @@ pub const MAX_VALUES: u64 = 1 << 28;
 /// The value that separates the object from the rest.
 pub const LEVEL: f64 = 0.5;
 
-/// How the numbers of a file become values in `[0, 1]`.
+/// How the numbers of a file are converted to values in `[0, 1]`.
 ///
 /// Without a label: numbers of exactly two levels become 0 and 1; 8-bit and 16-bit images are
 /// divided by their full range (numbers that are only 0 and 1 stay); floating-point numbers must
@@ -58,9 +59,11 @@ pub struct Image<const D: usize> {
     pub origin: [f64; D],
     /// The file.
     pub path: PathBuf,
-    /// Sample indices to world coordinates (rows of a 3x4 matrix) where the file states them.
+    /// Affine map from sample indices to world coordinates (rows of a 3x4 matrix), if the file
+    /// states it.
     pub affine: Option<[[f64; 4]; 3]>,
-    /// Whether the values are the file's own numbers, so that they may stand for nodal values.
+    /// Whether the values are the unchanged numbers of the file, so that they can be used as nodal
+    /// values.
     pub plain_array: bool,
 }
 
@@ -169,7 +172,7 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, InputError> {
     })
 }
 
-/// Reads one mask from the bytes of a file; the name tells the format.
+/// Reads one mask from the bytes of a file; the name determines the format.
 ///
 /// # Errors
 /// As [`read_image`].

@@ -2,16 +2,16 @@
 //!
 //! Three rules, in this order:
 //!
-//! 1. An array (`.npy`) of exactly as many samples a side as the grid has nodes stands for nodal
-//!    values and is used as it is ([`FrameRule::AsIs`]).
+//! 1. An array (`.npy`) of exactly as many samples per side as the grid has nodes holds nodal
+//!    values and is used without resampling ([`FrameRule::AsIs`]).
 //! 2. Images of one size and one spacing whose objects together take up little more room than
 //!    the largest object alone (at most [`SHARED_ROOM`] times its longest side) keep their
 //!    positions: one transform puts the common bounding box into the middle
 //!    ([`FrameRule::Shared`]).
 //! 3. Otherwise each object's bounding box is put into the middle ([`FrameRule::Centred`]).
 //!
-//! Grey images, of which nobody knows yet where the object is, are placed whole
-//! ([`whole_frame`], [`whole_frames`], [`FrameRule::Whole`]).
+//! Grey images, whose object is unknown, are placed as a whole ([`whole_frame`], [`whole_frames`],
+//! [`FrameRule::Whole`]).
 //!
 //! Rules 2 and 3 use one scale for all images, so that relative sizes are kept: the longest side
 //! of the largest bounding box becomes `1 - 2 MARGIN`. Aspect and voxel spacing are kept always.
@@ -57,7 +57,7 @@ pub struct FrameTransform<const D: usize> {
 }
 
 impl<const D: usize> FrameTransform<D> {
-    /// The rule that made it.
+    /// The rule that determined it.
     pub fn rule(&self) -> FrameRule {
         self.rule
     }
@@ -72,7 +72,7 @@ impl<const D: usize> FrameTransform<D> {
         self.spacing.map(|h| self.scale * h)
     }
 
-    /// The frame with everything drawn towards the middle of the box by a factor.
+    /// The frame scaled towards the centre of the box by a factor.
     pub fn shrunk(&self, factor: f64) -> Self {
         Self {
             scale: factor * self.scale,
@@ -81,7 +81,7 @@ impl<const D: usize> FrameTransform<D> {
         }
     }
 
-    /// Whether it places samples where another one does, up to rounding.
+    /// Whether it maps samples to the same positions as another frame, up to rounding.
     pub fn like(&self, other: &Self) -> bool {
         let ends = [[0.0; D], [1.0; D]];
         ends.iter().all(|&sample| {
@@ -227,7 +227,8 @@ pub fn whole_frame<const D: usize>(
     Ok((in_the_middle(image, longest, grid), grid))
 }
 
-/// The same for several images: a grid in which each has room, in one scale and each in its middle.
+/// The same for several images: a grid that contains each of them, with one scale and each image
+/// centred.
 ///
 /// # Errors
 /// As [`whole_frame`].
@@ -283,9 +284,9 @@ fn in_the_middle<const D: usize>(
     }
 }
 
-/// The values of an image at the nodes of a grid: means over the boxes of one spacing about them
-/// where samples are finer than the grid, interpolated where they are not. Beyond the image its
-/// values go on as they are at its border.
+/// The values of an image at the nodes of a grid: means over the boxes of one grid spacing around
+/// them if the samples are finer than the grid, interpolated otherwise. Outside of the image the
+/// values at its border are used.
 ///
 /// # Errors
 /// None in practice: images have two samples along every axis.
@@ -316,9 +317,9 @@ pub fn nodal_values<const D: usize>(
     }))
 }
 
-/// Where an image comes to lie that belongs to others: `frame` is that of one of them, `size` its
+/// Placement of an image that belongs to others: `frame` is that of one of them, `size` its
 /// samples. In a shared frame an image of the same lattice keeps its position; any other has its
-/// object put into the middle, with the scale of the others times `factor`.
+/// object centred, with the scale of the others times `factor`.
 pub(crate) fn frame_like<const D: usize>(
     image: &Image<D>,
     (size, frame): (&[usize], &FrameTransform<D>),

@@ -13,25 +13,25 @@ use crate::options::{Align, RunOptions, Size, named, positive};
 /// Options of `shapespace pca`.
 #[derive(Clone, Debug, Args)]
 pub struct PcaArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<PcaConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// What `shapespace pca` computes.
+/// Configuration of `shapespace pca`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PcaConfig {
-    /// Directory that `shapespace average` has written.
+    /// Result directory of `shapespace average`.
     #[arg(value_name = "AVERAGE")]
     pub average: PathBuf,
-    /// Most modes [default: all].
+    /// Maximum number of modes [default: all].
     #[arg(long, value_name = "M")]
     pub modes: Option<usize>,
-    /// Modes are drawn up to so many standard deviations.
+    /// Largest score of the drawn shapes, in standard deviations.
     #[arg(long, value_name = "A")]
     pub amplitude: f64,
     /// Parameters of the analysis.
@@ -69,19 +69,19 @@ impl Config for PcaConfig {
 /// Options of `shapespace synthesize`.
 #[derive(Clone, Debug, Args)]
 pub struct SynthesizeArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<SynthesizeConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// What `shapespace synthesize` computes.
+/// Configuration of `shapespace synthesize`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SynthesizeConfig {
-    /// Directory that `shapespace pca` has written.
+    /// Result directory of `shapespace pca`.
     #[arg(value_name = "PCA")]
     pub pca: PathBuf,
     /// Scores in the first modes, in standard deviations.
@@ -92,14 +92,14 @@ pub struct SynthesizeConfig {
         allow_hyphen_values = true
     )]
     pub scores: Vec<f64>,
-    /// Solve the nonlinear elastic problem under the load of the modes; without it the shape is the
-    /// average moved by their displacements.
+    /// Solve the nonlinear elastic problem under the load of the modes, instead of displacing the
+    /// average by the linear combination of modes.
     #[arg(long)]
     pub nonlinear: bool,
-    /// Steps in which the load is applied.
+    /// Number of load steps, with --nonlinear.
     #[arg(long, value_name = "N")]
     pub load_steps: usize,
-    /// Where the average lies, if it has been moved since.
+    /// Result directory of the average, if it has been moved.
     #[arg(long, value_name = "DIR")]
     pub average: Option<PathBuf>,
 }
@@ -143,34 +143,34 @@ impl Config for SynthesizeConfig {
 /// Options of `shapespace score`.
 #[derive(Clone, Debug, Args)]
 pub struct ScoreArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<ScoreConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// What `shapespace score` computes.
+/// Configuration of `shapespace score`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ScoreConfig {
-    /// Masks of new shapes, of the same formats as for an average.
+    /// Masks of new shapes, in the formats of `shapespace average`.
     #[arg(value_name = "NEW")]
     pub inputs: Vec<PathBuf>,
-    /// Directory that `shapespace pca` has written.
+    /// Result directory of `shapespace pca`.
     #[arg(long, value_name = "PCA")]
     pub pca: PathBuf,
-    /// Alignment of a new shape with the average [default: as the shapes of the average].
+    /// Rigid alignment of a new shape with the average [default: as for the shapes of the average].
     #[arg(long, value_enum)]
     pub align: Option<Align>,
-    /// Size of a new shape beside those of the average.
+    /// Size of a new shape relative to those of the average.
     #[arg(long, value_enum)]
     pub size: Size,
-    /// In label images, the label of the object [default: every label but 0].
+    /// Label of the object in label images [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
-    /// Where the average lies, if it has been moved since.
+    /// Result directory of the average, if it has been moved.
     #[arg(long, value_name = "DIR")]
     pub average: Option<PathBuf>,
 }

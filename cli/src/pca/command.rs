@@ -22,7 +22,7 @@ use crate::progress::Progress;
 /// Runs `shapespace pca`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_pca(args: &PcaArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let progress = Progress::stderr();
@@ -30,7 +30,7 @@ pub fn run_pca(args: &PcaArgs) -> Result<Exit, CliError> {
         ResultDir::create(&args.run.output).map(drop)?;
         progress.stage("reading the average");
         let stored = read_average(&config.average)?;
-        // Where the average lies is read again by those who use the modes.
+        // The modes refer to the directory of the average, which is read again with them.
         config.average = fs::canonicalize(&config.average).unwrap_or(config.average);
         match stored {
             AnyAverage::D2(stored) => run(&stored, &config, args, &progress, start),
@@ -77,11 +77,10 @@ where
     Ok(Exit::Success)
 }
 
-/// The closing words on standard output; the last line names the picture.
+/// Prints the summary on standard output; the last line names the picture.
 fn print<const D: usize>(record: &PcaRecord<'_, D>, target: &Path) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

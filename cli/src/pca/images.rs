@@ -5,14 +5,14 @@ use shape_pca::{ModeSpace, push_forward};
 
 use crate::picture::{Canvas, Slice, TileRows};
 
-/// Most modes in the strip.
+/// Maximum number of modes in the strip.
 const ROWS: usize = 5;
 /// Images of a mode in the strip: the average in the middle.
 const COLUMNS: usize = 5;
 /// Frames of an animation, from one end to the other.
 const FRAMES: usize = 17;
 
-/// Modes that are drawn.
+/// The drawn modes.
 pub(super) struct ImageModes<'a, const D: usize> {
     /// The average image.
     pub image: &'a ScalarField<f64, D>,

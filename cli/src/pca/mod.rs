@@ -1,8 +1,9 @@
 //! `shapespace pca`, `shapespace synthesize` and `shapespace score`: modes of variation about an
-//! average, shapes made of them, and new shapes measured by them.
+//! average, synthesis of shapes from scores, and scores of new shapes.
 //!
-//! `read` reads directories back, `command`, `synthesize` and `score` compute, `record` is what
-//! `result.json` tells, `procrustes` compares boundaries, `write`, `draw`, `images`, `tables` and `report` make the rest of the directory.
+//! `read` reads directories, `command`, `synthesize` and `score` compute, `record` is the content
+//! of `result.json`, `procrustes` compares boundaries, `write`, `draw`, `images`, `tables` and
+//! `report` write the rest of the directory.
 
 mod args;
 mod command;

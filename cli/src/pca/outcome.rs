@@ -1,4 +1,4 @@
-//! What an analysis has found.
+//! The result of an analysis.
 
 use std::time::Instant;
 
@@ -7,7 +7,7 @@ use shape_pca::{Pca, Quality};
 use super::args::PcaConfig;
 use super::read::StoredAverage;
 
-/// Everything there is to tell about an analysis.
+/// The result of a computation.
 pub(super) struct Outcome<'a, const D: usize> {
     pub config: &'a PcaConfig,
     pub stored: &'a StoredAverage<D>,

@@ -1,25 +1,26 @@
-//! Points moved rigidly onto others.
+//! Rigid alignment of points.
 
 use fe_grid::VectorField;
 use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
 
-/// The rigid motion that brings points nearest to others, one to one, and what is left.
+/// The rigid motion that minimises the distance between corresponding points, and the residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Procrustes<const D: usize> {
     rotation: SMatrix<f64, D, D>,
     shift: SVector<f64, D>,
     /// Root mean square distance after the motion.
     pub distance: f64,
-    /// The same over the root mean square distance of the others from their centroid.
+    /// The same, relative to the root mean square distance of the target points from their
+    /// centroid.
     pub residual: f64,
 }
 
 impl<const D: usize> Procrustes<D> {
-    /// Moves `points` onto `others` by a proper rotation and a shift (Kabsch 1976).
+    /// Aligns `points` with `others` by a proper rotation and a translation (Kabsch 1976).
     ///
     /// # Panics
-    /// If there are not as many of both, or none.
+    /// If their numbers differ, or are zero.
     pub fn new(points: &[[f64; D]], others: &[[f64; D]]) -> Self {
         assert!(!points.is_empty() && points.len() == others.len());
         let n = points.len() as f64;
@@ -92,10 +93,10 @@ fn nearest_rotation<const D: usize>(a: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D
     rotation
 }
 
-/// Where the points of a boundary go: first by `onto`, the displacement of a shape's deformation
-/// onto the average, then from there by `factor` times `u`. For `factor = -1` and the
-/// displacement that represents the shape, the points come back to about where they were, up to a
-/// rigid motion.
+/// The displaced points of a boundary: first by `onto`, the displacement of a shape's deformation
+/// onto the average, then by `factor` times `u`. For `factor = -1` and the displacement that
+/// represents the shape, the points return to approximately their initial positions, up to a rigid
+/// motion.
 pub fn there_and_back<const D: usize>(
     boundary: &Contour<D>,
     onto: &VectorField<f64, D>,

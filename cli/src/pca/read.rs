@@ -1,4 +1,4 @@
-//! The directories of an average and of its modes, read back.
+//! Reads the directories of an average and of its modes.
 
 use std::path::{Path, PathBuf};
 
@@ -16,19 +16,19 @@ use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 
-/// An average with what its directory tells of it.
+/// An average and its record.
 pub(super) struct StoredAverage<const D: usize> {
     /// Its deformations.
     pub average: Average<D>,
     /// Its phase field.
     pub phase_field: ScalarField<f64, D>,
-    /// The average image, where images were averaged.
+    /// The average image, for averages of images.
     pub image: Option<ScalarField<f64, D>>,
     /// Its parameters.
     pub params: AverageParams,
     /// Short names of its shapes.
     pub names: Vec<String>,
-    /// Samples of the first input along each axis, and where it lies in the unit box.
+    /// Samples of the first input along each axis, and its placement in the unit box.
     pub frame: (Vec<usize>, FrameTransform<D>),
     /// Whether its shapes were aligned.
     pub align: Align,
@@ -36,9 +36,9 @@ pub(super) struct StoredAverage<const D: usize> {
 
 /// An average of either dimension.
 pub(super) enum AnyAverage {
-    /// In the plane.
+    /// In 2D.
     D2(StoredAverage<2>),
-    /// In space.
+    /// In 3D.
     D3(StoredAverage<3>),
 }
 
@@ -61,8 +61,8 @@ fn unfit_pca(directory: &Path, reason: String) -> CliError {
 /// Reads the directory of an average.
 ///
 /// # Errors
-/// [`CliError::NoResult`] where it is none, and [`CliError::Input`] for an array that cannot be
-/// read.
+/// [`CliError::NoResult`] for any other directory, and [`CliError::Input`] for an array that cannot
+/// be read.
 pub(super) fn read_average(directory: &Path) -> Result<AnyAverage, CliError> {
     let unfit = |reason| unfit_average(directory, reason);
     match read_dimension(directory).map_err(unfit)? {
@@ -81,7 +81,7 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
     };
     let phase_field = fields.scalar::<D>(Path::new("average.npy"))?;
     let grid = *phase_field.grid();
-    // Where images are averaged, all of the box is the object.
+    // For averages of images, the whole box is the object.
     let delta = if config.joint {
         1.0
     } else {
@@ -101,7 +101,7 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
         }
         let mut weight = fields.numbered_scalar::<D>("weight", i)?;
         for x in weight.as_mut_slice() {
-            // Where the void is as stiff as the object, all of the box is the object.
+            // If the void is as stiff as the object, the whole box is the object.
             *x = if delta < 1.0 {
                 (*x - delta) / (1.0 - delta)
             } else {
@@ -137,7 +137,7 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
 }
 
 impl<const D: usize> StoredAverage<D> {
-    /// Parameters of an analysis of this average: its material is the average's.
+    /// Parameters of an analysis of this average, with the material of the average.
     pub fn pca_params(&self, params: PcaParams) -> PcaParams {
         PcaParams {
             law: self.params.law,
@@ -147,7 +147,7 @@ impl<const D: usize> StoredAverage<D> {
     }
 }
 
-/// What an analysis says of its modes.
+/// The record of the modes.
 #[derive(Clone, Debug, Deserialize)]
 struct Modes {
     n_modes: usize,
@@ -164,16 +164,16 @@ pub(super) struct StoredPca<const D: usize> {
 
 /// Modes of either dimension.
 pub(super) enum AnyPca {
-    /// In the plane.
+    /// In 2D.
     D2(StoredPca<2>),
-    /// In space.
+    /// In 3D.
     D3(StoredPca<3>),
 }
 
 /// Reads the directory of an analysis, and that of its average.
 ///
 /// # Errors
-/// As [`read_average`]; [`CliError::NoResult`] for modes of images, which are not made of boundaries.
+/// As [`read_average`]; [`CliError::NoResult`] for modes of images, which have no boundaries.
 pub(super) fn read_pca(directory: &Path, average: Option<&Path>) -> Result<AnyPca, CliError> {
     let unfit = |reason| unfit_pca(directory, reason);
     match read_dimension(directory).map_err(unfit)? {

@@ -1,4 +1,4 @@
-//! What `result.json` tells.
+//! The contents of `result.json`.
 
 use hyperelastic::LawSpec;
 use serde::Serialize;
@@ -9,10 +9,10 @@ use super::outcome::Outcome;
 use super::procrustes::Procrustes;
 use crate::report::Record;
 
-/// Everything in `result.json` of `shapespace pca`.
+/// The contents of `result.json` of `shapespace pca`.
 pub(super) type PcaRecord<'a, const D: usize> = Record<PcaConfig, Analysis<'a>, D>;
 
-/// What an analysis has found.
+/// The result of an analysis.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Analysis<'a> {
     /// The shapes of the average.
@@ -24,34 +24,35 @@ pub(super) struct Analysis<'a> {
     law: LawSpec,
     void_stiffness: f64,
     pub n_modes: usize,
-    /// All of them, the largest first, as many as shapes; the last are zero up to rounding.
+    /// All eigenvalues, in descending order, as many as shapes; the last are zero up to rounding.
     pub eigenvalues: &'a [f64],
-    /// Over the first.
+    /// Relative to the first.
     pub ratios: Vec<f64>,
     /// `|sum u_k|` over the mean of `|u_k|` in `L^2`, before centring.
     pub balance: f64,
-    /// Whether all curvature of the compound operator that was met is positive.
+    /// Whether every curvature of the compound operator found by the solver is positive.
     pub definite: bool,
-    /// The least, relative to linear elasticity.
+    /// The smallest curvature, relative to linear elasticity.
     pub least_curvature: f64,
     /// Of the training shapes.
     mahalanobis: Vec<f64>,
-    /// Root of their weighted mean square: `sqrt((n-1)/n)` with all modes.
+    /// Square root of their weighted mean square: `sqrt((n-1)/n)` with all modes.
     pub mahalanobis_rms: f64,
-    /// Of every shape, how far `(1 - u_k)(S)` is from it after a rigid motion: root mean square
-    /// distance of the boundaries over that of the shape's from its centroid.
+    /// For every shape, the distance between `(1 - u_k)(S)` and the shape after a rigid alignment:
+    /// root mean square distance of the boundaries relative to that of the shape's boundary from
+    /// its centroid.
     procrustes: Vec<f64>,
-    /// The same distance in lengths of the unit box.
+    /// The same distance in length units of the unit box.
     procrustes_distance: Vec<f64>,
     /// Area or volume of the average object.
     object_size: f64,
     pub quality: &'a Quality,
-    /// What the modes of the others leave of every shape, relative.
+    /// For every shape, the relative residual with the modes of the other shapes.
     left_out_residual: Vec<f64>,
     solves: &'a [SolveReport],
 }
 
-/// The record of an outcome. The time is that until now.
+/// The record of a result. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<'a, D>,
     object_size: f64,
@@ -87,44 +88,44 @@ pub(super) fn record<'a, const D: usize>(
     Record::new("complete", &nodes, outcome.config, found, outcome.start)
 }
 
-/// Everything in `result.json` of `shapespace synthesize`.
+/// The contents of `result.json` of `shapespace synthesize`.
 pub(super) type SynthesisRecord<const D: usize> = Record<SynthesizeConfig, Synthesis, D>;
 
-/// What a synthesis has found.
+/// The result of a synthesis.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Synthesis {
-    /// Share of the load that was reached; one for a linear synthesis.
+    /// Fraction of the load that was reached; one for a linear synthesis.
     pub load_share: f64,
     /// Newton steps of every load step.
     pub iterations: Vec<usize>,
     /// `sqrt((1/n) sum score^2)`.
     pub mahalanobis: f64,
-    /// The least determinant of the deformation of the average on the cells of the object: where it
-    /// is not positive the shape may cut itself.
+    /// Minimum determinant of the deformation of the average on the cells of the object: if it is
+    /// not positive, the shape may intersect itself.
     pub min_det: f64,
     /// Area or volume of the shape and of the average.
     pub size: f64,
     pub average_size: f64,
 }
 
-/// Everything in `result.json` of `shapespace score`.
+/// The contents of `result.json` of `shapespace score`.
 pub(super) type ScoreRecord<const D: usize> = Record<ScoreConfig, Placements, D>;
 
-/// Where new shapes lie.
+/// The scores of new shapes.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Placements {
     /// Of every shape.
     pub mahalanobis: Vec<f64>,
     /// Of every shape, in standard deviations.
     pub scores: Vec<Vec<f64>>,
-    /// Of every shape, what all modes leave of its displacement, relative.
+    /// For every shape, the relative residual of its displacement with all modes.
     pub residual: Vec<f64>,
     /// The same of the first `m` modes, `m = 0, 1, ...`.
     pub errors: Vec<Vec<f64>>,
-    /// Of every shape, the Dice overlap of what `m` modes make of it with the mask itself.
+    /// For every shape, the Dice overlap of its reconstruction by `m` modes with the mask.
     pub reconstruction_dice: Vec<Vec<f64>>,
-    /// Of every shape, root mean square distance of its boundary from what `m` modes make of it,
-    /// point by point after a rigid motion, in lengths of the unit box.
+    /// For every shape, root mean square distance of its boundary from the reconstruction by `m`
+    /// modes, point by point after a rigid alignment, in length units of the unit box.
     pub reconstruction_distance: Vec<Vec<f64>>,
     /// Overlap of the shapes, deformed onto the average, with the average.
     pub dice: Vec<f64>,

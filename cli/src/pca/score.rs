@@ -1,8 +1,8 @@
-//! `shapespace score`: where new shapes lie among the modes of variation.
+//! `shapespace score`: scores of new shapes in the modes of variation.
 //!
-//! A new shape is placed as the shapes of the average were, turned onto the average where they were
-//! aligned, and deformed onto it elastically, the average being kept. The stress that this leaves
-//! is represented by a displacement as theirs are, and that is measured by the modes.
+//! A new shape is placed as the shapes of the average, aligned with the average if they were, and
+//! deformed elastically onto the fixed average. The resulting stress is represented by a
+//! displacement as for them, and its scores in the modes are computed.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -34,15 +34,15 @@ use crate::progress::Progress;
 use crate::shapes::{labels, place_like};
 use crate::watch::{Interrupt, Watch, level_nodes};
 
-/// Nodes a side of the grids on which motions are found, in 2D and 3D.
+/// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
 const ALIGNMENT_NODES: [usize; 2] = [65, 33];
-/// Most shapes in the picture.
+/// Maximum number of shapes in the picture.
 const SHOWN: usize = 12;
 
 /// Runs `shapespace score`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_score(args: &ScoreArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -78,13 +78,13 @@ fn unfit(config: ScoreConfig, reason: &str) -> CliError {
     }
 }
 
-/// A new shape that has been measured.
+/// A new shape and its scores.
 struct Measured<const D: usize> {
     /// Overlap of the shape, deformed onto the average, with the average.
     overlap: f64,
     outline: Contour<D>,
     scores: Scores,
-    /// What the first `m` modes make of it.
+    /// The reconstruction by the first `m` modes.
     reconstructions: Vec<Contour<D>>,
     dice: Vec<f64>,
     distance: Vec<f64>,
@@ -92,14 +92,14 @@ struct Measured<const D: usize> {
     displacement: fe_grid::VectorField<f64, D>,
 }
 
-/// The average, as new shapes are brought onto it.
+/// The average as the target of new shapes.
 struct Target<'a, const D: usize> {
     stored: &'a StoredPca<D>,
     compound: Compound<D>,
     outline: Contour<D>,
     size: f64,
     distance: ScalarField<f64, D>,
-    /// On the grid on which motions are found.
+    /// On the grid of the rigid alignment.
     coarse: ScalarField<f64, D>,
     align: Align,
     scale: Size,
@@ -283,7 +283,7 @@ where
     Ok(record)
 }
 
-/// Every shape with what some, and all, modes make of it.
+/// Every shape with its reconstructions by some and by all modes.
 fn picture<const D: usize>(names: &[String], found: &[Measured<D>]) -> Canvas
 where
     Pictures: Draw<D>,
@@ -309,11 +309,10 @@ where
     .draw()
 }
 
-/// The closing words on standard output; the last line names the picture.
+/// Prints the summary on standard output; the last line names the picture.
 fn print<const D: usize>(record: &ScoreRecord<D>, target: &Path) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

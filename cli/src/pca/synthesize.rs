@@ -1,4 +1,4 @@
-//! `shapespace synthesize`: a shape from its scores.
+//! `shapespace synthesize`: computes a shape from its scores.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -24,7 +24,7 @@ use crate::progress::Progress;
 /// Runs `shapespace synthesize`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_synthesize(args: &SynthesizeArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let progress = Progress::stderr();
@@ -161,11 +161,10 @@ fn record<const D: usize>(
     ))
 }
 
-/// The closing words on standard output; the last line names the picture.
+/// Prints the summary on standard output; the last line names the picture.
 fn print<const D: usize>(record: &SynthesisRecord<D>, target: &Path) {
     let mut text = String::new();
-    // Writing into a string cannot fail, and nobody is left to be told where standard output is
-    // closed.
+    // Writing into a string cannot fail, and a closed standard output is not an error.
     let _ = write_lines(&mut text, record, target);
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

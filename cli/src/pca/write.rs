@@ -23,7 +23,7 @@ use crate::picture::Canvas;
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<'a, D>,
@@ -53,7 +53,7 @@ where
         };
         modes.strip().write_png(&directory.file("modes.png"))?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
-        // All of the box, and no boundary to come back to.
+        // The whole box, without a boundary for comparison.
         (image.grid().extent().iter().product(), Vec::new())
     } else {
         let object = outcome.stored.average.object();
@@ -87,7 +87,7 @@ fn write_animations(
     Ok(())
 }
 
-/// How well the shapes come back from their displacements.
+/// Errors of the shapes reconstructed from their displacements.
 fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, CliError> {
     let average = &outcome.stored.average;
     let shapes = average.indicators().iter().zip(average.displacements());

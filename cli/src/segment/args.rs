@@ -13,43 +13,43 @@ use crate::options::{RunOptions, ScaleOptions};
 /// Options of `shapespace segment`.
 #[derive(Clone, Debug, Args)]
 pub struct SegmentArgs {
-    /// What is computed.
+    /// Parameters of the computation.
     #[command(flatten)]
     pub config: Configured<SegmentConfig>,
-    /// What the results do not depend on.
+    /// Options that do not influence the results.
     #[command(flatten)]
     pub run: RunOptions,
 }
 
-/// What `shapespace segment` computes.
+/// Configuration of `shapespace segment`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SegmentConfig {
     /// Grey images: PNG, PGM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
     #[arg(value_name = "IMAGE")]
     pub inputs: Vec<PathBuf>,
-    /// Nodes along the longest side, 2^L + 1 [default: as the image has samples, at most 513, for
-    /// volumes 129].
+    /// Number of nodes along the longest side, 2^L + 1 [default: from the number of samples, at
+    /// most 513, for volumes 129].
     #[arg(long, value_name = "N")]
     pub grid: Option<usize>,
-    /// How edges and smoothness are weighed.
+    /// Scales of the segmentation.
     #[serde(flatten)]
     #[command(flatten)]
     pub scales: ScaleOptions,
-    /// Where the object is.
+    /// How the object is distinguished from the background.
     #[arg(long, value_enum)]
     pub object: Object,
-    /// Grey value between the object and the rest, in the numbers of the file [default: the one
-    /// that separates the smoothed values best].
+    /// Threshold between the object and the background, in grey values of the file [default: the
+    /// one that separates the smoothed values best].
     #[arg(long, value_name = "GREY")]
     pub threshold: Option<f64>,
-    /// Classes of grey values, of which the object is the brightest or the darkest.
+    /// Number of classes of grey values; the object is the brightest or the darkest class.
     #[arg(long, value_name = "N")]
     pub classes: usize,
-    /// Keep only the largest connected piece of the object.
+    /// Keep only the largest connected component of the object.
     #[arg(long)]
     pub largest: bool,
-    /// Masks of the true objects, one for each image and of its size, to compare with.
+    /// Masks of the true objects, one per image and of its size, for comparison.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[arg(long, value_name = "MASK", num_args = 1..)]
     pub truth: Vec<PathBuf>,
@@ -59,7 +59,7 @@ pub struct SegmentConfig {
     pub params: SegmentationParams,
 }
 
-/// Classes of grey values where nothing else is said.
+/// Default number of classes of grey values.
 const CLASSES: usize = 2;
 
 impl Default for SegmentConfig {
@@ -134,17 +134,17 @@ pub(super) fn wrong_truth(value: String, remedy: String) -> CliError {
     }
 }
 
-/// Where the object is.
+/// How the object is distinguished from the background.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Object {
-    /// Brighter than the rest.
+    /// Brighter than the background.
     #[default]
     Bright,
-    /// Darker than the rest.
+    /// Darker than the background.
     Dark,
-    /// What the edges part from the largest region, whatever its grey value.
+    /// Separated by edges from the largest region, whatever its grey value.
     Enclosed,
-    /// There is none: only edges are wanted.
+    /// No object: edges only.
     None,
 }

@@ -1,4 +1,4 @@
-//! Edges and objects of images.
+//! Computes edges and objects of images.
 
 use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, contour, hausdorff, largest_component, signed_distance};
@@ -11,21 +11,21 @@ use crate::input::{Image, LEVEL, boundary};
 use crate::progress::Progress;
 use crate::watch::{Course, Interrupt, Watch, level_nodes};
 
-/// An image with everything that has been found in it.
+/// An image and its segmentation.
 pub(super) struct Found<const D: usize> {
     pub placed: Placed<D>,
     pub params: SegmentationParams,
     pub result: Segmentation<D>,
     pub course: Vec<Course>,
-    /// None where there is none, or none was asked for.
+    /// `None` if there is none, or none was requested.
     pub object: Option<FoundObject<D>>,
 }
 
 /// The object of an image.
 pub(super) struct FoundObject<const D: usize> {
-    /// Its threshold, on the scale of the image, where it has one.
+    /// Its threshold, on the scale of the image, if it has one.
     pub threshold: Option<f64>,
-    /// How well the classes of grey values are separated; none for a given threshold.
+    /// Quality of the separation of the classes of grey values; none for a given threshold.
     pub separation: Option<f64>,
     /// Positive inside, on the grid.
     pub level_set: ScalarField<f64, D>,
@@ -36,7 +36,7 @@ pub(super) struct FoundObject<const D: usize> {
     pub truth: Option<Comparison<D>>,
 }
 
-/// An object beside the true one.
+/// Comparison of an object with the true one.
 pub(super) struct Comparison<const D: usize> {
     pub outline: Contour<D>,
     pub dice: f64,
@@ -47,7 +47,7 @@ pub(super) struct Comparison<const D: usize> {
 /// Segments all images, one after the other.
 ///
 /// # Errors
-/// [`CliError`] where a system breaks down.
+/// [`CliError`] if a linear solver breaks down.
 pub(super) fn compute<const D: usize>(
     images: Vec<Placed<D>>,
     config: &SegmentConfig,
@@ -75,14 +75,14 @@ pub(super) fn compute<const D: usize>(
     found.collect()
 }
 
-/// A function that is positive in an object, with what led to it.
+/// A function that is positive in an object, with its threshold and quality.
 struct Inside<const D: usize> {
     level_set: ScalarField<f64, D>,
     threshold: Option<f64>,
     separation: Option<f64>,
 }
 
-/// The object on one side of a threshold; none where there are not so many grey values.
+/// The object on one side of a threshold; `None` if there are fewer grey values than classes.
 fn beside_threshold<const D: usize>(
     placed: &Placed<D>,
     result: &Segmentation<D>,
@@ -109,8 +109,9 @@ fn beside_threshold<const D: usize>(
     })
 }
 
-/// What the edges part from the largest region. Regions end where the phase field is 1/2, which is
-/// `2 eps ln 2` before the edge: the object is as much smaller than what is left of the box.
+/// The region that edges separate from the largest region. Regions end where the phase field is
+/// 1/2, at a distance of `2 eps ln 2` from the edge: the object is reduced by as much as the rest
+/// of the box.
 fn enclosed<const D: usize>(result: &Segmentation<D>) -> Option<Inside<D>> {
     let around = largest_component(&result.phase_field, 0.5).ok()?;
     let mut rest = around;
@@ -172,7 +173,7 @@ fn object<const D: usize>(
     })
 }
 
-/// None for a truth without a boundary, which masks that were read have not.
+/// `None` for a true mask without a boundary, which masks read from files always have.
 fn compare<const D: usize>(
     truth: &Image<D>,
     placed: &Placed<D>,

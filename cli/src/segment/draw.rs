@@ -11,7 +11,7 @@ pub(super) fn picture<const D: usize>(found: &[Found<D>]) -> Canvas {
     let mut rows = TileRows::new(COLUMNS);
     for image in found {
         let (placed, result) = (&image.placed, &image.result);
-        // A run that was stopped ends on a coarser grid of the same box.
+        // An interrupted run ends on a coarser grid of the same box.
         let slice = Slice::middle(placed.nodal.grid(), TileRows::width(COLUMNS));
         rows.push(placed.name.as_str(), slice.grey(&placed.nodal));
         rows.push("smoothed", slice.grey(&result.image));

@@ -1,7 +1,7 @@
-//! `shapespace segment`: grey images in, their edges and objects out.
+//! `shapespace segment`: computes edges and objects of grey images.
 //!
-//! `args` are the options, `plan` reads and checks, `compute` finds edges and objects, `record` and
-//! `write` make the result directory, `draw` its picture.
+//! `args` are the options, `plan` reads and validates the images, `compute` finds edges and
+//! objects, `record` and `write` write the result directory, `draw` its picture.
 
 mod args;
 mod compute;
@@ -24,7 +24,7 @@ use plan::{AnyPlan, SegmentPlan, plan_segment};
 /// Runs `shapespace segment`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub fn run_segment(args: &SegmentArgs) -> Result<Exit, CliError> {
     let start = Instant::now();
     let interrupt = Interrupt::listen();
@@ -47,7 +47,7 @@ fn run_plan<const D: usize>(
     interrupt: Interrupt,
     start: Instant,
 ) -> Result<Exit, CliError> {
-    // A folder that cannot be written to is better known before the computation than after it.
+    // Fail before the computation if the folder cannot be written to.
     ResultDir::create(&args.run.output).map(drop)?;
     let found = compute::compute(plan.images, &plan.config, progress, interrupt)?;
     progress.stage("writing");

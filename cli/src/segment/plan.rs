@@ -1,4 +1,4 @@
-//! From the options to a checked plan.
+//! From the options to a validated plan.
 
 use std::path::Path;
 
@@ -28,7 +28,8 @@ pub(super) struct Placed<const D: usize> {
 /// Images that are read, placed and checked, and what is to be done with them.
 pub(super) struct SegmentPlan<const D: usize> {
     pub images: Vec<Placed<D>>,
-    /// The configuration, with nothing left to choose but what depends on the size of an image.
+    /// The configuration with all defaults resolved except those that depend on the size of an
+    /// image.
     pub config: SegmentConfig,
 }
 
@@ -38,7 +39,7 @@ pub(super) enum AnyPlan {
     D3(SegmentPlan<3>),
 }
 
-/// Reads, places and checks everything.
+/// Reads, places and validates the images.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
@@ -105,8 +106,8 @@ fn plan<const D: usize>(
     })
 }
 
-/// The nodes along the longest side of an image: as asked for, or the least `2^L + 1` that are no
-/// fewer than its samples, with a bound.
+/// The number of nodes along the longest side of an image: the given one, or the smallest `2^L + 1`
+/// not below the number of samples, with an upper bound.
 fn nodes<const D: usize>(image: &Image<D>, asked: Option<usize>) -> Result<usize, CliError> {
     let (usual, most) = if D == 2 { (513, 4097) } else { (129, 513) };
     if let Some(nodes) = asked {
@@ -118,7 +119,7 @@ fn nodes<const D: usize>(image: &Image<D>, asked: Option<usize>) -> Result<usize
 }
 
 impl SegmentConfig {
-    /// The same as a segmentation takes them, on a grid.
+    /// The parameters of a segmentation on a grid.
     ///
     /// # Errors
     /// None in practice: the options are positive numbers.

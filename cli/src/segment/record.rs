@@ -1,4 +1,4 @@
-//! The contents of `result.json`, and the closing words. What does not exist is left out.
+//! The contents of `result.json`, and the summary. Missing values are left out.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -15,10 +15,10 @@ use super::compute::Found;
 use crate::report::{self, CANCELLED, first_failure, overall};
 use crate::shapes::{InputRecord, SizeRecord};
 
-/// Everything in `result.json`.
+/// The contents of `result.json`.
 pub(super) type Record<'a, const D: usize> = report::Record<SegmentConfig, Images<'a, D>, D>;
 
-/// What was found in all images.
+/// The results of all images.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Images<'a, const D: usize> {
     images: Vec<ImageRecord<'a, D>>,
@@ -35,9 +35,9 @@ struct ImageRecord<'a, const D: usize> {
     nodes: Vec<usize>,
     weights: Weights,
     energy: SegmentationEnergy,
-    /// Length (area) of the edges, which the phase field measures, in the unit box.
+    /// Length (area) of the edges according to the phase field, in the unit box.
     edge_length: f64,
-    /// Connected pieces that the edges leave, of a thousandth of the image or more.
+    /// Number of connected regions between the edges, of a thousandth of the image or more.
     regions: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     object: Option<ObjectRecord>,
@@ -46,7 +46,7 @@ struct ImageRecord<'a, const D: usize> {
 
 #[derive(Clone, Debug, Serialize)]
 struct ObjectRecord {
-    /// In the numbers of the file.
+    /// In grey values of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     threshold: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,7 +62,7 @@ struct ObjectRecord {
     percentile_95_input_units: Option<f64>,
 }
 
-/// Pieces smaller than this share of the image are no regions.
+/// Pieces smaller than this, relative to the image, are not counted as regions.
 const LEAST_REGION: f64 = 1e-3;
 
 impl<'a, const D: usize> ImageRecord<'a, D> {
@@ -104,7 +104,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
     }
 }
 
-/// The record of all images. The time is that until now.
+/// The record of all images. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     config: &SegmentConfig,
     found: &'a [Found<D>],
@@ -136,7 +136,7 @@ pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = write_lines(&mut text, record, target);
-    // Nobody is left to be told where standard output is closed.
+    // A closed standard output is not an error.
     let _ = std::io::stdout().write_all(text.as_bytes());
 }
 

@@ -16,13 +16,13 @@ use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, numbered};
 use crate::watch::is_last;
 
-/// Names of the parts of the energy.
+/// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["fidelity", "smoothness", "edges"];
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     config: &SegmentConfig,
@@ -95,7 +95,8 @@ fn write_outline<const D: usize>(
     std::fs::write(path, text).map_err(OutputError::at(path))
 }
 
-/// The course of the energy of one image; its parts are known at the end of each level.
+/// The convergence history of one image; the terms of the energy are known at the end of each
+/// level.
 fn energy_points<const D: usize>(found: &Found<D>) -> Vec<EnergyPoint> {
     let course = &found.course;
     let points = course.iter().enumerate().map(|(i, point)| EnergyPoint {

@@ -1,14 +1,14 @@
 //! Rigid alignment of the inputs.
 //!
-//! All shapes are brought onto one of them, the reference, which keeps its own orientation: the
-//! shape whose size and spread are nearest to those of all others (least sum of distances of
-//! `(V^(1/d), sqrt(tr C), (tr C^2)^(1/4))`, with volume `V` and covariance `C`; these do not
-//! depend on position and orientation); of shapes some of which were seen in part only, one that was
-//! seen whole, where there is one. Motions are found on signed distances on a grid of
-//! moderate size and applied to the boundaries themselves.
+//! All shapes are aligned with one of them, the reference, which keeps its orientation: the shape
+//! whose size and spread are nearest to those of all others (minimal sum of distances of `(V^(1/d),
+//! sqrt(tr C), (tr C^2)^(1/4))`, with volume `V` and covariance `C`; these do not depend on
+//! position and orientation); if some shapes are only partially visible, a completely visible one,
+//! if there is one. Motions are computed from signed distances on a grid of moderate size and
+//! applied to the boundaries themselves.
 //!
-//! Where aligned shapes then reach out of [`ROOM`], all are moved together to the middle, and, if
-//! that is not enough, made smaller by one factor, which the frames record.
+//! If aligned shapes then extend beyond [`ROOM`], all are moved together to the middle, and, if
+//! that is not enough, scaled down by one factor, which is recorded in the frames.
 
 use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments};
@@ -19,9 +19,9 @@ use shape_average::align::{RigidMotion, align_group_of_seen};
 use super::{Input, SeenMask, view_of};
 use crate::error::CliError;
 
-/// Nodes a side of the grids on which motions are found, in 2D and 3D.
+/// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
 const NODES: [usize; 2] = [65, 33];
-/// Aligned shapes stay between these coordinates: room for the void around them.
+/// Aligned shapes stay between these coordinates, which leaves space for the void around them.
 pub(super) const ROOM: [f64; 2] = [0.08, 0.92];
 
 /// How a shape was aligned.
@@ -29,7 +29,7 @@ pub(super) const ROOM: [f64; 2] = [0.08, 0.92];
 pub(crate) struct Alignment<const D: usize> {
     /// From the frame's unit box to aligned coordinates, also in the unit box.
     pub motion: RigidMotion<D>,
-    /// Squared difference of the indicators that is left, over the sum of their squares.
+    /// Remaining squared difference of the indicators, relative to the sum of their squares.
     pub mismatch: f64,
     /// Whether the others were aligned to this shape.
     pub reference: bool,
@@ -60,10 +60,11 @@ impl<const D: usize> Alignment<D> {
     }
 }
 
-/// Aligns the boundaries of all inputs, by what was seen of them: masks are none, or one a shape.
+/// Aligns the boundaries of all inputs by their visible parts: no visibility masks, or one per
+/// shape.
 ///
 /// # Errors
-/// [`CliError::Computation`] where a shape is too small to be aligned, and those of [`view_of`].
+/// [`CliError::Computation`] if a shape is too small to be aligned, and those of [`view_of`].
 pub(crate) fn align<const D: usize>(
     inputs: &mut [Input<D>],
     views: &[Option<SeenMask<D>>],
@@ -104,7 +105,7 @@ pub(crate) fn align<const D: usize>(
     Ok(())
 }
 
-/// The signed distances on which motions are found.
+/// The signed distances from which motions are computed.
 ///
 /// # Errors
 /// [`CliError::Computation`].
@@ -125,8 +126,8 @@ pub(super) fn failed(error: impl std::fmt::Display) -> CliError {
     }
 }
 
-/// Position of the shape nearest to all others in size and spread, among those that are whole if any
-/// is.
+/// Position of the shape nearest to all others in size and spread, among the completely visible
+/// ones if there are any.
 fn reference<const D: usize>(
     contours: &[&Contour<D>],
     whole: impl Fn(usize) -> bool,

@@ -1,4 +1,4 @@
-//! Boundaries as pictures take them, and in the coordinates of the inputs.
+//! Boundaries in the form of pictures, and in the coordinates of the inputs.
 
 use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
@@ -32,9 +32,9 @@ pub(crate) fn surface<'a>(contour: &'a Contour<3>, triangles: &'a [[usize; 3]]) 
     }
 }
 
-/// A shape where the reference of the alignment lies, or the first input without one, in
+/// A shape in the position of the reference of the alignment, or of the first input without one, in
 /// world coordinates if its file states them. Inputs of different scales have no common length
-/// unit: then it stays in the unit box.
+/// unit: then the shape stays in the unit box.
 pub(crate) fn in_input_coordinates(
     inputs: &[Input<3>],
     shape: &Contour<3>,

@@ -5,8 +5,8 @@ use std::path::Path;
 /// Longest label that fits under the tiles of many inputs.
 const SHORT: usize = 12;
 
-/// Names that tell paths apart: the file names without their endings; where two are equal, with
-/// the folder before them; where they are long, without what they all begin and end with.
+/// Distinct names for paths: the file names without extensions; equal names get the folder in
+/// front; long names are shortened by their common beginning and end.
 pub(crate) fn labels(paths: &[&Path]) -> Vec<String> {
     let plain: Vec<String> = paths.iter().map(|path| stem(path)).collect();
     let names = if all_differ(&plain) {

@@ -1,11 +1,10 @@
-//! From masks to boundaries, and from boundaries to signed distances on the grid: what every
-//! command does before it computes.
+//! From masks to boundaries, and from boundaries to signed distances on the grid: the first stage
+//! of every command.
 //!
-//! `parts` takes label images apart, `align` aligns shapes to one of them, `pairs` each to each,
-//! `label` gives them their names in pictures, `record` and `home` say where they lie and bring
-//! results back there. Boundaries are taken at the resolution of the masks, moved where shapes are
-//! aligned, and the
-//! exact Euclidean distance to them is taken at the nodes.
+//! `parts` splits label images, `align` aligns shapes with one of them, `pairs` aligns them
+//! pairwise, `label` assigns names for pictures, `record` and `home` state placements and transform
+//! results back. Boundaries are extracted at the resolution of the masks and moved by the
+//! alignment; the exact Euclidean distance to them is computed at the nodes.
 
 mod align;
 mod home;
@@ -38,16 +37,16 @@ pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 pub(crate) struct Placed<const D: usize> {
     /// The masks.
     pub images: Vec<Image<D>>,
-    /// Where each mask lies in the unit box.
+    /// Placement of each mask in the unit box.
     pub frames: Vec<FrameTransform<D>>,
     /// The finest grid.
     pub grid: Grid<D>,
-    /// What is done to them then.
+    /// Their alignment.
     pub align: Align,
 }
 
 impl<const D: usize> Placed<D> {
-    /// Places masks, and completes the options.
+    /// Places masks, and resolves the options.
     ///
     /// # Errors
     /// [`CliError::Option`] for a grid that does not exist.
@@ -63,7 +62,7 @@ impl<const D: usize> Placed<D> {
     }
 }
 
-/// A mask as computations see it.
+/// A mask in the form used by computations.
 pub(crate) struct Input<const D: usize> {
     pub path: PathBuf,
     /// Label in pictures.
@@ -73,7 +72,7 @@ pub(crate) struct Input<const D: usize> {
     pub affine: Option<[[f64; 4]; 3]>,
     /// From samples to the unit box.
     pub frame: FrameTransform<D>,
-    /// What was done after that.
+    /// Alignment after that.
     pub alignment: Option<Alignment<D>>,
     /// The boundary in the unit box, after alignment.
     pub contour: Contour<D>,
@@ -81,11 +80,11 @@ pub(crate) struct Input<const D: usize> {
     pub volume: f64,
 }
 
-/// The inputs and their signed distances on the grid. Masks of what was seen, none or one a shape,
-/// have a say in how they are aligned only.
+/// The inputs and their signed distances on the grid. Visibility masks, none or one per shape, only
+/// influence the alignment.
 ///
 /// # Errors
-/// [`CliError`] with exit code 2 for a shape that is lost on the grid.
+/// [`CliError`] with exit code 2 for a shape that contains no node of the grid.
 pub(crate) fn prepare<const D: usize>(
     placed: Placed<D>,
     views: &[Option<SeenMask<D>>],
@@ -146,7 +145,7 @@ fn input<const D: usize>(
     })
 }
 
-/// The boundary of another mask of an input, where the input has come to lie.
+/// The boundary of another mask of an input, in the placement of the input.
 fn placed<const D: usize>(mask: &Image<D>, input: &Input<D>) -> Result<Contour<D>, CliError> {
     let drawn = boundary(mask, &input.frame).map_err(|source| CliError::Shape {
         path: mask.path.clone(),
@@ -158,8 +157,8 @@ fn placed<const D: usize>(mask: &Image<D>, input: &Input<D>) -> Result<Contour<D
     })
 }
 
-/// Where the boundary of a mask lies that is placed as another one was, with its signed distance on
-/// the grid: `motion` is a rotation, row by row, and a shift.
+/// The boundary of a mask in the placement of another one, with its signed distance on the grid:
+/// `motion` is a rotation, row by row, and a translation.
 ///
 /// # Errors
 /// As [`prepare`].
@@ -203,7 +202,7 @@ fn distance<const D: usize>(
     on_the_grid(&image.path, distance)
 }
 
-/// A distance that has nodes inside its shape.
+/// A distance with at least one node inside its shape.
 fn on_the_grid<const D: usize>(
     path: &Path,
     distance: ScalarField<f64, D>,

@@ -1,10 +1,10 @@
-//! Shapes in pairs, each pair moved rigidly onto each other.
+//! Pairwise rigid alignment of shapes.
 //!
-//! Where a number is asked of two shapes that does not depend on where they lie, every pair has
-//! a position of its own that suits it best: the second shape (of the larger number) is moved onto
-//! the first, as [`mod@super::align`] moves all shapes onto one reference. A pair that then reaches out
-//! of the room in the box is moved to its middle; where one does not fit, **all** shapes are made
-//! smaller by one factor, so that numbers of all pairs can be compared.
+//! For quantities of two shapes that do not depend on their positions, every pair is aligned
+//! separately: the second shape (of the larger number) is moved onto the first, as
+//! [`mod@super::align`] moves all shapes onto one reference. A pair that then extends beyond the
+//! available space of the box is moved to its middle; if one does not fit, **all** shapes are
+//! scaled down by one factor, so that values of all pairs are comparable.
 
 use std::borrow::Cow;
 
@@ -16,24 +16,24 @@ use super::Input;
 use super::align::{ROOM, bounds, coarse_distances, failed};
 use crate::error::CliError;
 
-/// Shapes and the positions of all pairs of them.
+/// Shapes and the relative positions of all pairs.
 pub(crate) struct Pairs<const D: usize> {
     pub inputs: Vec<Input<D>>,
     /// Signed distances of the shapes as they are placed.
     distances: Vec<ScalarField<f64, D>>,
-    /// Of every pair, in the order `(0, 1), (0, 2), ..., (1, 2), ...`; none where pairs stay as
-    /// they are placed.
+    /// For every pair, in the order `(0, 1), (0, 2), ..., (1, 2), ...`; none if pairs are not
+    /// aligned.
     positions: Vec<Position<D>>,
-    /// What all shapes were made smaller by.
+    /// The factor by which all shapes were scaled down.
     factor: f64,
 }
 
-/// Where the shapes of a pair lie.
+/// The position of a pair.
 #[derive(Clone, Copy, Debug)]
 struct Position<const D: usize> {
-    /// Of the second shape onto the first.
+    /// Motion of the second shape onto the first.
     motion: RigidMotion<D>,
-    /// The middle of both, after that.
+    /// The centre of both, after that.
     middle: [f64; D],
     /// Whether both have to be moved to the middle of the box.
     off_centre: bool,
@@ -44,7 +44,7 @@ pub(crate) type PairFields<'a, const D: usize> =
     (Cow<'a, ScalarField<f64, D>>, Cow<'a, ScalarField<f64, D>>);
 
 impl<const D: usize> Pairs<D> {
-    /// Pairs of shapes that stay where they are placed.
+    /// Pairs of shapes that are not aligned.
     pub fn placed(inputs: Vec<Input<D>>, distances: Vec<ScalarField<f64, D>>) -> Self {
         Self {
             inputs,
@@ -54,8 +54,8 @@ impl<const D: usize> Pairs<D> {
         }
     }
 
-    /// Finds a position for every pair. Between two pairs `stop` is asked; where it says so,
-    /// nothing is returned.
+    /// Aligns every pair. `stop` is called between two pairs; if it returns true, the result is
+    /// `None`.
     ///
     /// # Errors
     /// [`CliError::Computation`] where a shape is too small to be aligned.
@@ -104,7 +104,7 @@ impl<const D: usize> Pairs<D> {
         Ok(Some(pairs))
     }
 
-    /// The inputs tell their size as it is in the computation.
+    /// Records the sizes of the inputs in the computation.
     fn shrink_inputs(&mut self) {
         if self.factor < 1.0 {
             for input in &mut self.inputs {

@@ -1,4 +1,4 @@
-//! The components of shapes that label images tell apart, and what is visible of a shape.
+//! The components of label images, and the visible part of a shape.
 //!
 //! The first level set of a shape is that of all labels. Of `n` labels in order, label `i` lies
 //! inside the level set `c = 1, 2, ...` where bit `c - 1` of `i` is set: with the first they tell
@@ -13,7 +13,7 @@ use super::{Input, distance, placed};
 use crate::error::CliError;
 use crate::input::{Image, LEVEL};
 
-/// Label images, taken apart.
+/// Label images, split into components.
 #[derive(Clone, Debug)]
 pub(crate) struct Components<const D: usize> {
     /// The labels in order, without 0.
@@ -97,34 +97,34 @@ fn labels_of<const D: usize>(image: &Image<D>) -> BTreeSet<i64> {
     labels.filter(|&label| label != 0).collect()
 }
 
-/// A mask that is bright where an input was seen, and the option that names it.
+/// A visibility mask, bright where an input is visible, and its option.
 #[derive(Clone, Debug)]
 pub(crate) struct SeenMask<const D: usize> {
     pub image: Image<D>,
     pub option: &'static str,
 }
 
-/// What was seen of an input.
+/// The visible part of an input.
 pub(crate) struct View<const D: usize> {
-    /// The signed distance to the boundary that was seen, whose nearest piece tells inside from
-    /// outside: it goes on behind what stands in the way.
+    /// The signed distance to the visible boundary, whose nearest piece determines the sign; it is
+    /// extended behind the occlusion.
     pub distance: ScalarField<f64, D>,
-    /// The boundary that was seen.
+    /// The visible boundary.
     pub boundary: Contour<D>,
-    /// 1 at the nodes that were seen and beyond the image, 0 at the others and near them, where an
-    /// end of the boundary that was seen is nearest, with a ramp of two grid spacings between.
+    /// 1 at visible nodes and outside of the image, 0 at the others and near them, where an end of
+    /// the visible boundary is nearest, with a ramp of two grid spacings in between.
     pub weight: ScalarField<f64, D>,
 }
 
-/// Pieces of a boundary nearer to what stands in the way than this, in samples, are its edge and not
-/// that of the shape.
+/// Pieces of a boundary nearer to the occlusion than this, in samples, belong to the occlusion and
+/// not to the shape.
 const EDGE: f64 = 1.5;
 
-/// What was seen of an input, where that lies now, by an image of its size that is bright there.
+/// The visible part of an input in its placement, from a mask of its size.
 ///
 /// # Errors
-/// [`CliError::Option`] where the image has another size than the input, or where nothing of the
-/// shape's boundary was seen.
+/// [`CliError::Option`] if the mask has another size than the input, or no part of the boundary is
+/// visible.
 pub(crate) fn view_of<const D: usize>(
     mask: &SeenMask<D>,
     input: &Input<D>,
@@ -147,7 +147,7 @@ pub(crate) fn view_of<const D: usize>(
             ),
         ));
     }
-    // What stands in the way is bounded; what is visible goes on outside.
+    // The occlusion is bounded; the visible region extends beyond the image.
     for value in &mut seen.values {
         *value = 2.0 * LEVEL - *value;
     }

@@ -1,4 +1,4 @@
-//! Where inputs lie and how large shapes are, as `result.json` tells it.
+//! Placement of inputs and sizes of shapes in `result.json`.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use super::align::AlignmentRecord;
 use crate::input::GreyRange;
 use crate::input::place::FrameTransform;
 
-/// One input, where it lies, and how large it is.
+/// One input, its placement and its size.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct InputRecord<const D: usize> {
     pub path: PathBuf,
@@ -45,17 +45,17 @@ pub(crate) struct SizeRecord {
     pub volume_input_units: Option<f64>,
 }
 
-/// Where the coordinates of a surface are at home.
+/// Coordinate system of a surface.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct SurfaceRecord {
     /// `world` (the affine map of that input), `input` (sample times spacing) or `unit_box`.
     pub coordinates: &'static str,
-    /// Position of the input whose coordinates these are.
+    /// Number of the input whose coordinates these are.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of_input: Option<usize>,
 }
 
-/// The scale of all frames, where they have one. Scales that are one up to rounding are one.
+/// The common scale of all frames, if there is one; one up to rounding counts as one.
 pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
     let first = inputs.first()?.frame.scale();
     let same = |input: &Input<D>| (input.frame.scale() / first - 1.0).abs() < 1e-12;
@@ -101,8 +101,8 @@ impl<const D: usize> InputRecord<D> {
 }
 
 impl SizeRecord {
-    /// The record of an area or volume in the unit box, and in lengths of the inputs, where they
-    /// have one scale.
+    /// The record of an area or volume in the unit box, and in length units of the inputs, if these
+    /// have a common scale.
     pub fn new<const D: usize>(volume: f64, scale: Option<f64>) -> Self {
         let physical = scale.map(|scale| volume / scale.powi(D as i32));
         if D == 2 {

@@ -7,20 +7,20 @@ use clap::Args;
 /// Options of `shapespace verify`.
 #[derive(Clone, Debug, Args)]
 pub struct VerifyArgs {
-    /// Statements to try, by name or by theme, which is what stands before the first hyphen
+    /// Statements to check, by name or by theme (the part of a name before the first hyphen)
     /// [default: all].
     #[arg(value_name = "NAME")]
     pub names: Vec<String>,
     /// New directory for the results.
     #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
     pub output: Option<PathBuf>,
-    /// Smaller experiments, all of them in less than two minutes.
+    /// Run smaller experiments, all of them in less than two minutes.
     #[arg(long)]
     pub quick: bool,
-    /// Breaks one ingredient of every experiment; each statement must then be refuted.
+    /// Break one ingredient of every experiment; each statement must then be refuted.
     #[arg(long)]
     pub broken: bool,
-    /// Lists the statements and where they stand, and does nothing else.
+    /// List the statements and their sources, and exit.
     #[arg(long)]
     pub list: bool,
     /// Number of threads [default: all cores]. The results do not depend on it.

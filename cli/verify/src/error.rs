@@ -1,6 +1,6 @@
-//! What can keep an experiment from its end.
+//! Errors of experiments.
 
-/// Why an experiment could not be made.
+/// The reason for which an experiment failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum VerifyError {
@@ -27,7 +27,7 @@ pub enum VerifyError {
     Geodesic(#[from] geodesic::GeodesicError),
 }
 
-/// An experiment that could not be made.
+/// An experiment that failed.
 #[derive(Debug, thiserror::Error)]
 #[error("the experiment '{name}' cannot be made: {source}")]
 pub struct ExperimentError {
@@ -37,12 +37,12 @@ pub struct ExperimentError {
     pub source: VerifyError,
 }
 
-/// There is no statement of a name.
+/// There is no statement of this name.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no statement '{name}'; near it are {}", near.join(", "))]
 pub struct UnknownStatement {
     /// The name.
     pub name: String,
-    /// Names that there are, the nearest first.
+    /// Existing names, the nearest first.
     pub near: Vec<&'static str>,
 }

@@ -1,26 +1,26 @@
-//! Theory, verified by numerical experiments: what `shapespace verify` runs.
+//! Numerical experiments that check the theory: the library of `shapespace verify`.
 //!
-//! Every definition, lemma, theorem and claim of the lecture notes that a run can try is a
-//! [`Statement`]: a name, where it stands, what it claims, and an experiment. The experiment finds
-//! figures and puts what is expected beside them ([`outcome`]); what that says of the statement is
-//! decided in one place ([`verdict`]):
+//! Every definition, lemma, theorem and claim of the lecture notes that can be checked numerically
+//! is a [`Statement`]: a name, its reference, its claim, and an experiment. The experiment computes
+//! measured and expected values ([`outcome`]); the verdict on the statement is decided in one place
+//! ([`verdict`]):
 //!
-//! - *confirmed*: all figures are as expected, within tolerances that state their reasons;
-//! - *not covered*: a hypothesis of the statement does not hold for what the run uses;
-//! - *refuted*: a figure is not as expected.
+//! - *confirmed*: all values are as expected, within tolerances that state their reasons;
+//! - *not covered*: a hypothesis of the statement does not hold for the data of the run;
+//! - *refuted*: a value is not as expected.
 //!
-//! A verdict that cannot fail is worth nothing: every statement also has a broken run, in which
-//! the same code gets one wrong ingredient (a factor, a law, a weight) and has to end refuted.
+//! An experiment must be able to fail: every statement also has a broken run, in which the same
+//! code gets one wrong ingredient (a factor, a law, a weight) and must be refuted.
 //!
 //! # Data flow
 //! [`experiments::all`] → [`select`] by name → [`run`]: each [`Statement::run`] in its [`Setting`] →
 //! [`Outcome`](outcome::Outcome) → [`Verdict`](verdict::Verdict) → [`record`], [`table`], [`plot`],
 //! [`report`].
 //!
-//! Orders are slopes of least squares with their standard error, limits without a closed form are
+//! Orders are least-squares slopes with their standard error, limits without a closed form are
 //! extrapolated (`order`). No result depends on the number of threads.
 //!
-//! **Invariant:** records and text come out; no file is written here, and no option is read.
+//! **Invariant:** the results are records and text; no file is written here, and no option is read.
 
 mod error;
 pub mod experiments;

@@ -1,6 +1,6 @@
 //! Orders of convergence, and limits by extrapolation.
 
-/// A line through points on logarithmic axes, by least squares.
+/// A least-squares line through points on logarithmic axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
     /// Its slope: the order of convergence.
@@ -10,8 +10,8 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// The line through `(log x, log y)`; none for fewer than two points, or numbers that have no
-    /// logarithm.
+    /// The line through `(log x, log y)`; `None` for fewer than two points, or for numbers without
+    /// a logarithm.
     pub fn of(points: &[(f64, f64)]) -> Option<Self> {
         let n = points.len() as f64;
         let usable = |x: f64| x > 0.0 && x.is_finite();
@@ -40,16 +40,16 @@ impl Fit {
     }
 }
 
-/// A limit by extrapolation, with the change that the last refinement made of it.
+/// An extrapolated limit, with its change by the last refinement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
     /// The limit.
     pub value: f64,
-    /// How much it moved with the last refinement.
+    /// Its change by the last refinement.
     pub uncertainty: f64,
 }
 
-/// The limit of values whose steps halve, of a known order (Richardson).
+/// The limit of values for halved steps, of a known order (Richardson).
 ///
 /// # Panics
 /// For fewer than three values.
@@ -64,8 +64,8 @@ pub fn richardson(values: &[f64], order: f64) -> Limit {
     }
 }
 
-/// The observed order of values whose steps halve, whatever their limit: the logarithm to the base
-/// two of the ratios of their differences, as points `(step, difference)` for [`Fit::of`].
+/// The observed order of values for halved steps with an unknown limit: the logarithm to base two
+/// of the ratios of their differences, as points `(step, difference)` for [`Fit::of`].
 pub fn differences(steps: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     steps
         .iter()

@@ -1,6 +1,6 @@
-//! What an experiment finds: hypotheses, and figures beside what is expected of them.
+//! The outcome of an experiment: hypotheses, and measured and expected values.
 //!
-//! An experiment never judges itself; see [`crate::verdict`].
+//! An experiment never decides on its verdict; see [`crate::verdict`].
 
 use hyperelastic::{Hypotheses, LawSpec};
 
@@ -8,25 +8,25 @@ use crate::error::VerifyError;
 use crate::order::Fit;
 use crate::tools::pointwise;
 
-/// What is expected of a figure.
+/// The expected value of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expectation {
     /// A number.
     Value {
         /// The number.
         value: f64,
-        /// How far off the figure may be.
+        /// The tolerance.
         tolerance: f64,
     },
-    /// No more than a bound.
+    /// An upper bound.
     AtMost(f64),
-    /// No less than a bound.
+    /// A lower bound.
     AtLeast(f64),
     /// An order of convergence.
     Order {
         /// The order.
         order: f64,
-        /// How far off the fit may be.
+        /// The tolerance of the fitted order.
         tolerance: f64,
     },
 }
@@ -38,15 +38,15 @@ pub struct Check {
     pub observable: String,
     /// What is expected.
     pub expected: Expectation,
-    /// Why so, and why within this tolerance.
+    /// The reasons for the expected value and for the tolerance.
     pub reason: String,
-    /// What was found.
+    /// The measured value.
     pub measured: f64,
-    /// How well it is known: the standard error of a fit, or an estimate; zero up to rounding.
+    /// Its uncertainty: the standard error of a fit, or an estimate; zero up to rounding.
     pub uncertainty: f64,
 }
 
-/// A hypothesis of the statement, answered for what the experiment uses.
+/// A hypothesis of the statement, checked for the data of the experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
     /// The hypothesis.
@@ -55,12 +55,12 @@ pub struct Condition {
     pub met: bool,
 }
 
-/// A law that an experiment uses, and what it satisfies.
+/// A law that an experiment uses, and its properties.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LawUsed {
     /// The law.
     pub spec: LawSpec,
-    /// What it satisfies.
+    /// Its properties.
     pub hypotheses: Hypotheses,
 }
 
@@ -69,30 +69,30 @@ pub struct LawUsed {
 pub struct Line {
     /// What it shows.
     pub label: String,
-    /// What runs along the horizontal axis.
+    /// The quantity on the horizontal axis.
     pub axis: String,
     /// Its points.
     pub points: Vec<(f64, f64)>,
-    /// The order that is expected of it.
+    /// Its expected order.
     pub slope: f64,
 }
 
-/// What an experiment finds.
+/// The outcome of an experiment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// The law used, where there is one that matters.
+    /// The law used, if it matters.
     pub law: Option<LawUsed>,
     /// The hypotheses of the statement.
     pub conditions: Vec<Condition>,
-    /// The figures, the one that matters most first.
+    /// The figures, the most important one first.
     pub checks: Vec<Check>,
-    /// What is plotted.
+    /// The plotted lines.
     pub lines: Vec<Line>,
-    /// What else there is to say.
+    /// Further remarks.
     pub notes: Vec<String>,
 }
 
-/// What a theorem may ask of a law.
+/// Hypotheses of a theorem on a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requirement {
     /// `W(QA) = W(A)`.
@@ -145,8 +145,8 @@ impl Requirement {
 }
 
 impl Outcome {
-    /// An outcome of an experiment with a law in `D` dimensions, of which the statement requires
-    /// something.
+    /// The outcome of an experiment with a law in `D` dimensions, for which the statement has
+    /// hypotheses.
     ///
     /// # Errors
     /// [`VerifyError::Law`] where there is no such law.
@@ -162,7 +162,7 @@ impl Outcome {
         })
     }
 
-    /// A hypothesis that is no matter of the law.
+    /// A hypothesis that does not concern the law.
     pub fn condition(&mut self, name: impl Into<String>, met: bool) {
         self.conditions.push(Condition {
             name: name.into(),
@@ -170,7 +170,7 @@ impl Outcome {
         });
     }
 
-    /// A figure that should be a number.
+    /// A figure with an expected number.
     pub fn value(
         &mut self,
         observable: impl Into<String>,
@@ -183,7 +183,7 @@ impl Outcome {
         self.check(observable, measured, 0.0, expected, reason);
     }
 
-    /// A figure that should be no more than a bound.
+    /// A figure with an upper bound.
     pub fn at_most(
         &mut self,
         observable: impl Into<String>,
@@ -200,7 +200,7 @@ impl Outcome {
         );
     }
 
-    /// A figure that should be no less than a bound.
+    /// A figure with a lower bound.
     pub fn at_least(
         &mut self,
         observable: impl Into<String>,
@@ -217,8 +217,8 @@ impl Outcome {
         );
     }
 
-    /// An order of convergence: the slope of errors against steps, both logarithmic, by least
-    /// squares. The points are plotted.
+    /// An order of convergence: the least-squares slope of errors against steps on logarithmic
+    /// axes. The points are plotted.
     pub fn order(
         &mut self,
         observable: impl Into<String>,
@@ -232,7 +232,7 @@ impl Outcome {
         self.slope(observable.into(), axis, points, order, expected, reason);
     }
 
-    /// An order of convergence of which no more is known than that it is no less than a bound.
+    /// An order of convergence with a lower bound only.
     pub fn order_at_least(
         &mut self,
         observable: impl Into<String>,
@@ -272,7 +272,7 @@ impl Outcome {
         });
     }
 
-    /// A figure of which it is known how uncertain it is.
+    /// A figure with a known uncertainty.
     pub fn check(
         &mut self,
         observable: impl Into<String>,
@@ -290,7 +290,7 @@ impl Outcome {
         });
     }
 
-    /// What else there is to say.
+    /// Further remarks.
     pub fn note(&mut self, text: impl Into<String>) {
         self.notes.push(text.into());
     }

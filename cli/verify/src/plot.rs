@@ -1,4 +1,4 @@
-//! Errors against steps on logarithmic axes, beside the orders that are expected of them.
+//! Plots of errors against steps on logarithmic axes, with the expected orders.
 
 use shapespace_report::chart::{Axis, Chart, ChartError, Scale, Series, stacked};
 
@@ -15,7 +15,7 @@ pub struct Plot {
 /// A plot for every statement that has an order.
 ///
 /// # Errors
-/// What the plotting library says.
+/// The error of the plotting library.
 pub fn plots(record: &VerifyRecord) -> Result<Vec<Plot>, ChartError> {
     let drawn = record.statements.iter().filter_map(plot);
     drawn.collect()
@@ -27,7 +27,7 @@ fn plot(statement: &StatementRecord) -> Option<Result<Plot, ChartError>> {
         .iter()
         .filter(|line| line.points.len() > 1)
         .collect();
-    // Where the axes are not the same for all, each is named in its own words.
+    // If the axes differ between lines, each has its own name.
     let mut axes: Vec<&str> = lines.iter().map(|line| line.axis.as_str()).collect();
     axes.dedup();
     let name = statement.name;

@@ -8,7 +8,7 @@ use crate::outcome::{Check, Expectation, Line, Outcome};
 use crate::statement::{Effort, Setting, Statement};
 use crate::verdict::Verdict;
 
-/// What a run of the command found.
+/// The result of a run of the command.
 #[derive(Clone, Debug, Serialize)]
 pub struct VerifyRecord {
     /// `quick` or `full`.
@@ -17,7 +17,7 @@ pub struct VerifyRecord {
     pub broken: bool,
     /// Statements by verdict.
     pub confirmed: usize,
-    /// Statements that say nothing of the case that was tried.
+    /// Statements that do not cover the case of the run.
     pub not_covered: usize,
     /// Statements with a figure that is not as expected.
     pub refuted: usize,
@@ -27,17 +27,17 @@ pub struct VerifyRecord {
     pub seconds: f64,
 }
 
-/// What was found of one statement. `expected`, `measured` and `order` are those of the figure that
-/// decided: the first that failed, or else the first.
+/// The result for one statement. `expected`, `measured` and `order` are those of the decisive
+/// figure: the first that failed, or else the first.
 #[derive(Clone, Debug, Serialize)]
 pub struct StatementRecord {
     /// Its name.
     pub name: &'static str,
-    /// Where it stands.
+    /// Its reference.
     pub reference: &'static str,
-    /// What it claims.
+    /// Its claim.
     pub claim: &'static str,
-    /// What was broken, in a broken run.
+    /// The broken ingredient, in a broken run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub broken_ingredient: Option<&'static str>,
     /// The law used.
@@ -45,37 +45,37 @@ pub struct StatementRecord {
     pub law: Option<LawRecord>,
     /// The hypotheses of the statement.
     pub hypotheses: Vec<HypothesisRecord>,
-    /// The observable that decided.
+    /// The decisive observable.
     pub observable: String,
-    /// What was expected of it.
+    /// Its expected value.
     pub expected: String,
     /// What was found.
     pub measured: String,
     /// The first order of convergence among the figures.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub order: Option<OrderRecord>,
-    /// Whether the verdict is what this run should end with.
+    /// Whether the verdict is the one required of this run.
     pub well: bool,
     /// The verdict.
     #[serde(flatten)]
     pub decided: Verdict,
     /// All figures.
     pub figures: Vec<FigureRecord>,
-    /// What is plotted.
+    /// The plotted lines.
     pub lines: Vec<LineRecord>,
-    /// What else there is to say.
+    /// Further remarks.
     pub notes: Vec<String>,
     /// Wall time.
     pub seconds: f64,
 }
 
-/// A law and what it satisfies.
+/// A law and its properties.
 #[derive(Clone, Debug, Serialize)]
 pub struct LawRecord {
     /// Name and moduli.
     #[serde(flatten)]
     pub spec: LawSpec,
-    /// What it satisfies.
+    /// Its properties.
     pub satisfies: Hypotheses,
 }
 
@@ -91,9 +91,9 @@ pub struct HypothesisRecord {
 /// An order of convergence.
 #[derive(Clone, Debug, Serialize)]
 pub struct OrderRecord {
-    /// That of the theory.
+    /// The theoretical order.
     pub expected: f64,
-    /// That of the fit.
+    /// The fitted order.
     pub observed: f64,
     /// Its standard error.
     pub error: f64,
@@ -108,12 +108,12 @@ pub struct FigureRecord {
     pub expected: String,
     /// Why.
     pub reason: String,
-    /// What was found; left out where it is not a finite number.
+    /// The measured value; left out if it is not finite.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// What was found, in words.
+    /// The measured value as text.
     pub measured: String,
-    /// How well it is known.
+    /// Its uncertainty.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uncertainty: Option<f64>,
     /// Whether it is as expected.
@@ -154,12 +154,12 @@ impl VerifyRecord {
         }
     }
 
-    /// Whether every statement ended as it should.
+    /// Whether every statement has the required verdict.
     pub fn is_well(&self) -> bool {
         self.statements.iter().all(|s| s.well)
     }
 
-    /// The counts in a sentence.
+    /// The counts as a sentence.
     pub fn summary(&self) -> String {
         let all = self.statements.len();
         if self.broken {
@@ -258,7 +258,7 @@ fn order(check: &Check) -> Option<OrderRecord> {
 }
 
 impl Check {
-    /// What is expected, in words.
+    /// The expected value as text.
     pub fn expected(&self) -> String {
         match self.expected {
             Expectation::Value { value, tolerance } => {
@@ -272,7 +272,7 @@ impl Check {
         }
     }
 
-    /// What was measured, in words.
+    /// The measured value as text.
     pub fn measured(&self) -> String {
         let value = match self.expected {
             Expectation::Order { .. } => format!("{:.2}", self.measured),
@@ -287,7 +287,7 @@ impl Check {
     }
 }
 
-/// A number with as many digits as tell how far it is off beside a tolerance.
+/// A number with enough digits to show its deviation relative to a tolerance.
 fn beside(x: f64, tolerance: f64) -> String {
     let plain = number(x);
     if plain.contains('e') || !(tolerance > 0.0 && x.is_finite()) {
@@ -305,7 +305,7 @@ fn trimmed(text: &str) -> String {
     }
 }
 
-/// A number with as many digits as are of use.
+/// A number with its significant digits.
 fn number(x: f64) -> String {
     if x == 0.0 {
         "0".into()

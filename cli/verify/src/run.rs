@@ -1,4 +1,4 @@
-//! Statements, tried side by side.
+//! Runs experiments in parallel.
 
 use std::time::Instant;
 
@@ -9,11 +9,11 @@ use crate::record::{StatementRecord, VerifyRecord};
 use crate::statement::{Setting, Statement};
 use crate::verdict::Verdict;
 
-/// Makes the experiments of statements on the threads of the current pool; `ended` is called as each
-/// comes to its end.
+/// Runs the experiments of statements on the threads of the current pool; `ended` is called after
+/// each.
 ///
 /// # Errors
-/// [`ExperimentError`] where one cannot be made. A statement that is refuted is no error.
+/// [`ExperimentError`] if one of them fails. A statement that is refuted is no error.
 pub fn run(
     statements: &[Statement],
     setting: Setting,
@@ -34,7 +34,7 @@ pub fn run(
     Ok(VerifyRecord::new(setting, records, seconds))
 }
 
-/// Makes one experiment.
+/// Runs one experiment.
 fn tried(statement: &Statement, setting: Setting) -> Result<StatementRecord, ExperimentError> {
     let begun = Instant::now();
     let outcome = (statement.run)(setting).map_err(|source| ExperimentError {

@@ -1,16 +1,16 @@
-//! Statements by name.
+//! Selects statements by name.
 
 use crate::error::UnknownStatement;
 use crate::statement::Statement;
 
-/// Names that are offered in place of one that there is not.
+/// Number of names that are suggested for an unknown one.
 const OFFERED: usize = 4;
 
-/// The statements of the names, in their own order; all where none is named. A name also stands
-/// for all statements that begin with it and a hyphen.
+/// The statements of the names, in their own order; all if no name is given. A name also selects
+/// all statements that begin with it and a hyphen.
 ///
 /// # Errors
-/// [`UnknownStatement`] where there is none of a name.
+/// [`UnknownStatement`] if a name selects none.
 pub fn select(all: Vec<Statement>, names: &[String]) -> Result<Vec<Statement>, UnknownStatement> {
     let is_of = |statement: &Statement, name: &str| {
         let rest = statement.name.strip_prefix(name);
@@ -28,10 +28,10 @@ pub fn select(all: Vec<Statement>, names: &[String]) -> Result<Vec<Statement>, U
         .collect())
 }
 
-/// The names nearest to one that there is not.
+/// The names nearest to an unknown one.
 fn nearest(all: &[Statement], name: &str) -> Vec<&'static str> {
     let mut names: Vec<&str> = all.iter().map(|s| s.name).collect();
-    // A part of a name is as near as can be.
+    // A part of a name counts as nearest.
     names.sort_by_key(|known| {
         let part = !name.is_empty() && known.contains(name);
         (!part, distance(known, name))
@@ -40,7 +40,7 @@ fn nearest(all: &[Statement], name: &str) -> Vec<&'static str> {
     names
 }
 
-/// Letters to change, add or leave out to get from one word to the other (Levenshtein).
+/// Number of letters to change, insert or delete between two words (Levenshtein).
 fn distance(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
     let mut row: Vec<usize> = (0..=b.len()).collect();

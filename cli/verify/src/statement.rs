@@ -1,18 +1,18 @@
-//! What a statement of the theory is, and in which setting it is tried.
+//! A statement of the theory, and the setting of its experiment.
 
 use crate::error::VerifyError;
 use crate::outcome::Outcome;
 
-/// A definition, lemma, theorem or claim that an experiment tries.
+/// A definition, lemma, theorem or claim that an experiment checks.
 #[derive(Clone, Copy, Debug)]
 pub struct Statement {
-    /// The name that it is asked for by; its theme stands in front, as in `dissipation-balls-2d`.
+    /// Its name, which begins with its theme, as in `dissipation-balls-2d`.
     pub name: &'static str,
-    /// Where the notes have it.
+    /// Its reference in the notes.
     pub reference: &'static str,
-    /// What is claimed, in one sentence.
+    /// The claim, in one sentence.
     pub claim: &'static str,
-    /// What is changed in a broken run, in words.
+    /// The change of a broken run, in words.
     pub broken: &'static str,
     /// The experiment.
     pub run: fn(Setting) -> Result<Outcome, VerifyError>,
@@ -21,27 +21,27 @@ pub struct Statement {
 /// How an experiment is run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setting {
-    /// How much work is done.
+    /// The amount of work.
     pub effort: Effort,
     /// Whether an ingredient is broken.
     pub ingredient: Ingredient,
 }
 
-/// How much work is done.
+/// The amount of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// As much as continuous integration has time for.
+    /// Small enough for continuous integration.
     Quick,
-    /// As much as shows orders clearly.
+    /// Large enough to show orders clearly.
     Full,
 }
 
 /// Whether an ingredient of an experiment is broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ingredient {
-    /// All is as the statement says.
+    /// All ingredients agree with the statement.
     Sound,
-    /// One ingredient is not: the statement must then be refuted.
+    /// One ingredient is wrong: the statement must be refuted.
     Broken,
 }
 

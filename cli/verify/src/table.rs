@@ -18,7 +18,7 @@ pub fn list(statements: &[Statement]) -> String {
     text
 }
 
-/// A line for every statement, with the figure that decided.
+/// A line for every statement, with the decisive figure.
 pub fn plain(record: &VerifyRecord) -> String {
     let mut table = Table::new([
         "statement",
@@ -74,7 +74,7 @@ pub fn markdown(record: &VerifyRecord) -> String {
     format!("{summary} ({} run).\n\n{}", record.effort, table.markdown())
 }
 
-/// The law, and how many hypotheses are met, or the one that is not.
+/// The law, and the number of satisfied hypotheses, or the one that fails.
 pub fn hypotheses(s: &StatementRecord) -> String {
     let law = s.law.as_ref().map(|law| law.spec.law.to_string());
     let met = match s.hypotheses.iter().find(|h| !h.met) {
@@ -89,7 +89,7 @@ pub fn hypotheses(s: &StatementRecord) -> String {
     }
 }
 
-/// The verdict with what it rests on.
+/// The verdict with its reason.
 pub fn verdict(verdict: &Verdict) -> String {
     match verdict {
         Verdict::Confirmed => "confirmed".into(),

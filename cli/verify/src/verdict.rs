@@ -1,17 +1,17 @@
-//! Where it is decided what an outcome says of a statement: here, and nowhere else.
+//! The verdict on an outcome; it is decided here only.
 
 use serde::Serialize;
 
 use crate::outcome::{Check, Expectation, Outcome};
 use crate::statement::Ingredient;
 
-/// What an outcome says of a statement.
+/// The verdict on a statement.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "verdict")]
 pub enum Verdict {
     /// All figures are as expected.
     Confirmed,
-    /// The statement says nothing of this case.
+    /// The statement does not cover this case.
     NotCovered {
         /// The hypothesis that fails.
         hypothesis: String,
@@ -24,7 +24,7 @@ pub enum Verdict {
 }
 
 impl Check {
-    /// Whether the figure is as expected. What is not a number never is.
+    /// Whether the figure is as expected; NaN never is.
     pub fn holds(&self) -> bool {
         match self.expected {
             Expectation::Value { value, tolerance } => {
@@ -32,7 +32,7 @@ impl Check {
             }
             Expectation::AtMost(bound) => self.measured <= bound,
             Expectation::AtLeast(bound) => self.measured >= bound,
-            // A fit that is less certain than what it is to tell apart tells nothing.
+            // A fit that is less certain than its tolerance decides nothing.
             Expectation::Order { order, tolerance } => {
                 (self.measured - order).abs() <= tolerance && self.uncertainty <= tolerance
             }
@@ -41,8 +41,8 @@ impl Check {
 }
 
 impl Verdict {
-    /// The verdict on an outcome. In a broken run hypotheses are taken as met: what their lack does
-    /// is then seen in the figures.
+    /// The verdict on an outcome. In a broken run hypotheses are assumed to hold, so that the
+    /// effect of a violated one appears in the figures.
     pub fn of(outcome: &Outcome, ingredient: Ingredient) -> Self {
         let unmet = outcome.conditions.iter().find(|c| !c.met);
         if let (Some(condition), Ingredient::Sound) = (unmet, ingredient) {
@@ -58,7 +58,7 @@ impl Verdict {
         }
     }
 
-    /// Whether it is what a run should end with: a sound one is not refuted, a broken one is.
+    /// Whether it is the required verdict: a sound run must not be refuted, a broken one must.
     pub fn is_well(&self, ingredient: Ingredient) -> bool {
         matches!(self, Self::Refuted { .. }) == (ingredient == Ingredient::Broken)
     }

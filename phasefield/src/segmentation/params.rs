@@ -73,23 +73,23 @@ pub struct SegmentationParams {
     #[serde(skip_serializing_if = "Weights::are_default")]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub weights: Weights,
-    /// Width eps of the interfaces on every level, in grid spacings.
+    /// Interface width eps of the phase field on every level, in grid spacings.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub interface_cells: f64,
-    /// Conductance k of an edge, as a share of eps^2: an edge conducts a little, and less than its
-    /// width, without which the energy is not coercive.
+    /// Residual conductance k of an edge, relative to eps^2. It keeps the energy coercive.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub edge_conductance: f64,
-    /// A level ends when solving both linear systems lowers the energy by less than this share of it.
+    /// Stopping tolerance of a level: relative decrease of the energy by one solution of both
+    /// linear systems.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
-    /// Most alternations of the two linear systems on a level.
+    /// Maximum number of alternations between the two linear systems per level.
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "N", alias = "max-alternations")
     )]
     pub max_iterations: usize,
-    /// Nodes along the longest side of the coarsest level.
+    /// Number of nodes along the longest side of the coarsest grid.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub coarsest_nodes: usize,
 }

@@ -19,16 +19,16 @@ use super::{machine, output};
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// The paths of the authors' code, on one thread as theirs.
+/// Compares geodesics with the authors' research code, on one thread as theirs.
 #[derive(Args)]
 pub struct Arguments {
-    /// The shapes, as arrays.
+    /// Directory of the shapes, as arrays.
     #[arg(long, value_name = "DIR")]
     inputs: PathBuf,
-    /// Where geodesics.json goes.
+    /// Output directory for geodesics.json.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Only cases whose name contains this.
+    /// Run only cases whose name contains this.
     #[arg(long, value_name = "TEXT", default_value = "")]
     only: String,
 }

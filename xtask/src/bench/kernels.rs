@@ -17,19 +17,20 @@ use super::{machine, output};
 use crate::outcome::Outcome;
 use crate::table::Table;
 
-/// Rates of the kernels, as shares of what the machine allows.
+/// Measures rates of the kernels relative to the limits of the machine.
 #[derive(Args)]
 pub struct Arguments {
-    /// A hand-written kernel in C, to be compiled and run in turn with ours.
+    /// Source of a hand-written kernel in C, compiled and run in turn with the kernels for
+    /// comparison.
     #[arg(long, value_name = "FILE.c")]
     anchor: Option<PathBuf>,
-    /// Where kernels.json and kernels.svg go.
+    /// Output directory for kernels.json and kernels.svg.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// How often all is measured again; the best of all rounds counts.
+    /// Number of rounds; the best of all rounds counts.
     #[arg(long, default_value_t = 3)]
     rounds: usize,
-    /// Only kernels whose name contains this.
+    /// Run only kernels whose name contains this.
     #[arg(long, value_name = "TEXT", default_value = "")]
     only: String,
     /// Leave out the largest grids.

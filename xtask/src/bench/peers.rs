@@ -20,28 +20,29 @@ use super::{machine, output};
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// Averages and pairs beside SyN templates (ANTs) and log-demons (SimpleITK).
+/// Compares averages and registrations of pairs with SyN templates (ANTs) and log-demons
+/// (SimpleITK).
 #[derive(Args)]
 pub struct Arguments {
-    /// The shapes: what gen_shapes.py wrote.
+    /// Directory of the shapes that gen_shapes.py wrote.
     #[arg(long, value_name = "DIR")]
     shapes: PathBuf,
-    /// The scripts: bench_reg.py and what it imports.
+    /// Directory of the scripts: bench_reg.py and the modules that it imports.
     #[arg(long, value_name = "DIR")]
     peers: PathBuf,
-    /// The Python that has numpy, scipy, antspyx and SimpleITK.
+    /// Python interpreter with numpy, scipy, antspyx and SimpleITK.
     #[arg(long, default_value = "python3")]
     python: PathBuf,
-    /// Where peers.json and peers.svg go.
+    /// Output directory for peers.json and peers.svg.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Runs of each program, in turn; the median counts.
+    /// Number of runs per program, in turn; the median counts.
     #[arg(long, default_value_t = 1)]
     runs: usize,
-    /// Threads of every program.
+    /// Number of threads per program.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Only cases whose name contains this.
+    /// Run only cases whose name contains this.
     #[arg(long, value_name = "TEXT", default_value = "")]
     only: String,
 }

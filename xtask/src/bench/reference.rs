@@ -18,16 +18,16 @@ use super::{machine, output};
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// The averages of the authors' code, on one thread as theirs.
+/// Compares averages with the authors' research code, on one thread as theirs.
 #[derive(Args)]
 pub struct Arguments {
-    /// The shapes and the phase fields of the bars, as arrays.
+    /// Directory of the shapes and the phase fields of the bars, as arrays.
     #[arg(long, value_name = "DIR")]
     inputs: PathBuf,
-    /// Where reference.json goes.
+    /// Output directory for reference.json.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// Only cases whose name contains this.
+    /// Run only cases whose name contains this.
     #[arg(long, value_name = "TEXT", default_value = "")]
     only: String,
 }

@@ -20,16 +20,16 @@ use crate::table::{Table, checked};
 /// Averages of star-shaped blobs against nodes and shapes, to the default tolerance.
 #[derive(Args)]
 pub struct Arguments {
-    /// Where scaling.json and scaling.svg go.
+    /// Output directory for scaling.json and scaling.svg.
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// Leave out the largest grid of 2D and of 3D.
     #[arg(long)]
     quick: bool,
-    /// Threads of every average.
+    /// Number of threads per average.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Runs of every average; that of the least processor time counts.
+    /// Number of runs per average; the one with the least processor time counts.
     #[arg(long, default_value_t = 1)]
     runs: usize,
 }

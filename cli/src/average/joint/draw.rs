@@ -15,7 +15,7 @@ const LINES: usize = 17;
 /// The picture.
 pub(super) fn picture<const D: usize>(outcome: &Outcome<D>, maps: &[StrainMaps]) -> Canvas {
     let result = &outcome.result;
-    // A run that was stopped ends on a coarser grid of the same box.
+    // An interrupted run ends on a coarser grid of the same box.
     let slice = Slice::middle(outcome.nodal[0].grid(), TileRows::width(COLUMNS));
     let mut rows = TileRows::new(COLUMNS);
     rows.push("average image", slice.grey(&result.average_image));

@@ -1,5 +1,4 @@
-//! `shapespace average --joint`: grey images in, their edges, found and averaged at the same time,
-//! out.
+//! `shapespace average --joint`: segments and averages grey images simultaneously.
 
 mod draw;
 mod plan;
@@ -21,7 +20,7 @@ use plan::{AnyPlan, JointPlan, PlacedImage, plan_joint};
 
 use super::args::{AverageConfig, AverageRun, not_joint};
 
-/// Everything there is to tell about a joint average.
+/// The result of a computation.
 struct Outcome<const D: usize> {
     images: Vec<PlacedImage<D>>,
     /// Their values on the grid.
@@ -36,7 +35,7 @@ struct Outcome<const D: usize> {
 /// Runs `shapespace average --joint`.
 ///
 /// # Errors
-/// [`CliError`]; then nothing has been written.
+/// [`CliError`]; then no result has been written.
 pub(super) fn run_joint(config: AverageConfig, run: &AverageRun) -> Result<Exit, CliError> {
     if run.memory.is_some() {
         return Err(not_joint("--memory"));
@@ -61,7 +60,7 @@ fn run_plan<const D: usize>(
     start: Instant,
 ) -> Result<Exit, CliError> {
     let output = run.common.output.as_path();
-    // A folder that cannot be written to is better known before the computation than after it.
+    // Fail before the computation if the folder cannot be written to.
     ResultDir::create(output).map(drop)?;
     let JointPlan {
         images,

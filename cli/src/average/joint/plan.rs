@@ -1,4 +1,4 @@
-//! From the options to a checked plan.
+//! From the options to a validated plan.
 
 use std::path::{Path, PathBuf};
 
@@ -16,14 +16,14 @@ use crate::options::check_law;
 use crate::output::ResultDir;
 use crate::shapes::labels;
 
-/// Weight of the length of an image's edges, as a share of the mismatch weight: with less, images that
-/// are unlike lose what is their own (docs/study/joint.md).
+/// Weight of the edge length of an image, relative to the mismatch weight: with a smaller weight,
+/// dissimilar images lose their individual features (docs/study/joint.md).
 const EDGE_WEIGHT: f64 = 2.0;
 
-/// How many times as long as the first image others may be, or it as they are, along every axis.
+/// Largest ratio of extents allowed between the first image and any other, per axis.
 const ALIKE: f64 = 1.5;
 
-/// An image and where it lies.
+/// An image and its placement.
 pub(super) struct PlacedImage<const D: usize> {
     pub path: PathBuf,
     /// Label in pictures.
@@ -37,10 +37,10 @@ pub(super) struct PlacedImage<const D: usize> {
 pub(super) struct JointPlan<const D: usize> {
     pub images: Vec<PlacedImage<D>>,
     pub nodal: Vec<ScalarField<f64, D>>,
-    /// The configuration, with nothing left to choose.
+    /// The configuration with all defaults resolved.
     pub config: AverageConfig,
     pub params: JointParams,
-    /// What the deformations depend on.
+    /// The inputs and parameters that the deformations depend on.
     pub fingerprint: Fingerprint,
 }
 
@@ -50,7 +50,7 @@ pub(super) enum AnyPlan {
     D3(JointPlan<3>),
 }
 
-/// Reads, places and checks everything.
+/// Reads, places and validates the images.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
@@ -112,7 +112,7 @@ fn plan<const D: usize>(
     })
 }
 
-/// Completes a configuration, and says the same as the joint average takes it.
+/// Resolves the defaults of a configuration, and converts it to the parameters of a joint average.
 fn complete(
     config: &mut AverageConfig,
     nodes: usize,

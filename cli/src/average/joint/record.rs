@@ -1,4 +1,4 @@
-//! The contents of `result.json`, and the closing words. What does not exist is left out.
+//! The contents of `result.json`, and the summary. Missing values are left out.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -23,13 +23,13 @@ pub(super) struct Found<'a, const D: usize> {
     energy: JointEnergy,
     /// The weights of the terms of every image.
     weights: Weights,
-    /// Standard deviation of the images about their mean, averaged over the box: as they are, and
-    /// brought onto each other.
+    /// Standard deviation of the images about their mean, averaged over the box: undeformed, and
+    /// deformed onto the average.
     spread_before: f64,
     spread_after: f64,
 }
 
-/// The record of an outcome. The time is that until now.
+/// The record of a result. The time is measured up to this call.
 pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<'_, D> {
     let result = &outcome.result;
     let found = Found {
@@ -83,6 +83,6 @@ pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
         file("result.json"),
         file("average.png"),
     );
-    // Nobody is left to be told where standard output is closed.
+    // A closed standard output is not an error.
     let _ = std::io::stdout().write_all(text.as_bytes());
 }

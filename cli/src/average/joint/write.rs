@@ -13,13 +13,13 @@ use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, deformation, numbered};
 use crate::watch::is_last;
 
-/// Names of the parts of the energy.
+/// Names of the terms of the energy.
 const PARTS: [&str; 4] = ["elastic", "mismatch", "length", "images"];
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
 /// # Errors
-/// [`CliError`]; the directory is not complete then.
+/// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<D>,
@@ -71,7 +71,7 @@ pub(super) fn write_all<'a, const D: usize>(
     Ok(record)
 }
 
-/// The course of the energy; its parts are known at the end of each level.
+/// The convergence history; the terms of the energy are known at the end of each level.
 fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
     let course = &outcome.course;
     let n = outcome.images.len() as f64;
