@@ -11,7 +11,7 @@ use crate::progress::Progress;
 
 /// One accepted step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Course {
+pub(crate) struct HistoryPoint {
     /// Level, counted from the coarsest.
     pub level: usize,
     /// Nodes per side.
@@ -25,9 +25,9 @@ pub(crate) struct Course {
 }
 
 /// Whether a step was the last of its level.
-pub(crate) fn is_last(course: &[Course], index: usize) -> bool {
-    let level = course.get(index).map(|point| point.level);
-    course.get(index + 1).map(|next| next.level) != level
+pub(crate) fn is_last(history: &[HistoryPoint], index: usize) -> bool {
+    let level = history.get(index).map(|point| point.level);
+    history.get(index + 1).map(|next| next.level) != level
 }
 
 const RUNNING: u8 = 0;
@@ -85,14 +85,14 @@ pub(crate) fn level_nodes<const D: usize>(hierarchy: &[Grid<D>]) -> Vec<usize> {
 }
 
 /// An observer that shows every iteration, records the convergence history, and cancels on request.
-pub(crate) struct Watch<'a> {
+pub(crate) struct ProgressObserver<'a> {
     progress: &'a Progress,
     interrupt: Interrupt,
     /// Nodes a side of every grid, coarsest first.
     grids: Vec<usize>,
     /// Names of a level and of its energy.
     words: [&'static str; 2],
-    course: Vec<Course>,
+    history: Vec<HistoryPoint>,
     level: usize,
     n_levels: usize,
     /// Evaluations on earlier levels.
@@ -100,12 +100,12 @@ pub(crate) struct Watch<'a> {
     begin: Instant,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> ProgressObserver<'a> {
     pub fn new(progress: &'a Progress, interrupt: Interrupt, grids: Vec<usize>) -> Self {
         Self {
             progress,
             interrupt,
-            course: Vec::new(),
+            history: Vec::new(),
             level: 0,
             n_levels: grids.len(),
             grids,
@@ -125,9 +125,9 @@ impl<'a> Watch<'a> {
     }
 
     /// The convergence history; prints the line of the last level.
-    pub fn finish(self) -> Vec<Course> {
+    pub fn finish(self) -> Vec<HistoryPoint> {
         self.level_done();
-        self.course
+        self.history
     }
 
     /// Prints a note.
@@ -154,7 +154,7 @@ impl<'a> Watch<'a> {
     }
 
     fn level_done(&self) {
-        let Some(last) = self.course.last() else {
+        let Some(last) = self.history.last() else {
             return;
         };
         self.progress.note(format!(
@@ -168,20 +168,20 @@ impl<'a> Watch<'a> {
     }
 }
 
-impl Observer for Watch<'_> {
+impl Observer for ProgressObserver<'_> {
     fn level(&mut self, level: usize, n_levels: usize, _dim: usize) {
         if level > 0 {
             self.level_done();
         }
         (self.level, self.n_levels) = (level, n_levels);
-        self.before = self.course.last().map_or(0, |point| point.evaluations);
+        self.before = self.history.last().map_or(0, |point| point.evaluations);
         self.begin = Instant::now();
         self.progress.stage(self.title());
     }
 
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
         let evaluations = self.before + iteration.evaluations.energies();
-        self.course.push(Course {
+        self.history.push(HistoryPoint {
             level: self.level,
             nodes: self.nodes(),
             iteration: iteration.iteration,
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn evaluations_add_up_over_the_levels() {
         let progress = Progress::hidden();
-        let mut watch = Watch::new(&progress, Interrupt(&STATE), vec![9, 17]);
+        let mut watch = ProgressObserver::new(&progress, Interrupt(&STATE), vec![9, 17]);
         let mut step = |level: Option<usize>, iteration, gradients| {
             if let Some(level) = level {
                 watch.level(level, 2, 100);
@@ -227,8 +227,8 @@ mod tests {
         step(None, 1, 3);
         step(Some(1), 0, 1);
         step(None, 1, 2);
-        let course = watch.finish();
-        let seen: Vec<_> = course.iter().map(|c| (c.nodes, c.evaluations)).collect();
+        let history = watch.finish();
+        let seen: Vec<_> = history.iter().map(|c| (c.nodes, c.evaluations)).collect();
         assert_eq!(seen, [(9, 1), (9, 3), (17, 4), (17, 5)]);
     }
 }

@@ -38,10 +38,10 @@ compiled_once! {
         grid: &'a Grid<D>,
         displacement: &'a [f64],
         law: &'a CompiledLaw<D>,
-    ) -> Vec<f64> = density_in;
+    ) -> Vec<f64> = density_of_cells_in;
 }
 
-fn density_in<const D: usize>(
+fn density_of_cells_in<const D: usize>(
     grid: &Grid<D>,
     displacement: &[f64],
     law: &CompiledLaw<D>,

@@ -136,10 +136,10 @@ compiled_once! {
         end: &'a Shape<D>,
         params: &'a GeodesicParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<Geodesic<D>, GeodesicError> = path_between;
+    ) -> Result<Geodesic<D>, GeodesicError> = geodesic_between_in;
 }
 
-fn path_between<const D: usize>(
+fn geodesic_between_in<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,

@@ -27,5 +27,5 @@ pub mod segmentation;
 
 pub use error::PhaseFieldError;
 pub use length::InterfaceLength;
-pub use mismatch::{LeastMismatch, Mismatch, Seen};
+pub use mismatch::{LeastMismatch, Masked, Mismatch};
 pub use profile::{ElasticWeight, Profile};

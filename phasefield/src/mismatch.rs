@@ -102,9 +102,9 @@ impl MatchDensity for LeastMismatch {
 /// A density multiplied by a visibility mask, which is an additional coefficient after those of the
 /// density itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Seen<F>(pub F);
+pub struct Masked<F>(pub F);
 
-impl<F: MatchDensity> MatchDensity for Seen<F> {
+impl<F: MatchDensity> MatchDensity for Masked<F> {
     const COEFFICIENTS: usize = F::COEFFICIENTS + 1;
 
     #[inline(always)]
@@ -120,14 +120,14 @@ impl<F: MatchDensity> MatchDensity for Seen<F> {
     }
 }
 
-impl<F: Reads> Reads for Seen<F> {
+impl<F: Reads> Reads for Masked<F> {
     const USES_VALUE: bool = F::USES_VALUE;
     const USES_GRADIENT: bool = F::USES_GRADIENT;
     const COEFFICIENTS: usize = F::COEFFICIENTS + 1;
     const CELL_DATA: usize = F::CELL_DATA;
 }
 
-impl<F: PointWeights<D>, const D: usize> PointWeights<D> for Seen<F> {
+impl<F: PointWeights<D>, const D: usize> PointWeights<D> for Masked<F> {
     #[inline(always)]
     fn weights<L: Lane>(&self, point: &Point<L, D, D>, deformed: &[L; D]) -> (L, L) {
         let seen = point.coefficient[F::COEFFICIENTS];

@@ -23,7 +23,7 @@ use fe_grid::Field;
 use fe_grid::{compiled_once, parallel};
 use levelset::{Compact, LevelsetError};
 
-use matching::{Indicator, Matching, Pose, Seen, thinned};
+use matching::{Indicator, Masked, Matching, Pose, thinned};
 pub use motion::RigidMotion;
 
 /// Nodes a side of the coarse and the fine set of sample nodes. Coarse in 3D, where nodes are
@@ -72,7 +72,7 @@ pub enum AlignError {
     /// The visibility mask of a shape is missing, lies on another grid, or has values outside
     /// `[0, 1]`.
     #[error("shape {shape}: what was seen of it must be given by weights from 0 to 1 on its grid")]
-    Seen {
+    Masked {
         /// Index of the shape.
         shape: usize,
     },
@@ -97,10 +97,10 @@ compiled_once! {
     pub fn align_to<'a, D>(
         reference: &'a Field<f64, D, 1>,
         moving: &'a Field<f64, D, 1>,
-    ) -> Result<Alignment<D>, AlignError> = aligned;
+    ) -> Result<Alignment<D>, AlignError> = align_to_in;
 }
 
-fn aligned<const D: usize>(
+fn align_to_in<const D: usize>(
     reference: &Field<f64, D, 1>,
     moving: &Field<f64, D, 1>,
 ) -> Result<Alignment<D>, AlignError> {
@@ -112,14 +112,14 @@ fn aligned<const D: usize>(
 }
 
 /// Computes the rigid motions that align a group of fully visible shapes, given as signed distances
-/// on one grid; see [`align_group_of_seen`].
+/// on one grid; see [`align_group_of_visible`].
 ///
 /// # Errors
 /// [`AlignError`].
 pub fn align_group<const D: usize>(
     shapes: &[&Field<f64, D, 1>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    align_group_of_seen(shapes, &[])
+    align_group_of_visible(shapes, &[])
 }
 
 compiled_once! {
@@ -136,13 +136,13 @@ compiled_once! {
     ///
     /// # Errors
     /// [`AlignError`].
-    pub fn align_group_of_seen<'a, D>(
+    pub fn align_group_of_visible<'a, D>(
         shapes: &'a [&'a Field<f64, D, 1>],
         seen: &'a [&'a Field<f64, D, 1>],
-    ) -> Result<Vec<Alignment<D>>, AlignError> = aligned_group;
+    ) -> Result<Vec<Alignment<D>>, AlignError> = align_group_in;
 }
 
-fn aligned_group<const D: usize>(
+fn align_group_in<const D: usize>(
     shapes: &[&Field<f64, D, 1>],
     seen: &[&Field<f64, D, 1>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
@@ -172,7 +172,7 @@ fn aligned_group<const D: usize>(
 
 fn align_each<const D: usize>(
     target: &Target<D>,
-    shapes: &[Seen<'_, D>],
+    shapes: &[Masked<'_, D>],
     motions: &[Option<RigidMotion<D>>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
     let shapes = shapes.iter().zip(motions).enumerate();
@@ -189,12 +189,12 @@ fn at(shape: usize, source: LevelsetError) -> AlignError {
 fn checked<'a, const D: usize>(
     shapes: &[&'a Field<f64, D, 1>],
     seen: &[&'a Field<f64, D, 1>],
-) -> Result<Vec<Seen<'a, D>>, AlignError> {
+) -> Result<Vec<Masked<'a, D>>, AlignError> {
     let Some(first) = shapes.first() else {
         return Err(AlignError::NoShapes);
     };
     if !seen.is_empty() && seen.len() != shapes.len() {
-        return Err(AlignError::Seen {
+        return Err(AlignError::Masked {
             shape: seen.len().min(shapes.len()),
         });
     }
@@ -216,12 +216,12 @@ fn checked<'a, const D: usize>(
         if let Some(weight) = weight {
             let inside = |w: &f64| (0.0..=1.0).contains(w);
             if weight.grid() != first.grid() || !weight.as_slice().iter().all(inside) {
-                return Err(AlignError::Seen { shape: i });
+                return Err(AlignError::Masked { shape: i });
             }
         }
         // A mask that is one everywhere is dropped.
         let weight = weight.filter(|weight| weight.as_slice().iter().any(|&w| w < 1.0));
-        list.push(Seen {
+        list.push(Masked {
             distance: shape,
             weight,
         });
@@ -237,7 +237,7 @@ struct Target<const D: usize> {
 
 impl<const D: usize> Target<D> {
     /// Computes the mean of shapes under their motions.
-    fn new(shapes: &[Seen<'_, D>], motions: &[RigidMotion<D>]) -> Result<Self, AlignError> {
+    fn new(shapes: &[Masked<'_, D>], motions: &[RigidMotion<D>]) -> Result<Self, AlignError> {
         let dim = usize::from(D == 3);
         let moved: Vec<_> = shapes.iter().zip(motions).map(|(s, m)| (*s, *m)).collect();
         let mean = |n_nodes: usize| -> Result<Indicator<D>, LevelsetError> {
@@ -255,7 +255,7 @@ impl<const D: usize> Target<D> {
     /// Computes the best motion of a shape; `known` is an additional start.
     fn align(
         &self,
-        shape: Seen<'_, D>,
+        shape: Masked<'_, D>,
         known: Option<RigidMotion<D>>,
     ) -> Result<Alignment<D>, LevelsetError> {
         let coarse = Matching::new(&self.coarse, shape)?;

@@ -15,7 +15,7 @@ pub enum AverageError {
     },
     /// The visibility masks do not fit the shapes.
     #[error("the weight of what was seen of shape {index} is {what}")]
-    Seen {
+    Masked {
         /// Index of the shape.
         index: usize,
         /// What is wrong with its mask.

@@ -8,7 +8,7 @@
 //! deformation.
 
 use crate::error::AverageError;
-use crate::hierarchy::{LevelMinimiser, Levels, levels_of_seen, targets_of};
+use crate::hierarchy::{LevelMinimiser, Levels, levels_of_visible, targets_of};
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean};
 use crate::result::{AverageResult, Timing};
@@ -122,7 +122,7 @@ pub(crate) fn with_followers<const D: usize>(
                 .collect();
         }
     }
-    let shapes = LevelShapes::new(grid, &distances, params)?.with_seen(seen);
+    let shapes = LevelShapes::new(grid, &distances, params)?.with_visibility(seen);
     let timing = Timing {
         levels: Vec::new(),
         seconds: start.elapsed().as_secs_f64(),
@@ -150,7 +150,7 @@ fn follow<const D: usize>(
         mean: Mean::Arithmetic,
         ..params.clone()
     };
-    let levels = levels_of_seen(std::slice::from_ref(distance), seen, &own)?;
+    let levels = levels_of_visible(std::slice::from_ref(distance), seen, &own)?;
     let dim = D * levels[0].grid().n_nodes();
     let mut problem = Levels::new(levels, &own).onto(targets_of(target, &own)?);
     let minimiser = |_| LevelMinimiser {

@@ -213,11 +213,11 @@ pub(crate) fn levels_of<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     params: &AverageParams,
 ) -> Result<Vec<LevelShapes<D>>, AverageError> {
-    levels_of_seen(signed_distances, &[], params)
+    levels_of_visible(signed_distances, &[], params)
 }
 
 /// Computes the shapes with their visibility masks on all levels, coarsest first.
-pub(crate) fn levels_of_seen<const D: usize>(
+pub(crate) fn levels_of_visible<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
     params: &AverageParams,
@@ -231,7 +231,7 @@ pub(crate) fn levels_of_seen<const D: usize>(
             distances = distances.iter().map(|u| inject(grid, u)).collect();
             seen = seen.iter().map(|w| inject(grid, w)).collect();
         }
-        levels.push(LevelShapes::new(*grid, &distances, params)?.with_seen(seen.clone()));
+        levels.push(LevelShapes::new(*grid, &distances, params)?.with_visibility(seen.clone()));
     }
     levels.reverse();
     Ok(levels)

@@ -71,7 +71,7 @@ impl<const D: usize> LevelShapes<D> {
     /// If there are masks, but not one per shape.
     /// If there are weights, but not one a shape.
     #[must_use]
-    pub fn with_seen(self, seen: Vec<Field<f64, D, 1>>) -> Self {
+    pub fn with_visibility(self, seen: Vec<Field<f64, D, 1>>) -> Self {
         assert!(seen.is_empty() || seen.len() == self.n_shapes());
         Self { seen, ..self }
     }

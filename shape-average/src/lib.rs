@@ -14,7 +14,7 @@
 //! [`average`] minimises it from coarse grids to fine, with `epsilon` proportional to the spacing;
 //! [`Solver`] selects one of the two algorithms. The minimiser adds a barrier that is zero unless a
 //! corner of a cell is close to folding ([`Energy::barrier`]). [`align`] aligns shapes rigidly
-//! beforehand; [`match_to`] deforms a new shape onto an average, [`average_of_seen`] averages
+//! beforehand; [`match_to`] deforms a new shape onto an average, [`average_of_visible`] averages
 //! partially visible shapes, and [`average_from`] continues from known deformations.
 //!
 //! **Invariant:** the input is signed distances on a grid, the output is fields; no files are read
@@ -67,5 +67,5 @@ pub use memory::{MemoryEstimate, memory_estimate};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};
-pub use solve::{average, average_from, average_of_seen, average_on_levels, match_to};
+pub use solve::{average, average_from, average_of_visible, average_on_levels, match_to};
 pub use stress::cauchy_stress_at_nodes;

@@ -21,7 +21,7 @@ use crate::result::AverageResult;
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Assembly, Data, Field, GridError};
-use phasefield::{LeastMismatch, Seen};
+use phasefield::{LeastMismatch, Masked};
 use std::time::Instant;
 
 /// Smoothing at zero: `s^2` as a fraction of the reference energy.
@@ -208,7 +208,7 @@ fn floors<const D: usize>(shapes: &LevelShapes<D>) -> Result<Vec<f64>, GridError
         if shapes.seen().is_empty() {
             Assembly::new(grid, &Matching::new(density, field), data).value(&rest)
         } else {
-            Assembly::new(grid, &Matching::new(Seen(density), field), data).value(&rest)
+            Assembly::new(grid, &Matching::new(Masked(density), field), data).value(&rest)
         }
     };
     (0..shapes.n_shapes()).map(floor).collect()

@@ -43,12 +43,12 @@ pub struct MemoryEstimate {
 }
 
 /// Estimates the memory of an average of `n_shapes` shapes with the given finest grid, with as many
-/// threads as the present pool has; `partly_seen` is true if there are visibility masks
-/// ([`average_of_seen`](crate::average_of_seen)).
+/// threads as the present pool has; `partly_visible` is true if there are visibility masks
+/// ([`average_of_visible`](crate::average_of_seen)).
 pub fn memory_estimate<const D: usize>(
     params: &AverageParams,
     n_shapes: usize,
-    partly_seen: bool,
+    partly_visible: bool,
     grid: &Grid<D>,
 ) -> MemoryEstimate {
     let sizes = Sizes::new(grid, n_shapes);
@@ -58,7 +58,7 @@ pub fn memory_estimate<const D: usize>(
     let lbfgs = params.solver == Solver::Lbfgs;
     // The previous level's phase fields and indicators exist until the next level is set up.
     let coarser = grid.coarser().map_or(0, |g| g.n_nodes() as u64 * DOUBLE);
-    let seen = u64::from(partly_seen);
+    let seen = u64::from(partly_visible);
     let shapes = n * ((3 + 2 * seen) * sizes.field + (2 + seen) * coarser);
     let metric = sizes.metric();
     let (minimiser, history, metrics) = if lbfgs {

@@ -8,7 +8,7 @@ use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::{MultigridParams, WorkSpace};
 use fe_grid::{CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, probe_cells};
 use hyperelastic::{Corotational, CorotationalMultigrid};
-use phasefield::{Mismatch, Seen};
+use phasefield::{Masked, Mismatch};
 
 /// Regularisation of the metric, as a fraction of the void stiffness.
 const REGULARISATION: f64 = 1e-3;
@@ -63,7 +63,7 @@ impl<const D: usize> ShapeMetric<D> {
             let probe = MetricProbe::new(stiffness, mismatch, average);
             probe_cells(&grid, &probe, data, displacement)
         } else {
-            let probe = MetricProbe::new(stiffness, Seen(mismatch), average);
+            let probe = MetricProbe::new(stiffness, Masked(mismatch), average);
             probe_cells(&grid, &probe, data, displacement)
         };
         let law = Corotational {

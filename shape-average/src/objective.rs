@@ -21,7 +21,7 @@ use fe_grid::{
     LinearOperator, Storage, certify_below, conjugate_gradient, parallel, restrain_step, vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
-use phasefield::{InterfaceLength, Mismatch, Seen};
+use phasefield::{InterfaceLength, Masked, Mismatch};
 
 /// Relative accuracy of the average; its error enters the energy squared.
 const AVERAGE_TOLERANCE: f64 = 1e-7;
@@ -205,7 +205,7 @@ impl<const D: usize> AverageObjective<D> {
         if self.shapes.seen().is_empty() {
             self.equations.assemble(&rule, &sources, background);
         } else {
-            self.equations.assemble(&Seen(rule), &sources, background);
+            self.equations.assemble(&Masked(rule), &sources, background);
         }
         let matrix = self.equations.matrix();
         let jacobi = Diagonal::jacobi(matrix.diagonal())?;
@@ -250,7 +250,7 @@ impl<const D: usize> AverageObjective<D> {
         let mismatch = if self.shapes.seen().is_empty() {
             self.mismatch(density, shape, displacement, gradient)?
         } else {
-            self.mismatch(Seen(density), shape, displacement, gradient)?
+            self.mismatch(Masked(density), shape, displacement, gradient)?
         };
         let mut barrier = 0.0;
         if min_corner < BARRIER_ONSET {

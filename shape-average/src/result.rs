@@ -58,7 +58,7 @@ pub struct AverageResult<const D: usize> {
     pub pushed: Vec<ScalarField<f64, D>>,
     /// Visibility masks of the shapes, pushed forward; empty if all shapes are fully visible.
     #[serde(skip)]
-    pub pushed_seen: Vec<ScalarField<f64, D>>,
+    pub pushed_visibility: Vec<ScalarField<f64, D>>,
     /// Phase fields and indicators of the shapes.
     #[serde(skip)]
     pub shapes: LevelShapes<D>,
@@ -125,9 +125,9 @@ impl<const D: usize> AverageResult<D> {
             let seen = seen.get(i).map(|seen| inverse.push_forward(seen, 1.0));
             (inverse.push_forward(&distances[i], far), seen)
         });
-        let (pushed, pushed_seen): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
-        let pushed_seen: Vec<_> = pushed_seen.into_iter().flatten().collect();
-        let average_indicator = majority(&pushed, &pushed_seen, votes)?;
+        let (pushed, pushed_visibility): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
+        let pushed_visibility: Vec<_> = pushed_visibility.into_iter().flatten().collect();
+        let average_indicator = majority(&pushed, &pushed_visibility, votes)?;
         let inside = |x: f64| if x > 0.5 { 1.0 } else { 0.0 };
         let mask = average_indicator
             .as_slice()
@@ -136,7 +136,7 @@ impl<const D: usize> AverageResult<D> {
             .collect();
         let average_mask = ScalarField::from_vec(grid, mask)?;
         let measures = parallel::try_map(pushed.iter().enumerate(), &|(i, d)| {
-            measure(d, &average_indicator, pushed_seen.get(i))
+            measure(d, &average_indicator, pushed_visibility.get(i))
         });
         let (dice, hausdorff) = measures?.into_iter().unzip();
         Ok(Self {
@@ -145,7 +145,7 @@ impl<const D: usize> AverageResult<D> {
             average_indicator,
             displacements,
             pushed,
-            pushed_seen,
+            pushed_visibility,
             energy: levels.last().map(|l| l.energy.clone()).unwrap_or_default(),
             certificate: worst_certificate(&grid, x),
             dice,

@@ -2,7 +2,7 @@
 
 use crate::error::AverageError;
 use crate::follow::{Leaders, with_followers};
-use crate::hierarchy::{Levels, levels_of, levels_of_seen, solve_levels, targets_of};
+use crate::hierarchy::{Levels, levels_of, levels_of_visible, solve_levels, targets_of};
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean};
 use crate::result::AverageResult;
@@ -25,7 +25,7 @@ pub fn average<const D: usize>(
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
-    average_of_seen(signed_distances, &[], params, observer)
+    average_of_visible(signed_distances, &[], params, observer)
 }
 
 /// Computes the average of partially visible shapes.
@@ -36,8 +36,8 @@ pub fn average<const D: usize>(
 /// distances in the result are measured on the visible parts.
 ///
 /// # Errors
-/// As [`average`], and [`AverageError::Seen`] for masks that do not fit the shapes.
-pub fn average_of_seen<const D: usize>(
+/// As [`average`], and [`AverageError::Masked`] for masks that do not fit the shapes.
+pub fn average_of_visible<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
     params: &AverageParams,
@@ -56,17 +56,17 @@ compiled_once! {
     /// until it is.
     ///
     /// # Errors
-    /// As [`average_of_seen`], and [`AverageError::Start`] for displacements that do not fit.
+    /// As [`average_of_visible`], and [`AverageError::Start`] for displacements that do not fit.
     pub fn average_from<'a, D>(
         signed_distances: &'a [Field<f64, D, 1>],
         seen: &'a [Field<f64, D, 1>],
         start: &'a [Field<f64, D, D>],
         params: &'a AverageParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<AverageResult<D>, AverageError> = averaged_from;
+    ) -> Result<AverageResult<D>, AverageError> = average_from_in;
 }
 
-fn averaged_from<const D: usize>(
+fn average_from_in<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
     known: &[Field<f64, D, D>],
@@ -74,15 +74,15 @@ fn averaged_from<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
     check(signed_distances, params)?;
-    check_seen(signed_distances, seen)?;
+    check_visibility(signed_distances, seen)?;
     let start = Instant::now();
     let weights = params.resolved_weights(signed_distances.len());
     if weights.contains(&0.0) {
         let led = Leaders::of(signed_distances, seen, known, params);
-        let own = averaged_from(&led.distances, &led.seen, &led.known, &led.params, observer)?;
+        let own = average_from_in(&led.distances, &led.seen, &led.known, &led.params, observer)?;
         return with_followers(own, signed_distances, seen, params, start, observer);
     }
-    let mut levels = levels_of_seen(signed_distances, seen, params)?;
+    let mut levels = levels_of_visible(signed_distances, seen, params)?;
     let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
     levels.drain(..first_level(&grids, signed_distances.len(), known)?);
     solve(signed_distances, levels, known, params, start, observer)
@@ -132,10 +132,10 @@ compiled_once! {
         levels: Vec<LevelShapes<D>>,
         params: &'a AverageParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<AverageResult<D>, AverageError> = level_average;
+    ) -> Result<AverageResult<D>, AverageError> = average_on_levels_in;
 }
 
-fn level_average<const D: usize>(
+fn average_on_levels_in<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     levels: Vec<LevelShapes<D>>,
     params: &AverageParams,
@@ -173,10 +173,10 @@ compiled_once! {
         target_phase_field: &'a Field<f64, D, 1>,
         params: &'a AverageParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<AverageResult<D>, AverageError> = matched;
+    ) -> Result<AverageResult<D>, AverageError> = match_to_in;
 }
 
-fn matched<const D: usize>(
+fn match_to_in<const D: usize>(
     signed_distance: &Field<f64, D, 1>,
     target: &Field<f64, D, 1>,
     target_phase_field: &Field<f64, D, 1>,
@@ -233,12 +233,12 @@ fn check<'a, const D: usize>(
 
 /// Checks the visibility masks: none, or one per shape on the shapes' grid, with values between 0
 /// and 1, not all zero.
-fn check_seen<const D: usize>(
+fn check_visibility<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
 ) -> Result<(), AverageError> {
     if !seen.is_empty() && seen.len() != signed_distances.len() {
-        return Err(AverageError::Seen {
+        return Err(AverageError::Masked {
             index: seen.len().min(signed_distances.len()),
             what: "missing, or one too many",
         });
@@ -257,7 +257,7 @@ fn check_seen<const D: usize>(
     };
     let mut all = seen.iter().enumerate();
     match all.find_map(|(index, weight)| wrong(weight).map(|what| (index, what))) {
-        Some((index, what)) => Err(AverageError::Seen { index, what }),
+        Some((index, what)) => Err(AverageError::Masked { index, what }),
         None => Ok(()),
     }
 }

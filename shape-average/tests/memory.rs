@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField, Storage};
-use shape_average::{AverageParams, AverageResult, Solver, average_of_seen, memory_estimate};
+use shape_average::{AverageParams, AverageResult, Solver, average_of_visible, memory_estimate};
 
 /// Bytes in use, and the most there have been.
 static IN_USE: AtomicUsize = AtomicUsize::new(0);
@@ -61,7 +61,7 @@ fn ellipsoids<const D: usize>(grid: Grid<D>, n: usize) -> Vec<ScalarField<f64, D
 fn measured<const D: usize>(
     shapes: usize,
     nodes: usize,
-    partly_seen: bool,
+    partly_visible: bool,
     params: &AverageParams,
 ) -> (AverageResult<D>, f64) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
@@ -71,27 +71,27 @@ fn measured<const D: usize>(
         let inputs = ellipsoids(grid, shapes);
         MOST.store(IN_USE.load(Ordering::Relaxed), Ordering::Relaxed);
         let half = |_| ScalarField::from_fn(grid, |x| [f64::from(u8::from(x[0] < 0.5))]);
-        let views = if partly_seen { shapes } else { 0 };
+        let views = if partly_visible { shapes } else { 0 };
         let seen: Vec<_> = (0..views).map(half).collect();
-        let result = average_of_seen(&inputs, &seen, params, &mut Silent).unwrap();
+        let result = average_of_visible(&inputs, &seen, params, &mut Silent).unwrap();
         let most = MOST.load(Ordering::Relaxed) - before;
-        let estimate = memory_estimate(params, shapes, partly_seen, &grid);
+        let estimate = memory_estimate(params, shapes, partly_visible, &grid);
         (result, estimate.memory as f64 / most as f64)
     })
 }
 
 /// The arrays of an estimate are few and known; what is missing is small beside them.
 fn check<const D: usize>(shapes: usize, nodes: usize, params: &AverageParams) -> AverageResult<D> {
-    check_seen(shapes, nodes, false, params)
+    check_visibility(shapes, nodes, false, params)
 }
 
-fn check_seen<const D: usize>(
+fn check_visibility<const D: usize>(
     shapes: usize,
     nodes: usize,
-    partly_seen: bool,
+    partly_visible: bool,
     params: &AverageParams,
 ) -> AverageResult<D> {
-    let (result, ratio) = measured(shapes, nodes, partly_seen, params);
+    let (result, ratio) = measured(shapes, nodes, partly_visible, params);
     println!("{D}D, {shapes} shapes at {nodes}: estimate / measured = {ratio:.3}");
     assert!(
         (0.85..1.15).contains(&ratio),
@@ -113,7 +113,7 @@ fn estimates_are_what_is_used() {
     let params = AverageParams::default();
     check::<3>(3, 33, &params);
     check::<2>(4, 129, &params);
-    check_seen::<3>(2, 33, true, &params);
+    check_visibility::<3>(2, 33, true, &params);
     let descent = AverageParams {
         solver: Solver::Descent,
         max_iterations: 2,
@@ -159,6 +159,6 @@ fn a_folder_that_is_missing_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let params = in_files(&AverageParams::default(), &folder.path().join("nowhere"));
     let inputs = ellipsoids(Grid::<2>::cube(17), 2);
-    let error = average_of_seen(&inputs, &[], &params, &mut Silent).unwrap_err();
+    let error = average_of_visible(&inputs, &[], &params, &mut Silent).unwrap_err();
     assert!(error.to_string().contains("nowhere"), "{error}");
 }

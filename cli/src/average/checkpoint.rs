@@ -23,8 +23,8 @@ use crate::output::{OutputError, WorkDir, deformation, numbered};
 use crate::progress::Progress;
 use crate::report::RESULT;
 use crate::results::{ResultFields, read_record};
-use crate::shapes::SeenMask;
-use crate::watch::{Course, Watch};
+use crate::shapes::VisibilityMask;
+use crate::watch::{HistoryPoint, ProgressObserver};
 
 const STATE: &str = "state.json";
 
@@ -32,7 +32,7 @@ const STATE: &str = "state.json";
 pub(super) fn fingerprint<const D: usize>(
     config: &AverageConfig,
     images: &[Image<D>],
-    views: &[Option<SeenMask<D>>],
+    views: &[Option<VisibilityMask<D>>],
 ) -> Fingerprint {
     let views = views.iter().flatten().map(|mask| hash(&mask.image));
     Fingerprint::new(config, images.iter().map(hash).chain(views).collect())
@@ -61,8 +61,8 @@ struct Place<'a> {
 }
 
 /// Observes a run and stores checkpoints of its deformations.
-pub(super) struct Keeper<'a, const D: usize> {
-    watch: Watch<'a>,
+pub(super) struct Checkpointer<'a, const D: usize> {
+    watch: ProgressObserver<'a>,
     place: Place<'a>,
     /// All grids of the run.
     grids: Vec<Grid<D>>,
@@ -79,7 +79,7 @@ pub(super) struct Keeper<'a, const D: usize> {
     kept: Instant,
 }
 
-impl<'a, const D: usize> Keeper<'a, D> {
+impl<'a, const D: usize> Checkpointer<'a, D> {
     /// Opens the checkpoint of the same run, if there is one: returns the observer and the
     /// deformations to resume from, `None` without a checkpoint.
     ///
@@ -87,13 +87,13 @@ impl<'a, const D: usize> Keeper<'a, D> {
     /// [`CliError::OtherWork`] for a checkpoint of another run of the same name, and [`CliError`]
     /// for one that cannot be read.
     fn new(
-        watch: Watch<'a>,
+        watch: ProgressObserver<'a>,
         place: Place<'a>,
         grids: Vec<Grid<D>>,
         leads: Vec<bool>,
     ) -> Result<(Self, Vec<Field<f64, D, D>>), CliError> {
         let now = Instant::now();
-        let mut keeper = Self {
+        let mut checkpointer = Self {
             watch,
             place,
             grids,
@@ -106,13 +106,16 @@ impl<'a, const D: usize> Keeper<'a, D> {
             kept: now,
         };
         let mut known = Vec::new();
-        if WorkDir::exists(keeper.place.target) {
-            let work = keeper.place.fingerprint.work_dir(keeper.place.target)?;
+        if WorkDir::exists(checkpointer.place.target) {
+            let work = checkpointer
+                .place
+                .fingerprint
+                .work_dir(checkpointer.place.target)?;
             if let Some(state) = work.get::<State>(STATE) {
                 let folder = work.file(&state.folder);
-                known = deformations(&folder, keeper.leads.len(), &keeper.grids)?;
-                keeper.before = state.seconds;
-                keeper.watch.note(format!(
+                known = deformations(&folder, checkpointer.leads.len(), &checkpointer.grids)?;
+                checkpointer.before = state.seconds;
+                checkpointer.watch.note(format!(
                     "going on from the checkpoint in '{}': {} nodes a side, energy {:.6e}, after {:.1} \
                      minutes",
                     work.path().display(),
@@ -120,17 +123,17 @@ impl<'a, const D: usize> Keeper<'a, D> {
                     state.energy,
                     state.seconds / 60.0
                 ));
-                keeper.count = 1 + number(&state.folder).unwrap_or(0);
-                keeper.last = Some(state);
+                checkpointer.count = 1 + number(&state.folder).unwrap_or(0);
+                checkpointer.last = Some(state);
             }
-            keeper.work = Some(work);
+            checkpointer.work = Some(work);
         }
-        Ok((keeper, known))
+        Ok((checkpointer, known))
     }
 
     /// The convergence history, and the folder of the checkpoints, if there are any, to be removed
     /// when the result is written.
-    pub fn finish(self) -> (Vec<Course>, Option<WorkDir>) {
+    pub fn finish(self) -> (Vec<HistoryPoint>, Option<WorkDir>) {
         (self.watch.finish(), self.work)
     }
 
@@ -176,7 +179,7 @@ impl<'a, const D: usize> Keeper<'a, D> {
     }
 }
 
-impl<const D: usize> Observer for Keeper<'_, D> {
+impl<const D: usize> Observer for Checkpointer<'_, D> {
     fn level(&mut self, level: usize, n_levels: usize, dim: usize) {
         self.watch.level(level, n_levels, dim);
     }
@@ -270,15 +273,15 @@ fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) 
 /// average that `--start` names, `None` without either.
 ///
 /// # Errors
-/// Those of [`Keeper::new`], and [`CliError::NoResult`] for a start that does not fit.
+/// Those of [`Checkpointer::new`], and [`CliError::NoResult`] for a start that does not fit.
 pub(super) fn begin<'a, const D: usize>(
     start: Option<&Path>,
     run: &'a AverageRun,
     fingerprint: Fingerprint,
     grids: Vec<Grid<D>>,
     leads: Vec<bool>,
-    watch: Watch<'a>,
-) -> Result<(Keeper<'a, D>, Vec<Field<f64, D, D>>), CliError> {
+    watch: ProgressObserver<'a>,
+) -> Result<(Checkpointer<'a, D>, Vec<Field<f64, D, D>>), CliError> {
     let started = match start {
         Some(directory) => deformations(directory, leads.len(), &grids)?,
         None => Vec::new(),
@@ -288,8 +291,8 @@ pub(super) fn begin<'a, const D: usize>(
         fingerprint,
         minutes: run.checkpoint,
     };
-    let (keeper, kept) = Keeper::new(watch, place, grids, leads)?;
-    Ok((keeper, if kept.is_empty() { started } else { kept }))
+    let (checkpointer, kept) = Checkpointer::new(watch, place, grids, leads)?;
+    Ok((checkpointer, if kept.is_empty() { started } else { kept }))
 }
 
 /// Warns if the inputs of the average that `--start` names had another placement.

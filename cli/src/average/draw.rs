@@ -45,7 +45,7 @@ impl Draw<2> for Pictures {
             .enumerate()
             .map(|(i, distance)| {
                 let warped = contour(distance, 0.0, BoxEdge::Closed).map_err(AverageError::from)?;
-                let seen = outcome.result.pushed_seen.get(i);
+                let seen = outcome.result.pushed_visibility.get(i);
                 Ok(curves(&seen.map_or(warped.clone(), |seen| {
                     warped.part(|corners| corners.iter().all(|x| seen.sample(*x)[0] > 0.5))
                 })))

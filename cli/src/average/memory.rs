@@ -18,17 +18,17 @@ use crate::progress::Progress;
 pub(super) fn provide<const D: usize>(
     params: &mut AverageParams,
     n_shapes: usize,
-    partly_seen: bool,
+    partly_visible: bool,
     grid: Grid<D>,
     run: &AverageRun,
     progress: &Progress,
 ) -> Result<MemoryEstimate, CliError> {
-    let mut estimate = memory_estimate(params, n_shapes, partly_seen, &grid);
+    let mut estimate = memory_estimate(params, n_shapes, partly_visible, &grid);
     if let Some(limit) = run.memory
         && estimate.memory > limit
     {
         params.storage = Storage::Folder(folder(&run.common.output));
-        estimate = memory_estimate(params, n_shapes, partly_seen, &grid);
+        estimate = memory_estimate(params, n_shapes, partly_visible, &grid);
         if estimate.memory > limit {
             return Err(CliError::Memory {
                 limit,

@@ -27,7 +27,7 @@ use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::shapes::{Input, prepare};
-use crate::watch::{Course, Interrupt, Watch, level_nodes};
+use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
 use checkpoint::{begin, compare_places, fingerprint};
 use draw::{Draw, Pictures};
 use memory::provide;
@@ -43,7 +43,7 @@ struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     config: AverageConfig,
     result: AverageResult<D>,
-    course: Vec<Course>,
+    history: Vec<HistoryPoint>,
     memory: MemoryEstimate,
     start: Instant,
 }
@@ -117,22 +117,22 @@ where
     let n = plan.placed.images.len();
     let memory = provide(&mut params, n, !plan.views.is_empty(), grid, run, progress)?;
     let grids = grid.hierarchy(params.coarsest_nodes);
-    let watch = Watch::new(progress, interrupt, level_nodes(&grids));
+    let watch = ProgressObserver::new(progress, interrupt, level_nodes(&grids));
     let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
     let start_of = config.start.as_deref();
-    let (mut keeper, known) = begin(start_of, run, fingerprint, grids, leads, watch)?;
+    let (mut checkpointer, known) = begin(start_of, run, fingerprint, grids, leads, watch)?;
     let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, progress)?;
     compare_places(start_of, inputs.iter().map(|i| i.frame), progress);
     let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
-    let result = average_from(&distances, &seen, &known, &params, &mut keeper)?;
-    let (course, checkpoints) = keeper.finish();
+    let result = average_from(&distances, &seen, &known, &params, &mut checkpointer)?;
+    let (history, checkpoints) = checkpointer.finish();
     drop(known);
     drop((distances, seen));
     let outcome = Outcome {
         inputs,
         config,
         result,
-        course,
+        history,
         memory,
         start,
     };

@@ -8,7 +8,7 @@ use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::options::check_law;
 use crate::output::ResultDir;
-use crate::shapes::{Placed, SeenMask};
+use crate::shapes::{Placed, VisibilityMask};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct AveragePlan<const D: usize> {
     /// The masks in the unit box.
     pub(crate) placed: Placed<D>,
     /// Visibility masks of the shapes.
-    pub(super) views: Vec<Option<SeenMask<D>>>,
+    pub(super) views: Vec<Option<VisibilityMask<D>>>,
     /// The configuration with all defaults resolved.
     pub config: AverageConfig,
 }
@@ -63,7 +63,7 @@ pub fn plan_average(config: AverageConfig, output: &Path) -> Result<AnyPlan, Cli
 /// As [`plan_average`].
 pub(super) fn plan_images<const D: usize>(
     images: Vec<Image<D>>,
-    views: Vec<Option<SeenMask<D>>>,
+    views: Vec<Option<VisibilityMask<D>>>,
     mut config: AverageConfig,
 ) -> Result<AveragePlan<D>, CliError> {
     check_law::<D>(&config.params.law)?;

@@ -7,7 +7,7 @@ use std::time::Instant;
 use fe_grid::{Certificate, ScalarField};
 use levelset::{BoxEdge, Moments, contour};
 use serde::Serialize;
-use shape_average::{AverageParams, AverageResult, average_of_seen};
+use shape_average::{AverageParams, AverageResult, average_of_visible};
 
 use super::args::{AverageConfig, AverageRun};
 use super::plan::AveragePlan;
@@ -19,7 +19,7 @@ use crate::picture::{INK, Slice, TileRows, WHITE, colour, mix};
 use crate::progress::Progress;
 use crate::report::{Record, first_failure, overall};
 use crate::shapes::{InputRecord, SizeRecord, common_scale, prepare};
-use crate::watch::{Interrupt, Watch, level_nodes};
+use crate::watch::{Interrupt, ProgressObserver, level_nodes};
 
 /// Everything in `result.json`.
 type SweepRecord<const D: usize> = Record<AverageConfig, Averages, D>;
@@ -84,8 +84,8 @@ pub(super) fn run_sweep<const D: usize>(
         let words: Vec<String> = weights.iter().map(|w| format!("{w:.3}")).collect();
         progress.note(format!("weights {}:", words.join(", ")));
         let levels = level_nodes(&grid.hierarchy(params.coarsest_nodes));
-        let mut watch = Watch::new(progress, interrupt, levels);
-        let result = average_of_seen(&distances, &seen, &params, &mut watch)?;
+        let mut watch = ProgressObserver::new(progress, interrupt, levels);
+        let result = average_of_visible(&distances, &seen, &params, &mut watch)?;
         watch.finish();
         found.push((weights, result));
         if interrupt.asked() {

@@ -6,7 +6,7 @@ use fe_grid::{Grid, ScalarField};
 
 use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
-use crate::shapes::{Input, SeenMask, view_of};
+use crate::shapes::{Input, VisibilityMask, view_of};
 
 const OPTION: &str = "--valid";
 /// Denotes a mask that is bright everywhere.
@@ -37,14 +37,14 @@ pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
 pub(super) fn read<const D: usize>(
     valid: &[PathBuf],
     of_dimension: impl Fn(AnyImages) -> Option<Vec<Image<D>>>,
-) -> Result<Vec<Option<SeenMask<D>>>, CliError> {
-    let read = |path: &PathBuf| -> Result<Option<SeenMask<D>>, CliError> {
+) -> Result<Vec<Option<VisibilityMask<D>>>, CliError> {
+    let read = |path: &PathBuf| -> Result<Option<VisibilityMask<D>>, CliError> {
         if path == Path::new(ALL) {
             return Ok(None);
         }
         let images = read_images(std::slice::from_ref(path), &ReadOptions::default())?;
         match of_dimension(images).and_then(|mut images| images.pop()) {
-            Some(image) => Ok(Some(SeenMask {
+            Some(image) => Ok(Some(VisibilityMask {
                 image,
                 option: OPTION,
             })),
@@ -64,7 +64,7 @@ pub(super) fn read<const D: usize>(
 /// # Errors
 /// Those of [`view_of`].
 pub(super) fn apply<const D: usize>(
-    views: &[Option<SeenMask<D>>],
+    views: &[Option<VisibilityMask<D>>],
     inputs: &mut [Input<D>],
     distances: &mut [ScalarField<f64, D>],
     grid: Grid<D>,

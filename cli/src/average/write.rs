@@ -12,7 +12,7 @@ use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
 use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, deformation, numbered};
-use crate::watch::{Course, is_last};
+use crate::watch::{HistoryPoint, is_last};
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
@@ -136,18 +136,18 @@ fn write_energy<const D: usize>(
 
 /// The convergence history; the terms of the energy are known at the end of each level.
 fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
-    let course = &outcome.course;
-    let point = |(i, point): (usize, &Course)| EnergyPoint {
+    let history = &outcome.history;
+    let point = |(i, point): (usize, &HistoryPoint)| EnergyPoint {
         level: point.level,
         nodes: point.nodes,
         iteration: point.iteration,
         evaluations: point.evaluations,
         total: point.energy,
-        parts: is_last(course, i)
+        parts: is_last(history, i)
             .then(|| parts(outcome, point.level))
             .flatten(),
     };
-    course.iter().enumerate().map(point).collect()
+    history.iter().enumerate().map(point).collect()
 }
 
 /// The weighted terms of the energy at the end of a level.

@@ -17,7 +17,7 @@ use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::report::{certified, word};
-use crate::watch::{Interrupt, Watch};
+use crate::watch::{Interrupt, ProgressObserver};
 
 /// Runs `shapespace extend`.
 ///
@@ -53,7 +53,7 @@ where
     let given_steps = given.motions.len();
     let steps = *config.steps.get_or_insert(given_steps);
     let params = given.calculus_params(config.solver);
-    let mut watch = Watch::of_equations(progress, interrupt, given.nodes());
+    let mut watch = ProgressObserver::of_equations(progress, interrupt, given.nodes());
     let first = &given.level_sets[0];
     let found = exponential(first, &given.motions, steps, &params, &mut watch)?;
     watch.finish();

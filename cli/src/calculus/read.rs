@@ -36,12 +36,12 @@ pub(super) struct StoredGeodesic<const D: usize> {
     /// Parameters of the geodesic.
     pub params: GeodesicParams,
     /// Path of the start mask.
-    pub home: Home<D>,
+    pub frame: Frame<D>,
 }
 
 /// Placement of the start mask in the unit box.
 #[derive(Clone, Debug)]
-pub(super) struct Home<const D: usize> {
+pub(super) struct Frame<const D: usize> {
     /// Samples along each axis, `x` first.
     pub size: [usize; D],
     /// From samples to the unit box.
@@ -114,12 +114,12 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
         names: [start, end].map(|input| input.name.clone()),
         // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },
-        home: home(start)
+        frame: frame(start)
             .ok_or_else(|| unfit(directory, "it does not say where its start lies".into()))?,
     })
 }
 
-fn home<const D: usize>(start: &InputRecord<D>) -> Option<Home<D>> {
+fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Frame<D>> {
     let motion = match &start.alignment {
         None => None,
         Some(alignment) => {
@@ -130,7 +130,7 @@ fn home<const D: usize>(start: &InputRecord<D>) -> Option<Home<D>> {
             Some((rotation, alignment.translation.as_slice().try_into().ok()?))
         }
     };
-    Some(Home {
+    Some(Frame {
         size: start.size.as_slice().try_into().ok()?,
         frame: start.frame,
         motion,

@@ -28,7 +28,7 @@ use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::report::{certified, word};
 use crate::shapes::{labels, place_like};
-use crate::watch::{Interrupt, Watch, level_nodes};
+use crate::watch::{Interrupt, ProgressObserver, level_nodes};
 
 /// Runs `shapespace transport`.
 ///
@@ -139,23 +139,23 @@ impl Run<'_> {
         given: &StoredGeodesic<D>,
         image: &Image<D>,
     ) -> Result<Option<Variation<D>>, CliError> {
-        let home = &given.home;
-        if image.size != home.size {
+        let frame = &given.frame;
+        if image.size != frame.size {
             return Err(self.unfit(format!(
                 "has {:?} samples, the first shape of the geodesic {:?} (x first)",
-                image.size, home.size
+                image.size, frame.size
             )));
         }
         let first = &given.level_sets[0];
         let grid = *first.grid();
-        let (outline, near) = place_like(image, home.frame, home.motion, grid)?;
+        let (outline, near) = place_like(image, frame.frame, frame.motion, grid)?;
         let params = GeodesicParams {
             steps: self.config.steps,
             ..given.params.clone()
         };
         self.progress.stage("finding the variation");
         let grids = level_nodes(&grid.hierarchy(params.coarsest_nodes));
-        let mut watch = Watch::new(self.progress, self.interrupt, grids);
+        let mut watch = ProgressObserver::new(self.progress, self.interrupt, grids);
         let found = logarithm(first, &near, &params, &mut watch)?;
         watch.finish();
         let (Some(last), Some(level)) = (found.path.displacements.last(), found.path.levels.last())
@@ -182,7 +182,7 @@ impl Run<'_> {
         params: &CalculusParams,
     ) -> Result<Option<Counterpart<D>>, CliError> {
         let (first, path) = (&given.level_sets[0], &given.motions);
-        let watch = || Watch::of_equations(self.progress, self.interrupt, given.nodes());
+        let watch = || ProgressObserver::of_equations(self.progress, self.interrupt, given.nodes());
         let mut watching = watch();
         let ladder = Ladder::default();
         let carried = carry_along(first, path, velocity, ladder, params, &mut watching)?;

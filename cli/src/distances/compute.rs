@@ -48,9 +48,9 @@ impl<const D: usize> Task<'_, D> {
             .copied()
             .filter(|ids| self.store.pair(*ids).is_none())
             .collect();
-        let course = Course::new(wanted.len(), wanted.len() - missing.len());
-        course.show(self.progress);
-        self.compute(&missing, &course)?;
+        let progress_of_pairs = PairProgress::new(wanted.len(), wanted.len() - missing.len());
+        progress_of_pairs.show(self.progress);
+        self.compute(&missing, &progress_of_pairs)?;
         if self.interrupt.asked() {
             return Ok(None);
         }
@@ -65,7 +65,11 @@ impl<const D: usize> Task<'_, D> {
         }
     }
 
-    fn compute(&self, missing: &[[usize; 2]], course: &Course) -> Result<(), CliError> {
+    fn compute(
+        &self,
+        missing: &[[usize; 2]],
+        progress_of_pairs: &PairProgress,
+    ) -> Result<(), CliError> {
         let threads = rayon::current_num_threads();
         let asked = self.at_once.map_or(threads, |n| n as usize);
         let workers = asked.min(threads).min(missing.len());
@@ -81,7 +85,7 @@ impl<const D: usize> Task<'_, D> {
                     if !self.pair(*ids)? {
                         break;
                     }
-                    course.one_more(self.progress);
+                    progress_of_pairs.one_more(self.progress);
                 }
                 Ok(())
             });
@@ -120,7 +124,7 @@ impl<const D: usize> Task<'_, D> {
 }
 
 /// The number of finished pairs.
-struct Course {
+struct PairProgress {
     total: usize,
     /// Pairs stored by earlier runs.
     before: usize,
@@ -128,7 +132,7 @@ struct Course {
     begin: Instant,
 }
 
-impl Course {
+impl PairProgress {
     fn new(total: usize, before: usize) -> Self {
         Self {
             total,
@@ -194,13 +198,16 @@ mod tests {
 
     #[test]
     fn the_time_left_counts_this_run_only() {
-        let course = Course::new(10, 4);
-        course.show(&Progress::hidden());
+        let progress_of_pairs = PairProgress::new(10, 4);
+        progress_of_pairs.show(&Progress::hidden());
         for _ in 0..6 {
-            course.one_more(&Progress::hidden());
+            progress_of_pairs.one_more(&Progress::hidden());
         }
-        assert_eq!(course.done.load(Ordering::Relaxed), 10);
-        assert_eq!(course.words(10, Some(3.0)), "10 of 10 pairs");
-        assert_eq!(course.words(5, Some(3.0)), "5 of 10 pairs, 3 s left");
+        assert_eq!(progress_of_pairs.done.load(Ordering::Relaxed), 10);
+        assert_eq!(progress_of_pairs.words(10, Some(3.0)), "10 of 10 pairs");
+        assert_eq!(
+            progress_of_pairs.words(5, Some(3.0)),
+            "5 of 10 pairs, 3 s left"
+        );
     }
 }

@@ -3,11 +3,11 @@
 use fe_grid::transfer::inject_into;
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, contour, hausdorff};
-use shape_average::{AverageError, AverageParams, AverageResult, average_of_seen};
+use shape_average::{AverageError, AverageParams, AverageResult, average_of_visible};
 
 use crate::error::CliError;
 use crate::progress::Progress;
-use crate::watch::{Interrupt, Watch, level_nodes};
+use crate::watch::{Interrupt, ProgressObserver, level_nodes};
 
 /// The shapes of a figure.
 pub(super) struct Scene<'a, const D: usize> {
@@ -59,8 +59,8 @@ impl<const D: usize> Scene<'_, D> {
         change(&mut params);
         self.progress.note(format!("{what}:"));
         let levels = level_nodes(&distances[0].grid().hierarchy(params.coarsest_nodes));
-        let mut watch = Watch::new(self.progress, self.interrupt, levels);
-        let result = average_of_seen(distances, seen, &params, &mut watch)?;
+        let mut watch = ProgressObserver::new(self.progress, self.interrupt, levels);
+        let result = average_of_visible(distances, seen, &params, &mut watch)?;
         watch.finish();
         if self.interrupt.asked() {
             return Err(CliError::Stopped);

@@ -21,8 +21,8 @@ use crate::error::{CliError, Exit};
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::shapes::{Components, Input, SeenMask, prepare, view_of};
-use crate::watch::{Course, Interrupt, Watch, level_nodes};
+use crate::shapes::{Components, Input, VisibilityMask, prepare, view_of};
+use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
 use draw::{Draw, Pictures};
 
 pub use args::{GeodesicArgs, GeodesicConfig, Occluded};
@@ -37,7 +37,7 @@ struct Outcome<const D: usize> {
     /// The labels of their components, if there are several.
     labels: Vec<i64>,
     result: Geodesic<D>,
-    course: Vec<Course>,
+    history: Vec<HistoryPoint>,
     start: Instant,
     /// Seconds of the minimisation.
     solver_seconds: f64,
@@ -90,15 +90,15 @@ where
     )?;
     progress.stage("finding a first path");
     let begin = Instant::now();
-    let mut watch = Watch::new(progress, interrupt, level_nodes(&grids));
+    let mut watch = ProgressObserver::new(progress, interrupt, level_nodes(&grids));
     let result = geodesic_between(&first, &last, params, &mut watch)?;
-    let course = watch.finish();
+    let history = watch.finish();
     let outcome = Outcome {
         inputs,
         config,
         labels: parts.map(|parts| parts.labels).unwrap_or_default(),
         result,
-        course,
+        history,
         start,
         solver_seconds: begin.elapsed().as_secs_f64(),
     };
@@ -129,7 +129,7 @@ fn shapes<const D: usize>(
     inputs: &[Input<D>],
     distances: Vec<ScalarField<f64, D>>,
     parts: Option<&Components<D>>,
-    views: [Option<SeenMask<D>>; 2],
+    views: [Option<VisibilityMask<D>>; 2],
     occluded: Option<Occluded>,
     grid: Grid<D>,
 ) -> Result<[Shape<D>; 2], CliError> {

@@ -7,7 +7,7 @@ use crate::error::CliError;
 use crate::input::{AnyImages, Image, ReadOptions, read_images, read_label_images};
 use crate::options::check_law;
 use crate::output::ResultDir;
-use crate::shapes::{Components, Placed, SeenMask};
+use crate::shapes::{Components, Placed, VisibilityMask};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
 #[derive(Clone, Debug)]
@@ -17,7 +17,7 @@ pub struct GeodesicPlan<const D: usize> {
     /// Their components, if there are several.
     pub(crate) parts: Option<Components<D>>,
     /// Visibility masks of start and end, if given.
-    pub(crate) views: [Option<SeenMask<D>>; 2],
+    pub(crate) views: [Option<VisibilityMask<D>>; 2],
     /// The configuration with all defaults resolved.
     pub config: GeodesicConfig,
 }
@@ -100,7 +100,8 @@ fn plan_images<const D: usize>(
     };
     check_law::<D>(&config.params.law)?;
     let [start, end] = views;
-    let seen = |image: Option<Image<D>>, option| image.map(|image| SeenMask { image, option });
+    let seen =
+        |image: Option<Image<D>>, option| image.map(|image| VisibilityMask { image, option });
     Ok(GeodesicPlan {
         placed: Placed::new(images, &mut config.masks)?,
         parts,

@@ -126,8 +126,8 @@ fn write_energy<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<D>,
 ) -> Result<(), CliError> {
-    let course = &outcome.course;
-    let points: Vec<EnergyPoint> = course
+    let history = &outcome.history;
+    let points: Vec<EnergyPoint> = history
         .iter()
         .enumerate()
         .map(|(i, point)| EnergyPoint {
@@ -136,7 +136,7 @@ fn write_energy<const D: usize>(
             iteration: point.iteration,
             evaluations: point.evaluations,
             total: point.energy,
-            parts: is_last(course, i)
+            parts: is_last(history, i)
                 .then(|| parts(outcome, point.level))
                 .flatten(),
         })

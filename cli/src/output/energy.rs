@@ -111,7 +111,7 @@ mod tests {
 
     const NAMES: [&str; 3] = ["elastic", "mismatch", "length"];
 
-    fn course() -> Vec<EnergyPoint> {
+    fn history() -> Vec<EnergyPoint> {
         let mut evaluations = 0;
         let mut points = Vec::new();
         for (level, nodes) in [9, 17, 33, 65].into_iter().enumerate() {
@@ -136,8 +136,8 @@ mod tests {
     fn the_plot_names_every_grid_and_part_and_the_table_every_point() {
         let place = tempfile::tempdir().unwrap();
         let (plot, table) = (place.path().join("e.svg"), place.path().join("e.csv"));
-        write_energy_plot(&plot, &course(), &NAMES).unwrap();
-        write_energy_table(&table, &course(), &NAMES).unwrap();
+        write_energy_plot(&plot, &history(), &NAMES).unwrap();
+        write_energy_table(&table, &history(), &NAMES).unwrap();
         let text = fs::read_to_string(&plot).unwrap();
         if let Ok(folder) = std::env::var("SHAPESPACE_PICTURES") {
             fs::write(Path::new(&folder).join("energy.svg"), &text).unwrap();
@@ -170,13 +170,13 @@ mod tests {
             .unwrap()
             .parse()
             .unwrap();
-        assert_eq!(total, course()[0].total);
+        assert_eq!(total, history()[0].total);
     }
 
     #[test]
     fn an_empty_or_flat_course_makes_a_plot_too() {
         let place = tempfile::tempdir().unwrap();
-        for points in [&[], &course()[..1]] {
+        for points in [&[], &history()[..1]] {
             let path = place.path().join(format!("{}.svg", points.len()));
             write_energy_plot(&path, points, &NAMES).unwrap();
         }

@@ -32,7 +32,7 @@ use crate::picture::{Canvas, Colour, INK, Tiles, colour};
 use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::shapes::{labels, place_like};
-use crate::watch::{Interrupt, Watch, level_nodes};
+use crate::watch::{Interrupt, ProgressObserver, level_nodes};
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
 const ALIGNMENT_NODES: [usize; 2] = [65, 33];
@@ -164,7 +164,7 @@ impl<const D: usize> Target<'_, D> {
         let (outline, distance) = self.placed(image)?;
         let params = &self.stored.average.params;
         let levels = level_nodes(&grid.hierarchy(params.coarsest_nodes));
-        let mut watch = Watch::new(progress, interrupt, levels);
+        let mut watch = ProgressObserver::new(progress, interrupt, levels);
         let phase_field = &self.stored.average.phase_field;
         let matched = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
         watch.finish();

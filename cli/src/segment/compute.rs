@@ -9,14 +9,14 @@ use super::plan::Placed;
 use crate::error::CliError;
 use crate::input::{Image, LEVEL, boundary};
 use crate::progress::Progress;
-use crate::watch::{Course, Interrupt, Watch, level_nodes};
+use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
 
 /// An image and its segmentation.
 pub(super) struct Found<const D: usize> {
     pub placed: Placed<D>,
     pub params: SegmentationParams,
     pub result: Segmentation<D>,
-    pub course: Vec<Course>,
+    pub history: Vec<HistoryPoint>,
     /// `None` if there is none, or none was requested.
     pub object: Option<FoundObject<D>>,
 }
@@ -61,11 +61,11 @@ pub(super) fn compute<const D: usize>(
             progress.note(format!("{}:", placed.name));
         }
         let levels = placed.nodal.grid().hierarchy(params.coarsest_nodes);
-        let mut watch = Watch::new(progress, interrupt, level_nodes(&levels));
+        let mut watch = ProgressObserver::new(progress, interrupt, level_nodes(&levels));
         let result = segment(&placed.nodal, &params, &mut watch)?;
         let object = object(&placed, &result, config);
         Ok(Found {
-            course: watch.finish(),
+            history: watch.finish(),
             placed,
             params,
             result,

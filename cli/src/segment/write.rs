@@ -98,14 +98,14 @@ fn write_outline<const D: usize>(
 /// The convergence history of one image; the terms of the energy are known at the end of each
 /// level.
 fn energy_points<const D: usize>(found: &Found<D>) -> Vec<EnergyPoint> {
-    let course = &found.course;
-    let points = course.iter().enumerate().map(|(i, point)| EnergyPoint {
+    let history = &found.history;
+    let points = history.iter().enumerate().map(|(i, point)| EnergyPoint {
         level: point.level,
         nodes: point.nodes,
         iteration: point.iteration,
         evaluations: point.evaluations,
         total: point.energy,
-        parts: is_last(course, i)
+        parts: is_last(history, i)
             .then(|| found.result.levels.get(point.level))
             .flatten()
             .map(|level| {

@@ -14,9 +14,9 @@ use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
-use shape_average::align::{RigidMotion, align_group_of_seen};
+use shape_average::align::{RigidMotion, align_group_of_visible};
 
-use super::{Input, SeenMask, view_of};
+use super::{Input, VisibilityMask, view_of};
 use crate::error::CliError;
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
@@ -67,7 +67,7 @@ impl<const D: usize> Alignment<D> {
 /// [`CliError::Computation`] if a shape is too small to be aligned, and those of [`view_of`].
 pub(crate) fn align<const D: usize>(
     inputs: &mut [Input<D>],
-    views: &[Option<SeenMask<D>>],
+    views: &[Option<VisibilityMask<D>>],
 ) -> Result<(), CliError> {
     let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
     let view = |i: usize| views.get(i).and_then(Option::as_ref);
@@ -91,7 +91,7 @@ pub(crate) fn align<const D: usize>(
         }
     }
     let [shapes, seen] = [&distances, &seen].map(|fields| fields.iter().collect::<Vec<_>>());
-    let found = align_group_of_seen(&shapes, &seen).map_err(failed)?;
+    let found = align_group_of_visible(&shapes, &seen).map_err(failed)?;
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
         input.contour = found[position].motion.apply_to_contour(&input.contour);

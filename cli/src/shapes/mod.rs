@@ -29,7 +29,7 @@ use align::{Alignment, align};
 pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
-pub(crate) use parts::{Components, SeenMask, belongs, view_of};
+pub(crate) use parts::{Components, VisibilityMask, belongs, view_of};
 pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
 
 /// Masks that are read and placed in the unit box.
@@ -87,7 +87,7 @@ pub(crate) struct Input<const D: usize> {
 /// [`CliError`] with exit code 2 for a shape that contains no node of the grid.
 pub(crate) fn prepare<const D: usize>(
     placed: Placed<D>,
-    views: &[Option<SeenMask<D>>],
+    views: &[Option<VisibilityMask<D>>],
     progress: &Progress,
 ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
     let Placed {

@@ -99,7 +99,7 @@ fn labels_of<const D: usize>(image: &Image<D>) -> BTreeSet<i64> {
 
 /// A visibility mask, bright where an input is visible, and its option.
 #[derive(Clone, Debug)]
-pub(crate) struct SeenMask<const D: usize> {
+pub(crate) struct VisibilityMask<const D: usize> {
     pub image: Image<D>,
     pub option: &'static str,
 }
@@ -126,7 +126,7 @@ const EDGE: f64 = 1.5;
 /// [`CliError::Option`] if the mask has another size than the input, or no part of the boundary is
 /// visible.
 pub(crate) fn view_of<const D: usize>(
-    mask: &SeenMask<D>,
+    mask: &VisibilityMask<D>,
     input: &Input<D>,
     grid: Grid<D>,
 ) -> Result<View<D>, CliError> {

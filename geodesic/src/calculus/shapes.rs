@@ -123,10 +123,10 @@ compiled_once! {
         steps: usize,
         params: &'a CalculusParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<Extension<D>, GeodesicError> = continued;
+    ) -> Result<Extension<D>, GeodesicError> = exponential_in;
 }
 
-fn continued<const D: usize>(
+fn exponential_in<const D: usize>(
     start: &ScalarField<f64, D>,
     path: &[Field<f64, D, D>],
     steps: usize,
@@ -278,10 +278,10 @@ compiled_once! {
         ladder: Ladder,
         params: &'a CalculusParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<Transport<D>, GeodesicError> = transported;
+    ) -> Result<Transport<D>, GeodesicError> = transport_in;
 }
 
-fn transported<const D: usize>(
+fn transport_in<const D: usize>(
     start: &ScalarField<f64, D>,
     path: &[Field<f64, D, D>],
     variation: &Field<f64, D, D>,
@@ -341,10 +341,10 @@ compiled_once! {
         last: &'a Field<f64, D, D>,
         variation: &'a Field<f64, D, D>,
         params: &'a CalculusParams,
-    ) -> Result<(ScalarField<f64, D>, Field<f64, D, D>), GeodesicError> = moved_to_end;
+    ) -> Result<(ScalarField<f64, D>, Field<f64, D, D>), GeodesicError> = at_end_in;
 }
 
-fn moved_to_end<const D: usize>(
+fn at_end_in<const D: usize>(
     start: &ScalarField<f64, D>,
     last: &Field<f64, D, D>,
     variation: &Field<f64, D, D>,

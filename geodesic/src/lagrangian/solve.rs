@@ -48,10 +48,10 @@ compiled_once! {
         end: &'a Shape<D>,
         params: &'a GeodesicParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<LagrangianPath<D>, GeodesicError> = lowered_path;
+    ) -> Result<LagrangianPath<D>, GeodesicError> = lagrangian_path_in;
 }
 
-fn lowered_path<const D: usize>(
+fn lagrangian_path_in<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,
@@ -84,7 +84,7 @@ fn lowered_path<const D: usize>(
             }
             let ends = (first.clone(), last.clone());
             observer.level(levels.len(), n_runs, x.len());
-            levels.push(lowered(ends, count, params, &mut x, observer)?);
+            levels.push(minimised(ends, count, params, &mut x, observer)?);
             if is_cancelled(&levels) {
                 break 'levels;
             }
@@ -97,7 +97,7 @@ fn lowered_path<const D: usize>(
             let mut other = along_flow(start, end, grid, params, observer)?;
             n_runs += 1;
             observer.level(levels.len(), n_runs, other.len());
-            let level = lowered((first, last), steps, params, &mut other, observer)?;
+            let level = minimised((first, last), steps, params, &mut other, observer)?;
             let least = levels.last().map(|level| level.energy.total);
             if least.is_none_or(|least| level.energy.total < least) {
                 x = other;
@@ -131,7 +131,7 @@ fn lowered_path<const D: usize>(
 
 /// Minimises the energy of a path of the given number of steps between two shapes on their grid,
 /// and reports its convergence.
-fn lowered<const D: usize>(
+fn minimised<const D: usize>(
     (first, last): (ShapeOnGrid<D>, ShapeOnGrid<D>),
     steps: usize,
     params: &GeodesicParams,

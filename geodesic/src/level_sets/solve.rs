@@ -53,10 +53,10 @@ compiled_once! {
         end: &'a Shape<D>,
         params: &'a GeodesicParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<LevelSetPath<D>, GeodesicError> = descended_path;
+    ) -> Result<LevelSetPath<D>, GeodesicError> = level_set_path_in;
 }
 
-fn descended_path<const D: usize>(
+fn level_set_path_in<const D: usize>(
     first: PathState<D>,
     others: Vec<PathState<D>>,
     start: &Shape<D>,
@@ -91,12 +91,12 @@ fn descended_path<const D: usize>(
         }
     }
     if *state.grid() == finest && !descent.cancelled {
-        (state, _) = descent.lowered(state, 1.0)?;
+        (state, _) = descent.minimised(state, 1.0)?;
     }
     while *state.grid() != finest && !descent.cancelled {
         let finer = state.finer();
         let last = *finer.grid() == finest;
-        (state, _) = descent.lowered(finer, if last { 1.0 } else { COARSE })?;
+        (state, _) = descent.minimised(finer, if last { 1.0 } else { COARSE })?;
     }
     Ok(LevelSetPath {
         state,
@@ -120,16 +120,16 @@ impl<const D: usize> Descent<'_, D> {
     /// energy.
     fn joined(&mut self, mut state: PathState<D>) -> Result<(PathState<D>, f64), GeodesicError> {
         loop {
-            let (lowered, energy) = self.lowered(state, COARSE)?;
-            if lowered.steps() <= self.params.steps || self.cancelled {
-                return Ok((lowered, energy));
+            let (minimised, energy) = self.minimised(state, COARSE)?;
+            if minimised.steps() <= self.params.steps || self.cancelled {
+                return Ok((minimised, energy));
             }
-            state = lowered.halved();
+            state = minimised.halved();
         }
     }
 
     /// Minimises a path on its grid with a multiple of the tolerance; returns it with its energy.
-    fn lowered(
+    fn minimised(
         &mut self,
         mut state: PathState<D>,
         factor: f64,

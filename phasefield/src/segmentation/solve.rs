@@ -67,10 +67,10 @@ compiled_once! {
         image: &'a ScalarField<f64, D>,
         params: &'a SegmentationParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<Segmentation<D>, PhaseFieldError> = segmented;
+    ) -> Result<Segmentation<D>, PhaseFieldError> = segment_in;
 }
 
-fn segmented<const D: usize>(
+fn segment_in<const D: usize>(
     image: &ScalarField<f64, D>,
     params: &SegmentationParams,
     observer: &mut dyn Observer,

@@ -18,14 +18,14 @@ const SETTLING: usize = 3;
 
 /// A shape and its visibility mask.
 #[derive(Clone, Copy)]
-pub(super) struct Seen<'a, const D: usize> {
+pub(super) struct Masked<'a, const D: usize> {
     /// Its signed distance.
     pub(super) distance: &'a Field<f64, D, 1>,
     /// Visibility mask, from 1 (visible) to 0 (hidden); `None` if all of the shape is visible.
     pub(super) weight: Option<&'a Field<f64, D, 1>>,
 }
 
-impl<const D: usize> Seen<'_, D> {
+impl<const D: usize> Masked<'_, D> {
     /// Returns the visibility of a point, as a weight. It is one outside the box, which is empty.
     fn weight(&self, x: &[f64; D]) -> f64 {
         let Some(weight) = self.weight else {
@@ -53,7 +53,7 @@ impl<const D: usize> Indicator<D> {
     /// Computes the mean indicator of moved signed distances on one grid at given sample nodes,
     /// over the shapes that are visible there.
     pub(super) fn mean(
-        moved: &[(Seen<'_, D>, RigidMotion<D>)],
+        moved: &[(Masked<'_, D>, RigidMotion<D>)],
         nodes: Grid<D>,
         step: Compact,
     ) -> Result<Self, LevelsetError> {
@@ -117,13 +117,16 @@ impl<const D: usize> Pose<D> {
 /// A shape to be moved onto a target.
 pub(super) struct Matching<'a, const D: usize> {
     target: &'a Indicator<D>,
-    shape: Seen<'a, D>,
+    shape: Masked<'a, D>,
     moments: Moments<D>,
     norm_squared: f64,
 }
 
 impl<'a, const D: usize> Matching<'a, D> {
-    pub(super) fn new(target: &'a Indicator<D>, shape: Seen<'a, D>) -> Result<Self, LevelsetError> {
+    pub(super) fn new(
+        target: &'a Indicator<D>,
+        shape: Masked<'a, D>,
+    ) -> Result<Self, LevelsetError> {
         let still = [(shape, RigidMotion::identity())];
         let own = Indicator::mean(&still, *target.values.grid(), target.step)?;
         let squares = |f: &Field<f64, D, 1>| f.as_slice().iter().map(|v| v * v).sum::<f64>();
@@ -390,7 +393,7 @@ mod tests {
         let grid = Grid::<D>::cube(n);
         let (fixed, shape) = (pair(grid, 0.0), pair(grid, 0.04));
         let step = Compact::new(0.03).unwrap();
-        let whole = |distance| Seen {
+        let whole = |distance| Masked {
             distance,
             weight: None,
         };

@@ -42,10 +42,10 @@ compiled_once! {
         start: &'a [Field<f64, D, D>],
         params: &'a JointParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<JointResult<D>, AverageError> = average_images;
+    ) -> Result<JointResult<D>, AverageError> = joint_average_from_in;
 }
 
-fn average_images<const D: usize>(
+fn joint_average_from_in<const D: usize>(
     images: &[ScalarField<f64, D>],
     known: &[Field<f64, D, D>],
     params: &JointParams,

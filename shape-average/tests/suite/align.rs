@@ -5,7 +5,7 @@ use levelset::{BoxEdge, ContourDistance, contour, signed_distance};
 use nalgebra::{Matrix2, Rotation2, Rotation3, SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 use shape_average::align::{
-    AlignError, Alignment, RigidMotion, align_group, align_group_of_seen, align_to,
+    AlignError, Alignment, RigidMotion, align_group, align_group_of_visible, align_to,
 };
 
 /// The signed distance of a shape, given by a function that is positive inside, after a motion.
@@ -218,7 +218,7 @@ fn check_cut<const D: usize>(grid: Grid<D>, motion: &RigidMotion<D>, end: f64) {
         (rest.angle().to_degrees(), place.norm() / grid.spacing())
     };
     let list = [&shape, &cut];
-    let found = align_group_of_seen(&list, &[&all, &seen]).unwrap();
+    let found = align_group_of_visible(&list, &[&all, &seen]).unwrap();
     let (angle, distance) = off(&found);
     // The distance to the boundary of the cut shape is wrong near the plane, where the ramp begins.
     assert!(angle < 1.0 && distance < 0.5, "{angle} {distance}");
@@ -297,8 +297,8 @@ fn bad_input_is_named() {
         (vec![&seen, &other], 1),
     ] {
         assert_eq!(
-            align_group_of_seen(&[&good, &good], &seen).unwrap_err(),
-            AlignError::Seen { shape }
+            align_group_of_visible(&[&good, &good], &seen).unwrap_err(),
+            AlignError::Masked { shape }
         );
     }
     // Also at a node that no sample reads.

@@ -214,14 +214,14 @@ struct Impatient {
     level: usize,
     iteration: usize,
     now: usize,
-    levels_seen: usize,
+    levels_visible: usize,
 }
 
 impl Observer for Impatient {
     fn level(&mut self, level: usize, n_levels: usize, dim: usize) {
         assert!(level < n_levels && dim > 0);
         self.now = level;
-        self.levels_seen += 1;
+        self.levels_visible += 1;
     }
 
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
@@ -242,7 +242,7 @@ fn a_cancelled_average_is_what_was_reached() {
                 level,
                 iteration,
                 now: 0,
-                levels_seen: 0,
+                levels_visible: 0,
             };
             let params = AverageParams {
                 solver,
@@ -250,7 +250,7 @@ fn a_cancelled_average_is_what_was_reached() {
             };
             let result = average(&shapes, &params, &mut observer).unwrap();
             assert_eq!(result.status, Status::Cancelled);
-            assert_eq!(observer.levels_seen, level + 1);
+            assert_eq!(observer.levels_visible, level + 1);
             assert_eq!(result.levels.len(), level + 1);
             assert_eq!(result.levels[level].iterations, iteration);
             let grid = Grid::<2>::dyadic(3 + level as u32);

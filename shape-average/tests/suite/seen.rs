@@ -6,7 +6,7 @@ use fe_grid::{Grid, ScalarField};
 use levelset::dice;
 use shape_average::{
     AverageError, AverageObjective, AverageParams, AverageResult, LevelShapes, average,
-    average_of_seen,
+    average_of_visible,
 };
 
 fn everywhere<const D: usize>(grid: Grid<D>) -> ScalarField<f64, D> {
@@ -29,7 +29,7 @@ fn run<const D: usize>(
     shapes: &[ScalarField<f64, D>],
     seen: &[ScalarField<f64, D>],
 ) -> AverageResult<D> {
-    let result = average_of_seen(shapes, seen, &AverageParams::default(), &mut Silent).unwrap();
+    let result = average_of_visible(shapes, seen, &AverageParams::default(), &mut Silent).unwrap();
     assert!(result.certificate.certified);
     for level in &result.levels {
         assert!(level.energies.windows(2).all(|w| w[1] <= w[0]), "{level:?}");
@@ -123,7 +123,7 @@ fn the_gradient_is_the_derivative() {
     let params = AverageParams::default();
     let level = LevelShapes::new(grid, &shapes, &params).unwrap();
     let start = vec![1.0; grid.n_nodes()];
-    let mut objective = AverageObjective::new(level.with_seen(seen), &params, start).unwrap();
+    let mut objective = AverageObjective::new(level.with_visibility(seen), &params, start).unwrap();
     let wave = |k: usize, speed: f64| 0.01 * (speed * k as f64).sin();
     let x: Vec<f64> = (0..objective.dim()).map(|k| wave(k, 0.37)).collect();
     let direction: Vec<f64> = (0..objective.dim()).map(|k| wave(k, 0.73)).collect();
@@ -151,8 +151,8 @@ fn weights_that_do_not_fit_are_refused() {
     let grid = Grid::<2>::dyadic(4);
     let shapes = [bar(grid, 180.0, 0.0), bar(grid, 160.0, 0.0)];
     let refused = |seen: &[ScalarField<f64, 2>]| {
-        let found = average_of_seen(&shapes, seen, &AverageParams::default(), &mut Silent);
-        matches!(found, Err(AverageError::Seen { .. }))
+        let found = average_of_visible(&shapes, seen, &AverageParams::default(), &mut Silent);
+        matches!(found, Err(AverageError::Masked { .. }))
     };
     let one = everywhere(grid);
     assert!(refused(std::slice::from_ref(&one)));

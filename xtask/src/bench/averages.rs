@@ -9,7 +9,7 @@ use levelset::{Moments, dice};
 use serde::{Deserialize, Serialize};
 use shape_average::{AverageParams, AverageResult, LevelShapes, average, average_on_levels};
 
-use super::clock::{Watch, peak_mebibytes, process_seconds};
+use super::clock::{Stopwatch, peak_mebibytes, process_seconds};
 use super::measure::use_threads;
 use super::shapes::{Source, nodal};
 use crate::outcome::Outcome;
@@ -136,7 +136,7 @@ impl AverageReport {
 impl AverageJob {
     /// Takes the average in this process.
     pub fn run(&self) -> Outcome<AverageReport> {
-        let watch = Watch::start();
+        let watch = Stopwatch::start();
         use_threads(self.threads)?;
         match self.source.dimension()? {
             2 => self.in_dimension::<2>(watch),
@@ -144,10 +144,10 @@ impl AverageJob {
         }
     }
 
-    fn in_dimension<const D: usize>(&self, watch: Watch) -> Outcome<AverageReport> {
+    fn in_dimension<const D: usize>(&self, watch: Stopwatch) -> Outcome<AverageReport> {
         let distances = self.source.distances::<D>()?;
         let mut recorder = Recorder::default();
-        let alone = Watch::start();
+        let alone = Stopwatch::start();
         let result = match &self.fields {
             Fields::Own => average(&distances, &self.params, &mut recorder)?,
             Fields::Authors { phase_fields } => {

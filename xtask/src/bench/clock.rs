@@ -22,12 +22,12 @@ fn seconds(clock: ClockId) -> f64 {
 
 /// Processor time and wall time of a stretch of work of this process.
 #[derive(Clone, Copy)]
-pub struct Watch {
+pub struct Stopwatch {
     process: f64,
     start: Instant,
 }
 
-impl Watch {
+impl Stopwatch {
     /// Starts now.
     pub fn start() -> Self {
         Self {
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn work_takes_processor_time_and_sleep_takes_none() {
-        let watch = Watch::start();
+        let watch = Stopwatch::start();
         let start = thread_seconds();
         std::thread::sleep(Duration::from_millis(30));
         let asleep = thread_seconds() - start;

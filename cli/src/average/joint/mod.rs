@@ -15,7 +15,7 @@ use crate::error::{CliError, Exit};
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
-use crate::watch::{Course, Interrupt, Watch, level_nodes};
+use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
 use plan::{AnyPlan, JointPlan, PlacedImage, plan_joint};
 
 use super::args::{AverageConfig, AverageRun, not_joint};
@@ -28,7 +28,7 @@ struct Outcome<const D: usize> {
     config: AverageConfig,
     params: JointParams,
     result: JointResult<D>,
-    course: Vec<Course>,
+    history: Vec<HistoryPoint>,
     start: Instant,
 }
 
@@ -74,18 +74,18 @@ fn run_plan<const D: usize>(
         .hierarchy(params.segmentation.coarsest_nodes);
     let start_of = config.start.as_deref();
     compare_places(start_of, images.iter().map(|i| i.frame), progress);
-    let watch = Watch::new(progress, interrupt, level_nodes(&grids));
+    let watch = ProgressObserver::new(progress, interrupt, level_nodes(&grids));
     let leads = vec![true; nodal.len()];
-    let (mut keeper, known) = begin(start_of, run, fingerprint, grids, leads, watch)?;
-    let result = joint_average_from(&nodal, &known, &params, &mut keeper)?;
-    let (course, checkpoints) = keeper.finish();
+    let (mut checkpointer, known) = begin(start_of, run, fingerprint, grids, leads, watch)?;
+    let result = joint_average_from(&nodal, &known, &params, &mut checkpointer)?;
+    let (history, checkpoints) = checkpointer.finish();
     let outcome = Outcome {
         images,
         nodal,
         config,
         params,
         result,
-        course,
+        history,
         start,
     };
     progress.stage("writing");

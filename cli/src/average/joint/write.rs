@@ -73,7 +73,7 @@ pub(super) fn write_all<'a, const D: usize>(
 
 /// The convergence history; the terms of the energy are known at the end of each level.
 fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
-    let course = &outcome.course;
+    let history = &outcome.history;
     let n = outcome.images.len() as f64;
     let parts = |level: usize| {
         let energy = &outcome.result.levels.get(level)?.energy;
@@ -87,13 +87,13 @@ fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
             images / n,
         ])
     };
-    let points = course.iter().enumerate().map(|(i, point)| EnergyPoint {
+    let points = history.iter().enumerate().map(|(i, point)| EnergyPoint {
         level: point.level,
         nodes: point.nodes,
         iteration: point.iteration,
         evaluations: point.evaluations,
         total: point.energy,
-        parts: is_last(course, i).then(|| parts(point.level)).flatten(),
+        parts: is_last(history, i).then(|| parts(point.level)).flatten(),
     });
     points.collect()
 }
