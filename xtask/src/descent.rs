@@ -1,4 +1,4 @@
-//! The lecture notes' descent, level by level to given energies.
+//! The gradient descent of the lecture notes, level by level to given energies.
 
 use std::error::Error;
 

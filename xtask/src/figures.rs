@@ -1,5 +1,5 @@
-//! `cargo xtask figures`: makes docs/figures anew, every figure of `shapespace figure` on the shapes
-//! that the program draws.
+//! `cargo xtask figures`: regenerates docs/figures, every figure of `shapespace figure` on built-in
+//! shapes.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,14 +1,14 @@
-//! The house rules that no compiler checks.
+//! Rules that the compiler does not check.
 //!
-//! - Every source file begins with a `//!` that says what it is for, and is no longer than
+//! - Every source file begins with a `//!` comment that states its purpose, and is no longer than
 //!   [`MAX_LINES`].
-//! - Nothing is left unfinished or switched off ([`FORBIDDEN`]).
-//! - What may panic ([`PANICS`]) stands in tests, benchmarks and examples only, or beside a comment
-//!   that says why it cannot happen.
-//! - Crates depend on each other along the arrows of `ARCHITECTURE.md` only.
-//! - Files import each other in no circle, but inside one small module ([`cycles`]).
+//! - No code is unfinished or switched off ([`FORBIDDEN`]).
+//! - Calls that may panic ([`PANICS`]) are allowed in tests, benchmarks and examples only, or with
+//!   a comment that explains why they cannot.
+//! - Crates depend on each other only as in the table of `ARCHITECTURE.md`.
+//! - Files do not import each other in a cycle, except inside one small module ([`cycles`]).
 //! - Every crate carries the licence of the workspace.
-//! - Links between the documents lead somewhere.
+//! - Links between the documents are valid.
 
 mod code;
 mod cycles;

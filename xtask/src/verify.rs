@@ -1,7 +1,7 @@
-//! `cargo xtask verify`: the whole of `shapespace verify`, and its results as documents.
+//! `cargo xtask verify`: runs all of `shapespace verify`, and writes its results as documents.
 //!
 //! Runs the program on all statements, sound and with broken ingredients, and replaces
-//! `docs/verification` by what comes of it: a table of each, the figures as JSON, and the plots.
+//! `docs/verification` by the results: a table of each, the figures as JSON, and the plots.
 
 use std::fmt::Write as _;
 use std::fs;

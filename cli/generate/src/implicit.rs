@@ -1,4 +1,4 @@
-//! What a shape is: a function whose sign tells inside from outside.
+//! Implicit shapes: functions whose sign distinguishes inside from outside.
 
 /// A shape given by a function: positive inside, zero on the boundary, negative outside.
 pub trait Implicit<const D: usize>: Sync {

@@ -141,7 +141,7 @@ pub fn letter(letter: Letter) -> Outline {
 
 /// A B of height 1: a stem and two bowls.
 struct BowedB {
-    /// Height of the middle bar's middle, from the top.
+    /// Height of the centre of the middle bar, from the top.
     waist: f64,
     /// Rightmost point of the upper bowl.
     upper: f64,
@@ -151,7 +151,7 @@ struct BowedB {
     stem: f64,
     /// Thickness of the horizontal strokes.
     bar: f64,
-    /// How far the serifs stand out to the left, 0 for none.
+    /// Length of the serifs to the left, 0 for none.
     serif: f64,
 }
 

@@ -1,10 +1,10 @@
-//! Drawn shapes, as functions whose sign tells inside from outside.
+//! Built-in shapes, as functions whose sign distinguishes inside from outside.
 //!
-//! Every shape is drawn about the origin and [`Placed`] into the unit box. [`area_share`] samples
-//! it on a grid: the value at a node is the share of the box of one spacing about it that lies
-//! inside, so that the level 1/2 follows the boundary to a small part of a cell.
+//! Every shape is defined about the origin and [`Placed`] in the unit box. [`area_share`] samples
+//! it on a grid: the value at a node is the fraction of the box of one spacing around it that lies
+//! inside, so that the level 1/2 approximates the boundary to a small fraction of a cell.
 //!
-//! **Invariant:** no files, no options; shapes go out as fields of nodal values.
+//! **Invariant:** no files, no options; shapes are returned as fields of nodal values.
 //!
 //! # Example
 //! ```

@@ -2,7 +2,7 @@
 
 use crate::implicit::Implicit;
 
-/// Pieces that a full turn of an arc is cut into.
+/// Number of segments of a full turn of an arc.
 const PIECES_PER_TURN: f64 = 128.0;
 
 /// Draws one closed curve.

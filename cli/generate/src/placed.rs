@@ -1,20 +1,20 @@
-//! Shapes turned and put into the unit box.
+//! Shapes rotated and placed in the unit box.
 
 use crate::implicit::Implicit;
 
-/// A shape turned about its origin and put into the unit box.
+/// A shape rotated about its origin and placed in the unit box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed<S, const D: usize> {
     /// The shape, drawn about the origin.
     pub shape: S,
     /// Angle in degrees from the first axis towards the second; about the third axis in 3D.
     pub rotation: f64,
-    /// Where the shape's origin is put.
+    /// Position of the shape's origin.
     pub centre: [f64; D],
 }
 
 impl<S, const D: usize> Placed<S, D> {
-    /// The shape with its origin in the middle of the unit box, not turned.
+    /// The shape with its origin at the centre of the unit box, not rotated.
     pub fn centred(shape: S) -> Self {
         Self {
             shape,

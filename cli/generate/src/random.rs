@@ -1,6 +1,6 @@
 //! Random numbers.
 
-/// Random numbers that are the same everywhere: SplitMix64 (Steele, Lea, Flood 2014).
+/// Platform-independent random numbers: SplitMix64 (Steele, Lea, Flood 2014).
 #[derive(Clone, Debug)]
 pub(crate) struct Random(u64);
 

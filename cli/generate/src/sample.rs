@@ -1,11 +1,11 @@
-//! Shapes on grids: the share of area or volume about each node, and grey images of it.
+//! Shapes on grids: the fraction of area or volume around each node, and grey images.
 
 use fe_grid::{Grid, ScalarField, parallel};
 
 use crate::implicit::Implicit;
 use crate::random::Random;
 
-/// The share of the box of one spacing about each node that lies inside a shape.
+/// The fraction of the box of one spacing around each node that lies inside a shape.
 pub fn area_share<const D: usize>(shape: &impl Implicit<D>, grid: Grid<D>) -> ScalarField<f64, D> {
     let mut field = ScalarField::zeros(grid);
     let row = grid.nodes_per_axis()[0];
@@ -18,8 +18,8 @@ pub fn area_share<const D: usize>(shape: &impl Implicit<D>, grid: Grid<D>) -> Sc
     field
 }
 
-/// Share of a box of side `h` that lies inside. Boxes that the boundary may cross are cut into
-/// pieces; in a piece the boundary is taken for a plane across its middle axis.
+/// Fraction of a box of side `h` that lies inside. Boxes that may contain the boundary are
+/// subdivided; in a piece the boundary is approximated by a plane across its main axis.
 fn box_share<const D: usize>(shape: &impl Implicit<D>, centre: [f64; D], h: f64) -> f64 {
     let value = shape.value(centre);
     let reach = 0.5 * h * (D as f64).sqrt();
@@ -41,8 +41,8 @@ fn box_share<const D: usize>(shape: &impl Implicit<D>, centre: [f64; D], h: f64)
     total / pieces.pow(D as u32) as f64
 }
 
-/// Makes a grey image of shares of area: grey values `contrast` apart about the middle, and normal
-/// noise of this standard deviation.
+/// Converts fractions of area to a grey image: grey values `contrast` apart, symmetric about
+/// mid-grey, and normal noise of this standard deviation.
 pub fn make_grey(values: &mut [f64], contrast: f64, noise: f64, seed: u64) {
     let mut random = Random::new(seed);
     for value in values {

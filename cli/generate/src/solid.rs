@@ -1,4 +1,4 @@
-//! Shapes put together from boxes and balls. In 3D the flat ones are given a thickness.
+//! Shapes composed of boxes and balls. In 3D the flat ones are given a thickness.
 
 use crate::implicit::Implicit;
 
@@ -98,7 +98,8 @@ pub struct Cross {
     pub arm: f64,
     /// Width of the arms.
     pub width: f64,
-    /// How far the outer halves of the left and right arm turn towards larger `y`, in degrees.
+    /// Angles by which the outer halves of the left and right arm are bent towards larger `y`, in
+    /// degrees.
     pub bend: [f64; 2],
 }
 
@@ -129,7 +130,7 @@ impl<const D: usize> Implicit<D> for Cross {
     }
 }
 
-/// A disk with pins that stand out, evenly spaced but for the first one.
+/// A disk with protruding pins, evenly spaced except for the first one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Star {
     /// Number of pins.
@@ -140,7 +141,8 @@ pub struct Star {
     pub reach: f64,
     /// Width of the pins.
     pub width: f64,
-    /// How far the first pin, which points along `x`, is moved towards the second, in degrees.
+    /// Angle by which the first pin, which points along `x`, is moved towards the second, in
+    /// degrees.
     pub first_pin: f64,
 }
 

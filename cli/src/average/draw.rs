@@ -10,12 +10,12 @@ use crate::output::stl::write_surface;
 use crate::picture::{Canvas, ContactSheet, Curve, ShapeTile, Surface, SurfaceSheet};
 use crate::shapes::{SurfaceRecord, curves, in_input_coordinates, surface, triangles};
 
-/// What is drawn in `D` dimensions.
+/// The drawings in `D` dimensions.
 pub(super) trait Draw<const D: usize> {
     /// `average.png`.
     fn picture(outcome: &Outcome<D>, average: &Contour<D>) -> Result<Canvas, CliError>;
 
-    /// Writes `average.stl` where there are surfaces, and tells its coordinates.
+    /// Writes `average.stl` in 3D, and returns its coordinate system.
     fn surface(
         directory: &ResultDir,
         outcome: &Outcome<D>,

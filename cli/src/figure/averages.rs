@@ -11,7 +11,7 @@ use super::scene::{Scene, apart, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
-/// What every average tells of itself.
+/// The columns for every average.
 pub(super) const USUAL: [&str; 5] = [
     "elastic energy",
     "mismatch",

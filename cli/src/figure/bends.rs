@@ -1,4 +1,4 @@
-//! Deformations by large angles, and what they need.
+//! Deformations by large angles, and the parameters that they require.
 
 use shape_average::AverageParams;
 use shapespace_report::table::{Cell, Table};
@@ -8,10 +8,10 @@ use super::scene::{Scene, apart, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
-/// How an average is reached.
+/// A way to compute an average.
 type Way = (&'static str, fn(&mut AverageParams, usize));
 
-/// The default and what it is made of, left out one by one.
+/// The default, and its ingredients left out one by one.
 const WAYS: [Way; 5] = [
     ("as it is", |_, _| ()),
     ("on the finest grid only", |params, nodes| {

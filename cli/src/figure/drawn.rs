@@ -1,4 +1,4 @@
-//! The shapes that figures show things on where no files are given.
+//! Built-in shapes of figures without input files.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::input::Image;
 
 type Drawn = (String, Box<dyn Implicit<2>>);
 
-/// The shapes of a figure as images of so many nodes a side, which say that they lie in a folder.
+/// The shapes of a figure as images with this number of nodes per side, with paths in a folder.
 pub(super) fn images(figure: FigureName, nodes: usize, folder: &Path) -> Vec<Image<2>> {
     let grid = Grid::<2>::cube(nodes);
     let shapes = shapes(figure).into_iter();

@@ -1,4 +1,4 @@
-//! A part of one shape is hidden.
+//! Averages with a partially hidden shape.
 
 use fe_grid::ScalarField;
 use shapespace_report::table::{Cell, Table};
@@ -11,7 +11,8 @@ use crate::error::CliError;
 /// The share of the first shape's extent along the first axis that is hidden.
 const HIDDEN: f64 = 0.3;
 
-/// Hides the end of the first shape and averages all: whole, knowing what is hidden, and not.
+/// Hides the end of the first shape and averages all: the complete shapes, with a visibility mask,
+/// and without.
 pub(super) fn missing_parts<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let grid = scene.grid();
     let first = &scene.distances[0];

@@ -1,8 +1,8 @@
-//! `shapespace figure`: figures and tables about averages and modes, each redone by one command, on
-//! shapes that the program draws or on the user's own.
+//! `shapespace figure`: figures and tables about averages and modes, each reproduced by one
+//! command, on built-in shapes or on the user's own.
 //!
-//! `scene` holds the shapes and averages them, `drawn` draws them where none are given, `sheet` is
-//! what a figure comes to; every other file has the figures of one subject.
+//! `scene` holds the shapes and averages them, `drawn` has the built-in shapes, `sheet` is the
+//! content of a figure; every other file has the figures of one subject.
 
 mod args;
 mod averages;

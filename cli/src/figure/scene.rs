@@ -44,7 +44,7 @@ impl<const D: usize> Scene<'_, D> {
         self.average_of(what, &self.distances, &[], change)
     }
 
-    /// The same of other shapes, of which what these weights say was seen.
+    /// The same for other shapes with these visibility weights.
     ///
     /// # Errors
     /// As [`Self::average`].
@@ -68,7 +68,7 @@ impl<const D: usize> Scene<'_, D> {
         Ok(result)
     }
 
-    /// The shapes on the grid of twice the spacing, so many times; `None` where there is none.
+    /// The shapes on the grid coarsened this number of times; `None` if there is none.
     pub fn coarser(&self, times: usize) -> Option<Vec<ScalarField<f64, D>>> {
         let mut distances = self.distances.clone();
         for _ in 0..times {

@@ -35,7 +35,7 @@ pub(crate) trait Draw<const D: usize> {
     /// Writes a boundary as a surface in the unit box where it is one.
     fn write_shape(path: &std::path::Path, shape: &Contour<D>) -> Result<(), CliError>;
 
-    /// Writes `shape_000.stl` and so on where there are surfaces, and tells their coordinates.
+    /// Writes `shape_000.stl` and so on in 3D, and returns their coordinate system.
     fn surfaces(
         directory: &ResultDir,
         inputs: &[Input<D>],

@@ -42,8 +42,8 @@ where
     Ok(record)
 }
 
-/// Writes what every path has, whatever it comes from: shapes and steps as arrays, as series, as
-/// tables and in pictures, and surfaces in 3D, of whose coordinates it tells.
+/// Writes the files of any path: shapes and steps as arrays, as series, as tables and in pictures,
+/// and surfaces in 3D. Returns the coordinate system of the surfaces.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.

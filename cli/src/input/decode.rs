@@ -1,4 +1,5 @@
-//! Raw numbers of any type to double precision, with all sizes checked before memory is asked for.
+//! Converts raw numbers of any type to double precision; all sizes are checked before memory is
+//! allocated.
 
 use std::path::Path;
 
@@ -10,7 +11,7 @@ pub(super) struct Samples {
     pub values: Vec<f64>,
     /// Samples along each axis, `x` first.
     pub size: Vec<usize>,
-    /// What the numbers mean.
+    /// Their interpretation.
     pub meaning: Meaning,
     /// Spacing along each axis, `x` first.
     pub spacing: Vec<f64>,
@@ -20,7 +21,7 @@ pub(super) struct Samples {
     pub plain_array: bool,
 }
 
-/// What the numbers of a file mean.
+/// The interpretation of the numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Meaning {
     /// Grey values from 0 to the given number.
@@ -61,7 +62,7 @@ impl NumberType {
         }
     }
 
-    /// What numbers of this type mean in an array without further information.
+    /// The interpretation of numbers of this type in an array without further information.
     pub(super) fn meaning(self) -> Meaning {
         match self {
             Self::Bool => Meaning::Grey(1.0),

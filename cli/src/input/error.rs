@@ -138,12 +138,12 @@ pub enum InputError {
     LabelMissing {
         /// The file.
         path: PathBuf,
-        /// The label asked for.
+        /// The requested label.
         label: i64,
         /// Labels that occur, the smallest ones.
         present: Vec<i64>,
     },
-    /// A label is asked for where the numbers are not integers.
+    /// A label is requested but the numbers are not integers.
     #[error("'{}' holds {value} at index {position:?}, so it is no label image", path.display())]
     NotLabels {
         /// The file.

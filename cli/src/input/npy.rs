@@ -1,5 +1,5 @@
 //! NumPy arrays (format versions 1 to 3). The header is parsed here, strictly: it is one flat
-//! dictionary of three known keys, and anything else is refused before memory is asked for.
+//! dictionary of three known keys, and anything else is rejected before memory is allocated.
 
 use std::path::Path;
 

@@ -251,7 +251,7 @@ pub fn lengths<const D: usize>(image: &Image<D>) -> [f64; D] {
     std::array::from_fn(|k| (image.size[k] - 1) as f64 * image.spacing[k])
 }
 
-/// The longest of some lengths, and a grid of so many nodes along it that can be made coarser.
+/// The longest of the lengths, and a grid with this number of nodes along it that can be coarsened.
 fn whole_grid<const D: usize>(
     lengths: [f64; D],
     nodes: usize,

@@ -80,7 +80,7 @@ fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     })
 }
 
-/// Checks that so many bytes of pixels may come from a file of this length.
+/// Checks that this number of bytes of pixels is possible for a file of this length.
 pub(super) fn check_compression(
     pixels: usize,
     found: usize,

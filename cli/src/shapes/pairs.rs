@@ -114,7 +114,7 @@ impl<const D: usize> Pairs<D> {
         }
     }
 
-    /// The signed distances of two shapes in the position of the pair, in the order asked for.
+    /// The signed distances of two shapes in the position of the pair, in the given order.
     ///
     /// # Errors
     /// [`CliError`] for a shape that is lost on the grid.

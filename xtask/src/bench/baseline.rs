@@ -1,4 +1,4 @@
-//! Counts of instructions, and when they are too many.
+//! Counts of instructions, and their limits.
 
 use std::collections::BTreeMap;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! The kernels that are measured, on grids of any size: one catalogue for times and for counts of
+//! The measured kernels, on grids of any size: one catalogue for times and for counts of
 //! instructions.
 
 use std::f64::consts::TAU;

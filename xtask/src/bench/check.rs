@@ -1,9 +1,9 @@
 //! `bench --check`: instructions of the kernels against a committed baseline.
 //!
-//! Every kernel runs on a small grid in a child under `valgrind`, once and three times; half the
-//! difference is what one run takes, without what comes before and after. The count does not
-//! depend on the load of the machine. Valgrind knows no AVX-512, so that the copies for 256-bit
-//! vectors are counted.
+//! Every kernel runs on a small grid in a child process under `valgrind`, once and three times;
+//! half the difference is the count of one run, without setup. The count does not depend on the
+//! load of the machine. Valgrind does not support AVX-512, so that the copies for 256-bit vectors
+//! are counted.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! Clocks, and the memory that a process has used at most.
+//! Clocks, and the peak memory of a process.
 
 use std::time::{Duration, Instant};
 

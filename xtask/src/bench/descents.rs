@@ -1,4 +1,5 @@
-//! The notes' descent in a process of its own, to the energies that the default solver reached.
+//! The gradient descent of the notes in a process of its own, to the energies of the default
+//! solver.
 
 use fe_grid::ScalarField;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! How times grow: exponents and factors.
+//! Growth of times: exponents and factors.
 
 /// Slope of the line of least squares through `(ln x, ln y)`: `p` where `y` grows like `x^p`.
 /// None of fewer than two points.

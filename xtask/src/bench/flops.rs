@@ -1,4 +1,4 @@
-//! Floating-point operations, counted by running a law on a number that counts them.
+//! Floating-point operations, counted by evaluating a law with a number type that counts them.
 //!
 //! Additions, multiplications, divisions and roots count one each, a fused multiply-add two;
 //! signs, comparisons and choices none. What the engine does around the law is counted by its

@@ -1,5 +1,5 @@
-//! What this program does as a child of itself: one piece of work, with its own memory and its own
-//! processor time, that ends with one line of JSON.
+//! Jobs of this program in a child process: one task, with its own memory and processor time, that
+//! prints one line of JSON.
 
 use std::path::PathBuf;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! `bench kernels`: rates of the kernels beside the limits of the machine and beside the anchor.
+//! `bench kernels`: rates of the kernels relative to the limits of the machine and to the anchor.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

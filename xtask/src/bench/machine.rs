@@ -1,4 +1,4 @@
-//! What machine figures were taken on.
+//! The machine of the measurements.
 
 use std::fmt;
 

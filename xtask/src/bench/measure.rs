@@ -1,4 +1,4 @@
-//! Times of a kernel: the least of many repetitions.
+//! Times of a kernel: the minimum over many repetitions.
 
 use std::time::Instant;
 

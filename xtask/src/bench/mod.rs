@@ -1,8 +1,8 @@
-//! The benchmarks: how fast the kernels and the averages are, beside what the machine allows and
-//! beside other programs.
+//! The benchmarks: speed of the kernels and the averages, relative to the limits of the machine and
+//! to other programs.
 //!
-//! Figures are the least of many repetitions, in processor time, so that other work on the
-//! machine disturbs them little; what is compared is measured in turn, in one run.
+//! Values are the minimum over many repetitions, in processor time, so that other work on the
+//! machine has little influence; compared programs are measured in turn, in one run.
 
 mod anchor;
 mod averages;

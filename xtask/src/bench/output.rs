@@ -1,4 +1,4 @@
-//! Files out, each complete or not there at all.
+//! Writes files, each completely or not at all.
 
 use std::fs;
 use std::io::Write as _;

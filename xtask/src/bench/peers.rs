@@ -1,7 +1,7 @@
-//! `bench peers`: averages beside other programs, in turn, on the same shapes.
+//! `bench peers`: comparison of averages with other programs, in turn, on the same shapes.
 //!
 //! The other programs are run by the scripts of a folder (`bench_reg.py PEER CASE`), which print a
-//! line of JSON. What they count is their call alone; ours counts the whole process.
+//! line of JSON. For them only the call is timed; for our program the whole process.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! `bench scaling`: time, work and memory of averages against the size of the grid and the number
-//! of shapes, and the notes' descent beside them.
+//! `bench scaling`: time, work and memory of averages as functions of the size of the grid and the
+//! number of shapes, compared with the gradient descent of the notes.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The functional at a state that another program found.
+//! The functional at a state computed by another program.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The shapes that averages are timed on: drawn, or read from arrays.
+//! The shapes of the timed averages: built-in, or read from arrays.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Distances of many real shapes, and what groups they make.
+//! Distances of many real shapes, and their clusters.
 
 use std::path::{Path, PathBuf};
 

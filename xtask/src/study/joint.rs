@@ -1,5 +1,5 @@
-//! Segmentation and averaging at the same time against segmentation first, on noisy images of
-//! letters whose edges are known.
+//! Simultaneous segmentation and averaging against segmentation first, on noisy images of letters
+//! with known edges.
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};

@@ -1,4 +1,4 @@
-//! Averages whose result is known.
+//! Averages with a known result.
 
 use std::f64::consts::PI;
 

@@ -1,8 +1,8 @@
-//! The study: figures of averages whose result is known, of both solvers, and of real shapes; of
+//! The study: measurements of averages with known results, of both solvers, and of real shapes; of
 //! modes of variation; and of geodesics.
 //!
-//! Every figure stands beside what is asked of it. Real shapes are averaged by the program
-//! itself, with the command that is printed.
+//! Every measured value is listed with its requirement. Real shapes are averaged by the program
+//! itself, with the printed command.
 
 #[path = "../../../shape-average/tests/support/angle.rs"]
 mod angle;

@@ -1,4 +1,4 @@
-//! Modes of variation: shapes whose modes are known, real shapes, and landmarks beside them.
+//! Modes of variation: shapes with known modes, real shapes, and comparison with landmarks.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! Letters of which a part is hidden.
+//! Partially hidden letters.
 
 use std::path::Path;
 

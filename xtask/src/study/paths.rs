@@ -1,5 +1,5 @@
-//! Paths between letters and other drawn shapes, found by the program itself: the notes' tables of
-//! geodesics, redone.
+//! Paths between letters and other built-in shapes, computed by the program itself: the tables of
+//! geodesics of the notes, recomputed.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

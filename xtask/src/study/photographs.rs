@@ -1,4 +1,4 @@
-//! Segmentation and averaging at the same time on photographs and radiographs, and slices of brains.
+//! Simultaneous segmentation and averaging of photographs, radiographs and slices of brains.
 
 use std::path::{Path, PathBuf};
 

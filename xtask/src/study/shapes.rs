@@ -1,4 +1,4 @@
-//! Signed distances of the shapes that the program draws, and of files.
+//! Signed distances of built-in shapes and of files.
 
 use std::path::PathBuf;
 

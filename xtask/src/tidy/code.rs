@@ -1,4 +1,4 @@
-//! Rust source with everything blanked out that is not code.
+//! Rust source with everything except code replaced by blanks.
 
 /// The text with comments, strings and characters replaced by spaces; lines stay where they are.
 pub fn blanked(text: &str) -> String {

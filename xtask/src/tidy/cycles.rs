@@ -1,9 +1,9 @@
-//! Files that import each other in a circle.
+//! Cycles of files that import each other.
 //!
-//! A file imports another where it names an item that the other defines, in a `use` or in a path of its
-//! code; tests are left out. Re-exports are followed to the file of the item, and are no imports
-//! themselves. Files from each of which each other can be reached by imports form a cycle, which is a
-//! finding, but for cycles inside one small module:
+//! A file imports another if it names an item that the other defines, in a `use` or in a path of
+//! its code; tests are ignored. Re-exports are followed to the file of the item, and are no imports
+//! themselves. Files that can all reach each other by imports form a cycle, which is a finding,
+//! except for cycles inside one small module:
 //!
 //! - all its files are the file of one module and those of its direct submodules, where the root of a
 //!   crate, whose submodules are the parts of the crate, is no such module;

@@ -1,7 +1,7 @@
-//! What the `Cargo.toml` files have to say: arrows between crates, and licences.
+//! Checks of the `Cargo.toml` files: dependencies between crates, and licences.
 //!
-//! Only as much of the format is read as the manifests of a workspace use: sections, and one key
-//! a line.
+//! Only the part of the format that the manifests of a workspace use is parsed: sections, and one
+//! key per line.
 
 use std::path::Path;
 

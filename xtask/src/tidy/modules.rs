@@ -1,7 +1,7 @@
-//! The modules of a crate, and what each of their files names of the others.
+//! The modules of a crate, and the names by which their files refer to others.
 //!
-//! Files are read as far as imports go: `mod` and `use` items, and paths in the code. Macros are not
-//! expanded, and modules inside a file are taken for a part of it.
+//! Only imports are parsed: `mod` and `use` items, and paths in the code. Macros are not expanded,
+//! and modules inside a file are treated as part of it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::iter::Peekable;

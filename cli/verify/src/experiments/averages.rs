@@ -55,7 +55,7 @@ pub const STATEMENTS: &[Statement] = &[
 /// Radii of concentric balls that are averaged.
 const RADII: [f64; 3] = [0.16, 0.2, 0.29];
 
-/// The radius at which a function of the radius is least, by golden sections.
+/// The radius that minimises a function of the radius, by golden-section search.
 fn least(
     f: impl Fn(f64) -> Result<f64, VerifyError>,
     low: f64,
@@ -102,7 +102,7 @@ fn force_balance(setting: Setting) -> Result<Outcome, VerifyError> {
     Ok(outcome)
 }
 
-/// What is left of the stresses where the energies themselves are least.
+/// The residual of the stress balance at the minimum of the energies themselves.
 fn imbalance<const D: usize>(spec: &LawSpec, setting: Setting) -> Result<f64, VerifyError> {
     let energy = |radius: f64| {
         let mut sum = 0.0;

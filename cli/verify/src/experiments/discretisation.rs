@@ -1,4 +1,4 @@
-//! What the grid adds: orders of bilinear elements and of the certificate.
+//! Discretisation errors: orders of bilinear elements and of the certificate.
 
 use fe_grid::minimise::Silent;
 use fe_grid::operators::MassStiffness;
@@ -243,7 +243,7 @@ fn bounds<const D: usize>(setting: Setting) -> (Vec<(f64, f64)>, f64) {
     (points, above)
 }
 
-/// The least value of a smooth function in the box: the best of a grid, and finer grids about it.
+/// The minimum of a smooth function in the box: the best of a grid, and of finer grids around it.
 fn least_inside<const D: usize>(f: impl Fn([f64; D]) -> f64) -> f64 {
     let (mut centre, mut reach) = ([0.5; D], 0.5);
     let mut least = f64::INFINITY;
@@ -267,7 +267,7 @@ fn least_inside<const D: usize>(f: impl Fn([f64; D]) -> f64) -> f64 {
     least
 }
 
-/// The least determinant at some points of every cell.
+/// The minimum determinant at some points of every cell.
 fn sampled<const D: usize>(grid: &Grid<D>, displacement: &[f64], local: &[f64]) -> f64 {
     let n = grid.n_nodes();
     let strides = grid.strides();

@@ -1,4 +1,4 @@
-//! Theorem 6.5 where shapes are no balls: ellipses, and a flow that is not radial.
+//! Theorem 6.5 for shapes other than balls: ellipses, and a flow that is not radial.
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, Tensor, tensor};

@@ -70,7 +70,7 @@ fn sphere(setting: Setting) -> Result<Outcome, VerifyError> {
     Ok(outcome)
 }
 
-/// How far a point lies off the plane of the great circle.
+/// Distance of a point from the plane of the great circle.
 fn off_circle(x: &[f64; 2]) -> f64 {
     let lift = |x: &[f64; 2]| {
         let s = x[0] * x[0] + x[1] * x[1];

@@ -1,4 +1,4 @@
-//! What is asked of every stored energy density, at random points and on fields.
+//! Properties of every stored energy density, at random points and on fields.
 
 use fe_grid::{Grid, Tensor, tensor};
 use hyperelastic::{
@@ -69,7 +69,7 @@ pub const STATEMENTS: &[Statement] = &[
     },
 ];
 
-/// The laws that the theorems may be applied to, of all moduli.
+/// The laws to which the theorems apply, for all moduli.
 const NAMES: [&str; 5] = [
     "logdet",
     "logdet_barrier",
@@ -397,7 +397,7 @@ fn polyconvexity(setting: Setting) -> Result<Outcome, VerifyError> {
     Ok(outcome)
 }
 
-/// How far a function lies above its chords, relative; positive where it is not convex.
+/// Relative height of a function above its chords; positive where it is not convex.
 fn not_convex<const D: usize>(law: &impl PolyconvexForm<D>) -> f64 {
     let mut numbers = Sequence::new(5);
     let mut worst = f64::NEG_INFINITY;

@@ -1,4 +1,4 @@
-//! Definitions 6.1 and 6.2: what lengths of discrete paths have in common with distances.
+//! Definitions 6.1 and 6.2: properties that lengths of discrete paths share with distances.
 
 use fe_grid::Grid;
 use fe_grid::minimise::Silent;

@@ -73,7 +73,7 @@ pub const STATEMENTS: &[Statement] = &[
     },
 ];
 
-/// A void that is soft and yet carries what the object leaves free.
+/// A soft void that still determines what the deformations of the object leave free.
 const VOID: f64 = 1e-2;
 
 fn params(prestressed: bool) -> PcaParams {
@@ -85,8 +85,8 @@ fn params(prestressed: bool) -> PcaParams {
     }
 }
 
-/// Three objects of different size, deformed in different ways. Their stresses do not balance; what
-/// holds them is kept as a load.
+/// Three objects of different size with different deformations. Their stresses do not balance; the
+/// balancing forces are kept as a load.
 fn objects(grid: Grid<2>) -> Result<Average<2>, VerifyError> {
     let displacements = [0.0, 1.3, 2.9].map(|phase| {
         Field::<f64, 2, 2>::from_fn(grid, |x| {

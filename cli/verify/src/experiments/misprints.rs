@@ -1,7 +1,7 @@
 //! Formulas of the notes that do not hold as they are printed, each shown to fail.
 //!
-//! The broken run puts the corrected formula in the place of the printed one: the failure must then
-//! not be found.
+//! The broken run replaces the printed formula by the corrected one: the failure must then not be
+//! found.
 
 use fe_grid::{Grid, tensor};
 use hyperelastic::{LameModuli, SeedLiteral, SeedParameters, StoredEnergy};

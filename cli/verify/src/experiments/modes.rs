@@ -1,4 +1,4 @@
-//! What a covariance analysis makes of displacements, and its misprinted normalisation.
+//! Covariance analysis of displacements, and its misprinted normalisation.
 
 use nalgebra::DMatrix;
 use shape_pca::{Modes, PcaError, Scores};

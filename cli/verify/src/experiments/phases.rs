@@ -90,7 +90,7 @@ impl Form {
         own + 2.0 * pairs
     }
 
-    /// The least energy of functions with the value one at a node.
+    /// The minimum energy of functions with the value one at a node.
     fn least_with_one_at(&self, node: usize) -> f64 {
         let (mut diagonal, mut rhs) = (self.diagonal.clone(), vec![0.0; self.diagonal.len()]);
         // A penalty far above all entries, and exact to rounding.
@@ -262,8 +262,8 @@ fn mismatch_flat(setting: Setting) -> Outcome {
     outcome
 }
 
-/// The least energy of Ambrosio and Tortorelli in one dimension, for a step of a height, by the two
-/// linear systems in turn.
+/// The minimum energy of Ambrosio and Tortorelli in one dimension, for a step of given height, by
+/// alternating between the two linear systems.
 fn least_edge_energy(height: f64, width: f64, weights: [f64; 3]) -> f64 {
     let [alpha, beta, nu] = weights;
     let n = 4000;

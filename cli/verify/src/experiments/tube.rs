@@ -1,7 +1,7 @@
-//! Theorem 6.5, the other two terms: how far boundaries are missed, and their area, in space-time.
+//! Theorem 6.5, the other two terms: mismatch of the boundaries, and their area, in space-time.
 //!
-//! The tube is that of an ellipse that moves, grows and is squeezed; the motion field is another,
-//! so that boundaries are missed in every step.
+//! The tube is that of an ellipse that moves, grows and is compressed; the motion field is a
+//! different one, so that the boundaries mismatch in every step.
 
 use crate::error::VerifyError;
 use crate::outcome::{Outcome, Requirement};
@@ -51,7 +51,7 @@ struct Ellipse {
 /// `w(x) = w0 + W x` at all times.
 struct Tube {
     start: Ellipse,
-    /// Change in unit time.
+    /// Change per unit time.
     change: Ellipse,
     w0: [f64; 2],
     gradient: [[f64; 2]; 2],
@@ -330,7 +330,7 @@ fn ruled_surface(setting: Setting) -> Outcome {
     outcome
 }
 
-/// How far the identity is off at a point of the boundary, relative.
+/// Relative error of the identity at a point of the boundary.
 fn identity(
     tube: &Tube,
     now: Ellipse,
