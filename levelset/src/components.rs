@@ -4,17 +4,17 @@ use fe_grid::Field;
 
 use crate::error::LevelsetError;
 
-/// The components of an object: nodes that hang together along the edges of the grid.
+/// The components of an object: sets of nodes connected by edges of the grid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Components {
-    /// Number of the component of each node, counted from 1 by first node; 0 is background.
+    /// Label of the component of each node, counted from 1 by first node; 0 is background.
     pub labels: Vec<u32>,
     /// Number of nodes of each component.
     pub sizes: Vec<usize>,
 }
 
-/// The components of the object `{field > level}`. Nodes that touch by a corner only stay
-/// apart, as they do in the contour of a mask.
+/// Labels the components of the object `{field > level}`. Nodes that touch by a corner only are not
+/// connected, as in the contour of a mask.
 pub fn connected_components<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> Components {
     let grid = field.grid();
     let (n_nodes, strides) = (grid.nodes_per_axis(), grid.strides());
@@ -49,7 +49,7 @@ pub fn connected_components<const D: usize>(field: &Field<f64, D, 1>, level: f64
     Components { labels, sizes }
 }
 
-/// The mask, 1 inside and 0 outside, of the largest component of `{field > level}`; among
+/// Returns the mask, 1 inside and 0 outside, of the largest component of `{field > level}`; of
 /// equally large ones the first.
 ///
 /// # Errors

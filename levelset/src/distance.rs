@@ -10,22 +10,22 @@ use crate::pseudonormal::{Pseudonormals, winding_number};
 use crate::search::{Found, PACKET};
 use crate::vector::{add_scaled, sub};
 
-/// The signed distance to the contour of the object `{field > level}`, at every node.
+/// Computes the signed distance to the contour of the object `{field > level}`, at every node.
 ///
 /// `|u|` is the exact Euclidean distance, to rounding, to the contour that
-/// [`contour`](crate::contour()) draws ([`BoxEdge::Open`]: the edge of the box is no boundary);
+/// [`contour`](crate::contour()) computes ([`BoxEdge::Open`]: the edge of the box is no boundary);
 /// `u > 0` exactly where `field > level`, up to nodes that lie on the contour, where `u = 0`.
-/// A binary mask so gets the distance to the midpoints between its pixels, a grey image or a
-/// level set a distance of sub-cell accuracy.
+/// For a binary mask this is the distance to the midpoints between its pixels, for a grey image or
+/// a level set a distance of sub-cell accuracy.
 ///
 /// # Errors
-/// [`LevelsetError::EmptyObject`] and [`LevelsetError::FullObject`], as there is no contour to
-/// be far from; [`LevelsetError::NonFinite`] with the node of a NaN or infinity.
+/// [`LevelsetError::EmptyObject`] and [`LevelsetError::FullObject`], as there is no contour;
+/// [`LevelsetError::NonFinite`] with the node of a NaN or infinity.
 ///
 /// # Example
 /// ```
 /// use fe_grid::{Field, Grid};
-/// // A disk of radius 0.3, given by a function that is no distance.
+/// A disk of radius 0.3, given by a function that is not a distance.
 /// let disk = Field::<f64, 2, 1>::from_fn(Grid::dyadic(5), |[x, y]| {
 ///     [0.09 - (x - 0.5).powi(2) - (y - 0.5).powi(2)]
 /// });
@@ -59,11 +59,11 @@ pub fn signed_distance<const D: usize>(
 /// The nearest point of a contour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest<const D: usize> {
-    /// Euclidean distance, not negative.
+    /// Euclidean distance, nonnegative.
     pub distance: f64,
     /// The nearest point.
     pub point: [f64; D],
-    /// Position in the contour of the segment or triangle that it lies on.
+    /// Index in the contour of the segment or triangle that contains it.
     pub simplex: usize,
 }
 
@@ -86,7 +86,7 @@ impl<const D: usize> ContourDistance<D> {
         Ok(Self { tree, normals })
     }
 
-    /// The nearest point of the contour.
+    /// Returns the nearest point of the contour.
     pub fn nearest(&self, point: [f64; D]) -> Nearest<D> {
         let found = self.find(&point);
         let closest = self.tree.closest(found.stored, &point);
@@ -97,13 +97,14 @@ impl<const D: usize> ContourDistance<D> {
         }
     }
 
-    /// The signed distance, positive inside. The contour must be closed; for an open one the
-    /// sign is that of the nearest segment or triangle.
+    /// Returns the signed distance, positive inside. The contour must be closed; for an open one
+    /// the sign is that of the nearest segment or triangle.
     pub fn signed_distance(&self, point: [f64; D]) -> f64 {
         self.signed(&point, self.find(&point))
     }
 
-    /// The signed distance at every node of a grid; see [`ContourDistance::signed_distance`].
+    /// Computes the signed distance at every node of a grid; see
+    /// [`ContourDistance::signed_distance`].
     pub fn sample(&self, grid: Grid<D>) -> Field<f64, D, 1> {
         let mut distance = Field::zeros(grid);
         for_each_node(&self.tree, &mut distance, |_, point, found| {
@@ -112,19 +113,19 @@ impl<const D: usize> ContourDistance<D> {
         distance
     }
 
-    /// The tree that is searched.
+    /// Returns the search tree.
     pub(crate) fn tree(&self) -> &Bvh<D> {
         &self.tree
     }
 
-    /// What is nearest to a point.
+    /// Finds the stored simplex nearest to a point.
     pub(crate) fn find(&self, point: &[f64; D]) -> Found {
         let mut found = [Found::default()];
         self.tree.nearest(&[*point], 0, &mut found);
         found[0]
     }
 
-    /// The point of a stored simplex with these weights.
+    /// Returns the point of a stored simplex with these weights.
     fn foot(&self, stored: usize, weights: &[f64; D]) -> [f64; D] {
         let corners = self.tree.corners(stored);
         let mut foot = corners[0];
@@ -157,8 +158,8 @@ fn tree_of<const D: usize>(contour: &Contour<D>) -> Result<Bvh<D>, LevelsetError
     Ok(Bvh::new(&simplices))
 }
 
-/// Fills a field, in parallel: nodes are searched for in small boxes of [`PACKET`], each of
-/// which starts from what was nearest to the one before it.
+/// Fills a field, in parallel: nodes are processed in small boxes of [`PACKET`] nodes, each of
+/// which starts from the nearest simplex of the preceding box.
 fn for_each_node<const D: usize>(
     tree: &Bvh<D>,
     field: &mut Field<f64, D, 1>,
