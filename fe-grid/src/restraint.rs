@@ -51,9 +51,9 @@ pub fn restrain_step<const D: usize>(
     restrain_together(grid, &[only], step, threshold);
 }
 
-/// Like [`restrain_step`] for a step that changes several deformations, and other nodal fields
-/// with them: what is damped at a node is damped in all, so that changes which belong together
-/// stay together.
+/// Like [`restrain_step`] for a step that changes several deformations, and other nodal fields with
+/// them: all fields are damped by the same factor at a node, so that coupled changes remain
+/// consistent.
 ///
 /// # Panics
 /// If a displacement or a range does not have `D` components of the grid, or the step is no whole

@@ -25,7 +25,7 @@ use crate::vector::{add_scaled, sub};
 /// # Example
 /// ```
 /// use fe_grid::{Field, Grid};
-/// A disk of radius 0.3, given by a function that is not a distance.
+/// // A disk of radius 0.3, given by a function that is no distance.
 /// let disk = Field::<f64, 2, 1>::from_fn(Grid::dyadic(5), |[x, y]| {
 ///     [0.09 - (x - 0.5).powi(2) - (y - 0.5).powi(2)]
 /// });

@@ -154,9 +154,9 @@ pub trait CellLaw<const D: usize, const M: usize>: Reads + Sized {
 pub trait CellProbe<const D: usize, const M: usize>: Reads {
     /// Numbers per cell.
     const OUTPUTS: usize;
-    /// The formula at a point; entries from [`CellProbe::OUTPUTS`] on are ignored.
+    /// Evaluates the formula at a point; entries from [`CellProbe::OUTPUTS`] on are ignored.
     fn probe<L: Lane>(&self, point: &Point<L, D, M>) -> [L; MAX_CELL_DATA];
-    /// What is made of the means of a cell.
+    /// Postprocesses the means over a cell.
     #[inline(always)]
     fn finish<L: Lane>(&self, means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
         means
