@@ -1,8 +1,8 @@
 //! Long vectors, in memory or in a temporary file that is mapped into memory.
 //!
-//! A mapped vector is read and written like any other; the system keeps in memory what is in use
-//! and as much of the rest as there is room for. The file has no name: it is gone with the vector,
-//! even where the program is killed.
+//! A mapped vector is read and written like any other; the operating system decides which parts are
+//! held in memory. The file has no name: it is removed with the vector, even if the program is
+//! killed.
 
 use crate::error::GridError;
 use crate::lane::Element;
@@ -13,7 +13,7 @@ use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 
-/// Where long vectors are kept.
+/// Storage of long vectors.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Storage {
     /// In memory.
@@ -24,10 +24,10 @@ pub enum Storage {
 }
 
 impl Storage {
-    /// A vector of zeros.
+    /// Creates a vector of zeros.
     ///
     /// # Errors
-    /// [`GridError::Spill`] where a file of this size cannot be made.
+    /// [`GridError::Spill`] if a file of this size cannot be created.
     pub fn zeros<T: Element>(&self, len: usize) -> Result<Buffer<T>, GridError> {
         match self {
             Self::Folder(folder) if len > 0 => {
@@ -43,7 +43,7 @@ impl Storage {
     }
 }
 
-/// A long vector of fixed length: a slice of numbers, wherever they are kept.
+/// A long vector of fixed length: a slice of numbers, in memory or in a file.
 #[derive(Debug)]
 pub struct Buffer<T>(Place<T>);
 

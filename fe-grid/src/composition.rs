@@ -14,14 +14,14 @@ use crate::engine::{CellLaw, Jet, MAX_COEFFICIENTS, Point, Reads};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, MAX_LANES};
 
-/// How a nodal field goes on outside the box.
+/// Extension of a nodal field outside the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outside {
-    /// With the value at the nearest point of the box.
+    /// Constant extension by the value at the nearest point of the box.
     #[default]
     Constant,
-    /// With that value less the distance to it, as a signed distance that is positive inside does
-    /// for an object in the box: what has left the box is drawn back.
+    /// That value minus the distance to the box, as for a signed distance that is positive inside
+    /// an object in the box: the gradient points back towards the box.
     Falling,
 }
 

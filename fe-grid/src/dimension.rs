@@ -1,17 +1,17 @@
 //! Generic code, compiled once.
 //!
 //! Code that is generic over the dimension is compiled again in every crate, and in every test
-//! program, that calls it. A [`Routine`] ends what is generic at two functions that are not, one for
-//! the plane and one for space: they are compiled with the crate that defines them, and whoever calls
-//! [`run`] only links them. [`compiled_once!`](crate::compiled_once) writes both.
+//! program, that calls it. A [`Routine`] forwards to two functions that are not generic, one for 2D
+//! and one for 3D: they are compiled with the crate that defines them, and callers of [`run`] only
+//! link them. [`compiled_once!`](crate::compiled_once) generates both.
 
 use std::mem::ManuallyDrop;
 
-/// A function of arguments that depend on the dimension, with a version for each.
+/// A function of arguments that depend on the dimension, with a version for each dimension.
 pub trait Routine {
-    /// What it is given.
+    /// Arguments of the function.
     type Arguments<const D: usize>;
-    /// What it gives.
+    /// Result of the function.
     type Output<const D: usize>;
 
     /// The function for `D = 2`.

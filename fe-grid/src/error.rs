@@ -1,4 +1,4 @@
-//! What can go wrong in this crate.
+//! Errors of this crate.
 
 use std::path::PathBuf;
 
@@ -39,7 +39,7 @@ pub enum GridError {
         folder: PathBuf,
         /// Size of the file.
         bytes: u64,
-        /// What the system says.
+        /// The reason reported by the operating system.
         reason: String,
     },
     /// A linear solver met an operator that is not positive definite.

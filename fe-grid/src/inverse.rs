@@ -45,7 +45,7 @@ impl<const D: usize> InverseDeformation<D> {
             };
             f64::dispatch(SimdLevel::active(), search)
         });
-        // The first cell in memory order wins, whatever the threads.
+        // The first cell in memory order is chosen, independent of the number of threads.
         let mut position = vec![None; grid.n_nodes()];
         for (node, x) in found.into_iter().flatten() {
             position[node].get_or_insert(x);

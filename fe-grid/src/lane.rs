@@ -290,7 +290,7 @@ pub enum Numbers<'a> {
 
 /// A computation that is compiled once for each kind of lane.
 pub trait LaneKernel<T: Element> {
-    /// What the computation returns.
+    /// Result of the computation.
     type Output;
     /// The computation; implementations are `#[inline(always)]`, as is all that they call, so
     /// that the instruction set chosen at run time reaches them.

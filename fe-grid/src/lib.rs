@@ -9,8 +9,8 @@
 //! - Linear systems: [`UniformOperator`], [`conjugate_gradient`], [`SpectralSolver`],
 //!   [`multigrid`].
 //! - Minimisation: [`minimise`], from coarse levels to fine.
-//! - Threads: [`parallel`] loops, of which the scheduler is compiled once.
-//! - Compilation: [`dimension`] ends what is generic at a version for the plane and one for space.
+//! - Threads: [`parallel`] loops, whose scheduler is compiled once.
+//! - Compilation: [`dimension`] forwards generic code to a version for 2D and one for 3D.
 //!
 //! Everything holds for `D = 2` and `D = 3` alike. Elements are multilinear, with two quadrature
 //! points an axis. Nodal data are stored component by component, `x` fastest, as `f64` or `f32`;

@@ -11,7 +11,7 @@ pub trait LinearOperator: Sync {
     /// Number of unknowns.
     fn dim(&self) -> usize;
 
-    /// `y = A x`; whatever `y` held is overwritten.
+    /// Computes `y = A x`; the previous content of `y` is overwritten.
     fn apply_into(&self, x: &[f64], y: &mut [f64]);
 }
 
@@ -85,11 +85,11 @@ impl LinearOperator for Diagonal {
 /// When conjugate gradients stop: `|b - A x| <= max(relative |b|, absolute)`, Euclidean norms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgParams {
-    /// Residual asked for, as a share of `|b|`.
+    /// Tolerance of the residual, relative to `|b|`.
     pub relative_tolerance: f64,
-    /// Residual that is small enough whatever `|b|`.
+    /// Absolute tolerance of the residual.
     pub absolute_tolerance: f64,
-    /// Most iterations.
+    /// Maximal number of iterations.
     pub max_iterations: usize,
 }
 
@@ -103,27 +103,27 @@ impl Default for CgParams {
     }
 }
 
-/// How conjugate gradients ended.
+/// Status of the conjugate-gradient iteration at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CgStatus {
-    /// The residual is as small as asked.
+    /// The residual is below the tolerance.
     Converged,
-    /// All iterations were used.
+    /// The maximal number of iterations was reached.
     MaxIterations,
 }
 
-/// What conjugate gradients did.
+/// Report of a conjugate-gradient solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgInfo {
-    /// Iterations, one application of the operator each.
+    /// Number of iterations, with one application of the operator each.
     pub iterations: usize,
     /// `|b - A x|` at the end, by the recursion of the method.
     pub residual: f64,
-    /// How it ended.
+    /// Status at the end.
     pub status: CgStatus,
 }
 
-/// The four vectors that conjugate gradients work with, kept from one solve to the next.
+/// Work space of conjugate gradients: four vectors, reused between solves.
 #[derive(Clone, Debug, Default)]
 pub struct CgScratch {
     residual: Vec<f64>,
@@ -133,7 +133,7 @@ pub struct CgScratch {
 }
 
 impl CgScratch {
-    /// Room for `dim` unknowns.
+    /// Creates the work space for `dim` unknowns.
     pub fn new(dim: usize) -> Self {
         let mut scratch = Self::default();
         scratch.resize(dim);
@@ -255,7 +255,7 @@ fn finished(iterations: usize, residual: f64, status: CgStatus) -> CgInfo {
     }
 }
 
-/// `|b - A x|`, computed anew.
+/// Computes `|b - A x|`.
 ///
 /// # Panics
 /// If lengths differ.

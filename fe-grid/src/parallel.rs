@@ -9,19 +9,19 @@
 //! - Many small ones: [`for_each_index`], [`for_each_mut`] and [`for_each_chunk`] allocate nothing,
 //!   and give a thread at least `min_len` tasks at a time.
 //!
-//! Results come in the order of the tasks, and loops may be nested. A panic of a body goes on in
-//! the caller.
+//! Results are in the order of the tasks, and loops may be nested. A panic in a body is propagated
+//! to the caller.
 
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Threads of the current pool.
+/// Returns the number of threads of the current pool.
 pub fn n_threads() -> usize {
     rayon::current_num_threads()
 }
 
-/// Calls `work` once with each number below `n`. A thread gets at least `min_len` numbers in a
-/// row; where there are not enough for two threads, the caller does all.
+/// Calls `work` once with each number below `n`. A thread gets at least `min_len` consecutive
+/// numbers; if there are not enough for two threads, the caller executes all.
 pub fn for_each_index(n: usize, min_len: usize, work: &(dyn Fn(usize) + Sync)) {
     if n / 2 < min_len {
         (0..n).for_each(work);
@@ -82,7 +82,7 @@ pub fn for_each<I: Send>(items: impl IntoIterator<Item = I>, work: &(dyn Fn(I) +
     });
 }
 
-/// What `work` makes of each item, in their order.
+/// Returns the results of `work` for each item, in their order.
 pub fn map<I: Send, R: Send>(
     items: impl IntoIterator<Item = I>,
     work: &(dyn Fn(I) -> R + Sync),
@@ -95,10 +95,10 @@ pub fn map<I: Send, R: Send>(
     tasks.into_iter().filter_map(|(_, result)| result).collect()
 }
 
-/// What `work` makes of each item, in their order.
+/// Returns the results of `work` for each item, in their order.
 ///
 /// # Errors
-/// The first failure in the order of the items; later items may then not be looked at.
+/// The first failure in the order of the items; later items may then not be processed.
 pub fn try_map<I: Send, R: Send, E: Send>(
     items: impl IntoIterator<Item = I>,
     work: &(dyn Fn(I) -> Result<R, E> + Sync),
@@ -117,7 +117,7 @@ pub fn try_map<I: Send, R: Send, E: Send>(
     results.into_iter().flatten().collect()
 }
 
-/// Whether `test` holds for all items; once it fails for one, others may not be looked at.
+/// Returns whether `test` holds for all items; once it fails for one, others may be skipped.
 pub fn all<I: Send>(items: impl IntoIterator<Item = I>, test: &(dyn Fn(I) -> bool + Sync)) -> bool {
     let holds = AtomicBool::new(true);
     for_each(items, &|item| {

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-/// Buffers that are not in use; one is made only where none is free.
+/// Buffers that are not in use; a new one is allocated only if none is free.
 #[derive(Debug)]
 pub(crate) struct Pool<T> {
     free: Mutex<Vec<T>>,
@@ -15,8 +15,7 @@ impl<T> Pool<T> {
         }
     }
 
-    /// Runs `work` with a buffer that nobody else holds; what it contains is left over from an
-    /// earlier call.
+    /// Runs `work` with a buffer for exclusive use; its content is that left by an earlier call.
     pub(crate) fn with<R>(&self, make: impl FnOnce() -> T, work: impl FnOnce(&mut T) -> R) -> R {
         // A buffer in the list is whole whatever happened to a thread that held the lock.
         let free = || self.free.lock().unwrap_or_else(PoisonError::into_inner);

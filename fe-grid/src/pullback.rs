@@ -19,9 +19,9 @@
 //! T_(ra)(sb)          = (f''(A)[e_s (x) e_b DPhi] DPhi^T)_ra,
 //! ```
 //!
-//! all at deformed points. Every slab of deformed cells belongs to one task, which looks through
-//! the sources for points that fall into it: a cell receives its points in one order, whatever the
-//! threads.
+//! all at deformed points. Every slab of deformed cells is processed by one task, which searches
+//! the sources for points inside it: a cell receives its points in a fixed order, independent of
+//! the number of threads.
 
 use crate::composition::locate_lanes;
 use crate::engine::block::{Block, RowData};
@@ -50,7 +50,7 @@ pub struct PullbackSource<'a> {
     pub coefficients: &'a [&'a [f64]],
 }
 
-/// What is computed.
+/// Quantities to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Derivatives {
     /// The value alone.
@@ -173,7 +173,7 @@ impl<F: Reads> Reads for Seen<F> {
     const CELL_DATA: usize = 0;
 }
 
-/// What a slab finds beside what it adds to nodal arrays.
+/// Result of a slab besides its contributions to nodal arrays.
 struct SlabPart {
     value: f64,
     stiffness: Vec<f64>,
@@ -285,7 +285,7 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
     }
 }
 
-/// Where the points of some lanes fall.
+/// Positions of the points of some lanes.
 struct Places<const D: usize> {
     /// Lanes whose points fall into the slab.
     lanes: [usize; MAX_LANES],
@@ -297,7 +297,7 @@ struct Places<const D: usize> {
     inside: [[f64; MAX_LANES]; D],
 }
 
-/// What the law says at the points of some lanes, times the quadrature weight.
+/// Results of the law at the points of some lanes, times the quadrature weight.
 struct Found<const D: usize> {
     value: [f64; MAX_LANES],
     flux: Tensor<[f64; MAX_LANES], D>,

@@ -13,8 +13,8 @@
 //! `s(1-s)`, `s^2`: a point adds to `3^D` moments of its cell, and moments become matrix entries
 //! once all points are in.
 //!
-//! Every slab of cells belongs to one task, which looks through the sources for points that
-//! fall into it; a cell receives its points in the order of the sources, whatever the threads.
+//! Every slab of cells is processed by one task, which searches the sources for points inside it; a
+//! cell receives its points in the order of the sources, independent of the number of threads.
 
 use crate::composition::locate_lanes;
 use crate::engine::block::{Block, RowData};

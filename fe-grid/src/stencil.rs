@@ -247,8 +247,8 @@ fn multiply_add<L: Lane<Element = f64>>(a: &[f64], x: &[f64], out: &mut [f64]) {
     }
 }
 
-/// What is added to the matrix and to the right-hand side besides the scattered points: the
-/// element matrix of a constant operator and a constant load.
+/// Terms added to the matrix and to the right-hand side besides the scattered points: the element
+/// matrix of a constant operator and a constant load.
 #[derive(Clone, Copy, Default)]
 pub struct Background {
     /// Coefficient of the mass matrix `M`.

@@ -1,20 +1,20 @@
 //! Sums and updates of long vectors, with the same bits on any number of threads.
 //!
 //! A sum is taken over fixed chunks of [`CHUNK`] numbers, each in a fixed order, and the partial
-//! sums are added one after the other: who computed a chunk leaves no trace. Nothing here
-//! allocates.
+//! sums are added one after the other, so the result does not depend on which thread computed a
+//! chunk. Nothing here allocates.
 
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::parallel;
 use crate::simd_level::SimdLevel;
 
-/// Numbers in a chunk.
+/// Number of entries in a chunk.
 pub const CHUNK: usize = 4096;
-/// Vectors shorter than this are not worth waking a second thread for.
+/// Vectors shorter than this are processed by a single thread.
 const SERIAL_BELOW: usize = 8 * CHUNK;
-/// Chunks that a thread gets at least.
+/// Minimal number of chunks per thread.
 const MIN_CHUNKS: usize = 4;
-/// Partial results kept on the stack at a time.
+/// Number of partial results stored on the stack at a time.
 const MAX_PARTIALS: usize = 512;
 /// Independent sums inside a chunk, so that the additions can overlap.
 const ACCUMULATORS: usize = 8;
@@ -198,7 +198,7 @@ fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
 
 /// Runs a loop over a chunk with the widest instructions of the machine: a plain loop, which the
 /// compiler turns into vectors of the width that it is compiled for. Products and sums are
-/// rounded one by one, so that the width leaves no trace.
+/// rounded one by one, so the result does not depend on the width.
 fn wide<K: LaneKernel<f64>>(kernel: K) -> K::Output {
     f64::dispatch(SimdLevel::active(), kernel)
 }

@@ -60,7 +60,7 @@
 //! let params = GeodesicParams { steps: 2, ..GeodesicParams::default() };
 //! let path = geodesic(&disk(0.2), &disk(0.25), &params, &mut Silent)?;
 //! assert!(path.certificate.certified);
-//! A growing disk of area A(t): sqrt(4 pi) times the change of its radius.
+//! // A disk of area A(t) that grows: sqrt(4 pi) times the change of its radius.
 //! assert!((path.length() - 0.177).abs() < 0.01);
 //! # Ok::<(), geodesic::GeodesicError>(())
 //! ```

@@ -27,7 +27,7 @@
 //! ```
 //! use hyperelastic::{LameModuli, LawSpec};
 //!
-//! The energy of a stretch by 10 % along the first axis.
+//! // The energy of a stretch by 10 % along the first axis.
 //! let stretch = [[0.1, 0.0], [0.0, 0.0]];
 //! let moduli = LameModuli::new(1.0, 1.0)?;
 //! let elastic = LawSpec::new("logdet", moduli)?.compile::<2>()?.value(&stretch);

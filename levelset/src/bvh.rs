@@ -1,19 +1,20 @@
 //! A tree of bounding boxes over the simplices of a contour.
 //!
-//! The boxes stand along the mean normal of what they hold. Around a piece of a smooth boundary
-//! such a box is thin, and from afar the search rules out all but the few pieces that the point
-//! really looks at; boxes along the axes are as thick as wide, and were slower by a factor of
-//! four on a 3D blob.
+//! The boxes are aligned with the mean normal of their contents. Around a piece of a smooth
+//! boundary such a box is thin, and a distant query visits only the few pieces close to the foot of
+//! the point; axis-aligned boxes are as thick as wide, and were slower by a factor of four on a 3D
+//! blob.
 
 use fe_grid::Lane;
 
 use crate::closest::Simplex;
 use crate::vector::{add_scaled, area_normal, dot, norm, sub};
 
-/// Simplices in a leaf: a balance between box tests and simplex tests, by timing.
+/// Number of simplices in a leaf: a balance between box tests and simplex tests, determined by
+/// timing.
 const LEAF_SIZE: usize = 4;
-/// Boxes are wider by this share of the largest coordinate, so that rounding errors never make
-/// one farther than what it holds.
+/// Boxes are enlarged by this fraction of the largest coordinate, so that rounding errors never
+/// make a box farther than its contents.
 const MARGIN: f64 = 64.0 * f64::EPSILON;
 
 #[derive(Clone, Debug)]
@@ -21,7 +22,7 @@ pub(crate) struct Node<const D: usize> {
     pub(crate) bounds: OrientedBox<D>,
     /// First simplex of a leaf; the right child of an inner node, whose left child follows it.
     pub(crate) first: u32,
-    /// Simplices of a leaf, zero in an inner node.
+    /// Number of simplices of a leaf, zero in an inner node.
     pub(crate) count: u32,
 }
 
@@ -31,12 +32,12 @@ pub(crate) struct Bvh<const D: usize> {
     nodes: Vec<Node<D>>,
     corners: Vec<[[f64; D]; D]>,
     simplices: Vec<Simplex<D>>,
-    /// Position in the contour of each stored simplex.
+    /// Index in the contour of each stored simplex.
     origin: Vec<u32>,
 }
 
 impl<const D: usize> Bvh<D> {
-    /// The tree over a non-empty list of simplices.
+    /// Builds the tree over a non-empty list of simplices.
     pub(crate) fn new(simplices: &[[[f64; D]; D]]) -> Self {
         let mut order: Vec<u32> = (0..simplices.len() as u32).collect();
         let mut tree = Self {
@@ -78,45 +79,45 @@ impl<const D: usize> Bvh<D> {
         self.split(simplices, right, first + middle, margin);
     }
 
-    /// Corners of a stored simplex.
+    /// Returns the corners of a stored simplex.
     pub(crate) fn corners(&self, stored: usize) -> &[[f64; D]; D] {
         &self.corners[stored]
     }
 
-    /// All stored simplices.
+    /// Returns all stored simplices.
     pub(crate) fn all_corners(&self) -> &[[[f64; D]; D]] {
         &self.corners
     }
 
-    /// Position in the contour of a stored simplex.
+    /// Returns the index in the contour of a stored simplex.
     pub(crate) fn origin(&self, stored: usize) -> usize {
         self.origin[stored] as usize
     }
 
-    /// A stored simplex, prepared for distances.
+    /// Returns a stored simplex, prepared for distance computations.
     #[inline(always)]
     pub(crate) fn simplex(&self, stored: usize) -> &Simplex<D> {
         &self.simplices[stored]
     }
 
-    /// A node; the first is the root.
+    /// Returns a node; the first is the root.
     #[inline(always)]
     pub(crate) fn node(&self, index: u32) -> &Node<D> {
         &self.nodes[index as usize]
     }
 }
 
-/// A box with its own axes.
+/// An oriented bounding box.
 #[derive(Clone, Debug)]
 pub(crate) struct OrientedBox<const D: usize> {
     axes: [[f64; D]; D],
-    /// The middle, as coordinates along the axes.
+    /// Centre of the box, as coordinates along its axes.
     centre: [f64; D],
     half: [f64; D],
 }
 
 impl<const D: usize> OrientedBox<D> {
-    /// A box around the given simplices, one axis along their mean normal.
+    /// Computes a box around the given simplices, with one axis along their mean normal.
     fn around(simplices: &[[[f64; D]; D]], order: &[u32], margin: f64) -> Self {
         let corners = || order.iter().flat_map(|&i| &simplices[i as usize]);
         let (mut normal, mut size) = ([0.0; D], 0.0);
@@ -139,7 +140,7 @@ impl<const D: usize> OrientedBox<D> {
         }
     }
 
-    /// Squared distances of points from the box; zero inside.
+    /// Computes squared distances of points from the box; zero inside.
     #[inline(always)]
     pub(crate) fn distance_squared<L: Lane<Element = f64>>(&self, point: &[L; D]) -> L {
         let mut sum = L::zero();
@@ -155,8 +156,8 @@ impl<const D: usize> OrientedBox<D> {
     }
 }
 
-/// An orthonormal frame: the direction of `normal` first, then directions across it, as close
-/// to the given axis as may be.
+/// Computes an orthonormal frame: the direction of `normal` first, then orthogonal directions, as
+/// close to the given axis as possible.
 fn frame<const D: usize>(normal: &[f64; D], axis: usize) -> [[f64; D]; D] {
     let mut axes = [[0.0; D]; D];
     let length = norm(normal);

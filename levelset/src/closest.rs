@@ -5,27 +5,27 @@ use fe_grid::Lane;
 
 use crate::vector::{add_scaled, dot, sub};
 
-/// The nearest point of a simplex: its squared distance, and its barycentric weights, which
-/// are exactly zero at the corners that do not take part.
+/// The nearest point of a simplex: its squared distance, and its barycentric weights, which are
+/// exactly zero at the corners of which it is independent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Closest<L, const D: usize> {
     pub(crate) distance_squared: L,
     pub(crate) weights: [L; D],
 }
 
-/// A segment (`D = 2`) or triangle (`D = 3`) with all that does not depend on the point.
+/// A segment (`D = 2`) or triangle (`D = 3`) with all quantities that do not depend on the point.
 ///
-/// The nearest point is sought on every side and inside, without branches, so that all entries
-/// of a lane take the same way. Each candidate is a convex combination of the corners, so that
-/// even a degenerate simplex never reports less than its true distance; and the sides of a
-/// sliver, whose inside is rounding noise, are found as well as any.
+/// The nearest point is computed on every side and inside, without branches, so that all entries of
+/// a lane execute the same operations. Each candidate is a convex combination of the corners, so
+/// even a degenerate simplex never reports less than its true distance; and the sides of a sliver,
+/// whose interior is dominated by rounding errors, are accurate.
 #[derive(Clone, Debug)]
 pub(crate) struct Simplex<const D: usize> {
     origin: [f64; D],
     /// From the first corner to the others; the second is zero for a segment.
     edges: [[f64; D]; 2],
-    /// Inverse squared lengths of the edges, then of the side between their ends; zero where
-    /// that is no number.
+    /// Inverse squared lengths of the edges, then of the side between their ends; zero if not
+    /// finite.
     inverse_squares: [f64; 3],
     /// `(edge 1 - edge 0) . edge 0`.
     skew: f64,
@@ -52,7 +52,7 @@ impl<const D: usize> Simplex<D> {
         }
     }
 
-    /// The nearest point.
+    /// Computes the nearest point.
     #[inline(always)]
     pub(crate) fn closest<L: Lane<Element = f64>>(&self, p: &[L; D]) -> Closest<L, D> {
         let (zero, one) = (L::zero(), L::one());
@@ -109,7 +109,7 @@ impl<const D: usize> Simplex<D> {
 }
 
 impl<L: Lane<Element = f64>, const D: usize> Closest<L, D> {
-    /// Takes another candidate where it is nearer.
+    /// Replaces the candidate by another one if that is nearer.
     #[inline(always)]
     fn improve(&mut self, distance_squared: L, weights: [L; 3]) {
         let nearer = distance_squared.less(self.distance_squared);
@@ -124,7 +124,8 @@ impl<L: Lane<Element = f64>, const D: usize> Closest<L, D> {
 /// `a . second = b . first = 0`; zero where the two are parallel.
 fn dual<const D: usize>(first: &[f64; D], second: &[f64; D]) -> [[f64; D]; 2] {
     let scale = inverse(dot(first, first));
-    // The second pass removes what rounding has left of `first`, which matters in slivers.
+    // The second pass removes the rounding error in the direction of `first`, which matters in
+    // slivers.
     let mut across = *second;
     for _ in 0..2 {
         across = add_scaled(&across, -scale * dot(&across, first), first);
@@ -139,7 +140,7 @@ fn dual<const D: usize>(first: &[f64; D], second: &[f64; D]) -> [[f64; D]; 2] {
     }
 }
 
-/// `1 / x`, zero where that is no number.
+/// Returns `1 / x`, or zero if that is not finite.
 fn inverse(x: f64) -> f64 {
     let inverse = 1.0 / x;
     if inverse.is_finite() { inverse } else { 0.0 }

@@ -4,10 +4,10 @@ use fe_grid::{Field, compiled_once};
 
 use crate::error::LevelsetError;
 
-/// The components of an object: nodes that hang together along the edges of the grid.
+/// The components of an object: sets of nodes connected by edges of the grid.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Components {
-    /// Number of the component of each node, counted from 1 by first node; 0 is background.
+    /// Label of the component of each node, counted from 1 by first node; 0 is background.
     pub labels: Vec<u32>,
     /// Number of nodes of each component.
     pub sizes: Vec<usize>,
@@ -56,7 +56,7 @@ fn connected_components_in<const D: usize>(field: &Field<f64, D, 1>, level: f64)
     Components { labels, sizes }
 }
 
-/// The mask, 1 inside and 0 outside, of the largest component of `{field > level}`; among
+/// Returns the mask, 1 inside and 0 outside, of the largest component of `{field > level}`; of
 /// equally large ones the first.
 ///
 /// # Errors

@@ -22,7 +22,7 @@ pub struct Contour<const D: usize> {
 pub type Simplex<const D: usize> = [u32; D];
 
 impl<const D: usize> Contour<D> {
-    /// A contour from its points and its segments or triangles.
+    /// Creates a contour from its points and its segments or triangles.
     ///
     /// # Errors
     /// [`LevelsetError::MissingPoint`] and [`LevelsetError::NonFinitePoint`].
@@ -45,33 +45,33 @@ impl<const D: usize> Contour<D> {
         Ok(Self { points, simplices })
     }
 
-    /// The points.
+    /// Returns the points.
     pub fn points(&self) -> &[[f64; D]] {
         &self.points
     }
 
-    /// The segments or triangles.
+    /// Returns the segments or triangles.
     pub fn simplices(&self) -> &[Simplex<D>] {
         &self.simplices
     }
 
-    /// Whether there is no segment or triangle at all.
+    /// Returns whether there are no segments or triangles.
     pub fn is_empty(&self) -> bool {
         self.simplices.is_empty()
     }
 
-    /// Positions of the corners of one segment or triangle.
+    /// Returns the positions of the corners of one segment or triangle.
     pub fn corners(&self, simplex: usize) -> [[f64; D]; D] {
         self.simplices[simplex].map(|c| self.points[c as usize])
     }
 
-    /// Positions of the corners of every segment or triangle.
+    /// Returns the positions of the corners of every segment or triangle.
     pub fn all_corners(&self) -> impl Iterator<Item = [[f64; D]; D]> + '_ {
         (0..self.simplices.len()).map(|i| self.corners(i))
     }
 
-    /// The segments or triangles whose corners pass a test; what is left may be open, or empty. All
-    /// points stay.
+    /// Returns the contour of the segments or triangles whose corners pass a test; it may be open,
+    /// or empty. All points are retained.
     #[must_use]
     pub fn part(&self, keep: impl Fn(&[[f64; D]; D]) -> bool) -> Self {
         let all = self.all_corners().zip(&self.simplices);
@@ -82,8 +82,8 @@ impl<const D: usize> Contour<D> {
         }
     }
 
-    /// The contour with every point moved. The map must keep the orientation (for one that
-    /// does not, follow it by [`Contour::flipped`]).
+    /// Returns the contour with every point moved. The map must preserve the orientation (otherwise
+    /// apply [`Contour::flipped`] to the result).
     pub fn map(&self, f: impl Fn([f64; D]) -> [f64; D]) -> Self {
         Self {
             points: self.points.iter().map(|&p| f(p)).collect(),
@@ -91,8 +91,8 @@ impl<const D: usize> Contour<D> {
         }
     }
 
-    /// The contour under `x -> matrix x + translation`, oriented as before: a reflection turns
-    /// the simplices round.
+    /// Returns the contour under `x -> matrix x + translation`, oriented as before: for a
+    /// reflection the simplices are flipped.
     pub fn transformed(&self, matrix: &SMatrix<f64, D, D>, translation: &SVector<f64, D>) -> Self {
         let moved = self.map(|p| (matrix * SVector::from(p) + translation).into());
         if determinant(matrix) < 0.0 {
@@ -102,7 +102,7 @@ impl<const D: usize> Contour<D> {
         }
     }
 
-    /// The same simplices with the opposite orientation.
+    /// Returns the same simplices with the opposite orientation.
     pub fn flipped(mut self) -> Self {
         for corners in &mut self.simplices {
             corners.swap(0, 1);
@@ -110,7 +110,7 @@ impl<const D: usize> Contour<D> {
         self
     }
 
-    /// Both contours as one.
+    /// Returns the union of both contours.
     pub fn joined(mut self, other: &Self) -> Self {
         let shift = self.points.len() as u32;
         self.points.extend_from_slice(&other.points);
@@ -119,13 +119,13 @@ impl<const D: usize> Contour<D> {
         self
     }
 
-    /// Length of a 2D contour, area of a 3D one.
+    /// Returns the length of a 2D contour, or the area of a 3D one.
     pub fn perimeter(&self) -> f64 {
         self.all_corners().map(|c| norm(&area_normal(&c))).sum()
     }
 
-    /// Whether the contour has no rim: every end of a segment, or every edge of a triangle, is
-    /// met in one direction as often as in the other.
+    /// Returns whether the contour has no boundary: every end of a segment, or every edge of a
+    /// triangle, occurs equally often in both directions.
     pub fn is_closed(&self) -> bool {
         let mut balance: HashMap<[u32; 2], i64> = HashMap::new();
         for corners in &self.simplices {
@@ -137,8 +137,8 @@ impl<const D: usize> Contour<D> {
         balance.values().all(|&sum| sum == 0)
     }
 
-    /// Points minus edges (plus triangles): 2 for a sphere, 0 for a torus, twice the number of
-    /// spheres for several; always 0 for closed curves.
+    /// Returns the Euler characteristic, points minus edges (plus triangles): 2 for a sphere, 0 for
+    /// a torus, twice the number of spheres for several; always 0 for closed curves.
     pub fn euler_number(&self) -> i64 {
         let mut used: Vec<u32> = self.simplices.iter().flatten().copied().collect();
         used.sort_unstable();
@@ -157,7 +157,7 @@ impl<const D: usize> Contour<D> {
         used.len() as i64 - edges.len() as i64 + faces as i64
     }
 
-    /// Number of pieces: sets of simplices that hang together by shared points.
+    /// Returns the number of components: sets of simplices connected by shared points.
     pub fn n_components(&self) -> usize {
         let mut parent: Vec<usize> = (0..self.points.len()).collect();
         for corners in &self.simplices {

@@ -66,11 +66,11 @@ fn signed_distance_in<const D: usize>(
 /// The nearest point of a contour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest<const D: usize> {
-    /// Euclidean distance, not negative.
+    /// Euclidean distance, nonnegative.
     pub distance: f64,
     /// The nearest point.
     pub point: [f64; D],
-    /// Position in the contour of the segment or triangle that it lies on.
+    /// Index in the contour of the segment or triangle that contains it.
     pub simplex: usize,
 }
 
@@ -97,7 +97,7 @@ impl<const D: usize> ContourDistance<D> {
         Ok(Self { tree, normals })
     }
 
-    /// The nearest point of the contour.
+    /// Returns the nearest point of the contour.
     pub fn nearest(&self, point: [f64; D]) -> Nearest<D> {
         let found = self.find(&point);
         let closest = self.tree.closest(found.stored, &point);
@@ -108,8 +108,8 @@ impl<const D: usize> ContourDistance<D> {
         }
     }
 
-    /// The signed distance, positive inside. The contour must be closed; for an open one the
-    /// sign is that of the nearest segment or triangle.
+    /// Returns the signed distance, positive inside. The contour must be closed; for an open one
+    /// the sign is that of the nearest segment or triangle.
     pub fn signed_distance(&self, point: [f64; D]) -> f64 {
         signed_at(self, &point)
     }
@@ -118,7 +118,8 @@ impl<const D: usize> ContourDistance<D> {
         self.signed(point, self.find(point))
     }
 
-    /// The signed distance at every node of a grid; see [`ContourDistance::signed_distance`].
+    /// Computes the signed distance at every node of a grid; see
+    /// [`ContourDistance::signed_distance`].
     pub fn sample(&self, grid: Grid<D>) -> Field<f64, D, 1> {
         sample(self, grid)
     }
@@ -131,19 +132,19 @@ impl<const D: usize> ContourDistance<D> {
         distance
     }
 
-    /// The tree that is searched.
+    /// Returns the search tree.
     pub(crate) fn tree(&self) -> &Bvh<D> {
         &self.tree
     }
 
-    /// What is nearest to a point.
+    /// Finds the stored simplex nearest to a point.
     pub(crate) fn find(&self, point: &[f64; D]) -> Found {
         let mut found = [Found::default()];
         self.tree.nearest(&[*point], 0, &mut found);
         found[0]
     }
 
-    /// The point of a stored simplex with these weights.
+    /// Returns the point of a stored simplex with these weights.
     fn foot(&self, stored: usize, weights: &[f64; D]) -> [f64; D] {
         let corners = self.tree.corners(stored);
         let mut foot = corners[0];
@@ -196,8 +197,8 @@ fn tree_of<const D: usize>(contour: &Contour<D>) -> Result<Bvh<D>, LevelsetError
     Ok(Bvh::new(&simplices))
 }
 
-/// Fills a field, in parallel: nodes are searched for in small boxes of [`PACKET`], each of
-/// which starts from what was nearest to the one before it.
+/// Fills a field, in parallel: nodes are processed in small boxes of [`PACKET`] nodes, each of
+/// which starts from the nearest simplex of the preceding box.
 fn for_each_node<const D: usize>(
     tree: &Bvh<D>,
     field: &mut Field<f64, D, 1>,

@@ -1,4 +1,4 @@
-//! What can go wrong in this crate.
+//! Errors of this crate.
 
 /// Errors of shapes: fields, contours and measures.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum LevelsetError {
     Parameter {
         /// Name of the parameter.
         name: &'static str,
-        /// The value that was given.
+        /// The given value.
         value: f64,
     },
     /// A contour without any segment or triangle.
@@ -38,9 +38,9 @@ pub enum LevelsetError {
     /// A contour refers to a point that does not exist.
     #[error("simplex {simplex} refers to point {point}, but there are {n_points} points")]
     MissingPoint {
-        /// Position of the segment or triangle.
+        /// Index of the segment or triangle.
         simplex: usize,
-        /// The point it asks for.
+        /// Index of the missing point.
         point: usize,
         /// Number of points.
         n_points: usize,
@@ -48,15 +48,15 @@ pub enum LevelsetError {
     /// A point of a contour is NaN or infinite.
     #[error("point {point} of the contour is not finite: {position:?}")]
     NonFinitePoint {
-        /// Position of the point in the list.
+        /// Index of the point.
         point: usize,
         /// Its coordinates.
         position: Vec<f64>,
     },
-    /// A quantity that only a closed contour has.
+    /// The quantity is defined for closed contours only.
     #[error("the contour is not closed")]
     OpenContour,
-    /// Two fields live on different grids.
+    /// Two fields lie on different grids.
     #[error("the grids differ: {left:?} nodes against {right:?}")]
     GridMismatch {
         /// Nodes of the first grid, `x` first.
@@ -64,7 +64,7 @@ pub enum LevelsetError {
         /// Nodes of the second grid, `x` first.
         right: Vec<usize>,
     },
-    /// A grid or field could not be made.
+    /// A grid or field could not be created.
     #[error(transparent)]
     Grid(#[from] fe_grid::GridError),
 }

@@ -1,4 +1,4 @@
-//! From a field to the contour of its object: marching squares in 2D, marching cubes in 3D.
+//! Contour extraction: marching squares in 2D, marching cubes in 3D.
 
 use std::collections::HashMap;
 
@@ -10,11 +10,11 @@ use crate::quad;
 use crate::surface::{self, Edge, Fill};
 use crate::vector::add_scaled;
 
-/// A crossing this close to a background node, as a share of the spacing, is put onto the node:
-/// triangles thinner than this have no reliable normal.
+/// A crossing closer to a background node than this fraction of the spacing is moved to the node:
+/// thinner triangles have no reliable normal.
 const SNAP: f64 = 1e-9;
 
-/// What a contour does where the object touches the edge of the box.
+/// Behaviour of a contour where the object touches the edge of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum BoxEdge {
     /// It ends there, and is not closed: the edge of the box is no boundary of the object.
@@ -86,12 +86,12 @@ struct Extraction<'a, const D: usize> {
     values: &'a [f64],
     grid: Grid<D>,
     level: f64,
-    /// The grid, with a layer of background around it where the contour is to be closed.
+    /// The grid, with a layer of background around it if the contour is to be closed.
     lattice: Grid<D>,
     layer: usize,
     points: Vec<[f64; D]>,
     simplices: Vec<Simplex<D>>,
-    /// Points by the edge that they lie on (node and axis), or the node (axis `D`).
+    /// Index of each point by the edge that it lies on (node and axis), or the node (axis `D`).
     known: HashMap<usize, u32>,
 }
 
@@ -100,7 +100,7 @@ impl<'a, const D: usize> Extraction<'a, D> {
         let grid = *field.grid();
         let layer = usize::from(edge == BoxEdge::Closed);
         let n_nodes = grid.nodes_per_axis().map(|n| n + 2 * layer);
-        // A grid with more nodes and the same spacing is valid where the grid itself is.
+        // A grid with more nodes and the same spacing is valid if the grid itself is.
         let lattice = Grid::with_nodes(n_nodes, grid.spacing()).unwrap_or(grid);
         Self {
             values: field.as_slice(),
@@ -114,7 +114,7 @@ impl<'a, const D: usize> Extraction<'a, D> {
         }
     }
 
-    /// Value above the level at a node of the lattice.
+    /// Returns the value above the level at a node of the lattice.
     fn value(&self, node: [usize; D]) -> f64 {
         let n_nodes = self.grid.nodes_per_axis();
         let mut inner = node;
@@ -208,7 +208,7 @@ impl<'a, const D: usize> Extraction<'a, D> {
         self.push(corners);
     }
 
-    /// Adds a simplex unless crossings that were put onto one node have made it vanish.
+    /// Adds a simplex unless it is degenerate because crossings were moved to the same node.
     fn push(&mut self, corners: Simplex<D>) {
         let vanishes = (1..D).any(|i| corners[..i].contains(&corners[i]));
         if !vanishes {
@@ -216,7 +216,7 @@ impl<'a, const D: usize> Extraction<'a, D> {
         }
     }
 
-    /// The point on an edge of a cell where the level is crossed.
+    /// Returns the point on an edge of a cell where the level is crossed.
     fn crossing(&mut self, cell: [usize; D], edge: Edge, values: &[f64; 8]) -> u32 {
         let (corner, axis) = edge;
         let ends = [corner, corner | 1 << axis];

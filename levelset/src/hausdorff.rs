@@ -9,21 +9,21 @@ use crate::search::{Found, PACKET};
 use crate::vector::{area_normal, norm, sub};
 use serde::Serialize;
 
-/// The maximum is found up to this share of the diameter of the first boundary.
+/// Tolerance of the maximum, as a fraction of the diameter of the first boundary.
 const TOLERANCE: f64 = 1e-6;
-/// Share of a boundary that lies within the reported percentile.
+/// Fraction of a boundary that lies within the reported percentile.
 const PERCENTILE: f64 = 0.95;
-/// Halvings of one segment or triangle, a bound on the work: 2^-24 of its length, or an area
-/// of 2^-24, is below the tolerance for every grid that fits a machine.
+/// Maximal number of bisections of one segment or triangle, a bound on the work: 2^-24 of its
+/// length, or an area of 2^-24, is below the tolerance for every grid that fits in memory.
 const MAX_HALVINGS: u32 = 24;
-/// Points that one thread searches for at a time.
+/// Number of points searched for by one thread at a time.
 const RUN: usize = 64 * PACKET;
 
-/// Distances of two boundaries from each other, in the unit of their coordinates. Each is the
-/// larger one of both directions.
+/// Distances between two boundaries, in the unit of their coordinates. Each is the maximum over
+/// both directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Hausdorff {
-    /// The Hausdorff distance: the farthest that any point of one boundary, corner or not, is
+    /// The Hausdorff distance: the largest distance of any point of one boundary, corner or not,
     /// from the other (to 1e-6 of their diameter).
     pub maximum: f64,
     /// The distance within which 95 % of a boundary, by length or area, lies from the other.
@@ -63,9 +63,9 @@ fn directed<const D: usize>(
     from: &ContourDistance<D>,
     to: &ContourDistance<D>,
 ) -> Hausdorff {
-    // In the order of the tree, in which neighbours follow each other.
+    // In the order of the tree, in which neighbours are adjacent.
     let corners = from.tree().all_corners();
-    // A contour of degenerate simplices still has points: each then counts alike.
+    // A contour of degenerate simplices still has points: all have equal weight.
     let floor = if contour.perimeter() > 0.0 { 0.0 } else { 1.0 };
     let centroid = |c: &[[f64; D]; D]| -> [f64; D] {
         std::array::from_fn(|k| c.iter().map(|p| p[k]).sum::<f64>() / D as f64)
@@ -94,7 +94,7 @@ fn directed<const D: usize>(
     }
 }
 
-/// What is nearest to each of many points, neighbours after each other.
+/// Finds the simplices nearest to many points, ordered such that neighbours are adjacent.
 fn find_all<const D: usize>(to: &ContourDistance<D>, points: &[[f64; D]]) -> Vec<Found> {
     let mut found = vec![Found::default(); points.len()];
     parallel::for_each_chunk(&mut found, RUN, 1, &|run, found| {
@@ -108,9 +108,9 @@ fn find_all<const D: usize>(to: &ContourDistance<D>, points: &[[f64; D]]) -> Vec
     found
 }
 
-/// Largest distance of any point of `contour`: branch and bound. The distance to one fixed convex
-/// simplex is a convex function, hence on a piece at most its largest value at the corners; so
-/// is, a fortiori, the distance to all.
+/// Computes the largest distance of any point of `contour` by branch and bound. The distance to a
+/// fixed convex simplex is a convex function, hence on a piece at most its maximum over the
+/// corners; so is the distance to all simplices.
 fn farthest<const D: usize>(
     contour: &Contour<D>,
     from: &ContourDistance<D>,
@@ -150,8 +150,8 @@ struct Search<'a, const D: usize> {
 }
 
 impl<const D: usize> Search<'_, D> {
-    /// The largest distance found on a piece, or `best` where that is larger. `ends` are the
-    /// simplices that are nearest to the corners.
+    /// Returns the largest distance found on a piece, or `best` if that is larger. `ends` are the
+    /// simplices nearest to the corners.
     fn refine(&self, corners: &[[f64; D]; D], ends: &[usize; D], best: f64, halvings: u32) -> f64 {
         let enough = best + self.tolerance;
         if halvings == 0 || ends.iter().any(|&end| self.bound(corners, end) <= enough) {
@@ -170,7 +170,7 @@ impl<const D: usize> Search<'_, D> {
         best
     }
 
-    /// Largest distance of the corners from one simplex of the other boundary.
+    /// Returns the largest distance of the corners from one simplex of the other boundary.
     fn bound(&self, corners: &[[f64; D]; D], simplex: usize) -> f64 {
         let squares = corners
             .iter()

@@ -14,16 +14,16 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// The step with half-width `w > 0`, in the unit of its argument.
+    /// Creates the step with half-width `w > 0`, in the unit of its argument.
     ///
     /// # Errors
-    /// [`LevelsetError::Parameter`] where the width is not positive and finite.
+    /// [`LevelsetError::Parameter`] if the width is not positive and finite.
     pub fn new(half_width: f64) -> Result<Self, LevelsetError> {
         check("half_width", half_width)?;
         Ok(Self { half_width })
     }
 
-    /// The half-width `w`.
+    /// Returns the half-width `w`.
     pub fn half_width(self) -> f64 {
         self.half_width
     }
@@ -49,24 +49,24 @@ impl Compact {
     }
 }
 
-/// The step `H(x) = 1/2 + atan(x/epsilon)/pi`, whose tails reach everywhere: shapes far apart
-/// still feel each other. Not for elastic weights, whose exterior the tails would stiffen.
+/// The step `H(x) = 1/2 + atan(x/epsilon)/pi`. Its tails are unbounded, so distant shapes interact.
+/// Not suitable for elastic weights, as the tails would stiffen the exterior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arctan {
     width: f64,
 }
 
 impl Arctan {
-    /// The step with width `epsilon > 0`, in the unit of its argument.
+    /// Creates the step with width `epsilon > 0`, in the unit of its argument.
     ///
     /// # Errors
-    /// [`LevelsetError::Parameter`] where the width is not positive and finite.
+    /// [`LevelsetError::Parameter`] if the width is not positive and finite.
     pub fn new(width: f64) -> Result<Self, LevelsetError> {
         check("width", width)?;
         Ok(Self { width })
     }
 
-    /// The width `epsilon`.
+    /// Returns the width `epsilon`.
     pub fn width(self) -> f64 {
         self.width
     }
@@ -122,7 +122,7 @@ impl Step {
         }
     }
 
-    /// `H(x)` at every node.
+    /// Computes `H(x)` at every node.
     pub fn of_field<const D: usize>(self, field: &Field<f64, D, 1>) -> Field<f64, D, 1> {
         let mut out = field.clone();
         for x in out.as_mut_slice() {

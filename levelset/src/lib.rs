@@ -1,11 +1,11 @@
 //! Signed distances, contours, surfaces and measures of 2D and 3D shapes.
 //!
 //! A shape is the set `{u > level}` of a scalar field on a grid. Its boundary is a
-//! [`Contour`]: oriented segments in 2D, oriented triangles in 3D, one type and one code for
-//! both. Signed distances are positive **inside** the object and measure the exact Euclidean
-//! distance to that contour.
+//! [`Contour`]: oriented segments in 2D, oriented triangles in 3D, with one generic type for both.
+//! Signed distances are positive **inside** the object and measure the exact Euclidean distance to
+//! that contour.
 //!
-//! **Invariant:** nothing here minimises anything, and nothing reads or writes files.
+//! **Invariant:** this crate does not minimise, and does not read or write files.
 
 mod bvh;
 mod closest;

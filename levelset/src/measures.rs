@@ -21,12 +21,12 @@ pub struct Moments<const D: usize> {
 }
 
 impl<const D: usize> Moments<D> {
-    /// Exact moments of the polygon or polyhedron inside a closed contour: the sum over the
-    /// signed simplices that join each segment or triangle to one point.
+    /// Computes the exact moments of the polygon or polyhedron inside a closed contour: the sum
+    /// over the signed simplices that join each segment or triangle to one point.
     ///
     /// # Errors
-    /// [`LevelsetError::OpenContour`]; [`LevelsetError::EmptyContour`] where the contour
-    /// encloses nothing.
+    /// [`LevelsetError::OpenContour`]; [`LevelsetError::EmptyContour`] if the enclosed volume is
+    /// zero.
     pub fn of_contour(contour: &Contour<D>) -> Result<Self, LevelsetError> {
         moments_of_contour(contour)
     }
@@ -35,7 +35,7 @@ impl<const D: usize> Moments<D> {
         if !contour.is_closed() {
             return Err(LevelsetError::OpenContour);
         }
-        // Any apex gives the same sums; one on the shape keeps the digits.
+        // Any apex gives the same sums; one on the shape reduces rounding errors.
         let Some(&apex) = contour.points().first() else {
             return Err(LevelsetError::EmptyContour);
         };
@@ -62,12 +62,12 @@ impl<const D: usize> Moments<D> {
             .ok_or(LevelsetError::EmptyContour)
     }
 
-    /// Moments of a density: `int w dx`, `int w x dx`, ... by the trapezoidal rule over the
-    /// nodes. With the indicator of a mask this is counting.
+    /// Computes the moments of a density: `int w dx`, `int w x dx`, ... by the trapezoidal rule
+    /// over the nodes. For the indicator of a mask this counts nodes.
     ///
     /// # Errors
-    /// [`LevelsetError::NonFinite`]; [`LevelsetError::EmptyObject`] where the density sums to
-    /// nothing or less.
+    /// [`LevelsetError::NonFinite`]; [`LevelsetError::EmptyObject`] if the sum of the density is
+    /// not positive.
     pub fn of_density(density: &Field<f64, D, 1>) -> Result<Self, LevelsetError> {
         moments_of_density(density)
     }
@@ -98,7 +98,7 @@ impl<const D: usize> Moments<D> {
         scaled.ok_or(LevelsetError::EmptyObject { level: 0.0 })
     }
 
-    /// Moments from plain sums about an origin; none without a positive volume.
+    /// Computes moments from plain sums about an origin; `None` without a positive volume.
     fn from_sums(
         volume: f64,
         first: SVector<f64, D>,
@@ -135,11 +135,11 @@ pub fn mask_volume<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> f64 
     n_inside as f64 * field.grid().cell_volume()
 }
 
-/// Overlap of two objects, `2 |A and B| / (|A| + |B|)` by counting the nodes above the level
-/// of each: 1 for equal objects, 0 for disjoint ones.
+/// Computes the Dice overlap of two objects, `2 |A and B| / (|A| + |B|)`, from the nodes above the
+/// level of each: 1 for equal objects, 0 for disjoint ones.
 ///
 /// # Errors
-/// [`LevelsetError::GridMismatch`]; [`LevelsetError::EmptyObject`] where both are empty.
+/// [`LevelsetError::GridMismatch`]; [`LevelsetError::EmptyObject`] if both are empty.
 pub fn dice<const D: usize>(
     a: &Field<f64, D, 1>,
     level_a: f64,
@@ -149,7 +149,7 @@ pub fn dice<const D: usize>(
     dice_within(a, level_a, b, level_b, None)
 }
 
-/// The same where nodes count with a weight, on the same grid.
+/// Computes the Dice overlap with a weight per node, given on the same grid.
 ///
 /// # Errors
 /// As [`dice`].

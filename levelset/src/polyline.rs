@@ -14,8 +14,8 @@ pub struct Polyline {
 }
 
 impl Contour<2> {
-    /// The segments strung together: every segment belongs to exactly one curve. Open curves,
-    /// which start and end at the edge of the box, come first.
+    /// Joins the segments to curves: every segment belongs to exactly one curve. Open curves, which
+    /// start and end at the edge of the box, come first.
     pub fn polylines(&self) -> Vec<Polyline> {
         let mut leaving: HashMap<u32, Vec<usize>> = HashMap::new();
         let mut balance: HashMap<u32, i64> = HashMap::new();
@@ -38,7 +38,7 @@ impl Contour<2> {
         curves
     }
 
-    /// The curve that leaves a point, until it comes back to it or can go no further.
+    /// Follows the curve from a point until it returns to it or ends.
     fn follow(&self, start: u32, leaving: &mut HashMap<u32, Vec<usize>>) -> Option<Polyline> {
         let mut points = Vec::new();
         let mut here = start;

@@ -1,33 +1,34 @@
-//! Which side of a closed contour a point lies on.
+//! Inside-outside test for closed contours.
 //!
 //! The sign of `(p - c) . n` with `c` the nearest point of the contour, where `n` is the normal
 //! of the triangle, edge or corner that `c` belongs to: at an edge the sum of the adjacent
 //! normals, at a corner their sum weighted by the angles there. Bærentzen & Aanæs, *Signed
-//! distance computation using the angle weighted pseudonormal*, IEEE TVCG 11 (2005), prove that
-//! it is right for closed polyhedra. Near slivers, whose normals are rounding noise, and for
-//! undecided angles the winding number answers instead.
+//! distance computation using the angle weighted pseudonormal*, IEEE TVCG 11 (2005), prove that it
+//! is correct for closed polyhedra. Near slivers, whose normals are unreliable, and for undecided
+//! angles the winding number is used instead.
 
 use std::collections::HashMap;
 
 use crate::vector::{add_scaled, angle, area_normal, dot, norm, sub};
 
-/// A segment shorter, or a triangle less high, than this share of the largest coordinate has no
-/// reliable normal: coordinates are rounded at 1e-16 of it, so that a direction is good to 1e-6.
+/// A segment shorter, or a triangle less high, than this fraction of the largest coordinate has no
+/// reliable normal: coordinates have relative rounding errors of 1e-16, so a direction is accurate
+/// to 1e-6.
 const SLIVER: f64 = 1e-10;
-/// Cosines below this are left to the winding number.
+/// For cosines below this the winding number is used.
 const UNDECIDED: f64 = 1e-6;
 
 /// Normals of all parts of a contour's simplices, in the order of these simplices.
 #[derive(Clone, Debug)]
 pub(crate) struct Pseudonormals<const D: usize> {
     face: Vec<Option<[f64; D]>>,
-    /// Normal at each corner; none where a sliver takes part.
+    /// Normal at each corner; `None` if a sliver is involved.
     corner: Vec<[Option<[f64; D]>; D]>,
     /// Normal of the edge opposite to each corner (3D only).
     edge: Vec<[Option<[f64; D]>; D]>,
 }
 
-/// A sum of normals, spoilt by any sliver.
+/// A sum of normals, invalidated by any sliver.
 #[derive(Clone, Copy)]
 struct Sum<const D: usize>(Option<[f64; D]>);
 
@@ -78,8 +79,8 @@ impl<const D: usize> Pseudonormals<D> {
         Self { face, corner, edge }
     }
 
-    /// Whether `point` lies inside, given its offset from the nearest point of a simplex and
-    /// that point's barycentric weights; none where this does not tell.
+    /// Returns whether `point` lies inside, given its offset from the nearest point of a simplex
+    /// and that point's barycentric weights; `None` if this is undecided.
     pub(crate) fn is_inside(
         &self,
         simplex: usize,
@@ -104,7 +105,7 @@ impl<const D: usize> Pseudonormals<D> {
     }
 }
 
-/// The winding number of a closed contour around a point: 1 inside, 0 outside.
+/// Computes the winding number of a closed contour around a point: 1 inside, 0 outside.
 ///
 /// Sum of the signed angles (2D) or solid angles (3D; van Oosterom & Strackee, IEEE Trans.
 /// Biomed. Eng. 30 (1983)) under which the simplices are seen, over the full angle.
@@ -132,8 +133,8 @@ fn seen_angle<const D: usize>(corners: &[[f64; D]; D], point: &[f64; D]) -> f64 
     2.0 * triple.atan2(below)
 }
 
-/// A number for each distinct corner position: equal positions get equal numbers, so that a
-/// loose list of triangles, as in an STL file, hangs together.
+/// Assigns an index to each distinct corner position: equal positions have equal indices, which
+/// connects a loose list of triangles, as in an STL file.
 fn merge_points<const D: usize>(simplices: &[[[f64; D]; D]]) -> Vec<[u32; D]> {
     let mut known: HashMap<[u64; D], u32> = HashMap::new();
     simplices
@@ -154,7 +155,7 @@ fn opposite<const D: usize>(ids: &[u32; D], corner: usize) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The normal of a segment at least so long, or a triangle at least so high.
+/// Returns the normal of a segment of at least this length, or a triangle of at least this height.
 fn unit_normal<const D: usize>(corners: &[[f64; D]; D], least_height: f64) -> Option<[f64; D]> {
     let normal = area_normal(corners);
     let measure = norm(&normal);

@@ -21,14 +21,14 @@ impl Segments {
     }
 }
 
-/// The segments that separate the object (positive corner values) from the background, with
+/// Returns the segments that separate the object (positive corner values) from the background, with
 /// the object to their left; corners are listed counter-clockwise.
 ///
 /// With two opposite corners inside, the saddle value `(v0 v2 - v1 v3)/(v0 + v2 - v1 - v3)` of
-/// the bilinear interpolant decides: positive joins the two corners, otherwise they stay
-/// apart. The decision depends on the four values alone, so that two cubes which share the
-/// square agree. Corners of a binary mask stay apart: there the object hangs together by sides
-/// of pixels, the background by corners.
+/// the bilinear interpolant decides: if positive, the two corners are connected, otherwise they are
+/// separated. The decision depends on the four values alone, so two cubes that share the square
+/// agree. Corners of a binary mask are separated: there the object is connected by sides of pixels,
+/// the background by corners.
 pub(crate) fn segments(values: [f64; 4]) -> Segments {
     let inside = values.map(|v| v > 0.0);
     let leaves = |s: Side| inside[s] && !inside[(s + 1) % 4];
@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn saddle_follows_the_bilinear_value() {
-        // Strong object corners join, weak ones and ties stay apart.
+        // Corners with large values are connected, others and ties are separated.
         assert_eq!(
             segments([3.0, -1.0, 3.0, -1.0]).as_slice(),
             &[(0, 1), (2, 3)]

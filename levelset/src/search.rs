@@ -1,28 +1,27 @@
-//! Searching the tree of a contour for the simplices that are nearest to a few points.
+//! Search in the tree of a contour for the simplices nearest to a few points.
 //!
-//! Neighbouring points walk through the tree together, one in each entry of a lane: a box is
-//! entered if any of them may find something nearer there. The points of one packet visit
-//! nearly the same boxes, so that a packet costs little more than a point.
+//! Neighbouring points traverse the tree together, one in each entry of a lane: a box is visited if
+//! it may contain a nearer simplex for any of them. The points of one packet visit nearly the same
+//! boxes, so a packet costs little more than a point.
 //!
-//! What is found depends on the point alone, not on its neighbours nor on the width of the
-//! lanes: boxes are left out only if they are farther than what is found by more than rounding
-//! errors, so that the minimum of the computed distances is found whatever the order, and of
-//! simplices at the same distance the first counts.
+//! The result depends on the point alone, not on its neighbours nor on the width of the lanes:
+//! boxes are skipped only if they are farther than the present result by more than rounding errors,
+//! so the minimum of the computed distances is found in any order, and of simplices at the same
+//! distance the first counts.
 
 use fe_grid::{Element, Lane, LaneKernel, SimdLevel, compiled_once};
 
 use crate::bvh::Bvh;
 use crate::closest::{Closest, Simplex};
 
-/// Deepest tree: halving splits reach a leaf of 2^32 simplices long before.
+/// Bound of the depth of the tree: balanced splits reach a leaf of 2^32 simplices long before.
 const MAX_DEPTH: usize = 48;
-/// Lanes that are searched for at a time: enough for the processor to work on one while the
-/// other waits for its results.
+/// Number of lanes processed at a time: sufficient to hide the latency of the operations.
 const LANES: usize = 2;
-/// Points that are best searched for together: the widest lanes full.
+/// Number of points processed together, which fills the widest lanes.
 pub(crate) const PACKET: usize = 16;
 
-/// The stored simplex that is nearest to a point, and how far it is.
+/// The stored simplex nearest to a point, and its distance.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Found {
     pub(crate) distance: f64,
@@ -30,14 +29,13 @@ pub(crate) struct Found {
 }
 
 impl<const D: usize> Bvh<D> {
-    /// Finds what is nearest to each of a few points, which should be neighbours. `guess` is a
-    /// stored simplex to start from: one that lies near makes the search short; it does not
-    /// change what is found.
+    /// Finds the simplices nearest to a few points, which should be neighbours. `guess` is a stored
+    /// simplex to start from: a near one accelerates the search; it does not change the result.
     pub(crate) fn nearest(&self, points: &[[f64; D]], guess: usize, found: &mut [Found]) {
         search(self, points, guess, found);
     }
 
-    /// The point of one stored simplex that is nearest to a point.
+    /// Returns the point of one stored simplex that is nearest to a point.
     pub(crate) fn closest(&self, stored: usize, point: &[f64; D]) -> Closest<f64, D> {
         closest_to(self.simplex(stored), point)
     }
@@ -129,16 +127,16 @@ impl<const D: usize> Search<'_, D> {
     }
 }
 
-/// The points, and what is nearest to them so far.
+/// The points, and the nearest simplices found so far.
 struct State<L, const N: usize, const D: usize> {
     points: [[L; D]; N],
     distance_squared: [L; N],
-    /// Numbers of the simplices: whole numbers below 2^32, exact in a float.
+    /// Indices of the simplices: integers below 2^32, exact in a float.
     stored: [L; N],
 }
 
 impl<L: Lane<Element = f64>, const N: usize, const D: usize> State<L, N, D> {
-    /// Where there are fewer points than places, the last is repeated.
+    /// If there are fewer points than entries, the last point is repeated.
     #[inline(always)]
     fn new(points: &[[f64; D]]) -> Self {
         let mut state = Self {
@@ -202,7 +200,7 @@ impl<L: Lane<Element = f64>, const N: usize, const D: usize> State<L, N, D> {
         }
     }
 
-    /// Lower bounds of the squared distances of all that a node holds.
+    /// Computes lower bounds of the squared distances of the contents of a node.
     #[inline(always)]
     fn bounds(&self, tree: &Bvh<D>, node: u32) -> [L; N] {
         let bounds = &tree.node(node).bounds;
@@ -249,7 +247,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The first of the nearest simplices, by looking at all of them.
+    /// Finds the first of the nearest simplices by comparing all of them.
     fn plain<const D: usize>(tree: &Bvh<D>, point: &[f64; D]) -> (f64, usize) {
         let mut best = (f64::INFINITY, 0);
         for stored in 0..tree.all_corners().len() {

@@ -25,13 +25,13 @@ fn face_corners(axis: usize, high: bool) -> [usize; 4] {
     [base, base + a, base + a + b, base + b]
 }
 
-/// The edge between two neighbouring corners.
+/// Returns the edge between two neighbouring corners.
 fn edge(a: usize, b: usize) -> Edge {
     (a & b, (a ^ b).trailing_zeros() as usize)
 }
 
-/// Loops around the object in a cube with the given corner values, as lists of crossed edges
-/// whose normal points out of the object.
+/// Returns the loops around the object in a cube with the given corner values, as lists of crossed
+/// edges whose normal points out of the object.
 pub(crate) fn loops(values: &[f64; 8]) -> Vec<Vec<Edge>> {
     // next[corner][axis]: the edge that follows this one on its loop.
     let mut next: [[Option<Edge>; 3]; 8] = [[None; 3]; 8];
@@ -63,7 +63,7 @@ pub(crate) fn loops(values: &[f64; 8]) -> Vec<Vec<Edge>> {
     loops
 }
 
-/// How a loop is filled.
+/// Triangulation of a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Fill {
     /// Triangles from the point of this position in the loop to all others.
@@ -72,7 +72,8 @@ pub(crate) enum Fill {
     Middle,
 }
 
-/// The fan with the shortest chords of which none lies in a face of the cube, if there is one.
+/// Returns the fan with the shortest chords of which none lies in a face of the cube, if there is
+/// one.
 pub(crate) fn fill(ring: &[Edge], positions: &[[f64; 3]]) -> Fill {
     let n = ring.len();
     debug_assert!(n <= MAX_LOOP);
@@ -92,7 +93,7 @@ pub(crate) fn fill(ring: &[Edge], positions: &[[f64; 3]]) -> Fill {
     best.1
 }
 
-/// Whether two edges of a cube lie in a common face.
+/// Returns whether two edges of a cube lie in a common face.
 fn share_face(a: Edge, b: Edge) -> bool {
     (0..3).any(|axis| axis != a.1 && axis != b.1 && (a.0 ^ b.0) >> axis & 1 == 0)
 }

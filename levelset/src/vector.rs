@@ -28,7 +28,7 @@ pub(crate) fn norm<const D: usize>(a: &[f64; D]) -> f64 {
     dot(a, a).sqrt()
 }
 
-/// The angle between two vectors, in `[0, pi]`, accurate for small and for straight angles.
+/// Returns the angle between two vectors, in `[0, pi]`, accurate for small and for straight angles.
 pub(crate) fn angle<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     let (la, lb) = (norm(a), norm(b));
     let minus: [f64; D] = std::array::from_fn(|k| a[k] * lb - b[k] * la);
@@ -36,8 +36,8 @@ pub(crate) fn angle<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     2.0 * norm(&minus).atan2(norm(&plus))
 }
 
-/// The normal of a segment (`D = 2`) or triangle (`D = 3`), as long as the segment's length or
-/// the triangle's area: to the right of a segment, by the right-hand rule for a triangle.
+/// Returns the normal of a segment (`D = 2`) or triangle (`D = 3`) whose norm is the segment's
+/// length or the triangle's area: to the right of a segment, by the right-hand rule for a triangle.
 pub(crate) fn area_normal<const D: usize>(corners: &[[f64; D]; D]) -> [f64; D] {
     let mut n = [0.0; D];
     let a = sub(&corners[1], &corners[0]);

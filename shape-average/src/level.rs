@@ -68,8 +68,8 @@ impl<const D: usize> LevelShapes<D> {
     /// Sets the visibility masks: one field per shape, 1 where it is visible and 0 where it is
     /// hidden. The mismatch of a shape is multiplied by its mask.
     ///
+    /// # Panics
     /// If there are masks, but not one per shape.
-    /// If there are weights, but not one a shape.
     #[must_use]
     pub fn with_visibility(self, seen: Vec<Field<f64, D, 1>>) -> Self {
         assert!(seen.is_empty() || seen.len() == self.n_shapes());

@@ -25,7 +25,7 @@
 //! use fe_grid::{Grid, ScalarField};
 //! use shape_average::{AverageParams, average};
 //!
-//! A disk, and an ellipse 1.5 times as wide.
+//! // A disk and an ellipse of one and a half times its width.
 //! let grid = Grid::<2>::dyadic(5);
 //! let ellipse = |a: f64| {
 //!     let inside = ScalarField::from_fn(grid, |[x, y]| {

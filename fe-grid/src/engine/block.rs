@@ -77,7 +77,7 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
     }
 }
 
-/// What a law finds at the points of a block: derivatives of its density by value and gradient.
+/// Derivatives of a law's density with respect to value and gradient at the points of a block.
 #[repr(C)]
 pub struct BlockFluxes<L, const D: usize, const M: usize> {
     pub(super) values: [[L; MAX_CORNERS]; M],
@@ -213,7 +213,7 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
         &self.coefficient[field]
     }
 
-    /// What a law sees at quadrature point `q`.
+    /// Returns the point data of a law at quadrature point `q`.
     #[inline(always)]
     pub fn point(&self, q: usize) -> Point<L, D, M> {
         let Jet { value, gradient } = self.state.jet(q);

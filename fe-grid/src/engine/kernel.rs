@@ -34,7 +34,7 @@ pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, c
     pub slab: Slab<'a, T>,
 }
 
-/// What the work on a block of cells fills in and reads again.
+/// Work space for a block of cells.
 ///
 /// It is aligned to cache lines. With it on the stack, the compiler aligns the whole frame, and
 /// registers that it has to put there for a while do not straddle two lines either.
@@ -56,7 +56,7 @@ impl<L: Lane, const D: usize, const M: usize> Scratch<L, D, M> {
     }
 }
 
-/// What a slab found.
+/// Result of a slab.
 pub(super) struct SlabResult {
     /// Sum of the densities at the quadrature points, not yet times the weight.
     pub sum: f64,

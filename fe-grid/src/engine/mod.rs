@@ -29,10 +29,10 @@ use crate::lane::{Element, Lane};
 
 /// The most nodal coefficient fields that a law reads.
 pub const MAX_COEFFICIENTS: usize = 4;
-/// The most numbers per cell that a law reads.
+/// Maximal number of values per cell that a law reads.
 pub const MAX_CELL_DATA: usize = 18;
 
-/// What a law sees at a quadrature point, in every lane another cell.
+/// Data of a law at a quadrature point; every lane holds another cell.
 #[derive(Clone, Copy)]
 pub struct Point<L, const D: usize, const M: usize> {
     /// Coordinates of the point in the undeformed box.
@@ -69,7 +69,7 @@ impl<L: Lane, const D: usize, const M: usize> Jet<L, D, M> {
     }
 }
 
-/// What a pointwise formula reads; everything else is not evaluated.
+/// The point data read by a formula; everything else is not evaluated.
 pub trait Reads: Sync {
     /// Whether it depends on `u`.
     const USES_VALUE: bool;
@@ -154,9 +154,9 @@ pub trait CellLaw<const D: usize, const M: usize>: Reads + Sized {
 pub trait CellProbe<const D: usize, const M: usize>: Reads {
     /// Numbers per cell.
     const OUTPUTS: usize;
-    /// The formula at a point; entries from [`CellProbe::OUTPUTS`] on are ignored.
+    /// Evaluates the formula at a point; entries from [`CellProbe::OUTPUTS`] on are ignored.
     fn probe<L: Lane>(&self, point: &Point<L, D, M>) -> [L; MAX_CELL_DATA];
-    /// What is made of the means of a cell.
+    /// Postprocesses the means over a cell.
     #[inline(always)]
     fn finish<L: Lane>(&self, means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
         means

@@ -1,4 +1,4 @@
-//! Slabs of cells to threads, and the node planes between them back together.
+//! Distribution of slabs of cells to threads, and summation of the node planes between them.
 
 use crate::grid::Grid;
 use crate::lane::Element;
@@ -79,8 +79,8 @@ pub(crate) fn over_slabs<T: Element, R: Send, const D: usize>(
     results
 }
 
-/// Layers of cells along the last axis, in pieces whose thickness depends on the grid alone: the
-/// order of all sums hangs on it.
+/// Returns the layers of cells along the last axis, in pieces whose thickness depends on the grid
+/// alone, as it determines the order of all sums.
 fn layers<const D: usize>(grid: &Grid<D>) -> Vec<Range<usize>> {
     let n = grid.cells_per_axis()[D - 1];
     let thickness = n.div_ceil(32).max(if D == 3 { 4 } else { 8 });

@@ -52,7 +52,8 @@ impl<'a, O: Objective> Counted<'a, O> {
         self.objective.update_metric(x)
     }
 
-    /// Keeps `x + direction` admissible; returns the slope of the energy along what is left.
+    /// Keeps `x + direction` admissible; returns the slope of the energy along the restrained
+    /// direction.
     pub(super) fn restrain(
         &mut self,
         x: &[f64],

@@ -1,4 +1,4 @@
-//! Gradient descent with a step length that adapts.
+//! Gradient descent with adaptive step length.
 
 use super::counted::Counted;
 use super::info::{Info, Status};
@@ -14,15 +14,15 @@ use crate::vector::copy_into;
 /// halved until Armijo's rule holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DescentParams {
-    /// The first step length that is tried.
+    /// The first trial step length.
     pub first_step: f64,
     /// Factor of the step length after a success.
     pub growth: f64,
-    /// Iterations after which the metric is made anew. 0: only at the start.
+    /// Number of iterations after which the metric is recomputed; 0: only at the start.
     pub metric_interval: usize,
     /// The line search.
     pub line_search: LineSearch,
-    /// When to stop.
+    /// Stopping criteria.
     pub stopping: Stopping,
 }
 

@@ -1,10 +1,9 @@
 //! The pairs of steps and gradient changes that L-BFGS remembers.
 //!
-//! They are kept in single precision, which halves the largest part of the method's memory. Each
-//! is divided by its largest entry first, so that none overflows and none is lost; the two-loop
-//! recursion needs the quotient of the two sizes only. The curvature is that of the rounded pair:
-//! the inverse Hessian of the recursion is then positive definite for the pairs that it is made
-//! of, however they were rounded.
+//! They are stored in single precision, which halves the largest part of the method's memory. Each
+//! vector is divided by its largest entry first, to avoid overflow and underflow; the two-loop
+//! recursion needs only the quotient of the two scales. The curvature is that of the rounded pair:
+//! the inverse Hessian of the recursion is then positive definite, whatever the rounding.
 
 use crate::buffer::Buffer;
 use crate::vector::{axpy, dot, max_abs_difference, norm, scaled_difference_into};
@@ -24,7 +23,7 @@ pub(super) struct Pair {
 /// The last pairs, in a ring.
 pub(super) struct PairHistory {
     ring: Vec<Pair>,
-    /// Pairs that are kept; the newest lies before `next`.
+    /// Number of stored pairs; the newest is stored before `next`.
     len: usize,
     next: usize,
 }

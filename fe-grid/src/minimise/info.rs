@@ -1,41 +1,42 @@
-//! What a minimiser reports.
+//! The report of a minimiser.
 
 use serde::Serialize;
 
-/// How a minimisation ended.
+/// Status of a minimisation at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The gradient is as small as asked.
+    /// The gradient is below the tolerance.
     GradientTolerance,
-    /// The energy hardly fell over the last iterations.
+    /// The decrease of the energy over the last iterations is below the tolerance.
     EnergyTolerance,
-    /// All iterations were used.
+    /// The maximal number of iterations was reached.
     MaxIterations,
-    /// No step along the last direction lowers the energy: a minimum up to rounding, or a wall.
+    /// No step along the last direction decreases the energy: a minimum up to rounding, or the
+    /// boundary of the admissible set.
     LineSearchFailed,
-    /// The energy does not fall along `-P g`: the metric is not positive definite there.
+    /// The energy does not decrease along `-P g`: the metric is not positive definite there.
     IndefiniteMetric,
-    /// The observer asked to stop.
+    /// The observer cancelled.
     Cancelled,
-    /// There is no finite energy at the first state.
+    /// The energy of the initial state is not finite.
     InadmissibleStart,
 }
 
 impl Status {
-    /// Whether a tolerance was reached.
+    /// Returns whether a tolerance was reached.
     pub fn converged(self) -> bool {
         matches!(self, Self::GradientTolerance | Self::EnergyTolerance)
     }
 }
 
-/// How often the parts of an objective were called.
+/// Numbers of calls of the parts of an objective.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Evaluations {
-    /// Energies without gradient.
+    /// Number of energies without gradient.
     pub values: usize,
-    /// Energies with gradient.
+    /// Number of energies with gradient.
     pub gradients: usize,
     /// Applications of the inverse metric.
     pub metric_applications: usize,

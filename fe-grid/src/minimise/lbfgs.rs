@@ -15,20 +15,21 @@ use crate::vector::{copy_into, dot, scale};
 /// The direction is `-H g`, with `H` the inverse Hessian of the two-loop recursion. The gradient
 /// is measured by `sqrt(g · H g)`, the metric's own norm in the first iteration; it costs nothing,
 /// for `-g · H g` is the slope along the direction. A pair with
-/// `s · y <= curvature_threshold |s| |y|` is not remembered. Where the direction does not descend,
-/// or no step along it lowers the energy, the pairs are dropped and `-P g` is tried once, and once
-/// more without being restrained.
+/// `s · y <= curvature_threshold |s| |y|` is not stored. If the direction is not a descent
+/// direction, or no step along it decreases the energy, the pairs are dropped and `-P g` is tried
+/// once, and once more without being restrained.
 ///
 /// Source: Nocedal, *Updating quasi-Newton matrices with limited storage* (1980).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LbfgsParams {
-    /// Pairs that are remembered.
+    /// Number of stored pairs.
     pub history: usize,
-    /// Iterations after which the metric is made anew; the pairs are kept. 0: only at the start.
+    /// Number of iterations after which the metric is recomputed; the pairs are retained. 0: only
+    /// at the start.
     pub metric_interval: usize,
-    /// Pairs of less curvature than this (a cosine) are not remembered.
+    /// Pairs of less curvature than this (a cosine) are not stored.
     pub curvature_threshold: f64,
-    /// The first step that is tried along every direction.
+    /// The first trial step along every direction.
     pub first_step: f64,
     /// The line search.
     pub line_search: LineSearch,

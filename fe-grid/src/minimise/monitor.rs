@@ -1,32 +1,34 @@
-//! When to stop, and the record that is kept on the way.
+//! Stopping criteria and convergence history.
 
 use super::info::{Evaluations, Info, Status};
 use super::observer::{Control, Iteration, Observer};
 
-/// When a minimisation stops.
+/// Stopping criteria of a minimisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stopping {
-    /// Stop where `sqrt(g · P g)` in the method's inverse metric is this share of its first value.
+    /// Stops if `sqrt(g · P g)` in the method's inverse metric is below this fraction of its first
+    /// value.
     pub relative_gradient: f64,
-    /// Ends when half the slope along the next direction, which is what the direction promises to
-    /// gain, is below this share of `|E - energy_floor|`. 0: never.
+    /// Stops if half the slope along the next direction, the predicted decrease, is below this
+    /// fraction of `|E - energy_floor|`. 0: never.
     pub relative_decrement: f64,
-    /// Ends when half that slope is below this, whatever the energy: where a minimum is zero, all
-    /// that is left of energy and slope is rounding. 0: never.
+    /// Stops if half that slope is below this value, for any energy: if the minimum is zero, energy
+    /// and slope finally consist of rounding errors. 0: never.
     pub absolute_decrement: f64,
-    /// Stop where the energy fell by less than this share of its excess over
+    /// Stops if the energy decreased by less than this fraction of its excess over
     /// [`Stopping::energy_floor`] in [`Stopping::energy_window`] iterations.
     pub relative_energy: f64,
-    /// Iterations over which the fall of the energy is judged. 0: it is not.
+    /// Number of iterations over which the decrease of the energy is measured. 0: it is not
+    /// measured.
     pub energy_window: usize,
-    /// A part of the energy that no state is without; only the rest counts in
-    /// [`Stopping::relative_energy`] and [`Stopping::relative_decrement`], or what
-    /// [`Stopping::least_excess`] makes of it.
+    /// A lower bound of the energy; [`Stopping::relative_energy`] and
+    /// [`Stopping::relative_decrement`] refer to the excess over it, subject to
+    /// [`Stopping::least_excess`].
     pub energy_floor: f64,
-    /// The excess over the floor counts as at least this share of the energy, for floors that are
+    /// Lower bound of the excess over the floor, as a fraction of the energy, for floors that are
     /// estimates.
     pub least_excess: f64,
-    /// Most iterations.
+    /// Maximal number of iterations.
     pub max_iterations: usize,
 }
 
@@ -45,10 +47,10 @@ impl Default for Stopping {
     }
 }
 
-/// Energies that are kept without growing their list.
+/// Number of energies that are stored without reallocation.
 const RESERVED_ENERGIES: usize = 4096;
 
-/// Judges every iteration, tells the observer and keeps the record.
+/// Evaluates the criteria in every iteration, notifies the observer and records the history.
 pub(super) struct Monitor<'a> {
     stopping: &'a Stopping,
     observer: &'a mut dyn Observer,
@@ -73,8 +75,8 @@ impl<'a> Monitor<'a> {
         }
     }
 
-    /// Takes note of a state (the first one, or the one after an accepted step) and says whether
-    /// to stop there. `slope` is the derivative of the energy along the next direction `-P g`.
+    /// Records a state (the first one, or the one after an accepted step) and returns whether to
+    /// stop there. `slope` is the derivative of the energy along the next direction `-P g`.
     pub(super) fn judge(
         &mut self,
         x: &[f64],
@@ -118,7 +120,7 @@ impl<'a> Monitor<'a> {
         (self.info.iterations >= self.stopping.max_iterations).then_some(Status::MaxIterations)
     }
 
-    /// The record, at the end.
+    /// Returns the final record.
     pub(super) fn finish(mut self, status: Status, evaluations: Evaluations) -> Info {
         self.info.status = status;
         self.info.evaluations = evaluations;
@@ -135,7 +137,7 @@ impl<'a> Monitor<'a> {
     }
 }
 
-/// What falls of the energy are judged by.
+/// Returns the excess of the energy that relative criteria refer to.
 fn excess(stopping: &Stopping, energy: f64) -> f64 {
     let above = (energy - stopping.energy_floor).abs();
     above.max(stopping.least_excess * energy.abs())

@@ -54,7 +54,7 @@ pub trait LevelProblem {
     }
 }
 
-/// What happened on a level.
+/// Convergence history of a level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LevelInfo {
     /// The level, counted from the coarsest.
@@ -72,8 +72,8 @@ pub struct LevelInfo {
 pub struct Multilevel {
     /// The state on the last level that was reached.
     pub x: Buffer<f64>,
-    /// All levels that were reached. There are fewer than the problem has where the observer
-    /// cancelled or a level began with an inadmissible state; the last status tells.
+    /// All levels that were reached: fewer than those of the problem if the observer cancelled or a
+    /// level began with an inadmissible state; see the last status.
     pub levels: Vec<LevelInfo>,
 }
 

@@ -22,13 +22,13 @@ use crate::vector::{axpy, copy_into, dot, fill, scale, scale_add};
 pub struct NewtonCgParams {
     /// Largest share of the gradient that an inner solve may leave.
     pub max_forcing: f64,
-    /// Most inner iterations, one application of the Hessian each.
+    /// Maximal number of inner iterations, with one application of the Hessian each.
     pub max_inner_iterations: usize,
-    /// Iterations after which the metric is made anew. 0: only at the start.
+    /// Number of iterations after which the metric is recomputed. 0: only at the start.
     pub metric_interval: usize,
     /// The line search; it begins with the whole Newton step.
     pub line_search: LineSearch,
-    /// When to stop.
+    /// Stopping criteria.
     pub stopping: Stopping,
 }
 

@@ -1,4 +1,4 @@
-//! What a minimiser asks of a problem.
+//! The interface between a minimiser and a problem.
 
 use super::info::Info;
 use super::observer::Observer;
@@ -10,44 +10,44 @@ use crate::lane::Element;
 pub enum Evaluation {
     /// The energy.
     Value(f64),
-    /// There is no finite energy at this state; a line search goes on with a shorter step.
+    /// The energy at this state is not finite; a line search continues with a shorter step.
     Inadmissible,
 }
 
-/// An energy of `dim` numbers with a gradient and a metric.
+/// An energy of `dim` unknowns with a gradient and a metric.
 pub trait Objective {
-    /// What can go wrong beside an inadmissible state, such as a linear solver that breaks down.
+    /// Error other than an inadmissible state, such as a linear solver that breaks down.
     type Error;
 
-    /// Number of unknowns.
+    /// Returns the number of unknowns.
     fn dim(&self) -> usize;
 
-    /// The energy at `x`, and its derivatives by every unknown, which overwrite `gradient` (and
-    /// mean nothing where the state is inadmissible).
+    /// Computes the energy at `x` and its gradient, which overwrites `gradient` (and is undefined
+    /// if the state is inadmissible).
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on.
+    /// Any error that prevents the minimisation from continuing.
     fn value_and_gradient(
         &mut self,
         x: &[f64],
         gradient: &mut [f64],
     ) -> Result<Evaluation, Self::Error>;
 
-    /// The energy alone, where that is cheaper. Without an implementation of its own it takes
-    /// room for a gradient in every call.
+    /// Computes the energy alone, if that is cheaper. The default implementation allocates a
+    /// gradient in every call.
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on.
+    /// Any error that prevents the minimisation from continuing.
     fn value(&mut self, x: &[f64]) -> Result<Evaluation, Self::Error> {
         let mut gradient = vec![0.0; self.dim()];
         self.value_and_gradient(x, &mut gradient)
     }
 
-    /// `out = P gradient` with a fixed, symmetric and positive definite `P`, close to the inverse
-    /// Hessian where there is one to be had. The default is the identity.
+    /// Computes `out = P gradient` with a fixed, symmetric and positive definite `P`, ideally close
+    /// to the inverse Hessian. The default is the identity.
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on.
+    /// Any error that prevents the minimisation from continuing.
     fn apply_inverse_metric(
         &mut self,
         gradient: &[f64],
@@ -58,21 +58,21 @@ pub trait Objective {
     }
 
     /// Shortens the parts of a direction that would leave the admissible states, so that
-    /// `x + direction` is admissible where possible. The rest of the direction stays as it is:
-    /// one part that is stuck does not hold up the others. The default does nothing.
+    /// `x + direction` is admissible if possible. The other parts of the direction are not changed:
+    /// a blocked part does not affect the others. The default does nothing.
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on.
+    /// Any error that prevents the minimisation from continuing.
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), Self::Error> {
         let _ = (x, direction);
         Ok(())
     }
 
-    /// Room for a vector of the minimiser, filled with zeros: in memory, unless the objective
-    /// knows a better place.
+    /// Allocates a vector of the minimiser, filled with zeros: in memory, unless the objective
+    /// provides other storage.
     ///
     /// # Errors
-    /// Where there is no room.
+    /// If the allocation fails.
     fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, Self::Error>
     where
         Self: Sized,
@@ -80,10 +80,10 @@ pub trait Objective {
         Ok(Buffer::zeros(len))
     }
 
-    /// Makes `P` anew for the state `x`. It stays as it is until the next call.
+    /// Recomputes `P` for the state `x`. It is not changed until the next call.
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on.
+    /// Any error that prevents the minimisation from continuing.
     fn update_metric(&mut self, x: &[f64]) -> Result<(), Self::Error> {
         let _ = x;
         Ok(())
@@ -92,11 +92,11 @@ pub trait Objective {
 
 /// An objective with second derivatives.
 pub trait SecondOrder: Objective {
-    /// `out = H(x) direction`, or a symmetric approximation of it. It is asked for only at the
-    /// last state whose gradient was accepted.
+    /// Computes `out = H(x) direction`, or a symmetric approximation of it. It is called only at
+    /// the last state whose gradient was accepted.
     ///
     /// # Errors
-    /// Whatever makes it pointless to go on.
+    /// Any error that prevents the minimisation from continuing.
     fn hessian_action(
         &mut self,
         x: &[f64],
@@ -107,8 +107,8 @@ pub trait SecondOrder: Objective {
 
 /// A method of minimisation.
 pub trait Minimiser<O: Objective> {
-    /// Lowers the energy from the state `x`, which is overwritten by the best state found. Not to
-    /// converge is not an error: [`Info::status`] says so.
+    /// Minimises the energy from the state `x`, which is overwritten by the best state found.
+    /// Failure to converge is not an error; it is reported in [`Info::status`].
     ///
     /// # Errors
     /// Those of the objective; `x` is then the last accepted state.

@@ -1,20 +1,20 @@
-//! Progress of a minimisation, and the wish to stop it.
+//! Progress reports and cancellation of a minimisation.
 
 use super::info::Evaluations;
 
-/// Whether to go on.
+/// Whether to continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Control {
-    /// Go on.
+    /// Continue.
     Continue,
-    /// Stop at the state that has been reached.
+    /// Stop at the present state.
     Cancel,
 }
 
 /// The state of a minimisation.
 #[derive(Clone, Copy, Debug)]
 pub struct Iteration<'a> {
-    /// Accepted steps so far; 0 at the start.
+    /// Number of accepted steps so far; 0 at the start.
     pub iteration: usize,
     /// The energy.
     pub energy: f64,
@@ -28,27 +28,27 @@ pub struct Iteration<'a> {
     pub x: &'a [f64],
 }
 
-/// Somebody who watches a minimisation.
+/// An observer of a minimisation.
 pub trait Observer {
-    /// A level of a multilevel minimisation begins: `level` of `n_levels`, counted from the
-    /// coarsest, with `dim` unknowns.
+    /// Called at the start of a level of a multilevel minimisation: `level` of `n_levels`, counted
+    /// from the coarsest, with `dim` unknowns.
     fn level(&mut self, level: usize, n_levels: usize, dim: usize) {
         let _ = (level, n_levels, dim);
     }
 
-    /// At the start and after every accepted step.
+    /// Called at the start and after every accepted step.
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
         let _ = iteration;
         Control::Continue
     }
 
-    /// In work that has no iterations of a minimiser: whether to go on.
+    /// Called in work without iterations of a minimiser; returns whether to continue.
     fn between(&mut self) -> Control {
         Control::Continue
     }
 }
 
-/// Nobody watches.
+/// An observer that does nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 

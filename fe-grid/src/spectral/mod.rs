@@ -21,12 +21,12 @@ use crate::parallel;
 use crate::pool::Pool;
 use lines::{BATCH, Ends, LineScratch, LineTransform};
 
-/// What holds on the boundary of the box.
+/// Boundary condition on the faces of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boundary {
-    /// Nothing is asked for, and so the normal derivative vanishes.
+    /// No condition is imposed, so the normal derivative vanishes.
     Natural,
-    /// The values are zero; the right-hand side at boundary nodes is not looked at.
+    /// The values are zero; the right-hand side at boundary nodes is ignored.
     Dirichlet,
 }
 

@@ -72,7 +72,7 @@
 //! let disk = ScalarField::<f64, 2>::from_fn(Grid::dyadic(5), |[x, y]| {
 //!     [0.25 - (x - 0.5).hypot(y - 0.5)]
 //! });
-//! Uniform dilation with a velocity gradient of 0.3.
+//! // Everything grows by three tenths in unit time.
 //! let velocity = Field::from_fn(*disk.grid(), |x| x.map(|x| 0.3 * (x - 0.5)));
 //! let shot = shoot(&disk, &velocity, 4, &CalculusParams::default(), &mut Silent)?;
 //! assert!(shot.certificate.certified);

@@ -15,7 +15,7 @@
 //! ```
 //! use geodesic::distances::{Dendrogram, DistanceMatrix, Linkage, classical_scaling};
 //!
-//! Two pairs of points on a line.
+//! // Two and two points on a line.
 //! let places = [0.0, 1.0, 10.0, 11.0_f64];
 //! let matrix = DistanceMatrix::from_fn(4, |i, j| (places[i] - places[j]).abs())?;
 //! let tree = Dendrogram::new(&matrix, Linkage::Average);
