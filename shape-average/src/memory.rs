@@ -44,7 +44,7 @@ pub struct MemoryEstimate {
 
 /// Estimates the memory of an average of `n_shapes` shapes with the given finest grid, with as many
 /// threads as the present pool has; `partly_visible` is true if there are visibility masks
-/// ([`average_of_visible`](crate::average_of_seen)).
+/// ([`average_of_visible`](crate::average_of_visible)).
 pub fn memory_estimate<const D: usize>(
     params: &AverageParams,
     n_shapes: usize,

@@ -36,12 +36,12 @@ pub(super) struct StoredGeodesic<const D: usize> {
     /// Parameters of the geodesic.
     pub params: GeodesicParams,
     /// Path of the start mask.
-    pub frame: Frame<D>,
+    pub frame: Placement<D>,
 }
 
 /// Placement of the start mask in the unit box.
 #[derive(Clone, Debug)]
-pub(super) struct Frame<const D: usize> {
+pub(super) struct Placement<const D: usize> {
     /// Samples along each axis, `x` first.
     pub size: [usize; D],
     /// From samples to the unit box.
@@ -119,7 +119,7 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
     })
 }
 
-fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Frame<D>> {
+fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Placement<D>> {
     let motion = match &start.alignment {
         None => None,
         Some(alignment) => {
@@ -130,7 +130,7 @@ fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Frame<D>> {
             Some((rotation, alignment.translation.as_slice().try_into().ok()?))
         }
     };
-    Some(Frame {
+    Some(Placement {
         size: start.size.as_slice().try_into().ok()?,
         frame: start.frame,
         motion,
