@@ -43,7 +43,7 @@
 //! rotation is thus continued, the result is equivariant under rotations of the input, and the
 //! choice is symmetric in time. Displacements of a transported variation are expressed in this
 //! frame.
-//! *The void.* Matter that moves squeezes the void before it, until a step has no solution that does
+//!
 //! *The void.* Moving matter compresses the void in front of it, until a step has no solution
 //! without folding the void. The void has no mass, however, and its motion need not be retained.
 //! Where a step fails, the last shape becomes a start shape with undeformed void
