@@ -6,6 +6,7 @@
 //! width gives the bits that the scalar formula gives.
 
 use crate::simd_level::SimdLevel;
+use std::marker::PhantomData;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// A vector of one or more floating-point numbers with elementwise arithmetic.
@@ -31,7 +32,7 @@ pub trait Lane:
     const COUNT: usize;
     /// Which of the lanes that kernels are compiled for this is; none for other numbers.
     #[doc(hidden)]
-    const COMPILED: Option<CompiledLane> = None;
+    const COMPILED: Option<CompiledLane<Self>> = None;
 
     /// All entries equal to `x`.
     fn splat(x: f64) -> Self;
@@ -245,12 +246,24 @@ pub trait Lane:
     }
 }
 
-/// One of the lanes that kernels are compiled for: three instruction sets for each precision.
+/// The index of `L` among the lanes that kernels are compiled for: three instruction sets for each
+/// precision.
 ///
-/// Only this crate makes values of this type.
+/// Only this crate makes values of this type, so that no two lanes have the same index.
 #[doc(hidden)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CompiledLane(pub(crate) usize);
+#[derive(Clone, Copy, Debug)]
+pub struct CompiledLane<L>(usize, PhantomData<L>);
+
+impl<L> CompiledLane<L> {
+    pub(crate) const fn new(index: usize) -> Self {
+        Self(index, PhantomData)
+    }
+
+    #[inline(always)]
+    pub(crate) fn index(&self) -> usize {
+        self.0
+    }
+}
 
 /// No lane is wider than this.
 pub const MAX_LANES: usize = 16;

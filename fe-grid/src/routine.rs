@@ -1,13 +1,13 @@
 //! Pointwise routines that are compiled once and entered by pointer.
 //!
 //! A kernel that calls a pointwise formula by its type is compiled again for every formula. A
-//! [`CompiledRoutine`] holds one formula, compiled for every lane that kernels run on, behind one
+//! [`CompiledRoutine`] holds one formula, compiled for the lanes that kernels run on, behind one
 //! pointer a lane. A kernel that calls it is compiled once; the price is one indirect call for all the
 //! points that are handed over together.
 
 use crate::lane::{Lane, LaneKernel};
-use crate::simd::{COMPILED_LANES, LaneVisitor, visit_lanes};
-use std::any::{Any, TypeId};
+use crate::simd::{COMPILED_LANES, LaneVisitor, VisitLanes};
+use std::any::Any;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -26,10 +26,10 @@ pub trait LaneRoutine<A: RoutineArguments>: Send + Sync + 'static {
 /// Enters a routine in one lane.
 type Entry = unsafe fn(routine: *const (), arguments: *mut ());
 
-/// A routine with arguments `A`, compiled for every lane that kernels run on.
+/// A routine with arguments `A`, compiled for the lanes that kernels run on.
 pub struct CompiledRoutine<A> {
     routine: Arc<dyn Any + Send + Sync>,
-    entries: [Option<(TypeId, Entry)>; COMPILED_LANES],
+    entries: [Option<Entry>; COMPILED_LANES],
     arguments: PhantomData<fn(A)>,
 }
 
@@ -50,33 +50,34 @@ impl<A> std::fmt::Debug for CompiledRoutine<A> {
 }
 
 impl<A: RoutineArguments> CompiledRoutine<A> {
-    /// Compiles a routine for all lanes, in the crate that calls this with a type of routine.
+    /// Compiles a routine for lanes of `f64`, in the crate that calls this with a type of routine.
     pub fn new<R: LaneRoutine<A>>(routine: Arc<R>) -> Self {
-        let mut entries = Entries::<A, R> {
-            entries: [None; COMPILED_LANES],
-            routine: PhantomData,
-        };
-        visit_lanes(&mut entries);
-        Self {
-            routine,
-            entries: entries.entries,
-            arguments: PhantomData,
-        }
+        let mut entries = Entries::new();
+        f64::visit_lanes(&mut entries);
+        entries.of(routine)
+    }
+
+    /// The same for lanes of `f64` and of `f32`.
+    pub fn in_both_precisions<R: LaneRoutine<A>>(routine: Arc<R>) -> Self {
+        let mut entries = Entries::new();
+        f64::visit_lanes(&mut entries);
+        f32::visit_lanes(&mut entries);
+        entries.of(routine)
     }
 
     /// Calls the routine.
     ///
     /// # Panics
-    /// If `L` is not one of the lanes that [`LaneKernel`]s are run on.
+    /// If the routine is not compiled for `L`: for lanes of `f32` unless it was made by
+    /// [`CompiledRoutine::in_both_precisions`], and for numbers on which no kernel is run.
     #[inline(always)]
     pub fn call<L: Lane>(&self, arguments: &mut A::In<'_, L>) {
-        let entry = L::COMPILED.and_then(|lane| self.entries[lane.0]);
-        let Some((lane, entry)) = entry else {
-            panic!("the routine is not compiled for this lane");
+        let entry = L::COMPILED.and_then(|lane| self.entries[lane.index()]);
+        let Some(entry) = entry else {
+            panic!("the routine is not compiled for numbers of this type");
         };
-        assert!(lane == TypeId::of::<L>());
-        // SAFETY: the entry was made for the lane `L` and for the type of the routine. A kernel that
-        // runs in `L` was dispatched on a machine with its instruction set.
+        // SAFETY: the entry was made for the type of the routine and for `L`, the only lane with this
+        // index. A kernel that runs in `L` was dispatched on a machine with its instruction set.
         unsafe {
             entry(
                 Arc::as_ptr(&self.routine).cast(),
@@ -87,14 +88,31 @@ impl<A: RoutineArguments> CompiledRoutine<A> {
 }
 
 struct Entries<A, R> {
-    entries: [Option<(TypeId, Entry)>; COMPILED_LANES],
+    entries: [Option<Entry>; COMPILED_LANES],
     routine: PhantomData<(A, R)>,
+}
+
+impl<A: RoutineArguments, R: LaneRoutine<A>> Entries<A, R> {
+    fn new() -> Self {
+        Self {
+            entries: [None; COMPILED_LANES],
+            routine: PhantomData,
+        }
+    }
+
+    fn of(self, routine: Arc<R>) -> CompiledRoutine<A> {
+        CompiledRoutine {
+            routine,
+            entries: self.entries,
+            arguments: PhantomData,
+        }
+    }
 }
 
 impl<A: RoutineArguments, R: LaneRoutine<A>> LaneVisitor for Entries<A, R> {
     fn visit<L: Lane>(&mut self) {
         if let Some(lane) = L::COMPILED {
-            self.entries[lane.0] = Some((TypeId::of::<L>(), enter::<A, R, L>));
+            self.entries[lane.index()] = Some(enter::<A, R, L>);
         }
     }
 }

@@ -10,7 +10,7 @@ macro_rules! scalar_lane {
             type Element = $t;
             type Mask = bool;
             const COUNT: usize = 1;
-            const COMPILED: Option<CompiledLane> = Some(CompiledLane($place));
+            const COMPILED: Option<CompiledLane<Self>> = Some(CompiledLane::new($place));
 
             #[inline(always)]
             fn splat(x: f64) -> Self {

@@ -60,8 +60,8 @@ pub(crate) const COMPILED_LANES: usize = 6;
 
 /// The place of a wide lane after the scalar one, which stands at `first`: vectors of 512 bits come
 /// after all others.
-const fn compiled_lane(first: usize, bytes: usize) -> CompiledLane {
-    CompiledLane(first + if bytes == 64 { 2 } else { 1 })
+const fn compiled_lane<L>(first: usize, bytes: usize) -> CompiledLane<L> {
+    CompiledLane::new(first + if bytes == 64 { 2 } else { 1 })
 }
 
 /// What is done for each of the lanes that kernels are compiled for.
@@ -70,30 +70,40 @@ pub(crate) trait LaneVisitor {
     fn visit<L: Lane>(&mut self);
 }
 
-/// Visits all lanes that a kernel of this program may run on.
-pub(crate) fn visit_lanes<V: LaneVisitor>(visitor: &mut V) {
-    visitor.visit::<f64>();
-    visitor.visit::<f32>();
-    #[cfg(target_arch = "x86_64")]
-    {
-        visitor.visit::<Wide64<pulp::x86::V3>>();
-        visitor.visit::<Wide64<pulp::x86::V4>>();
-        visitor.visit::<Wide32<pulp::x86::V3>>();
-        visitor.visit::<Wide32<pulp::x86::V4>>();
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        struct Native<'a, V>(&'a mut V);
-        impl<V: LaneVisitor> WithSimd for Native<'_, V> {
-            type Output = ();
-            fn with_simd<S: Simd>(self, _: S) {
-                self.0.visit::<Wide64<S>>();
-                self.0.visit::<Wide32<S>>();
+/// Visits the lanes that a kernel of this program may run on, of one scalar type.
+pub(crate) trait VisitLanes {
+    /// Visits them.
+    fn visit_lanes<V: LaneVisitor>(visitor: &mut V);
+}
+
+macro_rules! visit_lanes {
+    ($t:ty, $lane:ident) => {
+        impl VisitLanes for $t {
+            fn visit_lanes<V: LaneVisitor>(visitor: &mut V) {
+                visitor.visit::<$t>();
+                #[cfg(target_arch = "x86_64")]
+                {
+                    visitor.visit::<$lane<pulp::x86::V3>>();
+                    visitor.visit::<$lane<pulp::x86::V4>>();
+                }
+                #[cfg(not(target_arch = "x86_64"))]
+                {
+                    struct Native<'a, V>(&'a mut V);
+                    impl<V: LaneVisitor> WithSimd for Native<'_, V> {
+                        type Output = ();
+                        fn with_simd<S: Simd>(self, _: S) {
+                            self.0.visit::<$lane<S>>();
+                        }
+                    }
+                    pulp::Arch::new().dispatch(Native(visitor));
+                }
             }
         }
-        pulp::Arch::new().dispatch(Native(visitor));
-    }
+    };
 }
+
+visit_lanes!(f64, Wide64);
+visit_lanes!(f32, Wide32);
 
 /// The instruction-set token: a type without data, so that one can be made from nothing.
 #[inline(always)]
@@ -219,7 +229,7 @@ impl<S: Simd> Lane for Wide64<S> {
     type Element = f64;
     type Mask = S::m64s;
     const COUNT: usize = S::F64_LANES;
-    const COMPILED: Option<CompiledLane> = Some(compiled_lane(0, size_of::<S::f64s>()));
+    const COMPILED: Option<CompiledLane<Self>> = Some(compiled_lane(0, size_of::<S::f64s>()));
 
     #[inline(always)]
     fn vectorize<K: LaneKernel<f64>>(kernel: K) -> K::Output {
@@ -288,7 +298,7 @@ impl<S: Simd> Lane for Wide32<S> {
     type Element = f32;
     type Mask = S::m32s;
     const COUNT: usize = S::F32_LANES;
-    const COMPILED: Option<CompiledLane> = Some(compiled_lane(3, size_of::<S::f32s>()));
+    const COMPILED: Option<CompiledLane<Self>> = Some(compiled_lane(3, size_of::<S::f32s>()));
 
     #[inline(always)]
     fn vectorize<K: LaneKernel<f32>>(kernel: K) -> K::Output {

@@ -25,18 +25,32 @@ pub struct CompiledLaw<const D: usize> {
     name: &'static str,
 }
 
+/// A position in an array of [`MAX_FACE_CORNERS`] entries. With this type, the compiler knows that an
+/// index is in range.
+#[derive(Clone, Copy)]
+#[repr(usize)]
+pub(crate) enum Place {
+    First = 0,
+    Second = 1,
+    Third = 2,
+    Fourth = 3,
+}
+
+const PLACES: [Place; MAX_FACE_CORNERS] =
+    [Place::First, Place::Second, Place::Third, Place::Fourth];
+
 /// Positions of the displacement gradients of a block of points: the entry of row `i` along axis
 /// `k` of point `q` is stored at `[i][k][places[q][k]]`.
-pub type Places<const D: usize> = [[usize; D]];
+pub(crate) type Places<const D: usize> = [[Place; D]];
 
 /// Returns the positions for all points of a cell among the derivatives of a multilinear field.
-pub(crate) const fn places_of_faces<const D: usize>() -> [[usize; D]; MAX_CORNERS] {
-    let mut places = [[0; D]; MAX_CORNERS];
+pub(crate) const fn places_of_faces<const D: usize>() -> [[Place; D]; MAX_CORNERS] {
+    let mut places = [[Place::First; D]; MAX_CORNERS];
     let mut q = 0;
     while q < MAX_CORNERS {
         let mut k = 0;
         while k < D {
-            places[q][k] = face_corner(q, k) % MAX_FACE_CORNERS;
+            places[q][k] = PLACES[face_corner(q, k) % MAX_FACE_CORNERS];
             k += 1;
         }
         q += 1;
@@ -45,30 +59,30 @@ pub(crate) const fn places_of_faces<const D: usize>() -> [[usize; D]; MAX_CORNER
 }
 
 /// Returns the positions for points that do not share derivatives.
-pub(crate) const fn places_of_points<const D: usize>() -> [[usize; D]; MAX_FACE_CORNERS] {
-    let mut places = [[0; D]; MAX_FACE_CORNERS];
+pub(crate) const fn places_of_points<const D: usize>() -> [[Place; D]; MAX_FACE_CORNERS] {
+    let mut places = [[Place::First; D]; MAX_FACE_CORNERS];
     let mut q = 0;
     while q < MAX_FACE_CORNERS {
-        places[q] = [q; D];
+        places[q] = [PLACES[q]; D];
         q += 1;
     }
     places
 }
 
-/// Input: displacement gradients. Output: energy densities.
+/// Input: displacement gradients and weights. Output: weighted energy densities in the place of the
+/// weights.
 pub(crate) struct ValueCall<'a, L, const D: usize> {
     pub strains: &'a BlockGradients<L, D, D>,
     pub places: &'a Places<D>,
-    pub values: &'a mut [L; MAX_CORNERS],
+    pub densities: &'a mut [L; MAX_CORNERS],
 }
 
-/// Input: displacement gradients and weights. Output: weighted energy densities; weighted stresses
-/// are added.
+/// Input: displacement gradients and weights. Output: weighted energy densities in the place of the
+/// weights; weighted stresses are added.
 pub(crate) struct GradientCall<'a, L, const D: usize> {
     pub strains: &'a BlockGradients<L, D, D>,
     pub places: &'a Places<D>,
-    pub weights: &'a [L; MAX_CORNERS],
-    pub values: &'a mut [L; MAX_CORNERS],
+    pub densities: &'a mut [L; MAX_CORNERS],
     pub stresses: &'a mut BlockGradients<L, D, D>,
 }
 
@@ -100,12 +114,12 @@ impl<const D: usize> RoutineArguments for HessianArguments<D> {
 #[inline(always)]
 fn tensor_at<L: Lane, const D: usize>(
     block: &BlockGradients<L, D, D>,
-    place: &[usize; D],
+    place: &[Place; D],
 ) -> Tensor<L, D> {
     let mut h = [[L::zero(); D]; D];
     for i in 0..D {
         for k in 0..D {
-            h[i][k] = block[i][k][place[k] % MAX_FACE_CORNERS];
+            h[i][k] = block[i][k][place[k] as usize];
         }
     }
     h
@@ -115,12 +129,12 @@ fn tensor_at<L: Lane, const D: usize>(
 #[inline(always)]
 fn add_at<L: Lane, const D: usize>(
     block: &mut BlockGradients<L, D, D>,
-    place: &[usize; D],
+    place: &[Place; D],
     stress: &Tensor<L, D>,
 ) {
     for i in 0..D {
         for k in 0..D {
-            block[i][k][place[k] % MAX_FACE_CORNERS] += stress[i][k];
+            block[i][k][place[k] as usize] += stress[i][k];
         }
     }
 }
@@ -131,8 +145,8 @@ struct Pointwise<W>(W);
 impl<W: StoredEnergy<D>, const D: usize> LaneRoutine<ValueArguments<D>> for Pointwise<W> {
     #[inline(always)]
     fn run<L: Lane>(&self, call: &mut ValueCall<'_, L, D>) {
-        for (place, value) in call.places.iter().zip(call.values.iter_mut()) {
-            *value = self.0.value(&tensor_at(call.strains, place));
+        for (place, density) in call.places.iter().zip(call.densities.iter_mut()) {
+            *density = self.0.value(&tensor_at(call.strains, place)) * *density;
         }
     }
 }
@@ -140,11 +154,10 @@ impl<W: StoredEnergy<D>, const D: usize> LaneRoutine<ValueArguments<D>> for Poin
 impl<W: StoredEnergy<D>, const D: usize> LaneRoutine<GradientArguments<D>> for Pointwise<W> {
     #[inline(always)]
     fn run<L: Lane>(&self, call: &mut GradientCall<'_, L, D>) {
-        let results = call.weights.iter().zip(call.values.iter_mut());
-        for (place, (&weight, value)) in call.places.iter().zip(results) {
+        for (place, density) in call.places.iter().zip(call.densities.iter_mut()) {
             let strain = tensor_at(call.strains, place);
-            let (density, stress) = self.0.weighted_gradient(&strain, weight);
-            *value = density;
+            let (value, stress) = self.0.weighted_gradient(&strain, *density);
+            *density = value;
             add_at(call.stresses, place, &stress);
         }
     }
@@ -164,7 +177,7 @@ impl<W: StoredEnergy<D>, const D: usize> LaneRoutine<HessianArguments<D>> for Po
 }
 
 impl<const D: usize> CompiledLaw<D> {
-    /// Compiles a law in the calling crate.
+    /// Compiles a law in the calling crate, for fields in double precision.
     pub fn new<W: StoredEnergy<D>>(law: W) -> Self {
         const { assert!(D == 2 || D == 3) };
         let routine = Arc::new(Pointwise(law));
@@ -172,6 +185,22 @@ impl<const D: usize> CompiledLaw<D> {
             value: CompiledRoutine::new(Arc::clone(&routine)),
             gradient: CompiledRoutine::new(Arc::clone(&routine)),
             hessian_action: CompiledRoutine::new(routine),
+            moduli: law.moduli(),
+            hypotheses: law.hypotheses(),
+            name: law.name(),
+        }
+    }
+
+    /// Compiles a law in the calling crate, for fields in double and in single precision. This takes
+    /// twice as long as [`CompiledLaw::new`]; with a law of the latter, the evaluation of an energy
+    /// in single precision panics.
+    pub fn in_both_precisions<W: StoredEnergy<D>>(law: W) -> Self {
+        const { assert!(D == 2 || D == 3) };
+        let routine = Arc::new(Pointwise(law));
+        Self {
+            value: CompiledRoutine::in_both_precisions(Arc::clone(&routine)),
+            gradient: CompiledRoutine::in_both_precisions(Arc::clone(&routine)),
+            hessian_action: CompiledRoutine::in_both_precisions(routine),
             moduli: law.moduli(),
             hypotheses: law.hypotheses(),
             name: law.name(),
@@ -196,13 +225,13 @@ impl<const D: usize> CompiledLaw<D> {
     /// Returns `W(1 + h)` at a point; see [`StoredEnergy::value`].
     #[inline(always)]
     pub fn value<L: Lane>(&self, h: &Tensor<L, D>) -> L {
-        let mut values = [L::zero(); MAX_CORNERS];
+        let mut densities = [L::one(); MAX_CORNERS];
         self.block_value(ValueCall {
             strains: &alone(h),
             places: &places_of_points::<D>()[..1],
-            values: &mut values,
+            densities: &mut densities,
         });
-        values[0]
+        densities[0]
     }
 
     /// Returns `W(1 + h)` and the first Piola-Kirchhoff stress `W_,A(1 + h)` at a point.
@@ -214,16 +243,15 @@ impl<const D: usize> CompiledLaw<D> {
     /// Returns `w W(1 + h)` and `w W_,A(1 + h)` at a point.
     #[inline(always)]
     pub fn weighted_gradient<L: Lane>(&self, h: &Tensor<L, D>, weight: L) -> (L, Tensor<L, D>) {
-        let mut values = [L::zero(); MAX_CORNERS];
+        let mut densities = [weight; MAX_CORNERS];
         let mut stresses = alone(&[[L::zero(); D]; D]);
         self.block_gradient(GradientCall {
             strains: &alone(h),
             places: &places_of_points::<D>()[..1],
-            weights: &[weight; MAX_CORNERS],
-            values: &mut values,
+            densities: &mut densities,
             stresses: &mut stresses,
         });
-        (values[0], stresses.map(|row| row.map(|entry| entry[0])))
+        (densities[0], stresses.map(|row| row.map(|entry| entry[0])))
     }
 
     /// Returns `W_,AA(1 + h)[b]` at a point.

@@ -135,14 +135,14 @@ impl<E: StrainDensity<D, M>, const D: usize, const M: usize> CellLaw<D, M> for S
         for first in (0..1usize << D).step_by(POINTS) {
             let at: [_; POINTS] =
                 std::array::from_fn(|p| self.0.kinematics(&block.point(first + p)));
-            let mut values = [L::zero(); MAX_CORNERS];
+            let mut densities = [L::one(); MAX_CORNERS];
             self.0.law().block_value(ValueCall {
                 strains: &gathered(|p| self.0.strain(&at[p])),
                 places: &places_of_points(),
-                values: &mut values,
+                densities: &mut densities,
             });
             for p in 0..POINTS {
-                sum += self.0.value(&at[p], values[p]);
+                sum += self.0.value(&at[p], densities[p]);
             }
         }
         sum
@@ -158,20 +158,21 @@ impl<E: StrainDensity<D, M>, const D: usize, const M: usize> CellLaw<D, M> for S
         for first in (0..1usize << D).step_by(POINTS) {
             let at: [_; POINTS] =
                 std::array::from_fn(|p| self.0.kinematics(&block.point(first + p)));
-            let (mut weights, mut values) = ([L::zero(); MAX_CORNERS], [L::zero(); MAX_CORNERS]);
+            let mut densities = [L::zero(); MAX_CORNERS];
             for p in 0..POINTS {
-                weights[p] = self.0.weight(&at[p]);
+                densities[p] = self.0.weight(&at[p]);
             }
             let mut stresses = [[[L::zero(); POINTS]; D]; D];
             self.0.law().block_gradient(GradientCall {
                 strains: &gathered(|p| self.0.strain(&at[p])),
                 places: &places_of_points(),
-                weights: &weights,
-                values: &mut values,
+                densities: &mut densities,
                 stresses: &mut stresses,
             });
             for p in 0..POINTS {
-                let (value, flux) = self.0.gradient(&at[p], values[p], &tensor_of(&stresses, p));
+                let (value, flux) = self
+                    .0
+                    .gradient(&at[p], densities[p], &tensor_of(&stresses, p));
                 sum += value;
                 fluxes.add::<Self>(first + p, &flux);
             }

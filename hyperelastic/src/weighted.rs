@@ -1,6 +1,6 @@
 //! The elastic energy of an object in a soft void, as a law of the cell engine.
 
-use crate::compiled::{CompiledLaw, GradientCall, HessianCall, ValueCall, places_of_faces};
+use crate::compiled::{CompiledLaw, GradientCall, HessianCall, Place, ValueCall, places_of_faces};
 use fe_grid::engine::{Block, BlockFluxes, Evaluated, MAX_CORNERS};
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, tensor};
 
@@ -15,7 +15,7 @@ pub struct WeightedElasticity<'a, const D: usize> {
 }
 
 impl<const D: usize> WeightedElasticity<'_, D> {
-    const PLACES: [[usize; D]; MAX_CORNERS] = places_of_faces();
+    const PLACES: [[Place; D]; MAX_CORNERS] = places_of_faces();
 
     #[inline(always)]
     fn weight<L: Lane>(&self, indicator: L) -> L {
@@ -78,17 +78,13 @@ impl<const D: usize> CellLaw<D, D> for WeightedElasticity<'_, D> {
 
     #[inline(always)]
     fn block_value<L: Lane>(&self, block: &Block<L, D, D>) -> L {
-        let mut values = [L::zero(); MAX_CORNERS];
+        let mut densities = self.weights(block);
         self.law.block_value(ValueCall {
             strains: block.state().gradients(),
             places: &Self::PLACES[..1 << D],
-            values: &mut values,
+            densities: &mut densities,
         });
-        let mut sum = L::zero();
-        for q in 0..1 << D {
-            sum += values[q] * self.weight(block.coefficient(0)[q]);
-        }
-        sum
+        sum_of_points::<L, D>(&densities)
     }
 
     #[inline(always)]
@@ -97,19 +93,14 @@ impl<const D: usize> CellLaw<D, D> for WeightedElasticity<'_, D> {
         block: &Block<L, D, D>,
         fluxes: &mut BlockFluxes<L, D, D>,
     ) -> L {
-        let mut values = [L::zero(); MAX_CORNERS];
+        let mut densities = self.weights(block);
         self.law.block_gradient(GradientCall {
             strains: block.state().gradients(),
             places: &Self::PLACES[..1 << D],
-            weights: &self.weights(block),
-            values: &mut values,
+            densities: &mut densities,
             stresses: fluxes.gradients_mut(),
         });
-        let mut sum = L::zero();
-        for value in &values[..1 << D] {
-            sum += *value;
-        }
-        sum
+        sum_of_points::<L, D>(&densities)
     }
 
     #[inline(always)]
@@ -127,4 +118,14 @@ impl<const D: usize> CellLaw<D, D> for WeightedElasticity<'_, D> {
             stresses: fluxes.gradients_mut(),
         });
     }
+}
+
+/// Adds the numbers of all points of a cell, in turn.
+#[inline(always)]
+fn sum_of_points<L: Lane, const D: usize>(numbers: &[L; MAX_CORNERS]) -> L {
+    let mut sum = L::zero();
+    for q in 0..1 << D {
+        sum += numbers[q];
+    }
+    sum
 }

@@ -1,7 +1,7 @@
 //! A block of neighbouring cells of a row, one a lane, with all that is read in them.
 
 use super::element::{
-    MAX_CORNERS, MAX_FACE_CORNERS, differences, face_corner, interpolate, point_coordinate,
+    MAX_CORNERS, MAX_FACE_CORNERS, differences_into, face_corner, interpolate, point_coordinate,
 };
 use super::rows::{NodeRows, Row, first_cell, iota};
 use super::{Data, Jet, MAX_CELL_DATA, MAX_COEFFICIENTS, Point, Reads};
@@ -46,13 +46,14 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
             let mut corners = components[m].corners::<L, D>(i);
             if R::USES_GRADIENT {
                 for k in 0..D {
-                    self.gradient[m][k] =
-                        differences::<L, D>(&corners, k, inverse_h, R::POINT_OFFSET);
+                    let derivatives = &mut self.gradient[m][k];
+                    let offset = R::POINT_OFFSET;
+                    differences_into::<L, D>(&corners, k, inverse_h, offset, derivatives);
                 }
             }
             if R::USES_VALUE {
                 interpolate::<L, D>(&mut corners, 1.0, R::POINT_OFFSET);
-                self.value[m] = corners;
+                write_points::<L, D>(&corners, &mut self.value[m]);
             }
         }
     }
@@ -77,6 +78,14 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
     }
 }
 
+/// Writes the values at the points of a cell; in two dimensions, half of the array is idle.
+#[inline(always)]
+fn write_points<L: Lane, const D: usize>(values: &[L; MAX_CORNERS], to: &mut [L; MAX_CORNERS]) {
+    for q in 0..1 << D {
+        to[q] = values[q];
+    }
+}
+
 /// Derivatives of a law's density with respect to value and gradient at the points of a block.
 #[repr(C)]
 pub struct BlockFluxes<L, const D: usize, const M: usize> {
@@ -90,6 +99,18 @@ impl<L: Lane, const D: usize, const M: usize> BlockFluxes<L, D, M> {
         Self {
             values: [[L::zero(); MAX_CORNERS]; M],
             gradients: [[[L::zero(); MAX_FACE_CORNERS]; D]; M],
+        }
+    }
+
+    /// Sets the derivatives by the gradients to zero.
+    #[inline(always)]
+    pub(super) fn clear_gradients(&mut self) {
+        for component in &mut self.gradients {
+            for axis in component {
+                for point in 0..1 << (D - 1) {
+                    axis[point] = L::zero();
+                }
+            }
         }
     }
 
@@ -161,9 +182,10 @@ pub struct Block<L, const D: usize, const M: usize> {
     state: Evaluated<L, D, M>,
     coefficient: [[L; MAX_CORNERS]; MAX_COEFFICIENTS],
     cell: [L; MAX_CELL_DATA],
-    first_x: L,
+    first: f64,
     row: Row,
     spacing: f64,
+    inverse_spacing: f64,
     offset: f64,
 }
 
@@ -175,9 +197,10 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
             state: Evaluated::zero(),
             coefficient: [[L::zero(); MAX_CORNERS]; MAX_COEFFICIENTS],
             cell: [L::zero(); MAX_CELL_DATA],
-            first_x: L::zero(),
+            first: 0.0,
             row: [0, 0],
             spacing: grid.spacing(),
+            inverse_spacing: 1.0 / grid.spacing(),
             offset: R::POINT_OFFSET,
         }
     }
@@ -191,13 +214,14 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
         for f in 0..R::COEFFICIENTS {
             let mut corners = data.coefficients[f].corners::<L, D>(i);
             interpolate::<L, D>(&mut corners, 1.0, R::POINT_OFFSET);
-            self.coefficient[f] = corners;
+            write_points::<L, D>(&corners, &mut self.coefficient[f]);
         }
         for f in 0..R::CELL_DATA {
             self.cell[f] = L::load(&data.cells[f][i..]);
         }
-        self.state.read::<R, T>(&data.state, i, 1.0 / self.spacing);
-        self.first_x = iota::<L>() + L::splat(i as f64);
+        self.state
+            .read::<R, T>(&data.state, i, self.inverse_spacing);
+        self.first = i as f64;
         self.row = data.row;
     }
 
@@ -233,8 +257,8 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
     #[inline(always)]
     fn position(&self, q: usize) -> [L; D] {
         let mut position = [L::zero(); D];
-        position[0] =
-            (self.first_x + L::splat(point_coordinate(self.offset, q, 0))).scale(self.spacing);
+        let first = iota::<L>() + L::splat(self.first);
+        position[0] = (first + L::splat(point_coordinate(self.offset, q, 0))).scale(self.spacing);
         for k in 1..D {
             let cells = self.row[k - 1] as f64 + point_coordinate(self.offset, q, k);
             position[k] = L::splat(cells * self.spacing);

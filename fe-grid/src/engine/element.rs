@@ -84,14 +84,16 @@ pub fn interpolate<L: Lane, const D: usize>(v: &mut [L; MAX_CORNERS], factor: f6
 }
 
 /// Differences along axis `k` at the quadrature points, times `factor`, from values at the
-/// corners, one for each point of the face across the axis.
+/// corners, one for each point of the face across the axis. Other entries of `differences` are not
+/// written.
 #[inline(always)]
-pub fn differences<L: Lane, const D: usize>(
+pub fn differences_into<L: Lane, const D: usize>(
     corners: &[L; MAX_CORNERS],
     k: usize,
     factor: f64,
     offset: f64,
-) -> [L; MAX_FACE_CORNERS] {
+    differences: &mut [L; MAX_FACE_CORNERS],
+) {
     let scale = L::splat(factor * interpolation_scale(D - 1, offset));
     let mut v = [L::zero(); MAX_FACE_CORNERS];
     for f in 0..1 << (D - 1) {
@@ -99,10 +101,12 @@ pub fn differences<L: Lane, const D: usize>(
         v[f] = (corners[c | 1 << k] - corners[c]) * scale;
     }
     interpolate_unscaled(&mut v, D - 1, offset);
-    v
+    for f in 0..1 << (D - 1) {
+        differences[f] = v[f];
+    }
 }
 
-/// Transpose of [`differences`] for all axes at once: the corner values that belong to the fluxes
+/// Transpose of [`differences_into`] for all axes at once: the corner values that belong to the fluxes
 /// along each axis, times `factor`.
 #[inline(always)]
 pub fn differences_transposed<L: Lane, const D: usize>(

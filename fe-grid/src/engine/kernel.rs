@@ -154,8 +154,8 @@ where
             if MODE == HESSIAN {
                 direction.read::<F, T>(&direction_nodes, i, inverse_h);
             }
-            if F::USES_GRADIENT {
-                fluxes.gradients = [[[L::zero(); MAX_FACE_CORNERS]; D]; M];
+            if MODE != VALUE && F::USES_GRADIENT {
+                fluxes.clear_gradients();
             }
             let sum = match MODE {
                 VALUE => self.law.block_value(block),
@@ -284,15 +284,27 @@ where
             for m in 0..outputs {
                 let target = &mut self.slab.plane(m, layer, up, plane)[start..start + n[0]];
                 // Node `i` is the lower corner of cell `i` and the upper corner of cell `i - 1`.
-                let low = &parts[(2 * side * outputs + m) * stride + MAX_LANES..];
-                let high = &parts[((2 * side + 1) * outputs + m) * stride + MAX_LANES - 1..];
-                for i in (0..n[0]).step_by(L::COUNT) {
-                    let both = L::load(&low[i..]) + L::load(&high[i..]);
-                    (L::load(&target[i..]) + both).store(&mut target[i..]);
-                }
+                let low = (2 * side * outputs + m) * stride + MAX_LANES;
+                let high = ((2 * side + 1) * outputs + m) * stride + MAX_LANES - 1;
+                add_both::<L>(target, &parts[low..], &parts[high..]);
             }
         }
     }
+}
+
+/// Adds the first entries of two arrays, which are at least as long, to all entries of a row.
+#[inline(always)]
+fn add_both<L: Lane>(row: &mut [L::Element], low: &[L::Element], high: &[L::Element]) {
+    let (low, high) = (&low[..row.len()], &high[..row.len()]);
+    let whole = row.len() - row.len() % L::COUNT;
+    let chunks = low.chunks_exact(L::COUNT).zip(high.chunks_exact(L::COUNT));
+    for (target, (low, high)) in row.chunks_exact_mut(L::COUNT).zip(chunks) {
+        let both = L::load(low) + L::load(high);
+        (L::load(target) + both).store(target);
+    }
+    let (rest, low, high) = (&mut row[whole..], &low[whole..], &high[whole..]);
+    let both = L::load(low) + L::load(high);
+    (L::load(rest) + both).store(rest);
 }
 
 /// Entries of a jet of one component: the value and the slopes.

@@ -194,7 +194,7 @@ impl Case {
                 let operations = per_point::<_, D, D>(&Inlined(law), verb);
                 // It lasts as long as the kernel, which may run until the program ends.
                 let weighted = WeightedElasticity {
-                    law: Box::leak(Box::new(CompiledLaw::new(law))),
+                    law: Box::leak(Box::new(CompiledLaw::in_both_precisions(law))),
                     void_stiffness: 1e-4,
                 };
                 Ok(elastic::<T, _, D>(self, grid, weighted, verb, operations))
