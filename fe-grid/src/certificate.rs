@@ -12,7 +12,6 @@ use crate::engine::rows::{NodeRows, block_starts, first_cell, rows_of_layer};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, Numbers};
 use crate::parallel;
-use crate::simd_level::SimdLevel;
 use serde::Serialize;
 
 /// What is known about the determinant of a deformation gradient.
@@ -155,7 +154,7 @@ fn bound_in<T: Element, const D: usize>(
             detail,
             within,
         };
-        *bounds = T::dispatch(SimdLevel::active(), kernel);
+        *bounds = T::run_kernel(kernel);
     });
     bounds
 }

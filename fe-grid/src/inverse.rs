@@ -11,7 +11,6 @@ use crate::field::{Field, ScalarField};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::parallel;
-use crate::simd_level::SimdLevel;
 use crate::tensor;
 
 /// Newton's method is stopped at this residual, in units of the spacing.
@@ -43,7 +42,7 @@ impl<const D: usize> InverseDeformation<D> {
                 displacement,
                 layer,
             };
-            f64::dispatch(SimdLevel::active(), search)
+            f64::run_kernel(search)
         });
         // The first cell in memory order is chosen, independent of the number of threads.
         let mut position = vec![None; grid.n_nodes()];

@@ -15,7 +15,6 @@ use crate::lane::{Element, Lane, LaneKernel};
 use crate::linear::LinearOperator;
 use crate::parallel;
 use crate::pool::Pool;
-use crate::simd_level::SimdLevel;
 use crate::transfer::{average_cells, prolong_into, restrict_into};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::sync::Arc;
@@ -199,15 +198,12 @@ where
             parallel::for_each_chunk(row, CHUNK, MIN_CHUNKS, &|chunk, out| {
                 let start = chunk * CHUNK;
                 let blocks = &self.inverse_blocks[r * M * n..(r + 1) * M * n];
-                T::dispatch(
-                    SimdLevel::active(),
-                    BlockRow::<T, M> {
-                        blocks,
-                        x,
-                        start,
-                        out,
-                    },
-                );
+                T::run_kernel(BlockRow::<T, M> {
+                    blocks,
+                    x,
+                    start,
+                    out,
+                });
             });
         }
     }
@@ -405,7 +401,7 @@ fn invert_blocks<T: Element, const M: usize>(blocks: &mut [T]) -> Result<(), Gri
         }
     }
     let pivots = parallel::map(tasks, &|entries| {
-        T::dispatch(SimdLevel::active(), InvertBlocks::<T, M> { entries })
+        T::run_kernel(InvertBlocks::<T, M> { entries })
     });
     match pivots
         .into_iter()

@@ -32,7 +32,6 @@ use crate::engine::{CellLaw, Data, Jet, MAX_COEFFICIENTS, Point, Reads};
 use crate::error::GridError;
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
-use crate::simd_level::SimdLevel;
 use crate::stencil::{BlockStencil, half_offsets};
 use crate::tensor::{Tensor, add, add_identity, product, product_transposed};
 
@@ -106,18 +105,15 @@ pub fn pull_back<F: CellLaw<D, D>, const D: usize>(
     let mut out = vec![0.0; outputs * n];
     let parallel = grid.n_cells() >= PARALLEL_CELLS;
     let parts = over_slabs(grid, outputs, &mut out, parallel, &|slab| {
-        f64::dispatch(
-            SimdLevel::active(),
-            SlabTask {
-                grid,
-                law,
-                sources,
-                ranges: &ranges,
-                state,
-                derivatives,
-                slab,
-            },
-        )
+        f64::run_kernel(SlabTask {
+            grid,
+            law,
+            sources,
+            ranges: &ranges,
+            state,
+            derivatives,
+            slab,
+        })
     });
     let mut value = 0.0;
     let mut stiffness = Vec::with_capacity(grid.n_cells());

@@ -1,7 +1,7 @@
 //! One number at a time: `f64` and `f32` as lanes, and as what fields are stored in.
 
 use crate::lane::{CompiledLane, Element, Lane, LaneKernel, Numbers};
-use crate::simd::dispatch;
+use crate::simd::{dispatch, run_kernel};
 use crate::simd_level::SimdLevel;
 
 macro_rules! scalar_lane {
@@ -88,6 +88,10 @@ macro_rules! scalar_lane {
             #[inline(always)]
             fn numbers(numbers: &[Self]) -> Numbers<'_> {
                 Numbers::$numbers(numbers)
+            }
+            #[inline]
+            fn run_kernel<K: LaneKernel<Self>>(kernel: K) -> K::Output {
+                run_kernel::<$t, K>(kernel)
             }
             #[inline]
             fn dispatch<K: LaneKernel<Self>>(level: SimdLevel, kernel: K) -> K::Output {

@@ -28,7 +28,6 @@ use crate::lane::{Element, Lane, LaneKernel};
 use crate::moments::{RUN, RunPoints, accumulate, first_moments, moment_stride};
 use crate::parallel;
 use crate::pool::Pool;
-use crate::simd_level::SimdLevel;
 use crate::stencil::{Background, SymmetricStencil, half_offsets};
 
 /// Below this number of cells everything stays on one thread.
@@ -127,19 +126,16 @@ impl<const D: usize> NormalEquations<D> {
         let moments = &self.moments;
         over_slabs(&grid, half + 1, &mut out, parallel, &|slab| {
             moments.with(Vec::new, |moments| {
-                T::dispatch(
-                    SimdLevel::active(),
-                    SlabTask {
-                        grid: &grid,
-                        rule,
-                        sources,
-                        ranges: &ranges,
-                        element: &element,
-                        background,
-                        moments,
-                        slab,
-                    },
-                );
+                T::run_kernel(SlabTask {
+                    grid: &grid,
+                    rule,
+                    sources,
+                    ranges: &ranges,
+                    element: &element,
+                    background,
+                    moments,
+                    slab,
+                });
             });
         });
         self.rhs.copy_from_slice(&out[half * n..]);
@@ -171,7 +167,7 @@ fn layer_ranges<T: Element, const D: usize>(
             for (run, range) in ranges.iter_mut().enumerate() {
                 let end = ((run + 1) * RUN).min(cells[0]);
                 let line = Extremes(&nodes[run * RUN..=end]);
-                let [least, most] = T::dispatch(SimdLevel::active(), line);
+                let [least, most] = T::run_kernel(line);
                 range[0] = range[0].min(least * inverse_h + plane);
                 range[1] = range[1].max(most * inverse_h + plane);
             }

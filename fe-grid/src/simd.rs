@@ -28,6 +28,23 @@ impl<K: LaneKernel<f32>> WithSimd for Run<f32, K> {
     }
 }
 
+/// See [`Element::run_kernel`].
+#[allow(private_bounds)]
+pub(crate) fn run_kernel<T, K>(kernel: K) -> K::Output
+where
+    T: Element,
+    K: LaneKernel<T>,
+    Run<T, K>: WithSimd<Output = K::Output>,
+{
+    let level = SimdLevel::active();
+    if cfg!(debug_assertions) {
+        up_to_256_bits(level, kernel)
+    } else {
+        dispatch(level, kernel)
+    }
+}
+
+/// See [`Element::dispatch`].
 #[allow(private_bounds)]
 pub(crate) fn dispatch<T, K>(level: SimdLevel, kernel: K) -> K::Output
 where
@@ -36,17 +53,25 @@ where
     Run<T, K>: WithSimd<Output = K::Output>,
 {
     #[cfg(target_arch = "x86_64")]
+    if level == SimdLevel::Widest
+        && let Some(simd) = pulp::x86::V4::try_new()
     {
-        if level == SimdLevel::Widest
-            && let Some(simd) = pulp::x86::V4::try_new()
-        {
-            return Simd::vectorize(simd, Run(kernel, PhantomData));
-        }
-        if level >= SimdLevel::Wide256
-            && let Some(simd) = pulp::x86::V3::try_new()
-        {
-            return Simd::vectorize(simd, Run(kernel, PhantomData));
-        }
+        return Simd::vectorize(simd, Run(kernel, PhantomData));
+    }
+    up_to_256_bits(level, kernel)
+}
+
+fn up_to_256_bits<T, K>(level: SimdLevel, kernel: K) -> K::Output
+where
+    T: Element,
+    K: LaneKernel<T>,
+    Run<T, K>: WithSimd<Output = K::Output>,
+{
+    #[cfg(target_arch = "x86_64")]
+    if level >= SimdLevel::Wide256
+        && let Some(simd) = pulp::x86::V3::try_new()
+    {
+        return Simd::vectorize(simd, Run(kernel, PhantomData));
     }
     #[cfg(not(target_arch = "x86_64"))]
     if level > SimdLevel::Scalar {

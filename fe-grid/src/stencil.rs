@@ -10,7 +10,6 @@ use crate::grid::Grid;
 use crate::lane::{Lane, LaneKernel};
 use crate::linear::LinearOperator;
 use crate::parallel;
-use crate::simd_level::SimdLevel;
 
 /// The offsets that are stored: zero first, then all that come later in memory, in order.
 pub fn half_offsets<const D: usize>() -> Vec<[isize; D]> {
@@ -164,7 +163,7 @@ fn multiply<const D: usize, const M: usize>(
                     row: first_row + r,
                     out,
                 };
-                <f64 as crate::Element>::dispatch(SimdLevel::active(), kernel);
+                <f64 as crate::Element>::run_kernel(kernel);
             }
         };
         let min_len = if total < PARALLEL_NODES { total } else { 1 };

@@ -6,7 +6,6 @@
 
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::parallel;
-use crate::simd_level::SimdLevel;
 
 /// Number of entries in a chunk.
 pub const CHUNK: usize = 4096;
@@ -200,7 +199,7 @@ fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
 /// compiler turns into vectors of the width that it is compiled for. Products and sums are
 /// rounded one by one, so the result does not depend on the width.
 fn wide<K: LaneKernel<f64>>(kernel: K) -> K::Output {
-    f64::dispatch(SimdLevel::active(), kernel)
+    f64::run_kernel(kernel)
 }
 
 /// `x · y`.

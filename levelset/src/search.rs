@@ -9,7 +9,7 @@
 //! so the minimum of the computed distances is found in any order, and of simplices at the same
 //! distance the first counts.
 
-use fe_grid::{Element, Lane, LaneKernel, SimdLevel, compiled_once};
+use fe_grid::{Element, Lane, LaneKernel, compiled_once};
 
 use crate::bvh::Bvh;
 use crate::closest::{Closest, Simplex};
@@ -63,7 +63,7 @@ fn search_in<const D: usize>(
         guess,
         found,
     };
-    f64::dispatch(SimdLevel::active(), search);
+    f64::run_kernel(search);
 }
 
 compiled_once! {
@@ -75,7 +75,7 @@ compiled_once! {
 }
 
 fn closest_to_in<const D: usize>(simplex: &Simplex<D>, point: &[f64; D]) -> Closest<f64, D> {
-    f64::dispatch(SimdLevel::active(), OfOne { simplex, point })
+    f64::run_kernel(OfOne { simplex, point })
 }
 
 struct OfOne<'a, const D: usize> {
@@ -245,6 +245,7 @@ impl<L: Lane<Element = f64>, const N: usize, const D: usize> State<L, N, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fe_grid::SimdLevel;
     use proptest::prelude::*;
 
     /// Finds the first of the nearest simplices by comparing all of them.

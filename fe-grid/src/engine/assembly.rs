@@ -15,8 +15,17 @@ const PARALLEL_CELLS: usize = 4096;
 ///
 /// Nodal arrays are `M` components one after the other, `x` fastest. Derivatives are plain
 /// derivatives with respect to nodal values; no mass matrix is applied.
+///
+/// `ANY_LEVEL` says that the instruction set was chosen, so that all of them have to be there.
 #[derive(Clone, Copy)]
-pub struct Assembly<'a, F, T: Element, const D: usize, const M: usize> {
+pub struct Assembly<
+    'a,
+    F,
+    T: Element,
+    const D: usize,
+    const M: usize,
+    const ANY_LEVEL: bool = false,
+> {
     grid: Grid<D>,
     law: &'a F,
     data: Data<'a, T>,
@@ -51,11 +60,25 @@ where
     }
 
     /// The same on another instruction set.
-    pub fn with_simd_level(mut self, level: SimdLevel) -> Self {
-        self.level = level;
-        self
+    pub fn with_simd_level(self, level: SimdLevel) -> Assembly<'a, F, T, D, M, true> {
+        let Self {
+            grid, law, data, ..
+        } = self;
+        Assembly {
+            grid,
+            law,
+            data,
+            level,
+        }
     }
+}
 
+impl<F, T, const D: usize, const M: usize, const ANY_LEVEL: bool>
+    Assembly<'_, F, T, D, M, ANY_LEVEL>
+where
+    F: CellLaw<D, M>,
+    T: Element,
+{
     /// The grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid
@@ -165,7 +188,11 @@ where
                 factor,
                 slab,
             };
-            T::dispatch(self.level, kernel)
+            if ANY_LEVEL {
+                T::dispatch(self.level, kernel)
+            } else {
+                T::run_kernel(kernel)
+            }
         })
     }
 }

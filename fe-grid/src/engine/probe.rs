@@ -6,7 +6,6 @@ use super::{CellProbe, Data, MAX_CELL_DATA};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
 use crate::parallel;
-use crate::simd_level::SimdLevel;
 
 struct ProbeKernel<'a, F, T: Element, O, const D: usize, const M: usize> {
     grid: &'a Grid<D>,
@@ -97,17 +96,14 @@ where
     }
     let min_len = 4096usize.div_ceil(per_layer);
     parallel::for_each_mut(&mut by_layer, min_len, &|layer, out| {
-        T::dispatch(
-            SimdLevel::active(),
-            ProbeKernel::<F, T, O, D, M> {
-                grid,
-                probe,
-                data,
-                state,
-                layer,
-                out: std::mem::take(out),
-            },
-        );
+        T::run_kernel(ProbeKernel::<F, T, O, D, M> {
+            grid,
+            probe,
+            data,
+            state,
+            layer,
+            out: std::mem::take(out),
+        });
     });
     out
 }

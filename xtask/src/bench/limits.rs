@@ -28,7 +28,7 @@ pub fn fma_peak<T: Element>(pool: &ThreadPool) -> f64 {
     let mut lanes = 1;
     let threads = pool.current_num_threads();
     let work = &mut || {
-        let counts = pool.broadcast(|_| T::dispatch(SimdLevel::active(), Chains));
+        let counts = pool.broadcast(|_| T::run_kernel(Chains));
         lanes = counts[0];
     };
     let seconds = least_of(pool, work);
@@ -104,7 +104,7 @@ pub fn triad<T: Element>(pool: &ThreadPool, mebibytes: f64) -> Triad {
             let mut part = part.lock().unwrap_or_else(PoisonError::into_inner);
             let Sum { a, b, c } = &mut *part;
             for _ in 0..passes {
-                T::dispatch(SimdLevel::active(), Sum { a, b, c });
+                T::run_kernel(Sum { a, b, c });
                 black_box(&mut **a);
             }
         });
@@ -212,7 +212,7 @@ mod tests {
             b: &b,
             c: &c,
         };
-        f64::dispatch(SimdLevel::active(), sum);
+        f64::run_kernel(sum);
         assert_eq!(a, [7.0; 19]);
     }
 }

@@ -56,7 +56,7 @@ fn vectors() -> String {
             L::COUNT
         }
     }
-    match f64::dispatch(SimdLevel::active(), Width) {
+    match f64::run_kernel(Width) {
         1 => "scalars".into(),
         n => format!("vectors of {} bits", 64 * n),
     }
