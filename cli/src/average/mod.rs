@@ -29,7 +29,6 @@ use crate::progress::Progress;
 use crate::shapes::{Input, prepare};
 use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
 use checkpoint::{begin, compare_places, fingerprint};
-use draw::{Draw, Pictures};
 use memory::provide;
 use plan::plan_images;
 
@@ -97,10 +96,7 @@ fn run_plan<const D: usize>(
     interrupt: Interrupt,
     start: Instant,
     drawn: Option<Vec<Image<D>>>,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Exit, CliError> {
     if let Some(side) = plan.config.sweep {
         return sweep::run_sweep(plan, run, side, progress, interrupt, start);
     }

@@ -4,7 +4,7 @@ use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::Outcome;
-use super::draw::{Draw, Pictures};
+use super::draw::picture;
 use super::record::{Record, record};
 use crate::error::CliError;
 use crate::input::Image;
@@ -12,6 +12,7 @@ use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
 use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, deformation, numbered};
+use crate::shapes::write_surface;
 use crate::watch::{HistoryPoint, is_last};
 
 /// Names of the terms of the energy.
@@ -24,16 +25,13 @@ const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<D>,
-) -> Result<Record<'a, D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Record<'a, D>, CliError> {
     write_arrays(directory, outcome)?;
     write_vti(directory, outcome)?;
     write_energy(directory, outcome)?;
     let outline = average_outline(outcome)?;
-    Pictures::picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
-    let surface = Pictures::surface(directory, outcome, &outline)?;
+    picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
+    let surface = write_surface(&directory.file("average.stl"), &outcome.inputs, &outline)?;
     let record = record(outcome, Moments::of_contour(&outline), surface);
     record.write(directory.path())?;
     Ok(record)

@@ -10,7 +10,6 @@ use super::args::{ExtendArgs, ExtendConfig};
 use super::read::{AnyGeodesic, StoredGeodesic, read};
 use super::record::{Extended, ExtensionRecord};
 use crate::error::{CliError, Exit};
-use crate::geodesic::draw::{Draw, Pictures};
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
 use crate::output::ResultDir;
@@ -46,10 +45,7 @@ fn run<const D: usize>(
     progress: &Progress,
     interrupt: Interrupt,
     start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Exit, CliError> {
     let given_steps = given.motions.len();
     let steps = *config.steps.get_or_insert(given_steps);
     let params = given.calculus_params(config.solver);

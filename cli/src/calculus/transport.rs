@@ -17,7 +17,7 @@ use super::args::{TransportArgs, TransportConfig};
 use super::read::{AnyGeodesic, StoredGeodesic, read};
 use super::record::{TransportRecord, Transported};
 use crate::error::{CliError, Exit};
-use crate::geodesic::draw::{Draw, Pictures};
+use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
@@ -106,10 +106,7 @@ impl Run<'_> {
         &self,
         given: &StoredGeodesic<D>,
         image: &Image<D>,
-    ) -> Result<Exit, CliError>
-    where
-        Pictures: Draw<D>,
-    {
+    ) -> Result<Exit, CliError> {
         let params = given.calculus_params(self.config.solver);
         // After Ctrl-C before the first shape there is nothing to write.
         let Some(variation) = self.variation(given, image)? else {
@@ -222,10 +219,7 @@ impl Run<'_> {
         variation: &Variation<D>,
         counterpart: &'c Counterpart<D>,
         params: &CalculusParams,
-    ) -> Result<TransportRecord<'c, D>, CliError>
-    where
-        Pictures: Draw<D>,
-    {
+    ) -> Result<TransportRecord<'c, D>, CliError> {
         let (config, shot) = (&self.config, &counterpart.shot);
         let steps = config.steps;
         let name = labels(&[&config.variation]).swap_remove(0);
@@ -268,7 +262,7 @@ impl Run<'_> {
         let words = [first_name, last_name, &name, &path.names[steps_found]].map(Clone::clone);
         let hues = [0, 0, 1, 1].map(colour);
         let tiles: Vec<_> = ends.into_iter().zip(hues).collect();
-        let picture = analogy(&words, &Pictures::portraits(&tiles));
+        let picture = analogy(&words, &portraits(&tiles));
         picture.write_png(&directory.file("analogy.png"))?;
         let transported = Transported {
             given_steps: given.motions.len(),

@@ -31,7 +31,6 @@ use crate::shapes::{Input, Pairs, prepare};
 use crate::watch::Interrupt;
 use classes::Classes;
 use compute::Task;
-use draw::{Draw, Pictures};
 use pair::PairRecord;
 use plan::{AnyPlan, DistancesPlan, plan_distances};
 use store::{Store, fingerprint};
@@ -78,10 +77,7 @@ fn run_plan<const D: usize>(
     progress: &Progress,
     interrupt: Interrupt,
     start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Exit, CliError> {
     let (grid, config) = (plan.placed.grid, plan.config);
     let aligned = config.masks.align == Align::Rigid;
     let fingerprint = fingerprint(&config, &plan.placed.images);

@@ -3,7 +3,7 @@
 use shapespace_report::table::{Table, exact, exact_or_empty};
 
 use super::Outcome;
-use super::draw::{Draw, Pictures, Sheets};
+use super::draw::Sheets;
 use super::record::{Record, record};
 use super::study::Distances;
 use crate::error::CliError;
@@ -17,13 +17,10 @@ use crate::output::{WorkDir, write_text};
 pub(super) fn write_all<const D: usize>(
     directory: &WorkDir,
     outcome: &Outcome<D>,
-) -> Result<Record<D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Record<D>, CliError> {
     let record = record(outcome);
     write_tables(directory, outcome, &record)?;
-    let sheets = Sheets::new::<D, Pictures>(outcome);
+    let sheets = Sheets::new(outcome);
     for (name, canvas) in sheets.draw(outcome) {
         canvas.write_png(&directory.file(name))?;
     }

@@ -23,7 +23,6 @@ use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::shapes::{Components, Input, VisibilityMask, prepare, view_of};
 use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
-use draw::{Draw, Pictures};
 
 pub use args::{GeodesicArgs, GeodesicConfig, Occluded};
 pub(crate) use args::{check_area, check_path};
@@ -68,10 +67,7 @@ fn run_plan<const D: usize>(
     progress: &Progress,
     interrupt: Interrupt,
     start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Exit, CliError> {
     let output = args.run.output.as_path();
     // Fail before the computation if the folder cannot be written to.
     ResultDir::create(output).map(drop)?;

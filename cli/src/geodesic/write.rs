@@ -4,7 +4,7 @@ use ::geodesic::{Form, GeodesicParams};
 use fe_grid::{Field, ScalarField};
 
 use super::Outcome;
-use super::draw::{Draw, Pictures};
+use super::draw::{animation, film};
 use super::path::Path;
 use super::record::{Record, record};
 use crate::error::CliError;
@@ -15,7 +15,7 @@ use crate::output::pvd::write_series;
 use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, deformation, numbered};
-use crate::shapes::{Input, SurfaceRecord};
+use crate::shapes::{Input, SurfaceRecord, write_surface};
 use crate::watch::is_last;
 
 /// Names of the parts of the energy; level sets alone have the last.
@@ -28,10 +28,7 @@ const PARTS: [&str; 3] = ["dissipation", "match", "area"];
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<D>,
-) -> Result<Record<'a, D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Record<'a, D>, CliError> {
     let path = Path::new(outcome)?;
     let surface = write_path(directory, &outcome.inputs, &path)?;
     write_motions(directory, &outcome.result.motions)?;
@@ -51,17 +48,18 @@ pub(crate) fn write_path<const D: usize>(
     directory: &ResultDir,
     inputs: &[Input<D>],
     path: &Path<D>,
-) -> Result<Option<SurfaceRecord>, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Option<SurfaceRecord>, CliError> {
     write_arrays(directory, path)?;
     write_paraview(directory, path)?;
     write_steps(directory, path)?;
-    Pictures::film(path).write_png(&directory.file("geodesic.png"))?;
-    let frames = Pictures::animation(path);
-    write_animation(&directory.file("geodesic.apng"), &frames)?;
-    Pictures::surfaces(directory, inputs, path)
+    film(path).write_png(&directory.file("geodesic.png"))?;
+    write_animation(&directory.file("geodesic.apng"), &animation(path))?;
+    let mut coordinates = None;
+    for (k, contour) in path.contours.iter().enumerate() {
+        let file = directory.file(numbered("shape", k, "stl"));
+        coordinates = write_surface(&file, inputs, contour)?;
+    }
+    Ok(coordinates)
 }
 
 /// Writes the deformations of the start shape into every other.

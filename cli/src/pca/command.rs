@@ -14,7 +14,6 @@ use super::read::{AnyAverage, StoredAverage, read_average};
 use super::record::PcaRecord;
 use super::write::write_all;
 use crate::error::{CliError, Exit};
-use crate::geodesic::draw::{Draw, Pictures};
 use crate::output::ResultDir;
 use crate::pool::in_pool;
 use crate::progress::Progress;
@@ -47,10 +46,7 @@ fn run<const D: usize>(
     args: &PcaArgs,
     progress: &Progress,
     start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Exit, CliError> {
     let params = stored.pca_params(config.params);
     let most = config.modes.unwrap_or(usize::MAX);
     progress.stage("assembling the compound operator");

@@ -22,7 +22,7 @@ use super::read::{AnyPca, StoredPca, read_pca};
 use super::record::{Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
 use crate::error::{CliError, Exit};
-use crate::geodesic::draw::{Draw, Pictures};
+use crate::geodesic::draw::portraits;
 use crate::input::place::frame_like;
 use crate::input::{AnyImages, Image, ReadOptions, read_images};
 use crate::options::{Align, Size};
@@ -113,10 +113,7 @@ fn run<const D: usize>(
     progress: &Progress,
     interrupt: Interrupt,
     start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Exit, CliError> {
     progress.stage("assembling the compound operator");
     let object = &stored.space.object;
     let align = config.align.unwrap_or(stored.average.align);
@@ -247,10 +244,7 @@ fn write_all<const D: usize>(
     names: &[String],
     found: &[Measured<D>],
     (nodes, start): ([usize; D], Instant),
-) -> Result<ScoreRecord<D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<ScoreRecord<D>, CliError> {
     let relative = |s: &Scores| -> Vec<f64> {
         let size = s.norm.max(f64::MIN_POSITIVE);
         s.errors.iter().map(|e| e / size).collect()
@@ -284,10 +278,7 @@ where
 }
 
 /// Every shape with its reconstructions by some and by all modes.
-fn picture<const D: usize>(names: &[String], found: &[Measured<D>]) -> Canvas
-where
-    Pictures: Draw<D>,
-{
+fn picture<const D: usize>(names: &[String], found: &[Measured<D>]) -> Canvas {
     let (mut shapes, mut words): (Vec<(&Contour<D>, Colour)>, Vec<String>) = Default::default();
     for (k, (name, shape)) in names.iter().zip(found).take(SHOWN).enumerate() {
         let all = shape.reconstructions.len() - 1;
@@ -299,7 +290,7 @@ where
             words.push(format!("{m} modes, Dice {:.3}", shape.dice[m]));
         }
     }
-    let pictures = Pictures::portraits(&shapes);
+    let pictures = portraits(&shapes);
     let tiles: Vec<(String, Canvas)> = words.into_iter().zip(pictures).collect();
     Tiles {
         tiles: &tiles,

@@ -14,10 +14,11 @@ use super::draw::{moved, shown};
 use super::read::{AnyPca, StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
 use crate::error::{CliError, Exit};
-use crate::geodesic::draw::{Draw, Pictures};
+use crate::geodesic::draw::portraits;
 use crate::output::ResultDir;
 use crate::output::npy::{Precision, write_field, write_mask};
-use crate::picture::{Canvas, INK, Tiles, colour};
+use crate::output::stl::write_surface;
+use crate::picture::{Canvas, INK, Shape, Tiles, colour};
 use crate::pool::in_pool;
 use crate::progress::Progress;
 
@@ -46,10 +47,7 @@ fn run<const D: usize>(
     args: &SynthesizeArgs,
     progress: &Progress,
     start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<Exit, CliError> {
     let modes = stored.space.fields.len();
     if config.scores.len() > modes {
         return Err(CliError::Option {
@@ -80,16 +78,18 @@ where
         .sample(*stored.space.object.grid());
     let directory = ResultDir::create(&args.run.output)?;
     write_arrays(&directory, &level_set, &displacement)?;
-    let portraits = Pictures::portraits(&[(&outline, INK), (&shape, colour(0))]);
+    let pictures = portraits(&[(&outline, INK), (&shape, colour(0))]);
     let names = ["average".to_owned(), "shape".to_owned()];
-    let tiles: Vec<(String, Canvas)> = names.into_iter().zip(portraits).collect();
+    let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
     let sheet = Tiles {
         tiles: &tiles,
         columns: 2,
         side: 360,
     };
     sheet.draw().write_png(&directory.file("shape.png"))?;
-    Pictures::write_shape(&directory.file("shape.stl"), &shape)?;
+    if D == 3 {
+        write_surface(&directory.file("shape.stl"), Shape::of(&shape).surface())?;
+    }
     let record = record(
         stored,
         config,

@@ -12,7 +12,6 @@ use super::record::{PcaRecord, record};
 use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
 use crate::error::CliError;
-use crate::geodesic::draw::{Draw, Pictures};
 use crate::output::apng::write_animation;
 use crate::output::matrix::write_matrix_array;
 use crate::output::npy::{Precision, write_field};
@@ -27,10 +26,7 @@ use crate::picture::Canvas;
 pub(super) fn write_all<'a, const D: usize>(
     directory: &ResultDir,
     outcome: &'a Outcome<'a, D>,
-) -> Result<PcaRecord<'a, D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+) -> Result<PcaRecord<'a, D>, CliError> {
     write_arrays(directory, outcome)?;
     let pca = outcome.pca;
     write_scores(

@@ -2,17 +2,16 @@
 //! of every command.
 //!
 //! `parts` splits label images, `align` aligns shapes with one of them, `pairs` aligns them
-//! pairwise, `label` assigns names for pictures, `record` and `home` state placements and transform
+//! pairwise, `label` assigns names for pictures, `record` states placements, and `surface` transforms
 //! results back. Boundaries are extracted at the resolution of the masks and moved by the
 //! alignment; the exact Euclidean distance to them is computed at the nodes.
 
 mod align;
-mod home;
 mod label;
 mod pairs;
 mod parts;
-
 mod record;
+mod surface;
 
 use std::path::{Path, PathBuf};
 
@@ -26,11 +25,11 @@ use crate::options::{Align, MaskOptions};
 use crate::progress::Progress;
 use align::{Alignment, align};
 
-pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, view_of};
 pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
+pub(crate) use surface::write_surface;
 
 /// Masks that are read and placed in the unit box.
 #[derive(Clone, Debug)]
