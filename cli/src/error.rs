@@ -163,8 +163,18 @@ pub enum CliError {
     #[error("the modes of variation cannot be computed: {0}")]
     Pca(shape_pca::PcaError),
     /// Ctrl-C before there was a result.
-    #[error("stopped before the figure was done; nothing has been written")]
+    #[error("stopped before there was a result; nothing has been written")]
     Stopped,
+    /// Ctrl-C before all pairs were finished.
+    #[error("stopped with {done} of {total} pairs finished, which are kept in '{}'", path.display())]
+    Unfinished {
+        /// Finished pairs.
+        done: usize,
+        /// Requested pairs.
+        total: usize,
+        /// The directory of the finished pairs.
+        path: PathBuf,
+    },
     /// A directory that is not the result of the required command.
     #[error("'{}' is no result of `shapespace {command}`: {reason}", path.display())]
     NoResult {
@@ -298,7 +308,7 @@ impl CliError {
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure
             }
-            Self::Stopped => Exit::Interrupted,
+            Self::Stopped | Self::Unfinished { .. } => Exit::Interrupted,
             _ => Exit::BadInput,
         }
     }
@@ -346,6 +356,7 @@ impl CliError {
             Self::Pca(_) => {
                 "see that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
             }
+            Self::Unfinished { .. } => "repeat the command to compute the others",
             Self::Stopped => "run it again; a smaller --grid takes less time",
             Self::Variation { .. } => "draw it over the first mask, in an image of the same size",
             Self::Spill(_) => {

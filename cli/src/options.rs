@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::allow;
 use crate::error::CliError;
+use crate::input::ReadOptions;
 
 /// Fewest nodes a side.
 const FEWEST_NODES: usize = 9;
@@ -50,6 +51,11 @@ pub enum Align {
 }
 
 impl MaskOptions {
+    /// How masks are read.
+    pub fn reading(&self) -> ReadOptions {
+        ReadOptions { label: self.label }
+    }
+
     /// The number of nodes per side in `D` dimensions.
     ///
     /// # Errors

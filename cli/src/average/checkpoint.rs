@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::args::{AverageConfig, AverageRun};
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
+use crate::history::HistoryPoint;
 use crate::input::Image;
 use crate::input::place::FrameTransform;
 use crate::output::npy::{Precision, write_field};
@@ -24,7 +25,7 @@ use crate::progress::Progress;
 use crate::report::RESULT;
 use crate::results::{ResultFields, read_record};
 use crate::shapes::VisibilityMask;
-use crate::watch::{HistoryPoint, ProgressObserver};
+use crate::watch::ProgressObserver;
 
 const STATE: &str = "state.json";
 

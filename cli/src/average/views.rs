@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use fe_grid::{Grid, ScalarField};
 
 use crate::error::CliError;
-use crate::input::{AnyImages, Image, ReadOptions, read_images};
-use crate::shapes::{Input, VisibilityMask, view_of};
+use crate::shapes::{Input, VisibilityMask, read_view, view_of};
 
 const OPTION: &str = "--valid";
 /// Denotes a mask that is bright everywhere.
@@ -30,31 +29,15 @@ pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
     })
 }
 
-/// Reads the masks; `of_dimension` takes images that have as many axes as the inputs.
+/// Reads the masks.
 ///
 /// # Errors
 /// [`CliError`] for masks that cannot be read, or have another number of axes than the inputs.
 pub(super) fn read<const D: usize>(
     valid: &[PathBuf],
-    of_dimension: impl Fn(AnyImages) -> Option<Vec<Image<D>>>,
 ) -> Result<Vec<Option<VisibilityMask<D>>>, CliError> {
-    let read = |path: &PathBuf| -> Result<Option<VisibilityMask<D>>, CliError> {
-        if path == Path::new(ALL) {
-            return Ok(None);
-        }
-        let images = read_images(std::slice::from_ref(path), &ReadOptions::default())?;
-        match of_dimension(images).and_then(|mut images| images.pop()) {
-            Some(image) => Ok(Some(VisibilityMask {
-                image,
-                option: OPTION,
-            })),
-            None => Err(CliError::Option {
-                option: OPTION,
-                value: format!("'{}'", path.display()),
-                remedy: "give a mask with as many axes and values as its input".into(),
-            }),
-        }
-    };
+    let all = Path::new(ALL);
+    let read = |path: &PathBuf| (path != all).then(|| read_view(path, OPTION)).transpose();
     valid.iter().map(read).collect()
 }
 

@@ -5,36 +5,42 @@ use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::Outcome;
 use super::draw::picture;
-use super::record::{Record, record};
+use super::record::{record, summary};
 use crate::error::CliError;
 use crate::input::Image;
-use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
+use crate::output::energy::write_energy;
 use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, deformation, numbered};
+use crate::session::Session;
 use crate::shapes::write_surface;
-use crate::watch::{HistoryPoint, is_last};
+use crate::summary::Summary;
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
 
-/// Writes everything, `result.json` last, and returns what is in it.
+/// Writes everything, `result.json` last.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
-pub(super) fn write_all<'a, const D: usize>(
+pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: &'a Outcome<D>,
-) -> Result<Record<'a, D>, CliError> {
+    outcome: &Outcome<D>,
+    session: &Session<'_>,
+) -> Result<Summary, CliError> {
     write_arrays(directory, outcome)?;
     write_vti(directory, outcome)?;
-    write_energy(directory, outcome)?;
+    let levels = &outcome.result.levels;
+    write_energy(directory, &outcome.history, &PARTS, |level| {
+        Some(levels.get(level)?.energy.parts.to_vec())
+    })?;
     let outline = average_outline(outcome)?;
     picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
     let surface = write_surface(&directory.file("average.stl"), &outcome.inputs, &outline)?;
-    let record = record(outcome, Moments::of_contour(&outline), surface);
-    record.write(directory.path())?;
-    Ok(record)
+    let volume = Moments::of_contour(&outline);
+    let record = record(outcome, volume, surface, session.start);
+    record.write(directory)?;
+    Ok(summary(&record, session.output))
 }
 
 /// Writes drawn inputs to the folder `inputs`.
@@ -117,39 +123,4 @@ fn write_vti<const D: usize>(directory: &ResultDir, outcome: &Outcome<D>) -> Res
         file = file.field(&format!("displacement_{i:03}"), displacement);
     }
     Ok(file.write(&directory.file("average.vti"))?)
-}
-
-fn write_energy<const D: usize>(
-    directory: &ResultDir,
-    outcome: &Outcome<D>,
-) -> Result<(), CliError> {
-    let points = energy_points(outcome);
-    write_energy_table(&directory.file("energy.csv"), &points, &PARTS)?;
-    Ok(write_energy_plot(
-        &directory.file("energy.svg"),
-        &points,
-        &PARTS,
-    )?)
-}
-
-/// The convergence history; the terms of the energy are known at the end of each level.
-fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
-    let history = &outcome.history;
-    let point = |(i, point): (usize, &HistoryPoint)| EnergyPoint {
-        level: point.level,
-        nodes: point.nodes,
-        iteration: point.iteration,
-        evaluations: point.evaluations,
-        total: point.energy,
-        parts: is_last(history, i)
-            .then(|| parts(outcome, point.level))
-            .flatten(),
-    };
-    history.iter().enumerate().map(point).collect()
-}
-
-/// The weighted terms of the energy at the end of a level.
-fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
-    let energy = &outcome.result.levels.get(level)?.energy;
-    Some(energy.parts.to_vec())
 }

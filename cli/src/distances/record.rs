@@ -1,5 +1,7 @@
 //! The contents of `result.json`. Missing values are left out; there are no nulls.
 
+use std::time::Instant;
+
 use ::geodesic::Form;
 use ::geodesic::distances::{Asymmetry, Linkage, Merge, TriangleReport};
 use serde::Serialize;
@@ -147,7 +149,7 @@ pub(super) struct ClassicalRecord {
 }
 
 /// The record of an outcome.
-pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
+pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Record<D> {
     let (inputs, study, config) = (&outcome.inputs, &outcome.study, &outcome.config);
     let records = &outcome.records;
     let distances = MatrixRecord::new(&study.distances);
@@ -176,7 +178,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
     };
     let status = if complete { "complete" } else { "incomplete" };
     let nodes = outcome.nodes;
-    Record::new(status, &nodes, config, found, outcome.start).of(named(outcome))
+    Record::new(status, &nodes, config, found, start).of(named(outcome))
 }
 
 /// The inputs with their names and classes.

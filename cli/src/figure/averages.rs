@@ -7,7 +7,7 @@ use levelset::Contour;
 use shape_average::{AverageParams, AverageResult, Mean};
 use shapespace_report::table::{Cell, Table};
 
-use super::scene::{Scene, apart, outline};
+use super::scene::{Scene, distance, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
@@ -70,7 +70,7 @@ pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, Cli
         }
         let mut row: Vec<Cell> = weights.iter().map(|w| (*w).into()).collect();
         row.extend(usual(&result));
-        row.push(apart(&outline(&result)?, &first)?.into());
+        row.push(distance(&outline(&result)?, &first)?.into());
         table.row(row);
     }
     Ok(Sheet {
@@ -111,7 +111,7 @@ pub(super) fn median<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
         tiles.average(&label, result);
         let mut row = vec![label.into()];
         row.extend(usual(result));
-        row.push(apart(&outline(result)?, &truth)?.into());
+        row.push(distance(&outline(result)?, &truth)?.into());
         table.row(row);
     }
     Ok(Sheet {
@@ -147,7 +147,7 @@ fn compared<const D: usize>(
     for ((result, (_, cell)), own) in results.iter().zip(cases).zip(&outlines) {
         let mut row = vec![cell.clone()];
         row.extend(usual(result));
-        row.push(apart(own, &outlines[outlines.len() - 1])?.into());
+        row.push(distance(own, &outlines[outlines.len() - 1])?.into());
         table.row(row);
     }
     Ok((table, tiles, results))
@@ -264,7 +264,7 @@ pub(super) fn adding_shapes<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
     for ((count, usual), own) in counts.iter().zip(cells).zip(&outlines) {
         let mut row = vec![Cell::from(*count)];
         row.extend(usual);
-        row.push(apart(own, &outlines[outlines.len() - 1])?.into());
+        row.push(distance(own, &outlines[outlines.len() - 1])?.into());
         table.row(row);
     }
     Ok(Sheet {

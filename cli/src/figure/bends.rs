@@ -4,7 +4,7 @@ use shape_average::AverageParams;
 use shapespace_report::table::{Cell, Table};
 
 use super::averages::{columns, usual};
-use super::scene::{Scene, apart, outline};
+use super::scene::{Scene, distance, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
@@ -51,7 +51,7 @@ pub(super) fn large_bends<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet,
         row.extend([
             result.energy.total.into(),
             iterations.into(),
-            apart(&outline(result)?, &first)?.into(),
+            distance(&outline(result)?, &first)?.into(),
         ]);
         table.row(row);
     }

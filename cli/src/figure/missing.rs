@@ -4,7 +4,7 @@ use fe_grid::ScalarField;
 use shapespace_report::table::{Cell, Table};
 
 use super::averages::{columns, usual};
-use super::scene::{Scene, apart, outline};
+use super::scene::{Scene, distance, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 
@@ -51,7 +51,7 @@ pub(super) fn missing_parts<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
         tiles.average(label, result);
         let mut row: Vec<Cell> = vec![label.into()];
         row.extend(usual(result));
-        row.push(apart(&outline(result)?, &truth)?.into());
+        row.push(distance(&outline(result)?, &truth)?.into());
         table.row(row);
     }
     Ok(Sheet {

@@ -153,7 +153,10 @@ fn analyse<const D: usize>(
     params: &AverageParams,
     kind: &Kind,
 ) -> Result<Pca<D>, CliError> {
-    scene.progress.stage(format!("modes by {}", kind.name));
+    scene
+        .session
+        .progress
+        .stage(format!("modes by {}", kind.name));
     let average = Average::of_result(result, params)?;
     let own = PcaParams {
         law: params.law,

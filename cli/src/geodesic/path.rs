@@ -117,6 +117,11 @@ impl<const D: usize> Path<D> {
         })
     }
 
+    /// `sum sqrt W_k`.
+    pub fn length(&self) -> f64 {
+        self.energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+    }
+
     /// Number of steps.
     pub fn steps(&self) -> usize {
         self.contours.len() - 1

@@ -6,37 +6,42 @@ use fe_grid::{Field, ScalarField};
 use super::Outcome;
 use super::draw::{animation, film};
 use super::path::Path;
-use super::record::{Record, record};
+use super::record::{record, summary};
 use crate::error::CliError;
 use crate::output::apng::write_animation;
-use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
+use crate::output::energy::write_energy;
 use crate::output::npy::{Precision, write_field};
 use crate::output::pvd::write_series;
 use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, deformation, numbered};
+use crate::session::Session;
 use crate::shapes::{Input, SurfaceRecord, write_surface};
-use crate::watch::is_last;
+use crate::summary::Summary;
 
 /// Names of the parts of the energy; level sets alone have the last.
 const PARTS: [&str; 3] = ["dissipation", "match", "area"];
 
-/// Writes everything, `result.json` last, and returns what is in it.
+/// Writes everything, `result.json` last.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
-pub(super) fn write_all<'a, const D: usize>(
+pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: &'a Outcome<D>,
-) -> Result<Record<'a, D>, CliError> {
+    outcome: &Outcome<D>,
+    session: &Session<'_>,
+) -> Result<Summary, CliError> {
     let path = Path::new(outcome)?;
     let surface = write_path(directory, &outcome.inputs, &path)?;
     write_motions(directory, &outcome.result.motions)?;
     write_components(directory, &outcome.result.components)?;
-    write_energy(directory, outcome)?;
-    let record = record(outcome, &path, surface);
-    record.write(directory.path())?;
-    Ok(record)
+    let names = &PARTS[..if has_area(outcome) { 3 } else { 2 }];
+    write_energy(directory, &outcome.history, names, |level| {
+        parts(outcome, level)
+    })?;
+    let record = record(outcome, &path, surface, session.start);
+    record.write(directory)?;
+    Ok(summary(&record))
 }
 
 /// Writes the files of any path: shapes and steps as arrays, as series, as tables and in pictures,
@@ -118,31 +123,6 @@ fn write_paraview<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Resu
         series.push((k as f64 / path.steps().max(1) as f64, name));
     }
     Ok(write_series(&directory.file("geodesic.pvd"), &series)?)
-}
-
-fn write_energy<const D: usize>(
-    directory: &ResultDir,
-    outcome: &Outcome<D>,
-) -> Result<(), CliError> {
-    let history = &outcome.history;
-    let points: Vec<EnergyPoint> = history
-        .iter()
-        .enumerate()
-        .map(|(i, point)| EnergyPoint {
-            level: point.level,
-            nodes: point.nodes,
-            iteration: point.iteration,
-            evaluations: point.evaluations,
-            total: point.energy,
-            parts: is_last(history, i)
-                .then(|| parts(outcome, point.level))
-                .flatten(),
-        })
-        .collect();
-    let names = &PARTS[..if has_area(outcome) { 3 } else { 2 }];
-    write_energy_table(&directory.file("energy.csv"), &points, names)?;
-    write_energy_plot(&directory.file("energy.svg"), &points, names)?;
-    Ok(())
 }
 
 fn has_area<const D: usize>(outcome: &Outcome<D>) -> bool {

@@ -1,6 +1,6 @@
 //! Result directories and files that appear under their names only when they are complete.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -8,13 +8,22 @@ use tempfile::TempDir;
 
 use super::OutputError;
 
-/// A result directory in the making: a hidden sibling of its target. [`ResultDir::commit`] gives
-/// it its name; without that it is removed.
+/// An incomplete result directory: a hidden sibling of its target, which is removed unless
+/// [`ResultDir::commit`] renames it; or a [`WorkDir`](super::WorkDir), which remains.
 #[derive(Debug)]
 pub struct ResultDir {
     target: PathBuf,
-    staging: TempDir,
     inner: PathBuf,
+    origin: Origin,
+}
+
+/// How an incomplete directory was created.
+#[derive(Debug)]
+enum Origin {
+    /// Within a temporary directory.
+    Temporary(TempDir),
+    /// Over several runs, with the name of its lock, which is held if the file system has locks.
+    Work(PathBuf, Option<File>),
 }
 
 impl ResultDir {
@@ -41,9 +50,19 @@ impl ResultDir {
         fs::create_dir(&inner).map_err(OutputError::at(target))?;
         Ok(Self {
             target: target.into(),
-            staging,
             inner,
+            origin: Origin::Temporary(staging),
         })
+    }
+
+    /// A directory that was created over several runs.
+    pub(super) fn of_work(target: PathBuf, inner: PathBuf, lock: &str, held: Option<File>) -> Self {
+        let origin = Origin::Work(inner.join(lock), held);
+        Self {
+            target,
+            inner,
+            origin,
+        }
     }
 
     /// Where to write a file that will be in the directory.
@@ -56,11 +75,6 @@ impl ResultDir {
         &self.inner
     }
 
-    /// The directory's final name.
-    pub fn target(&self) -> &Path {
-        &self.target
-    }
-
     /// Gives the directory its name.
     ///
     /// # Errors
@@ -68,10 +82,19 @@ impl ResultDir {
     /// [`OutputError::Unwritable`].
     pub fn commit(self) -> Result<PathBuf, OutputError> {
         check_target(&self.target)?;
-        fs::rename(&self.inner, &self.target).map_err(OutputError::at(&self.target))?;
-        self.staging
-            .close()
-            .map_err(OutputError::at(&self.target))?;
+        let failed = OutputError::at(&self.target);
+        let mut temporary = None;
+        match self.origin {
+            Origin::Temporary(staging) => temporary = Some(staging),
+            Origin::Work(lock, held) => {
+                drop(held);
+                fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
+            }
+        }
+        fs::rename(&self.inner, &self.target).map_err(&failed)?;
+        if let Some(staging) = temporary {
+            staging.close().map_err(&failed)?;
+        }
         Ok(self.target)
     }
 }

@@ -85,7 +85,7 @@ impl OutputError {
     }
 
     /// For `map_err` on the errors of one file.
-    pub fn at(path: &Path) -> impl Fn(io::Error) -> Self {
+    pub fn at(path: &Path) -> impl Fn(io::Error) -> Self + use<> {
         let path = path.to_path_buf();
         move |source| Self::Unwritable {
             path: path.clone(),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::directory::check_target;
+use super::directory::{ResultDir, check_target};
 use super::{OutputError, write_json};
 
 /// Ending of the name while the directory is not complete.
@@ -14,9 +14,9 @@ const ENDING: &str = ".partial";
 /// The file that the run at work holds.
 const LOCK: &str = ".lock";
 
-/// A directory in the making that outlives the program: `TARGET.partial`, beside its target. Its
-/// files appear under their names only when they are complete, and [`WorkDir::commit`] gives the
-/// directory its own. One run at a time can hold it.
+/// An incomplete directory that outlives the program: `TARGET.partial`, beside its target. Its
+/// files appear under their names only when they are complete, and the directory itself may become
+/// the result ([`WorkDir::into_result`]). One run at a time can hold it.
 #[derive(Debug)]
 pub struct WorkDir {
     target: PathBuf,
@@ -110,18 +110,9 @@ impl WorkDir {
         fs::remove_dir_all(&self.inner).map_err(OutputError::at(&self.inner))
     }
 
-    /// Gives the directory its name.
-    ///
-    /// # Errors
-    /// [`OutputError::Exists`] where the name has been taken in the meantime,
-    /// [`OutputError::Unwritable`].
-    pub fn commit(self) -> Result<PathBuf, OutputError> {
-        check_target(&self.target)?;
-        drop(self.lock);
-        let lock = self.inner.join(LOCK);
-        fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
-        fs::rename(&self.inner, &self.target).map_err(OutputError::at(&self.target))?;
-        Ok(self.target)
+    /// The result directory with all that is in it.
+    pub fn into_result(self) -> ResultDir {
+        ResultDir::of_work(self.target, self.inner, LOCK, self.lock)
     }
 }
 
@@ -155,7 +146,7 @@ mod tests {
         assert_eq!(second.get::<f64>("parts/a.json"), None);
         assert_eq!(second.get::<f64>("parts/b.json"), None);
         assert!(WorkDir::exists(&target));
-        assert_eq!(second.commit().unwrap(), target);
+        assert_eq!(second.into_result().commit().unwrap(), target);
         let names: Vec<_> = fs::read_dir(place.path()).unwrap().collect();
         assert_eq!(names.len(), 1);
         let names: Vec<_> = fs::read_dir(&target).unwrap().collect();

@@ -9,7 +9,6 @@ mod args;
 mod command;
 mod draw;
 mod images;
-mod outcome;
 mod procrustes;
 mod read;
 mod record;

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use levelset::{BoxEdge, Moments, contour};
 
+use super::command::Outcome;
 use super::draw::{DrawnModes, animated, shown};
 use super::images::ImageModes;
-use super::outcome::Outcome;
 use super::procrustes::{Procrustes, there_and_back};
-use super::record::{PcaRecord, record};
+use super::record::{record, summary};
 use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
 use crate::error::CliError;
@@ -18,17 +18,20 @@ use crate::output::npy::{Precision, write_field};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::picture::Canvas;
+use crate::session::Session;
+use crate::summary::Summary;
 
-/// Writes everything, `result.json` last, and returns what is in it.
+/// Writes everything, `result.json` last.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
-pub(super) fn write_all<'a, const D: usize>(
+pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: &'a Outcome<'a, D>,
-) -> Result<PcaRecord<'a, D>, CliError> {
+    outcome: &Outcome<D>,
+    session: &Session<'_>,
+) -> Result<Summary, CliError> {
     write_arrays(directory, outcome)?;
-    let pca = outcome.pca;
+    let pca = &outcome.pca;
     write_scores(
         &directory.file("scores.csv"),
         &outcome.stored.names,
@@ -65,10 +68,10 @@ pub(super) fn write_all<'a, const D: usize>(
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
         (size, fits(outcome)?)
     };
-    let record = record(outcome, size, &fits);
+    let record = record(outcome, size, &fits, session.start);
     write_report(&directory.file("report.md"), &record)?;
-    record.write(directory.path())?;
-    Ok(record)
+    record.write(directory)?;
+    Ok(summary(&record))
 }
 
 /// The first modes in motion.
@@ -84,7 +87,7 @@ fn write_animations(
 }
 
 /// Errors of the shapes reconstructed from their displacements.
-fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, CliError> {
+fn fits<const D: usize>(outcome: &Outcome<D>) -> Result<Vec<Procrustes<D>>, CliError> {
     let average = &outcome.stored.average;
     let shapes = average.indicators().iter().zip(average.displacements());
     shapes
@@ -99,9 +102,9 @@ fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, 
 
 fn write_arrays<const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<'_, D>,
+    outcome: &Outcome<D>,
 ) -> Result<(), CliError> {
-    let pca = outcome.pca;
+    let pca = &outcome.pca;
     let double = Precision::Double;
     for (k, u) in pca.displacements.iter().enumerate() {
         write_field(

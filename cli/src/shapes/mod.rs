@@ -27,8 +27,8 @@ use align::{Alignment, align};
 
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
-pub(crate) use parts::{Components, VisibilityMask, belongs, view_of};
-pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
+pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
+pub(crate) use record::{GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale};
 pub(crate) use surface::write_surface;
 
 /// Masks that are read and placed in the unit box.

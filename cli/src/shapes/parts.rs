@@ -5,13 +5,14 @@
 //! all labels apart, with `1 + log2 n` level sets (rounded up).
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use fe_grid::{Grid, ScalarField};
 use levelset::{Compact, Contour, ContourDistance, Step};
 
 use super::{Input, distance, placed};
 use crate::error::CliError;
-use crate::input::{Image, LEVEL};
+use crate::input::{Image, LEVEL, ReadOptions, read_image};
 
 /// Label images, split into components.
 #[derive(Clone, Debug)]
@@ -102,6 +103,24 @@ fn labels_of<const D: usize>(image: &Image<D>) -> BTreeSet<i64> {
 pub(crate) struct VisibilityMask<const D: usize> {
     pub image: Image<D>,
     pub option: &'static str,
+}
+
+/// Reads the visibility mask that an option names.
+///
+/// # Errors
+/// [`CliError`] for masks that cannot be read, or do not have `D` axes.
+pub(crate) fn read_view<const D: usize>(
+    path: &Path,
+    option: &'static str,
+) -> Result<VisibilityMask<D>, CliError> {
+    match read_image(path, &ReadOptions::default())?.of_type() {
+        Some(image) => Ok(VisibilityMask { image, option }),
+        None => Err(CliError::Option {
+            option,
+            value: format!("'{}'", path.display()),
+            remedy: "give a mask with as many axes and values as the image of its shape".into(),
+        }),
+    }
 }
 
 /// The visible part of an input.
