@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::time::Instant;
 
+use clap::Args;
 use fe_grid::Grid;
 
+use crate::config::{Config, Configured};
 use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
 use crate::options::RunOptions;
@@ -90,6 +92,27 @@ pub(crate) enum Work {
     Temporary(WorkDir),
     /// It becomes the result directory.
     Result(WorkDir),
+}
+
+/// Options of a command that is its own configuration.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ComputeArgs<C: Config> {
+    /// Parameters of the computation.
+    #[command(flatten)]
+    config: Configured<C>,
+    /// Options that do not influence the results.
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+impl<C: Config + Command> ComputeArgs<C> {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// [`CliError`]; then no result has been written.
+    pub fn run(&self) -> Result<Exit, CliError> {
+        self.config.run(|config| run(&config, &self.run))
+    }
 }
 
 /// Runs a command from the inputs to the exit code.

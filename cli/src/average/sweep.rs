@@ -10,7 +10,6 @@ use super::args::AverageConfig;
 use super::plan::{AveragePlan, plan_average};
 use super::views;
 use crate::error::CliError;
-use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::{ResultDir, numbered};
 use crate::picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
 use crate::report::{Record, first_failure, overall};
@@ -121,7 +120,9 @@ impl Command for Sweep {
         let scale = common_scale(inputs);
         let mut averages = Vec::new();
         for (i, (weights, result)) in found.iter().enumerate() {
-            write(directory, i, result)?;
+            directory.array(numbered("average", i, "npy"), &result.average)?;
+            let mask = numbered("average_mask", i, "npy");
+            directory.object(mask, &result.average_mask, 0.5)?;
             averages.push(one_record(weights, result, scale));
         }
         picture(found, &outcome.grid, self.side).write_png(&directory.file("sweep.png"))?;
@@ -133,19 +134,6 @@ impl Command for Sweep {
         record.write(directory)?;
         Ok(summary(&record))
     }
-}
-
-fn write<const D: usize>(
-    directory: &ResultDir,
-    i: usize,
-    result: &AverageResult<D>,
-) -> Result<(), CliError> {
-    let path = directory.file(numbered("average", i, "npy"));
-    write_field(&path, &result.average, Precision::Double)?;
-    let mask = result.average_mask.as_slice().iter().map(|&x| x > 0.5);
-    let size = result.average_mask.grid().nodes_per_axis();
-    let path = directory.file(numbered("average_mask", i, "npy"));
-    Ok(write_mask(&path, &mask.collect::<Vec<_>>(), &size)?)
 }
 
 fn one_record<const D: usize>(

@@ -4,24 +4,16 @@ use std::time::Instant;
 
 use ::geodesic::calculus::{Extension, SolveStatus, exponential};
 
-use super::args::{ExtendArgs, ExtendConfig};
+use super::args::ExtendConfig;
 use super::read::{StoredGeodesic, read};
 use super::record::{Extended, ExtensionRecord};
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
 use crate::output::ResultDir;
 use crate::report::word;
-use crate::session::{self, Command, PlanOf, Session};
+use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
-
-/// Runs `shapespace extend`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_extend(args: &ExtendArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| session::run(&config, &args.run))
-}
 
 /// A geodesic and its continuation.
 pub(crate) struct Outcome<const D: usize> {

@@ -9,30 +9,21 @@ use ::geodesic::{GeodesicError, GeodesicParams};
 use fe_grid::{Field, ScalarField};
 use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
 
-use super::args::{TransportArgs, TransportConfig};
+use super::args::TransportConfig;
 use super::read::{StoredGeodesic, read};
 use super::record::{TransportRecord, Transported};
 use crate::dimension::per_dimension;
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
 use crate::input::{Image, ReadOptions, read_image};
 use crate::output::ResultDir;
-use crate::output::npy::{Precision, write_field};
 use crate::picture::{analogy, colour};
 use crate::report::word;
-use crate::session::{self, Command, PlanOf, Session};
+use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{labels, place_like};
 use crate::summary::Summary;
-
-/// Runs `shapespace transport`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_transport(args: &TransportArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| session::run(&config, &args.run))
-}
 
 /// The result of a computation.
 pub(crate) struct Outcome<const D: usize> {
@@ -108,8 +99,7 @@ impl Command for TransportConfig {
             ("start", &variation.velocity),
             ("end", &counterpart.velocity),
         ] {
-            let file = directory.file(format!("variation_{place}.npy"));
-            write_field(&file, velocity, Precision::Double)?;
+            directory.array(format!("variation_{place}.npy"), velocity)?;
         }
         let geodesic = &outcome.geodesic;
         let level_set = &geodesic.level_sets[0];

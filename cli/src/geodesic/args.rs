@@ -6,20 +6,9 @@ use ::geodesic::{Form, GeodesicParams};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Config, Configured, allow};
+use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::options::{MaskOptions, RunOptions, named};
-
-/// Options of `shapespace geodesic`.
-#[derive(Clone, Debug, Args)]
-pub struct GeodesicArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<GeodesicConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
-}
+use crate::options::{MaskOptions, named};
 
 /// Configuration of `shapespace geodesic`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]

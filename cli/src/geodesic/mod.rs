@@ -15,15 +15,15 @@ use std::time::Instant;
 use ::geodesic::{Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between};
 use fe_grid::{Grid, ScalarField};
 
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::output::ResultDir;
-use crate::session::{self, Command, PlanOf, Session};
+use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Components, Input, VisibilityMask, prepare, view_of};
 use crate::summary::Summary;
 use plan::{GeodesicPlan, plan_geodesic};
 
-pub use args::{GeodesicArgs, GeodesicConfig, Occluded};
+pub use args::{GeodesicConfig, Occluded};
 pub(crate) use args::{check_area, check_path};
 
 /// The result of a computation.
@@ -37,14 +37,6 @@ pub(crate) struct Outcome<const D: usize> {
     history: Vec<HistoryPoint>,
     /// Seconds of the minimisation.
     solver_seconds: f64,
-}
-
-/// Runs `shapespace geodesic`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_geodesic(args: &GeodesicArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| session::run(&config, &args.run))
 }
 
 impl Command for GeodesicConfig {

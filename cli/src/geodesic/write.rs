@@ -1,7 +1,7 @@
 //! The files of a result directory.
 
 use ::geodesic::{Form, GeodesicParams};
-use fe_grid::{Field, ScalarField};
+use fe_grid::ScalarField;
 
 use super::Outcome;
 use super::draw::{animation, film};
@@ -10,11 +10,11 @@ use super::record::{record, summary};
 use crate::error::CliError;
 use crate::output::apng::write_animation;
 use crate::output::energy::write_energy;
-use crate::output::npy::{Precision, write_field};
+use crate::output::npy::Precision;
 use crate::output::pvd::write_series;
 use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
-use crate::output::{ResultDir, deformation, numbered};
+use crate::output::{ResultDir, numbered};
 use crate::session::Session;
 use crate::shapes::{Input, SurfaceRecord, write_surface};
 use crate::summary::Summary;
@@ -33,8 +33,12 @@ pub(super) fn write_all<const D: usize>(
 ) -> Result<Summary, CliError> {
     let path = Path::new(outcome)?;
     let surface = write_path(directory, &outcome.inputs, &path)?;
-    write_motions(directory, &outcome.result.motions)?;
-    write_components(directory, &outcome.result.components)?;
+    directory.deformations("psi", 1, &outcome.result.motions)?;
+    for (k, components) in outcome.result.components.iter().enumerate() {
+        for (i, level_set) in components.iter().enumerate() {
+            directory.array(format!("shape_{k:03}_component_{i}.npy"), level_set)?;
+        }
+    }
     let names = &PARTS[..if has_area(outcome) { 3 } else { 2 }];
     write_energy(directory, &outcome.history, names, |level| {
         parts(outcome, level)
@@ -54,7 +58,8 @@ pub(crate) fn write_path<const D: usize>(
     inputs: &[Input<D>],
     path: &Path<D>,
 ) -> Result<Option<SurfaceRecord>, CliError> {
-    write_arrays(directory, path)?;
+    directory.arrays("shape", 0, &path.level_sets)?;
+    directory.deformations("deformation", 1, &path.displacements[..path.steps()])?;
     write_paraview(directory, path)?;
     write_steps(directory, path)?;
     film(path).write_png(&directory.file("geodesic.png"))?;
@@ -67,53 +72,12 @@ pub(crate) fn write_path<const D: usize>(
     Ok(coordinates)
 }
 
-/// Writes the deformations of the start shape into every other.
-///
-/// # Errors
-/// [`CliError::Output`].
-pub(crate) fn write_motions<const D: usize>(
-    directory: &ResultDir,
-    motions: &[Field<f64, D, D>],
-) -> Result<(), CliError> {
-    for (k, motion) in motions.iter().enumerate() {
-        let path = directory.file(numbered("psi", k + 1, "npy"));
-        write_field(&path, &deformation(motion), Precision::Double)?;
-    }
-    Ok(())
-}
-
-/// Writes the level sets of the components of all shapes, where there are several.
-fn write_components<const D: usize>(
-    directory: &ResultDir,
-    shapes: &[Vec<ScalarField<f64, D>>],
-) -> Result<(), CliError> {
-    for (k, components) in shapes.iter().enumerate() {
-        for (i, level_set) in components.iter().enumerate() {
-            let name = format!("shape_{k:03}_component_{i}.npy");
-            write_field(&directory.file(name), level_set, Precision::Double)?;
-        }
-    }
-    Ok(())
-}
-
-fn write_arrays<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
-    for (k, level_set) in path.level_sets.iter().enumerate() {
-        let file = directory.file(numbered("shape", k, "npy"));
-        write_field(&file, level_set, Precision::Double)?;
-    }
-    for (k, displacement) in path.displacements[..path.steps()].iter().enumerate() {
-        let file = directory.file(numbered("deformation", k + 1, "npy"));
-        write_field(&file, &deformation(displacement), Precision::Double)?;
-    }
-    Ok(())
-}
-
 /// One file for every shape, with the step that deforms it into the next; the last shape has
 /// zeros there, since all files of a series hold the same fields.
 fn write_paraview<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
     let mut series = Vec::new();
     for (k, level_set) in path.level_sets.iter().enumerate() {
-        let none = fe_grid::ScalarField::zeros(*level_set.grid());
+        let none = ScalarField::zeros(*level_set.grid());
         let name = numbered("shape", k, "vti");
         VtiFile::new(*level_set.grid(), Precision::Single)
             .field("level_set", level_set)

@@ -1,6 +1,7 @@
 //! Results out: a directory that appears as a whole or not at all, and the formats in it.
 
 pub mod apng;
+mod arrays;
 mod directory;
 pub mod energy;
 mod json;

@@ -60,6 +60,21 @@ impl<'a, const D: usize> VtiFile<'a, D> {
         self
     }
 
+    /// Adds fields as `kind_000` and so on.
+    ///
+    /// # Panics
+    /// If a field is on another grid.
+    pub fn fields<T: Element, const M: usize>(
+        self,
+        kind: &str,
+        fields: impl IntoIterator<Item = &'a Field<T, D, M>>,
+    ) -> Self {
+        let fields = fields.into_iter().enumerate();
+        fields.fold(self, |file, (i, field)| {
+            file.field(&format!("{kind}_{i:03}"), field)
+        })
+    }
+
     /// Writes the file.
     ///
     /// # Errors

@@ -4,22 +4,14 @@ use std::fs;
 
 use shape_pca::{Compound, Pca, Quality};
 
-use super::args::{PcaArgs, PcaConfig};
+use super::args::PcaConfig;
 use super::read::{StoredAverage, read_average};
 use super::write::write_all;
 use crate::dimension::per_dimension;
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::output::ResultDir;
-use crate::session::{self, Command, PlanOf, Session};
+use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
-
-/// Runs `shapespace pca`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_pca(args: &PcaArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| session::run(&config, &args.run))
-}
 
 /// The result of an analysis.
 pub(crate) struct Outcome<const D: usize> {

@@ -12,22 +12,21 @@ use shape_average::align::align_to;
 use shape_average::{AverageResult, match_to};
 use shape_pca::{Compound, Scores, Source};
 
-use super::args::{ScoreArgs, ScoreConfig};
+use super::args::ScoreConfig;
 use super::draw::{moved, shown};
 use super::procrustes::{Procrustes, there_and_back};
 use super::read::{StoredPca, read_pca};
 use super::record::{Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
 use crate::dimension::per_dimension;
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::input::place::frame_like;
 use crate::input::{Image, ReadOptions, read_images};
 use crate::options::{Align, Size};
-use crate::output::npy::{Precision, write_field};
-use crate::output::{ResultDir, numbered};
+use crate::output::ResultDir;
 use crate::picture::{Canvas, Colour, INK, Tiles, colour};
-use crate::session::{self, Command, PlanOf, Session};
+use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{labels, place_like};
 use crate::summary::Summary;
 
@@ -35,14 +34,6 @@ use crate::summary::Summary;
 const ALIGNMENT_NODES: [usize; 2] = [65, 33];
 /// Maximum number of shapes in the picture.
 const SHOWN: usize = 12;
-
-/// Runs `shapespace score`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_score(args: &ScoreArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| session::run(&config, &args.run))
-}
 
 /// The scores of all shapes.
 pub(crate) struct Outcome<const D: usize> {
@@ -150,10 +141,8 @@ impl Command for ScoreConfig {
     ) -> Result<Summary, CliError> {
         let (names, shapes) = (&outcome.names, &outcome.shapes);
         let placed = placements(shapes);
-        for (k, shape) in shapes.iter().enumerate() {
-            let file = directory.file(numbered("displacement", k, "npy"));
-            write_field(&file, &shape.displacement, Precision::Double)?;
-        }
+        let displacements = shapes.iter().map(|shape| &shape.displacement);
+        directory.arrays("displacement", 0, displacements)?;
         let scores: Vec<Scores> = shapes.iter().map(|shape| shape.scores.clone()).collect();
         write_scores(&directory.file("scores.csv"), names, &scores)?;
         write_reconstruction(

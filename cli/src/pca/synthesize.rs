@@ -2,30 +2,21 @@
 
 use std::time::Instant;
 
-use fe_grid::{ScalarField, VectorField, certify_within};
+use fe_grid::{VectorField, certify_within};
 use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
 use shape_pca::{Compound, Finite, FiniteReport};
 
-use super::args::{SynthesizeArgs, SynthesizeConfig};
+use super::args::SynthesizeConfig;
 use super::draw::{moved, shown};
 use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::output::ResultDir;
-use crate::output::npy::{Precision, write_field, write_mask};
 use crate::output::stl::write_surface;
 use crate::picture::{Canvas, INK, Shape, Tiles, colour};
-use crate::session::{self, Command, PlanOf, Session};
+use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
-
-/// Runs `shapespace synthesize`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_synthesize(args: &SynthesizeArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| session::run(&config, &args.run))
-}
 
 /// A shape as a displacement of the average.
 pub(crate) struct Outcome<const D: usize> {
@@ -93,7 +84,9 @@ impl Command for SynthesizeConfig {
         let shape = moved(&outline, &outcome.displacement, 1.0);
         let distance = ContourDistance::new(&shape).map_err(shown)?;
         let level_set = distance.sample(*object.grid());
-        write_arrays(directory, &level_set, &outcome.displacement)?;
+        directory.array("shape.npy", &level_set)?;
+        directory.array("displacement.npy", &outcome.displacement)?;
+        directory.object("shape_mask.npy", &level_set, 0.0)?;
         let pictures = portraits(&[(&outline, INK), (&shape, colour(0))]);
         let names = ["average", "shape"].map(String::from);
         let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
@@ -110,19 +103,6 @@ impl Command for SynthesizeConfig {
         record.write(directory)?;
         Ok(summary(&record))
     }
-}
-
-fn write_arrays<const D: usize>(
-    directory: &ResultDir,
-    level_set: &ScalarField<f64, D>,
-    displacement: &VectorField<f64, D>,
-) -> Result<(), CliError> {
-    let double = Precision::Double;
-    write_field(&directory.file("shape.npy"), level_set, double)?;
-    write_field(&directory.file("displacement.npy"), displacement, double)?;
-    let mask: Vec<bool> = level_set.as_slice().iter().map(|&d| d > 0.0).collect();
-    let size = level_set.grid().nodes_per_axis();
-    Ok(write_mask(&directory.file("shape_mask.npy"), &mask, &size)?)
 }
 
 fn record<const D: usize>(

@@ -1,7 +1,5 @@
 //! The files of the directory of an analysis.
 
-use std::path::Path;
-
 use levelset::{BoxEdge, Moments, contour};
 
 use super::command::Outcome;
@@ -14,7 +12,7 @@ use super::tables::{write_quality, write_scores, write_scree};
 use crate::error::CliError;
 use crate::output::apng::write_animation;
 use crate::output::matrix::write_matrix_array;
-use crate::output::npy::{Precision, write_field};
+use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::picture::Canvas;
@@ -104,31 +102,16 @@ fn write_arrays<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<D>,
 ) -> Result<(), CliError> {
-    let pca = &outcome.pca;
-    let double = Precision::Double;
-    for (k, u) in pca.displacements.iter().enumerate() {
-        write_field(
-            &directory.file(numbered("displacement", k, "npy")),
-            u,
-            double,
-        )?;
-    }
-    for (j, mode) in pca.space.fields.iter().enumerate() {
-        write_field(&directory.file(numbered("mode", j, "npy")), mode, double)?;
-    }
-    let object = &pca.space.object;
-    write_field(
-        &directory.file("mean_displacement.npy"),
-        &pca.space.mean,
-        double,
-    )?;
-    write_field(&directory.file("object.npy"), object, double)?;
+    let (pca, space) = (&outcome.pca, &outcome.pca.space);
+    directory.arrays("displacement", 0, &pca.displacements)?;
+    directory.arrays("mode", 0, &space.fields)?;
+    directory.array("mean_displacement.npy", &space.mean)?;
+    directory.array("object.npy", &space.object)?;
     let gram = |i: usize, j: usize| Some(pca.gram[(i, j)]);
     write_matrix_array(&directory.file("gram.npy"), pca.gram.nrows(), gram)?;
-    let mut file = VtiFile::new(*object.grid(), Precision::Single).field("object", object);
-    for (j, mode) in pca.space.fields.iter().enumerate() {
-        file = file.field(&format!("mode_{j:03}"), mode);
-    }
-    let path: &Path = &directory.file("modes.vti");
-    Ok(file.write(path)?)
+    VtiFile::new(*space.object.grid(), Precision::Single)
+        .field("object", &space.object)
+        .fields("mode", &space.fields)
+        .write(&directory.file("modes.vti"))?;
+    Ok(())
 }

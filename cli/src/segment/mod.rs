@@ -10,22 +10,14 @@ mod plan;
 mod record;
 mod write;
 
-pub use args::{Object, SegmentArgs, SegmentConfig};
+pub use args::{Object, SegmentConfig};
 
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::output::ResultDir;
-use crate::session::{self, Command, PlanOf, Session};
+use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
 use compute::Found;
 use plan::{SegmentPlan, plan_segment};
-
-/// Runs `shapespace segment`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_segment(args: &SegmentArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| session::run(&config, &args.run))
-}
 
 impl Command for SegmentConfig {
     type Plan<const D: usize> = SegmentPlan<D>;

@@ -10,7 +10,7 @@ use super::draw;
 use super::record::{record, summary};
 use crate::error::CliError;
 use crate::output::energy::{EnergyPoint, energy_points, write_energy_plot, write_energy_table};
-use crate::output::npy::{Precision, write_field, write_mask};
+use crate::output::npy::{Precision, write_mask};
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, numbered, write_text};
 use crate::session::Session;
@@ -58,18 +58,11 @@ fn write_image<const D: usize>(
     let result = &found.result;
     let grid = *result.image.grid();
     let file = |kind: &str, ending: &str| directory.file(numbered(kind, i, ending));
-    write_field(&file("smoothed", "npy"), &result.image, Precision::Double)?;
-    write_field(
-        &file("phasefield", "npy"),
-        &result.phase_field,
-        Precision::Double,
-    )?;
-    let edges: Vec<bool> = result
-        .phase_field
-        .as_slice()
-        .iter()
-        .map(|v| *v < 0.5)
-        .collect();
+    let name = |kind: &str| numbered(kind, i, "npy");
+    directory.array(name("smoothed"), &result.image)?;
+    directory.array(name("phasefield"), &result.phase_field)?;
+    let edges = result.phase_field.as_slice().iter().map(|v| *v < 0.5);
+    let edges: Vec<bool> = edges.collect();
     write_mask(&file("edges", "npy"), &edges, &grid.nodes_per_axis())?;
     let mut vti = VtiFile::new(grid, Precision::Single)
         .field("smoothed", &result.image)

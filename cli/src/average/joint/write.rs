@@ -8,9 +8,9 @@ use super::draw;
 use super::record::{record, summary};
 use crate::error::CliError;
 use crate::output::energy::write_energy;
-use crate::output::npy::{Precision, write_field};
+use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
-use crate::output::{ResultDir, deformation, numbered};
+use crate::output::{ResultDir, numbered};
 use crate::session::Session;
 use crate::summary::Summary;
 
@@ -27,43 +27,29 @@ pub(super) fn write_all<const D: usize>(
     session: &Session<'_>,
 ) -> Result<Summary, CliError> {
     let result = &outcome.result;
-    let field = |name: &str, field: &ScalarField<f64, D>| {
-        write_field(&directory.file(name), field, Precision::Double)
-    };
-    field("average.npy", &result.average)?;
-    field("average_image.npy", &result.average_image)?;
-    let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
-        .field("average", &result.average)
-        .field("average_image", &result.average_image);
+    directory.array("average.npy", &result.average)?;
+    directory.array("average_image.npy", &result.average_image)?;
+    directory.arrays("smoothed", 0, &result.images)?;
+    directory.arrays("phasefield", 0, &result.phase_fields)?;
+    directory.deformations("deformation", 0, &result.displacements)?;
     let maps: Vec<StrainMaps> = result.displacements.iter().map(StrainMaps::new).collect();
     for (i, displacement) in result.displacements.iter().enumerate() {
-        let file = |kind: &str| directory.file(numbered(kind, i, "npy"));
-        write_field(&file("smoothed"), &result.images[i], Precision::Double)?;
-        write_field(
-            &file("phasefield"),
-            &result.phase_fields[i],
-            Precision::Double,
-        )?;
-        write_field(&file("predicted"), &result.predicted(i), Precision::Double)?;
-        write_field(
-            &file("deformation"),
-            &deformation(displacement),
-            Precision::Double,
-        )?;
-        // One number a cell.
+        directory.array(numbered("predicted", i, "npy"), &result.predicted(i))?;
+        // One number per cell.
         let cells = displacement.grid().cells_per_axis();
         let lattice = Grid::with_nodes(cells, displacement.grid().spacing())?;
-        for (kind, map) in [
-            ("norm", &maps[i].norm),
-            ("determinant", &maps[i].determinant),
-        ] {
+        let (norm, determinant) = (&maps[i].norm, &maps[i].determinant);
+        for (kind, map) in [("norm", norm), ("determinant", determinant)] {
             let map = ScalarField::from_vec(lattice, map.clone())?;
-            write_field(&file(kind), &map, Precision::Double)?;
+            directory.array(numbered(kind, i, "npy"), &map)?;
         }
-        vti = vti.field(&format!("displacement_{i:03}"), displacement);
-        vti = vti.field(&format!("phase_field_{i:03}"), &result.phase_fields[i]);
     }
-    vti.write(&directory.file("average.vti"))?;
+    VtiFile::new(*result.average.grid(), Precision::Single)
+        .field("average", &result.average)
+        .field("average_image", &result.average_image)
+        .fields("displacement", &result.displacements)
+        .fields("phase_field", &result.phase_fields)
+        .write(&directory.file("average.vti"))?;
     write_energy(directory, &outcome.history, &PARTS, |level| {
         parts(outcome, level)
     })?;
