@@ -110,7 +110,7 @@ fn record<const D: usize>(
         steps_found: extension.step_energies.len(),
         start_shapes: extension.pieces.len(),
         length: path.length(),
-        step_energies: path.energies,
+        step_energies: path.parts.energies,
         volumes: path.sizes,
         certificate: extension.certificate,
         equations: &extension.reports,

@@ -112,7 +112,12 @@ impl Command for TransportConfig {
             &path.contours[last],
         ];
         let [first_name, last_name] = geodesic.names.clone();
-        let names = [first_name, last_name, self.name(), path.names[last].clone()];
+        let names = [
+            first_name,
+            last_name,
+            self.name(),
+            path.parts.names[last].clone(),
+        ];
         let tiles: Vec<_> = ends.into_iter().zip([0, 0, 1, 1].map(colour)).collect();
         analogy(&names, &portraits(&tiles)).write_png(&directory.file("analogy.png"))?;
         let shot = &counterpart.shot;
@@ -128,7 +133,7 @@ impl Command for TransportConfig {
                 size(ends[1])?,
                 size(ends[3])?,
             ],
-            step_energies: path.energies,
+            step_energies: path.parts.energies,
             certificate: shot.certificate,
             equations: &counterpart.reports,
         };

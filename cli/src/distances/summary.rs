@@ -1,13 +1,14 @@
 //! The summary of distances.
 
-use super::record::{MarkOutcome, MarkRecord, MatrixRecord, Record};
+use super::record::{MarkOutcome, MarkRecord, Record};
+use super::study::Distances;
 use crate::summary::Summary;
 
 /// Maximum number of marked paths that are listed.
 const NAMED: usize = 6;
 
 /// The summary of a result.
-pub(super) fn summary<const D: usize>(record: &Record<D>) -> Summary {
+pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     let title = format!(
         "Distances of {} shapes on {} nodes, {} steps, {}: {} pairs, {:.1} s",
         record.input.len(),
@@ -33,8 +34,8 @@ pub(super) fn summary<const D: usize>(record: &Record<D>) -> Summary {
     summary
 }
 
-fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<D>) {
-    let (distances, elastic) = (&record.body.distances, &record.body.elastic);
+fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
+    let (distances, elastic) = (record.body.distances, record.body.elastic);
     let range = distances.range().map_or_else(
         || "NOT between all shapes: no clusters and no map".into(),
         |[low, high]| format!("from {low:.4e} to {high:.4e}"),
@@ -56,7 +57,7 @@ fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<D>)
     );
 }
 
-fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<D>) {
+fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
     let found = &record.body;
     if let Some(clustering) = &found.clustering {
         summary.line("clusters", clustering.clusters);
@@ -68,8 +69,8 @@ fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<D>) {
             format!("stress {stress:.3}, {share:.0} % of the variance in classical scaling"),
         );
     }
-    for (name, matrix) in [("classes", &found.distances), ("elastic", &found.elastic)] {
-        let Some(agreement) = matrix.agreement else {
+    for (name, distances) in [("classes", found.distances), ("elastic", found.elastic)] {
+        let Some(agreement) = distances.completed.as_ref().and_then(|c| c.agreement) else {
             continue;
         };
         let nearest = agreement.nearest_neighbour_accuracy.map_or_else(
@@ -87,8 +88,8 @@ fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<D>) {
     }
 }
 
-fn violations(matrix: &MatrixRecord) -> String {
-    let triangles = &matrix.triangles;
+fn violations(distances: &Distances) -> String {
+    let triangles = &distances.triangles;
     match triangles.violations {
         0 => "0".into(),
         n => format!("{n} (by {:.1} % at most)", 100.0 * triangles.worst),
@@ -96,7 +97,7 @@ fn violations(matrix: &MatrixRecord) -> String {
 }
 
 /// Lists unusable paths.
-fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<D>) {
+fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
     let (found, steps) = (&record.body, record.parameters.params.steps);
     let unfinished = found.paths.iter().filter(|p| p.status != "converged");
     let (unfinished, all) = (unfinished.count(), found.paths.len());
@@ -110,9 +111,9 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<D>) {
         let marks = found.marked.iter();
         marks.filter(|mark| mark.outcome != MarkOutcome::Replaced)
     };
-    let counting = by_path(remaining().filter(|mark| mark.steps == steps));
-    let fewer = by_path(remaining().filter(|mark| mark.steps != steps)).len();
-    let is_used = |mark: &&&MarkRecord| mark.outcome == MarkOutcome::Used;
+    let counting = by_path(remaining().filter(|mark| mark.path.steps == steps));
+    let fewer = by_path(remaining().filter(|mark| mark.path.steps != steps)).len();
+    let is_used = |mark: &&&MarkRecord<'_>| mark.outcome == MarkOutcome::Used;
     let (marked, used) = (counting.len(), counting.iter().filter(is_used).count());
     summary.line(
         "marked",
@@ -130,17 +131,18 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<D>) {
     }
     for mark in counting.iter().take(NAMED) {
         let [start, end] = [mark.start, mark.end].map(|i| record.input[i].name.as_str());
-        let why = if mark.end_reached {
+        let why = if mark.path.end_reached {
             "it folds".into()
         } else {
-            format!("Dice {:.3}", mark.dice_end)
+            format!("Dice {:.3}", mark.path.dice_end)
         };
         summary.line("", format!("{start} to {end}: {why}"));
     }
     if counting.len() > NAMED {
         summary.line("", "and others, see result.json");
     }
-    let completed = found.distances.bridged.len();
+    let completed = found.distances.completed.as_ref();
+    let completed = completed.map_or(0, |completed| completed.bridged.len());
     if completed > 0 {
         summary.line(
             "",
@@ -153,12 +155,12 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<D>) {
 }
 
 /// The best attempt of each path: those of one path are adjacent.
-fn by_path<'a>(marks: impl Iterator<Item = &'a MarkRecord>) -> Vec<&'a MarkRecord> {
-    let mut best: Vec<&MarkRecord> = Vec::new();
+fn by_path<'a>(marks: impl Iterator<Item = &'a MarkRecord<'a>>) -> Vec<&'a MarkRecord<'a>> {
+    let mut best: Vec<&MarkRecord<'_>> = Vec::new();
     for mark in marks {
         match best.last_mut() {
             Some(last) if (last.start, last.end) == (mark.start, mark.end) => {
-                if mark.dice_end > last.dice_end {
+                if mark.path.dice_end > last.path.dice_end {
                     *last = mark;
                 }
             }

@@ -34,7 +34,7 @@ pub(super) fn write_all<const D: usize>(
 fn write_tables<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<D>,
-    record: &Record<D>,
+    record: &Record<'_, D>,
 ) -> Result<(), CliError> {
     let (study, inputs) = (&outcome.study, &outcome.inputs);
     let names: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();

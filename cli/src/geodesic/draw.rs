@@ -21,7 +21,7 @@ pub(crate) fn film<const D: usize>(path: &Path<D>) -> Canvas {
     let shapes = parallel::map(outlines.iter().enumerate(), &|(k, shape)| {
         let mut canvas = camera.portrait(shape, colour_at(path, k, 0.0));
         draw_labels(&camera, &mut canvas, path, k, 0.0);
-        if let Some(target) = path.target.as_ref().filter(|_| k == path.steps()) {
+        if let Some(target) = path.parts.target.as_ref().filter(|_| k == path.steps()) {
             camera.outline_over(&mut canvas, &Shape::of(target), INK);
         }
         canvas
@@ -33,8 +33,9 @@ pub(crate) fn film<const D: usize>(path: &Path<D>) -> Canvas {
             heat(density.sample(std::array::from_fn(|k| p[k]))[0] / scale)
         })
     });
-    let shapes: Vec<_> = path.names.iter().cloned().zip(shapes).collect();
+    let shapes: Vec<_> = path.parts.names.iter().cloned().zip(shapes).collect();
     let energies = path
+        .parts
         .energies
         .iter()
         .map(|energy| format!("W = {energy:.2e}"));

@@ -1,7 +1,7 @@
 //! The files of a result directory.
 
 use ::geodesic::{Form, GeodesicParams};
-use fe_grid::ScalarField;
+use fe_grid::{Field, ScalarField};
 
 use super::Outcome;
 use super::draw::{animation, film};
@@ -58,8 +58,8 @@ pub(crate) fn write_path<const D: usize>(
     inputs: &[Input<D>],
     path: &Path<D>,
 ) -> Result<Option<SurfaceRecord>, CliError> {
-    directory.arrays("shape", 0, &path.level_sets)?;
-    directory.deformations("deformation", 1, &path.displacements[..path.steps()])?;
+    directory.arrays("shape", 0, &path.parts.level_sets)?;
+    directory.deformations("deformation", 1, &path.parts.displacements)?;
     write_paraview(directory, path)?;
     write_steps(directory, path)?;
     film(path).write_png(&directory.file("geodesic.png"))?;
@@ -76,12 +76,16 @@ pub(crate) fn write_path<const D: usize>(
 /// zeros there, since all files of a series hold the same fields.
 fn write_paraview<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
     let mut series = Vec::new();
-    for (k, level_set) in path.level_sets.iter().enumerate() {
+    for (k, level_set) in path.parts.level_sets.iter().enumerate() {
         let none = ScalarField::zeros(*level_set.grid());
+        let still = Field::zeros(*level_set.grid());
         let name = numbered("shape", k, "vti");
         VtiFile::new(*level_set.grid(), Precision::Single)
             .field("level_set", level_set)
-            .field("displacement", &path.displacements[k])
+            .field(
+                "displacement",
+                path.parts.displacements.get(k).unwrap_or(&still),
+            )
             .field("dissipation", path.densities.get(k).unwrap_or(&none))
             .write(&directory.file(&name))?;
         series.push((k as f64 / path.steps().max(1) as f64, name));
@@ -115,7 +119,7 @@ fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>>
 
 fn write_steps<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
     let table = StepTable {
-        energies: &path.energies,
+        energies: &path.parts.energies,
         sizes: &path.sizes,
         size: if D == 2 { "area" } else { "volume" },
     };
