@@ -27,9 +27,9 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Computes the elastic average of two or more shapes, given as masks or grey images.
+    /// Computes the elastic average of two or more shapes in masks or grey images.
     Average(Box<AverageArgs>),
-    /// Computes the geodesic (shortest path) between two shapes given as masks.
+    /// Computes the geodesic (shortest path) between two shapes in masks.
     Geodesic(Box<ComputeArgs<GeodesicConfig>>),
     /// Continues a geodesic beyond its end (discrete exponential map).
     Extend(ComputeArgs<ExtendConfig>),
@@ -45,7 +45,7 @@ enum Command {
     Synthesize(ComputeArgs<SynthesizeConfig>),
     /// Computes the scores of new shapes in the modes of variation.
     Score(ComputeArgs<ScoreConfig>),
-    /// Draws a figure with a table that compares averages or modes, on drawn or given shapes.
+    /// Draws a figure with a table that compares averages or modes, on built-in shapes or masks.
     Figure(FigureArgs),
     /// Runs numerical experiments that check the theory.
     Verify(VerifyArgs),

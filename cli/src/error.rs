@@ -46,7 +46,7 @@ pub enum CliError {
         command: &'static str,
         /// Inputs it needs.
         needed: usize,
-        /// Inputs given.
+        /// Inputs found.
         found: usize,
     },
     /// An input that is not named.
@@ -76,17 +76,17 @@ pub enum CliError {
     /// Classes that are not known.
     #[error("--classes {source_name} cannot be used: {reason}")]
     Classes {
-        /// What was given.
+        /// The value of the option.
         source_name: String,
         /// Why not.
         reason: String,
     },
-    /// A run that was begun with other parameters or inputs.
-    #[error("'{}' was begun with other parameters or inputs: {differences}", path.display())]
+    /// An unfinished run with other parameters or inputs.
+    #[error("'{}' belongs to a run with other parameters or inputs: {differences}", path.display())]
     OtherWork {
         /// The folder.
         path: PathBuf,
-        /// What is not the same.
+        /// The differences.
         differences: String,
     },
     /// An option that is out of its range.
@@ -94,7 +94,7 @@ pub enum CliError {
     Option {
         /// The option.
         option: &'static str,
-        /// The value given.
+        /// The value.
         value: String,
         /// What is allowed.
         remedy: String,
@@ -104,7 +104,7 @@ pub enum CliError {
     Parameter {
         /// Its name.
         name: &'static str,
-        /// The value given.
+        /// The value.
         value: String,
         /// What is allowed.
         expected: String,
@@ -152,7 +152,7 @@ pub enum CliError {
     #[error("the geodesic cannot be computed: {0}")]
     Geodesic(geodesic::GeodesicError),
     /// A directory that does not contain a geodesic that can be continued.
-    #[error("'{}' is no geodesic that can be gone on from: {reason}", path.display())]
+    #[error("'{}' is not a geodesic that can be continued: {reason}", path.display())]
     NoGeodesic {
         /// The directory.
         path: PathBuf,
@@ -176,7 +176,7 @@ pub enum CliError {
         path: PathBuf,
     },
     /// A directory that is not the result of the required command.
-    #[error("'{}' is no result of `shapespace {command}`: {reason}", path.display())]
+    #[error("'{}' is not a result of `shapespace {command}`: {reason}", path.display())]
     NoResult {
         /// The directory.
         path: PathBuf,
@@ -186,7 +186,7 @@ pub enum CliError {
         reason: String,
     },
     /// A variation that does not fit a geodesic.
-    #[error("'{}' is no variation of the geodesic's first shape: it {reason}", path.display())]
+    #[error("'{}' is not a variation of the geodesic's first shape: it {reason}", path.display())]
     Variation {
         /// The file.
         path: PathBuf,
@@ -335,7 +335,7 @@ impl CliError {
                 "give 'folder', 'prefix', or a file with a line 'file,class' for every mask"
             }
             Self::OtherWork { .. } => {
-                "repeat that command to go on with it, choose another name after -o, or remove the folder"
+                "repeat that command to continue it, choose another name after -o, or remove the folder"
             }
             Self::Law { .. } => {
                 "change --lambda or --mu, or choose another law; logdet takes all of them"

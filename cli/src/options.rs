@@ -125,7 +125,7 @@ pub struct ScaleOptions {
 }
 
 impl ScaleOptions {
-    /// Checks the numbers that are given.
+    /// Checks the numbers.
     ///
     /// # Errors
     /// [`CliError::Parameter`].
@@ -160,7 +160,7 @@ pub(crate) fn named(
     Ok(())
 }
 
-/// Rejects a number that is given and not positive.
+/// Rejects a number that is not positive.
 ///
 /// # Errors
 /// [`CliError::Parameter`].

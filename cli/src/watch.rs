@@ -207,7 +207,7 @@ mod tests {
         step(Some(1), 0, 1);
         step(None, 1, 2);
         let history = watch.finish();
-        let seen: Vec<_> = history.iter().map(|c| (c.nodes, c.evaluations)).collect();
-        assert_eq!(seen, [(9, 1), (9, 3), (17, 4), (17, 5)]);
+        let found: Vec<_> = history.iter().map(|c| (c.nodes, c.evaluations)).collect();
+        assert_eq!(found, [(9, 1), (9, 3), (17, 4), (17, 5)]);
     }
 }

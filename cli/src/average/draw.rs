@@ -46,10 +46,10 @@ fn warped<const D: usize>(outcome: &Outcome<D>) -> Result<Vec<Shape>, CliError> 
     let result = &outcome.result;
     let visible = |(i, distance): (usize, &ScalarField<f64, D>)| {
         let warped = contour(distance, 0.0, BoxEdge::Closed).map_err(AverageError::from)?;
-        let Some(seen) = result.pushed_visibility.get(i) else {
+        let Some(visibility) = result.pushed_visibility.get(i) else {
             return Ok(Shape::of(&warped));
         };
-        let visible = |x: &[f64; D]| seen.sample(*x)[0] > 0.5;
+        let visible = |x: &[f64; D]| visibility.sample(*x)[0] > 0.5;
         Ok(Shape::of(
             &warped.part(|corners| corners.iter().all(visible)),
         ))

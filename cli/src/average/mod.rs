@@ -127,8 +127,8 @@ impl Command for Average<'_> {
         let (mut checkpointer, known) = begin(start, self.run, fingerprint, grids, leads, watch)?;
         let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
         compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
-        let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
-        let result = average_from(&distances, &seen, &known, &params, &mut checkpointer)?;
+        let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
+        let result = average_from(&distances, &visibility, &known, &params, &mut checkpointer)?;
         let (history, checkpoints) = checkpointer.finish();
         Ok(Outcome {
             inputs,

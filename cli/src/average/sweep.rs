@@ -83,7 +83,7 @@ impl Command for Sweep {
     ) -> Result<Outcome<D>, CliError> {
         let (grid, config) = (plan.placed.grid, plan.config);
         let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
-        let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
+        let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let mut averages = Vec::new();
         for weights in weights(inputs.len(), self.side) {
             let params = AverageParams {
@@ -95,7 +95,7 @@ impl Command for Sweep {
                 .progress
                 .note(format!("weights {}:", words.join(", ")));
             let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
-            let result = average_of_visible(&distances, &seen, &params, &mut watch)?;
+            let result = average_of_visible(&distances, &visibility, &params, &mut watch)?;
             watch.finish();
             averages.push((weights, result));
             if session.interrupt.asked() {

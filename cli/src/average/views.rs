@@ -24,7 +24,7 @@ pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
         value: format!("of {} masks", valid.len()),
         remedy: format!(
             "give one mask for each of the {inputs} inputs, in their order, and '{ALL}' for one that \
-             was seen everywhere"
+             is completely visible"
         ),
     })
 }
@@ -52,16 +52,16 @@ pub(super) fn apply<const D: usize>(
     distances: &mut [ScalarField<f64, D>],
     grid: Grid<D>,
 ) -> Result<Vec<ScalarField<f64, D>>, CliError> {
-    let mut seen = Vec::with_capacity(views.len());
+    let mut visibility = Vec::with_capacity(views.len());
     for ((view, input), distance) in views.iter().zip(inputs).zip(distances) {
         let Some(view) = view else {
-            seen.push(ScalarField::from_fn(grid, |_| [1.0]));
+            visibility.push(ScalarField::from_fn(grid, |_| [1.0]));
             continue;
         };
         let view = view_of(view, input, grid)?;
         *distance = view.distance;
         input.contour = view.boundary;
-        seen.push(view.weight);
+        visibility.push(view.weight);
     }
-    Ok(seen)
+    Ok(visibility)
 }

@@ -117,7 +117,7 @@ impl Default for SolverOptions {
 }
 
 impl SolverOptions {
-    /// The parameters of the calculus in a given metric.
+    /// The parameters of the calculus in this metric.
     pub(super) fn params(self, metric: &CalculusParams) -> CalculusParams {
         CalculusParams {
             tolerance: self.tolerance,

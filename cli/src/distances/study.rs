@@ -171,7 +171,7 @@ impl Distances {
         )
     }
 
-    /// Of lengths in both directions, and of what is made of them.
+    /// Evaluates lengths in both directions and the symmetric distances computed from them.
     fn new(
         lengths: &PathLengths,
         between: PathLengths,

@@ -38,8 +38,8 @@ fn write_tables<const D: usize>(
 ) -> Result<(), CliError> {
     let (study, inputs) = (&outcome.study, &outcome.inputs);
     let names: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
-    // Only what was measured: an entry by way of other shapes has no place in a table of numbers
-    // that does not tell them apart.
+    // Only lengths of paths: the table could not distinguish them from the shortest ways through
+    // other shapes.
     let entry = |distances: &Distances, i: usize, j: usize| distances.between.between(i, j);
     for (name, distances) in [
         ("distances.csv", &study.distances),

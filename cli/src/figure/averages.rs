@@ -48,18 +48,18 @@ pub(super) fn columns(first: &[&'static str], last: &[&'static str]) -> Vec<&'st
 pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     const SIDE: usize = 5;
     let shapes = scene.n_shapes().min(3);
-    let given = &scene.distances[..shapes];
+    let first = &scene.distances[..shapes];
     let names = ["first weight", "second weight", "third weight"];
     let mut table = Table::new(columns(&names[..shapes], &["distance to the first shape"]));
     let mut tiles = Tiles::new(&scene.grid(), SIDE);
-    let first = levelset::contour(&given[0], 0.0, levelset::BoxEdge::Closed)
+    let first_outline = levelset::contour(&first[0], 0.0, levelset::BoxEdge::Closed)
         .map_err(shape_average::AverageError::from)?;
     let mut in_row = 0;
     let mut length = 1;
     for weights in crate::average::weights_between(shapes, SIDE) {
         let words: Vec<String> = weights.iter().map(|w| format!("{w:.2}")).collect();
         let label = words.join(" ");
-        let result = scene.average_of(&format!("weights {label}"), given, &[], |params| {
+        let result = scene.average_of(&format!("weights {label}"), first, &[], |params| {
             params.weights = Some(weights.clone());
         })?;
         tiles.average(&label, &result);
@@ -70,7 +70,7 @@ pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, Cli
         }
         let mut row: Vec<Cell> = weights.iter().map(|w| (*w).into()).collect();
         row.extend(usual(&result));
-        row.push(distance(&outline(&result)?, &first)?.into());
+        row.push(distance(&outline(&result)?, &first_outline)?.into());
         table.row(row);
     }
     Ok(Sheet {
@@ -202,10 +202,10 @@ pub(super) fn stiffness<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, C
         let moments = outline.and_then(|outline| levelset::Moments::of_contour(&outline));
         Ok(moments.map_err(shape_average::AverageError::from)?.volume)
     };
-    let given: Result<Vec<f64>, CliError> =
+    let inputs: Result<Vec<f64>, CliError> =
         scene.distances.iter().map(|d| volume(d, 0.0)).collect();
-    let given = given?;
-    let mean = given.iter().sum::<f64>() / given.len() as f64;
+    let inputs = inputs?;
+    let mean = inputs.iter().sum::<f64>() / inputs.len() as f64;
     let volumes: Result<Vec<f64>, CliError> = results
         .iter()
         .map(|result| volume(&result.average_indicator, 0.5))
@@ -234,8 +234,8 @@ pub(super) fn mismatch_weight<const D: usize>(scene: &Scene<'_, D>) -> Result<Sh
     Ok(Sheet {
         title: "Weight of the mismatch",
         text:
-            "The larger the weight, the closer the deformed shapes come to one shape; the elastic \
-               energy grows to that of exact deformations. The weight of the length stays as it is."
+            "The larger the weight, the smaller the mismatch of the deformed shapes; the elastic \
+               energy increases to that of exact deformations. The weight of the length is fixed."
                 .into(),
         table,
         picture: tiles.draw(),
@@ -254,8 +254,8 @@ pub(super) fn adding_shapes<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
     let mut outlines = Vec::new();
     let mut cells = Vec::new();
     for &count in &counts {
-        let given = &scene.distances[..count];
-        let result = scene.average_of(&format!("{count} shapes"), given, &[], |_| ())?;
+        let shapes = &scene.distances[..count];
+        let result = scene.average_of(&format!("{count} shapes"), shapes, &[], |_| ())?;
         tiles.average(&format!("{count} shapes"), &result);
         outlines.push(outline(&result)?);
         cells.push(usual(&result));

@@ -13,7 +13,7 @@ type Way = (&'static str, fn(&mut AverageParams, usize));
 
 /// The default, and its ingredients left out one by one.
 const WAYS: [Way; 5] = [
-    ("as it is", |_, _| ()),
+    ("default", |_, _| ()),
     ("on the finest grid only", |params, nodes| {
         params.coarsest_nodes = nodes;
     }),
@@ -57,10 +57,11 @@ pub(super) fn large_bends<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet,
     }
     Ok(Sheet {
         title: "Large bends",
-        text: "Arms bent by 51 degrees to either side have the straight cross as their average. What \
-               brings them there is the way from coarse grids to fine: on the finest grid alone the \
-               descent ends in a state of higher energy, with arms clipped off."
-            .into(),
+        text:
+            "Arms bent by 51 degrees to either side have the straight cross as their average. This \
+               requires the levels from coarse grids to fine: on the finest grid alone the \
+               minimisation ends in a state of higher energy, with arms cut off."
+                .into(),
         table,
         picture: tiles.draw(),
     })

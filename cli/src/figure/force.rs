@@ -17,13 +17,13 @@ use crate::picture::{Canvas, INK, Slice, WHITE, colour, heat};
 const WEIGHTS: [f64; 3] = [0.1, 1.0, 10.0];
 /// Interface widths, in spacings.
 const CELLS: [f64; 3] = [2.0, 4.0, 8.0];
-/// The length weight stays as it is, and small: a length would carry a part of the forces.
+/// The length weight is fixed and small: the length term contributes to the forces.
 const LENGTH_WEIGHT: f64 = 1e-6;
-/// From the first to the second of these shares of the greatest depth, points come to be inside:
-/// forces of the mismatch reach some interface widths into the object.
+/// Between these fractions of the greatest depth, the weight of the interior increases from 0 to 1:
+/// the forces of the mismatch reach some interface widths into the object.
 const INSIDE: [f64; 2] = [0.5, 0.8];
 
-/// What is left of the two balances.
+/// Residuals of the two balances.
 struct Residuals {
     /// The share of the forces `div sigma_i` that lies inside the object, as forces smoothed over the
     /// width of the interface, in `L^2`: zero where every deformation is in equilibrium there.
@@ -48,7 +48,7 @@ fn residuals<const D: usize>(
     let law = params.law.compile().map_err(shape_pca::PcaError::from)?;
     let n = grid.n_nodes();
     let mut sum = vec![0.0; D * n];
-    let (mut apart, mut all, mut inside) = (0.0, 0.0, 0.0);
+    let (mut separate, mut all, mut inside) = (0.0, 0.0, 0.0);
     for (i, weight) in average.weights().iter().enumerate() {
         let source = [Source {
             weight: *weight,
@@ -60,7 +60,7 @@ fn residuals<const D: usize>(
         for (s, f) in sum.iter_mut().zip(&load) {
             *s += f;
         }
-        apart += response.size(&load);
+        separate += response.size(&load);
         let mut forces = vec![0.0; D * n];
         smoothing.solve_into(&load, &mut forces);
         all += fe_grid::vector::dot(&forces, &forces).sqrt();
@@ -73,7 +73,7 @@ fn residuals<const D: usize>(
     }
     Ok(Residuals {
         inside: inside / all,
-        boundary: response.size(&sum) / apart,
+        boundary: response.size(&sum) / separate,
     })
 }
 

@@ -50,7 +50,7 @@ impl<const D: usize> Scene<'_, D> {
         &self,
         what: &str,
         distances: &[ScalarField<f64, D>],
-        seen: &[ScalarField<f64, D>],
+        visibility: &[ScalarField<f64, D>],
         change: impl FnOnce(&mut AverageParams),
     ) -> Result<AverageResult<D>, CliError> {
         let mut params = self.params.clone();
@@ -58,7 +58,7 @@ impl<const D: usize> Scene<'_, D> {
         self.session.progress.note(format!("{what}:"));
         let grids = distances[0].grid().hierarchy(params.coarsest_nodes);
         let mut watch = self.session.observer(&grids);
-        let result = average_of_visible(distances, seen, &params, &mut watch)?;
+        let result = average_of_visible(distances, visibility, &params, &mut watch)?;
         watch.finish();
         if self.session.interrupt.asked() {
             return Err(CliError::Stopped);

@@ -1,4 +1,4 @@
-//! What a figure comes to: a picture and a table.
+//! The content of a figure: a picture and a table.
 
 use fe_grid::{Grid, ScalarField};
 use levelset::Contour;
@@ -11,7 +11,7 @@ use crate::picture::{Canvas, Colour, INK, Slice, TileRows, WHITE, colour, mix};
 pub(super) struct Sheet {
     /// One line that says what is shown.
     pub title: &'static str,
-    /// What is to be seen, and what the columns are.
+    /// Explanation of the picture and the columns.
     pub text: String,
     pub table: Table,
     pub picture: Canvas,
@@ -24,7 +24,7 @@ pub(super) struct Tiles<const D: usize> {
 }
 
 impl<const D: usize> Tiles<D> {
-    /// Rows of so many tiles.
+    /// Rows with this number of tiles.
     pub fn new(grid: &Grid<D>, columns: usize) -> Self {
         Self {
             rows: TileRows::new(columns),

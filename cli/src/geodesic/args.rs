@@ -25,7 +25,7 @@ pub struct GeodesicConfig {
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
-    /// Inputs are label images: every label but 0 is a component, which is matched with the
+    /// Inputs are label images: every label but 0 is a component, which is mapped onto the
     /// component of the same label.
     #[arg(long)]
     pub labels: bool,
@@ -70,7 +70,7 @@ impl Config for GeodesicConfig {
             ("--valid-start", self.valid_start.is_some()),
             ("--valid-end", self.valid_end.is_some()),
         ];
-        let refused = of_one_component.into_iter().find(|(_, given)| *given);
+        let refused = of_one_component.into_iter().find(|(_, is_set)| *is_set);
         if let (true, Some((option, _))) = (self.labels, refused) {
             return Err(CliError::Option {
                 option: "--labels",

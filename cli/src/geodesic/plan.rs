@@ -15,7 +15,7 @@ pub(crate) struct GeodesicPlan<const D: usize> {
     pub placed: Placed<D>,
     /// Their components, if there are several.
     pub parts: Option<Components<D>>,
-    /// Visibility masks of start and end, if given.
+    /// Visibility masks of start and end, if any.
     pub views: [Option<VisibilityMask<D>>; 2],
     /// The configuration with all defaults resolved.
     pub config: GeodesicConfig,

@@ -20,7 +20,7 @@ use crate::shapes::{Input, SurfaceRecord, write_surface};
 use crate::summary::Summary;
 
 /// Names of the parts of the energy; level sets alone have the last.
-const PARTS: [&str; 3] = ["dissipation", "match", "area"];
+const PARTS: [&str; 3] = ["dissipation", "mismatch", "area"];
 
 /// Writes everything, `result.json` last.
 ///

@@ -116,7 +116,7 @@ pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputE
     decode_image(&bytes_of(path)?, path, options)
 }
 
-/// Reads one label image: whole numbers, kept as they are; 0 is the background.
+/// Reads one label image: whole numbers, not scaled; 0 is the background.
 ///
 /// # Errors
 /// [`InputError`] names the file, what is wrong with it and what to do.

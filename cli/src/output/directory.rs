@@ -27,7 +27,7 @@ enum Origin {
 }
 
 impl ResultDir {
-    /// Checks that a directory of this name can be made.
+    /// Checks that a directory of this name can be created.
     ///
     /// # Errors
     /// [`OutputError::Exists`], [`OutputError::NoParent`].
@@ -35,7 +35,7 @@ impl ResultDir {
         check_target(target).map(drop)
     }
 
-    /// Begins a directory.
+    /// Creates an incomplete directory.
     ///
     /// # Errors
     /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
@@ -45,7 +45,7 @@ impl ResultDir {
             .prefix(".shapespace-")
             .tempdir_in(&parent)
             .map_err(OutputError::at(target))?;
-        // The temporary directory itself is private; one made inside has the usual permissions.
+        // The temporary directory itself is private; one created inside has the usual permissions.
         let inner = staging.path().join("result");
         fs::create_dir(&inner).map_err(OutputError::at(target))?;
         Ok(Self {
@@ -65,17 +65,17 @@ impl ResultDir {
         }
     }
 
-    /// Where to write a file that will be in the directory.
+    /// The path of a file of the directory.
     pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
         self.inner.join(name)
     }
 
-    /// The directory in the making.
+    /// The incomplete directory.
     pub fn path(&self) -> &Path {
         &self.inner
     }
 
-    /// Gives the directory its name.
+    /// Renames the directory to its target.
     ///
     /// # Errors
     /// [`OutputError::Exists`] where the name has been taken in the meantime,
@@ -99,7 +99,7 @@ impl ResultDir {
     }
 }
 
-/// Writes one file that must not exist yet.
+/// Writes a file that must not exist.
 ///
 /// # Errors
 /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
@@ -126,7 +126,7 @@ pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// The folder a target is to be made in.
+/// The folder of a target.
 pub(super) fn check_target(target: &Path) -> Result<PathBuf, OutputError> {
     if fs::symlink_metadata(target).is_ok() {
         return Err(OutputError::Exists {

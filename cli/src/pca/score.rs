@@ -54,7 +54,8 @@ struct Measured<const D: usize> {
     reconstructions: Vec<Contour<D>>,
     dice: Vec<f64>,
     distance: Vec<f64>,
-    matched: AverageResult<D>,
+    /// The deformation onto the average.
+    fit: AverageResult<D>,
     displacement: fe_grid::VectorField<f64, D>,
 }
 
@@ -166,9 +167,9 @@ impl<const D: usize> Target<'_, D> {
         let params = &self.stored.average.params;
         let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
         let phase_field = &self.stored.average.phase_field;
-        let matched = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
+        let fit = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
         watch.finish();
-        if *matched.average.grid() != grid {
+        if *fit.average.grid() != grid {
             return Err(CliError::Computation {
                 message: format!(
                     "'{}' was not deformed onto the average",
@@ -179,25 +180,25 @@ impl<const D: usize> Target<'_, D> {
         }
         let source = Source {
             weight: 1.0,
-            displacement: matched.displacements[0].as_slice(),
-            indicator: matched.shapes.indicators[0].as_slice(),
+            displacement: fit.displacements[0].as_slice(),
+            indicator: fit.shapes.indicators[0].as_slice(),
         };
         let space = &self.stored.space;
         let displacement = space.represent(&self.compound, source)?;
         let scores = space.scores(&self.compound, &displacement);
         let (mut reconstructions, mut dice, mut distances) = (Vec::new(), Vec::new(), Vec::new());
-        let onto = &matched.displacements[0];
+        let onto = &fit.displacements[0];
         for m in 0..=scores.scores.len() {
             let u = space.synthesise(&scores.scores[..m])?;
             let back = there_and_back(&outline, onto, &u, -1.0);
-            let fit = Procrustes::new(back.points(), outline.points());
-            let shape = fit.apply(&moved(&self.outline, &u, -1.0));
+            let aligned = Procrustes::new(back.points(), outline.points());
+            let shape = aligned.apply(&moved(&self.outline, &u, -1.0));
             let field = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
             dice.push(levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?);
-            distances.push(fit.distance);
+            distances.push(aligned.distance);
             reconstructions.push(shape);
         }
-        let pushed = &matched.pushed[0];
+        let pushed = &fit.pushed[0];
         Ok(Measured {
             overlap: levelset::dice(pushed, 0.0, &self.distance, 0.0).map_err(shown)?,
             outline,
@@ -205,7 +206,7 @@ impl<const D: usize> Target<'_, D> {
             reconstructions,
             dice,
             distance: distances,
-            matched,
+            fit,
             displacement,
         })
     }
@@ -227,7 +228,7 @@ impl<const D: usize> Target<'_, D> {
         let (_, coarse) = place_like(image, frame_of, None, self.coarse_grid())?;
         let found = align_to(&self.coarse, &coarse).map_err(|error| CliError::Computation {
             message: format!("'{}' cannot be aligned: {error}", image.path.display()),
-            remedy: "give --align none, if it lies as the average does".into(),
+            remedy: "use --align none if it has the position of the average".into(),
         })?;
         let rotation = found.motion.rotation();
         let translation = found.motion.translation();
@@ -254,7 +255,7 @@ fn placements<const D: usize>(shapes: &[Measured<D>]) -> Placements {
         reconstruction_dice: shapes.iter().map(|s| s.dice.clone()).collect(),
         reconstruction_distance: shapes.iter().map(|s| s.distance.clone()).collect(),
         dice: shapes.iter().map(|s| s.overlap).collect(),
-        elastic: shapes.iter().map(|s| s.matched.energy.elastic[0]).collect(),
+        elastic: shapes.iter().map(|s| s.fit.energy.elastic[0]).collect(),
     }
 }
 

@@ -88,7 +88,7 @@ pub(super) fn write_quality(
         &[
             chart("generalisation: error of shapes left out", &general),
             chart(
-                "specificity: random shapes from the nearest of the given",
+                "specificity: distance of random shapes to the nearest input",
                 &specific,
             ),
         ],

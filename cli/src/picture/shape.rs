@@ -1,4 +1,4 @@
-//! Shapes of either dimension, seen by one camera: flat shapes as filled curves, solid shapes as
+//! Views of shapes of either dimension: flat shapes as filled curves, solid shapes as
 //! shaded surfaces.
 
 use std::any::Any;
@@ -90,7 +90,7 @@ impl Camera {
             return Self::Flat(Window::around(shapes.iter().flat_map(Shape::curves), width));
         };
         let view = View::broadside(first.surface(), ELEVATION);
-        let bounds = Bounds::seen(view, shapes.iter().map(Shape::surface));
+        let bounds = Bounds::around(view, shapes.iter().map(Shape::surface));
         Self::Solid(view, bounds, width)
     }
 

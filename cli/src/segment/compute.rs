@@ -25,7 +25,7 @@ pub(crate) struct Found<const D: usize> {
 pub(crate) struct FoundObject<const D: usize> {
     /// Its threshold, on the scale of the image, if it has one.
     pub threshold: Option<f64>,
-    /// Quality of the separation of the classes of grey values; none for a given threshold.
+    /// Quality of the separation of the classes of grey values; none for a configured threshold.
     pub separation: Option<f64>,
     /// Positive inside, on the grid.
     pub level_set: ScalarField<f64, D>,

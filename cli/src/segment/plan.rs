@@ -90,7 +90,7 @@ fn plan<const D: usize>(
     })
 }
 
-/// The number of nodes along the longest side of an image: the given one, or the smallest `2^L + 1`
+/// The number of nodes along the longest side of an image: the configured one, or the smallest `2^L + 1`
 /// not below the number of samples, with an upper bound.
 fn nodes<const D: usize>(image: &Image<D>, asked: Option<usize>) -> Result<usize, CliError> {
     let (usual, most) = if D == 2 { (513, 4097) } else { (129, 513) };

@@ -177,8 +177,8 @@ pub(crate) fn place_like<const D: usize>(
     Ok((placed.contour, distance))
 }
 
-/// The signed distance to a shape at the nodes. Nodal values that have not been moved speak for
-/// themselves; at the faces of the box they go on unseen.
+/// The signed distance to a shape at the nodes. Nodal values that have not been moved are
+/// used as they are, and are extended beyond the faces of the box.
 fn distance<const D: usize>(
     image: &Image<D>,
     input: &Input<D>,

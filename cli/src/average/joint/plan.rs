@@ -20,7 +20,7 @@ use crate::shapes::{GreyInput, labels};
 const EDGE_WEIGHT: f64 = 2.0;
 
 /// Largest ratio of extents allowed between the first image and any other, per axis.
-const ALIKE: f64 = 1.5;
+const MAX_RATIO: f64 = 1.5;
 
 /// Images that are read, placed and checked, and what is to be done with them.
 pub(crate) struct JointPlan<const D: usize> {
@@ -53,11 +53,11 @@ fn plan<const D: usize>(
 ) -> Result<JointPlan<D>, CliError> {
     let first = &images[0];
     let room = lengths(first);
-    let alike = |image: &Image<D>| {
+    let similar = |image: &Image<D>| {
         let own = lengths(image);
-        (0..D).all(|k| own[k] <= ALIKE * room[k] && room[k] <= ALIKE * own[k])
+        (0..D).all(|k| own[k] <= MAX_RATIO * room[k] && room[k] <= MAX_RATIO * own[k])
     };
-    if let Some(other) = images.iter().find(|image| !alike(image)) {
+    if let Some(other) = images.iter().find(|image| !similar(image)) {
         return Err(CliError::Option {
             option: "--joint",
             value: other.path.display().to_string(),
