@@ -197,7 +197,7 @@ pub enum CliError {
     #[error("{0}")]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
-    #[error("--memory {} is too little for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
+    #[error("--memory {} is not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
     Memory {
         /// What is allowed.
         limit: u64,
@@ -338,7 +338,7 @@ impl CliError {
                 "repeat that command to continue it, choose another name after -o, or remove the folder"
             }
             Self::Law { .. } => {
-                "change --lambda or --mu, or choose another law; logdet takes all of them"
+                "change --lambda or --mu, or choose another law; logdet accepts all moduli"
             }
             Self::LostOnGrid { .. } => {
                 "ask for a finer grid with --grid, or crop the image to the object"
@@ -354,7 +354,7 @@ impl CliError {
                 "name a directory that `shapespace geodesic` has written, with --form lagrangian"
             }
             Self::Pca(_) => {
-                "see that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
+                "check that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
             }
             Self::Unfinished { .. } => "repeat the command to compute the others",
             Self::Stopped => "run it again; a smaller --grid takes less time",
@@ -362,7 +362,7 @@ impl CliError {
             Self::Spill(_) => {
                 "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
             }
-            Self::Memory { .. } => "allow more, or ask for a coarser --grid",
+            Self::Memory { .. } => "increase --memory, or ask for a coarser --grid",
         };
         text.into()
     }

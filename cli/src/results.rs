@@ -43,7 +43,8 @@ pub(crate) fn read_dimension(directory: &Path) -> Result<Dim<(), ()>, String> {
 fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
     let text = fs::read(directory.join(RESULT))
         .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;
-    serde_json::from_slice(&text).map_err(|error| format!("its {RESULT} is another's: {error}"))
+    serde_json::from_slice(&text)
+        .map_err(|error| format!("its {RESULT} has other contents: {error}"))
 }
 
 /// The arrays of a directory.
@@ -127,7 +128,7 @@ impl ResultFields<'_> {
     }
 
     fn wrong_size(&self, name: &Path) -> CliError {
-        let reason = format!("{} has another size than the rest", name.display());
+        let reason = format!("{} has another size than the other arrays", name.display());
         (self.unfit)(self.directory, reason)
     }
 }

@@ -81,7 +81,7 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
         ));
     }
     let [start, end] = record.input.as_slice() else {
-        return Err(unfit(directory, "it has not two inputs".into()));
+        return Err(unfit(directory, "it does not have two inputs".into()));
     };
     let steps = energies.len();
     if steps == 0 {
@@ -107,8 +107,12 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
         names: [start, end].map(|input| input.name.clone()),
         // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },
-        frame: frame(start)
-            .ok_or_else(|| unfit(directory, "it does not say where its start lies".into()))?,
+        frame: frame(start).ok_or_else(|| {
+            unfit(
+                directory,
+                "it does not state the placement of its start".into(),
+            )
+        })?,
     })
 }
 

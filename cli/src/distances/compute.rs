@@ -58,8 +58,8 @@ impl<const D: usize> Task<'_, D> {
         match records {
             Some(records) => Ok(Some(records)),
             None => Err(CliError::Computation {
-                message: "files of finished pairs have vanished".into(),
-                remedy: "give the same command again".into(),
+                message: "files of finished pairs are missing".into(),
+                remedy: "repeat the command".into(),
             }),
         }
     }

@@ -219,7 +219,7 @@ impl Agreement {
 
 fn failed(error: &DistanceError) -> CliError {
     CliError::Computation {
-        message: format!("the lengths are no distances: {error}"),
+        message: format!("the lengths are not distances: {error}"),
         remedy: "please report it with the inputs".into(),
     }
 }

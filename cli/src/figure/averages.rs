@@ -268,8 +268,8 @@ pub(super) fn adding_shapes<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
         table.row(row);
     }
     Ok(Sheet {
-        title: "Averages of more and more shapes",
-        text: "The more shapes there are, the less further ones move the average, on the whole."
+        title: "Averages of an increasing number of shapes",
+        text: "On the whole, the influence of a further shape decreases with the number of shapes."
             .into(),
         table,
         picture: tiles.draw(),

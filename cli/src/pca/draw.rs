@@ -18,7 +18,7 @@ const FRAMES: usize = 17;
 pub(super) fn shown(error: impl std::fmt::Display) -> CliError {
     CliError::Computation {
         message: format!("the average cannot be drawn: {error}"),
-        remedy: "see that the average has an inside on its grid".into(),
+        remedy: "check that the average contains nodes of its grid".into(),
     }
 }
 

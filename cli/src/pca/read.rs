@@ -103,7 +103,8 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
         indicators.push(weight);
     }
     let first = record.input.first();
-    let first = first.ok_or_else(|| unfit("it does not say where its inputs lie".into()))?;
+    let first =
+        first.ok_or_else(|| unfit("it does not state the placement of its inputs".into()))?;
     let weights = config.weights()?;
     let params = AverageParams {
         void_stiffness: delta,
