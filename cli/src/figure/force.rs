@@ -5,11 +5,10 @@ use fe_grid::{Boundary, Grid, InverseDeformation, ScalarField, SpectralSolver};
 use levelset::Contour;
 use shape_average::{AverageResult, cauchy_stress_at_nodes};
 use shape_pca::{Average, Source, evaluate};
-use shapespace_report::table::{Cell, Table};
+use shapespace_report::table::Cell;
 
-use super::averages::{columns, usual};
 use super::scene::{Scene, outline};
-use super::sheet::{Sheet, Tiles};
+use super::sheet::{Comparison, Sheet, Tiles};
 use crate::error::CliError;
 use crate::picture::{Canvas, INK, Slice, WHITE, colour, heat};
 
@@ -96,10 +95,10 @@ impl<const D: usize> Response<D> {
 
 /// Averages of growing mismatch weight on three grids, and a picture of the stresses.
 pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
-    let mut table = Table::new(columns(
-        &["nodes a side", "interface cells", "mismatch weight"],
-        &["imbalance inside", "imbalance on the boundary"],
-    ));
+    let first = ["nodes a side", "interface cells", "mismatch weight"];
+    let residual = ["imbalance inside", "imbalance on the boundary"];
+    let columns = (scene.n_shapes() + 2).min(5);
+    let mut compared = Comparison::new(&scene.grid(), columns, &first, &residual);
     let mut last = None;
     for times in [2, 1, 0] {
         let Some(shapes) = scene.coarser(times) else {
@@ -116,21 +115,18 @@ pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
                 params = own.clone();
             })?;
             let left = residuals(&result, &params)?;
-            let mut row: Vec<Cell> = vec![nodes.into(), cells.into(), weight.into()];
-            row.extend(usual(&result));
-            row.extend([left.inside.into(), left.boundary.into()]);
-            table.row(row);
+            let first: [Cell; 3] = [nodes.into(), cells.into(), weight.into()];
+            compared.row(first, &result, [left.inside, left.boundary]);
             last = Some((result, params));
         }
     }
-    let mut tiles = Tiles::new(&scene.grid(), (scene.n_shapes() + 2).min(5));
-    tiles.shapes("shapes", &scene.distances, 0.0);
+    compared.tiles.shapes("shapes", &scene.distances, 0.0);
     if let Some((result, params)) = last {
-        stresses(&mut tiles, scene, &result, &params)?;
+        stresses(&mut compared.tiles, scene, &result, &params)?;
     }
-    Ok(Sheet {
-        title: "Balance of forces",
-        text: format!(
+    Ok(compared.sheet(
+        "Balance of forces",
+        format!(
             "At the average the stresses of all deformations balance: inside the object the divergence \
              of each vanishes, and on the boundary the tractions add up to zero. What is left on the \
              boundary, by the displacement that it would cause, relative to what the tractions of each \
@@ -143,9 +139,7 @@ pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
              the tractions of all on the boundary in their colours.",
             INSIDE[0]
         ),
-        table,
-        picture: tiles.draw(),
-    })
+    ))
 }
 
 /// Tiles with the magnitude of each stress, and with the tractions of all.
