@@ -1,6 +1,7 @@
 //! `shapespace transport`: parallel transport of a variation along a geodesic.
 
 use std::path::Path as FilePath;
+use std::time::Instant;
 
 use ::geodesic::calculus::{
     Extension, Ladder, SolveReport, SolveStatus, at_end, logarithm, shoot, transport,
@@ -94,54 +95,60 @@ impl Command for TransportConfig {
     ) -> Result<Summary, CliError> {
         let path = self.path(outcome)?;
         write_path(directory, &[], &path)?;
-        let (variation, counterpart) = (&outcome.variation, &outcome.counterpart);
-        for (place, velocity) in [
-            ("start", &variation.velocity),
-            ("end", &counterpart.velocity),
-        ] {
+        let variation = &outcome.variation;
+        let end = &outcome.counterpart.velocity;
+        for (place, velocity) in [("start", &variation.velocity), ("end", end)] {
             directory.array(format!("variation_{place}.npy"), velocity)?;
         }
-        let geodesic = &outcome.geodesic;
-        let level_set = &geodesic.level_sets[0];
+        let level_set = &outcome.geodesic.level_sets[0];
         let first = contour(level_set, 0.0, BoxEdge::Closed).map_err(GeodesicError::from)?;
-        let last = path.steps();
-        let ends = [
-            &first,
-            &path.contours[0],
-            &variation.outline,
-            &path.contours[last],
-        ];
-        let [first_name, last_name] = geodesic.names.clone();
-        let names = [
-            first_name,
-            last_name,
-            self.name(),
-            path.parts.names[last].clone(),
-        ];
+        let [last, counterpart] = [0, path.steps()].map(|k| &path.contours[k]);
+        let ends = [&first, last, &variation.outline, counterpart];
+        let [first_name, last_name] = outcome.geodesic.names.clone();
+        let counterpart_name = path.parts.names[path.steps()].clone();
+        let names = [first_name, last_name, self.name(), counterpart_name];
         let tiles: Vec<_> = ends.into_iter().zip([0, 0, 1, 1].map(colour)).collect();
         analogy(&names, &portraits(&tiles)).write_png(&directory.file("analogy.png"))?;
-        let shot = &counterpart.shot;
-        let transported = Transported {
-            given_steps: geodesic.motions.len(),
-            steps_found: last,
-            dice_variation: variation.dice,
-            length_variation: variation.length,
-            length: path.length(),
-            volumes: [
-                size(ends[0])?,
-                size(ends[2])?,
-                size(ends[1])?,
-                size(ends[3])?,
-            ],
-            step_energies: path.parts.energies,
-            certificate: shot.certificate,
-            equations: &counterpart.reports,
-        };
-        let (status, nodes) = (word(&shot.status()), geodesic.grid().nodes_per_axis());
-        let record = TransportRecord::<D>::new(status, &nodes, self, transported, session.start);
+        let record = record(self, outcome, &path, &first, session.start)?;
         record.write(directory)?;
         Ok(summary(&record))
     }
+}
+
+fn record<'a, const D: usize>(
+    config: &TransportConfig,
+    outcome: &'a Outcome<D>,
+    path: &Path<D>,
+    first: &Contour<D>,
+    start: Instant,
+) -> Result<TransportRecord<'a, D>, CliError> {
+    let (variation, shot) = (&outcome.variation, &outcome.counterpart.shot);
+    let [last, counterpart] = [0, path.steps()].map(|k| &path.contours[k]);
+    let transported = Transported {
+        given_steps: outcome.geodesic.motions.len(),
+        steps_found: path.steps(),
+        dice_variation: variation.dice,
+        length_variation: variation.length,
+        length: path.length(),
+        volumes: [
+            size(first)?,
+            size(&variation.outline)?,
+            size(last)?,
+            size(counterpart)?,
+        ],
+        step_energies: path.parts.energies.clone(),
+        certificate: shot.certificate,
+        equations: &outcome.counterpart.reports,
+    };
+    let nodes = outcome.geodesic.grid().nodes_per_axis();
+    let status = word(&shot.status());
+    Ok(TransportRecord::new(
+        status,
+        &nodes,
+        config,
+        transported,
+        start,
+    ))
 }
 
 impl TransportConfig {

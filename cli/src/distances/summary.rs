@@ -129,18 +129,7 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>)
             format!("{replaced} others were replaced by a second attempt"),
         );
     }
-    for mark in counting.iter().take(NAMED) {
-        let [start, end] = [mark.start, mark.end].map(|i| record.input[i].name.as_str());
-        let why = if mark.path.end_reached {
-            "it folds".into()
-        } else {
-            format!("Dice {:.3}", mark.path.dice_end)
-        };
-        summary.line("", format!("{start} to {end}: {why}"));
-    }
-    if counting.len() > NAMED {
-        summary.line("", "and others, see result.json");
-    }
+    list_marks(summary, record, &counting);
     let completed = found.distances.completed.as_ref();
     let completed = completed.map_or(0, |completed| completed.bridged.len());
     if completed > 0 {
@@ -151,6 +140,26 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>)
                  shapes; try --retry level-sets, more steps (-K) or a finer --grid"
             ),
         );
+    }
+}
+
+/// Lists the first marked paths.
+fn list_marks<const D: usize>(
+    summary: &mut Summary,
+    record: &Record<'_, D>,
+    marks: &[&MarkRecord<'_>],
+) {
+    for mark in marks.iter().take(NAMED) {
+        let [start, end] = [mark.start, mark.end].map(|i| record.input[i].name.as_str());
+        let why = if mark.path.end_reached {
+            "it folds".into()
+        } else {
+            format!("Dice {:.3}", mark.path.dice_end)
+        };
+        summary.line("", format!("{start} to {end}: {why}"));
+    }
+    if marks.len() > NAMED {
+        summary.line("", "and others, see result.json");
     }
 }
 

@@ -98,22 +98,8 @@ impl Command for ScoreConfig {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         session.progress.stage("assembling the compound operator");
-        let object = &stored.space.object;
         let align = self.align.unwrap_or(stored.average.align);
-        let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
-        let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
-        let target = Target {
-            stored: &stored,
-            compound: Compound::new(&stored.average.average, &stored.space.params)?,
-            size: Moments::of_contour(&outline).map_err(shown)?.volume,
-            distance: signed_distance(object, 0.5).map_err(shown)?,
-            coarse: ContourDistance::new(&outline)
-                .map_err(shown)?
-                .sample(coarse),
-            outline,
-            align,
-            scale: self.size,
-        };
+        let target = Target::new(&stored, align, self.size)?;
         let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
         let names = labels(&paths);
         let mut shapes = Vec::new();
@@ -128,7 +114,7 @@ impl Command for ScoreConfig {
                 align: Some(align),
                 ..self.clone()
             },
-            nodes: object.grid().nodes_per_axis(),
+            nodes: stored.space.object.grid().nodes_per_axis(),
             names,
             shapes,
         })
@@ -160,7 +146,25 @@ impl Command for ScoreConfig {
     }
 }
 
-impl<const D: usize> Target<'_, D> {
+impl<'a, const D: usize> Target<'a, D> {
+    fn new(stored: &'a StoredPca<D>, align: Align, scale: Size) -> Result<Self, CliError> {
+        let object = &stored.space.object;
+        let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
+        Ok(Self {
+            stored,
+            compound: Compound::new(&stored.average.average, &stored.space.params)?,
+            size: Moments::of_contour(&outline).map_err(shown)?.volume,
+            distance: signed_distance(object, 0.5).map_err(shown)?,
+            coarse: ContourDistance::new(&outline)
+                .map_err(shown)?
+                .sample(coarse),
+            outline,
+            align,
+            scale,
+        })
+    }
+
     fn measure(&self, image: &Image<D>, session: &Session<'_>) -> Result<Measured<D>, CliError> {
         let grid = *self.distance.grid();
         let (outline, distance) = self.placed(image)?;
@@ -170,13 +174,7 @@ impl<const D: usize> Target<'_, D> {
         let fit = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
         watch.finish();
         if *fit.average.grid() != grid {
-            return Err(CliError::Computation {
-                message: format!(
-                    "'{}' was not deformed onto the average",
-                    image.path.display()
-                ),
-                remedy: "the run was stopped; repeat it".into(),
-            });
+            return Err(CliError::Stopped);
         }
         let source = Source {
             weight: 1.0,

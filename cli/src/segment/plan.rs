@@ -1,5 +1,7 @@
 //! From the options to a validated plan.
 
+use std::path::Path;
+
 use fe_grid::{Grid, ScalarField};
 use phasefield::segmentation::{SegmentationParams, Weights};
 
@@ -44,26 +46,8 @@ fn plan<const D: usize>(
     ranges: Vec<GreyRange>,
     mut config: SegmentConfig,
 ) -> Result<SegmentPlan<D>, CliError> {
-    let truth: Vec<Image<D>> = match config.truth.first() {
-        None => Vec::new(),
-        Some(first) => read_images(&config.truth, &ReadOptions::default())?
-            .of_type()
-            .ok_or_else(|| {
-                let remedy = "give masks with as many axes as the images";
-                wrong_truth(first.display().to_string(), remedy.into())
-            })?,
-    };
-    for (image, mask) in images.iter().zip(&truth) {
-        if image.size != mask.size {
-            return Err(wrong_truth(
-                mask.path.display().to_string(),
-                format!("it needs the size of '{}'", image.path.display()),
-            ));
-        }
-    }
+    let truth = read_truth(&images, &config)?;
     let names = labels(&images.iter().map(|i| i.path.as_path()).collect::<Vec<_>>());
-    let mut truth: Vec<Option<Image<D>>> = truth.into_iter().map(Some).collect();
-    truth.resize(images.len(), None);
     let placed = images.into_iter().zip(ranges).zip(names).zip(truth);
     let placed: Result<Vec<_>, CliError> = placed
         .map(|(((image, range), name), truth)| {
@@ -71,13 +55,7 @@ fn plan<const D: usize>(
             let (frame, grid) = whole_frame(&image, nodes)?;
             Ok(Placed {
                 nodal: nodal_values(&image, &frame, grid)?,
-                input: GreyInput {
-                    path: image.path.clone(),
-                    name,
-                    size: image.size,
-                    range,
-                    frame,
-                },
+                input: GreyInput::new(&image, name, range, frame),
                 image,
                 truth,
             })
@@ -90,8 +68,31 @@ fn plan<const D: usize>(
     })
 }
 
-/// The number of nodes along the longest side of an image: the configured one, or the smallest `2^L + 1`
-/// not below the number of samples, with an upper bound.
+/// Reads the masks of the true objects: one per image, or `None` for each.
+fn read_truth<const D: usize>(
+    images: &[Image<D>],
+    config: &SegmentConfig,
+) -> Result<Vec<Option<Image<D>>>, CliError> {
+    let Some(first) = config.truth.first() else {
+        return Ok(vec![None; images.len()]);
+    };
+    let wrong = |path: &Path, remedy| wrong_truth(path.display().to_string(), remedy);
+    let masks: Option<Vec<Image<D>>> =
+        read_images(&config.truth, &ReadOptions::default())?.of_type();
+    let Some(masks) = masks else {
+        let remedy = "give masks with as many axes as the images";
+        return Err(wrong(first, remedy.into()));
+    };
+    let mut pairs = images.iter().zip(&masks);
+    if let Some((image, mask)) = pairs.find(|(image, mask)| image.size != mask.size) {
+        let remedy = format!("it needs the size of '{}'", image.path.display());
+        return Err(wrong(&mask.path, remedy));
+    }
+    Ok(masks.into_iter().map(Some).collect())
+}
+
+/// The number of nodes along the longest side of an image: the configured one, or the smallest
+/// `2^L + 1` not below the number of samples, with an upper bound.
 fn nodes<const D: usize>(image: &Image<D>, asked: Option<usize>) -> Result<usize, CliError> {
     let (usual, most) = if D == 2 { (513, 4097) } else { (129, 513) };
     if let Some(nodes) = asked {

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Input;
 use super::align::AlignmentRecord;
-use crate::input::GreyRange;
 use crate::input::place::FrameTransform;
+use crate::input::{GreyRange, Image};
 
 /// A grey image and its placement.
 pub(crate) struct GreyInput<const D: usize> {
@@ -18,6 +18,19 @@ pub(crate) struct GreyInput<const D: usize> {
     pub size: [usize; D],
     pub range: GreyRange,
     pub frame: FrameTransform<D>,
+}
+
+impl<const D: usize> GreyInput<D> {
+    /// An image with its label, its grey values and its placement.
+    pub fn new(image: &Image<D>, name: String, range: GreyRange, frame: FrameTransform<D>) -> Self {
+        Self {
+            path: image.path.clone(),
+            name,
+            size: image.size,
+            range,
+            frame,
+        }
+    }
 }
 
 /// One input, its placement and its size.

@@ -80,13 +80,7 @@ fn plan<const D: usize>(
     let (read, images) = (images, images.iter().zip(names).zip(ranges).zip(frames));
     Ok(JointPlan {
         images: images
-            .map(|(((image, name), range), frame)| GreyInput {
-                path: image.path.clone(),
-                name,
-                size: image.size,
-                range,
-                frame,
-            })
+            .map(|(((image, name), range), frame)| GreyInput::new(image, name, range, frame))
             .collect(),
         nodal: nodal?,
         fingerprint: fingerprint(&config, read, &[]),
