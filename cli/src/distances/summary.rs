@@ -1,7 +1,8 @@
 //! The summary of distances.
 
+use ::geodesic::distances::TriangleReport;
+
 use super::record::{MarkOutcome, MarkRecord, Record};
-use super::study::Distances;
 use crate::summary::Summary;
 
 /// Maximum number of marked paths that are listed.
@@ -49,11 +50,17 @@ fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_,
             format!("{mean:.1} % in the mean, {largest:.1} % at most ({i} and {j})"),
         );
     }
-    let count = distances.triangles.count;
-    let [own, elastic] = [distances, elastic].map(violations);
+    let [own, other] = [distances, elastic].map(|distances| distances.triangles);
     summary.line(
         "triangles",
-        format!("of {count} violated: {own}; elastic: {elastic}"),
+        format!(
+            "{} of {} violated{}, elastic {}{}",
+            own.violations,
+            own.count,
+            worst(&own),
+            other.violations,
+            worst(&other)
+        ),
     );
 }
 
@@ -88,12 +95,11 @@ fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<'_, D>
     }
 }
 
-fn violations(distances: &Distances) -> String {
-    let triangles = &distances.triangles;
-    match triangles.violations {
-        0 => "0".into(),
-        n => format!("{n} (by {:.1} % at most)", 100.0 * triangles.worst),
+fn worst(triangles: &TriangleReport) -> String {
+    if triangles.violations == 0 {
+        return String::new();
     }
+    format!(" (by {:.1} % at most)", 100.0 * triangles.worst)
 }
 
 /// Lists unusable paths.
