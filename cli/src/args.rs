@@ -3,16 +3,17 @@
 use clap::{Parser, Subcommand};
 
 use crate::average::{AverageArgs, run_average};
-use crate::calculus::{ExtendArgs, TransportArgs, run_extend, run_transport};
+use crate::calculus::{ExtendConfig, TransportConfig};
 use crate::config::{ConfigArgs, run_config};
 use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
 use crate::error::{CliError, Exit};
 use crate::figure::{FigureArgs, run_figure};
 use crate::generate::{GenerateArgs, run_generate};
-use crate::geodesic::{GeodesicArgs, run_geodesic};
-use crate::pca::{PcaArgs, ScoreArgs, SynthesizeArgs, run_pca, run_score, run_synthesize};
-use crate::segment::{SegmentArgs, run_segment};
+use crate::geodesic::GeodesicConfig;
+use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
+use crate::segment::SegmentConfig;
+use crate::session::ComputeArgs;
 use crate::verify::{VerifyArgs, run_verify};
 
 /// Averages of 2D and 3D shapes, their modes of variation, geodesics and distances between them, and
@@ -26,25 +27,25 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Computes the elastic average of two or more shapes, given as masks or grey images.
+    /// Computes the elastic average of two or more shapes in masks or grey images.
     Average(Box<AverageArgs>),
-    /// Computes the geodesic (shortest path) between two shapes given as masks.
-    Geodesic(Box<GeodesicArgs>),
+    /// Computes the geodesic (shortest path) between two shapes in masks.
+    Geodesic(Box<ComputeArgs<GeodesicConfig>>),
     /// Continues a geodesic beyond its end (discrete exponential map).
-    Extend(ExtendArgs),
+    Extend(ComputeArgs<ExtendConfig>),
     /// Transports a variation of the first shape of a geodesic in parallel to the last.
-    Transport(TransportArgs),
+    Transport(ComputeArgs<TransportConfig>),
     /// Computes the distances between all pairs of shapes, with clusters and an embedding.
     Distances(Box<DistancesArgs>),
     /// Segments grey images: their edges, and the objects bounded by them.
-    Segment(SegmentArgs),
+    Segment(ComputeArgs<SegmentConfig>),
     /// Computes the principal modes of variation of the shapes of an average.
-    Pca(PcaArgs),
+    Pca(ComputeArgs<PcaConfig>),
     /// Computes a shape from its scores in the modes of variation.
-    Synthesize(SynthesizeArgs),
+    Synthesize(ComputeArgs<SynthesizeConfig>),
     /// Computes the scores of new shapes in the modes of variation.
-    Score(ScoreArgs),
-    /// Draws a figure with a table that compares averages or modes, on drawn or given shapes.
+    Score(ComputeArgs<ScoreConfig>),
+    /// Draws a figure with a table that compares averages or modes, on built-in shapes or masks.
     Figure(FigureArgs),
     /// Runs numerical experiments that check the theory.
     Verify(VerifyArgs),
@@ -61,14 +62,14 @@ enum Command {
 pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Average(args) => run_average(args),
-        Command::Geodesic(args) => run_geodesic(args),
-        Command::Extend(args) => run_extend(args),
-        Command::Transport(args) => run_transport(args),
+        Command::Geodesic(args) => args.run(),
+        Command::Extend(args) => args.run(),
+        Command::Transport(args) => args.run(),
         Command::Distances(args) => run_distances(args),
-        Command::Segment(args) => run_segment(args),
-        Command::Pca(args) => run_pca(args),
-        Command::Synthesize(args) => run_synthesize(args),
-        Command::Score(args) => run_score(args),
+        Command::Segment(args) => args.run(),
+        Command::Pca(args) => args.run(),
+        Command::Synthesize(args) => args.run(),
+        Command::Score(args) => args.run(),
         Command::Figure(args) => run_figure(args),
         Command::Verify(args) => run_verify(args),
         Command::Config(args) => run_config(args),

@@ -34,7 +34,7 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
     /// The command.
     const COMMAND: &'static str;
 
-    /// Defaults of keys that are not given, if these depend on other keys.
+    /// Defaults of keys that are not set, if these depend on other keys.
     fn base(&self) -> Option<Self> {
         None
     }
@@ -97,9 +97,9 @@ impl<C: Config> Configured<C> {
             return error;
         };
         let source = self.options.try_contains_id(&key).ok();
-        let said = source.and_then(|_| self.options.value_source(&key));
+        let set_by = source.and_then(|_| self.options.value_source(&key));
         match file.line(&key) {
-            Some(line) if said != Some(ValueSource::CommandLine) => CliError::Config {
+            Some(line) if set_by != Some(ValueSource::CommandLine) => CliError::Config {
                 path: file.path().into(),
                 line,
                 message: error.to_string(),
@@ -157,10 +157,10 @@ fn arguments<C: Config>() -> impl Iterator<Item = Arg> {
 /// An argument as an option of a command, with the default appended to its help.
 fn option(mut argument: Arg, defaults: &Table) -> Arg {
     if let Some(default) = defaults.get(argument.get_id().as_str()).and_then(plain) {
-        let told = |text: &StyledStr| format!("{text} [default: {default}]");
+        let with_default = |text: &StyledStr| format!("{text} [default: {default}]");
         let (short, long) = (
-            argument.get_help().map(told),
-            argument.get_long_help().map(told),
+            argument.get_help().map(with_default),
+            argument.get_long_help().map(with_default),
         );
         if let Some(short) = short {
             argument = argument.help(short);

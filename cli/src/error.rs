@@ -46,7 +46,7 @@ pub enum CliError {
         command: &'static str,
         /// Inputs it needs.
         needed: usize,
-        /// Inputs given.
+        /// Inputs found.
         found: usize,
     },
     /// An input that is not named.
@@ -76,17 +76,17 @@ pub enum CliError {
     /// Classes that are not known.
     #[error("--classes {source_name} cannot be used: {reason}")]
     Classes {
-        /// What was given.
+        /// The value of the option.
         source_name: String,
         /// Why not.
         reason: String,
     },
-    /// A run that was begun with other parameters or inputs.
-    #[error("'{}' was begun with other parameters or inputs: {differences}", path.display())]
+    /// An unfinished run with other parameters or inputs.
+    #[error("'{}' belongs to a run with other parameters or inputs: {differences}", path.display())]
     OtherWork {
         /// The folder.
         path: PathBuf,
-        /// What is not the same.
+        /// The differences.
         differences: String,
     },
     /// An option that is out of its range.
@@ -94,7 +94,7 @@ pub enum CliError {
     Option {
         /// The option.
         option: &'static str,
-        /// The value given.
+        /// The value.
         value: String,
         /// What is allowed.
         remedy: String,
@@ -104,7 +104,7 @@ pub enum CliError {
     Parameter {
         /// Its name.
         name: &'static str,
-        /// The value given.
+        /// The value.
         value: String,
         /// What is allowed.
         expected: String,
@@ -152,7 +152,7 @@ pub enum CliError {
     #[error("the geodesic cannot be computed: {0}")]
     Geodesic(geodesic::GeodesicError),
     /// A directory that does not contain a geodesic that can be continued.
-    #[error("'{}' is no geodesic that can be gone on from: {reason}", path.display())]
+    #[error("'{}' is not a geodesic that can be continued: {reason}", path.display())]
     NoGeodesic {
         /// The directory.
         path: PathBuf,
@@ -163,10 +163,20 @@ pub enum CliError {
     #[error("the modes of variation cannot be computed: {0}")]
     Pca(shape_pca::PcaError),
     /// Ctrl-C before there was a result.
-    #[error("stopped before the figure was done; nothing has been written")]
+    #[error("stopped before there was a result; nothing has been written")]
     Stopped,
+    /// Ctrl-C before all pairs were finished.
+    #[error("stopped with {done} of {total} pairs finished, which are kept in '{}'", path.display())]
+    Unfinished {
+        /// Finished pairs.
+        done: usize,
+        /// Requested pairs.
+        total: usize,
+        /// The directory of the finished pairs.
+        path: PathBuf,
+    },
     /// A directory that is not the result of the required command.
-    #[error("'{}' is no result of `shapespace {command}`: {reason}", path.display())]
+    #[error("'{}' is not a result of `shapespace {command}`: {reason}", path.display())]
     NoResult {
         /// The directory.
         path: PathBuf,
@@ -176,7 +186,7 @@ pub enum CliError {
         reason: String,
     },
     /// A variation that does not fit a geodesic.
-    #[error("'{}' is no variation of the geodesic's first shape: it {reason}", path.display())]
+    #[error("'{}' is not a variation of the geodesic's first shape: it {reason}", path.display())]
     Variation {
         /// The file.
         path: PathBuf,
@@ -187,7 +197,7 @@ pub enum CliError {
     #[error("{0}")]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
-    #[error("--memory {} is too little for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
+    #[error("--memory {} is not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
     Memory {
         /// What is allowed.
         limit: u64,
@@ -298,7 +308,7 @@ impl CliError {
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure
             }
-            Self::Stopped => Exit::Interrupted,
+            Self::Stopped | Self::Unfinished { .. } => Exit::Interrupted,
             _ => Exit::BadInput,
         }
     }
@@ -325,10 +335,10 @@ impl CliError {
                 "give 'folder', 'prefix', or a file with a line 'file,class' for every mask"
             }
             Self::OtherWork { .. } => {
-                "repeat that command to go on with it, choose another name after -o, or remove the folder"
+                "repeat that command to continue it, choose another name after -o, or remove the folder"
             }
             Self::Law { .. } => {
-                "change --lambda or --mu, or choose another law; logdet takes all of them"
+                "change --lambda or --mu, or choose another law; logdet accepts all moduli"
             }
             Self::LostOnGrid { .. } => {
                 "ask for a finer grid with --grid, or crop the image to the object"
@@ -344,14 +354,15 @@ impl CliError {
                 "name a directory that `shapespace geodesic` has written, with --form lagrangian"
             }
             Self::Pca(_) => {
-                "see that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
+                "check that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
             }
+            Self::Unfinished { .. } => "repeat the command to compute the others",
             Self::Stopped => "run it again; a smaller --grid takes less time",
             Self::Variation { .. } => "draw it over the first mask, in an image of the same size",
             Self::Spill(_) => {
                 "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
             }
-            Self::Memory { .. } => "allow more, or ask for a coarser --grid",
+            Self::Memory { .. } => "increase --memory, or ask for a coarser --grid",
         };
         text.into()
     }

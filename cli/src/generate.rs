@@ -12,7 +12,7 @@ use shapespace_generate::{
 
 use crate::error::CliError;
 use crate::numbers::{finite, positive};
-use crate::output::npy::{Precision, field_to, write_field};
+use crate::output::npy::{Precision, field_to};
 use crate::output::png::encode;
 use crate::output::{OutputError, ResultDir, write_new_file};
 
@@ -208,9 +208,8 @@ fn run<const D: usize>(
         }
         let directory = ResultDir::create(&common.output)?;
         for (number, member) in members.iter().enumerate() {
-            let path = directory.file(format!("{}.npy", member.name));
             let field = sampled(&member.shape, number as u64);
-            write_field(&path, &field, Precision::Double)?;
+            directory.array(format!("{}.npy", member.name), &field)?;
         }
         let target = directory.commit()?;
         return Ok(members
@@ -262,7 +261,7 @@ fn flat_only(what: &str) -> CliError {
     CliError::Option {
         option: "--dimension",
         value: "3".into(),
-        remedy: format!("{what} are drawn flat: leave the option out"),
+        remedy: format!("{what} exist in 2D only: leave the option out"),
     }
 }
 

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::allow;
 use crate::error::CliError;
+use crate::input::ReadOptions;
 
 /// Fewest nodes a side.
 const FEWEST_NODES: usize = 9;
@@ -50,6 +51,11 @@ pub enum Align {
 }
 
 impl MaskOptions {
+    /// How masks are read.
+    pub fn reading(&self) -> ReadOptions {
+        ReadOptions { label: self.label }
+    }
+
     /// The number of nodes per side in `D` dimensions.
     ///
     /// # Errors
@@ -119,7 +125,7 @@ pub struct ScaleOptions {
 }
 
 impl ScaleOptions {
-    /// Checks the numbers that are given.
+    /// Checks the numbers.
     ///
     /// # Errors
     /// [`CliError::Parameter`].
@@ -154,7 +160,7 @@ pub(crate) fn named(
     Ok(())
 }
 
-/// Rejects a number that is given and not positive.
+/// Rejects a number that is not positive.
 ///
 /// # Errors
 /// [`CliError::Parameter`].

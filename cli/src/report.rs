@@ -1,6 +1,5 @@
 //! The common part of every `result.json`.
 
-use std::path::Path;
 use std::time::Instant;
 
 use fe_grid::Certificate;
@@ -9,7 +8,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::config::{Config, write_config};
 use crate::error::CliError;
-use crate::output::write_json;
+use crate::output::{ResultDir, write_json};
 use crate::shapes::InputRecord;
 
 /// The file with the record.
@@ -71,17 +70,28 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
         self
     }
 
-    /// Writes `config.toml` and `result.json` to an unfinished directory.
+    /// Writes `config.toml` and `result.json` to an incomplete directory.
     ///
     /// # Errors
     /// [`CliError::Output`].
-    pub fn write(&self, directory: &Path) -> Result<(), CliError> {
-        write_config(&directory.join("config.toml"), &self.parameters)?;
-        Ok(write_json(&directory.join(RESULT), self)?)
+    pub fn write(&self, directory: &ResultDir) -> Result<(), CliError> {
+        write_config(&directory.file("config.toml"), &self.parameters)?;
+        Ok(write_json(&directory.file(RESULT), self)?)
     }
 }
 
 impl<C, T, const D: usize> Record<C, T, D> {
+    /// The numbers of nodes as text.
+    pub fn grid(&self) -> String {
+        let nodes: Vec<String> = self.nodes.iter().map(ToString::to_string).collect();
+        nodes.join(" x ")
+    }
+
+    /// The status as text.
+    pub fn state(&self) -> String {
+        self.status.replace('_', " ")
+    }
+
     /// Whether the user stopped the computation.
     pub fn cancelled(&self) -> bool {
         self.status == CANCELLED

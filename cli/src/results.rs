@@ -7,6 +7,7 @@ use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use crate::dimension::Dim;
 use crate::error::CliError;
 use crate::input::read_array;
 use crate::output::numbered;
@@ -26,14 +27,15 @@ pub(crate) fn read_record<C: DeserializeOwned, T: DeserializeOwned, const D: usi
 ///
 /// # Errors
 /// As [`read_record`].
-pub(crate) fn read_dimension(directory: &Path) -> Result<usize, String> {
+pub(crate) fn read_dimension(directory: &Path) -> Result<Dim<(), ()>, String> {
     #[derive(Deserialize)]
     struct Shapes {
         dimension: usize,
     }
     let Shapes { dimension } = read(directory)?;
     match dimension {
-        2 | 3 => Ok(dimension),
+        2 => Ok(Dim::D2(())),
+        3 => Ok(Dim::D3(())),
         other => Err(format!("it has {other} dimensions")),
     }
 }
@@ -41,7 +43,8 @@ pub(crate) fn read_dimension(directory: &Path) -> Result<usize, String> {
 fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
     let text = fs::read(directory.join(RESULT))
         .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;
-    serde_json::from_slice(&text).map_err(|error| format!("its {RESULT} is another's: {error}"))
+    serde_json::from_slice(&text)
+        .map_err(|error| format!("its {RESULT} has other contents: {error}"))
 }
 
 /// The arrays of a directory.
@@ -125,7 +128,7 @@ impl ResultFields<'_> {
     }
 
     fn wrong_size(&self, name: &Path) -> CliError {
-        let reason = format!("{} has another size than the rest", name.display());
+        let reason = format!("{} has another size than the other arrays", name.display());
         (self.unfit)(self.directory, reason)
     }
 }

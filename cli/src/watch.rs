@@ -3,32 +3,11 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Instant;
 
-use fe_grid::Grid;
 use fe_grid::minimise::{Control, Iteration, Observer};
 
 use crate::error::Exit;
+use crate::history::HistoryPoint;
 use crate::progress::Progress;
-
-/// One accepted step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct HistoryPoint {
-    /// Level, counted from the coarsest.
-    pub level: usize,
-    /// Nodes per side.
-    pub nodes: usize,
-    /// Accepted steps on this level so far.
-    pub iteration: usize,
-    /// Evaluations of the functional on all levels so far.
-    pub evaluations: usize,
-    /// The energy.
-    pub energy: f64,
-}
-
-/// Whether a step was the last of its level.
-pub(crate) fn is_last(history: &[HistoryPoint], index: usize) -> bool {
-    let level = history.get(index).map(|point| point.level);
-    history.get(index + 1).map(|next| next.level) != level
-}
 
 const RUNNING: u8 = 0;
 const ASKED: u8 = 1;
@@ -42,15 +21,19 @@ static STATE: AtomicU8 = AtomicU8::new(RUNNING);
 pub(crate) struct Interrupt(&'static AtomicU8);
 
 impl Interrupt {
+    /// The state of this process.
+    pub fn new() -> Self {
+        Self(&STATE)
+    }
+
     /// Installs the handler. If the system does not allow it, Ctrl-C ends the program as usual.
-    pub fn listen() -> Self {
+    pub fn listen() {
         let _ = ctrlc::set_handler(|| {
             let asked = STATE.compare_exchange(RUNNING, ASKED, Ordering::SeqCst, Ordering::SeqCst);
             if asked == Err(ASKED) {
                 std::process::exit(i32::from(Exit::Interrupted as u8));
             }
         });
-        Self(&STATE)
     }
 
     /// Whether Ctrl-C has been pressed.
@@ -60,6 +43,7 @@ impl Interrupt {
 
     /// The results are being written.
     pub fn writing(self) {
+        Self::listen();
         self.0.store(WRITING, Ordering::SeqCst);
     }
 }
@@ -77,11 +61,6 @@ impl Observer for Interrupt {
             Control::Continue
         }
     }
-}
-
-/// Nodes a side of every grid, coarsest first.
-pub(crate) fn level_nodes<const D: usize>(hierarchy: &[Grid<D>]) -> Vec<usize> {
-    hierarchy.iter().map(|g| g.nodes_per_axis()[0]).collect()
 }
 
 /// An observer that shows every iteration, records the convergence history, and cancels on request.
@@ -115,12 +94,12 @@ impl<'a> ProgressObserver<'a> {
         }
     }
 
-    /// Observes the solution of equations on one grid: each equation is a level, and the remaining
-    /// correction its energy.
-    pub fn of_equations(progress: &'a Progress, interrupt: Interrupt, nodes: usize) -> Self {
+    /// Observes the solution of equations: each equation is a level, and the remaining correction
+    /// its energy.
+    pub fn of_equations(self) -> Self {
         Self {
             words: ["equation", "correction"],
-            ..Self::new(progress, interrupt, vec![nodes])
+            ..self
         }
     }
 
@@ -228,7 +207,7 @@ mod tests {
         step(Some(1), 0, 1);
         step(None, 1, 2);
         let history = watch.finish();
-        let seen: Vec<_> = history.iter().map(|c| (c.nodes, c.evaluations)).collect();
-        assert_eq!(seen, [(9, 1), (9, 3), (17, 4), (17, 5)]);
+        let found: Vec<_> = history.iter().map(|c| (c.nodes, c.evaluations)).collect();
+        assert_eq!(found, [(9, 1), (9, 3), (17, 4), (17, 5)]);
     }
 }

@@ -179,43 +179,43 @@ impl AverageConfig {
             ("--valid", !self.valid.is_empty()),
             ("--sweep", self.sweep.is_some()),
         ];
-        match refused.into_iter().find(|(_, given)| *given) {
+        match refused.into_iter().find(|(_, is_set)| *is_set) {
             Some((option, _)) => Err(not_joint(option)),
             None => Ok(()),
         }
     }
 
-    /// The weights of the shapes: those given, divided by their sum, or equal ones.
+    /// The weights of the shapes: the configured ones, divided by their sum, or equal ones.
     ///
     /// # Errors
     /// [`CliError`] for weights of another number, below zero, or that do not add up to one.
     pub(crate) fn weights(&self) -> Result<Vec<f64>, CliError> {
         let shapes = self.inputs.len();
         let equal = vec![1.0 / shapes as f64; shapes];
-        let Some(given) = self
+        let Some(weights) = self
             .params
             .weights
             .as_ref()
-            .filter(|given| **given != equal)
+            .filter(|weights| **weights != equal)
         else {
             return Ok(equal);
         };
-        if given.len() != shapes {
+        if weights.len() != shapes {
             return Err(CliError::WeightCount {
                 expected: shapes,
-                found: given.len(),
+                found: weights.len(),
             });
         }
         let allowed = |w: &&f64| **w >= 0.0 && w.is_finite();
-        if let Some(wrong) = given.iter().find(|w| !allowed(w)) {
+        if let Some(wrong) = weights.iter().find(|w| !allowed(w)) {
             return Err(CliError::Option {
                 option: "--weights",
                 value: wrong.to_string(),
                 remedy: "weights must not be negative and must add up to 1".into(),
             });
         }
-        let sum: f64 = given.iter().sum();
-        let normalised = given.iter().map(|w| w / sum);
+        let sum: f64 = weights.iter().sum();
+        let normalised = weights.iter().map(|w| w / sum);
         // Weights typed with six digits, such as .333333 three times, are meant to add up to 1.
         if (sum - 1.0).abs() > 1e-5 {
             return Err(CliError::WeightSum {
@@ -236,7 +236,9 @@ pub(super) fn not_joint(option: &str) -> CliError {
     CliError::Option {
         option: "--joint",
         value: format!("with {option}"),
-        remedy: format!("leave out {option}: images are averaged whole, all alike"),
+        remedy: format!(
+            "leave out {option}: all images are averaged completely, with equal weights"
+        ),
     }
 }
 

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::args::{AverageConfig, AverageRun};
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
+use crate::history::HistoryPoint;
 use crate::input::Image;
 use crate::input::place::FrameTransform;
 use crate::output::npy::{Precision, write_field};
@@ -24,7 +25,7 @@ use crate::progress::Progress;
 use crate::report::RESULT;
 use crate::results::{ResultFields, read_record};
 use crate::shapes::VisibilityMask;
-use crate::watch::{HistoryPoint, ProgressObserver};
+use crate::watch::ProgressObserver;
 
 const STATE: &str = "state.json";
 
@@ -66,8 +67,8 @@ pub(super) struct Checkpointer<'a, const D: usize> {
     place: Place<'a>,
     /// All grids of the run.
     grids: Vec<Grid<D>>,
-    /// For every shape whether it is part of the minimisation: shapes of weight zero are matched
-    /// afterwards.
+    /// For every shape whether it is part of the minimisation: shapes of weight zero are deformed
+    /// onto the average afterwards.
     leads: Vec<bool>,
     work: Option<WorkDir>,
     /// The existing checkpoint.
@@ -230,9 +231,9 @@ fn deformations<const D: usize>(
         command: "average",
         reason,
     };
-    let there = |i: usize| directory.join(numbered("deformation", i, "npy")).is_file();
+    let exists = |i: usize| directory.join(numbered("deformation", i, "npy")).is_file();
     let mut found = 0;
-    while there(found) {
+    while exists(found) {
         found += 1;
     }
     if found != n_shapes {
@@ -247,8 +248,7 @@ fn deformations<const D: usize>(
             .map(|g| g.nodes_per_axis()[0].to_string())
             .collect();
         let reason = format!(
-            "its deformations are given at {nodes:?} nodes, which is none of the grids on the way to \
-             this one, of {} nodes a side",
+            "its deformations have {nodes:?} nodes, and the grids of this run have {} nodes a side",
             sides.join(", ")
         );
         return Err(unfit(directory, reason));
@@ -258,7 +258,7 @@ fn deformations<const D: usize>(
 }
 
 /// Whether the inputs of an earlier average had the same placement, if its record states it.
-fn placed_alike<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) -> bool {
+fn same_placement<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]) -> bool {
     if !directory.join(RESULT).exists() {
         return true;
     }
@@ -302,9 +302,9 @@ pub(super) fn compare_places<const D: usize>(
     progress: &Progress,
 ) {
     let frames: Vec<_> = frames.collect();
-    if let Some(directory) = start.filter(|directory| !placed_alike(directory, &frames)) {
+    if let Some(directory) = start.filter(|directory| !same_placement(directory, &frames)) {
         progress.note(format!(
-            "warning: the inputs of '{}' lay elsewhere in the box: its deformations fit badly",
+            "warning: the inputs of '{}' have another placement: its deformations fit badly",
             directory.display()
         ));
     }

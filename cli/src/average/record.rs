@@ -1,5 +1,8 @@
 //! The contents of `result.json` of an average.
 
+use std::path::Path;
+use std::time::Instant;
+
 use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate};
@@ -7,6 +10,7 @@ use shape_average::{AverageResult, MemoryEstimate};
 use super::{AverageConfig, Outcome};
 use crate::report::{self, overall};
 use crate::shapes::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
+use crate::summary::Summary;
 
 /// Everything in `result.json`.
 pub(super) type Record<'a, const D: usize> = report::Record<AverageConfig, Found<'a, D>, D>;
@@ -48,6 +52,7 @@ pub(super) fn record<const D: usize>(
     outcome: &Outcome<D>,
     volume: Result<Moments<D>, LevelsetError>,
     surface: Option<SurfaceRecord>,
+    start: Instant,
 ) -> Record<'_, D> {
     let (inputs, result) = (&outcome.inputs, &outcome.result);
     let levels = &result.levels;
@@ -68,7 +73,7 @@ pub(super) fn record<const D: usize>(
     };
     let status = overall(result.status, levels.last().map(|level| level.status));
     let nodes = result.average.grid().nodes_per_axis();
-    Record::new(status, &nodes, &outcome.config, found, outcome.start)
+    Record::new(status, &nodes, &outcome.config, found, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 
@@ -85,4 +90,45 @@ fn distances<const D: usize>(
         None => Distance::Unknown {},
     };
     result.hausdorff.iter().enumerate().map(of).collect()
+}
+
+/// The summary of a result in this directory.
+pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> Summary {
+    let (params, found) = (&record.parameters.params, &record.body);
+    let title = format!(
+        "Average of {} shapes on {} nodes: {} after {} iterations, {:.1} s",
+        record.input.len(),
+        record.grid(),
+        record.state(),
+        found.iterations,
+        record.seconds
+    );
+    let mut summary = Summary::new(record, "average.png", title);
+    let energy = &found.result.energy;
+    let mismatch: f64 = energy.mismatch.iter().sum::<f64>() / energy.mismatch.len() as f64;
+    let (mismatch, length) = (
+        params.mismatch_weight * mismatch,
+        params.resolved_length_weight() * energy.length,
+    );
+    let (total, elastic) = (energy.total, energy.total - mismatch - length);
+    summary.line(
+        "energy",
+        format!(
+            "{total:.6e} = elastic {elastic:.3e} + mismatch {mismatch:.3e} + length {length:.3e}"
+        ),
+    );
+    let overlaps = found.result.dice.iter().enumerate();
+    if let Some((worst, least)) = overlaps.min_by(|a, b| a.1.total_cmp(b.1)) {
+        let path = record.input[worst].path.display();
+        let mean = found.mean_dice;
+        summary.line(
+            "overlap",
+            format!("Dice {mean:.4} on average, {least:.4} at least ({path})"),
+        );
+    }
+    summary.certificate(&found.result.certificate);
+    if record.cancelled() {
+        summary.line("to continue", format!("--start {}", target.display()));
+    }
+    summary
 }

@@ -1,25 +1,21 @@
 //! `shapespace average --sweep N`: averages of two or three shapes for all weights on a line or in
 //! a triangle, in one picture.
 
-use std::io::Write as _;
-use std::time::Instant;
-
-use fe_grid::{Certificate, ScalarField};
+use fe_grid::{Certificate, Grid, ScalarField};
 use levelset::{BoxEdge, Moments, contour};
 use serde::Serialize;
 use shape_average::{AverageParams, AverageResult, average_of_visible};
 
-use super::args::{AverageConfig, AverageRun};
-use super::plan::AveragePlan;
+use super::args::AverageConfig;
+use super::plan::{AveragePlan, plan_average};
 use super::views;
-use crate::error::{CliError, Exit};
-use crate::output::npy::{Precision, write_field, write_mask};
+use crate::error::CliError;
 use crate::output::{ResultDir, numbered};
-use crate::picture::{INK, Slice, TileRows, WHITE, colour, mix};
-use crate::progress::Progress;
+use crate::picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
 use crate::report::{Record, first_failure, overall};
-use crate::shapes::{InputRecord, SizeRecord, common_scale, prepare};
-use crate::watch::{Interrupt, ProgressObserver, level_nodes};
+use crate::session::{Command, PlanOf, Session};
+use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, prepare};
+use crate::summary::Summary;
 
 /// Everything in `result.json`.
 type SweepRecord<const D: usize> = Record<AverageConfig, Averages, D>;
@@ -58,76 +54,86 @@ pub(crate) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
     rows.collect()
 }
 
-/// Computes and writes the averages for all weights.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub(super) fn run_sweep<const D: usize>(
-    plan: AveragePlan<D>,
-    run: &AverageRun,
-    side: usize,
-    progress: &Progress,
-    interrupt: Interrupt,
-    start: Instant,
-) -> Result<Exit, CliError> {
-    let output = run.common.output.as_path();
-    ResultDir::create(output).map(drop)?;
-    let (grid, config) = (plan.placed.grid, plan.config);
-    let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, progress)?;
-    let seen = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
-    let mut found: Vec<(Vec<f64>, AverageResult<D>)> = Vec::new();
-    for weights in weights(inputs.len(), side) {
-        let params = AverageParams {
-            weights: Some(weights.clone()),
-            ..config.params.clone()
-        };
-        let words: Vec<String> = weights.iter().map(|w| format!("{w:.3}")).collect();
-        progress.note(format!("weights {}:", words.join(", ")));
-        let levels = level_nodes(&grid.hierarchy(params.coarsest_nodes));
-        let mut watch = ProgressObserver::new(progress, interrupt, levels);
-        let result = average_of_visible(&distances, &seen, &params, &mut watch)?;
-        watch.finish();
-        found.push((weights, result));
-        if interrupt.asked() {
-            break;
-        }
-    }
-    progress.stage("writing");
-    interrupt.writing();
-    let directory = ResultDir::create(output)?;
-    let scale = common_scale(&inputs);
-    let mut records = Vec::new();
-    for (i, (weights, result)) in found.iter().enumerate() {
-        write(&directory, i, result)?;
-        records.push(one_record(weights, result, scale));
-    }
-    picture(&found, &grid, side).write_png(&directory.file("sweep.png"))?;
-    let status = first_failure(records.iter().map(|record| &*record.status)).to_owned();
-    let found = Averages { averages: records };
-    let record = SweepRecord::new(status, &grid.nodes_per_axis(), &config, found, start)
-        .of(inputs.iter().map(InputRecord::new).collect());
-    record.write(directory.path())?;
-    let target = directory.commit()?;
-    progress.finish();
-    print(&record, &target);
-    Ok(if record.cancelled() {
-        Exit::Interrupted
-    } else {
-        Exit::Success
-    })
+/// Averages of two or three shapes for all weights, `side` per side.
+pub(super) struct Sweep {
+    pub config: AverageConfig,
+    pub side: usize,
 }
 
-fn write<const D: usize>(
-    directory: &ResultDir,
-    i: usize,
-    result: &AverageResult<D>,
-) -> Result<(), CliError> {
-    let path = directory.file(numbered("average", i, "npy"));
-    write_field(&path, &result.average, Precision::Double)?;
-    let mask = result.average_mask.as_slice().iter().map(|&x| x > 0.5);
-    let size = result.average_mask.grid().nodes_per_axis();
-    let path = directory.file(numbered("average_mask", i, "npy"));
-    Ok(write_mask(&path, &mask.collect::<Vec<_>>(), &size)?)
+/// The averages, each with its weights.
+pub(super) struct Outcome<const D: usize> {
+    inputs: Vec<Input<D>>,
+    config: AverageConfig,
+    grid: Grid<D>,
+    averages: Vec<(Vec<f64>, AverageResult<D>)>,
+}
+
+impl Command for Sweep {
+    type Plan<const D: usize> = AveragePlan<D>;
+    type Outcome<const D: usize> = Outcome<D>;
+
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        plan_average(self.config.clone(), &session.progress)
+    }
+
+    fn compute<const D: usize>(
+        &self,
+        plan: AveragePlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        let (grid, config) = (plan.placed.grid, plan.config);
+        let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
+        let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
+        let mut averages = Vec::new();
+        for weights in weights(inputs.len(), self.side) {
+            let params = AverageParams {
+                weights: Some(weights.clone()),
+                ..config.params.clone()
+            };
+            let words: Vec<String> = weights.iter().map(|w| format!("{w:.3}")).collect();
+            session
+                .progress
+                .note(format!("weights {}:", words.join(", ")));
+            let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
+            let result = average_of_visible(&distances, &visibility, &params, &mut watch)?;
+            watch.finish();
+            averages.push((weights, result));
+            if session.interrupt.asked() {
+                break;
+            }
+        }
+        Ok(Outcome {
+            inputs,
+            config,
+            grid,
+            averages,
+        })
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        let (inputs, found) = (&outcome.inputs, &outcome.averages);
+        let scale = common_scale(inputs);
+        let mut averages = Vec::new();
+        for (i, (weights, result)) in found.iter().enumerate() {
+            directory.array(numbered("average", i, "npy"), &result.average)?;
+            let mask = numbered("average_mask", i, "npy");
+            directory.object(mask, &result.average_mask, 0.5)?;
+            averages.push(one_record(weights, result, scale));
+        }
+        picture(found, &outcome.grid, self.side).write_png(&directory.file("sweep.png"))?;
+        let status = first_failure(averages.iter().map(|record| &*record.status)).to_owned();
+        let nodes = outcome.grid.nodes_per_axis();
+        let found = Averages { averages };
+        let record = SweepRecord::new(status, &nodes, &outcome.config, found, session.start)
+            .of(inputs.iter().map(InputRecord::new).collect());
+        record.write(directory)?;
+        Ok(summary(&record))
+    }
 }
 
 fn one_record<const D: usize>(
@@ -156,9 +162,9 @@ fn one_record<const D: usize>(
 /// triangle with the shapes at its corners.
 fn picture<const D: usize>(
     found: &[(Vec<f64>, AverageResult<D>)],
-    grid: &fe_grid::Grid<D>,
+    grid: &Grid<D>,
     side: usize,
-) -> crate::picture::Canvas {
+) -> Canvas {
     let columns = side.min(9);
     let slice = Slice::middle(grid, TileRows::width(columns));
     let mut rows = TileRows::new(columns);
@@ -184,25 +190,20 @@ fn picture<const D: usize>(
     rows.draw()
 }
 
-fn print<const D: usize>(record: &SweepRecord<D>, target: &std::path::Path) {
-    let least = record
-        .body
-        .averages
-        .iter()
-        .flat_map(|a| a.dice.iter().copied());
-    let text = format!(
-        "{} averages of {} shapes: {}, {:.1} s\n  overlap      Dice {:.4} at least\n  \
-         results      {}\n  picture      {}\n",
-        record.body.averages.len(),
+fn summary<const D: usize>(record: &SweepRecord<D>) -> Summary {
+    let averages = &record.body.averages;
+    let title = format!(
+        "{} averages of {} shapes: {}, {:.1} s",
+        averages.len(),
         record.input.len(),
-        record.status.replace('_', " "),
-        record.seconds,
-        least.fold(1.0, f64::min),
-        target.join("result.json").display(),
-        target.join("sweep.png").display()
+        record.state(),
+        record.seconds
     );
-    // A closed standard output is not an error.
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    let mut summary = Summary::new(record, "sweep.png", title);
+    let overlaps = averages.iter().flat_map(|average| &average.dice);
+    let least = overlaps.copied().fold(1.0, f64::min);
+    summary.line("overlap", format!("Dice {least:.4} at least"));
+    summary
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use fe_grid::{Grid, ScalarField};
 
 use crate::error::CliError;
-use crate::input::{AnyImages, Image, ReadOptions, read_images};
-use crate::shapes::{Input, VisibilityMask, view_of};
+use crate::shapes::{Input, VisibilityMask, read_view, view_of};
 
 const OPTION: &str = "--valid";
 /// Denotes a mask that is bright everywhere.
@@ -25,36 +24,20 @@ pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
         value: format!("of {} masks", valid.len()),
         remedy: format!(
             "give one mask for each of the {inputs} inputs, in their order, and '{ALL}' for one that \
-             was seen everywhere"
+             is completely visible"
         ),
     })
 }
 
-/// Reads the masks; `of_dimension` takes images that have as many axes as the inputs.
+/// Reads the masks.
 ///
 /// # Errors
 /// [`CliError`] for masks that cannot be read, or have another number of axes than the inputs.
 pub(super) fn read<const D: usize>(
     valid: &[PathBuf],
-    of_dimension: impl Fn(AnyImages) -> Option<Vec<Image<D>>>,
 ) -> Result<Vec<Option<VisibilityMask<D>>>, CliError> {
-    let read = |path: &PathBuf| -> Result<Option<VisibilityMask<D>>, CliError> {
-        if path == Path::new(ALL) {
-            return Ok(None);
-        }
-        let images = read_images(std::slice::from_ref(path), &ReadOptions::default())?;
-        match of_dimension(images).and_then(|mut images| images.pop()) {
-            Some(image) => Ok(Some(VisibilityMask {
-                image,
-                option: OPTION,
-            })),
-            None => Err(CliError::Option {
-                option: OPTION,
-                value: format!("'{}'", path.display()),
-                remedy: "give a mask with as many axes and values as its input".into(),
-            }),
-        }
-    };
+    let all = Path::new(ALL);
+    let read = |path: &PathBuf| (path != all).then(|| read_view(path, OPTION)).transpose();
     valid.iter().map(read).collect()
 }
 
@@ -69,16 +52,16 @@ pub(super) fn apply<const D: usize>(
     distances: &mut [ScalarField<f64, D>],
     grid: Grid<D>,
 ) -> Result<Vec<ScalarField<f64, D>>, CliError> {
-    let mut seen = Vec::with_capacity(views.len());
+    let mut visibility = Vec::with_capacity(views.len());
     for ((view, input), distance) in views.iter().zip(inputs).zip(distances) {
         let Some(view) = view else {
-            seen.push(ScalarField::from_fn(grid, |_| [1.0]));
+            visibility.push(ScalarField::from_fn(grid, |_| [1.0]));
             continue;
         };
         let view = view_of(view, input, grid)?;
         *distance = view.distance;
         input.contour = view.boundary;
-        seen.push(view.weight);
+        visibility.push(view.weight);
     }
-    Ok(seen)
+    Ok(visibility)
 }

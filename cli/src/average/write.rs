@@ -1,42 +1,47 @@
 //! The files of a result directory.
 
-use fe_grid::ScalarField;
+use std::path::Path;
+
+use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::Outcome;
-use super::draw::{Draw, Pictures};
-use super::record::{Record, record};
+use super::draw::picture;
+use super::record::{record, summary};
 use crate::error::CliError;
 use crate::input::Image;
-use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
-use crate::output::npy::{Precision, write_field, write_mask};
+use crate::output::energy::write_energy;
+use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
-use crate::output::{OutputError, ResultDir, deformation, numbered};
-use crate::watch::{HistoryPoint, is_last};
+use crate::output::{OutputError, ResultDir};
+use crate::session::Session;
+use crate::shapes::write_surface;
+use crate::summary::Summary;
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
 
-/// Writes everything, `result.json` last, and returns what is in it.
+/// Writes everything, `result.json` last.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
-pub(super) fn write_all<'a, const D: usize>(
+pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: &'a Outcome<D>,
-) -> Result<Record<'a, D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+    outcome: &Outcome<D>,
+    session: &Session<'_>,
+) -> Result<Summary, CliError> {
     write_arrays(directory, outcome)?;
-    write_vti(directory, outcome)?;
-    write_energy(directory, outcome)?;
+    let levels = &outcome.result.levels;
+    write_energy(directory, &outcome.history, &PARTS, |level| {
+        Some(levels.get(level)?.energy.parts.to_vec())
+    })?;
     let outline = average_outline(outcome)?;
-    Pictures::picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
-    let surface = Pictures::surface(directory, outcome, &outline)?;
-    let record = record(outcome, Moments::of_contour(&outline), surface);
-    record.write(directory.path())?;
-    Ok(record)
+    picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
+    let surface = write_surface(&directory.file("average.stl"), &outcome.inputs, &outline)?;
+    let volume = Moments::of_contour(&outline);
+    let record = record(outcome, volume, surface, session.start);
+    record.write(directory)?;
+    Ok(summary(&record, session.output))
 }
 
 /// Writes drawn inputs to the folder `inputs`.
@@ -50,10 +55,10 @@ pub(crate) fn write_inputs<const D: usize>(
     let folder = directory.file("inputs");
     std::fs::create_dir(&folder).map_err(OutputError::at(&folder))?;
     for image in images {
-        let grid = fe_grid::Grid::with_nodes(image.size, 1.0)?;
+        let grid = Grid::with_nodes(image.size, 1.0)?;
         let field = ScalarField::from_vec(grid, image.values.clone())?;
         let name = image.path.file_name().unwrap_or_default();
-        write_field(&folder.join(name), &field, Precision::Double)?;
+        directory.array(Path::new("inputs").join(name), &field)?;
     }
     Ok(())
 }
@@ -68,90 +73,25 @@ fn write_arrays<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<D>,
 ) -> Result<(), CliError> {
-    let result = &outcome.result;
-    let grid = *result.average.grid();
-    write_field(
-        &directory.file("average.npy"),
-        &result.average,
-        Precision::Double,
-    )?;
-    let mask: Vec<bool> = result
-        .average_mask
-        .as_slice()
-        .iter()
-        .map(|&x| x > 0.5)
-        .collect();
-    write_mask(
-        &directory.file("average_mask.npy"),
-        &mask,
-        &grid.nodes_per_axis(),
-    )?;
-    for (i, displacement) in result.displacements.iter().enumerate() {
-        let path = directory.file(numbered("deformation", i, "npy"));
-        write_field(&path, &deformation(displacement), Precision::Double)?;
-    }
-    let shapes = &result.shapes;
-    for (i, phase_field) in shapes.phase_fields.iter().enumerate() {
-        let path = directory.file(numbered("phasefield", i, "npy"));
-        write_field(&path, phase_field, Precision::Double)?;
-    }
+    let (result, shapes) = (&outcome.result, &outcome.result.shapes);
+    directory.array("average.npy", &result.average)?;
+    directory.object("average_mask.npy", &result.average_mask, 0.5)?;
+    directory.deformations("deformation", 0, &result.displacements)?;
+    directory.arrays("phasefield", 0, &shapes.phase_fields)?;
     let stiffness = outcome.config.params.void_stiffness;
-    for (i, indicator) in shapes.indicators.iter().enumerate() {
+    let weight = |indicator: &ScalarField<f64, D>| {
         let mut weight = indicator.clone();
         for x in weight.as_mut_slice() {
             *x = (1.0 - stiffness) * *x + stiffness;
         }
-        write_field(
-            &directory.file(numbered("weight", i, "npy")),
-            &weight,
-            Precision::Double,
-        )?;
-    }
-    Ok(())
-}
-
-fn write_vti<const D: usize>(directory: &ResultDir, outcome: &Outcome<D>) -> Result<(), CliError> {
-    let result = &outcome.result;
-    let mut file = VtiFile::new(*result.average.grid(), Precision::Single)
-        .field("average", &result.average)
-        .field("mask", &result.average_mask);
-    for (i, displacement) in result.displacements.iter().enumerate() {
-        file = file.field(&format!("displacement_{i:03}"), displacement);
-    }
-    Ok(file.write(&directory.file("average.vti"))?)
-}
-
-fn write_energy<const D: usize>(
-    directory: &ResultDir,
-    outcome: &Outcome<D>,
-) -> Result<(), CliError> {
-    let points = energy_points(outcome);
-    write_energy_table(&directory.file("energy.csv"), &points, &PARTS)?;
-    Ok(write_energy_plot(
-        &directory.file("energy.svg"),
-        &points,
-        &PARTS,
-    )?)
-}
-
-/// The convergence history; the terms of the energy are known at the end of each level.
-fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
-    let history = &outcome.history;
-    let point = |(i, point): (usize, &HistoryPoint)| EnergyPoint {
-        level: point.level,
-        nodes: point.nodes,
-        iteration: point.iteration,
-        evaluations: point.evaluations,
-        total: point.energy,
-        parts: is_last(history, i)
-            .then(|| parts(outcome, point.level))
-            .flatten(),
+        weight
     };
-    history.iter().enumerate().map(point).collect()
-}
-
-/// The weighted terms of the energy at the end of a level.
-fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
-    let energy = &outcome.result.levels.get(level)?.energy;
-    Some(energy.parts.to_vec())
+    let weights: Vec<_> = shapes.indicators.iter().map(weight).collect();
+    directory.arrays("weight", 0, &weights)?;
+    VtiFile::new(*result.average.grid(), Precision::Single)
+        .field("average", &result.average)
+        .field("mask", &result.average_mask)
+        .fields("displacement", &result.displacements)
+        .write(&directory.file("average.vti"))?;
+    Ok(())
 }

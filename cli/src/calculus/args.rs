@@ -6,20 +6,9 @@ use ::geodesic::calculus::CalculusParams;
 use clap::Args;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Config, Configured, allow};
+use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::options::{RunOptions, named};
-
-/// Options of `shapespace extend`.
-#[derive(Clone, Debug, Args)]
-pub struct ExtendArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<ExtendConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
-}
+use crate::options::named;
 
 /// Configuration of `shapespace extend`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
@@ -50,17 +39,6 @@ impl Config for ExtendConfig {
     fn paths(&mut self) -> Vec<&mut PathBuf> {
         vec![&mut self.geodesic]
     }
-}
-
-/// Options of `shapespace transport`.
-#[derive(Clone, Debug, Args)]
-pub struct TransportArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<TransportConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
 }
 
 /// Configuration of `shapespace transport`.
@@ -139,7 +117,7 @@ impl Default for SolverOptions {
 }
 
 impl SolverOptions {
-    /// The parameters of the calculus in a given metric.
+    /// The parameters of the calculus in this metric.
     pub(super) fn params(self, metric: &CalculusParams) -> CalculusParams {
         CalculusParams {
             tolerance: self.tolerance,

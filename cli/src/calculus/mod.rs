@@ -10,6 +10,4 @@ mod read;
 mod record;
 mod transport;
 
-pub use args::{ExtendArgs, ExtendConfig, TransportArgs, TransportConfig};
-pub use extend::run_extend;
-pub use transport::run_transport;
+pub use args::{ExtendConfig, TransportConfig};

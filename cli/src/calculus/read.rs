@@ -4,10 +4,11 @@ use std::path::Path;
 
 use ::geodesic::calculus::CalculusParams;
 use ::geodesic::{Form, GeodesicParams};
-use fe_grid::{Field, ScalarField};
+use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
 
 use super::args::SolverOptions;
+use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
 use crate::input::place::FrameTransform;
@@ -22,7 +23,7 @@ struct Steps {
 }
 
 /// A geodesic of deformations of one start shape.
-pub(super) struct StoredGeodesic<const D: usize> {
+pub(crate) struct StoredGeodesic<const D: usize> {
     /// Signed distances of the shapes.
     pub level_sets: Vec<ScalarField<f64, D>>,
     /// Displacements of the deformations of each shape into the next.
@@ -41,7 +42,7 @@ pub(super) struct StoredGeodesic<const D: usize> {
 
 /// Placement of the start mask in the unit box.
 #[derive(Clone, Debug)]
-pub(super) struct Placement<const D: usize> {
+pub(crate) struct Placement<const D: usize> {
     /// Samples along each axis, `x` first.
     pub size: [usize; D],
     /// From samples to the unit box.
@@ -50,24 +51,16 @@ pub(super) struct Placement<const D: usize> {
     pub motion: Option<([[f64; D]; D], [f64; D])>,
 }
 
-/// A geodesic of either dimension.
-pub(super) enum AnyGeodesic {
-    /// In 2D.
-    D2(StoredGeodesic<2>),
-    /// In 3D.
-    D3(StoredGeodesic<3>),
-}
-
 /// Reads the directory of a geodesic.
 ///
 /// # Errors
 /// [`CliError::NoGeodesic`] for another directory, or for a geodesic of level sets, and
 /// [`CliError::Input`] for an array that cannot be read.
-pub(super) fn read(directory: &Path) -> Result<AnyGeodesic, CliError> {
-    match read_dimension(directory).map_err(|reason| unfit(directory, reason))? {
-        2 => stored(directory).map(AnyGeodesic::D2),
-        _ => stored(directory).map(AnyGeodesic::D3),
-    }
+pub(super) fn read(
+    directory: &Path,
+) -> Result<Dim<StoredGeodesic<2>, StoredGeodesic<3>>, CliError> {
+    let dimension = read_dimension(directory).map_err(|reason| unfit(directory, reason))?;
+    Ok(per_dimension!(dimension, () => stored(directory)?))
 }
 
 fn unfit(directory: &Path, reason: String) -> CliError {
@@ -88,7 +81,7 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
         ));
     }
     let [start, end] = record.input.as_slice() else {
-        return Err(unfit(directory, "it has not two inputs".into()));
+        return Err(unfit(directory, "it does not have two inputs".into()));
     };
     let steps = energies.len();
     if steps == 0 {
@@ -114,8 +107,12 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
         names: [start, end].map(|input| input.name.clone()),
         // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },
-        frame: frame(start)
-            .ok_or_else(|| unfit(directory, "it does not say where its start lies".into()))?,
+        frame: frame(start).ok_or_else(|| {
+            unfit(
+                directory,
+                "it does not state the placement of its start".into(),
+            )
+        })?,
     })
 }
 
@@ -143,8 +140,8 @@ impl<const D: usize> StoredGeodesic<D> {
         solver.params(&CalculusParams::from(&self.params))
     }
 
-    /// Nodes per side.
-    pub fn nodes(&self) -> usize {
-        self.level_sets[0].grid().nodes_per_axis()[0]
+    /// The grid of all fields.
+    pub fn grid(&self) -> &Grid<D> {
+        self.level_sets[0].grid()
     }
 }

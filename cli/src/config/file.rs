@@ -10,8 +10,8 @@ use toml::{Table, Value};
 use super::{Config, arguments, table};
 use crate::error::CliError;
 
-/// Keys that are less alike than this are not suggested.
-const ALIKE: f64 = 0.4;
+/// Keys that are less similar than this are not suggested.
+const SIMILARITY: f64 = 0.4;
 
 /// A file and its keys.
 pub(super) struct ConfigFile {
@@ -51,7 +51,8 @@ impl ConfigFile {
             let Some((name, value)) = values.remove_entry(&**key.get_ref()) else {
                 continue;
             };
-            judge::<C>(&name, &value).map_err(|(message, remedy)| wrong(line, message, remedy))?;
+            check_entry::<C>(&name, &value)
+                .map_err(|(message, remedy)| wrong(line, message, remedy))?;
             entries.push((name, value, line));
         }
         Ok(Self {
@@ -97,13 +98,13 @@ fn write_one<C: Config>() -> String {
 }
 
 /// Whether a key exists and has a value of its type: else what is wrong, and what is right.
-fn judge<C: Config>(key: &str, value: &Value) -> Result<(), (String, String)> {
+fn check_entry<C: Config>(key: &str, value: &Value) -> Result<(), (String, String)> {
     let Some(argument) = arguments::<C>().find(|argument| argument.get_id() == key) else {
         let nearest = arguments::<C>()
             .map(|known| known.get_id().to_string())
             .map(|known| (strsim::normalized_damerau_levenshtein(key, &known), known))
             .max_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|(alike, _)| *alike >= ALIKE);
+            .filter(|(similarity, _)| *similarity >= SIMILARITY);
         let remedy = match nearest {
             Some((_, known)) => format!("did you mean `{known}`?"),
             None => write_one::<C>(),

@@ -142,7 +142,7 @@ impl Config for DistancesConfig {
             Some(clusters) if clusters > most => Err(CliError::Option {
                 option: "--clusters",
                 value: clusters.to_string(),
-                remedy: format!("there are {most} shapes, which make no more clusters"),
+                remedy: format!("there are {most} shapes, and at most as many clusters"),
             }),
             clusters => allow(clusters != Some(0), "clusters", &0, "at least 1"),
         }

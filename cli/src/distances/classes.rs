@@ -3,7 +3,7 @@
 //! - `folder`: the name of the folder that the file is in.
 //! - `prefix`: the file name up to its last `-`, `_`, `.` or space; without one, what is left
 //!   without the digits at its end: `bat-07.png` is a `bat`, `horse12.png` a `horse`.
-//! - a file of lines `file,class`: the file as it is named on the command line, or by its name
+//! - a file of lines `file,class`: the file as on the command line, or its name
 //!   alone. What follows the last comma is the class. A first line `file,class` is a heading;
 //!   empty lines are left out.
 
@@ -27,7 +27,7 @@ pub(super) struct Classes {
 }
 
 impl Classes {
-    /// The classes given by the option `--classes`.
+    /// The classes according to the option `--classes`.
     ///
     /// # Errors
     /// [`CliError::Classes`] for a file that cannot be read or lacks an input, and for inputs whose
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn names_tell_classes() {
+    fn names_contain_classes() {
         let inputs = paths(&[
             "a/bat-01.png",
             "a/bat-2.png",
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_tells_classes() {
+    fn a_file_lists_classes() {
         let place = tempfile::tempdir().unwrap();
         let list = place.path().join("classes.csv");
         let read = |text: &str| {

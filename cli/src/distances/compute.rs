@@ -18,8 +18,8 @@ use super::store::Store;
 use crate::error::CliError;
 use crate::pool::in_pool;
 use crate::progress::Progress;
+use crate::session::Session;
 use crate::shapes::Pairs;
-use crate::watch::Interrupt;
 
 /// Notes during the computation if there is no overwritten line.
 const NOTES: usize = 20;
@@ -32,8 +32,7 @@ pub(super) struct Task<'a, const D: usize> {
     pub store: &'a Store,
     /// Pairs processed at the same time; by default one per thread.
     pub at_once: Option<u32>,
-    pub progress: &'a Progress,
-    pub interrupt: Interrupt,
+    pub session: &'a Session<'a>,
 }
 
 impl<const D: usize> Task<'_, D> {
@@ -49,9 +48,9 @@ impl<const D: usize> Task<'_, D> {
             .filter(|ids| self.store.pair(*ids).is_none())
             .collect();
         let progress_of_pairs = PairProgress::new(wanted.len(), wanted.len() - missing.len());
-        progress_of_pairs.show(self.progress);
+        progress_of_pairs.show(&self.session.progress);
         self.compute(&missing, &progress_of_pairs)?;
-        if self.interrupt.asked() {
+        if self.session.interrupt.asked() {
             return Ok(None);
         }
         let records: Option<Vec<PairRecord>> =
@@ -59,8 +58,8 @@ impl<const D: usize> Task<'_, D> {
         match records {
             Some(records) => Ok(Some(records)),
             None => Err(CliError::Computation {
-                message: "files of finished pairs have vanished".into(),
-                remedy: "give the same command again".into(),
+                message: "files of finished pairs are missing".into(),
+                remedy: "repeat the command".into(),
             }),
         }
     }
@@ -85,7 +84,7 @@ impl<const D: usize> Task<'_, D> {
                     if !self.pair(*ids)? {
                         break;
                     }
-                    progress_of_pairs.one_more(self.progress);
+                    progress_of_pairs.one_more(&self.session.progress);
                 }
                 Ok(())
             });
@@ -113,7 +112,7 @@ impl<const D: usize> Task<'_, D> {
     /// Computes and stores a pair, unless it is interrupted.
     fn pair(&self, ids: [usize; 2]) -> Result<bool, CliError> {
         let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
-        match compute(ids, &start, &end, self.config, self.interrupt)? {
+        match compute(ids, &start, &end, self.config, self.session.interrupt)? {
             Some(record) => {
                 self.store.keep(&record)?;
                 Ok(true)

@@ -5,59 +5,20 @@ use fe_grid::parallel;
 use super::Outcome;
 use super::study::Completed;
 use crate::picture::{
-    Bounds, Canvas, Colour, Curve, HeatMap, Key, Paint, ScatterPlot, TreeChart, View, WHITE,
-    Window, colour, mix, solid,
+    Camera, Canvas, Colour, HeatMap, Key, ScatterPlot, Shape, TreeChart, WHITE, colour, mix,
 };
-use crate::shapes::{Input, curves, surface, triangles};
 
-/// Height of the eye, in degrees.
-const ELEVATION: f64 = 22.0;
 /// Pixels of a small picture of a shape.
 const SMALL: usize = 44;
 
-/// Small pictures of shapes in `D` dimensions.
-pub(super) trait Draw<const D: usize> {
-    /// One of each shape in its colour, all at one scale and of one size, the longer side of so
-    /// many pixels.
-    fn marks(inputs: &[Input<D>], colours: &[Colour], side: usize) -> Vec<Canvas>;
-}
-
-/// Drawing in two and three dimensions.
-pub(super) struct Pictures;
-
-impl Draw<2> for Pictures {
-    fn marks(inputs: &[Input<2>], colours: &[Colour], side: usize) -> Vec<Canvas> {
-        let outlines: Vec<Vec<Curve>> = inputs.iter().map(|i| curves(&i.contour)).collect();
-        let window = Window::around(outlines.iter().flatten(), side).with_longer_side(side);
-        let line = (side as f32 / 50.0).clamp(1.0, 1.6);
-        let pairs = outlines.iter().zip(colours);
-        pairs
-            .map(|(outline, &colour)| {
-                let mut canvas = window.canvas();
-                window.fill(&mut canvas, outline, mix(WHITE, colour, 0.45));
-                window.outline(&mut canvas, outline, line, colour);
-                canvas
-            })
-            .collect()
-    }
-}
-
-impl Draw<3> for Pictures {
-    fn marks(inputs: &[Input<3>], colours: &[Colour], side: usize) -> Vec<Canvas> {
-        let meshes: Vec<_> = inputs.iter().map(|i| triangles(&i.contour)).collect();
-        let surfaces: Vec<_> = inputs
-            .iter()
-            .zip(&meshes)
-            .map(|(input, mesh)| surface(&input.contour, mesh))
-            .collect();
-        let view = surfaces.first().map_or(View::front(ELEVATION), |first| {
-            View::broadside(*first, ELEVATION)
-        });
-        let bounds = Bounds::seen(view, surfaces.iter().copied());
-        parallel::map(surfaces.iter().zip(colours), &|(surface, colour)| {
-            surface.render(view, bounds, Paint::Plain(solid(*colour)), side)
-        })
-    }
+/// A small picture of each shape in its colour, all at one scale, with this many pixels along the
+/// longer side.
+fn marks(shapes: &[Shape], colours: &[Colour], side: usize) -> Vec<Canvas> {
+    let camera = Camera::around(shapes, side).with_longer_side(side);
+    let line = (side as f32 / 50.0).clamp(1.0, 1.6);
+    parallel::map(shapes.iter().zip(colours), &|(shape, &colour)| {
+        camera.drawn(shape, mix(WHITE, colour, 0.45), line, colour)
+    })
 }
 
 /// What all pictures have in common.
@@ -71,7 +32,7 @@ pub(super) struct Sheets {
 }
 
 impl Sheets {
-    pub fn new<const D: usize, P: Draw<D>>(outcome: &Outcome<D>) -> Self {
+    pub fn new<const D: usize>(outcome: &Outcome<D>) -> Self {
         let n = outcome.inputs.len();
         let completed = outcome.study.distances.completed.as_ref();
         let groups: Vec<usize> = match (&outcome.classes, completed) {
@@ -91,10 +52,12 @@ impl Sheets {
         let colours: Vec<Colour> = groups.iter().map(|&group| colour(group)).collect();
         let embedded = outcome.study.groups.as_ref();
         let side = embedded.map_or(SMALL, |g| ScatterPlot::mark_side(&g.refined.points));
+        let contours = outcome.inputs.iter().map(|input| &input.contour);
+        let shapes: Vec<Shape> = contours.map(Shape::of).collect();
         Self {
             names: outcome.inputs.iter().map(|i| i.name.clone()).collect(),
-            small: P::marks(&outcome.inputs, &colours, SMALL),
-            large: P::marks(&outcome.inputs, &colours, side),
+            small: marks(&shapes, &colours, SMALL),
+            large: marks(&shapes, &colours, side),
             groups,
             key: key.unwrap_or_default(),
         }

@@ -3,7 +3,7 @@
 //! `plan` reads and validates the inputs, `store` stores finished pairs for the next run, `compute`
 //! processes several pairs at a time, `pair` is one of them. `study` computes matrices, clusters
 //! and an embedding, `record` and `write` write the result directory, `draw` its pictures,
-//! `summary` the summary; `classes` determines the classes of the inputs.
+//! `summary` summarises it; `classes` determines the classes of the inputs.
 //!
 //! The distance of two shapes is the mean of the lengths in both directions. A path that folds or
 //! does not reach its end is not used: the other direction counts alone, and if neither can be used
@@ -21,23 +21,27 @@ mod study;
 mod summary;
 mod write;
 
-use std::time::Instant;
-
 use crate::error::{CliError, Exit};
-use crate::options::Align;
-use crate::pool::in_pool;
-use crate::progress::Progress;
+use crate::options::{Align, RunOptions};
+use crate::output::{ResultDir, WorkDir};
+use crate::session::{self, Command, PlanOf, Session, Work};
 use crate::shapes::{Input, Pairs, prepare};
-use crate::watch::Interrupt;
+use crate::summary::Summary;
 use classes::Classes;
 use compute::Task;
-use draw::{Draw, Pictures};
 use pair::PairRecord;
-use plan::{AnyPlan, DistancesPlan, plan_distances};
+use plan::{DistancesPlan, plan_distances};
 use store::{Store, fingerprint};
 use study::Study;
 
 pub use args::{DistancesArgs, DistancesConfig};
+
+/// The distances between all pairs of masks.
+struct DistanceStudy {
+    config: DistancesConfig,
+    /// Paths computed at the same time.
+    at_once: Option<u32>,
+}
 
 /// The result of a computation.
 struct Outcome<const D: usize> {
@@ -50,7 +54,7 @@ struct Outcome<const D: usize> {
     align: &'static str,
     records: Vec<PairRecord>,
     study: Study,
-    start: Instant,
+    work: Option<WorkDir>,
 }
 
 /// Runs `shapespace distances`.
@@ -58,88 +62,76 @@ struct Outcome<const D: usize> {
 /// # Errors
 /// [`CliError`]; then there is no result directory, but finished pairs are stored.
 pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
-    let start = Instant::now();
-    let interrupt = Interrupt::listen();
-    let progress = Progress::stderr();
-    let compute = |config: DistancesConfig| {
-        progress.stage(format!("reading {} masks", config.inputs.len()));
-        match plan_distances(config, &args.run.output)? {
-            AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
-            AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
-        }
-    };
+    let (run, at_once): (&RunOptions, _) = (&args.run, args.at_once);
     args.config
-        .run(|config| in_pool(args.run.threads, || compute(config)))
+        .run(|config| session::run(&DistanceStudy { config, at_once }, run))
 }
 
-fn run_plan<const D: usize>(
-    plan: DistancesPlan<D>,
-    args: &DistancesArgs,
-    progress: &Progress,
-    interrupt: Interrupt,
-    start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
-    let (grid, config) = (plan.placed.grid, plan.config);
-    let aligned = config.masks.align == Align::Rigid;
-    let fingerprint = fingerprint(&config, &plan.placed.images);
-    let (inputs, distances) = prepare(plan.placed, &[], progress)?;
-    let wanted = wanted(inputs.len(), config.one_way);
-    let store = Store::open(&args.run.output, &fingerprint)?;
-    let interrupted = || {
-        let kept: Vec<_> = wanted.iter().map(|ids| store.pair(*ids)).collect();
-        progress.finish();
-        let done = summary::finished(&kept);
-        summary::print_interrupted(done, wanted.len(), store.directory().path());
-        Ok(Exit::Interrupted)
-    };
-    let pairs = if aligned {
-        progress.stage(format!(
-            "aligning {} pairs",
-            inputs.len() * (inputs.len() - 1) / 2
-        ));
-        match Pairs::aligned(inputs, distances, || interrupt.asked())? {
-            Some(pairs) => pairs,
-            None => return interrupted(),
-        }
-    } else {
-        Pairs::placed(inputs, distances)
-    };
-    let task = Task {
-        pairs: &pairs,
-        grid,
-        config: &config,
-        store: &store,
-        at_once: args.at_once,
-        progress,
-        interrupt,
-    };
-    let Some(records) = task.run(&wanted)? else {
-        return interrupted();
-    };
-    progress.stage("writing");
-    interrupt.writing();
-    let n = pairs.inputs.len();
-    let classes = plan.classes;
-    let study = Study::new(n, &records, &config, classes.as_ref())?;
-    let outcome = Outcome {
-        inputs: pairs.inputs,
-        classes,
-        config,
-        nodes: grid.nodes_per_axis(),
-        align: if aligned { "pairs" } else { "none" },
-        records,
-        study,
-        start,
-    };
-    let directory = store.into_directory();
-    let record = write::write_all(&directory, &outcome)?;
-    let target = directory.commit()?;
-    progress.finish();
-    summary::print(&record, &target);
-    Ok(Exit::Success)
+impl Command for DistanceStudy {
+    type Plan<const D: usize> = DistancesPlan<D>;
+    type Outcome<const D: usize> = Outcome<D>;
+
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        let n = self.config.inputs.len();
+        session.progress.stage(format!("reading {n} masks"));
+        plan_distances(self.config.clone())
+    }
+
+    fn compute<const D: usize>(
+        &self,
+        plan: DistancesPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        let (grid, config) = (plan.placed.grid, plan.config);
+        let fingerprint = fingerprint(&config, &plan.placed.images);
+        let (inputs, distances) = prepare(plan.placed, &[], &session.progress)?;
+        let n = inputs.len();
+        let wanted = wanted(n, config.one_way);
+        let store = Store::open(session.output, &fingerprint)?;
+        let interrupted = || store.interrupted(&wanted);
+        let aligned = config.masks.align == Align::Rigid;
+        let pairs = if aligned {
+            let count = n * (n - 1) / 2;
+            session.progress.stage(format!("aligning {count} pairs"));
+            Pairs::aligned(inputs, distances, || session.interrupt.asked())?
+                .ok_or_else(interrupted)?
+        } else {
+            Pairs::placed(inputs, distances)
+        };
+        let task = Task {
+            pairs: &pairs,
+            grid,
+            config: &config,
+            store: &store,
+            at_once: self.at_once,
+            session,
+        };
+        let records = task.run(&wanted)?.ok_or_else(interrupted)?;
+        let classes = plan.classes;
+        Ok(Outcome {
+            study: Study::new(n, &records, &config, classes.as_ref())?,
+            inputs: pairs.inputs,
+            classes,
+            config,
+            nodes: grid.nodes_per_axis(),
+            align: if aligned { "pairs" } else { "none" },
+            records,
+            work: Some(store.into_directory()),
+        })
+    }
+
+    fn work<const D: usize>(outcome: &mut Outcome<D>) -> Work {
+        outcome.work.take().map_or(Work::None, Work::Result)
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        write::write_all(directory, outcome, session)
+    }
 }
 
 /// The pairs to be computed, in both directions by default.

@@ -1,13 +1,11 @@
 //! From the options to a validated plan.
 
-use std::path::Path;
-
 use super::args::DistancesConfig;
 use super::classes::Classes;
+use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::{AnyImages, Image, LEVEL, ReadOptions, read_images};
+use crate::input::{Image, LEVEL, read_images};
 use crate::options::{Align, MaskOptions, Size, check_law};
-use crate::output::ResultDir;
 use crate::shapes::Placed;
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
@@ -19,25 +17,15 @@ pub(super) struct DistancesPlan<const D: usize> {
     pub config: DistancesConfig,
 }
 
-/// A plan of either dimension.
-pub(super) enum AnyPlan {
-    D2(DistancesPlan<2>),
-    D3(DistancesPlan<3>),
-}
-
 /// Reads, places and validates the inputs of distances.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
-pub(super) fn plan_distances(config: DistancesConfig, output: &Path) -> Result<AnyPlan, CliError> {
-    ResultDir::check(output)?;
-    let options = ReadOptions {
-        label: config.masks.label,
-    };
-    match read_images(&config.inputs, &options)? {
-        AnyImages::D2(images) => plan_images(images, config).map(AnyPlan::D2),
-        AnyImages::D3(images) => plan_images(images, config).map(AnyPlan::D3),
-    }
+pub(super) fn plan_distances(
+    config: DistancesConfig,
+) -> Result<Dim<DistancesPlan<2>, DistancesPlan<3>>, CliError> {
+    let images = read_images(&config.inputs, &config.masks.reading())?;
+    Ok(per_dimension!(images, images => plan_images(images, config)?))
 }
 
 fn plan_images<const D: usize>(

@@ -1,24 +1,26 @@
 //! The contents of `result.json`. Missing values are left out; there are no nulls.
 
+use std::time::Instant;
+
 use ::geodesic::Form;
-use ::geodesic::distances::{Asymmetry, Linkage, Merge, TriangleReport};
+use ::geodesic::distances::{Linkage, Merge};
 use serde::Serialize;
 
 use super::Outcome;
 use super::args::DistancesConfig;
 use super::pair::{PairRecord, PathRecord};
-use super::study::{Agreement, Distances, Groups};
+use super::study::{Distances, Groups};
 use crate::options::Size;
 use crate::report;
 use crate::shapes::{Input, InputRecord, common_scale};
 
 /// The contents of `result.json`; the status is `complete`, or `incomplete` if some pair has no
 /// path that reaches its end. The time is that of this run, without paths of earlier runs.
-pub(super) type Record<const D: usize> = report::Record<DistancesConfig, Found, D>;
+pub(super) type Record<'a, const D: usize> = report::Record<DistancesConfig, Found<'a>, D>;
 
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Found {
+pub(super) struct Found<'a> {
     /// Placement of the pairs: `pairs` if each has its own.
     pub align: &'static str,
     /// From lengths in the unit box to those in the length units of the inputs, where these have
@@ -28,15 +30,15 @@ pub(super) struct Found {
     /// Every requested path.
     pub paths: Vec<LengthRecord>,
     /// Attempts that fold or do not reach their end, and their replacements.
-    pub marked: Vec<MarkRecord>,
+    pub marked: Vec<MarkRecord<'a>>,
     /// The symmetric distances: the mean of both directions, extrapolated on request.
-    pub distances: MatrixRecord,
+    pub distances: &'a Distances,
     /// The same for the elastic distances, the roots of the energies of a single step.
-    pub elastic: MatrixRecord,
+    pub elastic: &'a Distances,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub clustering: Option<ClusteringRecord>,
+    pub clustering: Option<ClusteringRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub embedding: Option<EmbeddingRecord>,
+    pub embedding: Option<EmbeddingRecord<'a>>,
     /// Pairs whose distance is not extrapolated although this was requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub not_extrapolated: Vec<[usize; 2]>,
@@ -72,17 +74,11 @@ pub(super) struct LengthRecord {
 
 /// A path that folds or does not reach its end.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct MarkRecord {
+pub(super) struct MarkRecord<'a> {
     pub start: usize,
     pub end: usize,
-    pub form: Form,
-    pub steps: usize,
-    pub end_reached: bool,
-    pub certified: bool,
-    pub dice_end: f64,
-    /// The length of the incomplete path.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub length: Option<f64>,
+    #[serde(flatten)]
+    pub path: &'a PathRecord,
     pub outcome: MarkOutcome,
 }
 
@@ -99,61 +95,48 @@ pub(super) enum MarkOutcome {
 }
 
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct MatrixRecord {
-    /// Without gaps; left out if some shapes cannot be reached from others.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub matrix: Option<Vec<Vec<f64>>>,
-    /// Pairs without a usable path: their entry is the shortest way through other shapes.
-    pub bridged: Vec<[usize; 2]>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub asymmetry: Option<Asymmetry>,
-    pub triangles: TriangleReport,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub agreement: Option<Agreement>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct ClusteringRecord {
+pub(super) struct ClusteringRecord<'a> {
     linkage: Linkage,
     /// Clusters below the number of inputs are inputs, others are results of the merge of that
     /// number minus the number of inputs, as in SciPy.
-    merges: Vec<Merge>,
+    merges: &'a [Merge],
     /// The order of the inputs in the pictures.
-    order: Vec<usize>,
+    order: &'a [usize],
     pub clusters: usize,
     /// The cluster of each input.
-    labels: Vec<usize>,
+    labels: &'a [usize],
 }
 
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct EmbeddingRecord {
+pub(super) struct EmbeddingRecord<'a> {
     /// The points of minimal stress.
-    points: Vec<[f64; 2]>,
+    points: &'a [[f64; 2]],
     /// Kruskal's first.
     pub stress: f64,
     /// The points of classical scaling, the initial guess.
-    pub classical: ClassicalRecord,
+    pub classical: ClassicalRecord<'a>,
 }
 
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct ClassicalRecord {
-    points: Vec<[f64; 2]>,
+pub(super) struct ClassicalRecord<'a> {
+    points: &'a [[f64; 2]],
     stress: f64,
     /// Share of the variance in these two dimensions.
     pub explained: f64,
     /// Share of the negative eigenvalues: the part that cannot be embedded in any Euclidean space.
     negative: f64,
-    eigenvalues: Vec<f64>,
+    eigenvalues: &'a [f64],
 }
 
 /// The record of an outcome.
-pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
+pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Record<'_, D> {
     let (inputs, study, config) = (&outcome.inputs, &outcome.study, &outcome.config);
     let records = &outcome.records;
-    let distances = MatrixRecord::new(&study.distances);
-    let marked: Vec<MarkRecord> = records.iter().flat_map(|r| marks(r, config)).collect();
+    let distances = &study.distances;
+    let marked: Vec<_> = records.iter().flat_map(|r| marks(r, config)).collect();
     let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
-    let complete = distances.matrix.is_some() && distances.bridged.is_empty() && !used;
+    let completed = distances.completed.as_ref();
+    let complete = completed.is_some_and(|c| c.bridged.is_empty()) && !used;
     // Equalised sizes are not in the units of the inputs.
     let scale = common_scale(inputs).filter(|_| config.size == Size::Kept);
     let found = Found {
@@ -165,7 +148,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
             .collect(),
         marked,
         distances,
-        elastic: MatrixRecord::new(&study.elastic),
+        elastic: &study.elastic,
         clustering: ClusteringRecord::new(config.linkage, &study.distances),
         embedding: study
             .groups
@@ -176,7 +159,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
     };
     let status = if complete { "complete" } else { "incomplete" };
     let nodes = outcome.nodes;
-    Record::new(status, &nodes, config, found, outcome.start).of(named(outcome))
+    Record::new(status, &nodes, config, found, start).of(named(outcome))
 }
 
 /// The inputs with their names and classes.
@@ -220,7 +203,7 @@ impl LengthRecord {
 fn marks<'a>(
     record: &'a PairRecord,
     config: &'a DistancesConfig,
-) -> impl Iterator<Item = MarkRecord> + 'a {
+) -> impl Iterator<Item = MarkRecord<'a>> {
     record.faulty().map(|path: &PathRecord| {
         let mut others = config
             .forms()
@@ -236,71 +219,40 @@ fn marks<'a>(
         MarkRecord {
             start: record.start,
             end: record.end,
-            form: path.form,
-            steps: path.steps,
-            end_reached: path.end_reached,
-            certified: path.certified,
-            dice_end: path.dice_end,
-            length: path.length,
+            path,
             outcome,
         }
     })
 }
 
-impl MatrixRecord {
-    fn new(distances: &Distances) -> Self {
-        let completed = distances.completed.as_ref();
-        Self {
-            matrix: completed.map(|c| {
-                let rows = 0..c.matrix.n_objects();
-                rows.map(|i| c.matrix.row(i).to_vec()).collect()
-            }),
-            bridged: completed.map(|c| c.bridged.clone()).unwrap_or_default(),
-            asymmetry: distances.asymmetry,
-            triangles: distances.triangles,
-            agreement: completed.and_then(|c| c.agreement),
-        }
-    }
-
-    /// Smallest and largest distance of different shapes.
-    pub fn range(&self) -> Option<[f64; 2]> {
-        let rows = self.matrix.as_ref()?.iter().enumerate();
-        let values = || rows.clone().flat_map(|(i, row)| row[..i].iter().copied());
-        Some([
-            values().fold(f64::INFINITY, f64::min),
-            values().fold(0.0, f64::max),
-        ])
-    }
-}
-
-impl ClusteringRecord {
-    fn new(linkage: Linkage, distances: &Distances) -> Option<Self> {
+impl<'a> ClusteringRecord<'a> {
+    fn new(linkage: Linkage, distances: &'a Distances) -> Option<Self> {
         let completed = distances.completed.as_ref()?;
         Some(Self {
             linkage,
-            merges: completed.tree.merges().to_vec(),
-            order: completed.tree.order().to_vec(),
+            merges: completed.tree.merges(),
+            order: completed.tree.order(),
             clusters: completed.clusters,
-            labels: completed.labels.clone(),
+            labels: &completed.labels,
         })
     }
 }
 
-impl EmbeddingRecord {
-    fn new(groups: &Groups, distances: &Distances) -> Self {
+impl<'a> EmbeddingRecord<'a> {
+    fn new(groups: &'a Groups, distances: &Distances) -> Self {
         let classical = &groups.classical;
         let matrix = distances.completed.as_ref().map(|c| &c.matrix);
         Self {
-            points: groups.refined.points.clone(),
+            points: &groups.refined.points,
             stress: groups.refined.stress,
             classical: ClassicalRecord {
-                points: classical.points.clone(),
+                points: &classical.points,
                 stress: matrix.map_or(0.0, |matrix| {
                     ::geodesic::distances::stress(matrix, &classical.points)
                 }),
                 explained: classical.explained,
                 negative: classical.negative,
-                eigenvalues: classical.eigenvalues.clone(),
+                eigenvalues: &classical.eigenvalues,
             },
         }
     }

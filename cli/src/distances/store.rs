@@ -60,12 +60,17 @@ impl Store {
         self.0.put(name([record.start, record.end]), record)
     }
 
-    /// The directory.
-    pub fn directory(&self) -> &WorkDir {
-        &self.0
+    /// The error for an interruption before all requested pairs are finished.
+    pub fn interrupted(&self, wanted: &[[usize; 2]]) -> CliError {
+        let finished = wanted.iter().filter(|ids| self.pair(**ids).is_some());
+        CliError::Unfinished {
+            done: finished.count(),
+            total: wanted.len(),
+            path: self.0.path().into(),
+        }
     }
 
-    /// The directory, to be named.
+    /// The directory.
     pub fn into_directory(self) -> WorkDir {
         self.0
     }

@@ -7,6 +7,8 @@ use ::geodesic::distances::{
     richardson, smacof, triangles,
 };
 
+use serde::{Serialize, Serializer};
+
 use super::args::DistancesConfig;
 use super::classes::Classes;
 use super::pair::{Measured, PairRecord};
@@ -29,32 +31,42 @@ pub(super) struct Study {
 }
 
 /// A kind of distance between shapes.
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Distances {
     /// One number for both directions.
+    #[serde(skip)]
     pub between: PathLengths,
     /// Asymmetry of the two directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub asymmetry: Option<Asymmetry>,
     /// Violations of the triangle inequality.
     pub triangles: TriangleReport,
     /// Every pair; `None` if some shapes cannot be reached from others.
+    #[serde(flatten)]
     pub completed: Option<Completed>,
 }
 
 /// A matrix without gaps, and its agreement with the classes.
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Completed {
+    #[serde(serialize_with = "rows")]
     pub matrix: DistanceMatrix,
     /// Pairs whose distance is the shortest way through other shapes.
     pub bridged: Vec<[usize; 2]>,
+    #[serde(skip)]
     pub tree: Dendrogram,
     /// Number of clusters shown.
+    #[serde(skip)]
     pub clusters: usize,
     /// The cluster of each shape.
+    #[serde(skip)]
     pub labels: Vec<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub agreement: Option<Agreement>,
 }
 
 /// Agreement of nearest neighbours and clusters with known classes.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Agreement {
     /// Share of shapes whose nearest neighbour is of their class, among those that are not alone in
     /// it.
@@ -144,8 +156,22 @@ fn limit(there: Option<Measured>, back: Option<Measured>) -> Option<f64> {
     ((found - length).abs() <= MOST_CORRECTION * length).then_some(found)
 }
 
+fn rows<S: Serializer>(matrix: &DistanceMatrix, out: S) -> Result<S::Ok, S::Error> {
+    out.collect_seq((0..matrix.n_objects()).map(|i| matrix.row(i)))
+}
+
 impl Distances {
-    /// Of lengths in both directions, and of what is made of them.
+    /// Smallest and largest distance of different shapes.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        let pairs = self.completed.as_ref()?.matrix.pairs();
+        Some(
+            pairs.fold([f64::INFINITY, 0.0], |[low, high], (.., distance)| {
+                [low.min(distance), high.max(distance)]
+            }),
+        )
+    }
+
+    /// Evaluates lengths in both directions and the symmetric distances computed from them.
     fn new(
         lengths: &PathLengths,
         between: PathLengths,
@@ -193,7 +219,7 @@ impl Agreement {
 
 fn failed(error: &DistanceError) -> CliError {
     CliError::Computation {
-        message: format!("the lengths are no distances: {error}"),
+        message: format!("the lengths are not distances: {error}"),
         remedy: "please report it with the inputs".into(),
     }
 }

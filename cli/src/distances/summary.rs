@@ -1,198 +1,181 @@
-//! The summary on standard output.
+//! The summary of distances.
 
-use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::Path;
+use ::geodesic::distances::TriangleReport;
 
-use super::pair::PairRecord;
-use super::record::{MarkOutcome, MarkRecord, MatrixRecord, Record};
+use super::record::{MarkOutcome, MarkRecord, Record};
+use crate::summary::Summary;
 
 /// Maximum number of marked paths that are listed.
 const NAMED: usize = 6;
 
-/// Prints a short summary; the last line names the picture.
-pub(super) fn print<const D: usize>(record: &Record<D>, target: &Path) {
-    let mut text = String::new();
-    // Writing into a string cannot fail, and a closed standard output is not an error.
-    let _ = write_lines(&mut text, record, target);
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
-/// Prints how to resume.
-pub(super) fn print_interrupted(done: usize, total: usize, path: &Path) {
-    let text = format!(
-        "Stopped with {done} of {total} pairs finished, which are kept in {}\n  \
-         the same command goes on from there\n",
-        path.display()
-    );
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
-/// Finished pairs among the requested ones.
-pub(super) fn finished(pairs: &[Option<PairRecord>]) -> usize {
-    pairs.iter().flatten().count()
-}
-
-fn write_lines<const D: usize>(
-    text: &mut String,
-    record: &Record<D>,
-    target: &Path,
-) -> std::fmt::Result {
-    let nodes: Vec<String> = record.nodes.iter().map(ToString::to_string).collect();
-    let ways = if record.parameters.one_way {
-        "one way"
-    } else {
-        "both ways"
-    };
-    writeln!(
-        text,
-        "Distances of {} shapes on {} nodes, {} steps, {ways}: {} pairs, {:.1} s",
+/// The summary of a result.
+pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
+    let title = format!(
+        "Distances of {} shapes on {} nodes, {} steps, {}: {} pairs, {:.1} s",
         record.input.len(),
-        nodes.join(" x "),
+        record.grid(),
         record.parameters.params.steps,
+        if record.parameters.one_way {
+            "one way"
+        } else {
+            "both ways"
+        },
         record.body.paths.len(),
         record.seconds
-    )?;
-    write_marks(text, record)?;
-    let distances = &record.body.distances;
-    match distances.range() {
-        Some([low, high]) => writeln!(text, "  distances    from {low:.4e} to {high:.4e}")?,
-        None => writeln!(
-            text,
-            "  distances    NOT between all shapes: no clusters and no map"
-        )?,
-    }
+    );
+    let picture = if record.body.embedding.is_some() {
+        "embedding.png"
+    } else {
+        "matrix.png"
+    };
+    let mut summary = Summary::new(record, picture, title);
+    describe_paths(&mut summary, record);
+    describe_distances(&mut summary, record);
+    describe_groups(&mut summary, record);
+    summary
+}
+
+fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
+    let (distances, elastic) = (record.body.distances, record.body.elastic);
+    let range = distances.range().map_or_else(
+        || "NOT between all shapes: no clusters and no map".into(),
+        |[low, high]| format!("from {low:.4e} to {high:.4e}"),
+    );
+    summary.line("distances", range);
     if let Some(asymmetry) = &distances.asymmetry {
         let [i, j] = asymmetry.worst.map(|i| record.input[i].name.as_str());
-        writeln!(
-            text,
-            "  asymmetry    {:.1} % in the mean, {:.1} % at most ({i} and {j})",
-            100.0 * asymmetry.mean,
-            100.0 * asymmetry.largest
-        )?;
+        let [mean, largest] = [asymmetry.mean, asymmetry.largest].map(|share| 100.0 * share);
+        summary.line(
+            "asymmetry",
+            format!("{mean:.1} % in the mean, {largest:.1} % at most ({i} and {j})"),
+        );
     }
-    writeln!(
-        text,
-        "  triangles    {} of {} violated{}, elastic {}{}",
-        distances.triangles.violations,
-        distances.triangles.count,
-        worst(distances),
-        record.body.elastic.triangles.violations,
-        worst(&record.body.elastic)
-    )?;
-    if let Some(clustering) = &record.body.clustering {
-        writeln!(text, "  clusters     {}", clustering.clusters)?;
+    let [own, other] = [distances, elastic].map(|distances| distances.triangles);
+    summary.line(
+        "triangles",
+        format!(
+            "{} of {} violated{}, elastic {}{}",
+            own.violations,
+            own.count,
+            worst(&own),
+            other.violations,
+            worst(&other)
+        ),
+    );
+}
+
+fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
+    let found = &record.body;
+    if let Some(clustering) = &found.clustering {
+        summary.line("clusters", clustering.clusters);
     }
-    if let Some(embedding) = &record.body.embedding {
-        writeln!(
-            text,
-            "  map          stress {:.3}, {:.0} % of the variance in classical scaling",
-            embedding.stress,
-            100.0 * embedding.classical.explained
-        )?;
+    if let Some(embedding) = &found.embedding {
+        let (stress, share) = (embedding.stress, 100.0 * embedding.classical.explained);
+        summary.line(
+            "map",
+            format!("stress {stress:.3}, {share:.0} % of the variance in classical scaling"),
+        );
     }
-    for (name, matrix) in [("classes", distances), ("elastic", &record.body.elastic)] {
-        let Some(agreement) = matrix.agreement else {
+    for (name, distances) in [("classes", found.distances), ("elastic", found.elastic)] {
+        let Some(agreement) = distances.completed.as_ref().and_then(|c| c.agreement) else {
             continue;
         };
         let nearest = agreement.nearest_neighbour_accuracy.map_or_else(
             || "unknown".into(),
             |share| format!("{:.0} %", 100.0 * share),
         );
-        writeln!(
-            text,
-            "  {name:<12} nearest neighbour {nearest} right, purity {:.2}, adjusted Rand index {:.2}",
-            agreement.purity, agreement.adjusted_rand_index
-        )?;
+        let (purity, index) = (agreement.purity, agreement.adjusted_rand_index);
+        summary.line(
+            name,
+            format!(
+                "nearest neighbour {nearest} right, purity {purity:.2}, adjusted Rand index \
+                 {index:.2}"
+            ),
+        );
     }
-    writeln!(
-        text,
-        "  results      {}",
-        target.join("result.json").display()
-    )?;
-    let picture = if record.body.embedding.is_some() {
-        "embedding.png"
-    } else {
-        "matrix.png"
-    };
-    writeln!(text, "  picture      {}", target.join(picture).display())
 }
 
-fn worst(matrix: &MatrixRecord) -> String {
-    if matrix.triangles.violations == 0 {
+fn worst(triangles: &TriangleReport) -> String {
+    if triangles.violations == 0 {
         return String::new();
     }
-    format!(" (by {:.1} % at most)", 100.0 * matrix.triangles.worst)
+    format!(" (by {:.1} % at most)", 100.0 * triangles.worst)
 }
 
 /// Lists unusable paths.
-fn write_marks<const D: usize>(text: &mut String, record: &Record<D>) -> std::fmt::Result {
-    let steps = record.parameters.params.steps;
-    let unfinished = record.body.paths.iter().filter(|p| p.status != "converged");
-    let (unfinished, all) = (unfinished.count(), record.body.paths.len());
+fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
+    let (found, steps) = (&record.body, record.parameters.params.steps);
+    let unfinished = found.paths.iter().filter(|p| p.status != "converged");
+    let (unfinished, all) = (unfinished.count(), found.paths.len());
     if unfinished > 0 {
-        writeln!(
-            text,
-            "  paths        {unfinished} of {all} end before they converge"
-        )?;
+        summary.line("paths", format!("{unfinished} of {all} have not converged"));
     }
-    if record.body.marked.is_empty() {
-        return Ok(());
+    if found.marked.is_empty() {
+        return;
     }
-    let left = || {
-        let marks = record.body.marked.iter();
+    let remaining = || {
+        let marks = found.marked.iter();
         marks.filter(|mark| mark.outcome != MarkOutcome::Replaced)
     };
-    let counting = by_path(left().filter(|mark| mark.steps == steps));
-    let fewer = by_path(left().filter(|mark| mark.steps != steps));
-    let used = counting
-        .iter()
-        .filter(|mark| mark.outcome == MarkOutcome::Used);
-    writeln!(
-        text,
-        "  marked       {} of {all} paths do not reach their end or fold, {} of them used; \
-         of fewer steps {}",
-        counting.len(),
-        used.count(),
-        fewer.len(),
-    )?;
-    let replaced = record.body.marked.len() - left().count();
+    let counting = by_path(remaining().filter(|mark| mark.path.steps == steps));
+    let fewer = by_path(remaining().filter(|mark| mark.path.steps != steps)).len();
+    let is_used = |mark: &&&MarkRecord<'_>| mark.outcome == MarkOutcome::Used;
+    let (marked, used) = (counting.len(), counting.iter().filter(is_used).count());
+    summary.line(
+        "marked",
+        format!(
+            "{marked} of {all} paths do not reach their end or fold, {used} of them used; of fewer \
+             steps {fewer}"
+        ),
+    );
+    let replaced = found.marked.len() - remaining().count();
     if replaced > 0 {
-        writeln!(
-            text,
-            "               {replaced} others were replaced by a second attempt"
-        )?;
+        summary.line(
+            "",
+            format!("{replaced} others were replaced by a second attempt"),
+        );
     }
-    for mark in counting.iter().take(NAMED) {
-        let [start, end] = [mark.start, mark.end].map(|i| record.input[i].name.as_str());
-        let why = if mark.end_reached {
-            "it folds".into()
-        } else {
-            format!("Dice {:.3}", mark.dice_end)
-        };
-        writeln!(text, "               {start} to {end}: {why}")?;
+    list_marks(summary, record, &counting);
+    let completed = found.distances.completed.as_ref();
+    let completed = completed.map_or(0, |completed| completed.bridged.len());
+    if completed > 0 {
+        summary.line(
+            "",
+            format!(
+                "pairs without a path: {completed}, replaced by the shortest way through other \
+                 shapes; try --retry level-sets, more steps (-K) or a finer --grid"
+            ),
+        );
     }
-    if counting.len() > NAMED {
-        writeln!(text, "               and others, see result.json")?;
-    }
-    let bridged = record.body.distances.bridged.len();
-    if bridged > 0 {
-        writeln!(
-            text,
-            "               pairs without a path: {bridged}, where the way by other shapes stands in; \
-             try --retry level-sets, more steps (-K) or a finer --grid"
-        )?;
-    }
-    Ok(())
 }
 
-/// The best attempt of each path: those of one path follow each other.
-fn by_path<'a>(marks: impl Iterator<Item = &'a MarkRecord>) -> Vec<&'a MarkRecord> {
-    let mut best: Vec<&MarkRecord> = Vec::new();
+/// Lists the first marked paths.
+fn list_marks<const D: usize>(
+    summary: &mut Summary,
+    record: &Record<'_, D>,
+    marks: &[&MarkRecord<'_>],
+) {
+    for mark in marks.iter().take(NAMED) {
+        let [start, end] = [mark.start, mark.end].map(|i| record.input[i].name.as_str());
+        let why = if mark.path.end_reached {
+            "it folds".into()
+        } else {
+            format!("Dice {:.3}", mark.path.dice_end)
+        };
+        summary.line("", format!("{start} to {end}: {why}"));
+    }
+    if marks.len() > NAMED {
+        summary.line("", "and others, see result.json");
+    }
+}
+
+/// The best attempt of each path: those of one path are adjacent.
+fn by_path<'a>(marks: impl Iterator<Item = &'a MarkRecord<'a>>) -> Vec<&'a MarkRecord<'a>> {
+    let mut best: Vec<&MarkRecord<'_>> = Vec::new();
     for mark in marks {
         match best.last_mut() {
             Some(last) if (last.start, last.end) == (mark.start, mark.end) => {
-                if mark.dice_end > last.dice_end {
+                if mark.path.dice_end > last.path.dice_end {
                     *last = mark;
                 }
             }

@@ -3,43 +3,43 @@
 use shapespace_report::table::{Table, exact, exact_or_empty};
 
 use super::Outcome;
-use super::draw::{Draw, Pictures, Sheets};
+use super::draw::Sheets;
 use super::record::{Record, record};
 use super::study::Distances;
+use super::summary::summary;
 use crate::error::CliError;
 use crate::output::matrix::{write_matrix_array, write_matrix_table};
-use crate::output::{WorkDir, write_text};
+use crate::output::{ResultDir, write_text};
+use crate::session::Session;
+use crate::summary::Summary;
 
-/// Writes everything, `result.json` last, and returns what is in it.
+/// Writes everything, `result.json` last.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
 pub(super) fn write_all<const D: usize>(
-    directory: &WorkDir,
+    directory: &ResultDir,
     outcome: &Outcome<D>,
-) -> Result<Record<D>, CliError>
-where
-    Pictures: Draw<D>,
-{
-    let record = record(outcome);
+    session: &Session<'_>,
+) -> Result<Summary, CliError> {
+    let record = record(outcome, session.start);
     write_tables(directory, outcome, &record)?;
-    let sheets = Sheets::new::<D, Pictures>(outcome);
-    for (name, canvas) in sheets.draw(outcome) {
+    for (name, canvas) in Sheets::new(outcome).draw(outcome) {
         canvas.write_png(&directory.file(name))?;
     }
-    record.write(directory.path())?;
-    Ok(record)
+    record.write(directory)?;
+    Ok(summary(&record))
 }
 
 fn write_tables<const D: usize>(
-    directory: &WorkDir,
+    directory: &ResultDir,
     outcome: &Outcome<D>,
-    record: &Record<D>,
+    record: &Record<'_, D>,
 ) -> Result<(), CliError> {
     let (study, inputs) = (&outcome.study, &outcome.inputs);
     let names: Vec<String> = inputs.iter().map(|input| input.name.clone()).collect();
-    // Only what was measured: an entry by way of other shapes has no place in a table of numbers
-    // that does not tell them apart.
+    // Only lengths of paths: the table could not distinguish them from the shortest ways through
+    // other shapes.
     let entry = |distances: &Distances, i: usize, j: usize| distances.between.between(i, j);
     for (name, distances) in [
         ("distances.csv", &study.distances),
@@ -77,7 +77,7 @@ fn write_tables<const D: usize>(
 }
 
 fn write_embedding<const D: usize>(
-    directory: &WorkDir,
+    directory: &ResultDir,
     outcome: &Outcome<D>,
     names: &[String],
 ) -> Result<(), CliError> {

@@ -3,172 +3,130 @@
 
 use fe_grid::ScalarField;
 use hyperelastic::LameModuli;
-use levelset::Contour;
-use shape_average::{AverageParams, AverageResult, Mean};
-use shapespace_report::table::{Cell, Table};
+use levelset::{BoxEdge, Contour, Moments, contour};
+use shape_average::{AverageError, AverageParams, AverageResult, Mean};
+use shapespace_report::table::Cell;
 
-use super::scene::{Scene, apart, outline};
-use super::sheet::{Sheet, Tiles};
+use super::scene::{Scene, distance, outline};
+use super::sheet::{Comparison, Sheet};
+use crate::average::weights_between;
 use crate::error::CliError;
-
-/// The columns for every average.
-pub(super) const USUAL: [&str; 5] = [
-    "elastic energy",
-    "mismatch",
-    "mean Dice",
-    "least det",
-    "certified",
-];
-
-/// The cells of [`USUAL`]: mean elastic energy and mean mismatch of the shapes, mean overlap, and the
-/// certificate of the worst deformation.
-pub(super) fn usual<const D: usize>(result: &AverageResult<D>) -> Vec<Cell> {
-    let n = result.dice.len() as f64;
-    let mean = |terms: &[f64]| terms.iter().sum::<f64>() / n;
-    let certified = if result.certificate.certified {
-        "yes"
-    } else {
-        "no"
-    };
-    vec![
-        mean(&result.energy.elastic).into(),
-        mean(&result.energy.mismatch).into(),
-        result.mean_dice().into(),
-        result.certificate.min_det.into(),
-        certified.into(),
-    ]
-}
-
-/// Columns before and after [`USUAL`].
-pub(super) fn columns(first: &[&'static str], last: &[&'static str]) -> Vec<&'static str> {
-    [first, &USUAL, last].concat()
-}
+use crate::picture::colour;
 
 /// `--weights` from one shape to the next, and within the triangle of the first three.
 pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     const SIDE: usize = 5;
     let shapes = scene.n_shapes().min(3);
-    let given = &scene.distances[..shapes];
+    let inputs = &scene.distances[..shapes];
     let names = ["first weight", "second weight", "third weight"];
-    let mut table = Table::new(columns(&names[..shapes], &["distance to the first shape"]));
-    let mut tiles = Tiles::new(&scene.grid(), SIDE);
-    let first = levelset::contour(&given[0], 0.0, levelset::BoxEdge::Closed)
-        .map_err(shape_average::AverageError::from)?;
+    let last = ["distance to the first shape"];
+    let mut compared = Comparison::new(&scene.grid(), SIDE, &names[..shapes], &last);
+    let first = contour(&inputs[0], 0.0, BoxEdge::Closed).map_err(AverageError::from)?;
     let mut in_row = 0;
     let mut length = 1;
-    for weights in crate::average::weights_between(shapes, SIDE) {
+    for weights in weights_between(shapes, SIDE) {
         let words: Vec<String> = weights.iter().map(|w| format!("{w:.2}")).collect();
         let label = words.join(" ");
-        let result = scene.average_of(&format!("weights {label}"), given, &[], |params| {
+        let result = scene.average_of(&format!("weights {label}"), inputs, &[], |params| {
             params.weights = Some(weights.clone());
         })?;
-        tiles.average(&label, &result);
+        let cells: Vec<Cell> = weights.iter().map(|w| (*w).into()).collect();
+        compared.add(
+            &label,
+            cells,
+            &result,
+            [distance(&outline(&result)?, &first)?],
+        );
         in_row += 1;
         if shapes == 3 && in_row == length {
-            tiles.end_row();
+            compared.tiles.end_row();
             (in_row, length) = (0, length + 1);
         }
-        let mut row: Vec<Cell> = weights.iter().map(|w| (*w).into()).collect();
-        row.extend(usual(&result));
-        row.push(apart(&outline(&result)?, &first)?.into());
-        table.row(row);
     }
-    Ok(Sheet {
-        title: "Weighted averages",
-        text:
-            "The average moves from one shape to the next with the weights; where one has all the \
-               weight it is that shape, and the others are deformed onto it."
-                .into(),
-        table,
-        picture: tiles.draw(),
-    })
+    Ok(compared.sheet(
+        "Weighted averages",
+        "The average moves from one shape to the next with the weights; where one has all the \
+         weight it is that shape, and the others are deformed onto it.",
+    ))
 }
 
-/// Mean and median of shapes whose last fifth is of another kind, beside the mean of the others.
+/// Mean and median of shapes whose last fifth are outliers, beside the mean of the others.
 pub(super) fn median<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let n = scene.n_shapes();
     let clean = n - (n / 5).max(1);
-    let alone = scene.average_of(
-        &format!("mean of the first {clean}"),
-        &scene.distances[..clean],
-        &[],
-        // A mismatch of one shape costs what it costs among all.
-        |params| params.mismatch_weight *= clean as f64 / n as f64,
-    )?;
-    let mean = scene.average("mean of all", |_| ())?;
-    let median = scene.average("median of all", |params| {
-        params.mean = Mean::Median;
+    let mean_of_clean = format!("mean of the first {clean}");
+    // The mismatch of one shape has the same weight as among all.
+    let alone = scene.average_of(&mean_of_clean, &scene.distances[..clean], &[], |params| {
+        params.mismatch_weight *= clean as f64 / n as f64;
     })?;
+    let mean = scene.average("mean of all", |_| ())?;
+    let median = scene.average("median of all", |params| params.mean = Mean::Median)?;
     let truth = outline(&alone)?;
-    let mut table = Table::new(columns(&["average"], &["distance to the clean mean"]));
-    let mut tiles = Tiles::new(&scene.grid(), 4);
-    tiles.shapes("shapes", &scene.distances, 0.0);
+    let last = ["distance to the clean mean"];
+    let mut compared = Comparison::new(&scene.grid(), 4, &["average"], &last);
+    compared.tiles.shapes("shapes", &scene.distances, 0.0);
     for (label, result) in [
-        (format!("mean of the first {clean}"), &alone),
-        ("mean of all".to_owned(), &mean),
-        ("median of all".to_owned(), &median),
+        (mean_of_clean.as_str(), &alone),
+        ("mean of all", &mean),
+        ("median of all", &median),
     ] {
-        tiles.average(&label, result);
-        let mut row = vec![label.into()];
-        row.extend(usual(result));
-        row.push(apart(&outline(result)?, &truth)?.into());
-        table.row(row);
+        compared.add(
+            label,
+            [label],
+            result,
+            [distance(&outline(result)?, &truth)?],
+        );
     }
-    Ok(Sheet {
-        title: "Mean and median with outliers",
-        text: format!(
-            "The last {} of {n} shapes are taken for outliers. The median is less moved by them from \
-             the mean of the others.",
+    Ok(compared.sheet(
+        "Mean and median with outliers",
+        format!(
+            "The last {} of {n} shapes are outliers. They move the median less from the mean of the \
+             others than the mean.",
             n - clean
         ),
-        table,
-        picture: tiles.draw(),
-    })
+    ))
 }
 
-/// Averages of one change after another, beside the shapes.
-fn compared<const D: usize>(
+/// Averages for several parameters, beside the shapes.
+fn compare<const D: usize>(
     scene: &Scene<'_, D>,
     what: &'static str,
     cases: &[(String, Cell)],
     change: impl Fn(usize, &mut AverageParams),
-) -> Result<(Table, Tiles<D>, Vec<AverageResult<D>>), CliError> {
-    let mut table = Table::new(columns(&[what], &["distance to the last"]));
-    let mut tiles = Tiles::new(&scene.grid(), (cases.len() + 1).min(5));
-    tiles.shapes("shapes", &scene.distances, 0.0);
-    let mut results = Vec::new();
-    for (k, (label, _)) in cases.iter().enumerate() {
-        let result = scene.average(label, |params| change(k, params))?;
-        tiles.average(label, &result);
-        results.push(result);
+) -> Result<(Comparison<D>, Vec<AverageResult<D>>), CliError> {
+    let columns = (cases.len() + 1).min(5);
+    let mut compared = Comparison::new(&scene.grid(), columns, &[what], &["distance to the last"]);
+    compared.tiles.shapes("shapes", &scene.distances, 0.0);
+    let average = |(k, (label, _)): (usize, &(String, Cell))| {
+        scene.average(label, |params| change(k, params))
+    };
+    let results = cases.iter().enumerate().map(average);
+    let results = results.collect::<Result<Vec<_>, _>>()?;
+    let outlines = outlines(&results)?;
+    for (((label, cell), result), own) in cases.iter().zip(&results).zip(&outlines) {
+        let apart = distance(own, &outlines[outlines.len() - 1])?;
+        compared.add(label, [cell.clone()], result, [apart]);
     }
-    let outlines: Result<Vec<Contour<D>>, _> = results.iter().map(outline).collect();
-    let outlines = outlines?;
-    for ((result, (_, cell)), own) in results.iter().zip(cases).zip(&outlines) {
-        let mut row = vec![cell.clone()];
-        row.extend(usual(result));
-        row.push(apart(own, &outlines[outlines.len() - 1])?.into());
-        table.row(row);
-    }
-    Ok((table, tiles, results))
+    Ok((compared, results))
+}
+
+fn outlines<const D: usize>(results: &[AverageResult<D>]) -> Result<Vec<Contour<D>>, CliError> {
+    results.iter().map(|result| Ok(outline(result)?)).collect()
 }
 
 /// From a soft void to one as stiff as the object.
 pub(super) fn elastic_domain<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let stiffness = [1e-4, 1e-2, 1e-1, 1.0];
     let cases = stiffness.map(|delta| (format!("void {delta:.0e}"), delta.into()));
-    let (table, tiles, _) = compared(scene, "void stiffness", &cases, |k, params| {
+    let (compared, _) = compare(scene, "void stiffness", &cases, |k, params| {
         params.void_stiffness = stiffness[k];
     })?;
-    Ok(Sheet {
-        title: "Choice of the elastic domain",
-        text: "With a soft void the object alone is elastic, and its parts move freely; with a void as \
-               stiff as the object the whole box is one elastic body, in which neighbouring parts hold \
-               each other, and the average keeps more of what is common in place."
-            .into(),
-        table,
-        picture: tiles.draw(),
-    })
+    Ok(compared.sheet(
+        "Choice of the elastic domain",
+        "With a soft void the object alone is elastic, and its parts move freely; with a void as \
+         stiff as the object the whole box is one elastic body, in which neighbouring parts hold \
+         each other, and the average keeps more of what is common in place.",
+    ))
 }
 
 /// A material that keeps lengths, and one that keeps volumes.
@@ -185,41 +143,31 @@ pub(super) fn materials() -> [(&'static str, LameModuli); 3] {
 pub(super) fn stiffness<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let materials = materials();
     let cases = materials.map(|(name, _)| (name.to_owned(), name.into()));
-    let (mut table, mut tiles, results) =
-        compared(scene, "material keeps", &cases, |k, params| {
-            params.law.moduli = materials[k].1;
-        })?;
-    let outlines: Result<Vec<Contour<D>>, _> = results.iter().map(outline).collect();
-    let outlines = outlines?;
-    let pairs: Vec<_> = outlines
-        .iter()
-        .enumerate()
-        .map(|(k, contour)| (contour, crate::picture::colour(k)))
-        .collect();
-    tiles.outlines("all three", &pairs);
+    let (mut compared, results) = compare(scene, "material keeps", &cases, |k, params| {
+        params.law.moduli = materials[k].1;
+    })?;
+    let outlines = outlines(&results)?;
+    let pairs: Vec<_> = outlines.iter().zip((0..).map(colour)).collect();
+    compared.tiles.outlines("all three", &pairs);
     let volume = |field: &ScalarField<f64, D>, level| -> Result<f64, CliError> {
-        let outline = levelset::contour(field, level, levelset::BoxEdge::Closed);
-        let moments = outline.and_then(|outline| levelset::Moments::of_contour(&outline));
-        Ok(moments.map_err(shape_average::AverageError::from)?.volume)
+        let outline = contour(field, level, BoxEdge::Closed);
+        let moments = outline.and_then(|outline| Moments::of_contour(&outline));
+        Ok(moments.map_err(AverageError::from)?.volume)
     };
-    let given: Result<Vec<f64>, CliError> =
-        scene.distances.iter().map(|d| volume(d, 0.0)).collect();
-    let given = given?;
-    let mean = given.iter().sum::<f64>() / given.len() as f64;
-    let volumes: Result<Vec<f64>, CliError> = results
-        .iter()
-        .map(|result| volume(&result.average_indicator, 0.5))
-        .collect();
-    let shares = volumes?.into_iter().map(|volume| (volume / mean).into());
-    table.column("volume over the mean of the shapes", shares);
-    Ok(Sheet {
-        title: "Length stiffness against volume stiffness",
-        text: "Where the shear modulus is large a material keeps lengths; where the first Lame modulus \
-               is large it keeps areas or volumes, and lengths change easily."
-            .into(),
-        table,
-        picture: tiles.draw(),
-    })
+    let inputs = scene.distances.iter().map(|shape| volume(shape, 0.0));
+    let inputs = inputs.collect::<Result<Vec<f64>, _>>()?;
+    let mean = inputs.iter().sum::<f64>() / inputs.len() as f64;
+    let volumes = results.iter().map(|r| volume(&r.average_indicator, 0.5));
+    let volumes = volumes.collect::<Result<Vec<f64>, _>>()?;
+    let shares = volumes.into_iter().map(|volume| (volume / mean).into());
+    compared
+        .table
+        .column("volume over the mean of the shapes", shares);
+    Ok(compared.sheet(
+        "Length stiffness against volume stiffness",
+        "Where the shear modulus is large a material keeps lengths; where the first Lame modulus is \
+         large it keeps areas or volumes, and lengths change easily.",
+    ))
 }
 
 /// From small to large weights of the mismatch.
@@ -227,19 +175,15 @@ pub(super) fn mismatch_weight<const D: usize>(scene: &Scene<'_, D>) -> Result<Sh
     let weights = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0];
     let length = scene.params.resolved_length_weight();
     let cases = weights.map(|w| (format!("weight {w}"), w.into()));
-    let (table, tiles, _) = compared(scene, "mismatch weight", &cases, |k, params| {
+    let (compared, _) = compare(scene, "mismatch weight", &cases, |k, params| {
         params.mismatch_weight = weights[k];
         params.length_weight = Some(length);
     })?;
-    Ok(Sheet {
-        title: "Weight of the mismatch",
-        text:
-            "The larger the weight, the closer the deformed shapes come to one shape; the elastic \
-               energy grows to that of exact deformations. The weight of the length stays as it is."
-                .into(),
-        table,
-        picture: tiles.draw(),
-    })
+    Ok(compared.sheet(
+        "Weight of the mismatch",
+        "The larger the weight, the smaller the mismatch of the deformed shapes; the elastic energy \
+         increases to that of exact deformations. The weight of the length is fixed.",
+    ))
 }
 
 /// Averages of the first 2, 4, 8, ... shapes.
@@ -249,29 +193,22 @@ pub(super) fn adding_shapes<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
         .take_while(|&k| k < n)
         .collect();
     counts.push(n);
-    let mut tiles = Tiles::new(&scene.grid(), (counts.len() + 1).min(4));
-    tiles.shapes("shapes", &scene.distances, 0.0);
-    let mut outlines = Vec::new();
-    let mut cells = Vec::new();
-    for &count in &counts {
-        let given = &scene.distances[..count];
-        let result = scene.average_of(&format!("{count} shapes"), given, &[], |_| ())?;
-        tiles.average(&format!("{count} shapes"), &result);
-        outlines.push(outline(&result)?);
-        cells.push(usual(&result));
+    let columns = (counts.len() + 1).min(4);
+    let last = ["distance to the last"];
+    let mut compared = Comparison::new(&scene.grid(), columns, &["shapes"], &last);
+    compared.tiles.shapes("shapes", &scene.distances, 0.0);
+    let average = |&count: &usize| {
+        let shapes = &scene.distances[..count];
+        scene.average_of(&format!("{count} shapes"), shapes, &[], |_| ())
+    };
+    let results = counts.iter().map(average).collect::<Result<Vec<_>, _>>()?;
+    let outlines = outlines(&results)?;
+    for ((count, result), own) in counts.iter().zip(&results).zip(&outlines) {
+        let apart = distance(own, &outlines[outlines.len() - 1])?;
+        compared.add(&format!("{count} shapes"), [*count], result, [apart]);
     }
-    let mut table = Table::new(columns(&["shapes"], &["distance to the last"]));
-    for ((count, usual), own) in counts.iter().zip(cells).zip(&outlines) {
-        let mut row = vec![Cell::from(*count)];
-        row.extend(usual);
-        row.push(apart(own, &outlines[outlines.len() - 1])?.into());
-        table.row(row);
-    }
-    Ok(Sheet {
-        title: "Averages of more and more shapes",
-        text: "The more shapes there are, the less further ones move the average, on the whole."
-            .into(),
-        table,
-        picture: tiles.draw(),
-    })
+    Ok(compared.sheet(
+        "Averages of an increasing number of shapes",
+        "On the whole, the influence of a further shape decreases with the number of shapes.",
+    ))
 }

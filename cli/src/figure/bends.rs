@@ -1,11 +1,11 @@
 //! Deformations by large angles, and the parameters that they require.
 
+use levelset::Contour;
 use shape_average::AverageParams;
-use shapespace_report::table::{Cell, Table};
+use shapespace_report::table::Cell;
 
-use super::averages::{columns, usual};
-use super::scene::{Scene, apart, outline};
-use super::sheet::{Sheet, Tiles};
+use super::scene::{Scene, distance, outline};
+use super::sheet::{Comparison, Sheet};
 use crate::error::CliError;
 
 /// A way to compute an average.
@@ -13,7 +13,7 @@ type Way = (&'static str, fn(&mut AverageParams, usize));
 
 /// The default, and its ingredients left out one by one.
 const WAYS: [Way; 5] = [
-    ("as it is", |_, _| ()),
+    ("default", |_, _| ()),
     ("on the finest grid only", |params, nodes| {
         params.coarsest_nodes = nodes;
     }),
@@ -31,37 +31,23 @@ const WAYS: [Way; 5] = [
 /// Averages in all ways.
 pub(super) fn large_bends<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     let nodes = scene.grid().nodes_per_axis()[0];
-    let mut tiles = Tiles::new(&scene.grid(), 3);
-    tiles.shapes("shapes", &scene.distances, 0.0);
-    let mut results = Vec::new();
+    let last = ["energy", "iterations", "distance to the first"];
+    let mut compared = Comparison::new(&scene.grid(), 3, &["way"], &last);
+    compared.tiles.shapes("shapes", &scene.distances, 0.0);
+    let mut first: Option<Contour<D>> = None;
     for (label, change) in WAYS {
         let result = scene.average(label, |params| change(params, nodes))?;
-        tiles.average(label, &result);
-        results.push(result);
-    }
-    let first = outline(&results[0])?;
-    let mut table = Table::new(columns(
-        &["way"],
-        &["energy", "iterations", "distance to the first"],
-    ));
-    for ((label, _), result) in WAYS.iter().zip(&results) {
-        let mut row: Vec<Cell> = vec![(*label).into()];
-        row.extend(usual(result));
+        let own = outline(&result)?;
+        let apart = distance(&own, first.as_ref().unwrap_or(&own))?;
+        first.get_or_insert(own);
         let iterations: usize = result.levels.iter().map(|level| level.iterations).sum();
-        row.extend([
-            result.energy.total.into(),
-            iterations.into(),
-            apart(&outline(result)?, &first)?.into(),
-        ]);
-        table.row(row);
+        let last: [Cell; 3] = [result.energy.total.into(), iterations.into(), apart.into()];
+        compared.add(label, [label], &result, last);
     }
-    Ok(Sheet {
-        title: "Large bends",
-        text: "Arms bent by 51 degrees to either side have the straight cross as their average. What \
-               brings them there is the way from coarse grids to fine: on the finest grid alone the \
-               descent ends in a state of higher energy, with arms clipped off."
-            .into(),
-        table,
-        picture: tiles.draw(),
-    })
+    Ok(compared.sheet(
+        "Large bends",
+        "Arms bent by 51 degrees to either side have the straight cross as their average. This \
+         requires the levels from coarse grids to fine: on the finest grid alone the minimisation \
+         ends in a state of higher energy, with arms cut off.",
+    ))
 }

@@ -5,11 +5,10 @@ use fe_grid::{Boundary, Grid, InverseDeformation, ScalarField, SpectralSolver};
 use levelset::Contour;
 use shape_average::{AverageResult, cauchy_stress_at_nodes};
 use shape_pca::{Average, Source, evaluate};
-use shapespace_report::table::{Cell, Table};
+use shapespace_report::table::Cell;
 
-use super::averages::{columns, usual};
 use super::scene::{Scene, outline};
-use super::sheet::{Sheet, Tiles};
+use super::sheet::{Comparison, Sheet, Tiles};
 use crate::error::CliError;
 use crate::picture::{Canvas, INK, Slice, WHITE, colour, heat};
 
@@ -17,13 +16,13 @@ use crate::picture::{Canvas, INK, Slice, WHITE, colour, heat};
 const WEIGHTS: [f64; 3] = [0.1, 1.0, 10.0];
 /// Interface widths, in spacings.
 const CELLS: [f64; 3] = [2.0, 4.0, 8.0];
-/// The length weight stays as it is, and small: a length would carry a part of the forces.
+/// The length weight is fixed and small: the length term contributes to the forces.
 const LENGTH_WEIGHT: f64 = 1e-6;
-/// From the first to the second of these shares of the greatest depth, points come to be inside:
-/// forces of the mismatch reach some interface widths into the object.
+/// Between these fractions of the greatest depth, the weight of the interior increases from 0 to 1:
+/// the forces of the mismatch reach some interface widths into the object.
 const INSIDE: [f64; 2] = [0.5, 0.8];
 
-/// What is left of the two balances.
+/// Residuals of the two balances.
 struct Residuals {
     /// The share of the forces `div sigma_i` that lies inside the object, as forces smoothed over the
     /// width of the interface, in `L^2`: zero where every deformation is in equilibrium there.
@@ -48,7 +47,7 @@ fn residuals<const D: usize>(
     let law = params.law.compile().map_err(shape_pca::PcaError::from)?;
     let n = grid.n_nodes();
     let mut sum = vec![0.0; D * n];
-    let (mut apart, mut all, mut inside) = (0.0, 0.0, 0.0);
+    let (mut separate, mut all, mut inside) = (0.0, 0.0, 0.0);
     for (i, weight) in average.weights().iter().enumerate() {
         let source = [Source {
             weight: *weight,
@@ -60,7 +59,7 @@ fn residuals<const D: usize>(
         for (s, f) in sum.iter_mut().zip(&load) {
             *s += f;
         }
-        apart += response.size(&load);
+        separate += response.size(&load);
         let mut forces = vec![0.0; D * n];
         smoothing.solve_into(&load, &mut forces);
         all += fe_grid::vector::dot(&forces, &forces).sqrt();
@@ -73,7 +72,7 @@ fn residuals<const D: usize>(
     }
     Ok(Residuals {
         inside: inside / all,
-        boundary: response.size(&sum) / apart,
+        boundary: response.size(&sum) / separate,
     })
 }
 
@@ -96,10 +95,10 @@ impl<const D: usize> Response<D> {
 
 /// Averages of growing mismatch weight on three grids, and a picture of the stresses.
 pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
-    let mut table = Table::new(columns(
-        &["nodes a side", "interface cells", "mismatch weight"],
-        &["imbalance inside", "imbalance on the boundary"],
-    ));
+    let first = ["nodes a side", "interface cells", "mismatch weight"];
+    let residual = ["imbalance inside", "imbalance on the boundary"];
+    let columns = (scene.n_shapes() + 2).min(5);
+    let mut compared = Comparison::new(&scene.grid(), columns, &first, &residual);
     let mut last = None;
     for times in [2, 1, 0] {
         let Some(shapes) = scene.coarser(times) else {
@@ -116,21 +115,18 @@ pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
                 params = own.clone();
             })?;
             let left = residuals(&result, &params)?;
-            let mut row: Vec<Cell> = vec![nodes.into(), cells.into(), weight.into()];
-            row.extend(usual(&result));
-            row.extend([left.inside.into(), left.boundary.into()]);
-            table.row(row);
+            let first: [Cell; 3] = [nodes.into(), cells.into(), weight.into()];
+            compared.row(first, &result, [left.inside, left.boundary]);
             last = Some((result, params));
         }
     }
-    let mut tiles = Tiles::new(&scene.grid(), (scene.n_shapes() + 2).min(5));
-    tiles.shapes("shapes", &scene.distances, 0.0);
+    compared.tiles.shapes("shapes", &scene.distances, 0.0);
     if let Some((result, params)) = last {
-        stresses(&mut tiles, scene, &result, &params)?;
+        stresses(&mut compared.tiles, scene, &result, &params)?;
     }
-    Ok(Sheet {
-        title: "Balance of forces",
-        text: format!(
+    Ok(compared.sheet(
+        "Balance of forces",
+        format!(
             "At the average the stresses of all deformations balance: inside the object the divergence \
              of each vanishes, and on the boundary the tractions add up to zero. What is left on the \
              boundary, by the displacement that it would cause, relative to what the tractions of each \
@@ -143,9 +139,7 @@ pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
              the tractions of all on the boundary in their colours.",
             INSIDE[0]
         ),
-        table,
-        picture: tiles.draw(),
-    })
+    ))
 }
 
 /// Tiles with the magnitude of each stress, and with the tractions of all.

@@ -6,7 +6,7 @@ use shape_average::AverageResult;
 use shape_pca::{Average, evaluate};
 use shapespace_report::table::{Cell, Table};
 
-use super::scene::{Scene, apart, outline};
+use super::scene::{Scene, distance, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
 use crate::picture::colour;
@@ -56,10 +56,10 @@ pub(super) fn inverse_model<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
         title: "A law and its inverse model",
         text: format!(
             "The inverse model measures a deformation by the energy of its inverse. The two averages are \
-             {:.1e} apart in the mean. On the deformations of the first, taken in part (`1 + t u_i`), \
+             at a mean distance of {:.1e}. On fractions of the deformations of the first (`1 + t u_i`) \
              both energies agree to second order in the strain: their relative difference falls like \
              `t`, that is with order 1.",
-            apart(&contour_a, &contour_b)?
+            distance(&contour_a, &contour_b)?
         ),
         table,
         picture: tiles.draw(),

@@ -1,11 +1,9 @@
 //! Averages with a partially hidden shape.
 
 use fe_grid::ScalarField;
-use shapespace_report::table::{Cell, Table};
 
-use super::averages::{columns, usual};
-use super::scene::{Scene, apart, outline};
-use super::sheet::{Sheet, Tiles};
+use super::scene::{Scene, distance, outline};
+use super::sheet::{Comparison, Sheet};
 use crate::error::CliError;
 
 /// The share of the first shape's extent along the first axis that is hidden.
@@ -32,35 +30,35 @@ pub(super) fn missing_parts<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
     let mut partly = scene.distances.clone();
     partly[0] = cut;
     let ramp = 2.0 * grid.spacing();
-    let mut seen = vec![ScalarField::from_fn(grid, |_| [1.0]); partly.len()];
+    let mut visibility = vec![ScalarField::from_fn(grid, |_| [1.0]); partly.len()];
     // The edge where it is cut off is hidden as well.
-    seen[0] = ScalarField::from_fn(grid, |x| [((end - x[0]) / ramp - 1.0).clamp(0.0, 1.0)]);
+    visibility[0] = ScalarField::from_fn(grid, |x| [((end - x[0]) / ramp - 1.0).clamp(0.0, 1.0)]);
 
     let whole = scene.average("whole shapes", |_| ())?;
-    let known = scene.average_of("hidden, and known to be", &partly, &seen, |_| ())?;
-    let blind = scene.average_of("hidden, and not known to be", &partly, &[], |_| ())?;
+    let known = scene.average_of("hidden, with a mask", &partly, &visibility, |_| ())?;
+    let blind = scene.average_of("hidden, without a mask", &partly, &[], |_| ())?;
     let truth = outline(&whole)?;
-    let mut table = Table::new(columns(&["average"], &["distance to that of the whole"]));
-    let mut tiles = Tiles::new(&grid, 4);
-    tiles.shapes("shapes, the first cut", &partly, 0.0);
+    let last = ["distance to that of the whole"];
+    let mut compared = Comparison::new(&grid, 4, &["average"], &last);
+    compared.tiles.shapes("shapes, the first cut", &partly, 0.0);
     for (label, result) in [
         ("whole shapes", &whole),
-        ("hidden, and known to be", &known),
-        ("hidden, and not known to be", &blind),
+        ("hidden, with a mask", &known),
+        ("hidden, without a mask", &blind),
     ] {
-        tiles.average(label, result);
-        let mut row: Vec<Cell> = vec![label.into()];
-        row.extend(usual(result));
-        row.push(apart(&outline(result)?, &truth)?.into());
-        table.row(row);
+        compared.add(
+            label,
+            [label],
+            result,
+            [distance(&outline(result)?, &truth)?],
+        );
     }
-    Ok(Sheet {
-        title: "Missing parts",
-        text: format!(
-            "The last {HIDDEN} of the first shape is hidden. Where a mask tells so (`average --valid`), \
-             no mismatch is charged there, and the average is nearly that of the whole shapes."
+    Ok(compared.sheet(
+        "Missing parts",
+        format!(
+            "The last {HIDDEN} of the first shape is hidden. With a visibility mask (`average \
+             --valid`) the mismatch is not counted there, and the average is nearly that of the whole \
+             shapes."
         ),
-        table,
-        picture: tiles.draw(),
-    })
+    ))
 }

@@ -15,43 +15,54 @@ mod modes;
 mod scene;
 mod sheet;
 
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
-use std::time::Instant;
-
-use hyperelastic::LawSpec;
 use serde::Serialize;
 use shapespace_report::table::Table;
 
 pub use args::{FigureArgs, FigureConfig, FigureName};
 
 use crate::average::write_inputs;
+use crate::dimension::{Dim, per_dimension};
 use crate::error::{CliError, Exit};
-use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::input::{Image, read_images};
 use crate::options::check_law;
-use crate::output::{ResultDir, write_json, write_text};
-use crate::pool::in_pool;
-use crate::progress::Progress;
-use crate::shapes::{Placed, prepare};
-use crate::watch::Interrupt;
+use crate::output::{ResultDir, write_text};
+use crate::report::Record;
+use crate::session::{self, Command, PlanOf, Session};
+use crate::shapes::{InputRecord, Placed, prepare};
+use crate::summary::Summary;
 use scene::Scene;
 use sheet::Sheet;
 
-/// Everything in `result.json`.
+/// A figure that is drawn.
+struct Figure {
+    name: FigureName,
+    config: FigureConfig,
+}
+
+/// The shapes of a figure.
+struct Plan<const D: usize> {
+    placed: Placed<D>,
+    config: FigureConfig,
+    /// The built-in shapes, to be written to the folder `inputs`.
+    drawn: Option<Vec<Image<D>>>,
+}
+
+/// A figure and its shapes.
+struct Outcome<const D: usize> {
+    sheet: Sheet,
+    inputs: Vec<InputRecord<D>>,
+    config: FigureConfig,
+    nodes: [usize; D],
+    drawn: Option<Vec<Image<D>>>,
+}
+
+/// The contents of a figure in `result.json`.
 #[derive(Clone, Debug, Serialize)]
-struct FigureRecord<'a> {
-    version: &'static str,
-    status: &'static str,
+struct Contents<'a> {
     figure: FigureName,
     title: &'static str,
     text: &'a str,
-    dimension: usize,
-    nodes: Vec<usize>,
-    inputs: Vec<PathBuf>,
-    tolerance: f64,
-    law: LawSpec,
     table: &'a Table,
-    seconds: f64,
 }
 
 /// Runs `shapespace figure`.
@@ -59,100 +70,106 @@ struct FigureRecord<'a> {
 /// # Errors
 /// [`CliError`]; then no result has been written.
 pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
-    args.config.run(|config| figure(config, args))
+    let name = args.name;
+    args.config
+        .run(|config| session::run(&Figure { name, config }, &args.run))
 }
 
-fn figure(config: FigureConfig, args: &FigureArgs) -> Result<Exit, CliError> {
-    ResultDir::check(&args.run.output)?;
-    let interrupt = Interrupt::listen();
-    let progress = Progress::stderr();
-    in_pool(args.run.threads, || {
+impl Command for Figure {
+    type Plan<const D: usize> = Plan<D>;
+    type Outcome<const D: usize> = Outcome<D>;
+
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        let config = self.config.clone();
         if config.inputs.is_empty() {
-            let folder = args.run.output.join("inputs");
-            let images = drawn::images(args.name, config.masks.nodes::<2>()?, &folder);
-            return run(images, true, config, args, &progress, interrupt);
+            let folder = session.output.join("inputs");
+            let images = drawn::images(self.name, config.masks.nodes::<2>()?, &folder);
+            let drawn = Some(images.clone());
+            return Plan::new(images, config, drawn).map(Dim::D2);
         }
-        let needed = args.name.fewest();
-        if config.inputs.len() < needed {
+        let (needed, found) = (self.name.fewest(), config.inputs.len());
+        if found < needed {
             return Err(CliError::TooFewInputs {
                 command: "figure",
                 needed,
-                found: config.inputs.len(),
+                found,
             });
         }
-        progress.stage(format!("reading {} masks", config.inputs.len()));
-        let options = ReadOptions {
-            label: config.masks.label,
-        };
-        match read_images(&config.inputs, &options)? {
-            AnyImages::D2(images) => run(images, false, config, args, &progress, interrupt),
-            AnyImages::D3(images) => run(images, false, config, args, &progress, interrupt),
-        }
-    })
-}
-
-fn run<const D: usize>(
-    images: Vec<Image<D>>,
-    own: bool,
-    mut config: FigureConfig,
-    args: &FigureArgs,
-    progress: &Progress,
-    interrupt: Interrupt,
-) -> Result<Exit, CliError> {
-    let start = Instant::now();
-    let output = args.run.output.as_path();
-    ResultDir::create(output).map(drop)?;
-    check_law::<D>(&config.law)?;
-    let params = config.params();
-    let law = params.law;
-    let drawn = own.then(|| images.clone());
-    let (inputs, distances) = prepare(Placed::new(images, &mut config.masks)?, &[], progress)?;
-    let scene = Scene {
-        names: inputs.iter().map(|input| input.name.clone()).collect(),
-        distances,
-        params,
-        progress,
-        interrupt,
-    };
-    let sheet = made(args.name, &scene)?;
-    progress.stage("writing");
-    interrupt.writing();
-    let directory = ResultDir::create(output)?;
-    if let Some(drawn) = drawn {
-        write_inputs(&directory, &drawn)?;
+        session.progress.stage(format!("reading {found} masks"));
+        let images = read_images(&config.inputs, &config.masks.reading())?;
+        Ok(per_dimension!(images, images => Plan::new(images, config, None)?))
     }
-    sheet.picture.write_png(&directory.file("figure.png"))?;
-    write_text(&directory.file("table.csv"), &sheet.table.csv())?;
-    let page = format!(
-        "# {}\n\n{}\n\n{}\n![{}](figure.png)\n",
-        sheet.title,
-        sheet.text,
-        sheet.table.markdown(),
-        sheet.title
-    );
-    write_text(&directory.file("figure.md"), &page)?;
-    let record = FigureRecord {
-        version: env!("CARGO_PKG_VERSION"),
-        status: "done",
-        figure: args.name,
-        title: sheet.title,
-        text: &sheet.text,
-        dimension: D,
-        nodes: scene.grid().nodes_per_axis().to_vec(),
-        inputs: inputs.iter().map(|input| input.path.clone()).collect(),
-        tolerance: config.tolerance,
-        law,
-        table: &sheet.table,
-        seconds: start.elapsed().as_secs_f64(),
-    };
-    write_json(&directory.file("result.json"), &record)?;
-    let target = directory.commit()?;
-    progress.finish();
-    print(&sheet, &target, record.seconds);
-    Ok(Exit::Success)
+
+    fn compute<const D: usize>(
+        &self,
+        plan: Plan<D>,
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        let (inputs, distances) = prepare(plan.placed, &[], &session.progress)?;
+        let scene = Scene {
+            names: inputs.iter().map(|input| input.name.clone()).collect(),
+            distances,
+            params: plan.config.params(),
+            session,
+        };
+        Ok(Outcome {
+            sheet: sheet(self.name, &scene)?,
+            inputs: inputs.iter().map(InputRecord::new).collect(),
+            config: plan.config,
+            nodes: scene.grid().nodes_per_axis(),
+            drawn: plan.drawn,
+        })
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        if let Some(drawn) = &outcome.drawn {
+            write_inputs(directory, drawn)?;
+        }
+        let sheet = &outcome.sheet;
+        let (title, text, table) = (sheet.title, &sheet.text, &sheet.table);
+        sheet.picture.write_png(&directory.file("figure.png"))?;
+        write_text(&directory.file("table.csv"), &table.csv())?;
+        let markdown = table.markdown();
+        let page = format!("# {title}\n\n{text}\n\n{markdown}\n![{title}](figure.png)\n");
+        write_text(&directory.file("figure.md"), &page)?;
+        let contents = Contents {
+            figure: self.name,
+            title,
+            text,
+            table,
+        };
+        let (nodes, start) = (&outcome.nodes, session.start);
+        let record: Record<_, _, D> =
+            Record::new("done", nodes, &outcome.config, contents, start).of(outcome.inputs.clone());
+        record.write(directory)?;
+        let heading = format!("{title}, {:.1} s\n{}", record.seconds, table.aligned("  "));
+        let mut summary = Summary::new(&record, "figure.png", heading.trim_end().into());
+        summary.results = "figure.md";
+        Ok(summary)
+    }
 }
 
-fn made<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
+impl<const D: usize> Plan<D> {
+    fn new(
+        images: Vec<Image<D>>,
+        mut config: FigureConfig,
+        drawn: Option<Vec<Image<D>>>,
+    ) -> Result<Self, CliError> {
+        check_law::<D>(&config.law)?;
+        Ok(Self {
+            placed: Placed::new(images, &mut config.masks)?,
+            config,
+            drawn,
+        })
+    }
+}
+
+fn sheet<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
     match name {
         FigureName::Weights => averages::weights(scene),
         FigureName::Median => averages::median(scene),
@@ -167,16 +184,4 @@ fn made<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet,
         FigureName::Pins => modes::pins(scene),
         FigureName::Modes => modes::modes(scene),
     }
-}
-
-fn print(sheet: &Sheet, target: &Path, seconds: f64) {
-    let text = format!(
-        "{}, {seconds:.1} s\n{}  results  {}\n  picture  {}\n",
-        sheet.title,
-        sheet.table.aligned("  "),
-        target.join("figure.md").display(),
-        target.join("figure.png").display()
-    );
-    // A closed standard output is not an error.
-    let _ = std::io::stdout().write_all(text.as_bytes());
 }

@@ -6,9 +6,9 @@ use shape_average::{AverageParams, AverageResult};
 use shape_pca::{Average, Compound, Metric, Pca, PcaParams};
 use shapespace_report::table::{Cell, Table};
 
-use super::averages::{columns, materials, usual};
+use super::averages::materials;
 use super::scene::{Scene, outline};
-use super::sheet::{Sheet, Tiles};
+use super::sheet::{Comparison, Sheet, Tiles};
 use crate::error::CliError;
 use crate::picture::{INK, deviation, mix};
 
@@ -52,29 +52,24 @@ pub(super) fn pins<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliErr
         params = own.clone();
     })?;
     let pca = analyse(scene, &result, &params, &KINDS[0])?;
-    let mut tiles = Tiles::new(&scene.grid(), COLUMNS);
-    tiles.shapes("shapes", &scene.distances, 0.0);
-    tiles.average("average", &result);
-    tiles.end_row();
-    draw(&mut tiles, KINDS[0].name, &outline(&result)?, &pca, &[]);
-    let definite = if pca.definite() { "yes" } else { "no" };
-    let mut table = Table::new(columns(
-        &["first eigenvalue", "second ratio"],
-        &["balance", "definite"],
-    ));
+    let (first, last) = (
+        ["first eigenvalue", "second ratio"],
+        ["balance", "definite"],
+    );
+    let mut compared = Comparison::new(&scene.grid(), COLUMNS, &first, &last);
+    compared.tiles.shapes("shapes", &scene.distances, 0.0);
     let second = pca.ratios().get(1).copied().unwrap_or(0.0);
-    let mut row: Vec<Cell> = vec![pca.modes.eigenvalues[0].into(), second.into()];
-    row.extend(usual(&result));
-    row.extend([pca.balance.into(), definite.into()]);
-    table.row(row);
-    Ok(Sheet {
-        title: "Pins at different places",
-        text: "The average has a low pin at either place, and its mode lets one of them grow while the \
-               other sinks: a pin here is not taken for the one there, moved along."
-            .into(),
-        table,
-        picture: tiles.draw(),
-    })
+    let definite = if pca.definite() { "yes" } else { "no" };
+    let last: [Cell; 2] = [pca.balance.into(), definite.into()];
+    compared.add("average", [pca.modes.eigenvalues[0], second], &result, last);
+    let tiles = &mut compared.tiles;
+    tiles.end_row();
+    draw(tiles, KINDS[0].name, &outline(&result)?, &pca, &[]);
+    Ok(compared.sheet(
+        "Pins at different places",
+        "The average has a low pin at either place, and in its mode one of them grows while the \
+         other shrinks: the two pins are not identified with each other.",
+    ))
 }
 
 /// Parameters for which the stresses balance: no length carries a part of them.
@@ -153,7 +148,10 @@ fn analyse<const D: usize>(
     params: &AverageParams,
     kind: &Kind,
 ) -> Result<Pca<D>, CliError> {
-    scene.progress.stage(format!("modes by {}", kind.name));
+    scene
+        .session
+        .progress
+        .stage(format!("modes by {}", kind.name));
     let average = Average::of_result(result, params)?;
     let own = PcaParams {
         law: params.law,

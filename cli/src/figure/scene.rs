@@ -6,8 +6,7 @@ use levelset::{BoxEdge, Contour, contour, hausdorff};
 use shape_average::{AverageError, AverageParams, AverageResult, average_of_visible};
 
 use crate::error::CliError;
-use crate::progress::Progress;
-use crate::watch::{Interrupt, ProgressObserver, level_nodes};
+use crate::session::Session;
 
 /// The shapes of a figure.
 pub(super) struct Scene<'a, const D: usize> {
@@ -17,8 +16,7 @@ pub(super) struct Scene<'a, const D: usize> {
     pub distances: Vec<ScalarField<f64, D>>,
     /// The parameters that a figure starts from.
     pub params: AverageParams,
-    pub progress: &'a Progress,
-    pub interrupt: Interrupt,
+    pub session: &'a Session<'a>,
 }
 
 impl<const D: usize> Scene<'_, D> {
@@ -52,17 +50,17 @@ impl<const D: usize> Scene<'_, D> {
         &self,
         what: &str,
         distances: &[ScalarField<f64, D>],
-        seen: &[ScalarField<f64, D>],
+        visibility: &[ScalarField<f64, D>],
         change: impl FnOnce(&mut AverageParams),
     ) -> Result<AverageResult<D>, CliError> {
         let mut params = self.params.clone();
         change(&mut params);
-        self.progress.note(format!("{what}:"));
-        let levels = level_nodes(&distances[0].grid().hierarchy(params.coarsest_nodes));
-        let mut watch = ProgressObserver::new(self.progress, self.interrupt, levels);
-        let result = average_of_visible(distances, seen, &params, &mut watch)?;
+        self.session.progress.note(format!("{what}:"));
+        let grids = distances[0].grid().hierarchy(params.coarsest_nodes);
+        let mut watch = self.session.observer(&grids);
+        let result = average_of_visible(distances, visibility, &params, &mut watch)?;
         watch.finish();
-        if self.interrupt.asked() {
+        if self.session.interrupt.asked() {
             return Err(CliError::Stopped);
         }
         Ok(result)
@@ -100,6 +98,9 @@ pub(super) fn outline<const D: usize>(
 ///
 /// # Errors
 /// [`AverageError`] where one of them does not exist.
-pub(super) fn apart<const D: usize>(a: &Contour<D>, b: &Contour<D>) -> Result<f64, AverageError> {
+pub(super) fn distance<const D: usize>(
+    a: &Contour<D>,
+    b: &Contour<D>,
+) -> Result<f64, AverageError> {
     Ok(hausdorff(a, b)?.mean)
 }

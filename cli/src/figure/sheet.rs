@@ -1,9 +1,9 @@
-//! What a figure comes to: a picture and a table.
+//! The content of a figure: a picture and a table.
 
 use fe_grid::{Grid, ScalarField};
 use levelset::Contour;
 use shape_average::AverageResult;
-use shapespace_report::table::Table;
+use shapespace_report::table::{Cell, Table};
 
 use crate::picture::{Canvas, Colour, INK, Slice, TileRows, WHITE, colour, mix};
 
@@ -11,10 +11,94 @@ use crate::picture::{Canvas, Colour, INK, Slice, TileRows, WHITE, colour, mix};
 pub(super) struct Sheet {
     /// One line that says what is shown.
     pub title: &'static str,
-    /// What is to be seen, and what the columns are.
+    /// Explanation of the picture and the columns.
     pub text: String,
     pub table: Table,
     pub picture: Canvas,
+}
+
+/// The columns for every average.
+const USUAL: [&str; 5] = [
+    "elastic energy",
+    "mismatch",
+    "mean Dice",
+    "least det",
+    "certified",
+];
+
+/// The cells of [`USUAL`]: mean elastic energy and mean mismatch of the shapes, mean overlap, and the
+/// certificate of the worst deformation.
+fn usual<const D: usize>(result: &AverageResult<D>) -> Vec<Cell> {
+    let n = result.dice.len() as f64;
+    let mean = |terms: &[f64]| terms.iter().sum::<f64>() / n;
+    let certified = if result.certificate.certified {
+        "yes"
+    } else {
+        "no"
+    };
+    vec![
+        mean(&result.energy.elastic).into(),
+        mean(&result.energy.mismatch).into(),
+        result.mean_dice().into(),
+        result.certificate.min_det.into(),
+        certified.into(),
+    ]
+}
+
+/// Averages side by side, each with a row of a table and a tile.
+pub(super) struct Comparison<const D: usize> {
+    pub table: Table,
+    pub tiles: Tiles<D>,
+}
+
+impl<const D: usize> Comparison<D> {
+    /// A table with columns before and after [`USUAL`], and this number of tiles per row.
+    pub fn new(
+        grid: &Grid<D>,
+        tiles: usize,
+        first: &[&'static str],
+        last: &[&'static str],
+    ) -> Self {
+        Self {
+            table: Table::new([first, &USUAL, last].concat()),
+            tiles: Tiles::new(grid, tiles),
+        }
+    }
+
+    /// Adds an average, with the cells of the columns before and after [`USUAL`].
+    pub fn add(
+        &mut self,
+        label: &str,
+        first: impl IntoIterator<Item: Into<Cell>>,
+        result: &AverageResult<D>,
+        last: impl IntoIterator<Item: Into<Cell>>,
+    ) {
+        self.tiles.average(label, result);
+        self.row(first, result, last);
+    }
+
+    /// Adds a row without a tile.
+    pub fn row(
+        &mut self,
+        first: impl IntoIterator<Item: Into<Cell>>,
+        result: &AverageResult<D>,
+        last: impl IntoIterator<Item: Into<Cell>>,
+    ) {
+        let first = first.into_iter().map(Into::into);
+        let last = last.into_iter().map(Into::into);
+        let row: Vec<Cell> = first.chain(usual(result)).chain(last).collect();
+        self.table.row(row);
+    }
+
+    /// The figure.
+    pub fn sheet(self, title: &'static str, text: impl Into<String>) -> Sheet {
+        Sheet {
+            title,
+            text: text.into(),
+            table: self.table,
+            picture: self.tiles.draw(),
+        }
+    }
 }
 
 /// Tiles of averages and their inputs.
@@ -24,7 +108,7 @@ pub(super) struct Tiles<const D: usize> {
 }
 
 impl<const D: usize> Tiles<D> {
-    /// Rows of so many tiles.
+    /// Rows with this number of tiles.
     pub fn new(grid: &Grid<D>, columns: usize) -> Self {
         Self {
             rows: TileRows::new(columns),

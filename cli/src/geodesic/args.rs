@@ -6,20 +6,9 @@ use ::geodesic::{Form, GeodesicParams};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Config, Configured, allow};
+use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::options::{MaskOptions, RunOptions, named};
-
-/// Options of `shapespace geodesic`.
-#[derive(Clone, Debug, Args)]
-pub struct GeodesicArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<GeodesicConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
-}
+use crate::options::{MaskOptions, named};
 
 /// Configuration of `shapespace geodesic`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
@@ -36,7 +25,7 @@ pub struct GeodesicConfig {
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
-    /// Inputs are label images: every label but 0 is a component, which is matched with the
+    /// Inputs are label images: every label but 0 is a component, which is mapped onto the
     /// component of the same label.
     #[arg(long)]
     pub labels: bool,
@@ -81,7 +70,7 @@ impl Config for GeodesicConfig {
             ("--valid-start", self.valid_start.is_some()),
             ("--valid-end", self.valid_end.is_some()),
         ];
-        let refused = of_one_component.into_iter().find(|(_, given)| *given);
+        let refused = of_one_component.into_iter().find(|(_, is_set)| *is_set);
         if let (true, Some((option, _))) = (self.labels, refused) {
             return Err(CliError::Option {
                 option: "--labels",

@@ -1,15 +1,13 @@
 //! `shapespace geodesic`: computes the shortest path between two masks.
 //!
 //! `plan` reads and validates the inputs, `path` holds the boundaries and densities along the
-//! result, `record` and `write` write the result directory, `draw` its pictures, `summary` the
-//! summary.
+//! result, `record` and `write` write the result directory, `draw` its pictures.
 
 mod args;
 pub(crate) mod draw;
 pub(crate) mod path;
 mod plan;
 mod record;
-mod summary;
 pub(crate) mod write;
 
 use std::time::Instant;
@@ -17,20 +15,19 @@ use std::time::Instant;
 use ::geodesic::{Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between};
 use fe_grid::{Grid, ScalarField};
 
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
+use crate::history::HistoryPoint;
 use crate::output::ResultDir;
-use crate::pool::in_pool;
-use crate::progress::Progress;
+use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Components, Input, VisibilityMask, prepare, view_of};
-use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
-use draw::{Draw, Pictures};
+use crate::summary::Summary;
+use plan::{GeodesicPlan, plan_geodesic};
 
-pub use args::{GeodesicArgs, GeodesicConfig, Occluded};
+pub use args::{GeodesicConfig, Occluded};
 pub(crate) use args::{check_area, check_path};
-pub use plan::{AnyPlan, GeodesicPlan, plan_geodesic};
 
 /// The result of a computation.
-struct Outcome<const D: usize> {
+pub(crate) struct Outcome<const D: usize> {
     /// Start and end.
     inputs: Vec<Input<D>>,
     config: GeodesicConfig,
@@ -38,82 +35,56 @@ struct Outcome<const D: usize> {
     labels: Vec<i64>,
     result: Geodesic<D>,
     history: Vec<HistoryPoint>,
-    start: Instant,
     /// Seconds of the minimisation.
     solver_seconds: f64,
 }
 
-/// Runs `shapespace geodesic`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_geodesic(args: &GeodesicArgs) -> Result<Exit, CliError> {
-    let start = Instant::now();
-    let interrupt = Interrupt::listen();
-    let progress = Progress::stderr();
-    let compute = |config| {
-        progress.stage("reading 2 masks");
-        match plan_geodesic(config, &args.run.output)? {
-            AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
-            AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
-        }
-    };
-    args.config
-        .run(|config| in_pool(args.run.threads, || compute(config)))
-}
+impl Command for GeodesicConfig {
+    type Plan<const D: usize> = GeodesicPlan<D>;
+    type Outcome<const D: usize> = Outcome<D>;
 
-fn run_plan<const D: usize>(
-    plan: GeodesicPlan<D>,
-    args: &GeodesicArgs,
-    progress: &Progress,
-    interrupt: Interrupt,
-    start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
-    let output = args.run.output.as_path();
-    // Fail before the computation if the folder cannot be written to.
-    ResultDir::create(output).map(drop)?;
-    let (config, parts) = (plan.config, plan.parts);
-    let params = &config.params;
-    let grids = plan.placed.grid.hierarchy(first_nodes(params));
-    let grid = plan.placed.grid;
-    let (inputs, distances) = prepare(plan.placed, &plan.views, progress)?;
-    let [first, last] = shapes(
-        &inputs,
-        distances,
-        parts.as_ref(),
-        plan.views,
-        config.occluded,
-        grid,
-    )?;
-    progress.stage("finding a first path");
-    let begin = Instant::now();
-    let mut watch = ProgressObserver::new(progress, interrupt, level_nodes(&grids));
-    let result = geodesic_between(&first, &last, params, &mut watch)?;
-    let history = watch.finish();
-    let outcome = Outcome {
-        inputs,
-        config,
-        labels: parts.map(|parts| parts.labels).unwrap_or_default(),
-        result,
-        history,
-        start,
-        solver_seconds: begin.elapsed().as_secs_f64(),
-    };
-    progress.stage("writing");
-    interrupt.writing();
-    let directory = ResultDir::create(output)?;
-    let record = write::write_all(&directory, &outcome)?;
-    let target = directory.commit()?;
-    progress.finish();
-    summary::print(&record, &target);
-    Ok(if record.cancelled() {
-        Exit::Interrupted
-    } else {
-        Exit::Success
-    })
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        session.progress.stage("reading 2 masks");
+        plan_geodesic(self.clone())
+    }
+
+    fn compute<const D: usize>(
+        &self,
+        plan: GeodesicPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        let (config, parts, grid) = (plan.config, plan.parts, plan.placed.grid);
+        let (inputs, distances) = prepare(plan.placed, &plan.views, &session.progress)?;
+        let [first, last] = shapes(
+            &inputs,
+            distances,
+            parts.as_ref(),
+            plan.views,
+            config.occluded,
+            grid,
+        )?;
+        session.progress.stage("computing the initial path");
+        let begin = Instant::now();
+        let mut watch = session.observer(&grid.hierarchy(first_nodes(&config.params)));
+        let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
+        Ok(Outcome {
+            inputs,
+            config,
+            labels: parts.map(|parts| parts.labels).unwrap_or_default(),
+            result,
+            history: watch.finish(),
+            solver_seconds: begin.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        write::write_all(directory, outcome, session)
+    }
 }
 
 /// Nodes per side of the first level.

@@ -31,24 +31,16 @@ pub(crate) struct Parts<const D: usize> {
 
 /// The shapes `0, ..., K` of a path.
 pub(crate) struct Path<const D: usize> {
-    /// Their level sets.
-    pub level_sets: Vec<ScalarField<f64, D>>,
-    /// Their boundaries; the faces of the box close them.
+    pub parts: Parts<D>,
+    /// Boundaries of the shapes; the faces of the box close them.
     pub contours: Vec<Contour<D>>,
     /// For every shape the boundaries of its labels; none where there is one component.
     pub labels: Vec<Vec<Contour<D>>>,
-    /// Their areas or volumes in the unit box.
+    /// Areas or volumes in the unit box.
     pub sizes: Vec<f64>,
-    /// The density of the step that deforms each into the next, at the nodes; none for the last.
+    /// The density of the step that deforms each shape into the next, at the nodes; none for the
+    /// last.
     pub densities: Vec<ScalarField<f64, D>>,
-    /// The displacement of that step; zero for the last.
-    pub displacements: Vec<Field<f64, D, D>>,
-    /// Energies of the steps.
-    pub energies: Vec<f64>,
-    /// Names of the shapes, for pictures.
-    pub names: Vec<String>,
-    /// The end shape, drawn over the last one.
-    pub target: Option<Contour<D>>,
 }
 
 impl<const D: usize> Path<D> {
@@ -100,21 +92,18 @@ impl<const D: usize> Path<D> {
             .zip(&parts.displacements)
             .map(|(u, phi)| dissipation_density(u, phi, parts.steps, law))
             .collect();
-        let mut displacements = parts.displacements;
-        if let Some(last) = parts.level_sets.last() {
-            displacements.push(Field::zeros(*last.grid()));
-        }
         Ok(Self {
-            level_sets: parts.level_sets,
+            parts,
             contours,
             labels: Vec::new(),
             sizes: sizes?,
             densities: densities?,
-            displacements,
-            energies: parts.energies,
-            names: parts.names,
-            target: parts.target,
         })
+    }
+
+    /// `sum sqrt W_k`.
+    pub fn length(&self) -> f64 {
+        self.parts.energies.iter().map(|w| w.max(0.0).sqrt()).sum()
     }
 
     /// Number of steps.
@@ -141,7 +130,7 @@ impl<const D: usize> Path<D> {
 
     /// A boundary of shape `k` at a fraction of the step to the next.
     pub fn moved(&self, k: usize, share: f64, contour: &Contour<D>) -> Contour<D> {
-        let displacement = &self.displacements[k];
+        let displacement = &self.parts.displacements[k];
         contour.map(|p| {
             let u = displacement.sample(p);
             std::array::from_fn(|i| p[i] + share * u[i])

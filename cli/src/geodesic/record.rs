@@ -1,6 +1,8 @@
 //! The contents of `result.json` of a geodesic.
 
-use ::geodesic::Geodesic;
+use std::time::Instant;
+
+use ::geodesic::{Form, Geodesic};
 use levelset::Contour;
 use serde::Serialize;
 
@@ -8,6 +10,7 @@ use super::path::Path;
 use super::{GeodesicConfig, Outcome};
 use crate::report::{self, overall};
 use crate::shapes::{InputRecord, SurfaceRecord, common_scale};
+use crate::summary::Summary;
 
 /// Everything in `result.json`.
 pub(super) type Record<'a, const D: usize> = report::Record<GeodesicConfig, Found<'a, D>, D>;
@@ -52,6 +55,7 @@ pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<D>,
     path: &Path<D>,
     surface: Option<SurfaceRecord>,
+    start: Instant,
 ) -> Record<'a, D> {
     let (inputs, result) = (&outcome.inputs, &outcome.result);
     let scale = common_scale(inputs);
@@ -76,6 +80,42 @@ pub(super) fn record<'a, const D: usize>(
     };
     let status = overall(result.status, levels.last().map(|level| level.info.status));
     let nodes = result.level_sets[0].grid().nodes_per_axis();
-    Record::new(status, &nodes, &outcome.config, found, outcome.start)
+    Record::new(status, &nodes, &outcome.config, found, start)
         .of(inputs.iter().map(InputRecord::new).collect())
+}
+
+/// The summary of a result.
+pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
+    let (found, path) = (&record.body, record.body.result);
+    let title = format!(
+        "Geodesic of {} steps on {} nodes: {} after {} iterations, {:.1} s",
+        path.step_energies.len(),
+        record.grid(),
+        record.state(),
+        found.iterations,
+        record.seconds
+    );
+    let mut summary = Summary::new(record, "geodesic.png", title);
+    let (length, dissipation) = (found.length, found.dissipation);
+    summary.line(
+        "length",
+        format!(
+            "{length:.6e}, squared {:.3e}, dissipation {dissipation:.3e}",
+            length * length
+        ),
+    );
+    let dice = path.dice_end;
+    summary.line(
+        "end",
+        format!("Dice {dice:.4} of the end shape and the deformed start shape"),
+    );
+    if !found.end_reached {
+        let remedy = match record.parameters.params.form {
+            Form::Lagrangian => "try --form level-sets, a finer --grid, or --align rigid",
+            Form::LevelSets => "try more steps (-K), a finer --grid, or --align rigid",
+        };
+        summary.line("", format!("the end shape is not reached: {remedy}"));
+    }
+    summary.certificate(&path.certificate);
+    summary
 }

@@ -24,7 +24,7 @@ pub(super) struct Samples {
 /// The interpretation of the numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Meaning {
-    /// Grey values from 0 to the given number.
+    /// Grey values from 0 to this number.
     Grey(f64),
     /// Labels: every number but 0 is the object.
     Labels,

@@ -32,21 +32,21 @@ pub enum InputError {
         /// Why.
         reason: String,
     },
-    /// The file holds less than its header promises.
+    /// The file holds less data than its header states.
     #[error(
-        "'{}' is cut off: its header promises {expected} bytes of data, {found} are there",
+        "'{}' is cut off: its header states {expected} bytes of data, found {found}",
         path.display()
     )]
     Truncated {
         /// The file.
         path: PathBuf,
-        /// Bytes promised.
+        /// Bytes according to the header.
         expected: u64,
         /// Bytes found.
         found: u64,
     },
     /// Too many values.
-    #[error("'{}' claims {} values, more than {} are not read", path.display(), size_text(size), super::MAX_VALUES)]
+    #[error("'{}' has {} values according to its header, more than the limit of {}", path.display(), size_text(size), super::MAX_VALUES)]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -144,7 +144,7 @@ pub enum InputError {
         present: Vec<i64>,
     },
     /// A label is requested but the numbers are not integers.
-    #[error("'{}' holds {value} at index {position:?}, so it is no label image", path.display())]
+    #[error("'{}' holds {value} at index {position:?}, so it is not a label image", path.display())]
     NotLabels {
         /// The file.
         path: PathBuf,
@@ -177,7 +177,7 @@ impl InputError {
         match self {
             Self::Unreadable { .. } => "check that the path is right and that the file may be read",
             Self::UnknownFormat { .. } => {
-                "use .png, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii or .nii.gz, and name the file so"
+                "use .png, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii or .nii.gz, and use that extension"
             }
             Self::Malformed { .. } => {
                 "open the file in the program it came from and export it again"

@@ -31,7 +31,7 @@ pub(super) fn into_image(
     Ok(shaped_any(samples, path))
 }
 
-/// Checks the numbers of a label image and keeps them as they are.
+/// Checks the numbers of a label image, which are not scaled.
 pub(super) fn into_label_image(samples: Samples, path: &Path) -> Result<AnyImage, InputError> {
     let size: Vec<u64> = samples.size.iter().map(|&n| n as u64).collect();
     check_size(&size, path)?;
@@ -59,7 +59,7 @@ pub(super) fn shaped_any(samples: Samples, path: &Path) -> AnyImage {
     }
 }
 
-/// `D` equals the number of axes, which the caller has matched.
+/// `D` equals the number of axes, which the caller has checked.
 fn shaped<const D: usize>(samples: Samples, path: &Path) -> Image<D> {
     Image {
         size: std::array::from_fn(|k| samples.size[k]),
@@ -252,7 +252,7 @@ mod tests {
         };
         match into_image(samples, Path::new("m"), &ReadOptions { label })? {
             AnyImage::D2(image) => Ok(image.values),
-            AnyImage::D3(_) => unreachable!("two axes were given"),
+            AnyImage::D3(_) => unreachable!("the array has two axes"),
         }
     }
 

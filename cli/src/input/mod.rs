@@ -28,6 +28,8 @@ pub use boundary::boundary;
 pub use error::InputError;
 pub use grey::GreyRange;
 
+use crate::dimension::Dim;
+
 /// No input may have more values than this (2 GiB in double precision).
 pub const MAX_VALUES: u64 = 1 << 28;
 
@@ -101,40 +103,10 @@ impl<const D: usize> Image<D> {
 }
 
 /// An image of either dimension.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AnyImage {
-    /// A picture.
-    D2(Image<2>),
-    /// A volume.
-    D3(Image<3>),
-}
-
-impl AnyImage {
-    /// The number of axes.
-    pub fn dimension(&self) -> usize {
-        match self {
-            Self::D2(_) => 2,
-            Self::D3(_) => 3,
-        }
-    }
-
-    /// The file.
-    pub fn path(&self) -> &Path {
-        match self {
-            Self::D2(image) => &image.path,
-            Self::D3(image) => &image.path,
-        }
-    }
-}
+pub type AnyImage = Dim<Image<2>, Image<3>>;
 
 /// Images of one dimension.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AnyImages {
-    /// Pictures.
-    D2(Vec<Image<2>>),
-    /// Volumes.
-    D3(Vec<Image<3>>),
-}
+pub type AnyImages = Dim<Vec<Image<2>>, Vec<Image<3>>>;
 
 /// Reads one mask.
 ///
@@ -144,7 +116,7 @@ pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputE
     decode_image(&bytes_of(path)?, path, options)
 }
 
-/// Reads one label image: whole numbers, kept as they are; 0 is the background.
+/// Reads one label image: whole numbers, not scaled; 0 is the background.
 ///
 /// # Errors
 /// [`InputError`] names the file, what is wrong with it and what to do.

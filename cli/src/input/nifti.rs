@@ -232,7 +232,7 @@ pub(crate) mod tests {
     fn volume(bytes: &[u8], name: &str, label: Option<i64>) -> super::super::Image<3> {
         match decode_image(bytes, Path::new(name), &ReadOptions { label }).unwrap() {
             AnyImage::D3(image) => image,
-            AnyImage::D2(_) => panic!("a volume was given"),
+            AnyImage::D2(_) => panic!("the file holds a volume"),
         }
     }
 

@@ -27,7 +27,7 @@ pub const MARGIN: f64 = 0.15;
 /// How much longer than the largest object the common bounding box may be for rule 2.
 pub const SHARED_ROOM: f64 = 1.25;
 
-/// Cells along the longest side to which grids of whole images can be made coarser, in 2D and 3D.
+/// Cells along the longest side to which grids of whole images can be coarsened, in 2D and 3D.
 const COARSEST_CELLS: [usize; 2] = [16, 8];
 
 /// The rule by which an image was placed.
@@ -212,7 +212,7 @@ pub fn fit_frames<const D: usize>(images: &[Image<D>], nodes: usize) -> Vec<Fram
         .collect()
 }
 
-/// A grid of so many nodes along the longest side of an image, with the transform that places the
+/// A grid of this number of nodes along the longest side of an image, with the transform that places the
 /// image in its middle: the first and the last sample along that side are nodes. The other sides of
 /// the grid are as long as the image, and a little longer where that makes them divisible into
 /// coarser grids.
@@ -260,7 +260,7 @@ fn whole_grid<const D: usize>(
     let cells = nodes - 1;
     let part = (cells / COARSEST_CELLS[usize::from(D == 3)]).max(1);
     let sides = lengths.map(|length| {
-        // A side that fits exactly is not made longer by rounding.
+        // A side that fits exactly is not extended by rounding.
         let needed = (length / longest * cells as f64 - 1e-6).max(1.0);
         (needed / part as f64).ceil() as usize * part + 1
     });
@@ -457,7 +457,7 @@ pub(crate) mod tests {
             share,
             epsilon = 5e-3
         );
-        // An array of the grid's size stays as it is.
+        // An array of the grid's size is not resampled.
         let image = block([17, 9], [1.0; 2], [2, 3], [9, 5]);
         let (frame, grid) = whole_frame(&image, 17).unwrap();
         assert_eq!(

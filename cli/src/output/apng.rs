@@ -9,10 +9,10 @@ use crate::picture::Canvas;
 
 /// Frames a second.
 const RATE: u16 = 20;
-/// Frames' time for which both ends stand still.
+/// Duration of both ends, in frames.
 const PAUSE: u16 = 14;
 
-/// Writes frames of one size that run forth and back for ever.
+/// Writes frames of one size that run back and forth without end.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`], also for frames of different sizes and for none.
@@ -42,7 +42,7 @@ pub fn animation_to(writer: impl Write, frames: &[Canvas]) -> io::Result<()> {
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::High);
-    // Flat colours: what is alike is found as it is.
+    // Flat colours compress best without a filter.
     encoder.set_filter(png::Filter::NoFilter);
     if order.len() > 1 {
         encoder.set_animated(order.len() as u32, 0)?;

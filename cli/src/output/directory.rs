@@ -1,6 +1,6 @@
 //! Result directories and files that appear under their names only when they are complete.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -8,17 +8,26 @@ use tempfile::TempDir;
 
 use super::OutputError;
 
-/// A result directory in the making: a hidden sibling of its target. [`ResultDir::commit`] gives
-/// it its name; without that it is removed.
+/// An incomplete result directory: a hidden sibling of its target, which is removed unless
+/// [`ResultDir::commit`] renames it; or a [`WorkDir`](super::WorkDir), which remains.
 #[derive(Debug)]
 pub struct ResultDir {
     target: PathBuf,
-    staging: TempDir,
     inner: PathBuf,
+    origin: Origin,
+}
+
+/// How an incomplete directory was created.
+#[derive(Debug)]
+enum Origin {
+    /// Within a temporary directory.
+    Temporary(TempDir),
+    /// Over several runs, with the name of its lock, which is held if the file system has locks.
+    Work(PathBuf, Option<File>),
 }
 
 impl ResultDir {
-    /// Checks that a directory of this name can be made.
+    /// Checks that a directory of this name can be created.
     ///
     /// # Errors
     /// [`OutputError::Exists`], [`OutputError::NoParent`].
@@ -26,7 +35,7 @@ impl ResultDir {
         check_target(target).map(drop)
     }
 
-    /// Begins a directory.
+    /// Creates an incomplete directory.
     ///
     /// # Errors
     /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
@@ -36,47 +45,61 @@ impl ResultDir {
             .prefix(".shapespace-")
             .tempdir_in(&parent)
             .map_err(OutputError::at(target))?;
-        // The temporary directory itself is private; one made inside has the usual permissions.
+        // The temporary directory itself is private; one created inside has the usual permissions.
         let inner = staging.path().join("result");
         fs::create_dir(&inner).map_err(OutputError::at(target))?;
         Ok(Self {
             target: target.into(),
-            staging,
             inner,
+            origin: Origin::Temporary(staging),
         })
     }
 
-    /// Where to write a file that will be in the directory.
+    /// A directory that was created over several runs.
+    pub(super) fn of_work(target: PathBuf, inner: PathBuf, lock: &str, held: Option<File>) -> Self {
+        let origin = Origin::Work(inner.join(lock), held);
+        Self {
+            target,
+            inner,
+            origin,
+        }
+    }
+
+    /// The path of a file of the directory.
     pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
         self.inner.join(name)
     }
 
-    /// The directory in the making.
+    /// The incomplete directory.
     pub fn path(&self) -> &Path {
         &self.inner
     }
 
-    /// The directory's final name.
-    pub fn target(&self) -> &Path {
-        &self.target
-    }
-
-    /// Gives the directory its name.
+    /// Renames the directory to its target.
     ///
     /// # Errors
     /// [`OutputError::Exists`] where the name has been taken in the meantime,
     /// [`OutputError::Unwritable`].
     pub fn commit(self) -> Result<PathBuf, OutputError> {
         check_target(&self.target)?;
-        fs::rename(&self.inner, &self.target).map_err(OutputError::at(&self.target))?;
-        self.staging
-            .close()
-            .map_err(OutputError::at(&self.target))?;
+        let failed = OutputError::at(&self.target);
+        let mut temporary = None;
+        match self.origin {
+            Origin::Temporary(staging) => temporary = Some(staging),
+            Origin::Work(lock, held) => {
+                drop(held);
+                fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
+            }
+        }
+        fs::rename(&self.inner, &self.target).map_err(&failed)?;
+        if let Some(staging) = temporary {
+            staging.close().map_err(&failed)?;
+        }
         Ok(self.target)
     }
 }
 
-/// Writes one file that must not exist yet.
+/// Writes a file that must not exist.
 ///
 /// # Errors
 /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
@@ -103,7 +126,7 @@ pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     Ok(())
 }
 
-/// The folder a target is to be made in.
+/// The folder of a target.
 pub(super) fn check_target(target: &Path) -> Result<PathBuf, OutputError> {
     if fs::symlink_metadata(target).is_ok() {
         return Err(OutputError::Exists {

@@ -1,38 +1,63 @@
-//! The course of a minimisation as a plot, and the same numbers as a table.
+//! The convergence history of a minimisation as a plot, and the same numbers as a table.
 
 use std::path::Path;
 
 use shapespace_report::chart::{Axis, Chart, Scale, Series};
 use shapespace_report::table::{Table, exact, exact_or_empty};
 
-use super::{OutputError, write_charts, write_text};
+use super::{OutputError, ResultDir, write_charts, write_text};
+use crate::history::HistoryPoint;
 
 /// Differences below this part of the energy are rounding, and are left out of the plot.
 const RESOLUTION: f64 = 1e-15;
 
 /// The energy after one iteration.
 #[derive(Clone, Debug, PartialEq)]
-pub struct EnergyPoint {
-    /// Level, counted from the first.
-    pub level: usize,
-    /// Nodes a side of the grid.
-    pub nodes: usize,
-    /// Iterations on this level so far.
-    pub iteration: usize,
-    /// Evaluations of the functional so far, on all levels.
-    pub evaluations: usize,
-    /// The functional, or what else the minimiser lowers.
-    pub total: f64,
-    /// Its parts with their weights, where they are known.
+pub(crate) struct EnergyPoint {
+    /// The accepted step.
+    pub step: HistoryPoint,
+    /// The terms of the energy with their weights, where they are known.
     pub parts: Option<Vec<f64>>,
 }
 
-/// Writes `energy.csv`: one line a point, the named parts last; those that are not known are left
-/// empty.
+/// Writes `energy.csv` and `energy.svg` of a convergence history; `parts` are the named terms of the
+/// energy at the end of a level.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
-pub fn write_energy_table(
+pub(crate) fn write_energy(
+    directory: &ResultDir,
+    history: &[HistoryPoint],
+    names: &[&str],
+    parts: impl Fn(usize) -> Option<Vec<f64>>,
+) -> Result<(), OutputError> {
+    let points = energy_points(history, parts);
+    write_energy_table(&directory.file("energy.csv"), &points, names)?;
+    write_energy_plot(&directory.file("energy.svg"), &points, names)
+}
+
+/// The points of a convergence history, with the terms of the energy at the end of each level.
+pub(crate) fn energy_points(
+    history: &[HistoryPoint],
+    parts: impl Fn(usize) -> Option<Vec<f64>>,
+) -> Vec<EnergyPoint> {
+    let point = |(i, step): (usize, &HistoryPoint)| {
+        let next = history.get(i + 1);
+        let is_last = next.is_none_or(|next| next.level != step.level);
+        EnergyPoint {
+            step: *step,
+            parts: is_last.then(|| parts(step.level)).flatten(),
+        }
+    };
+    history.iter().enumerate().map(point).collect()
+}
+
+/// Writes `energy.csv`: one line per point, the named terms last, which are empty where they are not
+/// known.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub(crate) fn write_energy_table(
     path: &Path,
     points: &[EnergyPoint],
     names: &[&str],
@@ -40,10 +65,16 @@ pub fn write_energy_table(
     let counts = ["nodes", "iteration", "evaluations", "total"];
     let mut table = Table::new(counts.iter().chain(names).copied());
     for p in points {
-        let counts = [p.nodes, p.iteration, p.evaluations].map(|count| count.to_string());
+        let counts =
+            [p.step.nodes, p.step.iteration, p.step.evaluations].map(|count| count.to_string());
         let part = |k: usize| p.parts.as_ref().and_then(|parts| parts.get(k).copied());
         let parts = (0..names.len()).map(|k| exact_or_empty(part(k)));
-        table.texts(counts.into_iter().chain([exact(p.total)]).chain(parts));
+        table.texts(
+            counts
+                .into_iter()
+                .chain([exact(p.step.energy)])
+                .chain(parts),
+        );
     }
     write_text(path, &table.csv())
 }
@@ -53,7 +84,7 @@ pub fn write_energy_table(
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
-pub fn write_energy_plot(
+pub(crate) fn write_energy_plot(
     path: &Path,
     points: &[EnergyPoint],
     names: &[&str],
@@ -79,15 +110,15 @@ pub fn write_energy_plot(
 /// For each level, in the order of the points, the energies less the last one.
 fn descents(points: &[EnergyPoint]) -> Vec<Series> {
     points
-        .chunk_by(|a, b| a.level == b.level)
+        .chunk_by(|a, b| a.step.level == b.step.level)
         .enumerate()
         .map(|(k, level)| {
-            let last = level[level.len() - 1].total;
+            let last = level[level.len() - 1].step.energy;
             let points = level
                 .iter()
-                .map(|p| (p.evaluations as f64, p.total - last))
+                .map(|p| (p.step.evaluations as f64, p.step.energy - last))
                 .filter(|(_, difference)| *difference > RESOLUTION * last.abs());
-            let name = format!("{} nodes a side", level[0].nodes);
+            let name = format!("{} nodes a side", level[0].step.nodes);
             Series::new(name, k, points.collect())
         })
         .collect()
@@ -97,7 +128,7 @@ fn parts(points: &[EnergyPoint], names: &[&str]) -> Vec<Series> {
     let part = |(k, name): (usize, &&str)| {
         let points = points
             .iter()
-            .filter_map(|p| Some((p.evaluations as f64, *p.parts.as_ref()?.get(k)?)))
+            .filter_map(|p| Some((p.step.evaluations as f64, *p.parts.as_ref()?.get(k)?)))
             .filter(|(_, value)| *value > 0.0 && value.is_finite());
         Series::new(*name, k, points.collect())
     };
@@ -119,11 +150,13 @@ mod tests {
                 evaluations += 1 + usize::from(iteration % 4 == 0);
                 let rest = 0.3 / nodes as f64 * (-0.6 * iteration as f64).exp();
                 points.push(EnergyPoint {
-                    level,
-                    nodes,
-                    iteration,
-                    evaluations,
-                    total: 0.52 + rest,
+                    step: HistoryPoint {
+                        level,
+                        nodes,
+                        iteration,
+                        evaluations,
+                        energy: 0.52 + rest,
+                    },
                     parts: (iteration % 2 == 0)
                         .then(|| vec![0.01 - 0.2 * rest, 0.51 + 1.2 * rest, 2e-4]),
                 });
@@ -170,7 +203,7 @@ mod tests {
             .unwrap()
             .parse()
             .unwrap();
-        assert_eq!(total, history()[0].total);
+        assert_eq!(total, history()[0].step.energy);
     }
 
     #[test]

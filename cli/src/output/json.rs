@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::OutputError;
 
 /// Writes a value as indented JSON. A number that is not finite becomes `null` in JSON, so nulls
-/// are refused altogether: leave out what does not exist.
+/// are an error: missing values have to be left out.
 ///
 /// # Errors
 /// [`OutputError::NotFinite`] with the place of the first null, [`OutputError::Unwritable`].

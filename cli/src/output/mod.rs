@@ -1,6 +1,7 @@
-//! Results out: a directory that appears as a whole or not at all, and the formats in it.
+//! Result directories, which appear complete or not at all, and the formats of their files.
 
 pub mod apng;
+mod arrays;
 mod directory;
 pub mod energy;
 mod json;
@@ -39,13 +40,13 @@ pub enum OutputError {
         /// The folder.
         path: PathBuf,
     },
-    /// Another run of the program is making the same results.
-    #[error("another run is at work in '{}'", path.display())]
+    /// Another run of the program computes the same results.
+    #[error("another run uses '{}'", path.display())]
     Busy {
         /// The folder.
         path: PathBuf,
     },
-    /// The system refuses.
+    /// The system does not allow it.
     #[error("cannot write '{}'", path.display())]
     Unwritable {
         /// The file or folder.
@@ -53,7 +54,7 @@ pub enum OutputError {
         /// Why.
         source: io::Error,
     },
-    /// The name does not tell a known format.
+    /// The extension of the name is not that of a known format.
     #[error("cannot write '{}' in this format", path.display())]
     Format {
         /// The file.
@@ -68,7 +69,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// What to do about it.
+    /// The remedy.
     pub fn help(&self) -> &'static str {
         match self {
             Self::Exists { .. } => {
@@ -79,13 +80,13 @@ impl OutputError {
             Self::Unwritable { .. } => "check the free space and the permissions of the folder",
             Self::Format { .. } => "name the file .npy, or .png for a picture",
             Self::NotFinite { .. } => {
-                "this is a fault of the program; please report it with the inputs"
+                "this is an error of the program; please report it with the inputs"
             }
         }
     }
 
     /// For `map_err` on the errors of one file.
-    pub fn at(path: &Path) -> impl Fn(io::Error) -> Self {
+    pub fn at(path: &Path) -> impl Fn(io::Error) -> Self + use<> {
         let path = path.to_path_buf();
         move |source| Self::Unwritable {
             path: path.clone(),

@@ -1,6 +1,5 @@
 //! ParaView collections (`.pvd`): which file belongs to which time.
 
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -15,20 +14,18 @@ pub fn write_series(path: &Path, series: &[(f64, PathBuf)]) -> Result<(), Output
 }
 
 fn text(series: &[(f64, PathBuf)]) -> String {
-    let mut text = "<?xml version=\"1.0\"?>\n\
-                    <VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  \
-                    <Collection>\n"
-        .to_owned();
-    for (time, file) in series {
-        // Writing into a string cannot fail. The names are the program's own, without quotes.
-        let _ = writeln!(
-            text,
-            "    <DataSet timestep=\"{time}\" part=\"0\" file=\"{}\"/>",
-            file.display()
-        );
-    }
-    text.push_str("  </Collection>\n</VTKFile>\n");
-    text
+    // The names are those of the program, without quotes.
+    let entry = |(time, file): &(f64, PathBuf)| {
+        let file = file.display();
+        format!("    <DataSet timestep=\"{time}\" part=\"0\" file=\"{file}\"/>\n")
+    };
+    let entries: Vec<String> = series.iter().map(entry).collect();
+    format!(
+        "<?xml version=\"1.0\"?>\n\
+         <VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  \
+         <Collection>\n{}  </Collection>\n</VTKFile>\n",
+        entries.concat()
+    )
 }
 
 #[cfg(test)]

@@ -5,32 +5,26 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::OutputError;
+use crate::picture::Surface;
 
 /// Writes a surface of triangles, corners counterclockwise as seen from outside.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`], also where a triangle names a vertex that does not exist.
-pub fn write_surface(
-    path: &Path,
-    vertices: &[[f64; 3]],
-    triangles: &[[usize; 3]],
-) -> Result<(), OutputError> {
+pub fn write_surface(path: &Path, surface: Surface<'_>) -> Result<(), OutputError> {
     let mut file = File::create(path).map_err(OutputError::at(path))?;
-    surface_to(&mut file, vertices, triangles).map_err(OutputError::at(path))
+    surface_to(&mut file, surface).map_err(OutputError::at(path))
 }
 
 /// The same into any writer.
 ///
 /// # Errors
 /// Those of the writer, and [`io::ErrorKind::InvalidData`] for an index out of range.
-pub fn surface_to(
-    writer: &mut impl Write,
-    vertices: &[[f64; 3]],
-    triangles: &[[usize; 3]],
-) -> io::Result<()> {
-    let facets = triangles
+pub fn surface_to(writer: &mut impl Write, surface: Surface<'_>) -> io::Result<()> {
+    let facets = surface
+        .triangles
         .iter()
-        .map(|&triangle| facet(vertices, triangle))
+        .map(|&triangle| facet(surface.vertices, triangle))
         .collect::<io::Result<Vec<_>>>()?;
     stl_io::write_stl(writer, facets.iter())
 }
@@ -75,7 +69,11 @@ mod tests {
         let vertices = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let triangles = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         let mut bytes = Vec::new();
-        surface_to(&mut bytes, &vertices, &triangles).unwrap();
+        let surface = |triangles| Surface {
+            vertices: &vertices,
+            triangles,
+        };
+        surface_to(&mut bytes, surface(&triangles)).unwrap();
         let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).unwrap();
         assert_eq!(mesh.vertices.len(), 4);
         mesh.validate().unwrap();
@@ -91,6 +89,6 @@ mod tests {
             let outward: f32 = (0..3).map(|k| centre[k] * face.normal.0[k]).sum();
             assert!(outward > 0.0);
         }
-        assert!(surface_to(&mut Vec::new(), &vertices, &[[0, 1, 4]]).is_err());
+        assert!(surface_to(&mut Vec::new(), surface(&[[0, 1, 4]])).is_err());
     }
 }

@@ -1,7 +1,6 @@
 //! VTK image files (`.vti`) for ParaView: an XML header, then the numbers as appended raw binary,
 //! little endian, each array led by its length in bytes (8 bytes).
 
-use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -60,6 +59,21 @@ impl<'a, const D: usize> VtiFile<'a, D> {
         self
     }
 
+    /// Adds fields as `kind_000` and so on.
+    ///
+    /// # Panics
+    /// If a field is on another grid.
+    pub fn fields<T: Element, const M: usize>(
+        self,
+        kind: &str,
+        fields: impl IntoIterator<Item = &'a Field<T, D, M>>,
+    ) -> Self {
+        let fields = fields.into_iter().enumerate();
+        fields.fold(self, |file, (i, field)| {
+            file.field(&format!("{kind}_{i:03}"), field)
+        })
+    }
+
     /// Writes the file.
     ///
     /// # Errors
@@ -112,18 +126,17 @@ impl<'a, const D: usize> VtiFile<'a, D> {
             Precision::Double => "Float64",
         };
         let mut offset = 0;
-        let mut arrays = String::new();
+        let mut arrays = Vec::new();
         for array in &self.arrays {
-            // Writing into a string cannot fail.
-            let _ = writeln!(
-                arrays,
+            arrays.push(format!(
                 "        <DataArray type=\"{kind}\" Name=\"{}\" NumberOfComponents=\"{}\" \
-                 format=\"appended\" offset=\"{offset}\"/>",
+                 format=\"appended\" offset=\"{offset}\"/>\n",
                 escaped(&array.name),
                 array.components,
-            );
+            ));
             offset += 8 + self.length(array);
         }
+        let arrays = arrays.concat();
         format!(
             "<?xml version=\"1.0\"?>\n\
              <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \

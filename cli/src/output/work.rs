@@ -1,4 +1,4 @@
-//! A result directory that is made over several runs of the program.
+//! A result directory that is created over several runs of the program.
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -6,27 +6,27 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::directory::check_target;
+use super::directory::{ResultDir, check_target};
 use super::{OutputError, write_json};
 
 /// Ending of the name while the directory is not complete.
 const ENDING: &str = ".partial";
-/// The file that the run at work holds.
+/// The file that the current run locks.
 const LOCK: &str = ".lock";
 
-/// A directory in the making that outlives the program: `TARGET.partial`, beside its target. Its
-/// files appear under their names only when they are complete, and [`WorkDir::commit`] gives the
-/// directory its own. One run at a time can hold it.
+/// An incomplete directory that outlives the program: `TARGET.partial`, beside its target. Its
+/// files appear under their names only when they are complete, and the directory itself may become
+/// the result ([`WorkDir::into_result`]). One run at a time can hold it.
 #[derive(Debug)]
 pub struct WorkDir {
     target: PathBuf,
     inner: PathBuf,
-    /// Held as long as this lives; none where the file system has no locks.
+    /// Held until this is dropped; `None` if the file system has no locks.
     lock: Option<File>,
 }
 
 impl WorkDir {
-    /// Begins a directory, or goes on with one.
+    /// Creates a directory, or opens an existing one.
     ///
     /// # Errors
     /// [`OutputError::Exists`] for the target itself, [`OutputError::NoParent`],
@@ -51,17 +51,17 @@ impl WorkDir {
         })
     }
 
-    /// Where it lies as long as it is not complete.
+    /// Its path while it is incomplete.
     pub fn path(&self) -> &Path {
         &self.inner
     }
 
-    /// Where a file in it lies.
+    /// The path of a file in it.
     pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
         self.inner.join(name)
     }
 
-    /// Makes a folder in it, unless it is there.
+    /// Creates a folder in it, unless it exists.
     ///
     /// # Errors
     /// [`OutputError::Unwritable`].
@@ -70,17 +70,17 @@ impl WorkDir {
         fs::create_dir_all(&path).map_err(OutputError::at(&path))
     }
 
-    /// Writes a value as JSON under a name, in the place of what was there.
+    /// Writes a value as JSON, and replaces an existing file.
     ///
     /// # Errors
     /// As [`write_json`].
     pub fn put(&self, name: impl AsRef<Path>, value: &impl Serialize) -> Result<(), OutputError> {
         let path = self.file(name);
-        let mut begun = path.clone().into_os_string();
-        begun.push(ENDING);
-        let begun = PathBuf::from(begun);
-        write_json(&begun, value)?;
-        fs::rename(&begun, &path).map_err(OutputError::at(&path))
+        let mut incomplete = path.clone().into_os_string();
+        incomplete.push(ENDING);
+        let incomplete = PathBuf::from(incomplete);
+        write_json(&incomplete, value)?;
+        fs::rename(&incomplete, &path).map_err(OutputError::at(&path))
     }
 
     /// A value that was written as JSON; none where there is no such file, or where it holds
@@ -96,7 +96,7 @@ impl WorkDir {
             .is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == LOCK))
     }
 
-    /// Whether one has been begun for a target.
+    /// Whether one exists for a target.
     pub fn exists(target: &Path) -> bool {
         partial(target).is_dir()
     }
@@ -110,18 +110,9 @@ impl WorkDir {
         fs::remove_dir_all(&self.inner).map_err(OutputError::at(&self.inner))
     }
 
-    /// Gives the directory its name.
-    ///
-    /// # Errors
-    /// [`OutputError::Exists`] where the name has been taken in the meantime,
-    /// [`OutputError::Unwritable`].
-    pub fn commit(self) -> Result<PathBuf, OutputError> {
-        check_target(&self.target)?;
-        drop(self.lock);
-        let lock = self.inner.join(LOCK);
-        fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
-        fs::rename(&self.inner, &self.target).map_err(OutputError::at(&self.target))?;
-        Ok(self.target)
+    /// The result directory with all that is in it.
+    pub fn into_result(self) -> ResultDir {
+        ResultDir::of_work(self.target, self.inner, LOCK, self.lock)
     }
 }
 
@@ -136,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_directory_is_gone_on_with_and_named_in_the_end() {
+    fn a_directory_is_opened_again_and_renamed_in_the_end() {
         let place = tempfile::tempdir().unwrap();
         let target = place.path().join("out");
         let first = WorkDir::open(&target).unwrap();
@@ -155,7 +146,7 @@ mod tests {
         assert_eq!(second.get::<f64>("parts/a.json"), None);
         assert_eq!(second.get::<f64>("parts/b.json"), None);
         assert!(WorkDir::exists(&target));
-        assert_eq!(second.commit().unwrap(), target);
+        assert_eq!(second.into_result().commit().unwrap(), target);
         let names: Vec<_> = fs::read_dir(place.path()).unwrap().collect();
         assert_eq!(names.len(), 1);
         let names: Vec<_> = fs::read_dir(&target).unwrap().collect();
@@ -179,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn it_needs_a_place() {
+    fn its_folder_has_to_exist() {
         let place = tempfile::tempdir().unwrap();
         assert!(matches!(
             WorkDir::open(&place.path().join("no/where")),

@@ -6,20 +6,9 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use shape_pca::PcaParams;
 
-use crate::config::{Config, Configured, allow};
+use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::options::{Align, RunOptions, Size, named, positive};
-
-/// Options of `shapespace pca`.
-#[derive(Clone, Debug, Args)]
-pub struct PcaArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<PcaConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
-}
+use crate::options::{Align, Size, named, positive};
 
 /// Configuration of `shapespace pca`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -64,17 +53,6 @@ impl Config for PcaConfig {
     fn paths(&mut self) -> Vec<&mut PathBuf> {
         vec![&mut self.average]
     }
-}
-
-/// Options of `shapespace synthesize`.
-#[derive(Clone, Debug, Args)]
-pub struct SynthesizeArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<SynthesizeConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
 }
 
 /// Configuration of `shapespace synthesize`.
@@ -138,17 +116,6 @@ impl Config for SynthesizeConfig {
             .chain(&mut self.average)
             .collect()
     }
-}
-
-/// Options of `shapespace score`.
-#[derive(Clone, Debug, Args)]
-pub struct ScoreArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<ScoreConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
 }
 
 /// Configuration of `shapespace score`.

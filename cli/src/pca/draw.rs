@@ -4,7 +4,7 @@ use fe_grid::VectorField;
 use levelset::Contour;
 
 use crate::error::CliError;
-use crate::geodesic::draw::{Draw, Pictures};
+use crate::geodesic::draw::portraits;
 use crate::picture::{Canvas, Colour, Tiles, deviation};
 
 /// Most modes in the strip.
@@ -18,7 +18,7 @@ const FRAMES: usize = 17;
 pub(super) fn shown(error: impl std::fmt::Display) -> CliError {
     CliError::Computation {
         message: format!("the average cannot be drawn: {error}"),
-        remedy: "see that the average has an inside on its grid".into(),
+        remedy: "check that the average contains nodes of its grid".into(),
     }
 }
 
@@ -43,10 +43,7 @@ pub(super) struct DrawnModes<'a, const D: usize> {
     pub amplitude: f64,
 }
 
-impl<const D: usize> DrawnModes<'_, D>
-where
-    Pictures: Draw<D>,
-{
+impl<const D: usize> DrawnModes<'_, D> {
     /// The shape with one score, `(1 - a sqrt Lambda_j y_j)(S)`.
     fn shape(&self, j: usize, score: f64) -> Contour<D> {
         moved(
@@ -77,7 +74,7 @@ where
             }
         }
         let pairs: Vec<(&Contour<D>, Colour)> = shapes.iter().map(|(s, c)| (s, *c)).collect();
-        let pictures = Pictures::portraits(&pairs);
+        let pictures = portraits(&pairs);
         let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
         Tiles {
             tiles: &tiles,
@@ -96,7 +93,7 @@ where
             })
             .collect();
         let pairs: Vec<(&Contour<D>, Colour)> = shapes.iter().map(|(s, c)| (s, *c)).collect();
-        Pictures::portraits(&pairs)
+        portraits(&pairs)
     }
 }
 

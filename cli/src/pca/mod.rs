@@ -9,7 +9,6 @@ mod args;
 mod command;
 mod draw;
 mod images;
-mod outcome;
 mod procrustes;
 mod read;
 mod record;
@@ -19,8 +18,5 @@ mod synthesize;
 mod tables;
 mod write;
 
-pub use args::{PcaArgs, PcaConfig, ScoreArgs, ScoreConfig, SynthesizeArgs, SynthesizeConfig};
-pub use command::run_pca;
+pub use args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 pub use procrustes::{Procrustes, there_and_back};
-pub use score::run_score;
-pub use synthesize::run_synthesize;

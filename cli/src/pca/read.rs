@@ -9,6 +9,7 @@ use shape_pca::{Average, ModeSpace, PcaParams};
 
 use super::args::PcaConfig;
 use crate::average::AverageConfig;
+use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::input::place::FrameTransform;
 use crate::options::Align;
@@ -17,7 +18,7 @@ use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 
 /// An average and its record.
-pub(super) struct StoredAverage<const D: usize> {
+pub(crate) struct StoredAverage<const D: usize> {
     /// Its deformations.
     pub average: Average<D>,
     /// Its phase field.
@@ -32,14 +33,6 @@ pub(super) struct StoredAverage<const D: usize> {
     pub frame: (Vec<usize>, FrameTransform<D>),
     /// Whether its shapes were aligned.
     pub align: Align,
-}
-
-/// An average of either dimension.
-pub(super) enum AnyAverage {
-    /// In 2D.
-    D2(StoredAverage<2>),
-    /// In 3D.
-    D3(StoredAverage<3>),
 }
 
 fn unfit_average(directory: &Path, reason: String) -> CliError {
@@ -63,12 +56,11 @@ fn unfit_pca(directory: &Path, reason: String) -> CliError {
 /// # Errors
 /// [`CliError::NoResult`] for any other directory, and [`CliError::Input`] for an array that cannot
 /// be read.
-pub(super) fn read_average(directory: &Path) -> Result<AnyAverage, CliError> {
-    let unfit = |reason| unfit_average(directory, reason);
-    match read_dimension(directory).map_err(unfit)? {
-        2 => stored_average(directory).map(AnyAverage::D2),
-        _ => stored_average(directory).map(AnyAverage::D3),
-    }
+pub(super) fn read_average(
+    directory: &Path,
+) -> Result<Dim<StoredAverage<2>, StoredAverage<3>>, CliError> {
+    let dimension = read_dimension(directory).map_err(|reason| unfit_average(directory, reason))?;
+    Ok(per_dimension!(dimension, () => stored_average(directory)?))
 }
 
 fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, CliError> {
@@ -111,7 +103,8 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
         indicators.push(weight);
     }
     let first = record.input.first();
-    let first = first.ok_or_else(|| unfit("it does not say where its inputs lie".into()))?;
+    let first =
+        first.ok_or_else(|| unfit("it does not state the placement of its inputs".into()))?;
     let weights = config.weights()?;
     let params = AverageParams {
         void_stiffness: delta,
@@ -155,31 +148,23 @@ struct Modes {
 }
 
 /// The modes of an average.
-pub(super) struct StoredPca<const D: usize> {
+pub(crate) struct StoredPca<const D: usize> {
     /// The average.
     pub average: StoredAverage<D>,
     /// Its modes.
     pub space: ModeSpace<D>,
 }
 
-/// Modes of either dimension.
-pub(super) enum AnyPca {
-    /// In 2D.
-    D2(StoredPca<2>),
-    /// In 3D.
-    D3(StoredPca<3>),
-}
-
 /// Reads the directory of an analysis, and that of its average.
 ///
 /// # Errors
 /// As [`read_average`]; [`CliError::NoResult`] for modes of images, which have no boundaries.
-pub(super) fn read_pca(directory: &Path, average: Option<&Path>) -> Result<AnyPca, CliError> {
-    let unfit = |reason| unfit_pca(directory, reason);
-    match read_dimension(directory).map_err(unfit)? {
-        2 => stored_pca(directory, average).map(AnyPca::D2),
-        _ => stored_pca(directory, average).map(AnyPca::D3),
-    }
+pub(super) fn read_pca(
+    directory: &Path,
+    average: Option<&Path>,
+) -> Result<Dim<StoredPca<2>, StoredPca<3>>, CliError> {
+    let dimension = read_dimension(directory).map_err(|reason| unfit_pca(directory, reason))?;
+    Ok(per_dimension!(dimension, () => stored_pca(directory, average)?))
 }
 
 fn stored_pca<const D: usize>(
@@ -195,8 +180,9 @@ fn stored_pca<const D: usize>(
         ..
     } = record;
     let average = average.map_or_else(|| config.average.clone(), PathBuf::from);
-    if read_dimension(&average).map_err(|reason| unfit_average(&average, reason))? != D {
-        return Err(unfit_average(&average, "its shapes are others".into()));
+    let dimension = read_dimension(&average).map_err(|reason| unfit_average(&average, reason))?;
+    if dimension.dimension() != D {
+        return Err(unfit_average(&average, format!("its shapes are not {D}D")));
     }
     let average = stored_average::<D>(&average)?;
     let fields = ResultFields {
@@ -205,7 +191,7 @@ fn stored_pca<const D: usize>(
     };
     if average.image.is_some() {
         return Err(unfit(
-            "its modes are those of images, and shapes are asked for",
+            "its modes are those of images, which have no boundaries",
         ));
     }
     let grid: Grid<D> = *average.average.grid();

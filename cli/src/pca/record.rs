@@ -1,13 +1,16 @@
 //! The contents of `result.json`.
 
+use std::time::Instant;
+
 use hyperelastic::LawSpec;
 use serde::Serialize;
 use shape_pca::{Quality, Scores, SolveReport};
 
 use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
-use super::outcome::Outcome;
+use super::command::Outcome;
 use super::procrustes::Procrustes;
 use crate::report::Record;
+use crate::summary::Summary;
 
 /// The contents of `result.json` of `shapespace pca`.
 pub(super) type PcaRecord<'a, const D: usize> = Record<PcaConfig, Analysis<'a>, D>;
@@ -54,11 +57,12 @@ pub(super) struct Analysis<'a> {
 
 /// The record of a result. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
-    outcome: &'a Outcome<'a, D>,
+    outcome: &'a Outcome<D>,
     object_size: f64,
     fits: &[Procrustes<D>],
+    start: Instant,
 ) -> PcaRecord<'a, D> {
-    let (stored, pca, quality) = (outcome.stored, outcome.pca, &outcome.quality);
+    let (stored, pca, quality) = (&outcome.stored, &outcome.pca, &outcome.quality);
     let weights = stored.average.weights();
     let mahalanobis: Vec<f64> = pca.training.iter().map(|s| s.mahalanobis).collect();
     let squares = mahalanobis.iter().zip(weights);
@@ -85,7 +89,32 @@ pub(super) fn record<'a, const D: usize>(
         solves: &pca.solves,
     };
     let nodes = stored.average.grid().nodes_per_axis();
-    Record::new("complete", &nodes, outcome.config, found, outcome.start)
+    Record::new("complete", &nodes, &outcome.config, found, start)
+}
+
+/// The summary of an analysis.
+pub(super) fn summary<const D: usize>(record: &PcaRecord<'_, D>) -> Summary {
+    let (found, seconds) = (&record.body, record.seconds);
+    let title = format!(
+        "{} modes of variation of {} shapes, {seconds:.1} s",
+        found.n_modes, found.n_shapes
+    );
+    let mut summary = Summary::new(record, "modes.png", title);
+    let ratios = found.ratios.iter().take(6).map(|r| format!("{r:.3}"));
+    let ratios: Vec<String> = ratios.collect();
+    let (first, ratios) = (found.eigenvalues[0], ratios.join(" "));
+    summary.line("eigenvalues", format!("{first:.4e}, ratios {ratios}"));
+    let state = if found.definite {
+        "positive definite"
+    } else {
+        "NOT positive definite"
+    };
+    let balance = 100.0 * found.balance;
+    summary.line(
+        "stresses",
+        format!("balanced up to {balance:.1} %, object {state}"),
+    );
+    summary
 }
 
 /// The contents of `result.json` of `shapespace synthesize`.

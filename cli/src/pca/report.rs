@@ -1,15 +1,14 @@
 //! `report.md`: the analysis in words.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use shape_pca::{Metric, PcaParams};
 use shapespace_report::table::Table;
 
 use super::record::{Analysis, PcaRecord};
-use crate::output::{self, OutputError};
+use crate::output::{OutputError, write_text};
 
-/// Most lines of a table.
+/// Maximum number of modes in the table.
 const ROWS: usize = 12;
 
 /// Writes the report.
@@ -20,59 +19,67 @@ pub(super) fn write_report<const D: usize>(
     path: &Path,
     record: &PcaRecord<'_, D>,
 ) -> Result<(), OutputError> {
-    let mut text = String::new();
-    // Writing into a string cannot fail.
-    let _ = write_text(&mut text, &record.body, &record.parameters.params);
-    output::write_text(path, &text)
+    let found = &record.body;
+    let n = found.n_shapes;
+    let text = format!(
+        "# Modes of variation of {n} shapes\n\n{}\n\n\
+         ![Modes: shapes at -2, -1, 0, 1, 2 standard deviations](modes.png)\n\n\
+         {}\n\
+         Generalisation is the residual of a shape with the first modes of the other shapes. \
+         Specificity is the distance of random shapes of these modes to the nearest input. Both are \
+         in the norm of the inner product. A shape with score s in mode j is \
+         (1 - s sqrt(eigenvalue) y_j)(S).\n\n\
+         ![Eigenvalues](scree.svg)\n\n![Generalisation and specificity](quality.svg)\n",
+        properties(found, &record.parameters.params),
+        table(found).markdown(),
+    );
+    write_text(path, &text)
 }
 
-fn write_text(text: &mut String, r: &Analysis<'_>, params: &PcaParams) -> std::fmt::Result {
-    writeln!(text, "# Modes of variation of {} shapes\n", r.n_shapes)?;
+/// The properties of an analysis as a list.
+fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
     let metric = match params.metric {
         Metric::L2 => "L2: the integral of u . v over the average object",
         Metric::Hessian => "Hessian: the second variation of the elastic energy",
     };
-    writeln!(text, "- Inner product: {metric}.")?;
     let state = if params.at_rest {
         "at rest, without the stresses of the deformations"
     } else {
         "under the stresses of all deformations"
     };
-    writeln!(text, "- The average object is {state}.")?;
-    writeln!(
-        text,
-        "- Balance of the stresses: the displacements add up to {:.1} % of their mean size.",
-        100.0 * r.balance
-    )?;
-    writeln!(
-        text,
-        "- The object under its stresses is {} (least curvature met: {:.2e} of that of the same \
-         material at rest).",
-        if r.definite {
-            "positive definite"
-        } else {
-            "**not positive definite**"
-        },
-        r.least_curvature
-    )?;
-    writeln!(
-        text,
-        "- Mahalanobis distances of the shapes themselves: root mean square {:.4}; \
-         sqrt((n-1)/n) = {:.4}.",
-        r.mahalanobis_rms,
-        ((r.n_shapes as f64 - 1.0) / r.n_shapes as f64).sqrt()
-    )?;
-    let left_out = r.quality.left_out.iter().map(|scores| scores.mahalanobis);
-    let largest = left_out.fold(0.0, f64::max);
-    writeln!(
-        text,
-        "- Each in the modes of the others: at most {largest:.3}. A shape much farther off is of \
-         another kind.\n"
-    )?;
-    writeln!(
-        text,
-        "![Modes: shapes at -2, -1, 0, 1, 2 standard deviations](modes.png)\n"
-    )?;
+    let definite = if found.definite {
+        "positive definite"
+    } else {
+        "**not positive definite**"
+    };
+    let n = found.n_shapes as f64;
+    let left_out = found.quality.left_out.iter();
+    let largest = left_out.fold(0.0, |most, scores| f64::max(most, scores.mahalanobis));
+    [
+        format!("Inner product: {metric}."),
+        format!("The average object is {state}."),
+        format!(
+            "Balance of the stresses: the sum of the displacements is {:.1} % of their mean norm.",
+            100.0 * found.balance
+        ),
+        format!(
+            "The object under its stresses is {definite} (smallest curvature found: {:.2e}, \
+             relative to the same material at rest).",
+            found.least_curvature
+        ),
+        format!(
+            "Mahalanobis distances of the inputs: root mean square {:.4}; sqrt((n-1)/n) = {:.4}.",
+            found.mahalanobis_rms,
+            ((n - 1.0) / n).sqrt()
+        ),
+        format!("Mahalanobis distances in the modes of the other inputs: at most {largest:.3}."),
+    ]
+    .map(|property| format!("- {property}"))
+    .join("\n")
+}
+
+/// The eigenvalues and the quality of the first modes.
+fn table(found: &Analysis<'_>) -> Table {
     let mut table = Table::new([
         "modes",
         "eigenvalue",
@@ -81,26 +88,16 @@ fn write_text(text: &mut String, r: &Analysis<'_>, params: &PcaParams) -> std::f
         "generalisation",
         "specificity",
     ]);
-    for m in 1..=r.n_modes.min(ROWS) {
-        let general = r.quality.generalisation.get(m);
+    for m in 1..=found.n_modes.min(ROWS) {
+        let general = found.quality.generalisation.get(m);
         table.texts([
             m.to_string(),
-            format!("{:.3e}", r.eigenvalues[m - 1]),
-            format!("{:.3}", r.ratios[m - 1]),
-            format!("{:.1} %", 100.0 * r.quality.compactness[m - 1]),
+            format!("{:.3e}", found.eigenvalues[m - 1]),
+            format!("{:.3}", found.ratios[m - 1]),
+            format!("{:.1} %", 100.0 * found.quality.compactness[m - 1]),
             general.map_or_else(|| "–".to_owned(), |g| format!("{g:.3e}")),
-            format!("{:.3e}", r.quality.specificity[m - 1]),
+            format!("{:.3e}", found.quality.specificity[m - 1]),
         ]);
     }
-    text.push_str(&table.markdown());
-    writeln!(
-        text,
-        "\nGeneralisation is what the first modes of the other shapes leave of a shape, specificity \
-         how far random shapes of these modes are from the nearest shape, both in the norm of the \
-         inner product. A shape with score s in mode j is (1 - s sqrt(eigenvalue) y_j)(S).\n"
-    )?;
-    writeln!(
-        text,
-        "![Eigenvalues](scree.svg)\n\n![Generalisation and specificity](quality.svg)"
-    )
+    table
 }

@@ -4,10 +4,7 @@
 //! deformed elastically onto the fixed average. The resulting stress is represented by a
 //! displacement as for them, and its scores in the modes are computed.
 
-use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::Path;
-use std::time::Instant;
 
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour, signed_distance};
@@ -15,67 +12,36 @@ use shape_average::align::align_to;
 use shape_average::{AverageResult, match_to};
 use shape_pca::{Compound, Scores, Source};
 
-use super::args::{ScoreArgs, ScoreConfig};
+use super::args::ScoreConfig;
 use super::draw::{moved, shown};
 use super::procrustes::{Procrustes, there_and_back};
-use super::read::{AnyPca, StoredPca, read_pca};
+use super::read::{StoredPca, read_pca};
 use super::record::{Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
-use crate::error::{CliError, Exit};
-use crate::geodesic::draw::{Draw, Pictures};
+use crate::dimension::per_dimension;
+use crate::error::CliError;
+use crate::geodesic::draw::portraits;
 use crate::input::place::frame_like;
-use crate::input::{AnyImages, Image, ReadOptions, read_images};
+use crate::input::{Image, ReadOptions, read_images};
 use crate::options::{Align, Size};
-use crate::output::npy::{Precision, write_field};
-use crate::output::{ResultDir, numbered};
+use crate::output::ResultDir;
 use crate::picture::{Canvas, Colour, INK, Tiles, colour};
-use crate::pool::in_pool;
-use crate::progress::Progress;
+use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{labels, place_like};
-use crate::watch::{Interrupt, ProgressObserver, level_nodes};
+use crate::summary::Summary;
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
 const ALIGNMENT_NODES: [usize; 2] = [65, 33];
 /// Maximum number of shapes in the picture.
 const SHOWN: usize = 12;
 
-/// Runs `shapespace score`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_score(args: &ScoreArgs) -> Result<Exit, CliError> {
-    let start = Instant::now();
-    let interrupt = Interrupt::listen();
-    let progress = Progress::stderr();
-    let compute = |config: ScoreConfig| {
-        ResultDir::create(&args.run.output).map(drop)?;
-        progress.stage("reading the modes");
-        let stored = read_pca(&config.pca, config.average.as_deref())?;
-        let options = ReadOptions {
-            label: config.label,
-        };
-        let images = read_images(&config.inputs, &options)?;
-        match (stored, images) {
-            (AnyPca::D2(stored), AnyImages::D2(images)) => {
-                run(&stored, &images, config, args, &progress, interrupt, start)
-            }
-            (AnyPca::D3(stored), AnyImages::D3(images)) => {
-                run(&stored, &images, config, args, &progress, interrupt, start)
-            }
-            (AnyPca::D2(_), _) => Err(unfit(config, "its shapes are flat, the new ones volumes")),
-            (AnyPca::D3(_), _) => Err(unfit(config, "its shapes are volumes, the new ones flat")),
-        }
-    };
-    args.config
-        .run(|config| in_pool(args.run.threads, || compute(config)))
-}
-
-fn unfit(config: ScoreConfig, reason: &str) -> CliError {
-    CliError::NoResult {
-        path: config.pca,
-        command: "pca",
-        reason: reason.into(),
-    }
+/// The scores of all shapes.
+pub(crate) struct Outcome<const D: usize> {
+    config: ScoreConfig,
+    /// Nodes along each axis of the displacements.
+    nodes: [usize; D],
+    names: Vec<String>,
+    shapes: Vec<Measured<D>>,
 }
 
 /// A new shape and its scores.
@@ -88,7 +54,8 @@ struct Measured<const D: usize> {
     reconstructions: Vec<Contour<D>>,
     dice: Vec<f64>,
     distance: Vec<f64>,
-    matched: AverageResult<D>,
+    /// The deformation onto the average.
+    fit: AverageResult<D>,
     displacement: fe_grid::VectorField<f64, D>,
 }
 
@@ -105,99 +72,131 @@ struct Target<'a, const D: usize> {
     scale: Size,
 }
 
-fn run<const D: usize>(
-    stored: &StoredPca<D>,
-    images: &[Image<D>],
-    mut config: ScoreConfig,
-    args: &ScoreArgs,
-    progress: &Progress,
-    interrupt: Interrupt,
-    start: Instant,
-) -> Result<Exit, CliError>
-where
-    Pictures: Draw<D>,
-{
-    progress.stage("assembling the compound operator");
-    let object = &stored.space.object;
-    let align = config.align.unwrap_or(stored.average.align);
-    config.align = Some(align);
-    let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
-    let nodes = object.grid().nodes_per_axis();
-    let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
-    let target = Target {
-        stored,
-        compound: Compound::new(&stored.average.average, &stored.space.params)?,
-        size: Moments::of_contour(&outline).map_err(shown)?.volume,
-        distance: signed_distance(object, 0.5).map_err(shown)?,
-        coarse: ContourDistance::new(&outline)
-            .map_err(shown)?
-            .sample(coarse),
-        outline,
-        align,
-        scale: config.size,
-    };
-    let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
-    let names = labels(&paths);
-    let mut found = Vec::new();
-    for (image, name) in images.iter().zip(&names) {
-        progress.stage(format!("deforming '{name}' onto the average"));
-        found.push(target.measure(image, progress, interrupt)?);
+impl Command for ScoreConfig {
+    type Plan<const D: usize> = (StoredPca<D>, Vec<Image<D>>);
+    type Outcome<const D: usize> = Outcome<D>;
+
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        session.progress.stage("reading the modes");
+        let stored = read_pca(&self.pca, self.average.as_deref())?;
+        let images = read_images(&self.inputs, &ReadOptions { label: self.label })?;
+        let [own, new] = [stored.dimension(), images.dimension()];
+        let unfit = || CliError::NoResult {
+            path: self.pca.clone(),
+            command: "pca",
+            reason: format!("its shapes are {own}D, the new ones {new}D"),
+        };
+        Ok(per_dimension!(stored, stored => {
+            let images = images.of_type().ok_or_else(unfit)?;
+            (stored, images)
+        }))
     }
-    progress.stage("writing");
-    interrupt.writing();
-    let directory = ResultDir::create(&args.run.output)?;
-    let record = write_all(&directory, &config, &names, &found, (nodes, start))?;
-    let target = directory.commit()?;
-    progress.finish();
-    print(&record, &target);
-    Ok(Exit::Success)
+
+    fn compute<const D: usize>(
+        &self,
+        (stored, images): (StoredPca<D>, Vec<Image<D>>),
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        session.progress.stage("assembling the compound operator");
+        let align = self.align.unwrap_or(stored.average.align);
+        let target = Target::new(&stored, align, self.size)?;
+        let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
+        let names = labels(&paths);
+        let mut shapes = Vec::new();
+        for (image, name) in images.iter().zip(&names) {
+            session
+                .progress
+                .stage(format!("deforming '{name}' onto the average"));
+            shapes.push(target.measure(image, session)?);
+        }
+        Ok(Outcome {
+            config: ScoreConfig {
+                align: Some(align),
+                ..self.clone()
+            },
+            nodes: stored.space.object.grid().nodes_per_axis(),
+            names,
+            shapes,
+        })
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        let (names, shapes) = (&outcome.names, &outcome.shapes);
+        let placed = placements(shapes);
+        let displacements = shapes.iter().map(|shape| &shape.displacement);
+        directory.arrays("displacement", 0, displacements)?;
+        let scores: Vec<Scores> = shapes.iter().map(|shape| shape.scores.clone()).collect();
+        write_scores(&directory.file("scores.csv"), names, &scores)?;
+        write_reconstruction(
+            &directory.file("reconstruction.svg"),
+            names,
+            &placed.errors,
+            &placed.reconstruction_distance,
+        )?;
+        picture(names, shapes).write_png(&directory.file("score.png"))?;
+        let (nodes, start) = (&outcome.nodes, session.start);
+        let record = ScoreRecord::<D>::new("complete", nodes, &outcome.config, placed, start);
+        record.write(directory)?;
+        Ok(summary(&record))
+    }
 }
 
-impl<const D: usize> Target<'_, D> {
-    fn measure(
-        &self,
-        image: &Image<D>,
-        progress: &Progress,
-        interrupt: Interrupt,
-    ) -> Result<Measured<D>, CliError> {
+impl<'a, const D: usize> Target<'a, D> {
+    fn new(stored: &'a StoredPca<D>, align: Align, scale: Size) -> Result<Self, CliError> {
+        let object = &stored.space.object;
+        let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
+        Ok(Self {
+            stored,
+            compound: Compound::new(&stored.average.average, &stored.space.params)?,
+            size: Moments::of_contour(&outline).map_err(shown)?.volume,
+            distance: signed_distance(object, 0.5).map_err(shown)?,
+            coarse: ContourDistance::new(&outline)
+                .map_err(shown)?
+                .sample(coarse),
+            outline,
+            align,
+            scale,
+        })
+    }
+
+    fn measure(&self, image: &Image<D>, session: &Session<'_>) -> Result<Measured<D>, CliError> {
         let grid = *self.distance.grid();
         let (outline, distance) = self.placed(image)?;
         let params = &self.stored.average.params;
-        let levels = level_nodes(&grid.hierarchy(params.coarsest_nodes));
-        let mut watch = ProgressObserver::new(progress, interrupt, levels);
+        let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
         let phase_field = &self.stored.average.phase_field;
-        let matched = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
+        let fit = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
         watch.finish();
-        if *matched.average.grid() != grid {
-            return Err(CliError::Computation {
-                message: format!(
-                    "'{}' was not deformed onto the average",
-                    image.path.display()
-                ),
-                remedy: "the run was stopped; repeat it".into(),
-            });
+        if *fit.average.grid() != grid {
+            return Err(CliError::Stopped);
         }
         let source = Source {
             weight: 1.0,
-            displacement: matched.displacements[0].as_slice(),
-            indicator: matched.shapes.indicators[0].as_slice(),
+            displacement: fit.displacements[0].as_slice(),
+            indicator: fit.shapes.indicators[0].as_slice(),
         };
         let space = &self.stored.space;
         let displacement = space.represent(&self.compound, source)?;
         let scores = space.scores(&self.compound, &displacement);
         let (mut reconstructions, mut dice, mut distances) = (Vec::new(), Vec::new(), Vec::new());
-        let onto = &matched.displacements[0];
+        let onto = &fit.displacements[0];
         for m in 0..=scores.scores.len() {
             let u = space.synthesise(&scores.scores[..m])?;
             let back = there_and_back(&outline, onto, &u, -1.0);
-            let fit = Procrustes::new(back.points(), outline.points());
-            let made = fit.apply(&moved(&self.outline, &u, -1.0));
-            let field = ContourDistance::new(&made).map_err(shown)?.sample(grid);
+            let aligned = Procrustes::new(back.points(), outline.points());
+            let shape = aligned.apply(&moved(&self.outline, &u, -1.0));
+            let field = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
             dice.push(levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?);
-            distances.push(fit.distance);
-            reconstructions.push(made);
+            distances.push(aligned.distance);
+            reconstructions.push(shape);
         }
-        let pushed = &matched.pushed[0];
+        let pushed = &fit.pushed[0];
         Ok(Measured {
             overlap: levelset::dice(pushed, 0.0, &self.distance, 0.0).map_err(shown)?,
             outline,
@@ -205,7 +204,7 @@ impl<const D: usize> Target<'_, D> {
             reconstructions,
             dice,
             distance: distances,
-            matched,
+            fit,
             displacement,
         })
     }
@@ -227,7 +226,7 @@ impl<const D: usize> Target<'_, D> {
         let (_, coarse) = place_like(image, frame_of, None, self.coarse_grid())?;
         let found = align_to(&self.coarse, &coarse).map_err(|error| CliError::Computation {
             message: format!("'{}' cannot be aligned: {error}", image.path.display()),
-            remedy: "give --align none, if it lies as the average does".into(),
+            remedy: "use --align none if it has the position of the average".into(),
         })?;
         let rotation = found.motion.rotation();
         let translation = found.motion.translation();
@@ -241,53 +240,25 @@ impl<const D: usize> Target<'_, D> {
     }
 }
 
-fn write_all<const D: usize>(
-    directory: &ResultDir,
-    config: &ScoreConfig,
-    names: &[String],
-    found: &[Measured<D>],
-    (nodes, start): ([usize; D], Instant),
-) -> Result<ScoreRecord<D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+fn placements<const D: usize>(shapes: &[Measured<D>]) -> Placements {
     let relative = |s: &Scores| -> Vec<f64> {
         let size = s.norm.max(f64::MIN_POSITIVE);
         s.errors.iter().map(|e| e / size).collect()
     };
-    let placed = Placements {
-        mahalanobis: found.iter().map(|f| f.scores.mahalanobis).collect(),
-        scores: found.iter().map(|f| f.scores.scores.clone()).collect(),
-        residual: found.iter().map(|f| f.scores.residual()).collect(),
-        errors: found.iter().map(|f| relative(&f.scores)).collect(),
-        reconstruction_dice: found.iter().map(|f| f.dice.clone()).collect(),
-        reconstruction_distance: found.iter().map(|f| f.distance.clone()).collect(),
-        dice: found.iter().map(|f| f.overlap).collect(),
-        elastic: found.iter().map(|f| f.matched.energy.elastic[0]).collect(),
-    };
-    for (k, shape) in found.iter().enumerate() {
-        let file = directory.file(numbered("displacement", k, "npy"));
-        write_field(&file, &shape.displacement, Precision::Double)?;
+    Placements {
+        mahalanobis: shapes.iter().map(|s| s.scores.mahalanobis).collect(),
+        scores: shapes.iter().map(|s| s.scores.scores.clone()).collect(),
+        residual: shapes.iter().map(|s| s.scores.residual()).collect(),
+        errors: shapes.iter().map(|s| relative(&s.scores)).collect(),
+        reconstruction_dice: shapes.iter().map(|s| s.dice.clone()).collect(),
+        reconstruction_distance: shapes.iter().map(|s| s.distance.clone()).collect(),
+        dice: shapes.iter().map(|s| s.overlap).collect(),
+        elastic: shapes.iter().map(|s| s.fit.energy.elastic[0]).collect(),
     }
-    let scores: Vec<Scores> = found.iter().map(|f| f.scores.clone()).collect();
-    write_scores(&directory.file("scores.csv"), names, &scores)?;
-    write_reconstruction(
-        &directory.file("reconstruction.svg"),
-        names,
-        &placed.errors,
-        &placed.reconstruction_distance,
-    )?;
-    picture(names, found).write_png(&directory.file("score.png"))?;
-    let record = ScoreRecord::new("complete", &nodes, config, placed, start);
-    record.write(directory.path())?;
-    Ok(record)
 }
 
 /// Every shape with its reconstructions by some and by all modes.
-fn picture<const D: usize>(names: &[String], found: &[Measured<D>]) -> Canvas
-where
-    Pictures: Draw<D>,
-{
+fn picture<const D: usize>(names: &[String], found: &[Measured<D>]) -> Canvas {
     let (mut shapes, mut words): (Vec<(&Contour<D>, Colour)>, Vec<String>) = Default::default();
     for (k, (name, shape)) in names.iter().zip(found).take(SHOWN).enumerate() {
         let all = shape.reconstructions.len() - 1;
@@ -299,7 +270,7 @@ where
             words.push(format!("{m} modes, Dice {:.3}", shape.dice[m]));
         }
     }
-    let pictures = Pictures::portraits(&shapes);
+    let pictures = portraits(&shapes);
     let tiles: Vec<(String, Canvas)> = words.into_iter().zip(pictures).collect();
     Tiles {
         tiles: &tiles,
@@ -309,37 +280,18 @@ where
     .draw()
 }
 
-/// Prints the summary on standard output; the last line names the picture.
-fn print<const D: usize>(record: &ScoreRecord<D>, target: &Path) {
-    let mut text = String::new();
-    // Writing into a string cannot fail, and a closed standard output is not an error.
-    let _ = write_lines(&mut text, record, target);
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
-fn write_lines<const D: usize>(
-    text: &mut String,
-    record: &ScoreRecord<D>,
-    target: &Path,
-) -> std::fmt::Result {
+fn summary<const D: usize>(record: &ScoreRecord<D>) -> Summary {
     let (shapes, found) = (&record.parameters.inputs, &record.body);
-    writeln!(
-        text,
-        "{} shapes scored in {:.1} s",
-        shapes.len(),
-        record.seconds
-    )?;
+    let title = format!("Scores of {} shapes, {:.1} s", shapes.len(), record.seconds);
+    let mut summary = Summary::new(record, "score.png", title);
     for (k, shape) in shapes.iter().enumerate() {
-        writeln!(
-            text,
-            "  {}: Mahalanobis distance {:.3}, residual {:.1} %, matched with Dice {:.4}",
+        summary.text(format!(
+            "  {}: Mahalanobis distance {:.3}, residual {:.1} %, deformed with Dice {:.4}",
             shape.display(),
             found.mahalanobis[k],
             100.0 * found.residual[k],
             found.dice[k]
-        )?;
+        ));
     }
-    let file = |name: &str| target.join(name).display().to_string();
-    writeln!(text, "  results      {}", file("result.json"))?;
-    writeln!(text, "  picture      {}", file("score.png"))
+    summary
 }

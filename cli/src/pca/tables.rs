@@ -47,7 +47,7 @@ fn over_modes<'a>(axis: &'a str, title: &'a str, series: &'a [Series]) -> Chart<
 /// The size of two charts.
 const SIZE: (u32, u32) = (900, 680);
 
-/// Writes `scree.svg`: the eigenvalues over the first, and their sums.
+/// Writes `scree.svg`: the eigenvalues relative to the first, and their sums.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -64,7 +64,7 @@ pub(super) fn write_scree(
         path,
         SIZE,
         &[
-            chart("eigenvalues over the first", &ratios),
+            chart("eigenvalues relative to the first", &ratios),
             chart("share of the variance in the first modes", &sums),
         ],
     )
@@ -88,7 +88,7 @@ pub(super) fn write_quality(
         &[
             chart("generalisation: error of shapes left out", &general),
             chart(
-                "specificity: random shapes from the nearest of the given",
+                "specificity: distance of random shapes to the nearest input",
                 &specific,
             ),
         ],
@@ -111,7 +111,7 @@ pub(super) fn write_quality(
     write_text(table, &lines.csv())
 }
 
-/// Writes `reconstruction.svg`: what the first modes leave of new shapes.
+/// Writes `reconstruction.svg`: residuals of new shapes with the first modes.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -135,8 +135,11 @@ pub(super) fn write_reconstruction(
         path,
         SIZE,
         &[
-            chart("displacement left by the first modes, relative", &errors),
-            chart("distance of the boundary from the shape's own", &distances),
+            chart(
+                "relative residual displacement with the first modes",
+                &errors,
+            ),
+            chart("distance of the reconstructed boundary", &distances),
         ],
     )
 }

@@ -1,38 +1,35 @@
 //! The files of the directory of an analysis.
 
-use std::path::Path;
-
 use levelset::{BoxEdge, Moments, contour};
 
+use super::command::Outcome;
 use super::draw::{DrawnModes, animated, shown};
 use super::images::ImageModes;
-use super::outcome::Outcome;
 use super::procrustes::{Procrustes, there_and_back};
-use super::record::{PcaRecord, record};
+use super::record::{record, summary};
 use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
 use crate::error::CliError;
-use crate::geodesic::draw::{Draw, Pictures};
 use crate::output::apng::write_animation;
 use crate::output::matrix::write_matrix_array;
-use crate::output::npy::{Precision, write_field};
+use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::picture::Canvas;
+use crate::session::Session;
+use crate::summary::Summary;
 
-/// Writes everything, `result.json` last, and returns what is in it.
+/// Writes everything, `result.json` last.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
-pub(super) fn write_all<'a, const D: usize>(
+pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: &'a Outcome<'a, D>,
-) -> Result<PcaRecord<'a, D>, CliError>
-where
-    Pictures: Draw<D>,
-{
+    outcome: &Outcome<D>,
+    session: &Session<'_>,
+) -> Result<Summary, CliError> {
     write_arrays(directory, outcome)?;
-    let pca = outcome.pca;
+    let pca = &outcome.pca;
     write_scores(
         &directory.file("scores.csv"),
         &outcome.stored.names,
@@ -69,10 +66,10 @@ where
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
         (size, fits(outcome)?)
     };
-    let record = record(outcome, size, &fits);
+    let record = record(outcome, size, &fits, session.start);
     write_report(&directory.file("report.md"), &record)?;
-    record.write(directory.path())?;
-    Ok(record)
+    record.write(directory)?;
+    Ok(summary(&record))
 }
 
 /// The first modes in motion.
@@ -88,7 +85,7 @@ fn write_animations(
 }
 
 /// Errors of the shapes reconstructed from their displacements.
-fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, CliError> {
+fn fits<const D: usize>(outcome: &Outcome<D>) -> Result<Vec<Procrustes<D>>, CliError> {
     let average = &outcome.stored.average;
     let shapes = average.indicators().iter().zip(average.displacements());
     shapes
@@ -103,33 +100,18 @@ fn fits<const D: usize>(outcome: &Outcome<'_, D>) -> Result<Vec<Procrustes<D>>, 
 
 fn write_arrays<const D: usize>(
     directory: &ResultDir,
-    outcome: &Outcome<'_, D>,
+    outcome: &Outcome<D>,
 ) -> Result<(), CliError> {
-    let pca = outcome.pca;
-    let double = Precision::Double;
-    for (k, u) in pca.displacements.iter().enumerate() {
-        write_field(
-            &directory.file(numbered("displacement", k, "npy")),
-            u,
-            double,
-        )?;
-    }
-    for (j, mode) in pca.space.fields.iter().enumerate() {
-        write_field(&directory.file(numbered("mode", j, "npy")), mode, double)?;
-    }
-    let object = &pca.space.object;
-    write_field(
-        &directory.file("mean_displacement.npy"),
-        &pca.space.mean,
-        double,
-    )?;
-    write_field(&directory.file("object.npy"), object, double)?;
+    let (pca, space) = (&outcome.pca, &outcome.pca.space);
+    directory.arrays("displacement", 0, &pca.displacements)?;
+    directory.arrays("mode", 0, &space.fields)?;
+    directory.array("mean_displacement.npy", &space.mean)?;
+    directory.array("object.npy", &space.object)?;
     let gram = |i: usize, j: usize| Some(pca.gram[(i, j)]);
     write_matrix_array(&directory.file("gram.npy"), pca.gram.nrows(), gram)?;
-    let mut file = VtiFile::new(*object.grid(), Precision::Single).field("object", object);
-    for (j, mode) in pca.space.fields.iter().enumerate() {
-        file = file.field(&format!("mode_{j:03}"), mode);
-    }
-    let path: &Path = &directory.file("modes.vti");
-    Ok(file.write(path)?)
+    VtiFile::new(*space.object.grid(), Precision::Single)
+        .field("object", &space.object)
+        .fields("mode", &space.fields)
+        .write(&directory.file("modes.vti"))?;
+    Ok(())
 }

@@ -53,7 +53,7 @@ impl Canvas {
         }
     }
 
-    /// Puts another picture on top as if its white were glass.
+    /// Puts another picture on top, of which white is transparent.
     pub fn overlay(&mut self, other: &Self, corner: [usize; 2]) {
         for y in 0..other.height {
             for x in 0..other.width {
@@ -71,7 +71,7 @@ impl Canvas {
         last.map_or(0, |at| at / self.width)
     }
 
-    /// The picture with a longer side of so many pixels, if it is larger: each is the mean of what
+    /// The picture with this number of pixels along its longer side, if it is larger: each is the mean of what
     /// it covers.
     pub fn reduced(&self, side: usize) -> Self {
         let factor = self.width.max(self.height) as f64 / side.max(1) as f64;
@@ -230,7 +230,7 @@ fn dashes(points: &[[f32; 2]], lengths: [f32; 2]) -> Vec<Vec<[f32; 2]>> {
     found
 }
 
-/// The rows of pixels that curves reach, of so many.
+/// The rows of pixels that curves reach, up to a height.
 fn rows(curves: &[Vec<[f32; 2]>], height: usize) -> std::ops::Range<usize> {
     let values = || curves.iter().flatten().map(|p| p[1]);
     let low = values().fold(f32::INFINITY, f32::min).max(0.0);
@@ -358,7 +358,7 @@ mod tests {
             ]
         );
         assert!(dashes(&[], [7.0, 4.0]).is_empty());
-        // No dashes of no length for ever.
+        // Dashes without length end, too.
         assert_eq!(dashes(&[[f32::NAN; 2], [1.0; 2]], [7.0, 4.0]).len(), 1);
     }
 

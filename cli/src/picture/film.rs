@@ -26,12 +26,12 @@ pub struct FilmStrip<'a> {
     pub most: f64,
 }
 
-/// Tiles in a row for so many of them: rows are about equally full.
+/// Tiles in a row for this number of tiles: rows are about equally full.
 fn columns(count: usize) -> usize {
     count.div_ceil(count.div_ceil(MOST).max(1)).max(1)
 }
 
-/// Width of a tile where there are so many.
+/// Width of one of this number of tiles.
 pub fn tile_width(count: usize) -> usize {
     let columns = columns(count);
     ((WIDTH - 2 * BORDER - SPACE * (columns - 1)) / columns).min(MOST_TILE)

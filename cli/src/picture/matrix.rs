@@ -11,7 +11,7 @@ const BORDER: usize = 18;
 const NAMES: usize = 150;
 /// Width of the stripe of colours.
 const STRIPE: usize = 6;
-/// Cells from which on names can be read, and small pictures seen.
+/// Sizes of a cell from which names are legible, and small pictures visible.
 const LEGIBLE: [usize; 2] = [12, 20];
 
 /// Everything in the picture of a matrix.

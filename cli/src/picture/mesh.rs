@@ -55,8 +55,8 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// A ball whose disk just covers the square around what is seen of the surfaces.
-    pub fn seen<'a>(view: View, surfaces: impl IntoIterator<Item = Surface<'a>>) -> Self {
+    /// A ball whose disk just covers the square around the projection of the surfaces.
+    pub fn around<'a>(view: View, surfaces: impl IntoIterator<Item = Surface<'a>>) -> Self {
         let axes = view.axes();
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for vertex in surfaces.into_iter().flat_map(|s| s.vertices) {
@@ -89,7 +89,7 @@ impl View {
         }
     }
 
-    /// From this height, the side from which most of a surface is seen: the direction, in steps
+    /// From this height, the side with the largest projection of a surface: the direction, in steps
     /// of 15 degrees, in which it has the largest shadow (each part counted as often as a ray
     /// crosses it).
     pub fn broadside(surface: Surface<'_>, elevation: f64) -> Self {
@@ -220,8 +220,8 @@ impl Buffer {
     fn triangle(&mut self, corners: [[f64; 3]; 3], normals: [[f64; 3]; 3], colours: [Colour; 3]) {
         let [a, b, c] = corners;
         let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        let seen = area.abs() > 1e-12;
-        if !seen {
+        let visible = area.abs() > 1e-12;
+        if !visible {
             return;
         }
         let range = |k: usize| {
@@ -366,7 +366,7 @@ pub(super) mod tests {
             [-0.2, 1.0, -1.0],
             [-0.2, 0.0, 1.0],
         ];
-        // Seen from +x; the second triangle is turned, so that its normal tells it.
+        // Seen from +x; the second triangle is turned, so that its normal differs.
         let surface = Surface {
             vertices: &vertices,
             triangles: &[[3, 4, 5], [0, 1, 2]],

@@ -25,15 +25,15 @@ pub struct ScatterPlot<'a> {
     pub points: &'a [[f64; 2]],
     /// What is drawn there, all of one size.
     pub marks: &'a [Canvas],
-    /// What is written under it.
+    /// The labels below the marks.
     pub names: &'a [String],
     /// The numbers of their groups, which have the markers of them.
     pub groups: &'a [usize],
     /// What the markers mean.
     pub key: &'a [Key],
-    /// What is said of the map.
+    /// The title.
     pub title: &'a str,
-    /// What a length in it is.
+    /// The unit of lengths.
     pub unit: &'a str,
 }
 
@@ -41,11 +41,11 @@ impl ScatterPlot<'_> {
     /// Pixels of the longer side of a mark at these points, so that three in four have about as much
     /// room to their nearest neighbour.
     pub fn mark_side(points: &[[f64; 2]]) -> usize {
-        let apart = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let distance = |a: &[f64; 2], b: &[f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
         let mut nearest: Vec<f64> = (0..points.len())
             .map(|i| {
                 let others = points.iter().enumerate().filter(|(j, _)| *j != i);
-                others.fold(f64::INFINITY, |d, (_, q)| d.min(apart(&points[i], q)))
+                others.fold(f64::INFINITY, |d, (_, q)| d.min(distance(&points[i], q)))
             })
             .collect();
         nearest.sort_by(f64::total_cmp);
@@ -208,8 +208,8 @@ mod tests {
             }
             let at: Vec<[f64; 2]> = (0..4).map(|i| middle(i).1).collect();
             let scale = |a: usize, b: usize| {
-                let apart = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
-                apart(at[a], at[b]) / apart(points[a], points[b])
+                let distance = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+                distance(at[a], at[b]) / distance(points[a], points[b])
             };
             // Marks are placed to a pixel, and stand upright.
             assert!(

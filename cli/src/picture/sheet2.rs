@@ -1,6 +1,8 @@
 //! The picture of a flat average: the inputs, the average, and the warped inputs over it.
 
-use super::{Canvas, Colour, GAP, GREY, INK, LABEL, PALE, Rows, WHITE, colour, dashes, mix, text};
+use super::{
+    Canvas, Colour, GAP, GREY, INK, LABEL, PALE, Rows, Shape, WHITE, colour, dashes, mix, text,
+};
 
 const WIDTH: usize = 920;
 const MOST_TILE: usize = 300;
@@ -31,7 +33,7 @@ pub struct ContactSheet<'a> {
     /// The average.
     pub average: ShapeTile<'a>,
     /// The outlines of the inputs warped onto the average, in the order of the inputs.
-    pub warped: &'a [Vec<Curve>],
+    pub warped: &'a [Shape],
 }
 
 impl ContactSheet<'_> {
@@ -58,8 +60,8 @@ impl ContactSheet<'_> {
         average.finish(&mut canvas, self.average.label);
         let over = Tile::new([GAP + large + GAP, y], large);
         over.fill(&mut canvas, self.average.outline, mix(WHITE, INK, 0.10));
-        for (i, curves) in self.warped.iter().enumerate() {
-            over.category(&mut canvas, curves, 1.6, i);
+        for (i, shape) in self.warped.iter().enumerate() {
+            over.category(&mut canvas, shape.curves(), 1.6, i);
         }
         over.finish(&mut canvas, "inputs warped onto the average");
         canvas
@@ -159,6 +161,7 @@ mod tests {
         ];
         let outlines: Vec<Outline> = which.iter().map(|&l| letter(l)).collect();
         let lines: Vec<_> = outlines.iter().map(curves).collect();
+        let warped: Vec<_> = lines.iter().cloned().map(Shape::Flat).collect();
         let names: Vec<String> = (0..9).map(|i| format!("letter_{i:03}.npy")).collect();
         let inputs: Vec<_> = (0..9)
             .map(|i| ShapeTile {
@@ -172,13 +175,13 @@ mod tests {
                 label: "average",
                 outline: &lines[1],
             },
-            warped: &lines,
+            warped: &warped,
         };
         let canvas = sheet.draw();
         keep(&canvas, "sheet2.png");
         let two = ContactSheet {
             inputs: &inputs[1..3],
-            warped: &lines[..2],
+            warped: &warped[..2],
             ..sheet
         };
         keep(&two.draw(), "sheet2_two.png");

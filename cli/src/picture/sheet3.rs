@@ -20,7 +20,7 @@ pub struct SurfaceSheet<'a> {
 }
 
 impl SurfaceSheet<'_> {
-    /// Draws the picture. The average is seen first from its broad side, and so are the inputs,
+    /// Draws the picture. The average is shown first from its broad side, and so are the inputs,
     /// which all have one scale.
     pub fn draw(&self) -> Canvas {
         let inner = WIDTH - 2 * GAP;
@@ -40,14 +40,14 @@ impl SurfaceSheet<'_> {
         ];
         for (k, (view, label)) in views.into_iter().enumerate() {
             let corner = [GAP + k * (large + GAP), GAP];
-            let bounds = Bounds::seen(view, [self.average]);
+            let bounds = Bounds::around(view, [self.average]);
             let picture = self
                 .average
                 .render(view, bounds, Paint::Plain(STONE), large);
             place(&mut canvas, &picture, corner, label);
         }
         let inputs = self.inputs.iter().map(|(_, surface)| *surface);
-        let bounds = Bounds::seen(front, inputs);
+        let bounds = Bounds::around(front, inputs);
         for (i, (label, surface)) in self.inputs.iter().enumerate() {
             let [x, y] = rows.corner(i, inner);
             let paint = Paint::Plain(solid(colour(i)));

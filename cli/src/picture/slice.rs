@@ -9,7 +9,7 @@ use super::{Canvas, Colour, GAP, LABEL, mix};
 /// Width of a picture of tiles.
 const WIDTH: usize = 1240;
 
-/// A plane of a box, seen along the last axis in 3D, as a picture.
+/// A plane of a box, orthogonal to the last axis in 3D, as a picture.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slice<const D: usize> {
     /// Pixels of one unit.
@@ -79,7 +79,7 @@ impl<const D: usize> Slice<D> {
         }
     }
 
-    /// Draws a line, seen along the last axis in 3D.
+    /// Draws a line, projected along the last axis in 3D.
     pub fn line(&self, canvas: &mut Canvas, points: &[[f64; D]], width: f32, colour: Colour) {
         let points: Vec<[f32; 2]> = points.iter().map(|p| self.pixels(p)).collect();
         canvas.line(&points, false, width, colour);
@@ -117,7 +117,7 @@ impl<const D: usize> Slice<D> {
     }
 }
 
-/// Tiles in rows of so many, in the order in which they come.
+/// Tiles in rows of this number.
 #[derive(Clone, Debug)]
 pub(crate) struct TileRows {
     columns: usize,
@@ -133,7 +133,7 @@ impl TileRows {
         }
     }
 
-    /// The width of a tile in rows of so many.
+    /// The width of a tile in rows of this number.
     pub fn width(columns: usize) -> usize {
         (WIDTH - GAP * (columns + 1)) / columns
     }

@@ -16,7 +16,7 @@ const BORDER: usize = 18;
 const AXIS: usize = 34;
 /// Marks on the axis, about.
 const TICKS: f64 = 5.0;
-/// Leaves from which on small pictures can be seen.
+/// Sizes of a leaf from which small pictures are visible.
 const LEGIBLE: usize = 18;
 
 /// Everything in the picture of a tree.
@@ -131,7 +131,7 @@ impl TreeChart<'_> {
     }
 }
 
-/// Draws the branches of a merge, and tells where its stem is.
+/// Draws the branches of a merge, and returns its stem.
 fn joined(canvas: &mut Canvas, a: Stem, b: Stem, x: f32) -> Stem {
     const WIDTH: f32 = 1.6;
     let within = a.label.is_some() && a.label == b.label;

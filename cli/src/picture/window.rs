@@ -15,7 +15,7 @@ pub struct Window {
 
 /// Room around the shapes, as a share of their longer side.
 const MARGIN: f64 = 0.07;
-/// The longer side is at most so many times the other.
+/// Largest ratio of the sides.
 const MOST_SLENDER: f64 = 2.5;
 
 impl Window {
@@ -28,9 +28,9 @@ impl Window {
                 high[k] = high[k].max(point[k]);
             }
         }
-        // Nothing to be seen, or nothing but a point.
-        let seen = low[0] <= high[0] && low[1] <= high[1];
-        if !seen || (high[0] - low[0]).max(high[1] - low[1]) < 1e-6 {
+        // No curve, or a single point.
+        let visible = low[0] <= high[0] && low[1] <= high[1];
+        if !visible || (high[0] - low[0]).max(high[1] - low[1]) < 1e-6 {
             (low, high) = ([0.0; 2], [1.0; 2]);
         }
         let sides = [0, 1].map(|k| high[k] - low[k]);
@@ -44,7 +44,7 @@ impl Window {
         }
     }
 
-    /// The same part of the box in a picture whose longer side has so many pixels.
+    /// The same part of the box in a picture with this number of pixels along its longer side.
     pub fn with_longer_side(self, pixels: usize) -> Self {
         let factor = pixels as f64 / self.size[0].max(self.size[1]) as f64;
         Self {

@@ -6,20 +6,9 @@ use clap::{Args, ValueEnum};
 use phasefield::segmentation::SegmentationParams;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{Config, Configured, allow};
+use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::options::{RunOptions, ScaleOptions};
-
-/// Options of `shapespace segment`.
-#[derive(Clone, Debug, Args)]
-pub struct SegmentArgs {
-    /// Parameters of the computation.
-    #[command(flatten)]
-    pub config: Configured<SegmentConfig>,
-    /// Options that do not influence the results.
-    #[command(flatten)]
-    pub run: RunOptions,
-}
+use crate::options::ScaleOptions;
 
 /// Configuration of `shapespace segment`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]

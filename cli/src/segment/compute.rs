@@ -7,12 +7,12 @@ use phasefield::segmentation::{Segmentation, SegmentationParams, segment, split_
 use super::args::{Object, SegmentConfig};
 use super::plan::Placed;
 use crate::error::CliError;
+use crate::history::HistoryPoint;
 use crate::input::{Image, LEVEL, boundary};
-use crate::progress::Progress;
-use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
+use crate::session::Session;
 
 /// An image and its segmentation.
-pub(super) struct Found<const D: usize> {
+pub(crate) struct Found<const D: usize> {
     pub placed: Placed<D>,
     pub params: SegmentationParams,
     pub result: Segmentation<D>,
@@ -22,10 +22,10 @@ pub(super) struct Found<const D: usize> {
 }
 
 /// The object of an image.
-pub(super) struct FoundObject<const D: usize> {
+pub(crate) struct FoundObject<const D: usize> {
     /// Its threshold, on the scale of the image, if it has one.
     pub threshold: Option<f64>,
-    /// Quality of the separation of the classes of grey values; none for a given threshold.
+    /// Quality of the separation of the classes of grey values; none for a configured threshold.
     pub separation: Option<f64>,
     /// Positive inside, on the grid.
     pub level_set: ScalarField<f64, D>,
@@ -37,7 +37,7 @@ pub(super) struct FoundObject<const D: usize> {
 }
 
 /// Comparison of an object with the true one.
-pub(super) struct Comparison<const D: usize> {
+pub(crate) struct Comparison<const D: usize> {
     pub outline: Contour<D>,
     pub dice: f64,
     /// Mean and 95th percentile of the distance of the two boundaries, in coordinates of the grid.
@@ -51,17 +51,16 @@ pub(super) struct Comparison<const D: usize> {
 pub(super) fn compute<const D: usize>(
     images: Vec<Placed<D>>,
     config: &SegmentConfig,
-    progress: &Progress,
-    interrupt: Interrupt,
+    session: &Session<'_>,
 ) -> Result<Vec<Found<D>>, CliError> {
     let several = images.len() > 1;
     let found = images.into_iter().map(|placed| {
         let params = config.params(placed.nodal.grid())?;
         if several {
-            progress.note(format!("{}:", placed.name));
+            session.progress.note(format!("{}:", placed.input.name));
         }
         let levels = placed.nodal.grid().hierarchy(params.coarsest_nodes);
-        let mut watch = ProgressObserver::new(progress, interrupt, level_nodes(&levels));
+        let mut watch = session.observer(&levels);
         let result = segment(&placed.nodal, &params, &mut watch)?;
         let object = object(&placed, &result, config);
         Ok(Found {
@@ -91,7 +90,7 @@ fn beside_threshold<const D: usize>(
 ) -> Option<Inside<D>> {
     let values = result.image.as_slice();
     let (threshold, separation) = if let Some(number) = config.threshold {
-        (placed.range.scaled(number), None)
+        (placed.input.range.scaled(number), None)
     } else {
         let classes = split_classes(values, config.classes)?;
         let last = classes.thresholds.len() - 1;
@@ -158,7 +157,7 @@ fn object<const D: usize>(
     let image = &placed.image;
     let at = |i: usize| {
         let sample = image.sample(i).map(|k| k as f64);
-        level_set.sample(placed.frame.to_unit(sample))[0] > 0.0
+        level_set.sample(placed.input.frame.to_unit(sample))[0] > 0.0
     };
     let mask: Vec<bool> = (0..image.values.len()).map(at).collect();
     let truth = placed.truth.as_ref();
@@ -185,7 +184,7 @@ fn compare<const D: usize>(
     let both = pairs.filter(|(m, t)| **m && inside(t)).count();
     let own = mask.iter().filter(|m| **m).count();
     let other = truth.values.iter().filter(|t| inside(t)).count();
-    let true_outline = boundary(truth, &placed.frame).ok()?;
+    let true_outline = boundary(truth, &placed.input.frame).ok()?;
     let distance = hausdorff(outline, &true_outline).ok()?;
     Some(Comparison {
         outline: true_outline,

@@ -13,7 +13,7 @@ pub(super) fn picture<const D: usize>(found: &[Found<D>]) -> Canvas {
         let (placed, result) = (&image.placed, &image.result);
         // An interrupted run ends on a coarser grid of the same box.
         let slice = Slice::middle(placed.nodal.grid(), TileRows::width(COLUMNS));
-        rows.push(placed.name.as_str(), slice.grey(&placed.nodal));
+        rows.push(placed.input.name.as_str(), slice.grey(&placed.nodal));
         rows.push("smoothed", slice.grey(&result.image));
         rows.push("phase field", slice.grey(&result.phase_field));
         let mut last = slice.painted(|x| pale(placed.nodal.sample(x)[0]));

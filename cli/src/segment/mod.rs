@@ -10,56 +10,40 @@ mod plan;
 mod record;
 mod write;
 
-use std::time::Instant;
+pub use args::{Object, SegmentConfig};
 
-pub use args::{Object, SegmentArgs, SegmentConfig};
-
-use crate::error::{CliError, Exit};
+use crate::error::CliError;
 use crate::output::ResultDir;
-use crate::pool::in_pool;
-use crate::progress::Progress;
-use crate::watch::Interrupt;
-use plan::{AnyPlan, SegmentPlan, plan_segment};
+use crate::session::{Command, PlanOf, Session};
+use crate::summary::Summary;
+use compute::Found;
+use plan::{SegmentPlan, plan_segment};
 
-/// Runs `shapespace segment`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub fn run_segment(args: &SegmentArgs) -> Result<Exit, CliError> {
-    let start = Instant::now();
-    let interrupt = Interrupt::listen();
-    let progress = Progress::stderr();
-    let compute = |config: SegmentConfig| {
-        progress.stage(format!("reading {} images", config.inputs.len()));
-        match plan_segment(config, &args.run.output)? {
-            AnyPlan::D2(plan) => run_plan(plan, args, &progress, interrupt, start),
-            AnyPlan::D3(plan) => run_plan(plan, args, &progress, interrupt, start),
-        }
-    };
-    args.config
-        .run(|config| in_pool(args.run.threads, || compute(config)))
-}
+impl Command for SegmentConfig {
+    type Plan<const D: usize> = SegmentPlan<D>;
+    type Outcome<const D: usize> = (SegmentConfig, Vec<Found<D>>);
 
-fn run_plan<const D: usize>(
-    plan: SegmentPlan<D>,
-    args: &SegmentArgs,
-    progress: &Progress,
-    interrupt: Interrupt,
-    start: Instant,
-) -> Result<Exit, CliError> {
-    // Fail before the computation if the folder cannot be written to.
-    ResultDir::create(&args.run.output).map(drop)?;
-    let found = compute::compute(plan.images, &plan.config, progress, interrupt)?;
-    progress.stage("writing");
-    interrupt.writing();
-    let directory = ResultDir::create(&args.run.output)?;
-    let record = write::write_all(&directory, &plan.config, &found, start)?;
-    let target = directory.commit()?;
-    progress.finish();
-    record::print(&record, &target);
-    Ok(if record.cancelled() {
-        Exit::Interrupted
-    } else {
-        Exit::Success
-    })
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        let n = self.inputs.len();
+        session.progress.stage(format!("reading {n} images"));
+        plan_segment(self.clone())
+    }
+
+    fn compute<const D: usize>(
+        &self,
+        plan: SegmentPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Self::Outcome<D>, CliError> {
+        let found = compute::compute(plan.images, &plan.config, session)?;
+        Ok((plan.config, found))
+    }
+
+    fn write<const D: usize>(
+        &self,
+        (config, found): &Self::Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        write::write_all(directory, config, found, session)
+    }
 }

@@ -6,84 +6,48 @@ use fe_grid::{Grid, ScalarField};
 use phasefield::segmentation::{SegmentationParams, Weights};
 
 use super::args::{SegmentConfig, wrong_truth};
+use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::place::{FrameTransform, nodal_values, whole_frame};
-use crate::input::{AnyImages, GreyRange, Image, ReadOptions, read_grey_images, read_images};
+use crate::input::place::{nodal_values, whole_frame};
+use crate::input::{GreyRange, Image, ReadOptions, read_grey_images, read_images};
 use crate::options::check_nodes;
-use crate::output::ResultDir;
-use crate::shapes::labels;
+use crate::shapes::{GreyInput, labels};
 
 /// An image on its grid.
-pub(super) struct Placed<const D: usize> {
+pub(crate) struct Placed<const D: usize> {
     pub image: Image<D>,
-    /// Label in pictures.
-    pub name: String,
-    pub range: GreyRange,
-    pub frame: FrameTransform<D>,
+    pub input: GreyInput<D>,
     pub nodal: ScalarField<f64, D>,
     /// The true object.
     pub truth: Option<Image<D>>,
 }
 
 /// Images that are read, placed and checked, and what is to be done with them.
-pub(super) struct SegmentPlan<const D: usize> {
+pub(crate) struct SegmentPlan<const D: usize> {
     pub images: Vec<Placed<D>>,
     /// The configuration with all defaults resolved except those that depend on the size of an
     /// image.
     pub config: SegmentConfig,
 }
 
-/// A plan of either dimension.
-pub(super) enum AnyPlan {
-    D2(SegmentPlan<2>),
-    D3(SegmentPlan<3>),
-}
-
 /// Reads, places and validates the images.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
-pub(super) fn plan_segment(config: SegmentConfig, output: &Path) -> Result<AnyPlan, CliError> {
-    ResultDir::check(output)?;
-    let truth = if config.truth.is_empty() {
-        None
-    } else {
-        Some(read_images(&config.truth, &ReadOptions::default())?)
-    };
+pub(super) fn plan_segment(
+    config: SegmentConfig,
+) -> Result<Dim<SegmentPlan<2>, SegmentPlan<3>>, CliError> {
     let (images, ranges) = read_grey_images(&config.inputs)?;
-    match (images, truth) {
-        (AnyImages::D2(images), None) => plan(images, ranges, Vec::new(), config).map(AnyPlan::D2),
-        (AnyImages::D3(images), None) => plan(images, ranges, Vec::new(), config).map(AnyPlan::D3),
-        (AnyImages::D2(images), Some(AnyImages::D2(truth))) => {
-            plan(images, ranges, truth, config).map(AnyPlan::D2)
-        }
-        (AnyImages::D3(images), Some(AnyImages::D3(truth))) => {
-            plan(images, ranges, truth, config).map(AnyPlan::D3)
-        }
-        _ => Err(wrong_truth(
-            config.truth[0].display().to_string(),
-            "give masks with as many axes as the images".into(),
-        )),
-    }
+    Ok(per_dimension!(images, images => plan(images, ranges, config)?))
 }
 
 fn plan<const D: usize>(
     images: Vec<Image<D>>,
     ranges: Vec<GreyRange>,
-    truth: Vec<Image<D>>,
     mut config: SegmentConfig,
 ) -> Result<SegmentPlan<D>, CliError> {
-    for (image, mask) in images.iter().zip(&truth) {
-        if image.size != mask.size {
-            return Err(wrong_truth(
-                mask.path.display().to_string(),
-                format!("it needs the size of '{}'", image.path.display()),
-            ));
-        }
-    }
+    let truth = read_truth(&images, &config)?;
     let names = labels(&images.iter().map(|i| i.path.as_path()).collect::<Vec<_>>());
-    let mut truth: Vec<Option<Image<D>>> = truth.into_iter().map(Some).collect();
-    truth.resize(images.len(), None);
     let placed = images.into_iter().zip(ranges).zip(names).zip(truth);
     let placed: Result<Vec<_>, CliError> = placed
         .map(|(((image, range), name), truth)| {
@@ -91,10 +55,8 @@ fn plan<const D: usize>(
             let (frame, grid) = whole_frame(&image, nodes)?;
             Ok(Placed {
                 nodal: nodal_values(&image, &frame, grid)?,
+                input: GreyInput::new(&image, name, range, frame),
                 image,
-                name,
-                range,
-                frame,
                 truth,
             })
         })
@@ -106,8 +68,31 @@ fn plan<const D: usize>(
     })
 }
 
-/// The number of nodes along the longest side of an image: the given one, or the smallest `2^L + 1`
-/// not below the number of samples, with an upper bound.
+/// Reads the masks of the true objects: one per image, or `None` for each.
+fn read_truth<const D: usize>(
+    images: &[Image<D>],
+    config: &SegmentConfig,
+) -> Result<Vec<Option<Image<D>>>, CliError> {
+    let Some(first) = config.truth.first() else {
+        return Ok(vec![None; images.len()]);
+    };
+    let wrong = |path: &Path, remedy| wrong_truth(path.display().to_string(), remedy);
+    let masks: Option<Vec<Image<D>>> =
+        read_images(&config.truth, &ReadOptions::default())?.of_type();
+    let Some(masks) = masks else {
+        let remedy = "give masks with as many axes as the images";
+        return Err(wrong(first, remedy.into()));
+    };
+    let mut pairs = images.iter().zip(&masks);
+    if let Some((image, mask)) = pairs.find(|(image, mask)| image.size != mask.size) {
+        let remedy = format!("it needs the size of '{}'", image.path.display());
+        return Err(wrong(&mask.path, remedy));
+    }
+    Ok(masks.into_iter().map(Some).collect())
+}
+
+/// The number of nodes along the longest side of an image: the configured one, or the smallest
+/// `2^L + 1` not below the number of samples, with an upper bound.
 fn nodes<const D: usize>(image: &Image<D>, asked: Option<usize>) -> Result<usize, CliError> {
     let (usual, most) = if D == 2 { (513, 4097) } else { (129, 513) };
     if let Some(nodes) = asked {

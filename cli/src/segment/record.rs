@@ -1,8 +1,5 @@
 //! The contents of `result.json`, and the summary. Missing values are left out.
 
-use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
 use fe_grid::minimise::Status;
@@ -14,6 +11,7 @@ use super::args::SegmentConfig;
 use super::compute::Found;
 use crate::report::{self, CANCELLED, first_failure, overall};
 use crate::shapes::{InputRecord, SizeRecord};
+use crate::summary::Summary;
 
 /// The contents of `result.json`.
 pub(super) type Record<'a, const D: usize> = report::Record<SegmentConfig, Images<'a, D>, D>;
@@ -71,12 +69,12 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
         let pieces = connected_components(&result.phase_field, 0.5).sizes;
         let least = LEAST_REGION * result.phase_field.as_slice().len() as f64;
         let weights = found.params.weights;
-        let scale = placed.frame.scale();
+        let scale = placed.input.frame.scale();
         let object = found.object.as_ref().map(|object| {
             let volume = Moments::of_contour(&object.outline).map_or(0.0, |m| m.volume);
             let truth = object.truth.as_ref();
             ObjectRecord {
-                threshold: object.threshold.map(|t| placed.range.number(t)),
+                threshold: object.threshold.map(|t| placed.input.range.number(t)),
                 separation: object.separation,
                 size: SizeRecord::new::<D>(volume, Some(scale)),
                 dice: truth.map(|t| t.dice),
@@ -85,13 +83,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
             }
         });
         Self {
-            input: InputRecord::of_image(
-                &placed.image.path,
-                &placed.name,
-                placed.image.size,
-                placed.range,
-                placed.frame,
-            ),
+            input: InputRecord::of_image(&placed.input),
             status: overall(result.status, result.levels.last().map(|l| l.status)),
             nodes: result.image.grid().nodes_per_axis().to_vec(),
             weights,
@@ -131,29 +123,17 @@ pub(super) fn record<'a, const D: usize>(
     Record::new(status, &[], config, found, start)
 }
 
-/// Prints a short summary; the last line names the picture.
-pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
-    let mut text = String::new();
-    // Writing into a string cannot fail.
-    let _ = write_lines(&mut text, record, target);
-    // A closed standard output is not an error.
-    let _ = std::io::stdout().write_all(text.as_bytes());
-}
-
-fn write_lines<const D: usize>(
-    text: &mut String,
-    record: &Record<'_, D>,
-    target: &Path,
-) -> std::fmt::Result {
+/// The summary of a result.
+pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     let images = &record.body.images;
     let plural = |n: usize| if n == 1 { "" } else { "s" };
-    let (n, status) = (images.len(), record.status.replace('_', " "));
-    let seconds = record.seconds;
-    writeln!(
-        text,
-        "Edges of {n} image{}: {status}, {seconds:.1} s",
-        plural(n)
-    )?;
+    let (n, seconds) = (images.len(), record.seconds);
+    let title = format!(
+        "Edges of {n} image{}: {}, {seconds:.1} s",
+        plural(n),
+        record.state()
+    );
+    let mut summary = Summary::new(record, "segment.png", title);
     for image in images {
         let object = match &image.object {
             Some(ObjectRecord {
@@ -162,19 +142,16 @@ fn write_lines<const D: usize>(
             Some(_) => "object found".into(),
             None => "no object".into(),
         };
-        writeln!(
-            text,
+        summary.text(format!(
             "  {}: edges of length {:.3}, {} region{}, {object}",
             image.input.path.display(),
             image.edge_length,
             image.regions,
             plural(image.regions),
-        )?;
+        ));
     }
     if let Some(dice) = record.body.mean_dice {
-        writeln!(text, "  overlap      Dice {dice:.4} on average")?;
+        summary.line("overlap", format!("Dice {dice:.4} on average"));
     }
-    let file = |name: &str| target.join(name).display().to_string();
-    writeln!(text, "  results      {}", file("result.json"))?;
-    writeln!(text, "  picture      {}", file("segment.png"))
+    summary
 }

@@ -76,11 +76,11 @@ pub(crate) fn align<const D: usize>(
     order.swap(0, reference);
     let ordered: Vec<&Contour<D>> = order.iter().map(|&i| contours[i]).collect();
     let mut distances = coarse_distances(&ordered)?;
-    let mut seen = Vec::new();
+    let mut visibility = Vec::new();
     if order.iter().any(|&i| view(i).is_some()) {
         for (distance, &i) in distances.iter_mut().zip(&order) {
             let grid = *distance.grid();
-            seen.push(match view(i) {
+            visibility.push(match view(i) {
                 Some(mask) => {
                     let view = view_of(mask, &inputs[i], grid)?;
                     *distance = view.distance;
@@ -90,8 +90,9 @@ pub(crate) fn align<const D: usize>(
             });
         }
     }
-    let [shapes, seen] = [&distances, &seen].map(|fields| fields.iter().collect::<Vec<_>>());
-    let found = align_group_of_visible(&shapes, &seen).map_err(failed)?;
+    let [shapes, visibility] =
+        [&distances, &visibility].map(|fields| fields.iter().collect::<Vec<_>>());
+    let found = align_group_of_visible(&shapes, &visibility).map_err(failed)?;
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
         input.contour = found[position].motion.apply_to_contour(&input.contour);
@@ -143,12 +144,12 @@ fn reference<const D: usize>(
         ])
     });
     let lengths = lengths?;
-    let apart = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
+    let difference = |a: &[f64; 3], b: &[f64; 3]| -> f64 {
         (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
     };
     let sums = lengths
         .iter()
-        .map(|a| lengths.iter().map(|b| apart(a, b)).sum::<f64>());
+        .map(|a| lengths.iter().map(|b| difference(a, b)).sum::<f64>());
     let best = sums.enumerate().min_by(|a, b| {
         let cut = whole(b.0).cmp(&whole(a.0));
         cut.then(a.1.total_cmp(&b.1)).then(a.0.cmp(&b.0))
@@ -208,7 +209,7 @@ mod tests {
         super::super::input(image, frame, String::new()).unwrap()
     }
 
-    /// The record tells where every sample went: frame, then motion.
+    /// The record states the position of every sample: frame, then motion.
     fn check_record<const D: usize>(image: &Image<D>, input: &Input<D>) {
         let motion = input.alignment.unwrap().motion;
         let drawn = boundary(image, &input.frame).unwrap();

@@ -2,17 +2,16 @@
 //! of every command.
 //!
 //! `parts` splits label images, `align` aligns shapes with one of them, `pairs` aligns them
-//! pairwise, `label` assigns names for pictures, `record` and `home` state placements and transform
+//! pairwise, `label` assigns names for pictures, `record` states placements, and `surface` transforms
 //! results back. Boundaries are extracted at the resolution of the masks and moved by the
 //! alignment; the exact Euclidean distance to them is computed at the nodes.
 
 mod align;
-mod home;
 mod label;
 mod pairs;
 mod parts;
-
 mod record;
+mod surface;
 
 use std::path::{Path, PathBuf};
 
@@ -26,11 +25,11 @@ use crate::options::{Align, MaskOptions};
 use crate::progress::Progress;
 use align::{Alignment, align};
 
-pub(crate) use home::{curves, in_input_coordinates, surface, triangles};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
-pub(crate) use parts::{Components, VisibilityMask, belongs, view_of};
-pub(crate) use record::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
+pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
+pub(crate) use record::{GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale};
+pub(crate) use surface::write_surface;
 
 /// Masks that are read and placed in the unit box.
 #[derive(Clone, Debug)]
@@ -178,8 +177,8 @@ pub(crate) fn place_like<const D: usize>(
     Ok((placed.contour, distance))
 }
 
-/// The signed distance to a shape at the nodes. Nodal values that have not been moved speak for
-/// themselves; at the faces of the box they go on unseen.
+/// The signed distance to a shape at the nodes. Nodal values that have not been moved are
+/// used as they are, and are extended beyond the faces of the box.
 fn distance<const D: usize>(
     image: &Image<D>,
     input: &Input<D>,

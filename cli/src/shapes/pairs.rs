@@ -19,7 +19,7 @@ use crate::error::CliError;
 /// Shapes and the relative positions of all pairs.
 pub(crate) struct Pairs<const D: usize> {
     pub inputs: Vec<Input<D>>,
-    /// Signed distances of the shapes as they are placed.
+    /// Signed distances of the shapes before the alignment.
     distances: Vec<ScalarField<f64, D>>,
     /// For every pair, in the order `(0, 1), (0, 2), ..., (1, 2), ...`; none if pairs are not
     /// aligned.
@@ -114,7 +114,7 @@ impl<const D: usize> Pairs<D> {
         }
     }
 
-    /// The signed distances of two shapes in the position of the pair, in the given order.
+    /// The signed distances of two shapes in the position of the pair, in this order.
     ///
     /// # Errors
     /// [`CliError`] for a shape that is lost on the grid.

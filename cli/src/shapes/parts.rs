@@ -1,17 +1,18 @@
 //! The components of label images, and the visible part of a shape.
 //!
 //! The first level set of a shape is that of all labels. Of `n` labels in order, label `i` lies
-//! inside the level set `c = 1, 2, ...` where bit `c - 1` of `i` is set: with the first they tell
-//! all labels apart, with `1 + log2 n` level sets (rounded up).
+//! inside the level set `c = 1, 2, ...` where bit `c - 1` of `i` is set: these `1 + log2 n` level
+//! sets (rounded up) distinguish all labels.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use fe_grid::{Grid, ScalarField};
 use levelset::{Compact, Contour, ContourDistance, Step};
 
 use super::{Input, distance, placed};
 use crate::error::CliError;
-use crate::input::{Image, LEVEL};
+use crate::input::{Image, LEVEL, ReadOptions, read_image};
 
 /// Label images, split into components.
 #[derive(Clone, Debug)]
@@ -104,6 +105,24 @@ pub(crate) struct VisibilityMask<const D: usize> {
     pub option: &'static str,
 }
 
+/// Reads the visibility mask that an option names.
+///
+/// # Errors
+/// [`CliError`] for masks that cannot be read, or do not have `D` axes.
+pub(crate) fn read_view<const D: usize>(
+    path: &Path,
+    option: &'static str,
+) -> Result<VisibilityMask<D>, CliError> {
+    match read_image(path, &ReadOptions::default())?.of_type() {
+        Some(image) => Ok(VisibilityMask { image, option }),
+        None => Err(CliError::Option {
+            option,
+            value: format!("'{}'", path.display()),
+            remedy: "give a mask with as many axes and values as the image of its shape".into(),
+        }),
+    }
+}
+
 /// The visible part of an input.
 pub(crate) struct View<const D: usize> {
     /// The signed distance to the visible boundary, whose nearest piece determines the sign; it is
@@ -130,40 +149,40 @@ pub(crate) fn view_of<const D: usize>(
     input: &Input<D>,
     grid: Grid<D>,
 ) -> Result<View<D>, CliError> {
-    let (mut seen, option) = (mask.image.clone(), mask.option);
+    let (mut image, option) = (mask.image.clone(), mask.option);
     let wrong = |value: String, remedy: String| CliError::Option {
         option,
         value,
         remedy,
     };
-    if seen.size != input.size {
+    if image.size != input.size {
         return Err(wrong(
-            format!("of {:?} values", seen.size),
+            format!("of {:?} values", image.size),
             format!(
                 "'{}' must have as many values as '{}', which has {:?}",
-                seen.path.display(),
+                image.path.display(),
                 input.path.display(),
                 input.size
             ),
         ));
     }
     // The occlusion is bounded; the visible region extends beyond the image.
-    for value in &mut seen.values {
+    for value in &mut image.values {
         *value = 2.0 * LEVEL - *value;
     }
     let failed = |source| CliError::Shape {
-        path: seen.path.clone(),
+        path: image.path.clone(),
         source,
     };
-    let screen = ContourDistance::new(&placed(&seen, input)?).map_err(failed)?;
-    let sample = seen.spacing.iter().fold(0.0f64, |a, b| a.max(*b));
+    let screen = ContourDistance::new(&placed(&image, input)?).map_err(failed)?;
+    let sample = image.spacing.iter().fold(0.0f64, |a, b| a.max(*b));
     let margin = EDGE * sample * input.frame.scale();
     let visible = |corner: &[f64; D]| screen.signed_distance(*corner) < -margin;
     let boundary = input.contour.part(|corners| corners.iter().all(visible));
     if boundary.is_empty() {
         return Err(wrong(
-            format!("'{}'", seen.path.display()),
-            "nothing of the shape's boundary was seen; is the mask inverted?".into(),
+            format!("'{}'", image.path.display()),
+            "no part of the shape's boundary is visible; is the mask inverted?".into(),
         ));
     }
     let mut weight = screen.sample(grid);
@@ -186,7 +205,7 @@ mod tests {
     use crate::input::place::tests::block;
 
     #[test]
-    fn labels_are_told_apart_by_few_level_sets() {
+    fn few_level_sets_distinguish_all_labels() {
         for n in 1..9usize {
             let components = 1 + n.next_power_of_two().ilog2() as usize;
             let codes: BTreeSet<Vec<bool>> = (0..n)

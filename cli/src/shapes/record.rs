@@ -1,13 +1,37 @@
 //! Placement of inputs and sizes of shapes in `result.json`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
 use super::Input;
 use super::align::AlignmentRecord;
-use crate::input::GreyRange;
 use crate::input::place::FrameTransform;
+use crate::input::{GreyRange, Image};
+
+/// A grey image and its placement.
+pub(crate) struct GreyInput<const D: usize> {
+    pub path: PathBuf,
+    /// Label in pictures.
+    pub name: String,
+    /// Samples along each axis, `x` first.
+    pub size: [usize; D],
+    pub range: GreyRange,
+    pub frame: FrameTransform<D>,
+}
+
+impl<const D: usize> GreyInput<D> {
+    /// An image with its label, its grey values and its placement.
+    pub fn new(image: &Image<D>, name: String, range: GreyRange, frame: FrameTransform<D>) -> Self {
+        Self {
+            path: image.path.clone(),
+            name,
+            size: image.size,
+            range,
+            frame,
+        }
+    }
+}
 
 /// One input, its placement and its size.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -64,20 +88,14 @@ pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
 
 impl<const D: usize> InputRecord<D> {
     /// The record of a grey image.
-    pub fn of_image(
-        path: &Path,
-        name: &str,
-        size: [usize; D],
-        grey: GreyRange,
-        frame: FrameTransform<D>,
-    ) -> Self {
+    pub fn of_image(image: &GreyInput<D>) -> Self {
         Self {
-            path: path.into(),
-            name: name.into(),
+            path: image.path.clone(),
+            name: image.name.clone(),
             class: None,
-            size: size.to_vec(),
-            grey: Some(grey),
-            frame,
+            size: image.size.to_vec(),
+            grey: Some(image.range),
+            frame: image.frame,
             affine: None,
             alignment: None,
             object: SizeRecord::default(),

@@ -13,12 +13,11 @@ use crate::error::{CliError, Exit};
 use crate::output::{OutputError, ResultDir, write_json, write_text};
 use crate::pool::in_pool;
 
-/// Tries statements, and writes what comes of it.
+/// Checks statements, and writes the results.
 ///
 /// # Errors
-/// [`CliError`] for names that there are not, outputs that cannot be written, and experiments that
-/// cannot be made. A statement that is refuted is no error but [`Exit::Failure`]; so is a broken one
-/// that is not.
+/// [`CliError`] for unknown names, outputs that cannot be written, and experiments that fail. A
+/// refuted statement is not an error but [`Exit::Failure`]; so is a broken one that is not refuted.
 pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     let statements = selected(&args.names)?;
     let Some(output) = args.output.as_ref().filter(|_| !args.list) else {
@@ -97,7 +96,7 @@ fn selected(names: &[String]) -> Result<Vec<Statement>, CliError> {
         option: "NAME",
         value: name,
         remedy: format!(
-            "near it are {}; `shapespace verify --list` lists all statements",
+            "similar names are {}; `shapespace verify --list` lists all statements",
             near.join(", ")
         ),
     })

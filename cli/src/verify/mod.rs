@@ -1,4 +1,4 @@
-//! `shapespace verify`: the theory, tried by the experiments of `shapespace_verify`.
+//! `shapespace verify`: the theory, checked by the experiments of `shapespace_verify`.
 //!
 //! `args` are the options, `command` runs the experiments and writes the result directory.
 

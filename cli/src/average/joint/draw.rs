@@ -1,4 +1,4 @@
-//! `average.png`: above, the average image, its edges, and the mean of the images as they are; then
+//! `average.png`: above, the average image, its edges, and the mean of the undeformed images; then
 //! a row for each image, with its edges, the grid that its deformation makes of a regular one, and
 //! how that strains it. Volumes are shown by the plane through the middle.
 

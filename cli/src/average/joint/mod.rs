@@ -5,102 +5,93 @@ mod plan;
 mod record;
 mod write;
 
-use std::time::Instant;
-
 use fe_grid::ScalarField;
 use shape_average::joint::{JointParams, JointResult, joint_average_from};
 
-use super::checkpoint::{begin, compare_places};
-use crate::error::{CliError, Exit};
-use crate::output::ResultDir;
-use crate::pool::in_pool;
-use crate::progress::Progress;
-use crate::watch::{HistoryPoint, Interrupt, ProgressObserver, level_nodes};
-use plan::{AnyPlan, JointPlan, PlacedImage, plan_joint};
-
 use super::args::{AverageConfig, AverageRun, not_joint};
+use super::checkpoint::{begin, compare_places};
+use crate::error::CliError;
+use crate::history::HistoryPoint;
+use crate::output::{ResultDir, WorkDir};
+use crate::session::{Command, PlanOf, Session, Work};
+use crate::shapes::GreyInput;
+use crate::summary::Summary;
+use plan::{JointPlan, plan_joint};
+
+/// Segments and averages images.
+pub(super) struct JointAverage<'a> {
+    pub config: AverageConfig,
+    pub run: &'a AverageRun,
+}
 
 /// The result of a computation.
-struct Outcome<const D: usize> {
-    images: Vec<PlacedImage<D>>,
+pub(super) struct Outcome<const D: usize> {
+    images: Vec<GreyInput<D>>,
     /// Their values on the grid.
     nodal: Vec<ScalarField<f64, D>>,
     config: AverageConfig,
     params: JointParams,
     result: JointResult<D>,
     history: Vec<HistoryPoint>,
-    start: Instant,
+    checkpoints: Option<WorkDir>,
 }
 
-/// Runs `shapespace average --joint`.
-///
-/// # Errors
-/// [`CliError`]; then no result has been written.
-pub(super) fn run_joint(config: AverageConfig, run: &AverageRun) -> Result<Exit, CliError> {
-    if run.memory.is_some() {
-        return Err(not_joint("--memory"));
-    }
-    let start = Instant::now();
-    let interrupt = Interrupt::listen();
-    let progress = Progress::stderr();
-    in_pool(run.common.threads, || {
-        progress.stage(format!("reading {} images", config.inputs.len()));
-        match plan_joint(config, &run.common.output)? {
-            AnyPlan::D2(plan) => run_plan(plan, run, &progress, interrupt, start),
-            AnyPlan::D3(plan) => run_plan(plan, run, &progress, interrupt, start),
+impl Command for JointAverage<'_> {
+    type Plan<const D: usize> = JointPlan<D>;
+    type Outcome<const D: usize> = Outcome<D>;
+
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        if self.run.memory.is_some() {
+            return Err(not_joint("--memory"));
         }
-    })
-}
-
-fn run_plan<const D: usize>(
-    plan: JointPlan<D>,
-    run: &AverageRun,
-    progress: &Progress,
-    interrupt: Interrupt,
-    start: Instant,
-) -> Result<Exit, CliError> {
-    let output = run.common.output.as_path();
-    // Fail before the computation if the folder cannot be written to.
-    ResultDir::create(output).map(drop)?;
-    let JointPlan {
-        images,
-        nodal,
-        config,
-        params,
-        fingerprint,
-    } = plan;
-    let grids = nodal[0]
-        .grid()
-        .hierarchy(params.segmentation.coarsest_nodes);
-    let start_of = config.start.as_deref();
-    compare_places(start_of, images.iter().map(|i| i.frame), progress);
-    let watch = ProgressObserver::new(progress, interrupt, level_nodes(&grids));
-    let leads = vec![true; nodal.len()];
-    let (mut checkpointer, known) = begin(start_of, run, fingerprint, grids, leads, watch)?;
-    let result = joint_average_from(&nodal, &known, &params, &mut checkpointer)?;
-    let (history, checkpoints) = checkpointer.finish();
-    let outcome = Outcome {
-        images,
-        nodal,
-        config,
-        params,
-        result,
-        history,
-        start,
-    };
-    progress.stage("writing");
-    interrupt.writing();
-    let directory = ResultDir::create(output)?;
-    let record = write::write_all(&directory, &outcome)?;
-    let target = directory.commit()?;
-    if let Some(checkpoints) = checkpoints {
-        checkpoints.remove()?;
+        plan_joint(self.config.clone(), &session.progress)
     }
-    progress.finish();
-    record::print(&record, &target);
-    Ok(if record.cancelled() {
-        Exit::Interrupted
-    } else {
-        Exit::Success
-    })
+
+    fn compute<const D: usize>(
+        &self,
+        plan: JointPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        let JointPlan {
+            images,
+            nodal,
+            config,
+            params,
+            fingerprint,
+        } = plan;
+        let coarsest = params.segmentation.coarsest_nodes;
+        let grids = nodal[0].grid().hierarchy(coarsest);
+        let start = config.start.as_deref();
+        compare_places(start, images.iter().map(|i| i.frame), &session.progress);
+        let watch = session.observer(&grids);
+        let leads = vec![true; nodal.len()];
+        let (mut checkpointer, known) = begin(start, self.run, fingerprint, grids, leads, watch)?;
+        let result = joint_average_from(&nodal, &known, &params, &mut checkpointer)?;
+        let (history, checkpoints) = checkpointer.finish();
+        Ok(Outcome {
+            images,
+            nodal,
+            config,
+            params,
+            result,
+            history,
+            checkpoints,
+        })
+    }
+
+    fn work<const D: usize>(outcome: &mut Outcome<D>) -> Work {
+        outcome
+            .checkpoints
+            .take()
+            .map_or(Work::None, Work::Temporary)
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        write::write_all(directory, outcome, session)
+    }
 }

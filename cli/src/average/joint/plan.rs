@@ -1,41 +1,30 @@
 //! From the options to a validated plan.
 
-use std::path::{Path, PathBuf};
-
 use fe_grid::ScalarField;
 use phasefield::segmentation::{SegmentationParams, Weights};
 use shape_average::joint::JointParams;
 
 use super::super::args::AverageConfig;
 use super::super::checkpoint::fingerprint;
+use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
-use crate::input::place::{FrameTransform, lengths, nodal_values, whole_frames};
-use crate::input::{AnyImages, GreyRange, Image, read_grey_images};
+use crate::input::place::{lengths, nodal_values, whole_frames};
+use crate::input::{GreyRange, Image, read_grey_images};
 use crate::options::check_law;
-use crate::output::ResultDir;
-use crate::shapes::labels;
+use crate::progress::Progress;
+use crate::shapes::{GreyInput, labels};
 
 /// Weight of the edge length of an image, relative to the mismatch weight: with a smaller weight,
 /// dissimilar images lose their individual features (docs/study/joint.md).
 const EDGE_WEIGHT: f64 = 2.0;
 
 /// Largest ratio of extents allowed between the first image and any other, per axis.
-const ALIKE: f64 = 1.5;
-
-/// An image and its placement.
-pub(super) struct PlacedImage<const D: usize> {
-    pub path: PathBuf,
-    /// Label in pictures.
-    pub name: String,
-    pub size: [usize; D],
-    pub range: GreyRange,
-    pub frame: FrameTransform<D>,
-}
+const MAX_RATIO: f64 = 1.5;
 
 /// Images that are read, placed and checked, and what is to be done with them.
-pub(super) struct JointPlan<const D: usize> {
-    pub images: Vec<PlacedImage<D>>,
+pub(crate) struct JointPlan<const D: usize> {
+    pub images: Vec<GreyInput<D>>,
     pub nodal: Vec<ScalarField<f64, D>>,
     /// The configuration with all defaults resolved.
     pub config: AverageConfig,
@@ -44,23 +33,17 @@ pub(super) struct JointPlan<const D: usize> {
     pub fingerprint: Fingerprint,
 }
 
-/// A plan of either dimension.
-pub(super) enum AnyPlan {
-    D2(JointPlan<2>),
-    D3(JointPlan<3>),
-}
-
 /// Reads, places and validates the images.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
-pub(super) fn plan_joint(config: AverageConfig, output: &Path) -> Result<AnyPlan, CliError> {
-    ResultDir::check(output)?;
+pub(super) fn plan_joint(
+    config: AverageConfig,
+    progress: &Progress,
+) -> Result<Dim<JointPlan<2>, JointPlan<3>>, CliError> {
+    progress.stage(format!("reading {} images", config.inputs.len()));
     let (images, ranges) = read_grey_images(&config.inputs)?;
-    match images {
-        AnyImages::D2(images) => plan(&images, ranges, config).map(AnyPlan::D2),
-        AnyImages::D3(images) => plan(&images, ranges, config).map(AnyPlan::D3),
-    }
+    Ok(per_dimension!(images, images => plan(&images, ranges, config)?))
 }
 
 fn plan<const D: usize>(
@@ -70,11 +53,11 @@ fn plan<const D: usize>(
 ) -> Result<JointPlan<D>, CliError> {
     let first = &images[0];
     let room = lengths(first);
-    let alike = |image: &Image<D>| {
+    let similar = |image: &Image<D>| {
         let own = lengths(image);
-        (0..D).all(|k| own[k] <= ALIKE * room[k] && room[k] <= ALIKE * own[k])
+        (0..D).all(|k| own[k] <= MAX_RATIO * room[k] && room[k] <= MAX_RATIO * own[k])
     };
-    if let Some(other) = images.iter().find(|image| !alike(image)) {
+    if let Some(other) = images.iter().find(|image| !similar(image)) {
         return Err(CliError::Option {
             option: "--joint",
             value: other.path.display().to_string(),
@@ -97,13 +80,7 @@ fn plan<const D: usize>(
     let (read, images) = (images, images.iter().zip(names).zip(ranges).zip(frames));
     Ok(JointPlan {
         images: images
-            .map(|(((image, name), range), frame)| PlacedImage {
-                path: image.path.clone(),
-                name,
-                size: image.size,
-                range,
-                frame,
-            })
+            .map(|(((image, name), range), frame)| GreyInput::new(image, name, range, frame))
             .collect(),
         nodal: nodal?,
         fingerprint: fingerprint(&config, read, &[]),

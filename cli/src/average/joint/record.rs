@@ -1,15 +1,15 @@
 //! The contents of `result.json`, and the summary. Missing values are left out.
 
-use std::io::Write as _;
-use std::path::Path;
+use std::time::Instant;
 
 use phasefield::segmentation::Weights;
 use serde::Serialize;
 use shape_average::joint::{JointEnergy, JointResult, spread};
 
 use super::{AverageConfig, Outcome};
-use crate::report::{self, certified, overall};
+use crate::report::{self, overall};
 use crate::shapes::InputRecord;
+use crate::summary::Summary;
 
 /// Everything in `result.json`.
 pub(super) type Record<'a, const D: usize> = report::Record<AverageConfig, Found<'a, D>, D>;
@@ -30,7 +30,7 @@ pub(super) struct Found<'a, const D: usize> {
 }
 
 /// The record of a result. The time is measured up to this call.
-pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<'_, D> {
+pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Record<'_, D> {
     let result = &outcome.result;
     let found = Found {
         result,
@@ -44,45 +44,31 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<'_, D> {
         result.levels.last().map(|level| level.status),
     );
     let nodes = result.average.grid().nodes_per_axis();
-    let images = outcome.images.iter();
-    Record::new(status, &nodes, &outcome.config, found, outcome.start).of(images
-        .map(|image| {
-            InputRecord::of_image(
-                &image.path,
-                &image.name,
-                image.size,
-                image.range,
-                image.frame,
-            )
-        })
+    Record::new(status, &nodes, &outcome.config, found, start).of(outcome
+        .images
+        .iter()
+        .map(InputRecord::of_image)
         .collect())
 }
 
-/// Prints a short summary; the last line names the picture.
-pub(super) fn print<const D: usize>(record: &Record<'_, D>, target: &Path) {
+/// The summary of a result.
+pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     let found = &record.body;
-    let nodes: Vec<String> = record.nodes.iter().map(ToString::to_string).collect();
     let rounds: usize = found.result.levels.iter().map(|level| level.rounds).sum();
-    let file = |name: &str| target.join(name).display().to_string();
-    let text = format!(
-        "Edges of {} images and their average on {} nodes: {} after {rounds} rounds, {:.1} s\n  \
-             energy       {:.6e}\n  \
-             images       differ by {:.4} as they are, by {:.4} brought onto each other\n  \
-             deformation  {}, determinant at least {:.3e}\n  \
-             results      {}\n  \
-             picture      {}\n",
+    let title = format!(
+        "Edges of {} images and their average on {} nodes: {} after {rounds} rounds, {:.1} s",
         record.input.len(),
-        nodes.join(" x "),
-        record.status.replace('_', " "),
-        record.seconds,
-        found.energy.total,
-        found.spread_before,
-        found.spread_after,
-        certified(&found.result.certificate),
-        found.result.certificate.min_det,
-        file("result.json"),
-        file("average.png"),
+        record.grid(),
+        record.state(),
+        record.seconds
     );
-    // A closed standard output is not an error.
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    let mut summary = Summary::new(record, "average.png", title);
+    summary.line("energy", format!("{:.6e}", found.energy.total));
+    let (before, after) = (found.spread_before, found.spread_after);
+    summary.line(
+        "images",
+        format!("standard deviation {before:.4} undeformed, {after:.4} deformed onto the average"),
+    );
+    summary.certificate(&found.result.certificate);
+    summary
 }

@@ -5,95 +5,71 @@ use shape_average::joint::StrainMaps;
 
 use super::Outcome;
 use super::draw;
-use super::record::{Record, record};
+use super::record::{record, summary};
 use crate::error::CliError;
-use crate::output::energy::{EnergyPoint, write_energy_plot, write_energy_table};
-use crate::output::npy::{Precision, write_field};
+use crate::output::energy::write_energy;
+use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
-use crate::output::{ResultDir, deformation, numbered};
-use crate::watch::is_last;
+use crate::output::{ResultDir, numbered};
+use crate::session::Session;
+use crate::summary::Summary;
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 4] = ["elastic", "mismatch", "length", "images"];
 
-/// Writes everything, `result.json` last, and returns what is in it.
+/// Writes everything, `result.json` last.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
-pub(super) fn write_all<'a, const D: usize>(
+pub(super) fn write_all<const D: usize>(
     directory: &ResultDir,
-    outcome: &'a Outcome<D>,
-) -> Result<Record<'a, D>, CliError> {
+    outcome: &Outcome<D>,
+    session: &Session<'_>,
+) -> Result<Summary, CliError> {
     let result = &outcome.result;
-    let field = |name: &str, field: &ScalarField<f64, D>| {
-        write_field(&directory.file(name), field, Precision::Double)
-    };
-    field("average.npy", &result.average)?;
-    field("average_image.npy", &result.average_image)?;
-    let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
-        .field("average", &result.average)
-        .field("average_image", &result.average_image);
+    directory.array("average.npy", &result.average)?;
+    directory.array("average_image.npy", &result.average_image)?;
+    directory.arrays("smoothed", 0, &result.images)?;
+    directory.arrays("phasefield", 0, &result.phase_fields)?;
+    directory.deformations("deformation", 0, &result.displacements)?;
     let maps: Vec<StrainMaps> = result.displacements.iter().map(StrainMaps::new).collect();
     for (i, displacement) in result.displacements.iter().enumerate() {
-        let file = |kind: &str| directory.file(numbered(kind, i, "npy"));
-        write_field(&file("smoothed"), &result.images[i], Precision::Double)?;
-        write_field(
-            &file("phasefield"),
-            &result.phase_fields[i],
-            Precision::Double,
-        )?;
-        write_field(&file("predicted"), &result.predicted(i), Precision::Double)?;
-        write_field(
-            &file("deformation"),
-            &deformation(displacement),
-            Precision::Double,
-        )?;
-        // One number a cell.
+        directory.array(numbered("predicted", i, "npy"), &result.predicted(i))?;
+        // One number per cell.
         let cells = displacement.grid().cells_per_axis();
         let lattice = Grid::with_nodes(cells, displacement.grid().spacing())?;
-        for (kind, map) in [
-            ("norm", &maps[i].norm),
-            ("determinant", &maps[i].determinant),
-        ] {
+        let (norm, determinant) = (&maps[i].norm, &maps[i].determinant);
+        for (kind, map) in [("norm", norm), ("determinant", determinant)] {
             let map = ScalarField::from_vec(lattice, map.clone())?;
-            write_field(&file(kind), &map, Precision::Double)?;
+            directory.array(numbered(kind, i, "npy"), &map)?;
         }
-        vti = vti.field(&format!("displacement_{i:03}"), displacement);
-        vti = vti.field(&format!("phase_field_{i:03}"), &result.phase_fields[i]);
     }
-    vti.write(&directory.file("average.vti"))?;
-    let points = energy_points(outcome);
-    write_energy_table(&directory.file("energy.csv"), &points, &PARTS)?;
-    write_energy_plot(&directory.file("energy.svg"), &points, &PARTS)?;
+    VtiFile::new(*result.average.grid(), Precision::Single)
+        .field("average", &result.average)
+        .field("average_image", &result.average_image)
+        .fields("displacement", &result.displacements)
+        .fields("phase_field", &result.phase_fields)
+        .write(&directory.file("average.vti"))?;
+    write_energy(directory, &outcome.history, &PARTS, |level| {
+        parts(outcome, level)
+    })?;
     draw::picture(outcome, &maps).write_png(&directory.file("average.png"))?;
-    let record = record(outcome);
-    record.write(directory.path())?;
-    Ok(record)
+    let record = record(outcome, session.start);
+    record.write(directory)?;
+    Ok(summary(&record))
 }
 
-/// The convergence history; the terms of the energy are known at the end of each level.
-fn energy_points<const D: usize>(outcome: &Outcome<D>) -> Vec<EnergyPoint> {
-    let history = &outcome.history;
+/// The weighted terms of the energy at the end of a level.
+fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
+    let energy = &outcome.result.levels.get(level)?.energy;
     let n = outcome.images.len() as f64;
-    let parts = |level: usize| {
-        let energy = &outcome.result.levels.get(level)?.energy;
-        let mean = |terms: &[f64]| terms.iter().sum::<f64>() / n;
-        let images: f64 = energy.images.iter().map(|i| i.total).sum();
-        let params = &outcome.params.average;
-        Some(vec![
-            mean(&energy.shapes.elastic),
-            params.mismatch_weight * mean(&energy.shapes.mismatch),
-            params.resolved_length_weight() * energy.shapes.length,
-            images / n,
-        ])
-    };
-    let points = history.iter().enumerate().map(|(i, point)| EnergyPoint {
-        level: point.level,
-        nodes: point.nodes,
-        iteration: point.iteration,
-        evaluations: point.evaluations,
-        total: point.energy,
-        parts: is_last(history, i).then(|| parts(point.level)).flatten(),
-    });
-    points.collect()
+    let mean = |terms: &[f64]| terms.iter().sum::<f64>() / n;
+    let images: f64 = energy.images.iter().map(|i| i.total).sum();
+    let params = &outcome.params.average;
+    Some(vec![
+        mean(&energy.shapes.elastic),
+        params.mismatch_weight * mean(&energy.shapes.mismatch),
+        params.resolved_length_weight() * energy.shapes.length,
+        images / n,
+    ])
 }

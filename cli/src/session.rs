@@ -1,0 +1,169 @@
+//! The stages of every command that computes: plan, compute, write, summary.
+
+use std::path::Path;
+use std::time::Instant;
+
+use clap::Args;
+use fe_grid::Grid;
+
+use crate::config::{Config, Configured};
+use crate::dimension::Dim;
+use crate::error::{CliError, Exit};
+use crate::options::RunOptions;
+use crate::output::{ResultDir, WorkDir};
+use crate::pool::in_pool;
+use crate::progress::Progress;
+use crate::summary::Summary;
+use crate::watch::{Interrupt, ProgressObserver};
+
+/// The circumstances of a run.
+pub(crate) struct Session<'a> {
+    /// The result directory.
+    pub output: &'a Path,
+    pub progress: Progress,
+    pub interrupt: Interrupt,
+    pub start: Instant,
+}
+
+impl Session<'_> {
+    /// An observer of a minimisation on these grids, coarsest first.
+    pub fn observer<const D: usize>(&self, grids: &[Grid<D>]) -> ProgressObserver<'_> {
+        let nodes = grids.iter().map(|grid| grid.nodes_per_axis()[0]).collect();
+        ProgressObserver::new(&self.progress, self.interrupt, nodes)
+    }
+
+    /// An observer of the solution of equations on one grid.
+    pub fn equation_observer<const D: usize>(&self, grid: &Grid<D>) -> ProgressObserver<'_> {
+        self.observer(&[*grid]).of_equations()
+    }
+}
+
+/// A command that reads inputs of either dimension and writes a result directory.
+pub(crate) trait Command: Sync {
+    /// Inputs that are read and checked, and the parameters with all defaults resolved.
+    type Plan<const D: usize>: Send;
+    /// The result of the computation.
+    type Outcome<const D: usize>;
+
+    /// Whether the first Ctrl-C ends the computation early instead of ending the program.
+    const STOPS: bool = true;
+
+    /// Reads and checks the inputs.
+    ///
+    /// # Errors
+    /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError>;
+
+    /// Computes the result.
+    ///
+    /// # Errors
+    /// [`CliError`] where there is no result to be written.
+    fn compute<const D: usize>(
+        &self,
+        plan: Self::Plan<D>,
+        session: &Session<'_>,
+    ) -> Result<Self::Outcome<D>, CliError>;
+
+    /// The directory of unfinished work.
+    fn work<const D: usize>(_outcome: &mut Self::Outcome<D>) -> Work {
+        Work::None
+    }
+
+    /// Writes all files of the result, and summarises it.
+    ///
+    /// # Errors
+    /// [`CliError`]; the directory is incomplete then.
+    fn write<const D: usize>(
+        &self,
+        outcome: &Self::Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError>;
+}
+
+/// The plan of a command in either dimension.
+pub(crate) type PlanOf<C> = Dim<<C as Command>::Plan<2>, <C as Command>::Plan<3>>;
+
+/// What becomes of a directory of unfinished work when the result is written.
+pub(crate) enum Work {
+    /// There is none.
+    None,
+    /// It is removed.
+    Temporary(WorkDir),
+    /// It becomes the result directory.
+    Result(WorkDir),
+}
+
+/// Options of a command that is its own configuration.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ComputeArgs<C: Config> {
+    /// Parameters of the computation.
+    #[command(flatten)]
+    config: Configured<C>,
+    /// Options that do not influence the results.
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+impl<C: Config + Command> ComputeArgs<C> {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// [`CliError`]; then no result has been written.
+    pub fn run(&self) -> Result<Exit, CliError> {
+        self.config.run(|config| run(&config, &self.run))
+    }
+}
+
+/// Runs a command from the inputs to the exit code.
+///
+/// # Errors
+/// [`CliError`]; then no result has been written.
+pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit, CliError> {
+    let session = Session {
+        output: &options.output,
+        progress: Progress::stderr(),
+        interrupt: Interrupt::new(),
+        start: Instant::now(),
+    };
+    if C::STOPS {
+        Interrupt::listen();
+    }
+    in_pool(options.threads, || {
+        // Fail before the computation if the directory cannot be written.
+        ResultDir::create(session.output).map(drop)?;
+        match command.plan(&session)? {
+            Dim::D2(plan) => execute(command, plan, &session),
+            Dim::D3(plan) => execute(command, plan, &session),
+        }
+    })
+}
+
+/// Computes and writes the result of a plan.
+fn execute<C: Command, const D: usize>(
+    command: &C,
+    plan: C::Plan<D>,
+    session: &Session<'_>,
+) -> Result<Exit, CliError> {
+    let mut outcome = command.compute(plan, session)?;
+    session.progress.stage("writing");
+    session.interrupt.writing();
+    let mut temporary = None;
+    let directory = match C::work(&mut outcome) {
+        Work::Result(work) => work.into_result(),
+        Work::Temporary(work) => {
+            temporary = Some(work);
+            ResultDir::create(session.output)?
+        }
+        Work::None => ResultDir::create(session.output)?,
+    };
+    let summary = command.write(&outcome, session, &directory)?;
+    let target = directory.commit()?;
+    if let Some(work) = temporary {
+        work.remove()?;
+    }
+    session.progress.finish();
+    let exit = summary.exit();
+    summary.print(&target);
+    Ok(exit)
+}
