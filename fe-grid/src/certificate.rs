@@ -13,6 +13,7 @@ use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, Numbers};
 use crate::parallel;
 use crate::simd_level::SimdLevel;
+use crate::vector;
 use serde::Serialize;
 
 /// What is known about the determinant of a deformation gradient.
@@ -27,6 +28,48 @@ pub struct Certificate {
     /// The cell of the lower bound.
     pub cell: usize,
 }
+
+impl Certificate {
+    /// The certificate of the identity, whose determinant is one everywhere.
+    pub const IDENTITY: Self = Self {
+        certified: true,
+        min_det: 1.0,
+        min_corner_det: 1.0,
+        cell: 0,
+    };
+
+    /// Returns the certificate with the smallest bound, the first of several; that of the identity
+    /// if there are none.
+    pub fn worst(certificates: impl IntoIterator<Item = Self>) -> Self {
+        let worse = |a: Self, b: Self| if b.min_det < a.min_det { b } else { a };
+        let worst = certificates.into_iter().reduce(worse);
+        worst.unwrap_or(Self::IDENTITY)
+    }
+}
+
+/// Interpolates a displacement towards the identity until the determinant exceeds `threshold` on
+/// the cells that `within` marks, or on all cells: the displacement is multiplied by 0.9 up to 40
+/// times, and is zero afterwards if that does not suffice.
+///
+/// # Panics
+/// If the displacement does not have `D` components of the grid, or the list not one entry a cell.
+pub fn repair<const D: usize>(
+    grid: &Grid<D>,
+    displacement: &mut [f64],
+    threshold: f64,
+    within: Option<&[bool]>,
+) {
+    for _ in 0..REPAIRS {
+        if certify_within(grid, displacement, threshold, threshold, within).certified {
+            return;
+        }
+        vector::scale(0.9, displacement);
+    }
+    displacement.fill(0.0);
+}
+
+/// Maximal number of interpolations towards the identity.
+const REPAIRS: usize = 40;
 
 /// How often a cell is split before it is given up.
 const MAX_SPLITS: usize = 6;
