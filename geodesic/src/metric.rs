@@ -8,11 +8,6 @@ use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells, tensor};
 use hyperelastic::{Corotational, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 
-/// Regularisation of the metric, as a fraction of the void's stiffness.
-const REGULARISATION: f64 = 1e-3;
-/// Lower bound of the stiffness of the void in the metric: the void has to deform without folding.
-const METRIC_VOID_STIFFNESS: f64 = 0.1;
-
 /// A level set that is matched under a deformation.
 #[derive(Clone, Copy)]
 pub(crate) struct MatchedLevel<'a, const D: usize> {
@@ -58,7 +53,9 @@ pub(crate) fn corotational<const D: usize>(
     };
     let law = Corotational {
         moduli: form.moduli,
-        regularisation: REGULARISATION * METRIC_VOID_STIFFNESS * form.stiffness,
+        regularisation: Corotational::<D>::REGULARISATION
+            * Corotational::<D>::LEAST_VOID_STIFFNESS
+            * form.stiffness,
     };
     (law, probe_cells(grid, form, data, displacement))
 }
@@ -75,9 +72,8 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
 
     #[inline(always)]
     fn probe<L: Lane>(&self, point: &Point<L, D, D>) -> [L; MAX_CELL_DATA] {
-        let mut out = [L::zero(); MAX_CELL_DATA];
         let chi = self.indicator.value(point.coefficient[0]);
-        let void = L::splat(METRIC_VOID_STIFFNESS);
+        let void = L::splat(Corotational::<D>::LEAST_VOID_STIFFNESS);
         let a = tensor::add_identity(&point.gradient);
         let cofactor = tensor::cofactor(&a);
         let det = tensor::determinant_with(&a, &cofactor).max(L::splat(LEAST_DETERMINANT));
@@ -88,13 +84,9 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
         let stiffened = (law * compression.max(L::zero())).scale(0.5);
         let held = self.barrier.curvature(det) * square;
         let moduli = self.moduli.lambda + 2.0 * self.moduli.mu;
-        out[0] = (chi.mul_add(L::one() - void, void) + stiffened).scale(self.stiffness)
+        let stiffness = (chi.mul_add(L::one() - void, void) + stiffened).scale(self.stiffness)
             + held.scale(1.0 / moduli);
-        for i in 0..D {
-            for k in 0..D {
-                out[1 + i * D + k] = point.gradient[i][k];
-            }
-        }
+        let mut out = Corotational::at_point(stiffness, &point.gradient);
         if self.match_weight > 0.0 {
             let mut deformed = point.position;
             for k in 0..D {
@@ -105,12 +97,7 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
                 let (weight, _) = level.visibility.weight(&point.position, &deformed);
                 let derivative = self.step.derivative(s);
                 let curvature = (derivative * derivative * weight).scale(2.0 * self.match_weight);
-                for i in 0..D {
-                    for j in i..D {
-                        let entry = &mut out[Corotational::<D>::mass_entry(i, j)];
-                        *entry = (curvature * slope[i]).mul_add(slope[j], *entry);
-                    }
-                }
+                Corotational::add_outer(&mut out, curvature, &slope);
             }
         }
         out

@@ -27,7 +27,7 @@ fn write_lines<const D: usize>(
     writeln!(
         text,
         "Geodesic of {} steps on {} nodes: {} after {} iterations, {:.1} s",
-        path.step_energies.len(),
+        path.energy.step_energies.len(),
         nodes.join(" x "),
         record.status.replace('_', " "),
         found.iterations,

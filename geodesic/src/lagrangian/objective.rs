@@ -1,46 +1,23 @@
 //! The energy of a path of deformations of one start domain.
 
 use super::metric::PathMetric;
-use crate::cells::{self, ObjectWeights, continued, solid_cells};
+use crate::cells::{ObjectWeights, continued, solid_cells};
 use crate::descent::fold_barrier;
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
+use crate::levels::PathTerms;
 use crate::matching::{HeavisideMatch, MeasuredMatch};
 use crate::metric::{ElasticForm, MatchedLevel};
 use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
-    Assembly, Data, Grid, GridError, ScalarField, certify_within, parallel, restrain_step, vector,
+    Assembly, Data, Grid, GridError, ScalarField, certify_within, parallel, repair, restrain_step,
+    vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
-
-/// The terms of the energy, without weights except for the time step.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PathEnergy {
-    /// Energies `W_k` of the steps.
-    pub step_energies: Vec<f64>,
-    /// The match between the last shape and the end shape, summed over the components.
-    pub mismatch: f64,
-    /// The barrier that prevents the corners of cells from folding, summed over the deformations;
-    /// zero if no determinant is below its onset.
-    pub barrier: f64,
-    /// `K sum W_k + eta match`, and the barrier.
-    pub total: f64,
-}
-
-impl PathEnergy {
-    /// Returns the length `sum sqrt W_k` of the path.
-    pub fn length(&self) -> f64 {
-        cells::length(&self.step_energies)
-    }
-
-    /// Returns the dissipation `K sum W_k`.
-    pub fn dissipation(&self) -> f64 {
-        cells::dissipation(&self.step_energies)
-    }
-}
 
 /// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. Unknowns are the
 /// displacements of `psi_1, ..., psi_K`, one after the other. If the shapes have several
@@ -168,11 +145,6 @@ impl<const D: usize> PathObjective<D> {
         &self.energy
     }
 
-    /// Returns the cells that must not fold; `None` if these are all cells.
-    pub fn solid_cells(&self) -> Option<&[bool]> {
-        self.solid.as_deref()
-    }
-
     fn dim_of_step(&self) -> usize {
         D * self.grid.n_nodes()
     }
@@ -273,7 +245,8 @@ impl<const D: usize> PathObjective<D> {
             + barrier;
         self.energy = PathEnergy {
             step_energies,
-            mismatch,
+            mismatches: vec![mismatch],
+            areas: Vec::new(),
             barrier,
             total,
         };
@@ -294,6 +267,19 @@ fn single<const D: usize>(
         weight: None,
         only_covered: false,
     }))
+}
+
+impl<const D: usize> PathTerms for PathObjective<D> {
+    fn terms(&self) -> &PathEnergy {
+        &self.energy
+    }
+
+    fn repair(&self, x: &mut [f64]) {
+        for u in x.chunks_exact_mut(self.dim_of_step()) {
+            let bound = self.params.min_determinant;
+            repair(&self.grid, u, bound, self.solid.as_deref());
+        }
+    }
 }
 
 impl<const D: usize> Objective for PathObjective<D> {

@@ -3,10 +3,12 @@
 use super::metric::{LevelSetMetric, MetricParts};
 use super::state::Layout;
 use crate::area::BoundaryArea;
-use crate::cells::{self, ObjectWeights, solid_cells};
+use crate::cells::{ObjectWeights, solid_cells};
 use crate::descent::fold_barrier;
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
+use crate::levels::PathTerms;
 use crate::matching::{MatchWeights, StepMatch};
 use crate::params::GeodesicParams;
 use crate::shape::KnownEnds;
@@ -15,42 +17,14 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
-    Assembly, Data, Grid, GridError, Restrained, certify_within, parallel, restrain_together,
-    vector,
+    Assembly, Data, Grid, GridError, Restrained, certify_within, parallel, repair,
+    restrain_together, vector,
 };
 use hyperelastic::CompiledLaw;
 use levelset::{Arctan, Compact, Step};
 
 /// Longest step of the minimiser, in cells.
 const LONGEST_STEP: f64 = 1.0;
-
-/// The terms of the energy, unweighted.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LevelSetEnergy {
-    /// Energies `W_k` of the steps.
-    pub step_energies: Vec<f64>,
-    /// Matches between every shape and the next, summed over the components.
-    pub mismatches: Vec<f64>,
-    /// Boundary areas of the shapes `1, ..., K`, summed over the components.
-    pub areas: Vec<f64>,
-    /// The barrier that prevents the corners of cells from folding, summed over the steps; zero if
-    /// no determinant is below its onset.
-    pub barrier: f64,
-    /// `K sum W_k + eta sum match_k + mu/K sum area_k`, and the barrier.
-    pub total: f64,
-}
-
-impl LevelSetEnergy {
-    /// Returns the length `sum sqrt W_k` of the path.
-    pub fn length(&self) -> f64 {
-        cells::length(&self.step_energies)
-    }
-
-    /// Returns the dissipation `K sum W_k`.
-    pub fn dissipation(&self) -> f64 {
-        cells::dissipation(&self.step_energies)
-    }
-}
 
 /// The energy
 /// `sum_k K W[phi_k, u_{k-1}] + eta int (H(u_k o phi_k) - H(u_{k-1}))^2 + mu/K int |D H(u_k)|`.
@@ -66,7 +40,7 @@ pub struct LevelSetObjective<const D: usize> {
     known: KnownEnds<D>,
     indicator: Step,
     step: Arctan,
-    energy: LevelSetEnergy,
+    energy: PathEnergy,
     metric: Option<LevelSetMetric<D>>,
     equations: NormalEquations<D>,
     /// Whether the end shapes are fixed; otherwise their derivatives are computed, too.
@@ -115,7 +89,7 @@ impl<const D: usize> LevelSetObjective<D> {
             known: KnownEnds::default(),
             indicator,
             step,
-            energy: LevelSetEnergy::default(),
+            energy: PathEnergy::default(),
             metric: None,
             equations: NormalEquations::new(grid),
             held: true,
@@ -151,12 +125,12 @@ impl<const D: usize> LevelSetObjective<D> {
     }
 
     /// Returns the terms of the last evaluation.
-    pub fn energy(&self) -> &LevelSetEnergy {
+    pub fn energy(&self) -> &PathEnergy {
         &self.energy
     }
 
     /// Returns the cells of step `k` that must not fold; `None` if these are all cells.
-    pub fn solid_cells(&self, x: &[f64], k: usize) -> Option<Vec<bool>> {
+    fn solid_cells(&self, x: &[f64], k: usize) -> Option<Vec<bool>> {
         (self.params.void_stiffness == 0.0).then(|| {
             let union = self.layout.union(x, k - 1);
             solid_cells(&self.grid, &union, self.indicator)
@@ -199,9 +173,9 @@ impl<const D: usize> LevelSetObjective<D> {
         }
     }
 
-    fn add_up(&mut self, x: &[f64], gradient: &mut [f64]) -> Result<LevelSetEnergy, GeodesicError> {
+    fn add_up(&mut self, x: &[f64], gradient: &mut [f64]) -> Result<PathEnergy, GeodesicError> {
         let steps = self.layout.steps;
-        let mut energy = LevelSetEnergy::default();
+        let mut energy = PathEnergy::default();
         for k in 1..=steps {
             let deformation = self.add_deformation(x, k, gradient)?;
             energy.step_energies.push(deformation);
@@ -365,6 +339,20 @@ fn part<'a>(gradient: &'a mut [f64], range: &std::ops::Range<usize>) -> &'a mut 
         gradient
     } else {
         &mut gradient[range.clone()]
+    }
+}
+
+impl<const D: usize> PathTerms for LevelSetObjective<D> {
+    fn terms(&self) -> &PathEnergy {
+        &self.energy
+    }
+
+    fn repair(&self, x: &mut [f64]) {
+        for k in 1..=self.layout.steps {
+            let solid = self.solid_cells(x, k);
+            let u = &mut x[self.layout.displacement(k)];
+            repair(&self.grid, u, self.params.min_determinant, solid.as_deref());
+        }
     }
 }
 

@@ -46,7 +46,7 @@ fn run<const D: usize>(
     let found = geodesic(start, end, params, &mut Silent).unwrap();
     assert!(found.certificate.certified, "{:?}", found.certificate);
     assert!(found.length().powi(2) <= found.dissipation() * (1.0 + 1e-12));
-    assert_eq!(found.step_energies.len(), params.steps);
+    assert_eq!(found.energy.step_energies.len(), params.steps);
     assert_eq!(found.level_sets.len(), params.steps + 1);
     assert_eq!(found.displacements.len(), params.steps);
     for level in &found.levels {
@@ -203,7 +203,7 @@ fn threads_do_not_matter() {
             })
         };
         let (one, three) = (once(1), once(3));
-        assert_eq!(one.step_energies, three.step_energies);
+        assert_eq!(one.energy.step_energies, three.energy.step_energies);
         for (a, b) in one.displacements.iter().zip(&three.displacements) {
             assert_eq!(distance(a.as_slice(), b.as_slice()), 0.0);
         }

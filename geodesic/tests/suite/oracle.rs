@@ -233,7 +233,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
         close("value", value, number(self.case, "value"));
         let energy = objective.energy();
         close_to("W_k", &energy.step_energies, &self.case["W_k"]);
-        close("match", energy.mismatch, number(self.case, "match"));
+        close("match", energy.mismatches[0], number(self.case, "match"));
         close_to("grad_psi", &gradient, &self.case["grad_psi"]);
     }
 

@@ -80,10 +80,13 @@ impl PathJob {
             cpu: process_seconds(),
             peak_mebibytes: peak_mebibytes(),
             curve: recorder.curve,
-            total: path.total,
-            elastic: path.step_energies.iter().sum(),
-            mismatch: path.matches.iter().sum(),
-            end_area: path.levels.last().and_then(|l| l.areas.last().copied()),
+            total: path.energy.total,
+            elastic: path.energy.step_energies.iter().sum(),
+            mismatch: path.energy.mismatches.iter().sum(),
+            end_area: path
+                .levels
+                .last()
+                .and_then(|l| l.energy.areas.last().copied()),
             length: path.length(),
             dice: (path.dice_end, path.dice_pulled),
             min_det: path.certificate.min_det,
