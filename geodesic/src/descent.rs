@@ -10,16 +10,16 @@ const HISTORY: usize = 10;
 const METRIC_INTERVAL: usize = 10;
 /// A level ends when the predicted decrease is below this fraction of the tolerance.
 const DECREMENT: f64 = 0.1;
-/// Decrease that is due to rounding, per weight of the match: for equal shapes the match is a sum
-/// of squares of differences of the order of the machine precision.
+/// Decrease that is due to rounding, per weight of the mismatch: for equal shapes the mismatch is a
+/// sum of squares of differences of the order of the machine precision.
 const NOTHING: f64 = 1e-24;
 
 /// Returns the barrier that prevents the corners of cells from folding where the void is too soft.
-/// Its weight is proportional to that of the match, whose forces it must balance: without it paths
-/// end at the bound of the determinant, where no descent direction is left.
+/// Its weight is proportional to that of the mismatch, whose forces it must balance: without it
+/// paths end at the bound of the determinant, where no descent direction is left.
 pub(crate) fn fold_barrier(params: &GeodesicParams) -> FoldBarrier {
     FoldBarrier {
-        weight: params.void_stiffness * params.resolved_match_weight(),
+        weight: params.void_stiffness * params.resolved_mismatch_weight(),
         onset: FoldBarrier::ONSET,
     }
 }
@@ -32,7 +32,7 @@ pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {
         stopping: Stopping {
             relative_gradient: 0.0,
             relative_decrement: DECREMENT * params.tolerance,
-            absolute_decrement: NOTHING * params.resolved_match_weight(),
+            absolute_decrement: NOTHING * params.resolved_mismatch_weight(),
             relative_energy: params.tolerance,
             max_iterations: params.max_iterations,
             ..Stopping::default()

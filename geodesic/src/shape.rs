@@ -8,7 +8,7 @@
 //! Multiphase Level Set Framework for Image Segmentation* (2002).
 
 use crate::error::GeodesicError;
-use crate::matching::Visibility;
+use crate::mismatch::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::{Field, Grid, ScalarField};
 

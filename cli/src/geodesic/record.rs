@@ -21,7 +21,7 @@ pub(super) struct Found<'a, const D: usize> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     labels: Vec<i64>,
     /// Weight of one mismatch for this number of steps.
-    match_weight_in_force: f64,
+    mismatch_weight_in_force: f64,
     /// `sum sqrt W_k`.
     pub length: f64,
     /// The same in the length units of the inputs: a length grows as the square root of a volume.
@@ -60,7 +60,7 @@ pub(super) fn record<'a, const D: usize>(
     let found = Found {
         result,
         labels: outcome.labels.clone(),
-        match_weight_in_force: outcome.config.params.resolved_match_weight(),
+        mismatch_weight_in_force: outcome.config.params.resolved_mismatch_weight(),
         length: result.length(),
         length_input_units: scale.map(|scale| result.length() / unit(scale).sqrt()),
         dissipation: result.dissipation(),

@@ -19,7 +19,7 @@ use crate::shapes::{Input, SurfaceRecord};
 use crate::watch::is_last;
 
 /// Names of the parts of the energy; level sets alone have the last.
-const PARTS: [&str; 3] = ["dissipation", "match", "area"];
+const PARTS: [&str; 3] = ["dissipation", "mismatch", "area"];
 
 /// Writes everything, `result.json` last, and returns what is in it.
 ///
@@ -163,7 +163,7 @@ fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>>
         steps: level.steps,
         ..outcome.config.params.clone()
     };
-    let mismatch = params.resolved_match_weight() * level.energy.mismatches.iter().sum::<f64>();
+    let mismatch = params.resolved_mismatch_weight() * level.energy.mismatches.iter().sum::<f64>();
     Some(vec![
         dissipation,
         mismatch,

@@ -192,7 +192,7 @@ fn level_sets_connect_shapes_of_different_topology() {
     assert_eq!(results.number("/parameters/area_weight"), 2e-3);
     assert_eq!(results.numbers("/mismatches").len(), 3);
     let table = std::fs::read_to_string(results.path("energy.csv")).unwrap();
-    assert!(table.starts_with("nodes,iteration,evaluations,total,dissipation,match,area\n"));
+    assert!(table.starts_with("nodes,iteration,evaluations,total,dissipation,mismatch,area\n"));
 }
 
 #[test]

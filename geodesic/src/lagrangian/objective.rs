@@ -7,8 +7,8 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
 use crate::levels::PathTerms;
-use crate::matching::{HeavisideMatch, MeasuredMatch};
-use crate::metric::{ElasticForm, MatchedLevel};
+use crate::metric::{ComposedLevel, ElasticForm};
+use crate::mismatch::{HeavisideMismatch, MeasuredMismatch};
 use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
 use fe_grid::minimise::{Evaluation, Objective};
@@ -33,7 +33,7 @@ pub struct PathObjective<const D: usize> {
     /// The level set of the union of the components of the start shape.
     union: ScalarField<f64, D>,
     indicator: Step,
-    density: HeavisideMatch,
+    density: HeavisideMismatch,
     /// The cells that must not fold: those with a part of the object; `None` if these are all
     /// cells.
     solid: Option<Vec<bool>>,
@@ -68,13 +68,13 @@ impl<const D: usize> PathObjective<D> {
     ) -> Result<Self, GeodesicError> {
         let h = start.components[0].grid().spacing();
         let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
-        let density = HeavisideMatch {
-            step: Arctan::new(params.match_cells * h)?,
+        let density = HeavisideMismatch {
+            step: Arctan::new(params.mismatch_cells * h)?,
         };
         Self::assembled(start, end, steps, params, indicator, density)
     }
 
-    /// Creates the energy with other smooth steps for the elastic weight and the match.
+    /// Creates the energy with other smooth steps for the elastic weight and the mismatch.
     ///
     /// # Errors
     /// [`GeodesicError::GridsDiffer`].
@@ -84,7 +84,7 @@ impl<const D: usize> PathObjective<D> {
         steps: usize,
         params: &GeodesicParams,
         indicator: Step,
-        density: HeavisideMatch,
+        density: HeavisideMismatch,
     ) -> Result<Self, GeodesicError> {
         let [start, end] = single(start, end)?;
         Self::assembled(start, end, steps, params, indicator, density)
@@ -96,7 +96,7 @@ impl<const D: usize> PathObjective<D> {
         steps: usize,
         params: &GeodesicParams,
         indicator: Step,
-        density: HeavisideMatch,
+        density: HeavisideMismatch,
     ) -> Result<Self, GeodesicError> {
         let union = union_of(&start.components);
         let known = KnownEnds::new(&start, &end);
@@ -207,7 +207,7 @@ impl<const D: usize> PathObjective<D> {
         let behind = if wanted { self.steps * dim } else { 0 };
         let mut mismatch = 0.0;
         for (start, end) in self.start.iter().zip(&self.end) {
-            let law = MeasuredMatch {
+            let law = MeasuredMismatch {
                 density: self.density,
                 other: continued(end),
                 deformed_share: self.params.deformed_share,
@@ -221,7 +221,7 @@ impl<const D: usize> PathObjective<D> {
             };
             let assembly = Assembly::new(self.grid, &law, data);
             let by_last = &mut self.path_gradient[behind..];
-            let weight = self.params.resolved_match_weight();
+            let weight = self.params.resolved_mismatch_weight();
             mismatch += assembly.value_or_gradient_add(last, weight, by_last)?;
         }
         let mut barrier = 0.0;
@@ -241,7 +241,7 @@ impl<const D: usize> PathObjective<D> {
             vector::copy_into(&self.path_gradient[dim..], gradient);
         }
         let total = count * step_energies.iter().sum::<f64>()
-            + self.params.resolved_match_weight() * mismatch
+            + self.params.resolved_mismatch_weight() * mismatch
             + barrier;
         self.energy = PathEnergy {
             step_energies,
@@ -326,10 +326,10 @@ impl<const D: usize> Objective for PathObjective<D> {
     fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
         self.metric = None;
         let visibility = self.known.in_step(1, 1);
-        let matched: Vec<_> = self
+        let composed: Vec<_> = self
             .end
             .iter()
-            .map(|end| MatchedLevel {
+            .map(|end| ComposedLevel {
                 end: continued(end),
                 visibility,
             })
@@ -346,8 +346,8 @@ impl<const D: usize> Objective for PathObjective<D> {
                 ..barrier
             },
             void_stiffness: self.params.void_stiffness,
-            match_weight: self.params.resolved_match_weight(),
-            matched: &matched,
+            mismatch_weight: self.params.resolved_mismatch_weight(),
+            composed: &composed,
         };
         let last = &x[(self.steps - 1) * self.dim_of_step()..];
         let start = self.union.as_slice();

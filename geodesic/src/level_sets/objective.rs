@@ -9,7 +9,7 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
 use crate::levels::PathTerms;
-use crate::matching::{MatchWeights, StepMatch};
+use crate::mismatch::{MismatchWeights, StepMismatch};
 use crate::params::GeodesicParams;
 use crate::shape::KnownEnds;
 use fe_grid::composition::{Interpolant, Outside};
@@ -30,8 +30,9 @@ const LONGEST_STEP: f64 = 1.0;
 /// `sum_k K W[phi_k, u_{k-1}] + eta int (H(u_k o phi_k) - H(u_{k-1}))^2 + mu/K int |D H(u_k)|`.
 ///
 /// The state is `u_0, phi_1, u_1, ..., phi_K, u_K`, level sets and displacements at the nodes;
-/// `u_0` and `u_K` are fixed. A shape of several components has one level set per component; match
-/// and area are summed over all components, and `W` is weighted by their union `max_i u_i`.
+/// `u_0` and `u_K` are fixed. A shape of several components has one level set per component;
+/// mismatch and area are summed over all components, and `W` is weighted by their union `max_i
+/// u_i`.
 pub struct LevelSetObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
@@ -62,11 +63,11 @@ impl<const D: usize> LevelSetObjective<D> {
     ) -> Result<Self, GeodesicError> {
         let h = grid.spacing();
         let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
-        let step = Arctan::new(params.match_cells * h)?;
+        let step = Arctan::new(params.mismatch_cells * h)?;
         Self::with_steps(grid, steps, params, indicator, step)
     }
 
-    /// Creates the energy with other smooth steps for the elastic weight and the match.
+    /// Creates the energy with other smooth steps for the elastic weight and the mismatch.
     ///
     /// # Errors
     /// [`GeodesicError::Law`] if the law cannot be constructed.
@@ -182,7 +183,7 @@ impl<const D: usize> LevelSetObjective<D> {
             energy.barrier += self.add_barrier(x, k, gradient)?;
             let (mut mismatch, mut area) = (0.0, 0.0);
             for component in 0..self.layout.components {
-                mismatch += self.add_match(x, k, component, gradient)?;
+                mismatch += self.add_mismatch(x, k, component, gradient)?;
                 area += self.add_area(x, k, component, gradient)?;
             }
             energy.mismatches.push(mismatch);
@@ -191,7 +192,7 @@ impl<const D: usize> LevelSetObjective<D> {
         let count = steps as f64;
         energy.total = count * energy.step_energies.iter().sum::<f64>()
             + energy.barrier
-            + self.params.resolved_match_weight() * energy.mismatches.iter().sum::<f64>()
+            + self.params.resolved_mismatch_weight() * energy.mismatches.iter().sum::<f64>()
             + self.params.area_weight / count * energy.areas.iter().sum::<f64>();
         Ok(energy)
     }
@@ -278,7 +279,7 @@ impl<const D: usize> LevelSetObjective<D> {
         assembly.value_or_gradient_add(&x[range], weight, part)
     }
 
-    fn add_match(
+    fn add_mismatch(
         &mut self,
         x: &[f64],
         k: usize,
@@ -294,8 +295,8 @@ impl<const D: usize> LevelSetObjective<D> {
         self.lay_out(&x[before.clone()], &x[displacement.clone()], wanted);
         let other = Interpolant::new(self.grid, &x[after.clone()]).with_outside(Outside::Falling);
         let visibility = self.known.in_step(k, self.layout.steps);
-        let weight = self.params.resolved_match_weight();
-        let law = StepMatch {
+        let weight = self.params.resolved_mismatch_weight();
+        let law = StepMismatch {
             step: self.step,
             other,
             visibility,
@@ -314,7 +315,7 @@ impl<const D: usize> LevelSetObjective<D> {
             let by_displacement = &mut gradient[displacement.clone()];
             vector::axpy(1.0, &self.pair_gradient[n..], by_displacement);
             if k < self.layout.steps || !self.held {
-                let rule = MatchWeights {
+                let rule = MismatchWeights {
                     step: self.step,
                     other,
                     visibility,
@@ -415,7 +416,7 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
             grid: self.grid,
             moduli: self.params.law.moduli,
             indicator: self.indicator,
-            match_weight: self.params.resolved_match_weight(),
+            mismatch_weight: self.params.resolved_mismatch_weight(),
             barrier: fold_barrier(&self.params),
             void_stiffness: self.params.void_stiffness,
             step: self.step,

@@ -5,8 +5,8 @@ use fe_grid::minimise::{Evaluation, Objective, Silent};
 use fe_grid::{Assembly, Data, Grid, ScalarField};
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
-    Form, Geodesic, GeodesicError, GeodesicParams, HeavisideMatch, Known, MeasuredMatch, Shape,
-    StepMatch, Visibility, geodesic, geodesic_between,
+    Form, Geodesic, GeodesicError, GeodesicParams, HeavisideMismatch, Known, MeasuredMismatch,
+    Shape, StepMismatch, Visibility, geodesic, geodesic_between,
 };
 use levelset::{Arctan, signed_distance};
 use proptest::prelude::*;
@@ -102,14 +102,14 @@ proptest! {
             x.extend(smooth::<2>(3, seed + 6 + k, 0.02));
         }
         let direction = noise(3 * n, seed + 8);
-        let law = StepMatch { step, other, visibility };
+        let law = StepMismatch { step, other, visibility };
         let assembly = Assembly::<_, f64, 2, 3>::new(grid, &law, Data::default());
         let mut gradient = vec![0.0; 3 * n];
         assembly.value_and_gradient_into(&x, &mut gradient).unwrap();
         check_slope(|x| assembly.value(x).unwrap(), &gradient, &x, &direction);
 
-        let law = MeasuredMatch {
-            density: HeavisideMatch { step },
+        let law = MeasuredMismatch {
+            density: HeavisideMismatch { step },
             other,
             deformed_share: 0.5,
             visibility,
@@ -133,7 +133,7 @@ fn check_path<const D: usize>(level: u32, seed: u64) {
     let (steps, components) = (2, 2);
     let grid = Grid::<D>::dyadic(level);
     let params = GeodesicParams {
-        match_weight: 1.0,
+        mismatch_weight: 1.0,
         void_stiffness: 0.1,
         ..params(Form::LevelSets, steps)
     };

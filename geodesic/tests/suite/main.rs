@@ -1,4 +1,5 @@
-//! All tests of the shortest paths and of their calculus, as one program: what is generic is compiled once for all.
+//! All tests of the shortest paths and of their calculus, as one program: what is generic is
+//! compiled once for all.
 
 mod support;
 

@@ -13,8 +13,8 @@ use fe_grid::{Assembly, Data, Field, Grid};
 use geodesic::lagrangian::PathObjective;
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
-    BoundaryArea, Form, GeodesicParams, HeavisideMatch, MatchWeights, ObjectWeights,
-    StepDeformation, StepMatch, Visibility,
+    BoundaryArea, Form, GeodesicParams, HeavisideMismatch, MismatchWeights, ObjectWeights,
+    StepDeformation, StepMismatch, Visibility,
 };
 use hyperelastic::{CompiledLaw, LameModuli, LawSpec, LogDet, StrainEnergy};
 use levelset::{Arctan, Step};
@@ -93,7 +93,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
     fn matching(&self) {
         let (n, target) = (self.grid.n_nodes(), self.input("u1"));
         let (step, other) = (self.step(), Interpolant::new(self.grid, &target));
-        let law = StepMatch {
+        let law = StepMismatch {
             step,
             other,
             visibility: Visibility::default(),
@@ -110,7 +110,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
             coefficients: &[&state[..n]],
             weight: 1.0,
         };
-        let rule = MatchWeights {
+        let rule = MismatchWeights {
             step,
             other,
             visibility: Visibility::default(),
@@ -159,7 +159,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
             form,
             steps,
             law: LawSpec::new("logdet", self.moduli()).unwrap(),
-            match_weight: self.parameter("eta") / matches as f64,
+            mismatch_weight: self.parameter("eta") / matches as f64,
             void_stiffness: self.parameter("delta"),
             void_viscosity: 0.0,
             deformed_share: 0.0,
@@ -221,7 +221,7 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
             params.steps,
             &params,
             Step::Arctan(step),
-            HeavisideMatch { step },
+            HeavisideMismatch { step },
         )
         .unwrap();
         let state = self.displacements("psi");

@@ -154,7 +154,7 @@ impl Case {
         GeodesicParams {
             form: Form::LevelSets,
             steps: self.steps,
-            match_weight: 10.0,
+            mismatch_weight: 10.0,
             area_weight: (self.steps * self.steps) as f64 * THEIR_AREA_WEIGHT,
             void_stiffness: 1e-2,
             indicator_cells: 0.5,
@@ -255,7 +255,7 @@ fn table(report: &Report) -> Table {
         "our total",
         "s in the end",
         "sum W",
-        "matches",
+        "mismatches",
         "L",
         "Dice carried, pulled",
         "theirs",
@@ -321,7 +321,7 @@ mod tests {
             assert!(params.check().is_ok());
             let steps = case.steps as f64;
             // gamma = eta / K and mu = area_weight / K^2, up to rounding.
-            assert!((params.resolved_match_weight() / steps - 10.0).abs() < 1e-12);
+            assert!((params.resolved_mismatch_weight() / steps - 10.0).abs() < 1e-12);
             assert!((params.area_weight / steps.powi(2) - 1e-3).abs() < 1e-15);
         }
     }

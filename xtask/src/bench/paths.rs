@@ -34,7 +34,7 @@ pub struct PathReport {
     pub total: f64,
     /// `sum W_k`.
     pub elastic: f64,
-    /// Sum of the unweighted matches.
+    /// Sum of the unweighted mismatches.
     pub mismatch: f64,
     /// Boundary area of the end shape, which no path can change; level sets only.
     pub end_area: Option<f64>,
