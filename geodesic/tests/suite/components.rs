@@ -2,6 +2,7 @@
 
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::minimise::{Evaluation, Objective, Silent};
+use fe_grid::random::noise;
 use fe_grid::{Assembly, Data, Grid, ScalarField};
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
@@ -52,19 +53,6 @@ fn check_slope(value: impl Fn(&[f64]) -> f64, gradient: &[f64], x: &[f64], direc
         (difference - slope).abs() <= 2e-4 * scale,
         "{difference} {slope}"
     );
-}
-
-/// Numbers between -1 and 1 that look random.
-fn noise(n: usize, seed: u64) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    (0..n)
-        .map(|_| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        })
-        .collect()
 }
 
 fn smooth<const D: usize>(level: u32, seed: u64, size: f64) -> Vec<f64> {

@@ -1,8 +1,6 @@
 //! All tests of the shortest paths and of their calculus, as one program: what is generic is
 //! compiled once for all.
 
-mod support;
-
 mod calculus;
 mod calculus_finite;
 mod components;

@@ -4,11 +4,11 @@
 //! The reference stores deformed positions; here unknowns are displacements, by which the
 //! derivatives are the same.
 
-use crate::support::{distance, max_abs, oracle};
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{Source, normal_equations};
 use fe_grid::stencil::Background;
+use fe_grid::vector::{max_abs, max_abs_difference};
 use fe_grid::{Assembly, Data, Field, Grid};
 use geodesic::lagrangian::PathObjective;
 use geodesic::level_sets::LevelSetObjective;
@@ -19,6 +19,7 @@ use geodesic::{
 use hyperelastic::{CompiledLaw, LameModuli, LawSpec, LogDet, StrainEnergy};
 use levelset::{Arctan, Step};
 use serde_json::Value;
+use test_support::oracle;
 
 /// What the reference files grant, in the maximum norm of each array.
 const RELATIVE: f64 = 1e-10;
@@ -44,7 +45,7 @@ fn close(what: &str, found: f64, expected: f64) {
 #[track_caller]
 fn close_to(what: &str, found: &[f64], expected: &Value) {
     let expected = flat(expected);
-    let error = distance(found, &expected) / max_abs(&expected);
+    let error = max_abs_difference(found, &expected) / max_abs(&expected);
     assert!(error <= RELATIVE, "{what}: relative error {error:e}");
 }
 

@@ -11,6 +11,8 @@ use super::Finding;
 const LICENCE: &str = "MIT OR Apache-2.0";
 /// Its texts.
 const LICENCE_FILES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
+/// The crate that all others may use in their tests.
+const TEST_SUPPORT: &str = "xtask/test-support";
 
 /// The keys of the sections whose name satisfies a condition, with their values.
 fn entries(text: &str, section: impl Fn(&str) -> bool) -> Vec<(&str, &str)> {
@@ -105,17 +107,21 @@ pub fn check_member(member: &Member, all: &[Member], architecture: &str) -> Vec<
         messages.push("the licence is not the workspace's".into());
     }
     let allowed = allowed(architecture, &member.folder).unwrap_or_default();
-    let dependencies = entries(&member.manifest, |section| {
-        section.ends_with("dependencies")
-    });
-    for (key, _) in dependencies {
-        let name = key.split('.').next().unwrap_or(key).trim_matches('"');
-        let used = all.iter().find(|other| other.name() == name);
-        if let Some(used) = used.filter(|used| !allowed.contains(&used.folder)) {
-            messages.push(format!(
-                "{} must not depend on {}",
-                member.folder, used.folder
-            ));
+    for tests in [false, true] {
+        let dependencies = entries(&member.manifest, |section| {
+            section.ends_with("dependencies") && section.starts_with("dev-") == tests
+        });
+        for (key, _) in dependencies {
+            let name = key.split('.').next().unwrap_or(key).trim_matches('"');
+            let Some(used) = all.iter().find(|other| other.name() == name) else {
+                continue;
+            };
+            if !allowed.contains(&used.folder) && !(tests && used.folder == TEST_SUPPORT) {
+                messages.push(format!(
+                    "{} must not depend on {}",
+                    member.folder, used.folder
+                ));
+            }
         }
     }
     messages
@@ -141,10 +147,10 @@ mod tests {
     }
 
     fn check(folder: &str, rest: &str) -> Vec<String> {
-        let all = ["low", "high"].map(|other| Member {
+        let all = ["low", "high", TEST_SUPPORT].map(|other| Member {
             folder: other.into(),
             manifest: manifest(
-                &format!("crate-{other}"),
+                &format!("crate-{}", other.rsplit('/').next().unwrap()),
                 if other == folder { rest } else { "" },
             ),
         });
@@ -164,6 +170,14 @@ mod tests {
         let tested =
             format!("{package}[dev-dependencies]\ncrate-high = {{ path = \"../high\" }}\n");
         assert_eq!(check("low", &tested).len(), 1);
+    }
+
+    #[test]
+    fn test_support_is_for_tests_alone() {
+        let package = "license.workspace = true\n";
+        let uses = |section: &str| format!("{package}[{section}]\ncrate-test-support = \"1\"\n");
+        assert!(check("low", &uses("dev-dependencies")).is_empty());
+        assert_eq!(check("low", &uses("dependencies")).len(), 1);
     }
 
     #[test]
