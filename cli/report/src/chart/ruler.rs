@@ -50,7 +50,8 @@ impl Axis<'_> {
 fn round_powers(range: &Range<f64>) -> Vec<f64> {
     let [first, last] = [range.start, range.end].map(f64::log10);
     let digits: &[f64] = match last - first {
-        ..1.0 => &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        ..0.5 => &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        ..1.0 => &[1.0, 2.0, 3.0, 5.0, 7.0],
         ..3.0 => &[1.0, 2.0, 5.0],
         _ => &[1.0],
     };
@@ -122,6 +123,7 @@ mod tests {
             (3e-5, 4e-5),
             (1.0, 900.0),
             (7.0, 7.0),
+            (6.0, 14.0),
         ] {
             let Ruler { range, marks, .. } =
                 axis(Scale::Logarithmic).ruler([low, high, 0.0].into_iter());
