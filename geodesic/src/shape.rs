@@ -118,7 +118,7 @@ pub(crate) struct ShapeOnGrid<const D: usize> {
 
 impl<const D: usize> ShapeOnGrid<D> {
     /// Returns the weight for measuring the overlap with another shape.
-    pub fn seen(&self) -> Option<ScalarField<f64, D>> {
+    pub fn visibility(&self) -> Option<ScalarField<f64, D>> {
         if !self.only_covered {
             return self.weight.clone();
         }

@@ -30,7 +30,7 @@ const FIGURES: [(&str, &[&str]); 12] = [
     ("modes", &[]),
 ];
 
-/// Runs the task; with names, only those figures are made anew.
+/// Runs the task; with names, only for those figures.
 pub fn run(names: &[String]) -> ExitCode {
     match make(names) {
         Ok(()) => ExitCode::SUCCESS,
@@ -55,16 +55,16 @@ fn make(names: &[String]) -> Result<(), Box<dyn std::error::Error>> {
         if !names.is_empty() && !names.iter().any(|own| own == name) {
             continue;
         }
-        let made = place.join(name);
-        figure(&root, name, options, &made)?;
-        let page = std::fs::read_to_string(made.join("figure.md"))?;
+        let folder = place.join(name);
+        figure(&root, name, options, &folder)?;
+        let page = std::fs::read_to_string(folder.join("figure.md"))?;
         let page = page.replace("](figure.png)", &format!("]({name}.png)"));
         let command = [&["shapespace figure", name], options].concat().join(" ");
         std::fs::write(
             docs.join(format!("{name}.md")),
             format!("{page}\n`{command} -o {name}`\n"),
         )?;
-        std::fs::copy(made.join("figure.png"), docs.join(format!("{name}.png")))?;
+        std::fs::copy(folder.join("figure.png"), docs.join(format!("{name}.png")))?;
     }
     std::fs::remove_dir_all(&place)?;
     std::fs::write(docs.join("README.md"), contents(&docs))?;
@@ -75,7 +75,7 @@ fn figure(
     root: &Path,
     name: &str,
     options: &[&str],
-    made: &PathBuf,
+    folder: &PathBuf,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
@@ -84,12 +84,12 @@ fn figure(
         .args(["figure", name])
         .args(options)
         .arg("-o")
-        .arg(made)
+        .arg(folder)
         .status()?;
     if status.success() {
         Ok(())
     } else {
-        Err(format!("the figure {name} could not be made").into())
+        Err(format!("cannot create the figure {name}").into())
     }
 }
 

@@ -104,7 +104,7 @@ pub(super) struct MatrixRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matrix: Option<Vec<Vec<f64>>>,
     /// Pairs without a usable path: their entry is the shortest way through other shapes.
-    pub bridged: Vec<[usize; 2]>,
+    pub filled: Vec<[usize; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub asymmetry: Option<Asymmetry>,
     pub triangles: TriangleReport,
@@ -153,7 +153,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>) -> Record<D> {
     let distances = MatrixRecord::new(&study.distances);
     let marked: Vec<MarkRecord> = records.iter().flat_map(|r| marks(r, config)).collect();
     let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
-    let complete = distances.matrix.is_some() && distances.bridged.is_empty() && !used;
+    let complete = distances.matrix.is_some() && distances.filled.is_empty() && !used;
     // Equalised sizes are not in the units of the inputs.
     let scale = common_scale(inputs).filter(|_| config.size == Size::Kept);
     let found = Found {
@@ -255,7 +255,7 @@ impl MatrixRecord {
                 let rows = 0..c.matrix.n_objects();
                 rows.map(|i| c.matrix.row(i).to_vec()).collect()
             }),
-            bridged: completed.map(|c| c.bridged.clone()).unwrap_or_default(),
+            filled: completed.map(|c| c.filled.clone()).unwrap_or_default(),
             asymmetry: distances.asymmetry,
             triangles: distances.triangles,
             agreement: completed.and_then(|c| c.agreement),

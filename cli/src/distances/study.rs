@@ -44,7 +44,7 @@ pub(super) struct Distances {
 pub(super) struct Completed {
     pub matrix: DistanceMatrix,
     /// Pairs whose distance is the shortest way through other shapes.
-    pub bridged: Vec<[usize; 2]>,
+    pub filled: Vec<[usize; 2]>,
     pub tree: Dendrogram,
     /// Number of clusters shown.
     pub clusters: usize,
@@ -169,7 +169,7 @@ impl Distances {
                 Completed {
                     labels: tree.labels(clusters),
                     matrix: found.matrix,
-                    bridged: found.bridged,
+                    filled: found.filled,
                     tree,
                     clusters,
                     agreement,

@@ -175,11 +175,11 @@ fn write_marks<const D: usize>(text: &mut String, record: &Record<D>) -> std::fm
     if counting.len() > NAMED {
         writeln!(text, "               and others, see result.json")?;
     }
-    let bridged = record.body.distances.bridged.len();
-    if bridged > 0 {
+    let filled = record.body.distances.filled.len();
+    if filled > 0 {
         writeln!(
             text,
-            "               pairs without a path: {bridged}, where the way by other shapes stands in; \
+            "               pairs without a path: {filled}, replaced by paths through other shapes; \
              try --retry level-sets, more steps (-K) or a finer --grid"
         )?;
     }

@@ -8,8 +8,8 @@ use crate::error::CliError;
 use crate::output::stl::write_surface;
 use crate::output::{ResultDir, numbered};
 use crate::picture::{
-    Bounds, Canvas, Colour, Curve, FilmStrip, INK, Paint, View, Window, colour, course, heat,
-    solid, tile_width, tint,
+    Bounds, Canvas, Colour, Curve, FilmStrip, INK, Paint, View, Window, colour, heat, solid,
+    tile_width, time, tint,
 };
 use crate::shapes::{Input, SurfaceRecord, curves, in_input_coordinates, surface, triangles};
 
@@ -84,7 +84,7 @@ impl Draw<2> for Pictures {
         parallel::map(moments(path.steps()), &|(k, share)| {
             let mut canvas = window.canvas();
             // Both ends are seen faintly where the shape is not.
-            for (end, hue) in ends.iter().zip([course(0.0), course(1.0)]) {
+            for (end, hue) in ends.iter().zip([time(0.0), time(1.0)]) {
                 window.outline(&mut canvas, end, 1.0, tint(hue));
             }
             let outline = curves(&boundary(path, k, share));
@@ -251,7 +251,7 @@ fn boundary<const D: usize>(path: &Path<D>, k: usize, share: f64) -> Contour<D> 
 }
 
 fn colour_at<const D: usize>(path: &Path<D>, k: usize, share: f64) -> Colour {
-    course((k as f64 + share) / path.steps().max(1) as f64)
+    time((k as f64 + share) / path.steps().max(1) as f64)
 }
 
 /// What a density is divided by.

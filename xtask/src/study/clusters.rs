@@ -10,7 +10,7 @@ use super::real::files;
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// Shares that shapes of five classes should reach.
+/// Required fractions of correctly classified shapes for five classes.
 const LEAST_ACCURACY: f64 = 0.9;
 
 /// A set of shapes.

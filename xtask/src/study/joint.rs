@@ -14,7 +14,7 @@ use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 const NODES: usize = 129;
-/// What is drawn, the contrast of the images, and the standard deviation of their noise.
+/// Kinds of shapes, contrasts of the images, and standard deviations of their noise.
 const CASES: [(&str, f64, f64); 6] = [
     ("blobs", 0.5, 0.1),
     ("blobs", 0.5, 0.2),
@@ -25,15 +25,15 @@ const CASES: [(&str, f64, f64); 6] = [
 ];
 /// Weight of the edges of an image, beside a mismatch of weight one.
 const EDGES: f64 = 2.0;
-/// Length over which images are smoothed, and that for the square of noise over contrast. A phase
-/// field that is zero everywhere must cost more than the noise, `8 eps noise^2 / length` less than
-/// the square of the least jump; strokes must not be smoothed away.
+/// Length over which images are smoothed, and its part per squared ratio of noise to contrast. A
+/// phase field that is zero everywhere must cost more than the noise, `8 eps noise^2 / length` less
+/// than the square of the least jump; strokes must not be smoothed away.
 const SMOOTH: f64 = 0.02;
 const SMOOTH_NOISE: f64 = 0.2;
-/// Least jump of an edge, as a share of the contrast.
+/// Smallest jump of an edge, as a fraction of the contrast.
 const SHARE: f64 = 0.8;
 
-/// An image and what is known of it.
+/// An image and its true object.
 struct Known {
     image: ScalarField<f64, 2>,
     distance: ScalarField<f64, 2>,

@@ -14,7 +14,7 @@ use crate::table::{Table, checked};
 
 const GRIDS: [usize; 2] = [65, 129];
 
-/// All of them.
+/// All averages with known results.
 pub fn section() -> Outcome<Section> {
     let mut table = Table::new(["shapes", "grid", "figure", "asked", "found", "seconds"]);
     for nodes in GRIDS {

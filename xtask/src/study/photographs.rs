@@ -21,10 +21,10 @@ const EDGES: f64 = 2.0;
 /// Images of about one size.
 struct Set {
     name: &'static str,
-    /// The command as a person would type it.
+    /// The command as typed by a user.
     typed: &'static str,
     images: Vec<PathBuf>,
-    /// Masks of what is to be found in them, where they are known.
+    /// Masks of the true objects, if they are known.
     truth: Vec<PathBuf>,
     nodes: usize,
     smooth: f64,
@@ -112,7 +112,7 @@ pub fn section(data: &Path) -> Outcome<Section> {
     })
 }
 
-/// What is found out about a set.
+/// Measurements of a set.
 fn row<const D: usize>(
     set: &Set,
     images: &[Image<D>],
@@ -171,7 +171,7 @@ fn averaged<const D: usize>(set: &Set, images: &[ScalarField<f64, D>]) -> Outcom
     Ok(joint_average(images, &params, &mut Silent)?)
 }
 
-/// Masks where the deformations of their images bring them.
+/// Masks under the deformations of their images.
 fn moved<const D: usize>(
     result: &JointResult<D>,
     truths: &[ScalarField<f64, D>],

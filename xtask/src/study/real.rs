@@ -10,11 +10,11 @@ use super::{Section, root};
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// Sets of files, the options that they need, and the grids.
+/// Sets of files, their options and their grids.
 struct Set {
     name: &'static str,
     files: Vec<PathBuf>,
-    /// The same as a person would type it.
+    /// The files as typed by a user.
     typed: &'static str,
     options: &'static [&'static str],
     grids: &'static [usize],
@@ -124,7 +124,7 @@ pub(super) fn build() -> Outcome<()> {
 }
 
 fn measure(set: &Set, nodes: usize, table: &mut Table) -> Outcome<()> {
-    // The program lies beside this one.
+    // The program is in the folder of this one.
     let program = std::env::current_exe()?.with_file_name("shapespace");
     let place = std::env::temp_dir().join(format!("shapespace-study-{}", std::process::id()));
     let grid = nodes.to_string();

@@ -13,9 +13,9 @@ use crate::descent::LevelDescent;
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// Most iterations that are asked for on a level.
+/// Maximal number of iterations per level.
 pub const ITERATIONS: usize = 40;
-/// The descent is to need this many times the evaluations of L-BFGS.
+/// Required ratio of the evaluations of the descent to those of L-BFGS.
 const RATIO: f64 = 30.0;
 
 /// A group of shapes and its average by L-BFGS.
@@ -105,7 +105,7 @@ pub fn iterations(groups: &[Group]) -> Section {
     }
 }
 
-/// Evaluations that the descent needs to come down to the energy of L-BFGS.
+/// Evaluations of the descent until it reaches the energy of L-BFGS.
 pub fn against_descent(groups: &[Group]) -> Outcome<Section> {
     let mut table = Table::new([
         "shapes",

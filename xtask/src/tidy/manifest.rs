@@ -36,12 +36,12 @@ fn entries(text: &str, section: impl Fn(&str) -> bool) -> Vec<(&str, &str)> {
 pub struct Member {
     /// Its folder, relative to the root.
     pub folder: String,
-    /// What its manifest says.
+    /// The text of its manifest.
     pub manifest: String,
 }
 
 impl Member {
-    /// The name that others depend on it by.
+    /// The name by which other crates depend on it.
     fn name(&self) -> &str {
         let package = entries(&self.manifest, |section| section == "package");
         let name = package.iter().find(|(key, _)| *key == "name");
@@ -67,7 +67,7 @@ fn allowed(architecture: &str, member: &str) -> Option<Vec<String>> {
     Some(names.map(Into::into).collect())
 }
 
-/// Checks what concerns the workspace as a whole.
+/// Checks the workspace as a whole.
 pub fn check_workspace(workspace: &str, architecture: &str, root: &Path) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut report = |path: &str, message: String| {
@@ -92,14 +92,14 @@ pub fn check_workspace(workspace: &str, architecture: &str, root: &Path) -> Vec<
     }
     for member in members {
         if allowed(architecture, &member).is_none() {
-            let message = format!("the table of arrows has no row for {member}");
+            let message = format!("the table of dependencies has no row for {member}");
             report("ARCHITECTURE.md", message);
         }
     }
     findings
 }
 
-/// Checks the arrows and the licence of one crate of all.
+/// Checks the dependencies and the licence of one crate.
 pub fn check_member(member: &Member, all: &[Member], architecture: &str) -> Vec<Finding> {
     let mut messages = Vec::new();
     let package = entries(&member.manifest, |section| section == "package");

@@ -1,4 +1,4 @@
-//! Axes: what they show, and where their labels are.
+//! Axes: their ranges and the positions of their labels.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 
 use super::{Axis, Scale};
 
-/// Labels on an axis, about.
+/// Approximate number of labels on an axis.
 const LABELS: f64 = 7.0;
 
 impl Axis<'_> {
@@ -46,7 +46,7 @@ impl Axis<'_> {
     }
 }
 
-/// Powers of ten in a range; with few of them, round numbers between them, too.
+/// Powers of ten in a range; if they are few, also round numbers between them.
 fn round_powers(range: &Range<f64>) -> Vec<f64> {
     let [first, last] = [range.start, range.end].map(f64::log10);
     let digits: &[f64] = match last - first {
@@ -63,7 +63,7 @@ fn round_powers(range: &Range<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// An axis for the library: what it shows, and where its labels are.
+/// An axis for the plotting library: its range and the positions of its labels.
 pub(super) struct Ruler {
     pub logarithmic: bool,
     pub range: Range<f64>,
@@ -94,7 +94,7 @@ impl Ranged for Ruler {
     }
 }
 
-/// The least of 1, 2 and 5 times a power of ten that is not below a positive number.
+/// Returns the smallest of 1, 2 and 5 times a power of ten that is at least a positive number.
 fn round_above(value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
     let digit = value / power;
