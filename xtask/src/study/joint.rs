@@ -161,16 +161,16 @@ pub fn section() -> Outcome<Section> {
     }
     Ok(Section {
         title: "Segmentation and averaging at the same time",
-        text: "Five blobs, and three drawings of the letter B, at 129 nodes a side, as grey images \
-               of the given contrast with normal noise of the given standard deviation. Each is \
-               segmented alone, and all are segmented and averaged jointly, with the same weights \
-               of their energies, smoothed over more where noise is \
-               stronger. Dice is that of the brighter of two classes with the true \
-               objects: of the smoothed images, and of what the average says of them, the average \
-               image through their deformations. Edges are the nodes where the phase field is below \
-               1/2; precision is the share of them where the phase field of the true boundary is, \
-               too, and the column of the edges the harmonic mean of precision and recall. Joint \
-               figures that are worse are marked.",
+        text: "Five blobs, and three drawings of the letter B, on 129 x 129 nodes, as grey images \
+               of the given contrast with normal noise of the given standard deviation. Each image \
+               is segmented by itself, and all are segmented and averaged jointly, with the same \
+               weights of the energies and with stronger smoothing for stronger noise. Dice is the \
+               overlap of the brighter of two classes with the true object, for the smoothed \
+               images and for their predictions, the average image composed with the deformations. \
+               Edges are the nodes where the phase field is below 1/2. Precision is the fraction \
+               of them where the phase field of the true boundary is also below 1/2; the column of \
+               the edges is the harmonic mean of precision and recall. Joint values that are worse \
+               are marked.",
         table,
     })
 }

@@ -124,9 +124,9 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
                rigid` for pictures and `--grid 65` for volumes, then `shapespace pca`. Bars have \
                one mode and balanced stresses, crosses two modes. Of the hands, three with closed \
                fingers are left out: the gaps are lost on the grid. The root mean square of the \
-               Mahalanobis distances is `sqrt((n-1)/n)`. Three shapes of another class, scored \
-               with `--size equal`, are to be three times as far away as any shape is in the \
-               modes of the others.",
+               Mahalanobis distances is `sqrt((n-1)/n)`. The Mahalanobis distances of three shapes \
+               of another class, scored with `--size equal`, must be three times as large as that \
+               of any shape in the modes of the others.",
         table,
     })
 }
@@ -268,10 +268,10 @@ pub fn landmarks(data: &Path) -> Outcome<Section> {
     Ok(Section {
         title: "Hands: elastic modes and a point distribution model",
         text: "Each of 17 hands (three with closed fingers are left out: the gaps are lost on the \
-               grid) given back by the modes of the others: root mean square distance of the \
-               boundary after a rigid motion, over its distance from the centroid. The landmarks \
-               are the 56 points that were set by hand for every photograph, aligned by \
-               generalised Procrustes analysis; the elastic modes know the masks alone.",
+               grid) is reconstructed from the modes of the others: root mean square distance of \
+               the boundary after a rigid motion, relative to its distance from the centroid. The \
+               landmarks are 56 points placed manually in every photograph, aligned by generalised \
+               Procrustes analysis; the elastic modes use the masks only.",
         table,
     })
 }

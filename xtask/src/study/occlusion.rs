@@ -76,12 +76,12 @@ pub fn section() -> Outcome<Section> {
     }
     Ok(Section {
         title: "Letters of which a part is hidden",
-        text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K 4`, in units of \
-               the inputs; a disk hides a part of the first letter of each pair. Taken for the \
-               whole, what is left has another distance. `--occluded` says that parts may be \
-               hidden, anywhere: then the path need only cover what is seen, and is too short where \
-               shapes have to grow. `--valid-start` and `--valid-end` say where nothing is seen; the \
-               length is to change by less than a tenth.",
+        text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K 4`, in units \
+               of the inputs; a disk hides a part of the first letter of each pair. If the rest is \
+               treated as the whole letter, the distance changes. With `--occluded` parts may be \
+               hidden anywhere: the path only has to cover the visible part, and is too short if \
+               shapes have to grow. With `--valid-start` and `--valid-end` the hidden region is \
+               known; the length must change by less than a tenth.",
         table,
     })
 }

@@ -215,9 +215,10 @@ pub fn letters() -> Outcome<Section> {
     Ok(Section {
         title: "Paths between letters",
         text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K K` on letters \
-               drawn by `shapespace generate letter`. Ends are to be reached with a Dice overlap of \
-               .98, no deformation may fold inside its object, lengths there and back may differ by \
-               5 % at K = 16, and a change of one end changes the length by no more than its own.",
+               drawn by `shapespace generate letter`. Ends must be reached with a Dice overlap of \
+               .98, no deformation may fold inside its object, the lengths in both directions may \
+               differ by at most 5 % at K = 16, and a change of one end may change the length at \
+               most by the length of that change.",
         table,
     })
 }
@@ -265,10 +266,11 @@ pub fn triangles() -> Outcome<Section> {
     }
     Ok(Section {
         title: "Triangle inequality",
-        text: "Roots of the elastic energy (`-K 1`) and lengths of `shapespace geodesic --grid 129`, \
-               in units of the inputs: of the direct way and of that over the middle shape, and by \
-               how much the direct way is longer. The elastic energy is no distance: a detour can be \
-               shorter. The length becomes one as K grows: the excess falls as 1/K.",
+        text: "Roots of the elastic energy (`-K 1`) and lengths of `shapespace geodesic --grid \
+               129`, in units of the inputs: of the direct path and of the path through the middle \
+               shape, and the excess of the direct path. The root of the elastic energy is not a \
+               distance: a detour can be shorter. The length converges to a distance as K grows: \
+               the excess decreases as 1/K.",
         table,
     })
 }
@@ -322,8 +324,8 @@ pub fn materials() -> Outcome<Section> {
     Ok(Section {
         title: "Materials and the area term along paths",
         text: "`shapespace geodesic START.npy END.npy --form FORM --grid 65 -K 8`, bars in the \
-               Lagrangian form, letters as level sets. mu is 1. A fluid of large lambda keeps its \
-               area wherever the end shapes let it.",
+               Lagrangian form, letters as level sets. mu is 1. A fluid of large lambda preserves \
+               its area if the end shapes allow it.",
         table,
     })
 }

@@ -102,12 +102,12 @@ pub fn section(data: &Path) -> Outcome<Section> {
     }
     Ok(Section {
         title: "Photographs, radiographs and slices of brains",
-        text: "Real images of one size, segmented and averaged jointly over the whole box. Images differ \
-               by the root of their variance about the mean, of smoothed images as they are and brought \
-               onto each other by the deformations. Of hands it is known which pixels they cover: \
-               masks that no computation has seen are moved by the same deformations, and their \
-               overlap is the mean Dice of all pairs. Figures that are worse than without a \
-               deformation, and deformations that fold, are marked.",
+        text: "Real images of one size, segmented and averaged jointly over the whole box. The \
+               difference of images is the root of their variance about the mean, for the smoothed \
+               images and for the same images under the deformations. For hands masks are known, \
+               which are not used in the computation: they are deformed by the same deformations, \
+               and their overlap is the mean Dice of all pairs. Values that are worse than without \
+               deformations, and deformations that fold, are marked.",
         table,
     })
 }

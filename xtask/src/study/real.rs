@@ -102,8 +102,8 @@ fn section(title: &'static str, sets: &[Set]) -> Outcome<Section> {
     }
     Ok(Section {
         title,
-        text: "Every deformation is to be certified, the mean Dice overlap of the deformed shapes \
-               with the average is to be .97 in 2D and .95 in 3D or more, and no level is to take \
+        text: "Every deformation must be certified, the mean Dice overlap of the deformed shapes \
+               with the average must be at least .97 in 2D and .95 in 3D, and no level may take \
                more than 40 iterations.",
         table,
     })
