@@ -38,33 +38,20 @@ pub(crate) struct Level<const D: usize> {
 pub(crate) struct PathOnLevel<const D: usize> {
     pub level: Level<D>,
     pub x: Buffer<f64>,
-    /// Its energy; infinite if it is not known.
+    /// Its energy; infinite if the path has not been minimised.
     pub total: f64,
 }
 
 impl<const D: usize> PathOnLevel<D> {
-    /// Wraps a path that has not been minimised.
     pub fn new(level: Level<D>, x: Vec<f64>) -> Self {
-        Self {
-            level,
-            x: x.into(),
-            total: f64::INFINITY,
-        }
+        let (x, total) = (x.into(), f64::INFINITY);
+        Self { level, x, total }
     }
-}
-
-/// The energy of a path on one level.
-pub(crate) trait PathTerms: Objective<Error = GeodesicError> {
-    /// Returns the terms of the last evaluation.
-    fn terms(&self) -> &PathEnergy;
-
-    /// Makes a state admissible.
-    fn repair(&self, x: &mut [f64]);
 }
 
 /// A form of paths between two shapes.
 pub(crate) trait PathForm<const D: usize> {
-    type Objective: PathTerms;
+    type Objective: Objective<Error = GeodesicError>;
 
     /// Creates the energy of a level, with the parameters of that level.
     fn objective(
@@ -81,37 +68,26 @@ pub(crate) trait PathForm<const D: usize> {
         to: &Level<D>,
     ) -> Result<Vec<f64>, GeodesicError>;
 
-    /// Sets the unknowns that are fixed on a level.
-    fn fix(&self, _level: &Level<D>, _x: &mut [f64]) {}
+    /// Makes a path admissible on a level.
+    fn repair(&self, level: &Level<D>, objective: &Self::Objective, x: &mut [f64]);
+
+    /// Returns the terms of the last evaluation.
+    fn energy(objective: &Self::Objective) -> &PathEnergy;
 }
 
 /// The minimisation of paths in one form, over one or several sequences of levels.
 pub(crate) struct Descent<'a, F, const D: usize> {
     pub form: F,
-    params: &'a GeodesicParams,
-    pub observer: &'a mut dyn Observer,
+    pub params: &'a GeodesicParams,
     /// Number of levels of all sequences.
     pub n_levels: usize,
+    /// The present sequence.
+    pub levels: Vec<Level<D>>,
     /// Convergence history of each level, in order.
     pub reports: Vec<LevelReport>,
 }
 
-impl<'a, F: PathForm<D>, const D: usize> Descent<'a, F, D> {
-    pub fn new(
-        form: F,
-        params: &'a GeodesicParams,
-        observer: &'a mut dyn Observer,
-        n_levels: usize,
-    ) -> Self {
-        Self {
-            form,
-            params,
-            observer,
-            n_levels,
-            reports: Vec::new(),
-        }
-    }
-
+impl<F: PathForm<D>, const D: usize> Descent<'_, F, D> {
     /// Returns whether the last level ended the minimisation.
     pub fn ended(&self) -> bool {
         let status = self.reports.last().map(|report| report.info.status);
@@ -124,67 +100,47 @@ impl<'a, F: PathForm<D>, const D: usize> Descent<'a, F, D> {
         &mut self,
         start: PathOnLevel<D>,
         levels: &[Level<D>],
+        observer: &mut dyn Observer,
     ) -> Result<PathOnLevel<D>, GeodesicError> {
         if levels.is_empty() || self.ended() {
             return Ok(start);
         }
-        let mut observer = Numbered {
+        let (from, to) = (&start.level, &levels[0]);
+        let x = if from.grid == to.grid && from.steps == to.steps {
+            start.x
+        } else {
+            self.form.transfer(&start.x, from, to)?.into()
+        };
+        self.levels = levels.to_vec();
+        let minimisers: Vec<_> = levels
+            .iter()
+            .map(|l| minimiser(&self.params_on(l)))
+            .collect();
+        let mut numbered = Numbered {
             first: self.reports.len(),
             n_levels: self.n_levels,
-            observer: self.observer,
+            observer,
         };
-        let params = self.params;
-        let mut sequence = Sequence {
-            form: &self.form,
-            params,
-            levels,
-            reports: &mut self.reports,
-        };
-        let x = sequence.carried(start.x, &start.level, &levels[0])?;
-        let minimiser = |level: usize| minimiser(&params_on(params, &levels[level]));
-        let found = minimise_levels(&mut sequence, minimiser, x, &mut observer)?;
-        let reached = levels[found.levels.len() - 1];
-        let energy = self.reports.last().map(|report| report.energy.total);
+        let found = minimise_levels(self, |k: usize| minimisers[k], x, &mut numbered)?;
+        let last = self.reports.last();
         Ok(PathOnLevel {
-            level: reached,
+            level: levels[found.levels.len() - 1],
             x: found.x,
-            total: energy.unwrap_or(f64::INFINITY),
+            total: last.map_or(f64::INFINITY, |report| report.energy.total),
         })
     }
-}
 
-/// Returns the parameters of a level.
-fn params_on<const D: usize>(params: &GeodesicParams, level: &Level<D>) -> GeodesicParams {
-    GeodesicParams {
-        steps: level.steps,
-        tolerance: level.tolerance * params.tolerance,
-        ..params.clone()
-    }
-}
-
-/// A sequence of levels.
-struct Sequence<'a, F, const D: usize> {
-    form: &'a F,
-    params: &'a GeodesicParams,
-    levels: &'a [Level<D>],
-    reports: &'a mut Vec<LevelReport>,
-}
-
-impl<F: PathForm<D>, const D: usize> Sequence<'_, F, D> {
-    fn carried(
-        &self,
-        x: Buffer<f64>,
-        from: &Level<D>,
-        to: &Level<D>,
-    ) -> Result<Buffer<f64>, GeodesicError> {
-        if from.grid == to.grid && from.steps == to.steps {
-            return Ok(x);
+    /// Returns the parameters of a level.
+    fn params_on(&self, level: &Level<D>) -> GeodesicParams {
+        GeodesicParams {
+            steps: level.steps,
+            tolerance: level.tolerance * self.params.tolerance,
+            ..self.params.clone()
         }
-        Ok(self.form.transfer(&x, from, to)?.into())
     }
 }
 
-impl<F: PathForm<D>, const D: usize> LevelProblem for Sequence<'_, F, D> {
+impl<F: PathForm<D>, const D: usize> LevelProblem for Descent<'_, F, D> {
     type Error = GeodesicError;
     type Objective = F::Objective;
 
@@ -194,7 +150,7 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Sequence<'_, F, D> {
 
     fn objective(&mut self, level: usize) -> Result<F::Objective, GeodesicError> {
         let level = &self.levels[level];
-        self.form.objective(level, &params_on(self.params, level))
+        self.form.objective(level, &self.params_on(level))
     }
 
     fn prolong(&mut self, level: usize, x: &[f64]) -> Result<Buffer<f64>, GeodesicError> {
@@ -203,8 +159,8 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Sequence<'_, F, D> {
     }
 
     fn repair(&mut self, level: usize, x: &mut [f64]) -> Result<(), GeodesicError> {
-        self.form.fix(&self.levels[level], x);
-        self.objective(level)?.repair(x);
+        let objective = self.objective(level)?;
+        self.form.repair(&self.levels[level], &objective, x);
         Ok(())
     }
 
@@ -217,12 +173,12 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Sequence<'_, F, D> {
     ) -> Result<(), GeodesicError> {
         // The last evaluation may have been that of a rejected trial.
         objective.value(x)?;
-        let Level { grid, steps, .. } = &self.levels[level];
+        let Level { grid, steps, .. } = self.levels[level];
         self.reports.push(LevelReport {
             nodes: grid.nodes_per_axis().to_vec(),
-            steps: *steps,
+            steps,
             info: info.clone(),
-            energy: objective.terms().clone(),
+            energy: F::energy(&objective).clone(),
         });
         Ok(())
     }

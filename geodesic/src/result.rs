@@ -144,8 +144,8 @@ fn geodesic_between_in<const D: usize>(
             Ok(found)
         }
         Form::LevelSets => {
-            let (first, others) = first_paths(start, end, params, observer)?;
-            let path = level_set_path(first, others, start, end, params, observer)?;
+            let paths = first_paths(start, end, params, observer)?;
+            let path = level_set_path(&paths, start, end, params, observer)?;
             let PathState {
                 shapes,
                 displacements,

@@ -6,7 +6,6 @@ use crate::descent::fold_barrier;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
-use crate::levels::PathTerms;
 use crate::metric::{ComposedLevel, ElasticForm};
 use crate::mismatch::{HeavisideMismatch, MeasuredMismatch};
 use crate::params::GeodesicParams;
@@ -145,6 +144,14 @@ impl<const D: usize> PathObjective<D> {
         &self.energy
     }
 
+    /// Interpolates deformations towards the identity until they are admissible.
+    pub(crate) fn repair(&self, x: &mut [f64]) {
+        let bound = self.params.min_determinant;
+        for u in x.chunks_exact_mut(self.dim_of_step()) {
+            repair(&self.grid, u, bound, self.solid.as_deref());
+        }
+    }
+
     fn dim_of_step(&self) -> usize {
         D * self.grid.n_nodes()
     }
@@ -267,19 +274,6 @@ fn single<const D: usize>(
         weight: None,
         only_covered: false,
     }))
-}
-
-impl<const D: usize> PathTerms for PathObjective<D> {
-    fn terms(&self) -> &PathEnergy {
-        &self.energy
-    }
-
-    fn repair(&self, x: &mut [f64]) {
-        for u in x.chunks_exact_mut(self.dim_of_step()) {
-            let bound = self.params.min_determinant;
-            repair(&self.grid, u, bound, self.solid.as_deref());
-        }
-    }
 }
 
 impl<const D: usize> Objective for PathObjective<D> {

@@ -1,6 +1,7 @@
 //! Solution from one step on the coarsest grid to all steps on the finest.
 
 use super::objective::PathObjective;
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::level_sets::{compose, flow_path};
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
@@ -63,19 +64,26 @@ fn lagrangian_path_in<const D: usize>(
     };
     let identity = vec![0.0; levels[0].steps * D * grids[0].n_nodes()];
     let form = Deformations { start, end };
-    let mut descent = Descent::new(form, params, observer, levels.len());
-    let mut path = descent.minimise(PathOnLevel::new(levels[0], identity), coarse)?;
+    let mut descent = Descent {
+        form,
+        params,
+        n_levels: levels.len(),
+        levels: Vec::new(),
+        reports: Vec::new(),
+    };
+    let initial = PathOnLevel::new(levels[0], identity);
+    let mut path = descent.minimise(initial, coarse, observer)?;
     let may_flow = !fine.is_empty() && !descent.ended();
     if may_flow && matches!(start.known(), Known::Everywhere) && !reached(start, end, &path)? {
-        let flow = along_flow(start, end, &path.level.grid, params, descent.observer)?;
+        let flow = along_flow(start, end, &path.level.grid, params, observer)?;
         descent.n_levels += 1;
         let other = PathOnLevel::new(path.level, flow);
-        let other = descent.minimise(other, &[path.level])?;
+        let other = descent.minimise(other, &[path.level], observer)?;
         if other.total < path.total {
             path = other;
         }
     }
-    let path = descent.minimise(path, fine)?;
+    let path = descent.minimise(path, fine, observer)?;
     Ok(LagrangianPath {
         displacements: displacements(&path)?,
         levels: descent.reports,
@@ -96,8 +104,7 @@ impl<const D: usize> PathForm<D> for Deformations<'_, D> {
         level: &Level<D>,
         params: &GeodesicParams,
     ) -> Result<PathObjective<D>, GeodesicError> {
-        let ends = [self.start, self.end].map(|shape| shape.on_grid(&level.grid));
-        let [first, last] = ends;
+        let [first, last] = [self.start, self.end].map(|shape| shape.on_grid(&level.grid));
         PathObjective::between(first, last, level.steps, params)
     }
 
@@ -116,6 +123,14 @@ impl<const D: usize> PathForm<D> for Deformations<'_, D> {
             prolong_into(&from.grid, u, out);
         }
         Ok(finer)
+    }
+
+    fn repair(&self, _level: &Level<D>, objective: &PathObjective<D>, x: &mut [f64]) {
+        objective.repair(x);
+    }
+
+    fn energy(objective: &PathObjective<D>) -> &PathEnergy {
+        objective.energy()
     }
 }
 

@@ -8,7 +8,6 @@ use crate::descent::fold_barrier;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
-use crate::levels::PathTerms;
 use crate::mismatch::{MismatchWeights, StepMismatch};
 use crate::params::GeodesicParams;
 use crate::shape::KnownEnds;
@@ -136,6 +135,15 @@ impl<const D: usize> LevelSetObjective<D> {
             let union = self.layout.union(x, k - 1);
             solid_cells(&self.grid, &union, self.indicator)
         })
+    }
+
+    /// Interpolates deformations towards the identity until they are admissible.
+    pub(crate) fn repair(&self, x: &mut [f64]) {
+        for k in 1..=self.layout.steps {
+            let solid = self.solid_cells(x, k);
+            let u = &mut x[self.layout.displacement(k)];
+            repair(&self.grid, u, self.params.min_determinant, solid.as_deref());
+        }
     }
 
     fn admissible(&self, x: &[f64], k: usize) -> bool {
@@ -340,20 +348,6 @@ fn part<'a>(gradient: &'a mut [f64], range: &std::ops::Range<usize>) -> &'a mut 
         gradient
     } else {
         &mut gradient[range.clone()]
-    }
-}
-
-impl<const D: usize> PathTerms for LevelSetObjective<D> {
-    fn terms(&self) -> &PathEnergy {
-        &self.energy
-    }
-
-    fn repair(&self, x: &mut [f64]) {
-        for k in 1..=self.layout.steps {
-            let solid = self.solid_cells(x, k);
-            let u = &mut x[self.layout.displacement(k)];
-            repair(&self.grid, u, self.params.min_determinant, solid.as_deref());
-        }
     }
 }
 

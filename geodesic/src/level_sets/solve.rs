@@ -2,6 +2,7 @@
 
 use super::objective::LevelSetObjective;
 use super::state::{Layout, PathState};
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
 use crate::params::GeodesicParams;
@@ -33,9 +34,11 @@ compiled_once! {
     ///
     /// # Errors
     /// [`GeodesicError`] for parameters out of range and unsuitable paths.
+    ///
+    /// # Panics
+    /// If there is no initial path.
     pub fn level_set_path<'a, D>(
-        first: PathState<D>,
-        others: Vec<PathState<D>>,
+        paths: &'a [PathState<D>],
         start: &'a Shape<D>,
         end: &'a Shape<D>,
         params: &'a GeodesicParams,
@@ -44,18 +47,18 @@ compiled_once! {
 }
 
 fn level_set_path_in<const D: usize>(
-    first: PathState<D>,
-    others: Vec<PathState<D>>,
+    paths: &[PathState<D>],
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LevelSetPath<D>, GeodesicError> {
     params.check()?;
+    let first = &paths[0];
     let refined = refinements(*first.grid(), *start.grid(), params.steps);
-    let joined: Vec<_> = std::iter::once(&first)
-        .chain(&others)
-        .map(|state| halvings(state, params.steps))
+    let joined: Vec<_> = paths
+        .iter()
+        .map(|path| halvings(path, params.steps))
         .collect();
     let n_levels = refined.len() + joined.iter().map(Vec::len).sum::<usize>();
     let form = LevelSets {
@@ -63,20 +66,23 @@ fn level_set_path_in<const D: usize>(
         end,
         components: first.layout().components,
     };
-    let mut descent = Descent::new(form, params, observer, n_levels);
+    let mut descent = Descent {
+        form,
+        params,
+        n_levels,
+        levels: Vec::new(),
+        reports: Vec::new(),
+    };
     let initial =
         |state: &PathState<D>, levels: &[Level<D>]| PathOnLevel::new(levels[0], state.to_vector());
-    let mut path = descent.minimise(initial(&first, &joined[0]), &joined[0])?;
-    for (other, levels) in others.iter().zip(&joined[1..]) {
-        if descent.ended() {
-            break;
-        }
-        let other = descent.minimise(initial(other, levels), levels)?;
+    let mut path = descent.minimise(initial(first, &joined[0]), &joined[0], observer)?;
+    for (other, levels) in paths.iter().zip(&joined).skip(1) {
+        let other = descent.minimise(initial(other, levels), levels, observer)?;
         if other.total < path.total && !descent.ended() {
             path = other;
         }
     }
-    let path = descent.minimise(path, &refined)?;
+    let path = descent.minimise(path, &refined, observer)?;
     Ok(LevelSetPath {
         state: descent.form.state(&path.level, &path.x)?,
         levels: descent.reports,
@@ -165,13 +171,18 @@ impl<const D: usize> PathForm<D> for LevelSets<'_, D> {
         Ok(state.to_vector())
     }
 
-    /// Sets the end shapes to those of the grid, which no coarser grid has smoothed.
-    fn fix(&self, level: &Level<D>, x: &mut [f64]) {
+    fn repair(&self, level: &Level<D>, objective: &LevelSetObjective<D>, x: &mut [f64]) {
+        // The end shapes are those of this grid, not smoothed by a coarser one.
         let layout = self.layout(level);
         for (k, shape) in [0, level.steps].into_iter().zip(self.ends(level)) {
             for (component, u) in shape.components.iter().enumerate() {
                 x[layout.level_set(k, component)].copy_from_slice(u.as_slice());
             }
         }
+        objective.repair(x);
+    }
+
+    fn energy(objective: &LevelSetObjective<D>) -> &PathEnergy {
+        objective.energy()
     }
 }
