@@ -116,7 +116,8 @@ pub fn check_member(member: &Member, all: &[Member], architecture: &str) -> Vec<
             let Some(used) = all.iter().find(|other| other.name() == name) else {
                 continue;
             };
-            if !allowed.contains(&used.folder) && !(tests && used.folder == TEST_SUPPORT) {
+            let permitted = allowed.contains(&used.folder);
+            if !permitted && (!tests || used.folder != TEST_SUPPORT) {
                 messages.push(format!(
                     "{} must not depend on {}",
                     member.folder, used.folder
