@@ -131,6 +131,9 @@ mod tests {
             assert!((2..=12).contains(&marks.len()), "{low} {high} {marks:?}");
             assert!(marks.windows(2).all(|pair| pair[0] < pair[1]));
             assert!(marks.iter().all(|mark| range.contains(mark)));
+            // Numbers of four digits need less than this share of an axis; 9 and 10 are the closest.
+            let share = |pair: &[f64]| (pair[1] / pair[0]).ln() / (range.end / range.start).ln();
+            assert!(marks.windows(2).all(|pair| share(pair) > 0.09), "{marks:?}");
         }
         for length in [1e-7, 0.3, 1.0, 7.0, 83.0] {
             let marks = axis(Scale::Linear).ruler([length].into_iter()).marks;
