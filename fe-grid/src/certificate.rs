@@ -1,9 +1,9 @@
 //! The certificate of injectivity: a lower bound of `det D Phi` on whole cells.
 //!
 //! In two dimensions the determinant of a bilinear map is affine on a cell, so that its minimum
-//! is taken at a corner. In three it is a polynomial of degree two in each variable; its 27
-//! Bernstein coefficients bound it from below, and where that bound does not suffice the cell is
-//! split, which brings bound and minimum together quadratically.
+//! is attained at a corner. In three dimensions it is a polynomial of degree two in each variable;
+//! its 27 Bernstein coefficients bound it from below. Where that bound does not suffice the cell is
+//! split, and the gap between bound and minimum decreases quadratically.
 
 use crate::compiled_once;
 use crate::engine::block::component_rows;
@@ -12,9 +12,10 @@ use crate::engine::rows::{NodeRows, block_starts, first_cell, rows_of_layer};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, Numbers};
 use crate::parallel;
+use crate::vector;
 use serde::Serialize;
 
-/// What is known about the determinant of a deformation gradient.
+/// Bounds of the determinant of a deformation gradient.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Certificate {
     /// Whether the determinant exceeds the threshold everywhere.
@@ -23,14 +24,57 @@ pub struct Certificate {
     pub min_det: f64,
     /// The smallest determinant at a corner of a cell.
     pub min_corner_det: f64,
-    /// The cell of the lower bound.
+    /// The cell in which the lower bound is attained.
     pub cell: usize,
 }
 
-/// How often a cell is split before it is given up.
+impl Certificate {
+    /// The certificate of the identity, whose determinant is one everywhere.
+    pub const IDENTITY: Self = Self {
+        certified: true,
+        min_det: 1.0,
+        min_corner_det: 1.0,
+        cell: 0,
+    };
+
+    /// Returns the certificate with the smallest bound, the first of several; that of the identity
+    /// if there are none.
+    pub fn worst(certificates: impl IntoIterator<Item = Self>) -> Self {
+        let worse = |a: Self, b: Self| if b.min_det < a.min_det { b } else { a };
+        let worst = certificates.into_iter().reduce(worse);
+        worst.unwrap_or(Self::IDENTITY)
+    }
+}
+
+/// Interpolates a displacement towards the identity until the determinant exceeds `threshold` on
+/// the cells that `within` marks, or on all cells: the displacement is multiplied by 0.9 up to 40
+/// times, and is zero afterwards if that does not suffice.
+///
+/// # Panics
+/// If the displacement does not have `D` components of the grid, or `within` does not have one
+/// entry per cell.
+pub fn repair<const D: usize>(
+    grid: &Grid<D>,
+    displacement: &mut [f64],
+    threshold: f64,
+    within: Option<&[bool]>,
+) {
+    for _ in 0..REPAIRS {
+        if certify_within(grid, displacement, threshold, threshold, within).certified {
+            return;
+        }
+        vector::scale(0.9, displacement);
+    }
+    displacement.fill(0.0);
+}
+
+/// Maximal number of interpolations towards the identity.
+const REPAIRS: usize = 40;
+
+/// Maximal depth to which a cell is split.
 const MAX_SPLITS: usize = 6;
 
-/// Bounds `det(1 + D u)` for a displacement `u`, and says whether it exceeds `threshold`.
+/// Bounds `det(1 + D u)` for a displacement `u`, and compares it with `threshold`.
 ///
 /// # Panics
 /// If the displacement does not have `D` components of the grid.
@@ -42,10 +86,9 @@ pub fn certify<T: Element, const D: usize>(
     certify_below(grid, displacement, threshold, f64::INFINITY)
 }
 
-/// Like [`certify`], but exact only where the determinant may be `detail` or less. Cells of which
-/// an estimate shows that it is larger stand with that estimate, which costs less:
-/// `min_det` and `min_corner_det` are exact where they do not exceed `detail`, and otherwise
-/// lower bounds above it.
+/// Like [`certify`], but exact only where the determinant may be `detail` or less. Elsewhere a
+/// cheaper estimate is used: `min_det` and `min_corner_det` are exact if they do not exceed
+/// `detail`, and otherwise lower bounds that exceed it.
 ///
 /// # Panics
 /// If the displacement does not have `D` components of the grid.
@@ -58,11 +101,12 @@ pub fn certify_below<T: Element, const D: usize>(
     certify_within(grid, displacement, threshold, detail, None)
 }
 
-/// Like [`certify_below`], on the cells alone that `within` marks, where there is such a list. No
-/// cell is certified, with an infinite determinant.
+/// Like [`certify_below`], but only on the cells that `within` marks, if it is given. An empty set
+/// of cells is certified, with an infinite determinant.
 ///
 /// # Panics
-/// If the displacement does not have `D` components of the grid, or the list not one entry a cell.
+/// If the displacement does not have `D` components of the grid, or `within` does not have one
+/// entry per cell.
 pub fn certify_within<T: Element, const D: usize>(
     grid: &Grid<D>,
     displacement: &[T],
@@ -82,11 +126,12 @@ pub fn certify_within<T: Element, const D: usize>(
     }
 }
 
-/// The cells, of those that `within` marks or of all, whose bound of the determinant does not
-/// exceed a threshold, in order.
+/// Returns the cells whose bound of the determinant does not exceed a threshold, in memory order:
+/// of those that `within` marks, or of all.
 ///
 /// # Panics
-/// If the displacement does not have `D` components of the grid, or the list not one entry a cell.
+/// If the displacement does not have `D` components of the grid, or `within` does not have one
+/// entry per cell.
 pub fn violations<T: Element, const D: usize>(
     grid: &Grid<D>,
     displacement: &[T],
@@ -178,7 +223,7 @@ impl LayerBounds {
     }
 
     fn include(&mut self, bound: f64, corner: f64, cell: usize) {
-        // NaN counts as the worst that can be.
+        // NaN counts as minus infinity.
         let worst_if_nan = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
         let bound = worst_if_nan(bound);
         if bound < self.bound {
@@ -193,9 +238,9 @@ struct BoundKernel<'a, T, const D: usize> {
     displacement: &'a [T],
     layer: usize,
     threshold: f64,
-    /// Above this an estimate of the determinant is enough.
+    /// Above this value an estimate of the determinant suffices.
     detail: f64,
-    /// The cells that count.
+    /// The cells that are considered; `None` for all.
     within: Option<&'a [bool]>,
 }
 
@@ -211,7 +256,7 @@ impl<T: Element, const D: usize> LaneKernel<T> for BoundKernel<'_, T, D> {
             let nodes = component_rows::<T, D, D>(self.grid, self.displacement, row);
             for i in block_starts::<L>(length) {
                 let map = self.corner_positions::<L>(&nodes, i);
-                // In two dimensions an estimate is no cheaper than the determinant.
+                // In two dimensions an estimate is not cheaper than the determinant.
                 if D == 2 || self.detail == f64::INFINITY {
                     let (bound, corner) = determinant_bounds::<L, D>(&map);
                     bound.store(&mut bounds[i..]);
@@ -306,7 +351,7 @@ fn determinant_estimate<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) ->
     let higher = squared_norm
         .sqrt()
         .mul_add(L::splat(DETERMINANT_SHARE), L::splat(0.5));
-    // Minima and maxima pass over NaN, which must not go unseen.
+    // Minima and maxima ignore NaN; this term propagates it.
     all_squares.scale(0.0) + L::one() + trace - squared_norm * higher
 }
 
@@ -329,13 +374,13 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
     }
     // Degree one in the two other variables for each column: the product has degree two in all.
     // Coefficient (i, j, k) collects the triple products of columns whose indices add up to it,
-    // over the binomials of degree two.
+    // divided by the binomial coefficients of degree two.
     let mut coefficients = [L::zero(); 27];
     for yz in 0..4 {
         let a = edge(0, (yz & 1) << 1 | (yz >> 1) << 2);
         for xz in 0..4 {
             let b = edge(1, (xz & 1) | (xz >> 1) << 2);
-            // The cross product of the first two columns serves four third columns.
+            // The cross product of the first two columns is used for four third columns.
             let cross: [L; 3] = std::array::from_fn(|m| {
                 let (p, q) = ((m + 1) % 3, (m + 2) % 3);
                 a[p].mul_add(b[q], -(a[q] * b[p]))
@@ -376,8 +421,8 @@ fn refined_bound<const D: usize>(
     }
     let mut least = f64::INFINITY;
     for child in 0..1 << D {
-        // Twice as large, so that the determinant in the coordinates of the child is that of
-        // the whole cell.
+        // Scaled by two, so that the determinant in the coordinates of the child is that in the
+        // coordinates of the cell.
         let part: [[f64; MAX_CORNERS]; D] =
             std::array::from_fn(|k| child_corners::<D>(&map[k], child).map(|x| 2.0 * x));
         least = least.min(refined_bound::<D>(&part, threshold, splits - 1));

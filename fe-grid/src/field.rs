@@ -5,21 +5,21 @@ use crate::grid::Grid;
 use crate::lane::Element;
 use crate::parallel;
 
-/// A field of `M` components, one number a node and component: component by component, `x`
-/// fastest. `T` is the storage type; sums over a field are taken in double precision.
+/// A field of `M` components with one number per node and component, stored component by component,
+/// `x` fastest. `T` is the storage type; sums over a field are taken in double precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field<T, const D: usize, const M: usize> {
     grid: Grid<D>,
     data: Vec<T>,
 }
 
-/// A field with one number a node.
+/// A field with one number per node.
 pub type ScalarField<T, const D: usize> = Field<T, D, 1>;
-/// A field with one vector a node, such as a deformation.
+/// A field with one vector per node, such as a displacement.
 pub type VectorField<T, const D: usize> = Field<T, D, D>;
 
 impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
-    /// The zero field.
+    /// Creates the zero field.
     pub fn zeros(grid: Grid<D>) -> Self {
         Self {
             grid,
@@ -27,10 +27,10 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
         }
     }
 
-    /// A field from its numbers.
+    /// Creates a field from its values, component by component.
     ///
     /// # Errors
-    /// [`GridError::Length`] where there are not `M` times as many numbers as nodes.
+    /// [`GridError::Length`] unless there are `M` values per node.
     pub fn from_vec(grid: Grid<D>, data: Vec<T>) -> Result<Self, GridError> {
         let expected = M * grid.n_nodes();
         if data.len() != expected {
@@ -42,7 +42,7 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
         Ok(Self { grid, data })
     }
 
-    /// A field from a function of the position.
+    /// Creates a field from a function of the position.
     pub fn from_fn(grid: Grid<D>, f: impl Fn([f64; D]) -> [f64; M]) -> Self {
         let mut field = Self::zeros(grid);
         let n = grid.n_nodes();
@@ -54,45 +54,45 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
         field
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid
     }
 
-    /// All numbers, component by component.
+    /// Returns all values, component by component.
     pub fn as_slice(&self) -> &[T] {
         &self.data
     }
 
-    /// All numbers, component by component.
+    /// Returns all values, component by component, for modification.
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         &mut self.data
     }
 
-    /// All numbers, component by component.
+    /// Returns all values, component by component, without copying.
     pub fn into_vec(self) -> Vec<T> {
         self.data
     }
 
-    /// The numbers of one component.
+    /// Returns the values of one component.
     pub fn component(&self, c: usize) -> &[T] {
         let n = self.grid.n_nodes();
         &self.data[c * n..(c + 1) * n]
     }
 
-    /// The numbers of one component.
+    /// Returns the values of one component, for modification.
     pub fn component_mut(&mut self, c: usize) -> &mut [T] {
         let n = self.grid.n_nodes();
         &mut self.data[c * n..(c + 1) * n]
     }
 
-    /// The value at a node.
+    /// Returns the value at a node.
     pub fn at(&self, index: usize) -> [f64; M] {
         let n = self.grid.n_nodes();
         std::array::from_fn(|c| self.data[c * n + index].to_f64())
     }
 
-    /// The field in another precision.
+    /// Converts the field to another precision.
     pub fn convert<U: Element>(&self) -> Field<U, D, M> {
         let data = self.data.iter().map(|x| U::from_f64(x.to_f64())).collect();
         Field {
@@ -101,8 +101,8 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
         }
     }
 
-    /// The multilinear interpolant at a point; points outside the box take the value at the
-    /// nearest point of the box.
+    /// Evaluates the multilinear interpolant at a point; at points outside the box, at the nearest
+    /// point of the box.
     pub fn sample(&self, point: [f64; D]) -> [f64; M] {
         let (cell, local) = locate(&self.grid, point);
         let strides = self.grid.strides();
@@ -126,11 +126,11 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
         value
     }
 
-    /// The field `f o Phi` at the nodes, where `Phi(x) = x + u(x)` with the displacement `u`, its
-    /// components one after the other on the field's grid.
+    /// Computes the field `f o Phi` at the nodes for the deformation `Phi(x) = x + u(x)`. The
+    /// displacement `u` is given at the nodes of the field's grid, component by component.
     ///
     /// # Panics
-    /// If the displacement does not fit the grid.
+    /// If the displacement does not have `D` components of the grid.
     pub fn compose(&self, displacement: &[f64]) -> Field<f64, D, M> {
         let (grid, n) = (self.grid, self.grid.n_nodes());
         assert_eq!(displacement.len(), D * n, "a displacement of another grid");
@@ -154,14 +154,14 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
 }
 
 impl<T: Element, const D: usize> Field<T, D, D> {
-    /// The identity deformation: every node at its own position.
+    /// Returns the identity deformation: the position of every node.
     pub fn identity(grid: Grid<D>) -> Self {
         Self::from_fn(grid, |x| x)
     }
 }
 
-/// The cell that holds a point, and the point's coordinates in it, in `[0, 1]`; points outside
-/// the box are moved to its nearest point.
+/// Returns the cell that contains a point, and the local coordinates of the point, in `[0, 1]`;
+/// points outside the box are projected onto the box first.
 pub fn locate<const D: usize>(grid: &Grid<D>, point: [f64; D]) -> ([usize; D], [f64; D]) {
     let cells = grid.cells_per_axis();
     let mut cell = [0; D];

@@ -1,9 +1,9 @@
-//! Uniform grids of one spacing, and the hierarchy over them.
+//! Uniform grids with one spacing, and their hierarchies.
 
 use crate::error::GridError;
 
-/// Nodes of a box `[0, (n_0-1) h] x ...`, the same spacing `h` along every axis. Axis 0 is `x`,
-/// and `x` runs fastest in memory.
+/// The nodes of a box `[0, (n_0-1) h] x ...` with the same spacing `h` along every axis. Axis 0 is
+/// `x`; `x` runs fastest in memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid<const D: usize> {
     n_nodes: [usize; D],
@@ -11,12 +11,12 @@ pub struct Grid<const D: usize> {
 }
 
 impl<const D: usize> Grid<D> {
-    /// `2^level + 1` nodes a side of the unit box.
+    /// Creates a grid of the unit box with `2^level + 1` nodes along every axis.
     pub fn dyadic(level: u32) -> Self {
         Self::cube((1 << level) + 1)
     }
 
-    /// `n` nodes a side of the unit box.
+    /// Creates a grid of the unit box with `n` nodes along every axis.
     ///
     /// # Panics
     /// If `n < 2`.
@@ -28,11 +28,11 @@ impl<const D: usize> Grid<D> {
         }
     }
 
-    /// A box with its own number of nodes along each axis (`x` first) and one spacing.
+    /// Creates a grid with different numbers of nodes along the axes (`x` first) and one spacing.
     ///
     /// # Errors
-    /// [`GridError::TooSmall`] with fewer than two nodes along an axis,
-    /// [`GridError::Spacing`] where the spacing is not positive and finite.
+    /// [`GridError::TooSmall`] for fewer than two nodes along an axis, [`GridError::Spacing`]
+    /// unless the spacing is positive and finite.
     pub fn with_nodes(n_nodes: [usize; D], spacing: f64) -> Result<Self, GridError> {
         if n_nodes.iter().any(|&n| n < 2) {
             return Err(GridError::TooSmall {
@@ -45,75 +45,75 @@ impl<const D: usize> Grid<D> {
         Ok(Self { n_nodes, spacing })
     }
 
-    /// Number of nodes along each axis, `x` first.
+    /// Returns the number of nodes along each axis, `x` first.
     pub fn nodes_per_axis(&self) -> [usize; D] {
         self.n_nodes
     }
 
-    /// Number of cells along each axis, `x` first.
+    /// Returns the number of cells along each axis, `x` first.
     pub fn cells_per_axis(&self) -> [usize; D] {
         self.n_nodes.map(|n| n - 1)
     }
 
-    /// Distance `h` of neighbouring nodes.
+    /// Returns the distance `h` between neighbouring nodes.
     pub fn spacing(&self) -> f64 {
         self.spacing
     }
 
-    /// Side lengths of the box.
+    /// Returns the side lengths of the box.
     pub fn extent(&self) -> [f64; D] {
         self.n_nodes.map(|n| (n - 1) as f64 * self.spacing)
     }
 
-    /// Number of nodes.
+    /// Returns the number of nodes.
     pub fn n_nodes(&self) -> usize {
         self.n_nodes.iter().product()
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn n_cells(&self) -> usize {
         self.n_nodes.iter().map(|n| n - 1).product()
     }
 
-    /// Volume of a cell, `h^D`.
+    /// Returns the volume of a cell, `h^D`.
     pub fn cell_volume(&self) -> f64 {
         self.spacing.powi(D as i32)
     }
 
-    /// Distance in memory of neighbours along each axis.
+    /// Returns the distance in memory between neighbouring nodes along each axis.
     pub fn strides(&self) -> [usize; D] {
         strides(self.n_nodes)
     }
 
-    /// Position in memory of a node.
+    /// Returns the index of a node in memory.
     pub fn node_index(&self, node: [usize; D]) -> usize {
         let strides = self.strides();
         (0..D).map(|k| node[k] * strides[k]).sum()
     }
 
-    /// The node at a position in memory.
+    /// Returns the node with an index in memory.
     pub fn node(&self, index: usize) -> [usize; D] {
         unflatten(index, self.n_nodes)
     }
 
-    /// Position in memory of a cell.
+    /// Returns the index of a cell in memory.
     pub fn cell_index(&self, cell: [usize; D]) -> usize {
         let strides = strides(self.cells_per_axis());
         (0..D).map(|k| cell[k] * strides[k]).sum()
     }
 
-    /// The cell at a position in memory.
+    /// Returns the cell with an index in memory.
     pub fn cell(&self, index: usize) -> [usize; D] {
         unflatten(index, self.cells_per_axis())
     }
 
-    /// Coordinates of a node.
+    /// Returns the coordinates of a node.
     pub fn position(&self, node: [usize; D]) -> [f64; D] {
         node.map(|i| i as f64 * self.spacing)
     }
 
-    /// The grid of twice the spacing on the same box, where every axis has an even number of
-    /// cells, at least two.
+    /// Returns the grid with twice the spacing on the same box; `None` unless every axis has an
+    /// even number of cells.
     pub fn coarser(&self) -> Option<Self> {
         let cells = self.cells_per_axis();
         if cells.iter().any(|&c| c % 2 != 0) {
@@ -125,7 +125,7 @@ impl<const D: usize> Grid<D> {
         })
     }
 
-    /// The grid of half the spacing on the same box.
+    /// Returns the grid with half the spacing on the same box.
     pub fn finer(&self) -> Self {
         Self {
             n_nodes: self.cells_per_axis().map(|c| 2 * c + 1),
@@ -133,8 +133,8 @@ impl<const D: usize> Grid<D> {
         }
     }
 
-    /// This grid and its coarser ones, coarsest first, down to one whose longest side has no
-    /// fewer than `min_nodes` nodes.
+    /// Returns this grid and coarser ones, coarsest first; the coarsest has at least `min_nodes`
+    /// nodes along its longest side, unless this grid has fewer.
     pub fn hierarchy(&self, min_nodes: usize) -> Vec<Self> {
         let mut grids = vec![*self];
         while let Some(coarse) = grids[grids.len() - 1].coarser() {

@@ -52,6 +52,7 @@ pub mod operators;
 pub mod parallel;
 mod pool;
 pub mod pullback;
+pub mod random;
 mod restraint;
 pub mod routine;
 mod scalar;
@@ -66,7 +67,7 @@ mod uniform;
 pub mod vector;
 
 pub use buffer::{Buffer, Storage};
-pub use certificate::{Certificate, certify, certify_below, certify_within, violations};
+pub use certificate::{Certificate, certify, certify_below, certify_within, repair, violations};
 pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_cells};
 pub use error::GridError;
 pub use field::{Field, ScalarField, VectorField, locate};

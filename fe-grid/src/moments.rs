@@ -1,33 +1,33 @@
-//! Moments of the points that fall into the cells of a slab: what [`crate::scatter`] adds up.
+//! Moments of the points in the cells of a slab, the sums of [`crate::scatter`].
 //!
 //! In a cell with local coordinates `s` the second moments are sums of `a` times the tensor
 //! products of `(1-s)^2`, `s(1-s)`, `s^2`, the first moments sums of `b` times those of `1-s`, `s`.
-//! The products are formed in lanes, for a run of points at a time; then each point adds rows of
-//! four to the numbers of its cell.
+//! The products are computed in lanes for a run of points at a time; then each point adds rows of
+//! four numbers to the moments of its cell.
 
 use crate::engine::kernel::CACHE_LINE;
 use crate::lane::{Element, Lane, MAX_LANES};
 
-/// `3^D` moments and `2^D` linear moments, at most.
+/// Maximal number of products of all axes but the first.
 const MAX_PRODUCTS: usize = 9;
-/// Cell, local coordinates and weights of a point, at most.
+/// Maximal number of quantities of a point: cell, local coordinates and weights.
 const MAX_QUANTITIES: usize = 6;
 
-/// Cells whose points are worked on together: the widest lane, on any machine, so that sums are
-/// taken in the same order on all.
+/// Number of cells whose points are processed together: that of the widest lane on any machine, so
+/// that the order of summation is the same on all.
 pub(crate) const RUN: usize = MAX_LANES;
 
-/// Points of a run of cells, `[quadrature point][quantity][cell]`: the number of the cell that a
-/// point falls into, counted from the first of the slab, the local coordinates there, and the
+/// Points of a run of cells, `[quadrature point][quantity][cell]`: the index of the cell that
+/// contains a point, relative to the first cell of the slab, the local coordinates there, and the
 /// weights.
 pub(crate) struct RunPoints<T, const D: usize> {
     pub(crate) data: Vec<T>,
-    /// Cells of the run.
+    /// Number of cells of the run.
     pub(crate) length: usize,
 }
 
 impl<T: Element, const D: usize> RunPoints<T, D> {
-    /// Cell, local coordinates, weights.
+    /// Number of quantities: cell, local coordinates, weights.
     const QUANTITIES: usize = D + 3;
 
     pub(crate) fn new() -> Self {
@@ -37,7 +37,7 @@ impl<T: Element, const D: usize> RunPoints<T, D> {
         }
     }
 
-    /// Where the quantities of one quadrature point begin.
+    /// Returns the position of the quantities of a quadrature point.
     #[inline(always)]
     pub(crate) fn start(q: usize) -> usize {
         q * Self::QUANTITIES * RUN
@@ -48,11 +48,11 @@ impl<T: Element, const D: usize> RunPoints<T, D> {
 struct Products<T> {
     /// `(1-s)^2`, `s(1-s)`, `s^2` along `x`.
     along_x: [[T; RUN]; 3],
-    /// The same of the other axes, times the first weight.
+    /// The same for the other axes, times the first weight.
     across: [[T; RUN]; MAX_PRODUCTS],
     /// Shape functions of the plane of the first two axes.
     plane: [[T; RUN]; 4],
-    /// `1-s`, `s` along the third, times the second weight; the weight alone in the plane.
+    /// `1-s`, `s` along the third axis, times the second weight; in 2D the weight alone.
     loads: [[T; RUN]; 2],
 }
 
@@ -67,7 +67,7 @@ impl<T: Element> Products<T> {
         }
     }
 
-    /// Forms the products of the points `i, i+1, ...` of a run.
+    /// Computes the products for the points `i, i+1, ...` of a run.
     #[inline(always)]
     fn form<L: Lane<Element = T>, const D: usize>(&mut self, i: usize, quantities: &[T]) {
         let mut quantity = [L::zero(); MAX_QUANTITIES];
@@ -107,7 +107,8 @@ impl<T: Element> Products<T> {
     }
 }
 
-/// Adds the points of a run to the moments of the cells of a slab; other points are left out.
+/// Adds the points of a run to the moments of the cells of a slab; points in other cells are
+/// ignored.
 #[inline(always)]
 pub(crate) fn accumulate<L: Lane<Element = T>, T: Element, const D: usize>(
     points: &RunPoints<T, D>,
@@ -115,8 +116,8 @@ pub(crate) fn accumulate<L: Lane<Element = T>, T: Element, const D: usize>(
 ) {
     let stride = const { moment_stride(D as u32) };
     let n_cells = (moments.len() / stride) as f64;
-    // With numbers that the compiler knows it would join rows of four to longer ones, whose
-    // factors it puts together by more instructions than it saves.
+    // With constants known to it, the compiler would merge rows of four into longer ones;
+    // assembling their factors takes more instructions than that saves.
     let (n_squares, n_loads) = std::hint::black_box((3usize.pow(D as u32 - 1), 1 << (D - 2)));
     let mut products = Products::zero();
     let size = RunPoints::<T, D>::QUANTITIES * RUN;
@@ -149,8 +150,7 @@ pub(crate) fn accumulate<L: Lane<Element = T>, T: Element, const D: usize>(
     }
 }
 
-/// Adds a multiple of four numbers to each row of four moments; the factors are those of point
-/// `i`.
+/// Adds a multiple of `row` to each row of four moments; the factors are those of point `i`.
 #[inline(always)]
 fn add_rows<T: Element>(moments: &mut [f64], row: [f64; 4], factors: &[[T; RUN]], i: usize) {
     for (moments, factor) in moments.chunks_exact_mut(4).zip(factors) {
@@ -161,13 +161,13 @@ fn add_rows<T: Element>(moments: &mut [f64], row: [f64; 4], factors: &[[T; RUN]]
     }
 }
 
-/// Numbers a cell: rows of three second moments along `x`, filled up to four, and the first
-/// moments of the corners; whole cache lines.
+/// Returns the number of values per cell: rows of three second moments along `x`, padded to four,
+/// and the first moments of the corners, padded to whole cache lines.
 pub(crate) const fn moment_stride(d: u32) -> usize {
     (first_moments(d) + (1 << d)).next_multiple_of(CACHE_LINE / size_of::<f64>())
 }
 
-/// Where the first moments stand among the numbers of a cell.
+/// Returns the position of the first moments among the values of a cell.
 pub(crate) const fn first_moments(d: u32) -> usize {
     4 * 3usize.pow(d - 1)
 }

@@ -1,12 +1,12 @@
 //! Symmetric geometric multigrid for quadratic laws with coefficients per cell.
 //!
 //! The operator on every level is the Hessian action of one quadratic [`CellLaw`], applied by
-//! the cell engine; the coefficients of a coarse cell come from those of its `2^D` children
-//! ([`CoefficientLaw::coarsen`]). Nested spaces make this nearly the Galerkin product, at a few
-//! numbers a cell. The smoother is a Chebyshev polynomial of the operator preconditioned by its
-//! block diagonal, the same before and after the coarse correction, so that the cycle is a
-//! symmetric operator and may precondition conjugate gradients or serve as a metric. Single
-//! precision is enough inside a preconditioner and halves its memory.
+//! the cell engine; the coefficients of a coarse cell are computed from those of its `2^D` children
+//! ([`CoefficientLaw::coarsen`]). Since the spaces are nested, this is close to the Galerkin
+//! product, with a few numbers per cell. The smoother is a Chebyshev polynomial of the operator
+//! preconditioned by its block diagonal, the same before and after the coarse-grid correction, so
+//! that the cycle is a symmetric operator and can be used as a preconditioner of conjugate
+//! gradients or as a metric. Single precision suffices in a preconditioner and halves its memory.
 
 use crate::engine::{Assembly, CellLaw, Data, MAX_CELL_DATA};
 use crate::error::GridError;
@@ -19,28 +19,30 @@ use crate::transfer::{average_cells, prolong_into, restrict_into};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::sync::Arc;
 
-/// A quadratic law all of whose coefficients are numbers per cell.
+/// A quadratic law with coefficients that are constant on each cell.
 pub trait CoefficientLaw<const D: usize, const M: usize>: CellLaw<D, M> + Clone {
-    /// Makes the coefficients of a coarse cell from the means over its children.
+    /// Computes the coefficients of a coarse cell from their means over its children.
     fn coarsen(&self, means: &mut [f64; MAX_CELL_DATA]);
 
-    /// A number that the spectrum of the operator preconditioned by its block diagonal does not
-    /// exceed, from the coefficients of all cells; none where it has to be estimated. An estimate too
-    /// low makes the cycle indefinite, as where a coefficient nearly vanishes in a few cells.
+    /// Returns an upper bound of the spectrum of the operator preconditioned by its block diagonal,
+    /// from the coefficients of all cells; `None` if it has to be estimated. An estimate that is
+    /// too low, which is possible where a coefficient nearly vanishes in a few cells, makes the
+    /// cycle indefinite.
     fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Vec<T>]) -> Option<f64> {
         let _ = (spacing, cells);
         None
     }
 }
 
-/// Parameters of the cycle.
+/// Parameters of a cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultigridParams {
-    /// Degree of the smoothing polynomial, before and after the coarse correction each.
+    /// Degree of the smoothing polynomial before the coarse-grid correction, and of that after it.
     pub smoothing_steps: usize,
-    /// The smoother damps the part of the spectrum from this share of its upper end on.
+    /// Lower end of the part of the spectrum that the smoother damps, as a fraction of the upper
+    /// end.
     pub smoothing_range: f64,
-    /// A level with no more unknowns than this is solved directly.
+    /// Maximal number of unknowns of the coarsest level, which is solved directly.
     pub direct_unknowns: usize,
 }
 
@@ -54,8 +56,8 @@ impl Default for MultigridParams {
     }
 }
 
-/// Levels of more unknowns take the upper end of the spectrum from the next coarser level. It is
-/// a number of the element: refinement does not move it, and jumps of the coefficients hardly do.
+/// Levels with more unknowns use the upper end of the spectrum of the next coarser level. It
+/// depends on the element: refinement does not change it, and jumps of the coefficients hardly do.
 const SPECTRUM_UNKNOWNS: usize = 150_000;
 
 struct Level<T, F, const D: usize, const M: usize> {
@@ -77,8 +79,8 @@ struct Scratch<T> {
     product: Vec<T>,
 }
 
-/// Vectors that cycles work with. Cycles on the same grid may share them: there are as many sets
-/// as cycles run at the same time.
+/// Work vectors of cycles. Cycles on the same grid can share them: there are as many sets as cycles
+/// that run at the same time.
 #[derive(Clone)]
 pub struct WorkSpace<T>(Arc<Pool<Vec<Scratch<T>>>>);
 
@@ -88,9 +90,9 @@ impl<T> Default for WorkSpace<T> {
     }
 }
 
-/// One V-cycle from zero, as a linear operator: an approximate inverse.
+/// One V-cycle with initial guess zero, as a linear operator: an approximate inverse.
 pub struct Multigrid<T: Element, F, const D: usize, const M: usize> {
-    /// Finest first.
+    /// Levels, finest first.
     levels: Vec<Level<T, F, D, M>>,
     direct: Cholesky<f64, Dyn>,
     params: MultigridParams,
@@ -116,7 +118,7 @@ where
         M * self.grid.n_nodes()
     }
 
-    /// The law does not depend on the state, so the direction stands in for it.
+    /// The law does not depend on the state; the direction is passed for it.
     fn apply_into(&self, x: &[T], y: &mut [T]) {
         let cells: Vec<&[T]> = self.cells.iter().map(Vec::as_slice).collect();
         let data = Data {
@@ -162,7 +164,8 @@ where
         Ok(())
     }
 
-    /// Power iteration from a fixed oscillating vector, with a margin for its shortfall.
+    /// Power iteration from a fixed oscillating vector, with a safety factor, as it converges from
+    /// below.
     fn estimate_spectrum(&self) -> f64 {
         const ITERATIONS: usize = 8;
         const MARGIN: f64 = 1.1;
@@ -174,8 +177,8 @@ where
         for _ in 0..ITERATIONS {
             self.apply_into(&x, &mut y);
             self.precondition_into(&y, &mut z);
-            // The Rayleigh quotient in the metric of the diagonal is <x, A x> / <x, D x>, but
-            // the ratio of norms converges to the same and needs no further product.
+            // The Rayleigh quotient in the metric of the diagonal is <x, A x> / <x, D x>, but the
+            // ratio of norms has the same limit and needs no further product.
             let norm = |v: &[T]| {
                 v.iter()
                     .map(|a| a.to_f64() * a.to_f64())
@@ -213,8 +216,8 @@ where
         difference(&s.b, &s.product, &mut s.residual);
     }
 
-    /// Improves `x`, whose residual `b - A x` is given, by a Chebyshev polynomial. `product` and
-    /// `update` are scratch; the residual is not kept up to date.
+    /// Improves `x`, given its residual `b - A x`, by a Chebyshev polynomial. `product` and
+    /// `update` are work vectors; the residual is not updated at the end.
     fn smooth(&self, s: &mut Scratch<T>, params: &MultigridParams) {
         let (low, high) = (
             params.smoothing_range * self.spectral_bound,
@@ -248,12 +251,12 @@ where
 {
     /// Builds the levels for coefficients per cell on the finest grid.
     ///
-    /// Cells are halved in number along every axis while that is possible and the level has more
-    /// than [`MultigridParams::direct_unknowns`] unknowns; the last level is factorised as a dense
-    /// matrix, so that sides of `2^L + 1` nodes are what this is made for.
+    /// The number of cells along every axis is halved while that is possible and the level has more
+    /// than [`MultigridParams::direct_unknowns`] unknowns. The last level is factorised as a dense
+    /// matrix: the method is meant for grids with `2^L + 1` nodes along every axis.
     ///
     /// # Errors
-    /// [`GridError::NotPositiveDefinite`] where the operator is not.
+    /// [`GridError::NotPositiveDefinite`] if the operator is not positive definite.
     ///
     /// # Panics
     /// If there are not as many coefficients as the law reads, or one has the wrong length.
@@ -275,7 +278,7 @@ where
                 None => break,
             }
         }
-        // From the coarsest up: where a level is large, its spectrum is that of the next coarser.
+        // From the coarsest level on: large levels use the spectrum of the next coarser one.
         let mut bound = None;
         for level in levels.iter_mut().rev() {
             level.invert_blocks()?;
@@ -296,13 +299,13 @@ where
         })
     }
 
-    /// The same with work space that is shared.
+    /// Sets work space that is shared with other cycles.
     pub fn with_work_space(mut self, work_space: WorkSpace<T>) -> Self {
         self.work_space = work_space;
         self
     }
 
-    /// The operator itself on the finest level, in the storage precision.
+    /// Applies the operator itself on the finest level, in the storage precision.
     pub fn operator_into(&self, x: &[T], y: &mut [T]) {
         self.levels[0].apply_into(x, y);
     }
@@ -328,7 +331,7 @@ where
         scratch.iter().map(|s| s.x.len()).eq(sizes)
     }
 
-    /// One V-cycle from zero on a level: `x` from `b`.
+    /// Computes `x` from `b` by one V-cycle on a level, with initial guess zero.
     fn cycle(&self, depth: usize, scratch: &mut [Scratch<T>]) {
         let level = &self.levels[depth];
         let (own, coarser) = scratch.split_at_mut(1);
@@ -364,7 +367,8 @@ where
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        // Scaled to one, so that single precision neither overflows nor underflows.
+        // The right-hand side is scaled to one, so that single precision neither overflows nor
+        // underflows.
         let largest = x.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         if largest == 0.0 {
             y.fill(0.0);
@@ -373,7 +377,7 @@ where
         self.work_space.0.with(
             || self.scratch(),
             |scratch| {
-                // It may have been left by a cycle on another grid.
+                // It may have the size of another grid.
                 if !self.fits(scratch) {
                     *scratch = self.scratch();
                 }
@@ -421,7 +425,7 @@ struct InvertBlocks<'a, T, const M: usize> {
 }
 
 impl<T: Element, const M: usize> LaneKernel<T> for InvertBlocks<'_, T, M> {
-    /// The smallest pivot; a pivot that is not a positive number comes first.
+    /// The smallest pivot; one that is not a positive number takes precedence.
     type Output = f64;
 
     #[inline(always)]
@@ -436,7 +440,7 @@ impl<T: Element, const M: usize> LaneKernel<T> for InvertBlocks<'_, T, M> {
             let mut least = L::splat(f64::INFINITY);
             for p in 0..M {
                 let pivot = a[p][p];
-                // A comparison with NaN is false, so that NaN becomes the least.
+                // A comparison with NaN is false, so that NaN becomes the smallest.
                 least = L::select(least.less(pivot), least, pivot);
                 let inverse = L::one() / pivot;
                 a[p][p] = L::one();
@@ -471,7 +475,8 @@ impl<T: Element, const M: usize> LaneKernel<T> for InvertBlocks<'_, T, M> {
     }
 }
 
-/// One row of the diagonal blocks times a vector, for the nodes from `start` on.
+/// Computes the product of one row of the diagonal blocks and a vector, for the nodes from `start`
+/// on.
 struct BlockRow<'a, T, const M: usize> {
     /// `[m][node]`.
     blocks: &'a [T],
@@ -502,7 +507,7 @@ impl<T: Element, const M: usize> LaneKernel<T> for BlockRow<'_, T, M> {
     }
 }
 
-/// The coarsest operator, column by column, factorised.
+/// Assembles the coarsest operator column by column, and factorises it.
 fn factorise<T, F, const D: usize, const M: usize>(
     level: &Level<T, F, D, M>,
 ) -> Result<Cholesky<f64, Dyn>, GridError>
@@ -518,12 +523,13 @@ where
         level.apply_into(&x, &mut y);
         x[j] = T::default();
         for i in 0..n {
-            // Rounding in single precision is not symmetric; the mean is.
+            // The matrix is symmetric up to rounding in single precision.
             matrix[(i, j)] += 0.5 * y[i].to_f64();
             matrix[(j, i)] += 0.5 * y[i].to_f64();
         }
     }
-    // A relative shift at the size of the rounding keeps a nearly singular matrix definite.
+    // A relative shift of the size of rounding errors keeps a nearly singular matrix positive
+    // definite.
     let epsilon = if size_of::<T>() == 4 {
         f64::from(f32::EPSILON)
     } else {
@@ -540,9 +546,9 @@ where
     })
 }
 
-/// Entries that one task handles.
+/// Number of entries per task.
 const CHUNK: usize = 4096;
-/// Tasks that a thread gets at least.
+/// Minimal number of tasks per thread.
 const MIN_CHUNKS: usize = 4;
 
 fn add_into<T: Element>(x: &[T], y: &mut [T]) {
@@ -563,7 +569,7 @@ fn difference<T: Element>(x: &[T], y: &[T], z: &mut [T]) {
     });
 }
 
-/// `y = keep y + step x`.
+/// Computes `y = keep y + step x`.
 fn combine<T: Element>(y: &mut [T], keep: T, x: &[T], step: T) {
     zip(x, y, |x, y| *y = *y * keep + x * step);
 }

@@ -94,9 +94,9 @@ quadratic_law!(WeightedMassStiffness, 2, |_law, point| (
 impl<const D: usize, const M: usize> CoefficientLaw<D, M> for WeightedMassStiffness {
     fn coarsen(&self, _means: &mut [f64; MAX_CELL_DATA]) {}
 
-    /// That of the worst cell by itself: `x . A x` and `x . diag(A) x` are sums over cells. The
-    /// eigenvectors of a cell's matrices of mass and of stiffness are the same, products of the
-    /// constant and the alternating one along each axis.
+    /// The largest bound of a single cell, as `x . A x` and `x . diag(A) x` are sums over cells.
+    /// The mass and stiffness matrices of a cell have the same eigenvectors: products of the
+    /// constant and the alternating vector along each axis.
     fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Vec<T>]) -> Option<f64> {
         let area = spacing * spacing;
         let third = 1.0f64 / 3.0;
@@ -110,7 +110,7 @@ impl<const D: usize, const M: usize> CoefficientLaw<D, M> for WeightedMassStiffn
         for (mass, stiffness) in cells.first()?.iter().zip(cells.get(1)?) {
             let of = |unit: [f64; 2]| area * mass.to_f64() * unit[0] + stiffness.to_f64() * unit[1];
             for alternating in 0..=D {
-                // A cell without coefficients adds nothing to either sum.
+                // A cell with zero coefficients contributes to neither sum.
                 let ratio = of(eigenvalues(alternating)) / of(diagonal);
                 if ratio.is_finite() {
                     bound = bound.max(ratio);

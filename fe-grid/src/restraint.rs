@@ -1,39 +1,39 @@
-//! Restraining a step so that a deformation stays injective.
+//! Restriction of a step such that a deformation stays injective.
 //!
-//! A step that folds a few cells need not be shortened everywhere: it is damped around the cells
-//! that would fold, over a distance that grows with the step, so that the damping itself does
-//! not fold others.
+//! A step that folds a few cells is not shortened everywhere: it is damped around these cells, over
+//! a distance that grows with the step, so that the damping itself does not fold other cells.
 
 use crate::certificate::{certify_within, violations};
 use crate::compiled_once;
 use crate::grid::Grid;
 use crate::parallel;
+use crate::vector;
 use std::ops::Range;
 
-/// Rounds of local damping before the whole step is shortened.
+/// Maximal number of rounds of local damping; afterwards the whole step is shortened.
 const LOCAL_ROUNDS: usize = 12;
-/// Halvings of the whole step before it is given up.
+/// Maximal number of halvings of the whole step; afterwards it is zero.
 const GLOBAL_ROUNDS: usize = 20;
-/// Damping of one round at the cells that fold.
+/// Factor of one round at the cells that fold.
 const DAMPING: f64 = 0.5;
-/// Cells around a fold that are damped, beside three times the step's length in cells.
+/// Minimal distance in cells up to which the step is damped around a fold; three times the length
+/// of the step is added.
 const LEAST_REACH: f64 = 2.0;
-/// More folding cells than this share of all are a matter for a shorter step.
+/// If more than this fraction of all cells fold, the whole step is shortened.
 const MOST_VIOLATIONS: f64 = 0.05;
 
-/// A deformation that a step must not fold.
+/// A deformation that must not fold.
 pub struct Restrained<'a> {
     /// Its displacement.
     pub displacement: &'a [f64],
-    /// Where the change of the displacement stands in the step.
+    /// The range of the change of the displacement in the step.
     pub range: Range<usize>,
-    /// The cells that must not fold; all where there is no list.
+    /// The cells that must not fold; `None` for all.
     pub within: Option<&'a [bool]>,
 }
 
-/// Shortens `step` where needed, so that `det D(id + u + step)` exceeds `threshold` on the cells
-/// that `within` marks, or on all cells. Where the displacement `u` itself does, the step that is
-/// left can be taken.
+/// Damps `step` such that `det D(id + u + step)` exceeds `threshold` on the cells that `within`
+/// marks, or on all cells, provided that `det D(id + u)` does.
 ///
 /// # Panics
 /// If displacement and step do not have `D` components of the grid.
@@ -53,13 +53,13 @@ pub fn restrain_step<const D: usize>(
 }
 
 compiled_once! {
-    /// Like [`restrain_step`] for a step that changes several deformations, and other nodal fields
-    /// with them: what is damped at a node is damped in all, so that changes which belong together
-    /// stay together.
+    /// Like [`restrain_step`] for a step that changes several deformations and other nodal fields:
+    /// the factor at a node is the same for all of them, so that coupled changes are damped
+    /// together.
     ///
     /// # Panics
-    /// If a displacement or a range does not have `D` components of the grid, or the step is no whole
-    /// number of nodal fields.
+    /// If a displacement or a range does not have `D` components of the grid, or the length of the
+    /// step is not a multiple of the number of nodes.
     pub fn restrain_together<'a, D>(
         grid: &'a Grid<D>,
         deformations: &'a [Restrained<'a>],
@@ -94,7 +94,7 @@ fn restrain_in<const D: usize>(
             return;
         }
         if folding.iter().any(|cells| cells.len() > most) {
-            scale(step, DAMPING);
+            vector::scale(DAMPING, step);
             continue;
         }
         let mut factor = vec![1.0; n];
@@ -116,7 +116,7 @@ fn restrain_in<const D: usize>(
         if holds {
             return;
         }
-        scale(step, 0.5);
+        vector::scale(0.5, step);
     }
     step.fill(0.0);
 }
@@ -127,13 +127,8 @@ fn add(u: &[f64], step: &[f64], out: &mut [f64]) {
     }
 }
 
-fn scale(step: &mut [f64], factor: f64) {
-    for s in step {
-        *s *= factor;
-    }
-}
-
-/// The longest step at a first corner of the given cells, in units of the spacing.
+/// Returns the largest component of a step at the first corners of some cells, in units of the
+/// spacing.
 fn longest<const D: usize>(grid: &Grid<D>, step: &[f64], cells: &[usize]) -> f64 {
     let n = grid.n_nodes();
     let largest = cells.iter().map(|&cell| {
@@ -143,7 +138,7 @@ fn longest<const D: usize>(grid: &Grid<D>, step: &[f64], cells: &[usize]) -> f64
     largest.fold(0.0, f64::max) / grid.spacing()
 }
 
-/// Lowers a factor to [`DAMPING`] at the cells, from one at `reach` cells from them, linearly.
+/// Reduces a factor to [`DAMPING`] at the cells; it increases linearly to one over `reach` cells.
 fn damp<const D: usize>(grid: &Grid<D>, cells: &[usize], reach: f64, factor: &mut [f64]) {
     let nodes = grid.nodes_per_axis();
     let radius = reach.ceil() as usize;
@@ -157,7 +152,7 @@ fn damp<const D: usize>(grid: &Grid<D>, cells: &[usize], reach: f64, factor: &mu
             let node: [usize; D] = std::array::from_fn(|k| {
                 let i = first[k] + code % count[k];
                 code /= count[k];
-                // Distance from the cell, zero at its own corners.
+                // Distance from the cell, zero at its corners.
                 let away = (cell[k].saturating_sub(i)).max(i.saturating_sub(cell[k] + 1)) as f64;
                 squared += away * away;
                 i

@@ -1,7 +1,7 @@
-//! Small `D` x `D` matrices of lanes, and the algebra that the laws need.
+//! Small `D` x `D` matrices of lanes, and the algebra of the laws.
 //!
-//! Plain arrays with inlined functions: the instruction set that a kernel was compiled for must
-//! reach every operation.
+//! They are plain arrays, and all functions are inlined: every operation must use the instruction
+//! set that the kernel is compiled for.
 
 use crate::lane::Lane;
 

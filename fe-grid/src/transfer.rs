@@ -1,20 +1,20 @@
-//! Transfer between a grid and the one of half its spacing.
+//! Transfer between a grid and the grid with half its spacing.
 //!
-//! The spaces are nested: prolongation writes the coarse function in the fine basis, exactly.
-//! Restriction is its transpose and acts on functionals (gradients, residuals); nodal functions
-//! are restricted by [`inject_into`]. All work axis by axis.
+//! The spaces are nested: prolongation expresses a coarse function exactly in the fine basis.
+//! Restriction is its transpose and acts on functionals (gradients, residuals); nodal functions are
+//! restricted by [`inject_into`]. All operations proceed axis by axis.
 
 use crate::grid::Grid;
 use crate::lane::Element;
 use crate::parallel;
 
-/// Lines shorter than this are not worth a task of their own.
+/// Minimal number of values per task.
 const MIN_PARALLEL: usize = 4096;
 
-/// Writes a coarse nodal field of any number of components in the fine basis.
+/// Prolongs a coarse nodal field of any number of components to the fine grid.
 ///
 /// # Panics
-/// If `coarse` and `fine` do not hold the same number of components of the two grids.
+/// If `coarse` and `fine` do not have the same number of components on the two grids.
 pub fn prolong_into<T: Element, const D: usize>(
     coarse_grid: &Grid<D>,
     coarse: &[T],
@@ -26,7 +26,8 @@ pub fn prolong_into<T: Element, const D: usize>(
     assert_eq!(components * coarse_grid.n_nodes(), coarse.len());
     assert_eq!(components * coarse_grid.finer().n_nodes(), fine.len());
     let mut current = coarse.to_vec();
-    // The fastest axis first, where there is no row to work on at a time: the array is small then.
+    // The fastest axis first, as it has no rows that can be processed at a time: the array is still
+    // small.
     for k in 0..D {
         let inner: usize = sizes[..k].iter().product();
         let (n, m) = (sizes[k], fine_sizes[k]);
@@ -55,10 +56,10 @@ pub fn prolong_into<T: Element, const D: usize>(
     fine.copy_from_slice(&current);
 }
 
-/// The transpose of [`prolong_into`].
+/// Applies the transpose of [`prolong_into`].
 ///
 /// # Panics
-/// If `coarse` and `fine` do not hold the same number of components of the two grids.
+/// If `coarse` and `fine` do not have the same number of components on the two grids.
 pub fn restrict_into<T: Element, const D: usize>(
     coarse_grid: &Grid<D>,
     fine: &[T],
@@ -71,7 +72,7 @@ pub fn restrict_into<T: Element, const D: usize>(
     assert_eq!(components * coarse_grid.finer().n_nodes(), fine.len());
     let half = T::from_f64(0.5);
     let mut buffer: Option<Vec<T>> = None;
-    // The fastest axis last, for the same reason.
+    // The fastest axis last, when the array is small.
     for k in (0..D).rev() {
         let inner: usize = sizes[..k].iter().product();
         let (n, m) = (sizes[k], coarse_sizes[k]);
@@ -102,10 +103,10 @@ pub fn restrict_into<T: Element, const D: usize>(
     coarse.copy_from_slice(buffer.as_deref().unwrap_or(fine));
 }
 
-/// The values of a fine nodal field at the nodes of the coarse grid.
+/// Copies the values of a fine nodal field at the nodes of the coarse grid.
 ///
 /// # Panics
-/// If `coarse` and `fine` do not hold the same number of components of the two grids.
+/// If `coarse` and `fine` do not have the same number of components on the two grids.
 pub fn inject_into<T: Element, const D: usize>(
     coarse_grid: &Grid<D>,
     fine: &[T],
@@ -121,10 +122,10 @@ pub fn inject_into<T: Element, const D: usize>(
     }
 }
 
-/// Means of cell data over the `2^D` cells of a coarse cell.
+/// Computes the means of cell data over the `2^D` children of every coarse cell.
 ///
 /// # Panics
-/// If there is not one number for each cell of the fine grid.
+/// If there is not one value per cell of the fine grid.
 pub fn average_cells<T: Element, const D: usize>(coarse_grid: &Grid<D>, fine: &[T]) -> Vec<T> {
     let fine_grid = coarse_grid.finer();
     assert_eq!(fine.len(), fine_grid.n_cells());

@@ -1,4 +1,4 @@
-//! Mass and stiffness with constant coefficients, at the speed of memory.
+//! Mass and stiffness operators with constant coefficients, limited by memory bandwidth.
 //!
 //! On a uniform grid `m M + s L` is a sum of tensor products of the one-dimensional matrices
 //!
@@ -6,14 +6,15 @@
 //! mass h/6 [1 4 1],    stiffness 1/h [-1 2 -1],
 //! ```
 //!
-//! with half the diagonal at the ends. Rows of nodes along `x` that lie at the same distance from
-//! an output row have the same weights: they are added first, and what is left is one combination
-//! along `x`. Every number is read from memory and written to it once; planes and rows between are
-//! found in the caches.
+//! with half the diagonal at the ends. Rows of nodes along `x` at the same distance from an output
+//! row have the same weights: they are added first, and their sums are combined along `x`. Every
+//! value is read from memory and written to memory once; neighbouring planes and rows are in the
+//! caches.
 //!
-//! At an end of an axis the matrices are half of what they are inside, applied to values that are
-//! mirrored there. So all rows are worked on alike, and the rows inside a plane, which lie one
-//! after the other in memory, as one long row whose places at the ends are set afterwards.
+//! At an end of an axis the matrices are half of the inner ones, applied to values that are
+//! mirrored there. All rows can therefore be processed in the same way, and the inner rows of a
+//! plane, which are contiguous in memory, as one long row; the values at the ends of rows are
+//! corrected afterwards.
 
 use crate::compiled_once;
 use crate::engine::kernel::CACHE_LINE;
@@ -27,23 +28,23 @@ use crate::pool::Pool;
 use crate::simd_level::SimdLevel;
 use std::ops::Range;
 
-/// Numbers that are worked on at a time, at least one row: they and their neighbours stay in the
-/// innermost cache.
+/// Number of values processed at a time, at least one row: they and their neighbours fit the
+/// first-level cache.
 const STRETCH: usize = 520;
-/// Bytes of the part of a plane that is worked on through all planes of a task: it and its like in
-/// the neighbouring planes and in the product stay in the second cache.
+/// Bytes of the part of a plane that is processed through all planes of a task: it and its
+/// counterparts in the neighbouring planes and in the product fit the second-level cache.
 const BLOCK: usize = 1 << 18;
-/// Planes that one task works on.
+/// Number of planes per task.
 const TASK_PLANES: usize = 8;
-/// Rows that one task works on in two dimensions.
+/// Number of rows per task in two dimensions.
 const TASK_ROWS: usize = 16;
-/// Fewer nodes are not worth waking a second thread for.
+/// Grids with fewer nodes are processed by one thread.
 const PARALLEL_NODES: usize = 16384;
 
 /// `m M + s L` with the mass matrix `M` and the stiffness matrix `L` of multilinear elements.
 ///
-/// The same as the Hessian action of [`MassStiffness`] in an [`Assembly`](crate::Assembly), up to
-/// rounding. Data of several components are worked on component by component.
+/// Equal to the Hessian action of [`MassStiffness`] in an [`Assembly`](crate::Assembly) up to
+/// rounding. Fields of several components are processed component by component.
 #[derive(Clone, Copy, Debug)]
 pub struct UniformOperator<const D: usize> {
     grid: Grid<D>,
@@ -51,13 +52,13 @@ pub struct UniformOperator<const D: usize> {
     level: SimdLevel,
 }
 
-/// Weights of rows by their distance from the output row: itself, neighbours along one axis,
-/// neighbours along two.
+/// Weights of rows by their distance from the output row: the row itself, its neighbours along one
+/// axis, and those along two axes.
 #[derive(Clone, Copy, Debug)]
 struct Weights {
-    /// Weights of a node's own place along `x`.
+    /// Weights of the node with the same index along `x`.
     own: [f64; 3],
-    /// Weights of the places beside it.
+    /// Weights of its two neighbours along `x`.
     beside: [f64; 3],
 }
 
@@ -98,7 +99,7 @@ impl Weights {
 }
 
 impl<const D: usize> UniformOperator<D> {
-    /// The operator with these coefficients on a grid.
+    /// Creates the operator with these coefficients on a grid.
     pub fn new(grid: Grid<D>, coefficients: MassStiffness) -> Self {
         const { assert!(D == 2 || D == 3) };
         Self {
@@ -108,21 +109,21 @@ impl<const D: usize> UniformOperator<D> {
         }
     }
 
-    /// The same on another instruction set.
+    /// Selects another instruction set.
     pub fn with_simd_level(mut self, level: SimdLevel) -> Self {
         self.level = level;
         self
     }
 
-    /// The grid.
+    /// Returns the grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid
     }
 
-    /// `y = A x` in either precision, component by component.
+    /// Computes `y = A x` in either precision, component by component.
     ///
     /// # Panics
-    /// If the lengths differ or are no multiple of the number of nodes.
+    /// If the lengths differ or are not a multiple of the number of nodes.
     pub fn product_into<T: Element>(&self, x: &[T], y: &mut [T]) {
         let n = self.grid.n_nodes();
         assert_eq!(x.len(), y.len());
@@ -175,7 +176,7 @@ impl<const D: usize> LinearOperator for UniformOperator<D> {
 }
 
 compiled_once! {
-    /// The product in double precision.
+    /// Computes the product in double precision.
     fn apply<'a, D>(
         operator: &'a UniformOperator<D>,
         x: &'a [f64],
@@ -183,7 +184,7 @@ compiled_once! {
     ) = UniformOperator::product_into;
 }
 
-/// The neighbours of a place among `n`; at an end the one inside, twice.
+/// Returns the neighbours of an index below `n`; at an end, the inner neighbour twice.
 #[inline(always)]
 fn mirrored(i: usize, n: usize) -> [usize; 2] {
     let (below, above) = (i.checked_sub(1), Some(i + 1).filter(|&i| i < n));
@@ -191,14 +192,14 @@ fn mirrored(i: usize, n: usize) -> [usize; 2] {
     [below.or(above).unwrap_or(i), above.or(below).unwrap_or(i)]
 }
 
-/// Most rows of a stretch.
+/// Returns the maximal number of rows of a stretch.
 #[inline(always)]
 fn stretch_rows(width: usize) -> usize {
     (STRETCH / width).max(1)
 }
 
-/// Numbers of work space: a stretch twice, with places before and after it that stay zero, and
-/// with whole registers that begin at cache lines.
+/// Returns the length of the work space: two stretches, each with zeros before and after it, in
+/// whole registers aligned to cache lines.
 fn work_space(width: usize) -> usize {
     2 * sums_stride(width) + MAX_LANES
 }
@@ -208,10 +209,10 @@ fn sums_stride(width: usize) -> usize {
     (stretch_rows(width) * width).next_multiple_of(MAX_LANES) + 2 * MAX_LANES
 }
 
-/// The nodal numbers, as rows along `x`.
+/// The nodal values, as rows along `x`.
 struct Nodes<'a, T, const D: usize> {
     x: &'a [T],
-    /// Nodes along `x`, `y` and `z`; one along `z` in two dimensions.
+    /// Numbers of nodes along `x`, `y` and `z`; one along `z` in two dimensions.
     size: [usize; 3],
 }
 
@@ -219,7 +220,7 @@ struct Nodes<'a, T, const D: usize> {
 struct TaskKernel<'a, T, const D: usize> {
     nodes: Nodes<'a, T, D>,
     weights: Weights,
-    /// The first row, counted through all planes.
+    /// Index of the first row, counted through all planes.
     first_row: usize,
     room: &'a mut [T],
     out: &'a mut [T],
@@ -267,8 +268,8 @@ impl<T: Element, const D: usize> LaneKernel<T> for TaskKernel<'_, T, D> {
     }
 }
 
-/// How many rows from `row` on are worked on at a time. The outermost rows, whose neighbours are
-/// mirrored, stand for themselves.
+/// Returns the number of rows from `row` on that are processed at a time. The outermost rows, whose
+/// neighbours are mirrored, are processed singly.
 #[inline(always)]
 fn stretch(row: usize, end: usize, height: usize, width: usize) -> usize {
     if row == 0 || row + 1 == height {
@@ -280,10 +281,10 @@ fn stretch(row: usize, end: usize, height: usize, width: usize) -> usize {
 
 impl<T: Element, const D: usize> Nodes<'_, T, D> {
     /// Adds the rows around every row of a stretch, which begins at row `first` of a plane, with
-    /// the weights of a node's own place and of the places beside it.
+    /// the weights of a node's own index along `x` and of its neighbours.
     ///
-    /// A few columns at a time go through all rows: what a row adds to the next two outputs is
-    /// still at hand then.
+    /// A few columns at a time are processed through all rows, so that the contributions of a row
+    /// to the next two outputs are still in registers.
     #[inline(always)]
     fn add_rows<L: Lane<Element = T>>(
         &self,
@@ -325,7 +326,8 @@ impl<T: Element, const D: usize> Nodes<'_, T, D> {
     }
 }
 
-/// Some places of a row: those of the own plane, and the sum of those of the planes beyond.
+/// Returns some columns of a row: those of its own plane, and the sum of those of the neighbouring
+/// planes.
 #[inline(always)]
 fn add_planes<L: Lane<Element = T>, T: Element, const D: usize>(
     [own, before, behind]: &[&[T]; 3],
@@ -352,8 +354,8 @@ fn weigh<L: Lane, const D: usize>([itself, near, far]: [L; 3], weights: [L; 3]) 
     }
 }
 
-/// Adds the sums for a node's own place and for the places beside it. `beside` begins with the
-/// place before the first.
+/// Adds the sums for a node's own index and for its neighbours along `x`. `beside` begins one entry
+/// before the first node.
 #[inline(always)]
 fn add_places<L: Lane<Element = T>, T: Element>(
     width: usize,

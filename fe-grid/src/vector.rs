@@ -1,8 +1,8 @@
 //! Sums and updates of long vectors, with the same bits on any number of threads.
 //!
 //! A sum is taken over fixed chunks of [`CHUNK`] numbers, each in a fixed order, and the partial
-//! sums are added one after the other, so the result does not depend on which thread computed a
-//! chunk. Nothing here allocates.
+//! sums are added one after the other, so that the result does not depend on which thread computes
+//! a chunk. No function allocates.
 
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::parallel;
@@ -165,7 +165,7 @@ pub fn multiply_into(x: &[f64], y: &[f64], out: &mut [f64]) {
     });
 }
 
-/// One number from all chunks: `partial(from, to)` for each, combined in order.
+/// Combines the numbers `partial(from, to)` of all chunks, in order.
 fn reduce(
     n: usize,
     partial: impl Fn(usize, usize) -> f64 + Sync,
@@ -186,7 +186,7 @@ fn reduce(
     result
 }
 
-/// Runs `change(from, part)` on all parts of `y`, where `from` is the place of the part.
+/// Runs `change(from, part)` on all parts of `y`, where `from` is the position of the part.
 fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
     if y.len() < SERIAL_BELOW {
         change(0, y);
@@ -195,9 +195,9 @@ fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
     parallel::for_each_chunk(y, CHUNK, MIN_CHUNKS, &|c, part| change(c * CHUNK, part));
 }
 
-/// Runs a loop over a chunk with the widest instructions of the machine: a plain loop, which the
-/// compiler turns into vectors of the width that it is compiled for. Products and sums are
-/// rounded one by one, so the result does not depend on the width.
+/// Runs a loop over a chunk with the widest instruction set of the machine: a plain loop, which the
+/// compiler vectorises for the width that it is compiled for. Products and sums are rounded one by
+/// one, so that the result does not depend on the width.
 fn wide<K: LaneKernel<f64>>(kernel: K) -> K::Output {
     f64::run_kernel(kernel)
 }
@@ -298,7 +298,7 @@ fn sum_chunk(x: &[f64]) -> f64 {
     partials.iter().sum::<f64>() + rest
 }
 
-/// The larger number, or NaN where one is NaN.
+/// Returns the larger number, or NaN if one is NaN.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }

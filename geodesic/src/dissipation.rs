@@ -13,8 +13,8 @@
 //! same law and its viscosity `nu` without a barrier. Where the weight of the law is zero, the
 //! deformations may fold and are controlled by `nu` alone.
 //!
-//! Source: the relaxed formulation of the lecture notes (Rumpf and Wirth, section 6), written on the
-//! start domain.
+//! Source: the relaxed formulation of the lecture notes (Rumpf and Wirth, section 6), written on
+//! the start domain.
 
 use crate::cells::ObjectWeights;
 use fe_grid::{Jet, Lane, Point, Reads, Tensor, tensor};

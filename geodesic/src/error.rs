@@ -16,7 +16,7 @@ pub enum GeodesicError {
         what: &'static str,
     },
     /// The two shapes have different numbers of components, or one has none.
-    #[error("the start shape has {start} components, the end shape {end}")]
+    #[error("the start shape has {start} components, but the end shape has {end}")]
     Components {
         /// Number of components of the start shape.
         start: usize,
@@ -32,7 +32,7 @@ pub enum GeodesicError {
         node: usize,
     },
     /// A visibility weight is not between 0 and 1.
-    #[error("what is known of the {which} shape weighs less than 0 or more than 1 at node {node}")]
+    #[error("the visibility weight of the {which} shape is not between 0 and 1 at node {node}")]
     Weight {
         /// `start` or `end`.
         which: &'static str,
@@ -50,7 +50,7 @@ pub enum GeodesicError {
         value: f64,
     },
     /// The law is not frame indifferent, as the calculus requires.
-    #[error("the law {law} is not frame indifferent, which the calculus asks for")]
+    #[error("the law {law} is not frame indifferent, as the calculus requires")]
     FrameDependent {
         /// The law.
         law: hyperelastic::LawName,

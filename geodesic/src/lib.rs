@@ -17,22 +17,22 @@
 //!
 //! - **[`lagrangian`]** (form B): unknowns are the deformations `psi_k` of the start shape at all
 //!   times, `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
-//!   matched. In the increments of the path its Hessian is block diagonal up to the match of their
-//!   sum, and is inverted by two multigrid cycles; few iterations are needed on every grid. The
-//!   topology is that of the start shape. If a path does not reach its end on coarse grids from the
-//!   identity, a viscous flow is tried as a second start.
+//!   matched. In the increments of the path its Hessian is block diagonal up to the mismatch of
+//!   their sum, and is inverted by two multigrid cycles; few iterations are needed on every grid.
+//!   The topology is that of the start shape. If a path does not reach its end on coarse grids from
+//!   the identity, a viscous flow is tried as a second start.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
 //!   `phi_k`, and every shape is matched with the next. The initial path is a viscous flow, which
-//!   changes the topology if necessary. Motions of the inner shapes that preserve their matches are
-//!   the soft directions of the energy; the metric has a part for them.
+//!   changes the topology if necessary. Motions of the inner shapes that preserve their mismatches
+//!   are the soft directions of the energy; the metric has a part for them.
 //!
 //! A shape may have several components, deformed by one motion, and may be partially hidden
 //! ([`Shape`], [`Known`], [`geodesic_between()`]).
 //!
 //! Both forms are minimised by L-BFGS from `fe-grid`, from coarse grids to fine, each in its own
 //! metric. The energy densities are laws of the cell engine: [`PathDissipation`],
-//! [`StepDeformation`], [`StepMatch`], [`MeasuredMatch`], [`BoundaryArea`]. [`finite`] is the same
-//! time discretisation without shapes, where geodesics are known.
+//! [`StepDeformation`], [`StepMismatch`], [`MeasuredMismatch`], [`BoundaryArea`]. [`finite`] is the
+//! same time discretisation without shapes, where geodesics are known.
 //!
 //! A path can be extended beyond its end, and variations of its start can be transported to its
 //! end: see [`calculus`], the discrete exponential map, logarithm and parallel transport.
@@ -73,14 +73,16 @@ mod density;
 mod descent;
 mod dissipation;
 pub mod distances;
+mod energy;
 mod error;
 mod extension;
 pub mod finite;
 pub mod lagrangian;
 mod laws;
 pub mod level_sets;
-mod matching;
+mod levels;
 mod metric;
+mod mismatch;
 mod overlap;
 mod params;
 mod result;
@@ -91,8 +93,12 @@ pub use cells::ObjectWeights;
 pub use deformation::StepDeformation;
 pub use density::dissipation_density;
 pub use dissipation::PathDissipation;
+pub use energy::PathEnergy;
 pub use error::GeodesicError;
-pub use matching::{HeavisideMatch, MatchWeights, MeasuredMatch, StepMatch, Visibility};
+pub use levels::LevelReport;
+pub use mismatch::{
+    HeavisideMismatch, MeasuredMismatch, MismatchWeights, StepMismatch, Visibility,
+};
 pub use params::{Form, GeodesicParams};
-pub use result::{Geodesic, LevelReport, geodesic, geodesic_between};
+pub use result::{Geodesic, geodesic, geodesic_between};
 pub use shape::{Known, Shape};

@@ -1,22 +1,17 @@
 //! The quadratic form underlying the metrics of both forms: corotational elasticity, and the
-//! Gauss–Newton matrices of matches.
+//! Gauss–Newton matrices of mismatches.
 
-use crate::matching::Visibility;
+use crate::mismatch::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells, tensor};
 use hyperelastic::{Corotational, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 
-/// Regularisation of the metric, as a fraction of the void's stiffness.
-const REGULARISATION: f64 = 1e-3;
-/// Lower bound of the stiffness of the void in the metric: the void has to deform without folding.
-const METRIC_VOID_STIFFNESS: f64 = 0.1;
-
-/// A level set that is matched under a deformation.
+/// A level set that a deformation is composed with, for its mismatch.
 #[derive(Clone, Copy)]
-pub(crate) struct MatchedLevel<'a, const D: usize> {
-    /// The level set that is composed with the deformation.
+pub(crate) struct ComposedLevel<'a, const D: usize> {
+    /// The level set.
     pub end: Interpolant<'a, f64, D>,
     /// The visibility weight.
     pub visibility: Visibility<'a, D>,
@@ -25,23 +20,23 @@ pub(crate) struct MatchedLevel<'a, const D: usize> {
 /// Lower bound of the determinant in the metric.
 const LEAST_DETERMINANT: f64 = 1e-3;
 
-/// Elasticity of an object in a void, with the match of its level sets.
+/// Elasticity of an object in a void, with the mismatch of its level sets.
 #[derive(Clone, Copy)]
 pub(crate) struct ElasticForm<'a, const D: usize> {
     pub moduli: LameModuli,
     /// The smooth indicator of the elastic weight.
     pub indicator: Step,
-    /// The smooth step of the match.
+    /// The smooth step of the mismatch.
     pub step: Arctan,
     /// Factor of the elastic part.
     pub stiffness: f64,
     /// The barrier against folding, and the actual stiffness of the void.
     pub barrier: FoldBarrier,
     pub void_stiffness: f64,
-    /// Weight of the matches; at zero they are left out.
-    pub match_weight: f64,
+    /// Weight of the mismatches; at zero they are left out.
+    pub mismatch_weight: f64,
     /// The level sets that are composed with the deformation.
-    pub matched: &'a [MatchedLevel<'a, D>],
+    pub composed: &'a [ComposedLevel<'a, D>],
 }
 
 /// Computes the form at a displacement of the object `{start > 0}`: the law and its data per cell.
@@ -58,7 +53,9 @@ pub(crate) fn corotational<const D: usize>(
     };
     let law = Corotational {
         moduli: form.moduli,
-        regularisation: REGULARISATION * METRIC_VOID_STIFFNESS * form.stiffness,
+        regularisation: Corotational::<D>::REGULARISATION
+            * Corotational::<D>::LEAST_VOID_STIFFNESS
+            * form.stiffness,
     };
     (law, probe_cells(grid, form, data, displacement))
 }
@@ -75,9 +72,8 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
 
     #[inline(always)]
     fn probe<L: Lane>(&self, point: &Point<L, D, D>) -> [L; MAX_CELL_DATA] {
-        let mut out = [L::zero(); MAX_CELL_DATA];
         let chi = self.indicator.value(point.coefficient[0]);
-        let void = L::splat(METRIC_VOID_STIFFNESS);
+        let void = L::splat(Corotational::<D>::LEAST_VOID_STIFFNESS);
         let a = tensor::add_identity(&point.gradient);
         let cofactor = tensor::cofactor(&a);
         let det = tensor::determinant_with(&a, &cofactor).max(L::splat(LEAST_DETERMINANT));
@@ -88,29 +84,21 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
         let stiffened = (law * compression.max(L::zero())).scale(0.5);
         let held = self.barrier.curvature(det) * square;
         let moduli = self.moduli.lambda + 2.0 * self.moduli.mu;
-        out[0] = (chi.mul_add(L::one() - void, void) + stiffened).scale(self.stiffness)
+        let stiffness = (chi.mul_add(L::one() - void, void) + stiffened).scale(self.stiffness)
             + held.scale(1.0 / moduli);
-        for i in 0..D {
-            for k in 0..D {
-                out[1 + i * D + k] = point.gradient[i][k];
-            }
-        }
-        if self.match_weight > 0.0 {
+        let mut out = Corotational::at_point(stiffness, &point.gradient);
+        if self.mismatch_weight > 0.0 {
             let mut deformed = point.position;
             for k in 0..D {
                 deformed[k] += point.value[k];
             }
-            for level in self.matched {
+            for level in self.composed {
                 let (s, slope) = level.end.sample(&deformed);
                 let (weight, _) = level.visibility.weight(&point.position, &deformed);
                 let derivative = self.step.derivative(s);
-                let curvature = (derivative * derivative * weight).scale(2.0 * self.match_weight);
-                for i in 0..D {
-                    for j in i..D {
-                        let entry = &mut out[Corotational::<D>::mass_entry(i, j)];
-                        *entry = (curvature * slope[i]).mul_add(slope[j], *entry);
-                    }
-                }
+                let curvature =
+                    (derivative * derivative * weight).scale(2.0 * self.mismatch_weight);
+                Corotational::add_outer(&mut out, curvature, &slope);
             }
         }
         out

@@ -60,7 +60,7 @@ pub(crate) fn overlaps<const D: usize>(
     grid: Grid<D>,
 ) -> Result<Overlaps, GeodesicError> {
     let (start, end) = (start.on_grid(&grid), end.on_grid(&grid));
-    let (seen_start, seen_end) = (start.seen(), end.seen());
+    let (visible_start, visible_end) = (start.visibility(), end.visibility());
     let carry = |x: [f64; D]| {
         displacements.iter().fold(x, |y, displacement| {
             let u = displacement.sample(y);
@@ -73,16 +73,16 @@ pub(crate) fn overlaps<const D: usize>(
         gap: 0.0,
     };
     // Hidden parts, and their images, are not compared.
-    let seen_back = seen_end
+    let visible_back = visible_end
         .as_ref()
         .map(|weight| ScalarField::from_fn(grid, |x| weight.sample(carry(x))));
-    let seen_ahead = seen_start.as_ref().map(|weight| {
+    let visible_ahead = visible_start.as_ref().map(|weight| {
         let all = compose(&grid, displacements);
         let outside = if start.only_covered { 0.0 } else { 1.0 };
         InverseDeformation::new(&all).push_forward(weight, outside)
     });
-    let at_start = product(seen_start, seen_back);
-    let at_end = product(seen_end, seen_ahead);
+    let at_start = product(visible_start, visible_back);
+    let at_end = product(visible_end, visible_ahead);
     for (u, v) in start.components.iter().zip(&end.components) {
         let pulled = ScalarField::from_fn(grid, |x| v.sample(carry(x)));
         found

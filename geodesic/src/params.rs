@@ -39,7 +39,7 @@ pub struct GeodesicParams {
     /// path of one start domain, and each mismatch between level sets has K times this weight, so
     /// that the total lag of the boundary along the path does not grow with K.
     #[cfg_attr(feature = "clap", arg(long))]
-    pub match_weight: f64,
+    pub mismatch_weight: f64,
     /// Fraction of the mismatch that is measured on the end domain, between 0 and 1; paths of one
     /// start domain only.
     ///
@@ -67,7 +67,7 @@ pub struct GeodesicParams {
     pub void_viscosity: f64,
     /// Width of the smoothed step function of the mismatch on every level, in grid spacings.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
-    pub match_cells: f64,
+    pub mismatch_cells: f64,
     /// Half-width of the elastic indicator on every level, in grid spacings.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub indicator_cells: f64,
@@ -96,13 +96,13 @@ impl Default for GeodesicParams {
             form: Form::default(),
             steps: 8,
             law: LawSpec::default(),
-            match_weight: 100.0,
+            mismatch_weight: 100.0,
             deformed_share: 0.2,
             area_weight: 1e-3,
             area_regularisation: 1e-3,
             void_stiffness: 1e-4,
             void_viscosity: 0.0,
-            match_cells: 1.0,
+            mismatch_cells: 1.0,
             indicator_cells: 2.0,
             flow_nodes: 33,
             coarsest_nodes: 17,
@@ -114,11 +114,11 @@ impl Default for GeodesicParams {
 }
 
 impl GeodesicParams {
-    /// Returns the weight of one match.
-    pub fn resolved_match_weight(&self) -> f64 {
+    /// Returns the weight of one mismatch.
+    pub fn resolved_mismatch_weight(&self) -> f64 {
         match self.form {
-            Form::Lagrangian => self.match_weight,
-            Form::LevelSets => self.steps as f64 * self.match_weight,
+            Form::Lagrangian => self.mismatch_weight,
+            Form::LevelSets => self.steps as f64 * self.mismatch_weight,
         }
     }
 
@@ -138,10 +138,10 @@ impl GeodesicParams {
             return bad("steps", "at least 1", 0.0);
         }
         for (name, value) in [
-            ("match_weight", self.match_weight),
+            ("mismatch_weight", self.mismatch_weight),
             ("area_weight", self.area_weight),
             ("area_regularisation", self.area_regularisation),
-            ("match_cells", self.match_cells),
+            ("mismatch_cells", self.mismatch_cells),
             ("indicator_cells", self.indicator_cells),
             ("tolerance", self.tolerance),
             ("min_determinant", self.min_determinant),

@@ -1,38 +1,18 @@
 //! The result of a geodesic, common to both forms.
 
-use crate::cells::{self, object_cells};
+use crate::cells::object_cells;
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::lagrangian::{eulerian, lagrangian_path};
 use crate::level_sets::{PathState, first_paths, level_set_path};
+use crate::levels::LevelReport;
 use crate::overlap::{Overlaps, is_reached, overlaps, worst};
 use crate::params::{Form, GeodesicParams};
 use crate::shape::{Known, Shape, union_of};
 use fe_grid::compiled_once;
-use fe_grid::minimise::{Info, Observer, Status};
+use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
 use serde::Serialize;
-
-/// Convergence history of one level.
-#[derive(Clone, Debug, Serialize)]
-pub struct LevelReport {
-    /// Nodes along each axis, `x` first.
-    pub nodes: Vec<usize>,
-    /// Number of steps of the path.
-    pub steps: usize,
-    /// Record of the minimiser.
-    #[serde(flatten)]
-    pub info: Info,
-    /// Energies `W_k` of the steps at the end.
-    pub step_energies: Vec<f64>,
-    /// Unweighted matches at the end: between the last shape and the end shape, or between every
-    /// shape and the next.
-    pub matches: Vec<f64>,
-    /// Boundary areas of the shapes `1, ..., K`; paths of level sets only.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub areas: Vec<f64>,
-    /// Objective at the end.
-    pub total: f64,
-}
 
 /// A discrete geodesic: shapes and the deformations between them.
 #[derive(Clone, Debug, Serialize)]
@@ -52,12 +32,9 @@ pub struct Geodesic<const D: usize> {
     /// paths of one start domain only.
     #[serde(skip)]
     pub motions: Vec<Field<f64, D, D>>,
-    /// Energies `W_k` of the steps.
-    pub step_energies: Vec<f64>,
-    /// Unweighted matches; see [`LevelReport::matches`].
-    pub matches: Vec<f64>,
-    /// Objective.
-    pub total: f64,
+    /// Terms of the energy.
+    #[serde(flatten)]
+    pub energy: PathEnergy,
     /// Certificate of the worst deformation inside its shape: certified if the determinant is
     /// positive on all cells that meet the shape.
     pub certificate: Certificate,
@@ -89,12 +66,12 @@ impl<const D: usize> Geodesic<D> {
 
     /// Returns the length `sum sqrt W_k`.
     pub fn length(&self) -> f64 {
-        cells::length(&self.step_energies)
+        self.energy.length()
     }
 
     /// Returns the dissipation `K sum W_k`, never less than the square of the length.
     pub fn dissipation(&self) -> f64 {
-        cells::dissipation(&self.step_energies)
+        self.energy.dissipation()
     }
 }
 
@@ -162,36 +139,18 @@ fn geodesic_between_in<const D: usize>(
         Form::Lagrangian => {
             let path = lagrangian_path(start, end, params, observer)?;
             let (shapes, displacements) = eulerian(start.components(), &path)?;
-            let levels = path.levels.into_iter().map(|level| LevelReport {
-                nodes: level.nodes,
-                steps: level.steps,
-                info: level.info,
-                step_energies: level.energy.step_energies,
-                matches: vec![level.energy.mismatch],
-                areas: Vec::new(),
-                total: level.energy.total,
-            });
-            let mut found = finish(start, end, shapes, displacements, levels.collect())?;
+            let mut found = finish(start, end, shapes, displacements, path.levels)?;
             found.motions = path.displacements;
             Ok(found)
         }
         Form::LevelSets => {
-            let (first, others) = first_paths(start, end, params, observer)?;
-            let path = level_set_path(first, others, start, end, params, observer)?;
+            let paths = first_paths(start, end, params, observer)?;
+            let path = level_set_path(&paths, start, end, params, observer)?;
             let PathState {
                 shapes,
                 displacements,
             } = path.state;
-            let levels = path.levels.into_iter().map(|level| LevelReport {
-                nodes: level.nodes,
-                steps: level.steps,
-                info: level.info,
-                step_energies: level.energy.step_energies,
-                matches: level.energy.mismatches,
-                areas: level.energy.areas,
-                total: level.energy.total,
-            });
-            finish(start, end, shapes, displacements, levels.collect())
+            finish(start, end, shapes, displacements, path.levels)
         }
     }
 }
@@ -229,25 +188,11 @@ fn finish<const D: usize>(
 ) -> Result<Geodesic<D>, GeodesicError> {
     let level_sets: Vec<_> = shapes.iter().map(|shape| union_of(shape)).collect();
     let grid = *level_sets[0].grid();
-    let mut certificate = Certificate {
-        certified: true,
-        min_det: 1.0,
-        min_corner_det: 1.0,
-        cell: 0,
-    };
-    for (k, (u, displacement)) in level_sets.iter().zip(&displacements).enumerate() {
+    let found = level_sets.iter().zip(&displacements).map(|(u, phi)| {
         let object = object_cells(u);
-        let found = certify_within(
-            &grid,
-            displacement.as_slice(),
-            0.0,
-            f64::INFINITY,
-            Some(&object),
-        );
-        if k == 0 || found.min_det < certificate.min_det {
-            certificate = found;
-        }
-    }
+        certify_within(&grid, phi.as_slice(), 0.0, f64::INFINITY, Some(&object))
+    });
+    let certificate = Certificate::worst(found);
     let Overlaps {
         forwards,
         backwards,
@@ -260,9 +205,7 @@ fn finish<const D: usize>(
         Vec::new()
     };
     Ok(Geodesic {
-        step_energies: last.map(|l| l.step_energies.clone()).unwrap_or_default(),
-        matches: last.map(|l| l.matches.clone()).unwrap_or_default(),
-        total: last.map_or(0.0, |l| l.total),
+        energy: last.map(|level| level.energy.clone()).unwrap_or_default(),
         status: last.map_or(Status::InadmissibleStart, |l| l.info.status),
         level_sets,
         components,

@@ -8,7 +8,7 @@
 //! Multiphase Level Set Framework for Image Segmentation* (2002).
 
 use crate::error::GeodesicError;
-use crate::matching::Visibility;
+use crate::mismatch::Visibility;
 use fe_grid::composition::Interpolant;
 use fe_grid::{Field, Grid, ScalarField};
 
@@ -118,7 +118,7 @@ pub(crate) struct ShapeOnGrid<const D: usize> {
 
 impl<const D: usize> ShapeOnGrid<D> {
     /// Returns the weight for measuring the overlap with another shape.
-    pub fn seen(&self) -> Option<ScalarField<f64, D>> {
+    pub fn visibility(&self) -> Option<ScalarField<f64, D>> {
         if !self.only_covered {
             return self.weight.clone();
         }

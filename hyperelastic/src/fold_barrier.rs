@@ -26,6 +26,9 @@ pub struct FoldBarrier {
 }
 
 impl FoldBarrier {
+    /// The onset of the barriers of all energies.
+    pub const ONSET: f64 = 0.2;
+
     /// Returns `b` and `b'`.
     #[inline(always)]
     fn density<L: Lane>(&self, det: L) -> (L, L) {

@@ -5,13 +5,13 @@
 #[non_exhaustive]
 pub enum LevelsetError {
     /// No node lies in the object.
-    #[error("the object is empty: no value lies above the level {level}")]
+    #[error("the object is empty: no value is above the level {level}")]
     EmptyObject {
         /// The level that separates object from background.
         level: f64,
     },
     /// Every node lies in the object.
-    #[error("the object fills the box: every value lies above the level {level}")]
+    #[error("the object fills the box: every value is above the level {level}")]
     FullObject {
         /// The level that separates object from background.
         level: f64,
@@ -57,7 +57,7 @@ pub enum LevelsetError {
     #[error("the contour is not closed")]
     OpenContour,
     /// Two fields lie on different grids.
-    #[error("the grids differ: {left:?} nodes against {right:?}")]
+    #[error("the grids differ: {left:?} and {right:?} nodes")]
     GridMismatch {
         /// Nodes of the first grid, `x` first.
         left: Vec<usize>,

@@ -114,9 +114,13 @@ impl<F: MatchDensity> MatchDensity for Masked<F> {
 
     #[inline(always)]
     fn derivatives<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> (L, L, L) {
-        let seen = coefficient[F::COEFFICIENTS];
+        let visibility = coefficient[F::COEFFICIENTS];
         let (value, slope, curvature) = self.0.derivatives(s, coefficient);
-        (value * seen, slope * seen, curvature * seen)
+        (
+            value * visibility,
+            slope * visibility,
+            curvature * visibility,
+        )
     }
 }
 
@@ -130,8 +134,8 @@ impl<F: Reads> Reads for Masked<F> {
 impl<F: PointWeights<D>, const D: usize> PointWeights<D> for Masked<F> {
     #[inline(always)]
     fn weights<L: Lane>(&self, point: &Point<L, D, D>, deformed: &[L; D]) -> (L, L) {
-        let seen = point.coefficient[F::COEFFICIENTS];
+        let visibility = point.coefficient[F::COEFFICIENTS];
         let (square, load) = self.0.weights(point, deformed);
-        (square * seen, load * seen)
+        (square * visibility, load * visibility)
     }
 }

@@ -11,7 +11,7 @@ use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
 };
 use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Buffer, Field, Grid, certify, parallel};
+use fe_grid::{Buffer, Field, Grid, parallel, repair};
 use std::time::Instant;
 
 /// Number of iterations over which the decrease of the energy is measured.
@@ -28,9 +28,6 @@ const LEAST_EXCESS: f64 = 0.2;
 pub(crate) const HISTORY: usize = 5;
 /// Number of iterations after which the metric is recomputed.
 pub(crate) const METRIC_INTERVAL: usize = 8;
-/// Number of interpolations towards the identity tried where a deformation is not admissible on a
-/// finer level.
-const REPAIRS: u32 = 40;
 
 /// Minimises on all levels and assembles the result.
 pub(crate) fn solve_levels<const D: usize>(
@@ -289,15 +286,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         let grid = &self.grids[level];
         let bound = self.params.min_determinant;
         parallel::for_each(x.chunks_exact_mut(D * grid.n_nodes()), &|u| {
-            for _ in 0..REPAIRS {
-                if certify(grid, u, bound).certified {
-                    return;
-                }
-                for u in &mut *u {
-                    *u *= 0.9;
-                }
-            }
-            u.fill(0.0);
+            repair(grid, u, bound, None);
         });
         Ok(())
     }

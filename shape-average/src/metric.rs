@@ -10,13 +10,6 @@ use fe_grid::{CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, pr
 use hyperelastic::{Corotational, CorotationalMultigrid};
 use phasefield::{Masked, Mismatch};
 
-/// Regularisation of the metric, as a fraction of the void stiffness.
-const REGULARISATION: f64 = 1e-3;
-/// Lower bound of the stiffness of the void in the metric, relative to the object. The void has
-/// almost no energy, but must deform without folding: with this stiffness the metric distributes
-/// its strain, whereas with the void's own stiffness every step would end at a fold. Between 0.03
-/// and 0.3 the number of iterations hardly changes; at 1 bending bars need 1.5 times as many.
-const METRIC_VOID_STIFFNESS: f64 = 0.1;
 /// Parameters of a cycle at half the cost of the default one; the number of iterations of the
 /// minimiser hardly increases.
 const CYCLE: MultigridParams = MultigridParams {
@@ -46,7 +39,9 @@ impl<const D: usize> ShapeMetric<D> {
     ) -> Result<Self, GridError> {
         let grid = *shapes.grid();
         let elastic_weight = elastic_weight.max(LEAST_WEIGHT);
-        let void_stiffness = params.void_stiffness.max(METRIC_VOID_STIFFNESS);
+        let void_stiffness = params
+            .void_stiffness
+            .max(Corotational::<D>::LEAST_VOID_STIFFNESS);
         let mismatch = Mismatch {
             interface_width: shapes.interface_width(),
             scale: mismatch_weight,
@@ -68,7 +63,7 @@ impl<const D: usize> ShapeMetric<D> {
         };
         let law = Corotational {
             moduli: params.law.moduli,
-            regularisation: REGULARISATION * void_stiffness * elastic_weight,
+            regularisation: Corotational::<D>::REGULARISATION * void_stiffness * elastic_weight,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, CYCLE)?;
         Ok(Self {
@@ -123,15 +118,9 @@ impl<F: MatchDensity, const D: usize> CellProbe<D, D> for MetricProbe<'_, F, D> 
 
     #[inline(always)]
     fn probe<L: Lane>(&self, point: &Point<L, D, D>) -> [L; MAX_CELL_DATA] {
-        let mut out = [L::zero(); MAX_CELL_DATA];
         let delta = self.void_stiffness;
         let kappa = point.coefficient[0].mul_add(L::splat(1.0 - delta), L::splat(delta));
-        out[0] = kappa.scale(self.stiffness);
-        for i in 0..D {
-            for k in 0..D {
-                out[1 + i * D + k] = point.gradient[i][k];
-            }
-        }
+        let mut out = Corotational::at_point(kappa.scale(self.stiffness), &point.gradient);
         let mut deformed = point.position;
         for k in 0..D {
             deformed[k] += point.value[k];
@@ -141,11 +130,7 @@ impl<F: MatchDensity, const D: usize> CellProbe<D, D> for MetricProbe<'_, F, D> 
         let all = &point.coefficient;
         let coefficient = std::array::from_fn(|k| all.get(k + 1).copied().unwrap_or(L::zero()));
         let (_, _, curvature) = self.mismatch.derivatives(s, &coefficient);
-        for i in 0..D {
-            for j in i..D {
-                out[Corotational::<D>::mass_entry(i, j)] = curvature * slope[i] * slope[j];
-            }
-        }
+        Corotational::add_outer(&mut out, curvature, &slope);
         out
     }
 

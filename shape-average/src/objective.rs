@@ -27,7 +27,7 @@ use phasefield::{InterfaceLength, Masked, Mismatch};
 const AVERAGE_TOLERANCE: f64 = 1e-7;
 
 /// The barrier acts at corners whose determinant is below this value.
-const BARRIER_ONSET: f64 = 0.2;
+const BARRIER_ONSET: f64 = FoldBarrier::ONSET;
 
 /// The metrics of all shapes.
 enum Metric<const D: usize> {

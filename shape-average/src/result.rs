@@ -232,12 +232,7 @@ fn measure<const D: usize>(
 /// Returns the certificate of the worst displacement, for positive determinants.
 pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Certificate {
     let parts = x.chunks_exact(D * grid.n_nodes());
-    let certificates = parallel::map(parts, &|u| certify(grid, u, 0.0));
-    let worst = certificates
-        .iter()
-        .copied()
-        .reduce(|a, b| if b.min_det < a.min_det { b } else { a });
-    worst.unwrap_or_else(|| certify(grid, &vec![0.0; D * grid.n_nodes()], 0.0))
+    Certificate::worst(parallel::map(parts, &|u| certify(grid, u, 0.0)))
 }
 
 /// Returns `Status::EnergyTolerance` if all levels converged, else the status of the first that did

@@ -5,7 +5,7 @@
 #[non_exhaustive]
 pub enum PcaError {
     /// A parameter is out of range.
-    #[error("{name} = {value} is not usable: {expected} is needed")]
+    #[error("{name} must be {expected}, found {value}")]
     Parameter {
         /// Name of the parameter.
         name: &'static str,
@@ -21,7 +21,7 @@ pub enum PcaError {
         found: usize,
     },
     /// Fields differ in number, or lie on different grids.
-    #[error("the {what} of shape {index} lies on another grid than the first, or is missing")]
+    #[error("the {what} of shape {index} is missing or on another grid than the first")]
     Fields {
         /// Name of the field.
         what: &'static str,
@@ -29,7 +29,7 @@ pub enum PcaError {
         index: usize,
     },
     /// The weights are not a convex combination of the shapes.
-    #[error("{expected} weights, none negative and of sum 1, are needed; found {weights:?}")]
+    #[error("expected {expected} nonnegative weights with sum 1, found {weights:?}")]
     Weights {
         /// Number of shapes.
         expected: usize,
@@ -37,13 +37,13 @@ pub enum PcaError {
         weights: Vec<f64>,
     },
     /// The average object is empty on its grid.
-    #[error("the average has no inside on this grid")]
+    #[error("the average is empty on this grid")]
     EmptyObject,
     /// All shapes are equal: there is no mode.
     #[error("the shapes do not differ from each other: there are no modes of variation")]
     NoVariation,
     /// There are more scores than modes.
-    #[error("{found} scores were given for {modes} modes")]
+    #[error("expected at most {modes} scores, found {found}")]
     TooManyScores {
         /// Number of given scores.
         found: usize,

@@ -12,10 +12,6 @@ use fe_grid::stencil::BlockStencil;
 use fe_grid::{Field, Grid, LinearOperator, VectorField, compiled_once};
 use hyperelastic::{CompiledLaw, Corotational, CorotationalMultigrid, LameModuli};
 
-/// Regularisation of the preconditioner, as a fraction of the void's stiffness: rigid motions have
-/// zero energy.
-const REGULARISATION: f64 = 1e-3;
-
 /// The operator `K`, `w . K u = int C Du : Dw`, on displacements without rigid part.
 pub struct Compound<const D: usize> {
     params: PcaParams,
@@ -182,15 +178,14 @@ fn cycle<const D: usize>(
     let stiffness = |trace: f64| (trace / at_rest).max(0.1 * params.void_stiffness);
     let mut cells = vec![vec![0.0f32; grid.n_cells()]; Corotational::<D>::CELL_DATA];
     for (cell, trace) in traces.iter().enumerate() {
-        let k = stiffness(*trace) as f32;
-        cells[0][cell] = k;
-        for i in 0..D {
-            cells[1 + i * D + i][cell] = k;
+        let data = Corotational::<D>::undeformed(stiffness(*trace) as f32);
+        for (values, value) in cells.iter_mut().zip(data) {
+            values[cell] = value;
         }
     }
     let law = Corotational {
         moduli: params.law.moduli,
-        regularisation: REGULARISATION * params.void_stiffness,
+        regularisation: Corotational::<D>::REGULARISATION * params.void_stiffness,
     };
     Ok(CorotationalMultigrid::new(
         *grid,

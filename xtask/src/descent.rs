@@ -7,8 +7,8 @@ use fe_grid::transfer::{inject_into, prolong_into};
 use fe_grid::{Field, ScalarField};
 use shape_average::{Alternating, AverageObjective, AverageParams, LevelShapes};
 
-/// The energy is looked at after these multiples of the evaluations that the other solver took;
-/// after the last the descent is given up on a level.
+/// The energy is recorded after these multiples of the evaluations of the other solver; the descent
+/// on a level ends after the last.
 pub const MULTIPLES: [usize; 4] = [1, 10, 30, 60];
 const CAP: usize = MULTIPLES[3];
 
@@ -22,22 +22,22 @@ pub struct LevelDescent<'a, const D: usize> {
     average: Vec<f64>,
 }
 
-/// What the descent did on a level.
+/// Measurements of the descent on a level.
 pub struct Descended {
     /// Evaluations of one shape's energy.
     pub evaluations: usize,
-    /// Where it came to.
+    /// Energy at the end.
     pub energy: f64,
     /// Energy of the undeformed shapes.
     pub undeformed: f64,
-    /// Whether that is the energy that was asked for.
+    /// Whether that is the required energy.
     pub reached: bool,
-    /// Energies when the multiples of the evaluations were passed.
+    /// Energies after the multiples of the evaluations.
     pub passed: [Option<f64>; MULTIPLES.len()],
 }
 
 impl<'a, const D: usize> LevelDescent<'a, D> {
-    /// At rest on the coarsest level.
+    /// Creates the descent with undeformed shapes on the coarsest level.
     pub fn new(shapes: &[ScalarField<f64, D>], params: &'a AverageParams) -> Self {
         let grids = shapes[0].grid().hierarchy(params.coarsest_nodes);
         let mut distances = vec![shapes.to_vec()];
@@ -58,8 +58,8 @@ impl<'a, const D: usize> LevelDescent<'a, D> {
         }
     }
 
-    /// Goes on to the next level and down to `target` there, or until it has taken the last of
-    /// [`MULTIPLES`] times `unit` evaluations. `watch` hears of every outer iteration's energy.
+    /// Minimises on the next level until `target` is reached, or until the last of [`MULTIPLES`]
+    /// times `unit` evaluations. `watch` is called with the energy of every outer iteration.
     pub fn descend(
         &mut self,
         level: usize,
@@ -117,10 +117,10 @@ impl<'a, const D: usize> LevelDescent<'a, D> {
     }
 }
 
-/// Counts evaluations of single shapes, and gives up in the end.
+/// Counts evaluations of single shapes, and cancels after the last multiple.
 struct Count<'a> {
     n_shapes: usize,
-    /// The evaluations that the other solver took.
+    /// Number of evaluations of the other solver.
     unit: usize,
     evaluations: usize,
     passed: [Option<f64>; MULTIPLES.len()],
@@ -129,7 +129,7 @@ struct Count<'a> {
 
 impl Observer for Count<'_> {
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
-        // Every outer iteration evaluates the functional once, that is, all shapes.
+        // Every outer iteration evaluates the functional, and so all shapes, once.
         let outer = iteration.iteration + 1;
         let work = iteration.evaluations;
         self.evaluations = work.gradients + work.values - outer + self.n_shapes * outer;

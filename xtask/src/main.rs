@@ -19,10 +19,10 @@ use std::process::ExitCode;
 /// The tasks, one file each.
 const TASKS: &str = "tasks:
   tidy     check the rules that no compiler checks
-  figures  make docs/figures anew, or the named ones
+  figures  regenerate docs/figures, or the named figures
   study    measure averages of built-in and real shapes (study --help)
   bench    measure speed: kernels, averages, other programs (bench --help)
-  verify   try the theory by experiments, and write docs/verification";
+  verify   check the theory by experiments, and write docs/verification";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);

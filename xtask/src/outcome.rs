@@ -2,5 +2,5 @@
 
 use std::error::Error;
 
-/// A result, or why there is none.
+/// A result, or the error.
 pub type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;

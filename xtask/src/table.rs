@@ -13,7 +13,7 @@ impl Table {
         Self(table::Table::new(columns))
     }
 
-    /// Adds a row; said on the error stream at once, as the rest may take its time.
+    /// Adds a row, and prints it to standard error, as the rest may take long.
     pub fn row(&mut self, cells: impl Into<Vec<String>>) {
         let cells = cells.into();
         eprintln!("  {}", cells.join(" | "));
@@ -27,7 +27,7 @@ impl fmt::Display for Table {
     }
 }
 
-/// A cell that is marked where it is not as asked.
+/// A cell that is marked if it does not meet its requirement.
 pub fn checked(text: String, good: bool) -> String {
     if good { text } else { format!("{text} **!**") }
 }

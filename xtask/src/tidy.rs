@@ -26,9 +26,9 @@ use code::{blanked, without_tests};
 
 /// The longest file allowed, in lines.
 const MAX_LINES: usize = 600;
-/// What no file may hold, in code.
+/// Words that no code may contain.
 const FORBIDDEN: [&str; 4] = ["dbg!", "todo!", "unimplemented!", "#[ignore"];
-/// What needs a reason outside tests.
+/// Calls that need a reason outside tests.
 const PANICS: [&str; 2] = [".unwrap()", ".expect("];
 /// Folders of a crate in which a panic is a failed test.
 const TEST_FOLDERS: [&str; 3] = ["tests", "benches", "examples"];
@@ -38,9 +38,9 @@ const TEST_FOLDERS: [&str; 3] = ["tests", "benches", "examples"];
 pub struct Finding {
     /// The file, relative to the root.
     path: PathBuf,
-    /// The line, counted from 1, where one line is to blame.
+    /// The line, counted from 1, if it is in one line.
     line: Option<usize>,
-    /// What is wrong.
+    /// The message.
     message: String,
 }
 
@@ -54,7 +54,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Checks the tree that this program was built from, and lists what is wrong.
+/// Checks the tree that this program was built from, and lists the findings.
 pub fn run() -> ExitCode {
     match check(&root()) {
         Ok(findings) if findings.is_empty() => {
@@ -68,7 +68,7 @@ pub fn run() -> ExitCode {
             ExitCode::FAILURE
         }
         Err(error) => {
-            eprintln!("the tree cannot be read: {error}");
+            eprintln!("cannot read the tree: {error}");
             ExitCode::FAILURE
         }
     }
@@ -128,7 +128,7 @@ fn collect_sources(folder: &Path, sources: &mut Vec<PathBuf>) -> io::Result<()> 
     Ok(())
 }
 
-/// Checks one Rust file, of which it is known where it lies inside its crate, too.
+/// Checks one Rust file, given its path in the tree and in its crate.
 fn check_source(path: &Path, inside: &Path, text: &str) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut report = |line: Option<usize>, message: String| {
@@ -140,7 +140,10 @@ fn check_source(path: &Path, inside: &Path, text: &str) -> Vec<Finding> {
         });
     };
     if !text.starts_with("//!") {
-        report(Some(1), "no `//!` says what the file is for".into());
+        report(
+            Some(1),
+            "no `//!` comment states the purpose of the file".into(),
+        );
     }
     let n_lines = text.lines().count();
     if n_lines > MAX_LINES {
@@ -149,7 +152,7 @@ fn check_source(path: &Path, inside: &Path, text: &str) -> Vec<Finding> {
     let code = blanked(text);
     for (i, line) in code.lines().enumerate() {
         for word in FORBIDDEN.iter().filter(|word| line.contains(**word)) {
-            report(Some(i + 1), format!("{word} has to go"));
+            report(Some(i + 1), format!("{word} is not allowed"));
         }
     }
     let folder = inside.components().next();
@@ -162,7 +165,7 @@ fn check_source(path: &Path, inside: &Path, text: &str) -> Vec<Finding> {
         let excused = commented(i) || (i > 0 && commented(i - 1));
         for word in PANICS.iter().filter(|word| line.contains(**word)) {
             if !excused {
-                let message = format!("{word} without a comment that says why it cannot fail");
+                let message = format!("{word} without a comment that states why it cannot fail");
                 report(Some(i + 1), message);
             }
         }

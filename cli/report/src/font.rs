@@ -6,7 +6,7 @@ use ab_glyph::{Font, FontRef, GlyphId, PxScaleFont, ScaleFont, point};
 
 /// Height of capitals in labels.
 pub const SIZE: f32 = 9.0;
-/// The same where there is little room.
+/// Height of capitals in small labels.
 pub const SMALL: f32 = 7.5;
 
 /// Height of capitals in units of the font.
@@ -14,7 +14,8 @@ const CAPITALS: f32 = 1493.0;
 
 static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
     let bytes = include_bytes!("../assets/DejaVuSans.ttf");
-    // It cannot fail: the file is a part of the program, and every test of this module reads it.
+    // It cannot fail: the file is compiled into the program, and every test of this module reads
+    // it.
     FontRef::try_from_slice(bytes).expect("the embedded font is a whole file")
 });
 
@@ -28,8 +29,8 @@ fn sized(height: f32) -> PxScaleFont<&'static FontRef<'static>> {
     FONT.as_scaled(height / CAPITALS * FONT.height_unscaled())
 }
 
-/// The glyphs of a text with the places of their origins, and the width of them all. Characters
-/// that the font lacks have its replacement box.
+/// Returns the glyphs of a text with the positions of their origins, and the total width. Missing
+/// characters have the replacement box of the font.
 fn layout(text: &str, height: f32) -> (Vec<(GlyphId, f32)>, f32) {
     let font = sized(height);
     let mut glyphs: Vec<(GlyphId, f32)> = Vec::new();
@@ -50,8 +51,8 @@ pub fn width(text: &str, height: f32) -> f32 {
     layout(text, height).1
 }
 
-/// The text, or as much of its beginning and end around an ellipsis as is no wider than `most`.
-/// Nothing is left where there is no room for the ellipsis.
+/// Returns the text, shortened around an ellipsis to the width `most`; empty if the ellipsis does
+/// not fit.
 pub fn shortened(text: &str, height: f32, most: f32) -> String {
     let fits = |text: &str| width(text, height) <= most;
     if fits(text) {
@@ -69,9 +70,9 @@ pub fn shortened(text: &str, height: f32, most: f32) -> String {
     fitting.checked_sub(1).map_or_else(String::new, keeping)
 }
 
-/// Lays a text out from the upper left corner of its capitals, with its feet on a row of pixels,
-/// and tells which share of each pixel its letters cover; pixels left of or above the picture are
-/// left out.
+/// Lays out a text from the upper left corner of its capitals, with its baseline on a row of
+/// pixels, and calls `pixel` with the fraction of every pixel that is covered; pixels left of or
+/// above the picture are ignored.
 pub fn cover(text: &str, corner: [f32; 2], height: f32, mut pixel: impl FnMut([usize; 2], f32)) {
     let font = sized(height);
     let foot = (corner[1] + height).round();

@@ -1,8 +1,8 @@
-//! What results are shown by: tables, charts, and the font and the colours of all pictures.
+//! Presentation of results: tables, charts, and the font and the colours of all pictures.
 //!
 //! [`table`] writes CSV, Markdown and aligned text; [`chart`] draws lines on axes and bars as SVG;
-//! [`palette`] has colours, markers and dashes that can be told apart, and [`font`] the letters of
-//! labels. Nothing here knows what is shown, and no file is opened.
+//! [`palette`] has distinguishable colours, markers and dashes, and [`font`] lays out labels. This
+//! crate does not know the meaning of the data, and opens no file.
 
 pub mod chart;
 pub mod font;

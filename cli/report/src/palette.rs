@@ -1,20 +1,20 @@
 //! Colours with the markers and dashes that go with them.
 //!
-//! The eight categorical colours and the ink can be told apart under normal vision and under each
-//! of the three colour-vision deficiencies: no two are closer than 10 by CIEDE2000 (2 is just seen
-//! side by side). Markers repeat after seven, so that marker and colour together tell 56
-//! categories apart; dashes change after every eight lines.
+//! The eight categorical colours and the ink are distinguishable under normal vision and under each
+//! of the three colour-vision deficiencies: the CIEDE2000 difference of any two is at least 10 (2
+//! is just noticeable side by side). Markers repeat after seven, so that marker and colour together
+//! distinguish 56 categories; dashes change after every eight lines.
 
 /// Red, green and blue in `[0, 1]`, as stored in files (sRGB).
 pub type Colour = [f32; 3];
 
-/// The page.
+/// Background.
 pub const WHITE: Colour = [1.0; 3];
-/// Titles, and what belongs to all categories.
+/// Titles, and items of all categories.
 pub const INK: Colour = [0.13, 0.15, 0.18];
 /// Labels.
 pub const GREY: Colour = [0.42, 0.45, 0.49];
-/// Frames, and lines of a mesh.
+/// Frames and mesh lines.
 pub const PALE: Colour = [0.86, 0.87, 0.89];
 
 /// A colour between two others.
@@ -49,7 +49,7 @@ pub fn tint(colour: Colour) -> Colour {
     mix(WHITE, colour, 0.3)
 }
 
-/// Pale to dark by way of yellow and red.
+/// From pale through yellow and red to dark.
 const HEAT: [Colour; 6] = [
     [0.97, 0.95, 0.86],
     [0.98, 0.84, 0.52],
@@ -59,8 +59,8 @@ const HEAT: [Colour; 6] = [
     [0.25, 0.05, 0.32],
 ];
 /// Dark blue to orange.
-const COURSE: [Colour; 2] = [[0.05, 0.18, 0.48], [0.93, 0.57, 0.16]];
-/// Blue to vermilion, darkest in the middle.
+const TIME: [Colour; 2] = [[0.05, 0.18, 0.48], [0.93, 0.57, 0.16]];
+/// From blue to vermilion, darkest in the middle.
 const SIDES: [Colour; 3] = [[0.16, 0.55, 0.93], INK, [0.88, 0.45, 0.10]];
 
 /// The colour of a size between 0 and 1: the larger, the darker.
@@ -69,8 +69,8 @@ pub fn heat(share: f64) -> Colour {
 }
 
 /// The colour of a time between 0 and 1: the later, the lighter.
-pub fn course(time: f64) -> Colour {
-    between(&COURSE, time)
+pub fn time(time: f64) -> Colour {
+    between(&TIME, time)
 }
 
 /// The colour of a deviation between -1 and 1: the larger, the lighter.
@@ -78,29 +78,28 @@ pub fn deviation(share: f64) -> Colour {
     between(&SIDES, 0.5 * (share + 1.0))
 }
 
-/// The colour at a share of the way through stops at equal distances; that of the nearer end
-/// beyond them.
+/// Interpolates between equidistant colours; the parameter is clamped to `[0, 1]`.
 fn between(stops: &[Colour], share: f64) -> Colour {
     let place = share.clamp(0.0, 1.0) * (stops.len() - 1) as f64;
-    // A share that is not a number counts as zero here.
+    // NaN counts as zero.
     let stop = (place as usize).min(stops.len() - 2);
     mix(stops[stop], stops[stop + 1], (place - stop as f64) as f32)
 }
 
-/// The symbol of a category, beside its colour.
+/// The marker of a category.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Marker {
     /// A disc.
     Circle,
     /// A square.
     Square,
-    /// A triangle on its base.
+    /// A triangle pointing up.
     Triangle,
-    /// A square on its corner.
+    /// A diamond.
     Diamond,
-    /// A slanted cross.
+    /// A diagonal cross.
     Cross,
-    /// A triangle on its tip.
+    /// A triangle pointing down.
     Wedge,
     /// An upright cross.
     Plus,
@@ -117,13 +116,13 @@ impl Marker {
         Self::Plus,
     ];
 
-    /// The symbol of a category. They repeat after seven.
+    /// Returns the marker of a category; markers repeat after seven.
     pub fn of(index: usize) -> Self {
         Self::ALL[index % Self::ALL.len()]
     }
 
-    /// The boundary of the symbol about the origin, of about the area of a disc of this radius;
-    /// `y` points down.
+    /// Returns the boundary of the marker around the origin, with about the area of a disc of this
+    /// radius; `y` points down.
     pub fn outline(self, radius: f32) -> Vec<[f32; 2]> {
         /// Half the width of the bars of a cross.
         const BAR: f32 = 0.33;
@@ -158,8 +157,8 @@ impl Marker {
     }
 }
 
-/// Lengths of the dashes of a line and of the gaps between them; none is a solid line, as those of
-/// the first eight are.
+/// Lengths of the dashes of a line and of the gaps between them; empty for a solid line, as for the
+/// first eight.
 pub fn dashes(index: usize) -> Option<[f32; 2]> {
     match (index / CATEGORIES.len()) % 3 {
         0 => None,
@@ -228,7 +227,7 @@ mod tests {
         }
     }
 
-    /// Under every sight, as long as the map goes one way.
+    /// Under every kind of vision, if the map is monotone.
     fn rises(map: impl Fn(f64) -> Colour) {
         for sight in SIGHTS {
             let lightness: Vec<f64> = (0..=50)
@@ -244,7 +243,7 @@ mod tests {
     #[test]
     fn maps_are_monotone_in_lightness() {
         rises(|share| heat(1.0 - share));
-        rises(course);
+        rises(time);
         rises(deviation);
         rises(|share| deviation(-share));
         for sight in SIGHTS {

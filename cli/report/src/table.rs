@@ -13,9 +13,9 @@ pub struct Table {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// A number: all its digits are in CSV, four of them elsewhere.
+    /// A number, written with all digits in CSV and with four elsewhere.
     Number(f64),
-    /// A text, which stands as it is.
+    /// A text, written unchanged.
     Text(String),
 }
 
@@ -55,7 +55,7 @@ pub fn exact(number: f64) -> String {
     format!("{number:e}")
 }
 
-/// The same of a number that there may not be; an empty text without one.
+/// The same for an optional number; empty for `None`.
 pub fn exact_or_empty(number: Option<f64>) -> String {
     number.map_or_else(String::new, exact)
 }
@@ -69,7 +69,7 @@ impl Table {
         }
     }
 
-    /// Adds a row, which should have a cell for every column.
+    /// Adds a row with a cell for every column.
     pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) {
         let row: Vec<Cell> = cells.into_iter().collect();
         debug_assert_eq!(row.len(), self.columns.len());
@@ -89,8 +89,8 @@ impl Table {
         }
     }
 
-    /// As comma-separated values by RFC 4180, but for line feeds as ends of lines: a cell with a
-    /// comma, a quotation mark or an end of line is quoted.
+    /// Formats the table as comma-separated values by RFC 4180, except that lines end with line
+    /// feeds: cells with a comma, a quotation mark or a line break are quoted.
     pub fn csv(&self) -> String {
         self.lines(
             |cell| match cell {
@@ -100,7 +100,7 @@ impl Table {
             |cells| {
                 let cells: Vec<String> = cells.iter().map(|cell| quoted(cell)).collect();
                 match &cells[..] {
-                    // A line of nothing would be no row.
+                    // An empty line would not be read as a row.
                     [only] if only.is_empty() => "\"\"".to_owned(),
                     _ => cells.join(","),
                 }
@@ -109,7 +109,7 @@ impl Table {
         .concat()
     }
 
-    /// As Markdown.
+    /// Formats the table as Markdown.
     pub fn markdown(&self) -> String {
         let mut lines = self.lines(Cell::short, |cells| {
             let cells: Vec<String> = cells.iter().map(|cell| in_one_cell(cell)).collect();
@@ -119,7 +119,7 @@ impl Table {
         lines.concat()
     }
 
-    /// As lines of text that begin with an indent, the columns below each other.
+    /// Formats the table as indented lines of text with aligned columns.
     pub fn aligned(&self, indent: &str) -> String {
         let mut widths = vec![0; self.columns.len()];
         self.lines(Cell::short, |cells| {
@@ -173,7 +173,7 @@ fn quoted(cell: &str) -> String {
     }
 }
 
-/// A text that does not end its cell of a Markdown table.
+/// Escapes a text for a cell of a Markdown table.
 fn in_one_cell(cell: &str) -> String {
     cell.replace('|', "\\|").replace(['\n', '\r'], " ")
 }
@@ -211,7 +211,7 @@ mod tests {
     }
 
     proptest! {
-        /// What another program reads is what was written, whatever the texts.
+        /// Another program reads what was written, for any text.
         #[test]
         fn comma_separated_values_are_read_back(
             columns in 1..5usize,

@@ -136,7 +136,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let marked: Vec<_> = records.iter().flat_map(|r| marks(r, config)).collect();
     let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
     let completed = distances.completed.as_ref();
-    let complete = completed.is_some_and(|c| c.bridged.is_empty()) && !used;
+    let complete = completed.is_some_and(|c| c.filled.is_empty()) && !used;
     // Equalised sizes are not in the units of the inputs.
     let scale = common_scale(inputs).filter(|_| config.size == Size::Kept);
     let found = Found {

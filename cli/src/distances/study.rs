@@ -52,7 +52,7 @@ pub(super) struct Completed {
     #[serde(serialize_with = "rows")]
     pub matrix: DistanceMatrix,
     /// Pairs whose distance is the shortest way through other shapes.
-    pub bridged: Vec<[usize; 2]>,
+    pub filled: Vec<[usize; 2]>,
     #[serde(skip)]
     pub tree: Dendrogram,
     /// Number of clusters shown.
@@ -195,7 +195,7 @@ impl Distances {
                 Completed {
                     labels: tree.labels(clusters),
                     matrix: found.matrix,
-                    bridged: found.bridged,
+                    filled: found.filled,
                     tree,
                     clusters,
                     agreement,

@@ -137,7 +137,7 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>)
     }
     list_marks(summary, record, &counting);
     let completed = found.distances.completed.as_ref();
-    let completed = completed.map_or(0, |completed| completed.bridged.len());
+    let completed = completed.map_or(0, |completed| completed.filled.len());
     if completed > 0 {
         summary.line(
             "",

@@ -5,7 +5,7 @@ use levelset::Contour;
 
 use super::path::Path;
 use crate::picture::{
-    Camera, Canvas, Colour, FilmStrip, INK, Shape, colour, course, heat, tile_width, tint,
+    Camera, Canvas, Colour, FilmStrip, INK, Shape, colour, heat, tile_width, time, tint,
 };
 
 /// Approximate number of frames of an animation.
@@ -57,7 +57,7 @@ pub(crate) fn animation<const D: usize>(path: &Path<D>) -> Vec<Canvas> {
         let shape = moved.as_ref().unwrap_or(&outlines[k]);
         let mut canvas = camera.blank();
         // Both ends remain faintly visible where the shape is not.
-        for (end, hue) in [(0, course(0.0)), (path.steps(), course(1.0))] {
+        for (end, hue) in [(0, time(0.0)), (path.steps(), time(1.0))] {
             camera.outline_over(&mut canvas, &outlines[end], tint(hue));
         }
         camera.draw_over(&mut canvas, shape, colour_at(path, k, share));
@@ -108,7 +108,7 @@ fn moments(steps: usize) -> Vec<(usize, f64)> {
 }
 
 fn colour_at<const D: usize>(path: &Path<D>, k: usize, share: f64) -> Colour {
-    course((k as f64 + share) / path.steps().max(1) as f64)
+    time((k as f64 + share) / path.steps().max(1) as f64)
 }
 
 #[cfg(test)]

@@ -61,7 +61,7 @@ impl<const D: usize> Path<D> {
         let parts = Parts {
             level_sets: result.level_sets.clone(),
             displacements: result.displacements.clone(),
-            energies: result.step_energies.clone(),
+            energies: result.energy.step_energies.clone(),
             steps: last,
             names: (0..=last).map(name).collect(),
             target: lagrangian.then(|| inputs[1].contour.clone()),

@@ -24,7 +24,7 @@ pub(super) struct Found<'a, const D: usize> {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     labels: Vec<i64>,
     /// Weight of one mismatch for this number of steps.
-    match_weight_in_force: f64,
+    mismatch_weight_in_force: f64,
     /// `sum sqrt W_k`.
     pub length: f64,
     /// The same in the length units of the inputs: a length grows as the square root of a volume.
@@ -64,7 +64,7 @@ pub(super) fn record<'a, const D: usize>(
     let found = Found {
         result,
         labels: outcome.labels.clone(),
-        match_weight_in_force: outcome.config.params.resolved_match_weight(),
+        mismatch_weight_in_force: outcome.config.params.resolved_mismatch_weight(),
         length: result.length(),
         length_input_units: scale.map(|scale| result.length() / unit(scale).sqrt()),
         dissipation: result.dissipation(),
@@ -89,7 +89,7 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     let (found, path) = (&record.body, record.body.result);
     let title = format!(
         "Geodesic of {} steps on {} nodes: {} after {} iterations, {:.1} s",
-        path.step_energies.len(),
+        path.energy.step_energies.len(),
         record.grid(),
         record.state(),
         found.iterations,

@@ -100,20 +100,20 @@ fn has_area<const D: usize>(outcome: &Outcome<D>) -> bool {
 /// The weighted terms of the energy at the end of a level.
 fn parts<const D: usize>(outcome: &Outcome<D>, level: usize) -> Option<Vec<f64>> {
     let level = outcome.result.levels.get(level)?;
-    let dissipation = level.steps as f64 * level.step_energies.iter().sum::<f64>();
+    let dissipation = level.energy.dissipation();
     if !has_area(outcome) {
-        return Some(vec![dissipation, level.total - dissipation]);
+        return Some(vec![dissipation, level.energy.total - dissipation]);
     }
     // Preliminary levels may have more steps, and with them another weight.
     let params = GeodesicParams {
         steps: level.steps,
         ..outcome.config.params.clone()
     };
-    let mismatch = params.resolved_match_weight() * level.matches.iter().sum::<f64>();
+    let mismatch = params.resolved_mismatch_weight() * level.energy.mismatches.iter().sum::<f64>();
     Some(vec![
         dissipation,
         mismatch,
-        level.total - dissipation - mismatch,
+        level.energy.total - dissipation - mismatch,
     ])
 }
 

@@ -17,7 +17,7 @@ const LINE: usize = 20;
 /// Longest name.
 const MOST: f32 = 140.0;
 /// Space after a marker, and after a name.
-const SPACES: [f32; 2] = [5.0, 22.0];
+pub(super) const SPACES: [f32; 2] = [5.0, 22.0];
 
 /// Lines of keys for a picture of this width: places of the markers.
 fn places(keys: &[Key], width: usize) -> Vec<[usize; 2]> {

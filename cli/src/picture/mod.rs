@@ -35,7 +35,7 @@ pub use tree::TreeChart;
 pub use window::Window;
 
 pub use shapespace_report::palette::{
-    Colour, INK, Marker, WHITE, colour, course, dashes, deviation, heat, mix, solid, tint,
+    Colour, INK, Marker, WHITE, colour, dashes, deviation, heat, mix, solid, time, tint,
 };
 use shapespace_report::palette::{GREY, PALE};
 

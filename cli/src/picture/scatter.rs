@@ -2,7 +2,7 @@
 
 use super::text::SIZE;
 use super::tree::round_below;
-use super::{Canvas, GREY, Key, key, scale, text};
+use super::{Canvas, GREY, Key, WHITE, key, scale, text};
 
 /// Width of the picture.
 const WIDTH: usize = 1100;
@@ -17,6 +17,16 @@ const LINE: usize = 40;
 const SCALE: f64 = 0.12;
 /// Most objects that have their names.
 const MOST_NAMES: usize = 60;
+/// Longest label with its marker.
+const MOST: f32 = 124.0;
+/// Distance of a label from its object, and more of it from one ring of candidates to the next.
+const GAPS: [f32; 2] = [5.0, 12.0];
+/// Rings of candidates.
+const RINGS: usize = 40;
+/// A label on another object is as bad as one that is this many rings further out.
+const ON_OBJECT: usize = 3;
+/// Distance of labels from each other and from the edges of the picture.
+const CLEARANCE: f32 = 3.0;
 
 /// Everything in a map.
 #[derive(Clone, Copy, Debug)]
@@ -88,11 +98,23 @@ impl ScatterPlot<'_> {
             canvas.overlay(picture, corner);
         }
         let named = self.names.len() <= MOST_NAMES;
-        for (i, at) in places.iter().enumerate() {
-            let under = at[1] - 0.5 * mark[1] as f64 + self.marks[i].last_row() as f64;
-            let middle = [at[0] as f32, under as f32 + 5.0];
-            let name = if named { &self.names[i] } else { "" };
-            key::centred(&mut canvas, self.groups[i], name, middle, 124.0);
+        let name = |i: usize| if named { self.names[i].as_str() } else { "" };
+        let objects: Vec<Area> = places
+            .iter()
+            .zip(self.marks)
+            .map(|(at, mark)| inked(mark, *at))
+            .collect();
+        let widths: Vec<f32> = (0..places.len()).map(|i| label_width(name(i))).collect();
+        let rings = if named { RINGS } else { 1 };
+        let labels = place_labels(&objects, &widths, [WIDTH, bottom].map(|n| n as f32), rings);
+        for (label, object) in labels.iter().zip(&objects) {
+            if let Some(leader) = leader(label, object) {
+                canvas.line(&leader, false, 1.0, GREY);
+            }
+        }
+        for (i, [low, high]) in labels.iter().enumerate() {
+            let middle = [0.5 * (low[0] + high[0]), low[1]];
+            key::centred(&mut canvas, self.groups[i], name(i), middle, MOST);
         }
         self.scale_bar(&mut canvas, bottom, scale);
         key::draw(
@@ -121,6 +143,99 @@ impl ScatterPlot<'_> {
         let right = (WIDTH - BORDER) as f32 - text::width(self.title, SIZE);
         text::draw(canvas, self.title, [right, y - 0.5 * SIZE], SIZE, GREY);
     }
+}
+
+/// A box: its least and its greatest coordinates in pixels.
+type Area = [[f32; 2]; 2];
+
+/// The box around what is drawn of an object whose picture has its middle at a point.
+fn inked(mark: &Canvas, at: [f64; 2]) -> Area {
+    let size = mark.size();
+    let all = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| [x, y]));
+    let drawn = all.filter(|[x, y]| mark.pixel(*x, *y) != WHITE);
+    let empty = ([usize::MAX; 2], [0; 2]);
+    let (low, high) = drawn.fold(empty, |(low, high), p| {
+        (
+            [0, 1].map(|k| low[k].min(p[k])),
+            [0, 1].map(|k| high[k].max(p[k])),
+        )
+    });
+    let place = |k: usize, pixel: usize| (at[k] - 0.5 * size[k] as f64) as f32 + pixel as f32;
+    if low[0] > high[0] {
+        return [at.map(|c| c as f32); 2];
+    }
+    [
+        [0, 1].map(|k| place(k, low[k])),
+        [0, 1].map(|k| place(k, high[k])),
+    ]
+}
+
+/// The width of a label with its marker.
+fn label_width(name: &str) -> f32 {
+    let used = SIZE + key::SPACES[0];
+    used + text::width(
+        &text::shortened(name, text::SMALL, MOST - used),
+        text::SMALL,
+    )
+}
+
+/// Whether two boxes are closer than a distance.
+fn close(a: &Area, b: &Area, distance: f32) -> bool {
+    (0..2).all(|k| a[0][k] < b[1][k] + distance && b[0][k] < a[1][k] + distance)
+}
+
+/// Places labels next to their objects, one after the other: each where it overlaps no earlier label
+/// and does not leave the picture, close to its object, and if possible on no other object.
+fn place_labels(objects: &[Area], widths: &[f32], picture: [f32; 2], rings: usize) -> Vec<Area> {
+    let mut labels: Vec<Area> = Vec::with_capacity(objects.len());
+    for (object, &width) in objects.iter().zip(widths) {
+        let cost = |(ring, label): &(usize, Area)| {
+            let on_object = objects.iter().any(|other| close(label, other, 0.0));
+            ring + if on_object { ON_OBJECT } else { 0 }
+        };
+        let free = (0..rings)
+            .flat_map(|ring| candidates(object, width, ring, picture).map(|label| (ring, label)))
+            .filter(|(_, label)| {
+                let inside = label[0][1] >= CLEARANCE && label[1][1] <= picture[1] - CLEARANCE;
+                inside && !labels.iter().any(|other| close(label, other, CLEARANCE))
+            });
+        let found = free.min_by_key(cost).map(|(_, label)| label);
+        labels.push(found.unwrap_or(candidates(object, width, 0, picture)[0]));
+    }
+    labels
+}
+
+/// The places of a label around its object in a ring, the best first; they are shifted sideways into
+/// the picture.
+fn candidates([low, high]: &Area, width: f32, ring: usize, picture: [f32; 2]) -> [Area; 8] {
+    let gap = GAPS[0] + ring as f32 * GAPS[1];
+    let (left, right) = (low[0] - gap - width, high[0] + gap);
+    let (above, below) = (low[1] - gap - SIZE, high[1] + gap);
+    let x = 0.5 * (low[0] + high[0] - width);
+    let y = 0.5 * (low[1] + high[1] - SIZE);
+    [
+        [x, below],
+        [x, above],
+        [right, y],
+        [left, y],
+        [right, below],
+        [left, below],
+        [right, above],
+        [left, above],
+    ]
+    .map(|[x, y]| {
+        let x = x.min(picture[0] - CLEARANCE - width).max(CLEARANCE);
+        [[x, y], [x + width, y + SIZE]]
+    })
+}
+
+/// The line from a label to its object, if the label is not next to it.
+fn leader(label: &Area, object: &Area) -> Option<[[f32; 2]; 2]> {
+    let nearest =
+        |a: &Area, b: &Area| [0, 1].map(|k| (0.5 * (b[0][k] + b[1][k])).clamp(a[0][k], a[1][k]));
+    let ends = [nearest(label, object), nearest(object, label)];
+    let length = (ends[0][0] - ends[1][0]).hypot(ends[0][1] - ends[1][1]);
+    (length > GAPS[0] + 0.5 * GAPS[1]).then_some(ends)
 }
 
 /// The least coordinates, and the sides of the box around points.
@@ -220,6 +335,37 @@ mod tests {
                 assert!(at[0][1] > at[3][1]);
             }
         }
+    }
+
+    #[test]
+    fn labels_neither_overlap_nor_leave_the_picture() {
+        let picture = [600.0, 400.0];
+        // Objects that coincide, objects at the edges, and one by itself.
+        let mut middles = vec![[300.0, 200.0]; 12];
+        middles.extend([[4.0, 100.0], [596.0, 100.0], [100.0, 4.0], [100.0, 396.0]]);
+        middles.push([500.0, 300.0]);
+        let objects: Vec<Area> = middles
+            .iter()
+            .map(|[x, y]| [[x - 20.0, y - 12.0], [x + 20.0, y + 12.0]])
+            .collect();
+        let widths: Vec<f32> = (0..objects.len()).map(|i| 50.0 + 4.0 * i as f32).collect();
+        let labels = place_labels(&objects, &widths, picture, RINGS);
+        for (i, label) in labels.iter().enumerate() {
+            let inside = |k: usize| label[0][k] >= 0.0 && label[1][k] <= picture[k];
+            assert!(inside(0) && inside(1), "{i} {label:?}");
+            assert!((label[1][0] - label[0][0] - widths[i]).abs() < 1e-3);
+            let earlier = labels[..i].iter();
+            assert_eq!(earlier.filter(|other| close(label, other, 0.0)).count(), 0);
+        }
+        // The label of the last object is just below it; those of coinciding objects are led to.
+        let last = objects.len() - 1;
+        assert_eq!(
+            labels[last][0],
+            [500.0 - 0.5 * widths[last], 312.0 + GAPS[0]]
+        );
+        assert!(leader(&labels[last], &objects[last]).is_none());
+        let led = |i: &usize| leader(&labels[*i], &objects[*i]).is_some();
+        assert!((0..12).filter(led).count() >= 4);
     }
 
     #[test]

@@ -78,7 +78,7 @@ proptest! {
         let geodesic = GeodesicParams {
             law,
             steps: n,
-            match_weight: x,
+            mismatch_weight: x,
             area_weight: y,
             ..GeodesicParams::default()
         };
@@ -147,10 +147,15 @@ fn wrong_keys_and_values_are_named_with_their_lines() {
     let place = Place::new();
     let refuse = |text, words: &[&str]| refused(&place, text, &[], words);
     refuse(
-        "grid = 33\n\nmatch_wieght = 3\n",
-        &["wrong.toml", "line 3", "`match_wieght`", "`match_weight`"],
+        "grid = 33\n\nmismatch_wieght = 3\n",
+        &[
+            "wrong.toml",
+            "line 3",
+            "`mismatch_wieght`",
+            "`mismatch_weight`",
+        ],
     );
-    refuse("match-weight = 3", &["line 1", "`match_weight`"]);
+    refuse("mismatch-weight = 3", &["line 1", "`mismatch_weight`"]);
     refuse(
         "colour = 3",
         &["line 1", "`colour`", "shapespace config geodesic"],

@@ -318,10 +318,7 @@ fn paths_that_fall_short_are_marked_and_not_used() {
     let marked = low.json["marked"].as_array().unwrap();
     assert!(marked.iter().any(|m| m["outcome"] == "used"));
     // The way by the disk stands in for that from the bar to the ring.
-    assert_eq!(
-        low.json["distances"]["bridged"],
-        serde_json::json!([[0, 2]])
-    );
+    assert_eq!(low.json["distances"]["filled"], serde_json::json!([[0, 2]]));
     assert_eq!(matrix(&low, "distances")[0][2], there + on);
     let (_, values) = low.array("distances.npy");
     assert!(values[2].is_nan() && values[5] == on);

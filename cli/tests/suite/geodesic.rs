@@ -17,7 +17,7 @@ const KEYS: [&str; 22] = [
     "length",
     "length_input_units",
     "levels",
-    "matches",
+    "mismatches",
     "nodes",
     "parameters",
     "seconds",
@@ -190,9 +190,9 @@ fn level_sets_connect_shapes_of_different_topology() {
     let results = connected(&place, &ends, &options, "out");
     check(&results, 3, &[33, 33]);
     assert_eq!(results.number("/parameters/area_weight"), 2e-3);
-    assert_eq!(results.numbers("/matches").len(), 3);
+    assert_eq!(results.numbers("/mismatches").len(), 3);
     let table = std::fs::read_to_string(results.path("energy.csv")).unwrap();
-    assert!(table.starts_with("nodes,iteration,evaluations,total,dissipation,match,area\n"));
+    assert!(table.starts_with("nodes,iteration,evaluations,total,dissipation,mismatch,area\n"));
 }
 
 #[test]

@@ -191,13 +191,8 @@ impl Outcome {
         bound: f64,
         reason: &str,
     ) {
-        self.check(
-            observable,
-            measured,
-            0.0,
-            Expectation::AtMost(bound),
-            reason,
-        );
+        let expected = Expectation::AtMost(bound);
+        self.check(observable, measured, 0.0, expected, reason);
     }
 
     /// A figure with a lower bound.
@@ -208,13 +203,8 @@ impl Outcome {
         bound: f64,
         reason: &str,
     ) {
-        self.check(
-            observable,
-            measured,
-            0.0,
-            Expectation::AtLeast(bound),
-            reason,
-        );
+        let expected = Expectation::AtLeast(bound);
+        self.check(observable, measured, 0.0, expected, reason);
     }
 
     /// An order of convergence: the least-squares slope of errors against steps on logarithmic

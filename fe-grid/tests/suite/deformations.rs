@@ -1,7 +1,8 @@
 //! Certificate, inverse and transfer of deformations.
 
-use crate::support::{noise, smooth_displacement};
+use crate::support::smooth_displacement;
 use fe_grid::composition::{Interpolant, Outside};
+use fe_grid::random::noise;
 use fe_grid::transfer::{average_cells, inject_into, prolong_into, restrict_into};
 use fe_grid::{
     Field, Grid, InverseDeformation, Restrained, ScalarField, certify, certify_below,

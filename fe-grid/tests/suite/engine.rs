@@ -1,14 +1,16 @@
 //! The cell engine: derivatives, adjoints, symmetry, and bits that do not depend on threads.
 
-use crate::support::{noise, smooth_displacement};
+use crate::support::smooth_displacement;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::linear::LinearOperator;
 use fe_grid::operators::MassStiffness;
+use fe_grid::random::noise;
 use fe_grid::scatter::{NormalEquations, PointWeights, Source, normal_equations};
 use fe_grid::stencil::Background;
 use fe_grid::{Assembly, CellLaw, Data, Grid, Jet, Lane, Point, Reads, SimdLevel, tensor};
 use proptest::prelude::*;
+use test_support::on_threads;
 
 /// A stored energy with all ingredients: a coefficient, the value, the gradient, the logarithm.
 #[derive(Clone, Copy)]
@@ -197,11 +199,7 @@ fn hessian_and_its_diagonal_agree() {
 /// All results that depend on the order of sums.
 fn bits<const D: usize>(nodes: [usize; D], level: SimdLevel, threads: usize) -> Vec<u64> {
     let case = Case::new(nodes, 3);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .unwrap();
-    pool.install(|| {
+    on_threads(threads, || {
         case.with(|assembly| {
             let assembly = assembly.with_simd_level(level);
             let n = case.state.len();

@@ -1,8 +1,8 @@
 //! The vectors that L-BFGS keeps: in single precision, in memory or in files.
 
-use crate::support::noise;
 use crate::support::objectives::Quadratic;
 use fe_grid::minimise::{Evaluation, LbfgsParams, Minimiser, Objective, Silent, Status, Stopping};
+use fe_grid::random::noise;
 use fe_grid::{Buffer, Element, GridError, Storage};
 
 fn lbfgs(relative_gradient: f64, max_iterations: usize) -> LbfgsParams {

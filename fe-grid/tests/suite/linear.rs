@@ -2,14 +2,16 @@
 
 use crate::support::assembled::{Matrix, mass_matrix, stiffness_matrix};
 use crate::support::assembled::{weighted_mass_matrix, weighted_stiffness_matrix};
-use crate::support::{distance, noise, on_threads};
 use approx::assert_relative_eq;
 use fe_grid::linear::residual_norm;
+use fe_grid::random::noise;
+use fe_grid::vector::max_abs_difference;
 use fe_grid::{
     Boundary, CgInfo, CgParams, CgScratch, CgStatus, Diagonal, Grid, GridError, Identity,
     LinearOperator, SpectralSolver, conjugate_gradient, vector,
 };
 use proptest::prelude::*;
+use test_support::on_threads;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
@@ -114,7 +116,7 @@ fn conjugate_gradients_solve_and_jacobi_helps() {
     // The recursion's residual is the true one up to rounding: twice the tolerance asked for.
     assert!(residual_norm(&operator, &b, &x) < 2e-10 * vector::norm(&b));
     // The tolerance 1e-10 times the condition number, some 1e3 from the jump and 10 besides.
-    assert!(distance(&x, &expected) < 1e-6);
+    assert!(max_abs_difference(&x, &expected) < 1e-6);
 }
 
 #[test]

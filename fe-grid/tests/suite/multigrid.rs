@@ -1,8 +1,8 @@
 //! Multigrid with coefficients that jump: symmetric, and as good on fine grids as on coarse.
 
-use crate::support::noise;
 use fe_grid::multigrid::{CoefficientLaw, Multigrid, MultigridParams};
 use fe_grid::operators::WeightedMassStiffness;
+use fe_grid::random::noise;
 use fe_grid::{CgParams, CgScratch, Element, Grid, LinearOperator, conjugate_gradient};
 
 /// Stiffness 1 inside a ball, `contrast` outside, with a mass that keeps the constants bounded.

@@ -1,12 +1,13 @@
 //! Parallel loops: every task once, results in order, on any number of threads.
 
-use crate::support::{noise, on_threads};
 use fe_grid::parallel::{all, for_each, for_each_chunk, for_each_index, for_each_mut};
 use fe_grid::parallel::{map, n_threads, try_map};
+use fe_grid::random::noise;
 use proptest::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use test_support::on_threads;
 
 proptest! {
     #[test]

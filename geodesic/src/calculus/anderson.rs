@@ -150,7 +150,7 @@ impl<C: Correction> Run<'_, C> {
         // The smallest correction when it was last halved, and the iteration at which that was.
         let (mut mark, mut marked) = (first_size, 0);
         for iteration in 0..=self.params.max_iterations {
-            let seen = observer.iteration(&Iteration {
+            let control = observer.iteration(&Iteration {
                 iteration,
                 energy: state.size,
                 gradient_norm: state.size,
@@ -165,7 +165,7 @@ impl<C: Correction> Run<'_, C> {
             if state.size <= self.params.tolerance {
                 return Ok((state, SolveStatus::Converged, iteration));
             }
-            if seen == Control::Cancel {
+            if control == Control::Cancel {
                 return Ok((best, SolveStatus::Cancelled, iteration));
             }
             if iteration == self.params.max_iterations {

@@ -142,13 +142,13 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
     }
 
     /// Solves for the unknown point from an initial guess, with the metric at a deformation.
-    /// `apart` is the distance between the known points.
+    /// `separation` is the distance between the known points.
     fn solve(
         &mut self,
         unknown: Unknown<'_>,
         metric_at: &[f64],
         guess: Vec<f64>,
-        apart: f64,
+        separation: f64,
     ) -> Result<Option<Vec<f64>>, GeodesicError> {
         let level = self.reports.len();
         self.observer
@@ -166,11 +166,11 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         let solver = Anderson {
             history: geometry.params.history,
             max_iterations: geometry.params.max_iterations,
-            tolerance: geometry.params.tolerance * apart,
+            tolerance: geometry.params.tolerance * separation,
         };
         let mut x = guess;
         let solved = solver.solve(&mut equation, &mut x, self.observer)?;
-        let correction = solved.correction / apart;
+        let correction = solved.correction / separation;
         let accepted = solved.status == SolveStatus::Converged
             || solved.status != SolveStatus::Cancelled && correction <= ACCEPTED;
         self.reports.push(SolveReport {
@@ -213,8 +213,8 @@ impl<const D: usize> PathSpace for DeformationSpace<'_, D> {
         self.check_grids(a, b)?;
         let (a, b) = (a.as_slice(), b.as_slice());
         let step = difference(b, a);
-        let apart = norm(&step);
-        if apart == 0.0 {
+        let separation = norm(&step);
+        if separation == 0.0 {
             return self.field(b.to_vec()).map(Some);
         }
         let mut forces = vec![0.0; 2 * b.len()];
@@ -230,7 +230,7 @@ impl<const D: usize> PathSpace for DeformationSpace<'_, D> {
             arriving: &forces[b.len()..],
         };
         let guess = ahead(&self.geometry, b, step);
-        let Some(mut found) = self.solve(unknown, b, guess, apart)? else {
+        let Some(mut found) = self.solve(unknown, b, guess, separation)? else {
             return Ok(None);
         };
         let matter = &self.geometry.matter;
@@ -248,15 +248,15 @@ impl<const D: usize> PathSpace for DeformationSpace<'_, D> {
         let mean = self.combination(0.5, a, 0.5, c);
         let (a, c) = (a.as_slice(), c.as_slice());
         let mut step = difference(c, a);
-        let apart = norm(&step);
-        if apart == 0.0 {
+        let separation = norm(&step);
+        if separation == 0.0 {
             return Ok(Some(mean));
         }
         scale(0.5, &mut step);
         let guess = ahead(&self.geometry, a, step);
         let unknown = Unknown::Second { first: a, third: c };
         let metric_at = guess.clone();
-        let Some(mut found) = self.solve(unknown, &metric_at, guess, apart)? else {
+        let Some(mut found) = self.solve(unknown, &metric_at, guess, separation)? else {
             return Ok(None);
         };
         let matter = &self.geometry.matter;

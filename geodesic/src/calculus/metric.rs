@@ -61,19 +61,12 @@ impl<const D: usize> CellProbe<D, D> for DeformedForm {
 
     #[inline(always)]
     fn probe<L: Lane>(&self, point: &Point<L, D, D>) -> [L; MAX_CELL_DATA] {
-        let mut out = [L::zero(); MAX_CELL_DATA];
         let (elastic, viscous) = self.weights.at(point.coefficient[0]);
         let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
         // A viscosity corresponds to a shear modulus of half its size. Where the void may fold, its
         // volume is not meaningful.
         let solid = L::select(L::zero().less(elastic), elastic * volume, L::zero());
-        out[0] = solid + viscous.scale(0.5 / self.mu);
-        for i in 0..D {
-            for k in 0..D {
-                out[1 + i * D + k] = point.gradient[i][k];
-            }
-        }
-        out
+        Corotational::at_point(solid + viscous.scale(0.5 / self.mu), &point.gradient)
     }
 
     #[inline(always)]

@@ -58,11 +58,11 @@
 //! ends there, and the last report gives the reason. An [`Observer`](fe_grid::minimise::Observer)
 //! is notified of every equation as of a level, and may cancel.
 //!
-//! Sources: Rumpf and Wirth, *Discrete geodesic calculus in shape space and applications in the space
-//! of viscous fluidic objects*, SIAM Journal on Imaging Sciences 6 (2013); *Variational time
-//! discretization of geodesic calculus*, IMA Journal of Numerical Analysis 35 (2015); for the orders
-//! of ladders, Guigui and Pennec, *Numerical accuracy of ladder schemes for parallel transport on
-//! manifolds*, Foundations of Computational Mathematics 22 (2022).
+//! Sources: Rumpf and Wirth, *Discrete geodesic calculus in shape space and applications in the
+//! space of viscous fluidic objects*, SIAM Journal on Imaging Sciences 6 (2013); *Variational time
+//! discretization of geodesic calculus*, IMA Journal of Numerical Analysis 35 (2015); for the
+//! orders of ladders, Guigui and Pennec, *Numerical accuracy of ladder schemes for parallel
+//! transport on manifolds*, Foundations of Computational Mathematics 22 (2022).
 //!
 //! ```
 //! use fe_grid::minimise::Silent;

@@ -148,7 +148,7 @@ fn exponential_in<const D: usize>(
     let mut extension = Extension {
         pieces: Vec::new(),
         step_energies: Vec::with_capacity(steps),
-        certificate: untouched(),
+        certificate: Certificate::IDENTITY,
         reports: Vec::new(),
     };
     let mut piece = Piece {
@@ -171,7 +171,7 @@ fn exponential_in<const D: usize>(
         }
         extension.reports = space.into_reports();
         let found = certificate(&piece.start, &piece.displacements);
-        extension.certificate = worse(extension.certificate, found);
+        extension.certificate = Certificate::worst([extension.certificate, found]);
         let on = piece.displacements.len();
         let finished = on == left || cancelled(&extension.reports);
         let stuck = on == 0 && !extension.pieces.is_empty();
@@ -230,7 +230,7 @@ pub fn shoot<const D: usize>(
     let space = DeformationSpace::new(start, params, 0, observer)?;
     let energy = space.energy(&identity, &first)?.unwrap_or(f64::INFINITY);
     shot.step_energies.insert(0, energy);
-    shot.certificate = worse(shot.certificate, certificate(start, given));
+    shot.certificate = Certificate::worst([shot.certificate, certificate(start, given)]);
     // There is at least one piece, which continues from the first deformation.
     let piece = &mut shot.pieces[0];
     piece.from = identity;
@@ -359,20 +359,6 @@ fn at_end_in<const D: usize>(
     Ok((shape, fields.swap_remove(0)))
 }
 
-/// Returns the certificate of the identity.
-fn untouched() -> Certificate {
-    Certificate {
-        certified: true,
-        min_det: 1.0,
-        min_corner_det: 1.0,
-        cell: 0,
-    }
-}
-
-fn worse(a: Certificate, b: Certificate) -> Certificate {
-    if b.min_det < a.min_det { b } else { a }
-}
-
 /// Returns the certificate of the worst of some deformations inside a start shape.
 fn certificate<const D: usize>(
     start: &ScalarField<f64, D>,
@@ -383,5 +369,5 @@ fn certificate<const D: usize>(
         let values = displacement.as_slice();
         certify_within(start.grid(), values, 0.0, f64::INFINITY, Some(&object))
     });
-    found.fold(untouched(), worse)
+    Certificate::worst(std::iter::once(Certificate::IDENTITY).chain(found))
 }

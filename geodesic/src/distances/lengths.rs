@@ -32,7 +32,7 @@ pub struct Completed {
     pub matrix: DistanceMatrix,
     /// Pairs `i < j` without a path of their own: their distance is that of the shortest way
     /// through other objects.
-    pub bridged: Vec<[usize; 2]>,
+    pub filled: Vec<[usize; 2]>,
 }
 
 impl PathLengths {
@@ -128,12 +128,12 @@ impl PathLengths {
         }
         let matrix =
             DistanceMatrix::from_fn(self.n, |i, j| known(i, j).unwrap_or(ways[i * self.n + j]))?;
-        let bridged = matrix
+        let filled = matrix
             .pairs()
             .filter(|(i, j, _)| known(*i, *j).is_none())
             .map(|(i, j, _)| [i, j])
             .collect();
-        Ok(Some(Completed { matrix, bridged }))
+        Ok(Some(Completed { matrix, filled }))
     }
 
     /// Computes shortest ways along known distances (Floyd and Warshall); infinite if there are

@@ -18,7 +18,7 @@ pub enum DistanceError {
         found: usize,
     },
     /// A distance is negative or not finite.
-    #[error("the distance of {i} and {j} is {value}")]
+    #[error("the distance between {i} and {j} is {value}")]
     Value {
         /// One object.
         i: usize,
@@ -36,7 +36,7 @@ pub enum DistanceError {
         value: f64,
     },
     /// A distance depends on the direction.
-    #[error("the distance from {i} to {j} is {there}, but {back} in the other direction")]
+    #[error("the distance from {i} to {j} is {there}, but {back} from {j} to {i}")]
     Asymmetric {
         /// One object.
         i: usize,

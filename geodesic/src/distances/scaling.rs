@@ -120,7 +120,7 @@ pub fn smacof<const D: usize>(matrix: &DistanceMatrix, start: &[[f64; D]]) -> Re
 pub fn stress<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> f64 {
     let (mut misfit, mut all) = (0.0, 0.0);
     for (i, j, distance) in matrix.pairs() {
-        misfit += (apart(&points[i], &points[j]) - distance).powi(2);
+        misfit += (distance_between(&points[i], &points[j]) - distance).powi(2);
         all += distance * distance;
     }
     if all > 0.0 {
@@ -135,7 +135,7 @@ fn guttman<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> Vec<
     let moved = |i: usize| {
         let mut sum = [0.0; D];
         for j in (0..n).filter(|&j| j != i) {
-            let length = apart(&points[i], &points[j]);
+            let length = distance_between(&points[i], &points[j]);
             if length > 0.0 {
                 let factor = matrix.get(i, j) / length;
                 sum = std::array::from_fn(|k| sum[k] + factor * (points[i][k] - points[j][k]));
@@ -176,7 +176,7 @@ fn fix_signs<const D: usize>(points: &mut [[f64; D]]) {
     }
 }
 
-fn apart<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+fn distance_between<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     let squares = a.iter().zip(b).map(|(x, y)| (x - y).powi(2));
     squares.sum::<f64>().sqrt()
 }

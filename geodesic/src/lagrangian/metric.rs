@@ -1,13 +1,13 @@
 //! The Gauss–Newton metric of a path on its start domain.
 //!
 //! In the increments `d_k = psi_k - psi_{k-1}` the Hessian of the path is, for moderate strains,
-//! block diagonal but for the match of the last deformation, which is the sum of all of them:
+//! block diagonal but for the mismatch of the last deformation, which is the sum of all of them:
 //!
 //! ```text
 //! H = K diag(A_1, ..., A_K) + eta (1 1^T) x M,
 //! ```
 //!
-//! with the elastic forms `A_k` and the Gauss–Newton matrix `M` of the match. With one form `A`
+//! with the elastic forms `A_k` and the Gauss–Newton matrix `M` of the mismatch. With one form `A`
 //! for all steps, taken at the end of the path, the common increment of all steps and the
 //! differences between them decouple:
 //!
@@ -40,9 +40,9 @@ impl<const D: usize> PathMetric<D> {
         steps: usize,
     ) -> Result<Self, GridError> {
         let work_space = WorkSpace::default();
-        let make = |match_weight| {
+        let make = |mismatch_weight| {
             let form = ElasticForm {
-                match_weight,
+                mismatch_weight,
                 ..*form
             };
             let (law, cells) = corotational(&grid, &form, start, last);
@@ -50,7 +50,7 @@ impl<const D: usize> PathMetric<D> {
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };
         Ok(Self {
-            common: make(form.match_weight)?,
+            common: make(form.mismatch_weight)?,
             differences: (steps > 1).then(|| make(0.0)).transpose()?,
             steps,
         })

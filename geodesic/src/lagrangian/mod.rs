@@ -6,5 +6,5 @@ mod objective;
 mod solve;
 
 pub(crate) use eulerian::{eulerian, step_between};
-pub use objective::{PathEnergy, PathObjective};
-pub use solve::{LagrangianPath, PathLevel, lagrangian_path};
+pub use objective::PathObjective;
+pub use solve::{LagrangianPath, lagrangian_path};

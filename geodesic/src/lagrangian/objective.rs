@@ -1,46 +1,22 @@
 //! The energy of a path of deformations of one start domain.
 
 use super::metric::PathMetric;
-use crate::cells::{self, ObjectWeights, continued, solid_cells};
+use crate::cells::{ObjectWeights, continued, solid_cells};
 use crate::descent::fold_barrier;
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
-use crate::matching::{HeavisideMatch, MeasuredMatch};
-use crate::metric::{ElasticForm, MatchedLevel};
+use crate::metric::{ComposedLevel, ElasticForm};
+use crate::mismatch::{HeavisideMismatch, MeasuredMismatch};
 use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
-    Assembly, Data, Grid, GridError, ScalarField, certify_within, parallel, restrain_step, vector,
+    Assembly, Data, Grid, GridError, ScalarField, certify_within, parallel, repair, restrain_step,
+    vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
-
-/// The terms of the energy, without weights except for the time step.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PathEnergy {
-    /// Energies `W_k` of the steps.
-    pub step_energies: Vec<f64>,
-    /// The match between the last shape and the end shape, summed over the components.
-    pub mismatch: f64,
-    /// The barrier that prevents the corners of cells from folding, summed over the deformations;
-    /// zero if no determinant is below its onset.
-    pub barrier: f64,
-    /// `K sum W_k + eta match`, and the barrier.
-    pub total: f64,
-}
-
-impl PathEnergy {
-    /// Returns the length `sum sqrt W_k` of the path.
-    pub fn length(&self) -> f64 {
-        cells::length(&self.step_energies)
-    }
-
-    /// Returns the dissipation `K sum W_k`.
-    pub fn dissipation(&self) -> f64 {
-        cells::dissipation(&self.step_energies)
-    }
-}
 
 /// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. Unknowns are the
 /// displacements of `psi_1, ..., psi_K`, one after the other. If the shapes have several
@@ -56,7 +32,7 @@ pub struct PathObjective<const D: usize> {
     /// The level set of the union of the components of the start shape.
     union: ScalarField<f64, D>,
     indicator: Step,
-    density: HeavisideMatch,
+    density: HeavisideMismatch,
     /// The cells that must not fold: those with a part of the object; `None` if these are all
     /// cells.
     solid: Option<Vec<bool>>,
@@ -91,13 +67,13 @@ impl<const D: usize> PathObjective<D> {
     ) -> Result<Self, GeodesicError> {
         let h = start.components[0].grid().spacing();
         let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
-        let density = HeavisideMatch {
-            step: Arctan::new(params.match_cells * h)?,
+        let density = HeavisideMismatch {
+            step: Arctan::new(params.mismatch_cells * h)?,
         };
         Self::assembled(start, end, steps, params, indicator, density)
     }
 
-    /// Creates the energy with other smooth steps for the elastic weight and the match.
+    /// Creates the energy with other smooth steps for the elastic weight and the mismatch.
     ///
     /// # Errors
     /// [`GeodesicError::GridsDiffer`].
@@ -107,7 +83,7 @@ impl<const D: usize> PathObjective<D> {
         steps: usize,
         params: &GeodesicParams,
         indicator: Step,
-        density: HeavisideMatch,
+        density: HeavisideMismatch,
     ) -> Result<Self, GeodesicError> {
         let [start, end] = single(start, end)?;
         Self::assembled(start, end, steps, params, indicator, density)
@@ -119,7 +95,7 @@ impl<const D: usize> PathObjective<D> {
         steps: usize,
         params: &GeodesicParams,
         indicator: Step,
-        density: HeavisideMatch,
+        density: HeavisideMismatch,
     ) -> Result<Self, GeodesicError> {
         let union = union_of(&start.components);
         let known = KnownEnds::new(&start, &end);
@@ -168,9 +144,12 @@ impl<const D: usize> PathObjective<D> {
         &self.energy
     }
 
-    /// Returns the cells that must not fold; `None` if these are all cells.
-    pub fn solid_cells(&self) -> Option<&[bool]> {
-        self.solid.as_deref()
+    /// Interpolates deformations towards the identity until they are admissible.
+    pub(crate) fn repair(&self, x: &mut [f64]) {
+        let bound = self.params.min_determinant;
+        for u in x.chunks_exact_mut(self.dim_of_step()) {
+            repair(&self.grid, u, bound, self.solid.as_deref());
+        }
     }
 
     fn dim_of_step(&self) -> usize {
@@ -235,7 +214,7 @@ impl<const D: usize> PathObjective<D> {
         let behind = if wanted { self.steps * dim } else { 0 };
         let mut mismatch = 0.0;
         for (start, end) in self.start.iter().zip(&self.end) {
-            let law = MeasuredMatch {
+            let law = MeasuredMismatch {
                 density: self.density,
                 other: continued(end),
                 deformed_share: self.params.deformed_share,
@@ -249,7 +228,7 @@ impl<const D: usize> PathObjective<D> {
             };
             let assembly = Assembly::new(self.grid, &law, data);
             let by_last = &mut self.path_gradient[behind..];
-            let weight = self.params.resolved_match_weight();
+            let weight = self.params.resolved_mismatch_weight();
             mismatch += assembly.value_or_gradient_add(last, weight, by_last)?;
         }
         let mut barrier = 0.0;
@@ -269,11 +248,12 @@ impl<const D: usize> PathObjective<D> {
             vector::copy_into(&self.path_gradient[dim..], gradient);
         }
         let total = count * step_energies.iter().sum::<f64>()
-            + self.params.resolved_match_weight() * mismatch
+            + self.params.resolved_mismatch_weight() * mismatch
             + barrier;
         self.energy = PathEnergy {
             step_energies,
-            mismatch,
+            mismatches: vec![mismatch],
+            areas: Vec::new(),
             barrier,
             total,
         };
@@ -340,10 +320,10 @@ impl<const D: usize> Objective for PathObjective<D> {
     fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
         self.metric = None;
         let visibility = self.known.in_step(1, 1);
-        let matched: Vec<_> = self
+        let composed: Vec<_> = self
             .end
             .iter()
-            .map(|end| MatchedLevel {
+            .map(|end| ComposedLevel {
                 end: continued(end),
                 visibility,
             })
@@ -360,8 +340,8 @@ impl<const D: usize> Objective for PathObjective<D> {
                 ..barrier
             },
             void_stiffness: self.params.void_stiffness,
-            match_weight: self.params.resolved_match_weight(),
-            matched: &matched,
+            mismatch_weight: self.params.resolved_mismatch_weight(),
+            composed: &composed,
         };
         let last = &x[(self.steps - 1) * self.dim_of_step()..];
         let start = self.union.as_slice();

@@ -1,29 +1,17 @@
 //! Solution from one step on the coarsest grid to all steps on the finest.
 
-use super::objective::{PathEnergy, PathObjective};
-use crate::descent::{minimiser, repair};
+use super::objective::PathObjective;
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::level_sets::{compose, flow_path};
+use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
 use crate::overlap::overlaps;
 use crate::params::GeodesicParams;
-use crate::shape::{Known, Shape, ShapeOnGrid};
+use crate::shape::{Known, Shape};
 use fe_grid::compiled_once;
-use fe_grid::minimise::{Info, Minimiser, Observer, Status};
+use fe_grid::minimise::Observer;
 use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid};
-
-/// Convergence history of one level.
-#[derive(Clone, Debug)]
-pub struct PathLevel {
-    /// Nodes along each axis, `x` first.
-    pub nodes: Vec<usize>,
-    /// Number of steps of the path.
-    pub steps: usize,
-    /// Record of the minimiser.
-    pub info: Info,
-    /// Terms of the energy at the end.
-    pub energy: PathEnergy,
-}
 
 /// A minimal path on the finest level, or on the level where the observer cancelled, with the
 /// number of steps of that level.
@@ -32,7 +20,7 @@ pub struct LagrangianPath<const D: usize> {
     /// Displacements of `psi_1, ..., psi_K`.
     pub displacements: Vec<Field<f64, D, D>>,
     /// Convergence history of each level, coarsest first.
-    pub levels: Vec<PathLevel>,
+    pub levels: Vec<LevelReport>,
 }
 
 compiled_once! {
@@ -62,102 +50,111 @@ fn lagrangian_path_in<const D: usize>(
         return Err(GeodesicError::GridsDiffer);
     }
     let grids = start.grid().hierarchy(params.coarsest_nodes);
-    let mut levels = Vec::new();
     let schedule = time_schedule(params.steps);
-    let mut steps = schedule[0];
-    let mut x = vec![0.0; steps * D * grids[0].n_nodes()];
-    let mut n_runs = grids.len() + schedule.len() - 1;
-    let flow_depth = flow_depth(&grids, params);
-    let mut reached = grids[0];
-    'levels: for (depth, grid) in grids.iter().enumerate() {
-        reached = *grid;
-        let times = if depth == 0 {
-            schedule.as_slice()
-        } else {
-            &schedule[schedule.len() - 1..]
-        };
-        let (first, last) = (start.on_grid(grid), end.on_grid(grid));
-        for &count in times {
-            if count != steps {
-                x = refine_time(&x, D * grid.n_nodes(), steps, count);
-                steps = count;
-            }
-            let ends = (first.clone(), last.clone());
-            observer.level(levels.len(), n_runs, x.len());
-            levels.push(minimised(ends, count, params, &mut x, observer)?);
-            if is_cancelled(&levels) {
-                break 'levels;
-            }
-        }
-        let unreached = || -> Result<bool, GeodesicError> {
-            let last = Field::from_vec(*grid, x[(steps - 1) * D * grid.n_nodes()..].to_vec())?;
-            Ok(!overlaps(start, end, &[last], *grid)?.reached())
-        };
-        if flow_depth == Some(depth) && matches!(start.known(), Known::Everywhere) && unreached()? {
-            let mut other = along_flow(start, end, grid, params, observer)?;
-            n_runs += 1;
-            observer.level(levels.len(), n_runs, other.len());
-            let level = minimised((first, last), steps, params, &mut other, observer)?;
-            let least = levels.last().map(|level| level.energy.total);
-            if least.is_none_or(|least| level.energy.total < least) {
-                x = other;
-            }
-            levels.push(level);
-            if is_cancelled(&levels) {
-                break 'levels;
-            }
-        }
-        if depth + 1 < grids.len() {
-            let fine = D * grids[depth + 1].n_nodes();
-            let mut finer = vec![0.0; steps * fine];
-            for (out, u) in finer
-                .chunks_exact_mut(fine)
-                .zip(x.chunks_exact(D * grid.n_nodes()))
-            {
-                prolong_into(grid, u, out);
-            }
-            x = finer;
-        }
-    }
-    let displacements: Result<Vec<_>, _> = x
-        .chunks_exact(D * reached.n_nodes())
-        .map(|u| Field::from_vec(reached, u.to_vec()))
-        .collect();
-    Ok(LagrangianPath {
-        displacements: displacements?,
-        levels,
-    })
-}
-
-/// Minimises the energy of a path of the given number of steps between two shapes on their grid,
-/// and reports its convergence.
-fn minimised<const D: usize>(
-    (first, last): (ShapeOnGrid<D>, ShapeOnGrid<D>),
-    steps: usize,
-    params: &GeodesicParams,
-    x: &mut [f64],
-    observer: &mut dyn Observer,
-) -> Result<PathLevel, GeodesicError> {
-    let mut objective = PathObjective::between(first, last, steps, params)?;
-    let grid = *objective.grid();
-    for u in x.chunks_exact_mut(D * grid.n_nodes()) {
-        repair(&grid, u, params.min_determinant, objective.solid_cells());
-    }
-    let info = minimiser(params).minimise(&mut objective, x, observer)?;
-    objective.evaluate(x, &mut [])?;
-    Ok(PathLevel {
-        nodes: grid.nodes_per_axis().to_vec(),
+    let level = |grid, steps| Level {
+        grid,
         steps,
-        info,
-        energy: objective.energy().clone(),
+        tolerance: 1.0,
+    };
+    let mut levels: Vec<_> = schedule.iter().map(|&k| level(grids[0], k)).collect();
+    levels.extend(grids[1..].iter().map(|&grid| level(grid, params.steps)));
+    let (coarse, fine) = match flow_depth(&grids, params) {
+        Some(depth) => levels.split_at(schedule.len() + depth),
+        None => (levels.as_slice(), &[][..]),
+    };
+    let identity = vec![0.0; levels[0].steps * D * grids[0].n_nodes()];
+    let form = Deformations { start, end };
+    let mut descent = Descent {
+        form,
+        params,
+        n_levels: levels.len(),
+        levels: Vec::new(),
+        reports: Vec::new(),
+    };
+    let initial = PathOnLevel::new(levels[0], identity);
+    let mut path = descent.minimise(initial, coarse, observer)?;
+    let may_flow = !fine.is_empty() && !descent.ended();
+    if may_flow && matches!(start.known(), Known::Everywhere) && !reached(start, end, &path)? {
+        let flow = along_flow(start, end, &path.level.grid, params, observer)?;
+        descent.n_levels += 1;
+        let other = PathOnLevel::new(path.level, flow);
+        let other = descent.minimise(other, &[path.level], observer)?;
+        if other.total < path.total {
+            path = other;
+        }
+    }
+    let path = descent.minimise(path, fine, observer)?;
+    Ok(LagrangianPath {
+        displacements: displacements(&path)?,
+        levels: descent.reports,
     })
 }
 
-/// Returns whether the observer has cancelled the last level.
-fn is_cancelled(levels: &[PathLevel]) -> bool {
-    levels
-        .last()
-        .is_some_and(|level| level.info.status == Status::Cancelled)
+/// Paths as displacements of a start domain, one after the other.
+struct Deformations<'a, const D: usize> {
+    start: &'a Shape<D>,
+    end: &'a Shape<D>,
+}
+
+impl<const D: usize> PathForm<D> for Deformations<'_, D> {
+    type Objective = PathObjective<D>;
+
+    fn objective(
+        &self,
+        level: &Level<D>,
+        params: &GeodesicParams,
+    ) -> Result<PathObjective<D>, GeodesicError> {
+        let [first, last] = [self.start, self.end].map(|shape| shape.on_grid(&level.grid));
+        PathObjective::between(first, last, level.steps, params)
+    }
+
+    fn transfer(
+        &self,
+        x: &[f64],
+        from: &Level<D>,
+        to: &Level<D>,
+    ) -> Result<Vec<f64>, GeodesicError> {
+        let (coarse, fine) = (D * from.grid.n_nodes(), D * to.grid.n_nodes());
+        if from.steps != to.steps {
+            return Ok(refine_time(x, coarse, from.steps, to.steps));
+        }
+        let mut finer = vec![0.0; to.steps * fine];
+        for (out, u) in finer.chunks_exact_mut(fine).zip(x.chunks_exact(coarse)) {
+            prolong_into(&from.grid, u, out);
+        }
+        Ok(finer)
+    }
+
+    fn repair(&self, _level: &Level<D>, objective: &PathObjective<D>, x: &mut [f64]) {
+        objective.repair(x);
+    }
+
+    fn energy(objective: &PathObjective<D>) -> &PathEnergy {
+        objective.energy()
+    }
+}
+
+/// Returns the displacements of a path.
+fn displacements<const D: usize>(
+    path: &PathOnLevel<D>,
+) -> Result<Vec<Field<f64, D, D>>, GeodesicError> {
+    let grid = path.level.grid;
+    let parts = path.x.chunks_exact(D * grid.n_nodes());
+    Ok(parts
+        .map(|u| Field::from_vec(grid, u.to_vec()))
+        .collect::<Result<_, _>>()?)
+}
+
+/// Returns whether the last deformation of a path maps the start shape to the end shape.
+fn reached<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    path: &PathOnLevel<D>,
+) -> Result<bool, GeodesicError> {
+    let grid = path.level.grid;
+    let last = &path.x[(path.level.steps - 1) * D * grid.n_nodes()..];
+    let last = Field::from_vec(grid, last.to_vec())?;
+    Ok(overlaps(start, end, &[last], grid)?.reached())
 }
 
 /// Returns the level on which a flow is tried as a start: the finest that is coarse enough for it,

@@ -23,23 +23,17 @@ pub(crate) fn first_paths<const D: usize>(
     end: &Shape<D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
-) -> Result<(PathState<D>, Vec<PathState<D>>), GeodesicError> {
+) -> Result<Vec<PathState<D>>, GeodesicError> {
     let whole = [start, end].map(|shape| matches!(shape.known(), Known::Everywhere));
     let grid = start.grid().hierarchy(params.flow_nodes)[0];
-    let mut forwards = || flow_path(start, end, &grid, params, observer);
-    if whole[0] && !whole[1] {
-        return Ok((forwards()?, Vec::new()));
+    let mut paths = Vec::new();
+    if whole[0] || !whole[1] {
+        paths.push(flow_path(start, end, &grid, params, observer)?);
     }
-    let ahead = if whole[1] && !whole[0] {
-        None
-    } else {
-        Some(forwards()?)
-    };
-    let back = flow_path(end, start, &grid, params, observer)?.reversed();
-    Ok(match ahead {
-        Some(ahead) => (ahead, vec![back]),
-        None => (back, Vec::new()),
-    })
+    if whole[1] || !whole[0] {
+        paths.push(flow_path(end, start, &grid, params, observer)?.reversed());
+    }
+    Ok(paths)
 }
 
 /// Computes the flow from one shape to another, divided into steps.

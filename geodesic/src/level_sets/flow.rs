@@ -1,11 +1,11 @@
-//! Initial path: the shape flows to the other one by steepest descent of their match.
+//! Initial path: the shape flows to the other one by steepest descent of their mismatch.
 //!
-//! In every step the match between the present shape `{u > 0}` and the end shape exerts a force on
-//! the boundary; a viscous fluid, with low viscosity outside the shape, responds with the velocity
-//! `v`:
+//! In every step the mismatch between the present shape `{u > 0}` and the end shape exerts a force
+//! on the boundary; a viscous fluid, with low viscosity outside the shape, responds with the
+//! velocity `v`:
 //!
 //! ```text
-//! int kappa(u) (lambda tr e[v] tr e[w] + 2 mu e[v] : e[w]) + m v . w = -<d match, w>.
+//! int kappa(u) (lambda tr e[v] tr e[w] + 2 mu e[v] : e[w]) + m v . w = -<d mismatch, w>.
 //! ```
 //!
 //! The shape moves by a step that is short enough to avoid folding, and its level set is
@@ -13,13 +13,13 @@
 //! thus changes without further measures. Divided into pieces of equal length, the flow is an
 //! initial path.
 //!
-//! The flow is the steepest descent of the match in the metric of the shape space itself.
+//! The flow is the steepest descent of the mismatch in the metric of the shape space itself.
 
 use super::state::{PathState, compose};
 use crate::cells::continued;
 use crate::error::GeodesicError;
-use crate::matching::{HeavisideMatch, MeasuredMatch, Visibility};
 use crate::metric::{ElasticForm, corotational};
+use crate::mismatch::{HeavisideMismatch, MeasuredMismatch, Visibility};
 use crate::params::GeodesicParams;
 use crate::shape::{ShapeOnGrid, union_of};
 use fe_grid::composition::Interpolant;
@@ -38,7 +38,7 @@ const LONGEST_STEP: f64 = 1.5;
 const LARGEST_STRAIN: f64 = 0.25;
 /// Steps shorter than this, in cells, end the flow.
 const SHORTEST_STEP: f64 = 0.02;
-/// Widths of the match's step function, in cells, from first to last.
+/// Widths of the mismatch's step function, in cells, from first to last.
 const WIDTHS: [f64; 4] = [3.0, 1.5, 0.75, 0.5];
 /// Mass `m` of the fluid, which damps the motion where no force acts.
 const MASS: f64 = 3.0;
@@ -56,9 +56,9 @@ pub(crate) struct Flow<const D: usize> {
     pub lengths: Vec<f64>,
 }
 
-/// Computes the flow of one shape to another, for wide and then narrower steps of the match; both
-/// are signed distances of the same number of components on one grid. Where the end shape is not
-/// known, no force acts.
+/// Computes the flow of one shape to another, for wide and then narrower steps of the mismatch;
+/// both are signed distances of the same number of components on one grid. Where the end shape is
+/// not known, no force acts.
 pub(crate) fn flow<const D: usize>(
     start: &[ScalarField<f64, D>],
     end: &ShapeOnGrid<D>,
@@ -73,7 +73,7 @@ pub(crate) fn flow<const D: usize>(
     let mut current = start.to_vec();
     'widths: for width in WIDTHS {
         let step = Arctan::new(width * h)?;
-        let mut reached = match_of(&current, end, step);
+        let mut reached = mismatch_of(&current, end, step);
         for _ in 0..MOST_STEPS {
             if observer.between() == Control::Cancel {
                 break 'widths;
@@ -88,8 +88,8 @@ pub(crate) fn flow<const D: usize>(
                     onset: 1.0,
                 },
                 void_stiffness: 0.0,
-                match_weight: 0.0,
-                matched: &[],
+                mismatch_weight: 0.0,
+                composed: &[],
             };
             let force = force(&current, end, step)?;
             let fluid = Fluid::new(grid, &form, union_of(&current).as_slice())?;
@@ -101,7 +101,7 @@ pub(crate) fn flow<const D: usize>(
                 let step_taken: Vec<f64> = velocity.iter().map(|v| factor * v).collect();
                 let displacement = Field::from_vec(grid, step_taken)?;
                 if let Some(next) = advance(&current, &displacement)? {
-                    let value = match_of(&next, end, step);
+                    let value = mismatch_of(&next, end, step);
                     if value < reached {
                         moved = Some((next, displacement, value));
                         break;
@@ -130,7 +130,7 @@ pub(crate) fn flow<const D: usize>(
     })
 }
 
-fn match_of<const D: usize>(
+fn mismatch_of<const D: usize>(
     current: &[ScalarField<f64, D>],
     end: &ShapeOnGrid<D>,
     step: Arctan,
@@ -155,7 +155,7 @@ fn match_of<const D: usize>(
     total * current[0].grid().cell_volume()
 }
 
-/// Computes the derivative of the match with respect to a motion of the fluid, at rest: on the
+/// Computes the derivative of the mismatch with respect to a motion of the fluid, at rest: on the
 /// present boundary, and on that of the end shape.
 fn force<const D: usize>(
     current: &[ScalarField<f64, D>],
@@ -179,8 +179,8 @@ fn force<const D: usize>(
             (then, now, 1.0, covered([0.0, 1.0])),
             (now, then, -1.0, covered([1.0, 0.0])),
         ] {
-            let law = MeasuredMatch {
-                density: HeavisideMatch { step },
+            let law = MeasuredMismatch {
+                density: HeavisideMismatch { step },
                 other: continued(moving),
                 deformed_share: 0.0,
                 visibility: Visibility {

@@ -5,15 +5,16 @@
 //! - motions of the inner shapes that keep them matched ([`Transport`]), in the elastic energies
 //!   of the steps: with `d_k = v_k - v_{k-1}` it is `K diag(A_k)` under the condition that the
 //!   increments add up to zero;
-//! - every deformation by itself, in its elastic energy and the Gauss–Newton matrix of its match;
-//! - the level sets by themselves, in their matches ([`Residual`]).
+//! - every deformation by itself, in its elastic energy and the Gauss–Newton matrix of its
+//!   mismatch;
+//! - the level sets by themselves, in their mismatches ([`Residual`]).
 //!
 //! The elastic forms are corotational, and inverted by one multigrid cycle each.
 
 use super::residual::Residual;
 use super::state::Layout;
 use super::transport::Transport;
-use crate::metric::{ElasticForm, MatchedLevel, corotational};
+use crate::metric::{ComposedLevel, ElasticForm, corotational};
 use crate::shape::KnownEnds;
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::multigrid::{MultigridParams, WorkSpace};
@@ -34,7 +35,7 @@ pub(crate) struct MetricParts<'a, const D: usize> {
     pub grid: Grid<D>,
     pub moduli: LameModuli,
     pub indicator: Step,
-    pub match_weight: f64,
+    pub mismatch_weight: f64,
     pub barrier: FoldBarrier,
     pub void_stiffness: f64,
     pub step: Arctan,
@@ -48,7 +49,7 @@ pub(crate) struct LevelSetMetric<const D: usize> {
     layout: Layout<D>,
     transport: Transport<D>,
     elastic: Vec<CorotationalMultigrid<D>>,
-    matched: Vec<CorotationalMultigrid<D>>,
+    deformations: Vec<CorotationalMultigrid<D>>,
     residual: Residual<D>,
 }
 
@@ -58,10 +59,10 @@ impl<const D: usize> LevelSetMetric<D> {
         let (grid, layout) = (parts.grid, parts.layout);
         let steps = layout.steps;
         let work_space = WorkSpace::default();
-        let make = |k: usize, match_weight: f64| {
+        let make = |k: usize, mismatch_weight: f64| {
             let visibility = parts.known.in_step(k, steps);
-            let matched: Vec<_> = (0..layout.components)
-                .map(|i| MatchedLevel {
+            let composed: Vec<_> = (0..layout.components)
+                .map(|i| ComposedLevel {
                     end: Interpolant::new(grid, &parts.state[layout.level_set(k, i)])
                         .with_outside(Outside::Falling),
                     visibility,
@@ -74,13 +75,13 @@ impl<const D: usize> LevelSetMetric<D> {
                 stiffness: steps as f64,
                 barrier: parts.barrier,
                 void_stiffness: parts.void_stiffness,
-                match_weight,
-                matched: &matched,
+                mismatch_weight,
+                composed: &composed,
             };
             let start = layout.union(parts.state, k - 1);
             let displacement = &parts.state[layout.displacement(k)];
             let (law, mut cells) = corotational(&grid, &form, &start, displacement);
-            if match_weight == 0.0 {
+            if mismatch_weight == 0.0 {
                 for i in 0..D {
                     cells[Corotational::<D>::mass_entry(i, i)].fill(GAUGE_MASS * steps as f32);
                 }
@@ -88,15 +89,15 @@ impl<const D: usize> LevelSetMetric<D> {
             let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };
-        let matched = parallel::try_map(1..=steps, &|k| make(k, parts.match_weight));
+        let deformations = parallel::try_map(1..=steps, &|k| make(k, parts.mismatch_weight));
         let moving = if steps > 1 { steps } else { 0 };
         let elastic = parallel::try_map(1..=moving, &|k| make(k, 0.0));
-        let weight = parts.match_weight * grid.cell_volume();
+        let weight = parts.mismatch_weight * grid.cell_volume();
         Ok(Self {
             layout,
             transport: Transport::new(grid, layout, parts.state),
             elastic: elastic?,
-            matched: matched?,
+            deformations: deformations?,
             residual: Residual::new(layout, parts.state, parts.step, weight),
         })
     }
@@ -108,7 +109,10 @@ impl<const D: usize> LevelSetMetric<D> {
         let (first, stride) = (self.layout.components * n, self.layout.stride());
         let parts = out[first..].chunks_exact_mut(stride);
         let parts = parts.zip(gradient[first..].chunks_exact(stride));
-        parallel::for_each(parts.zip(&self.matched), &|((out, gradient), cycle)| {
+        parallel::for_each(parts.zip(&self.deformations), &|(
+            (out, gradient),
+            cycle,
+        )| {
             cycle.apply_into(&gradient[..D * n], &mut out[..D * n]);
         });
         if steps > 1 {

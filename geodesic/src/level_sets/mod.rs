@@ -10,7 +10,7 @@ mod state;
 mod transport;
 
 pub(crate) use first::{first_paths, flow_path};
-pub use objective::{LevelSetEnergy, LevelSetObjective};
-pub use solve::{LevelSetLevel, LevelSetPath, level_set_path};
+pub use objective::LevelSetObjective;
+pub use solve::{LevelSetPath, level_set_path};
 pub use state::PathState;
 pub(crate) use state::compose;

@@ -3,11 +3,12 @@
 use super::metric::{LevelSetMetric, MetricParts};
 use super::state::Layout;
 use crate::area::BoundaryArea;
-use crate::cells::{self, ObjectWeights, solid_cells};
+use crate::cells::{ObjectWeights, solid_cells};
 use crate::descent::fold_barrier;
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
-use crate::matching::{MatchWeights, StepMatch};
+use crate::mismatch::{MismatchWeights, StepMismatch};
 use crate::params::GeodesicParams;
 use crate::shape::KnownEnds;
 use fe_grid::composition::{Interpolant, Outside};
@@ -15,8 +16,8 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
-    Assembly, Data, Grid, GridError, Restrained, certify_within, parallel, restrain_together,
-    vector,
+    Assembly, Data, Grid, GridError, Restrained, certify_within, parallel, repair,
+    restrain_together, vector,
 };
 use hyperelastic::CompiledLaw;
 use levelset::{Arctan, Compact, Step};
@@ -24,40 +25,13 @@ use levelset::{Arctan, Compact, Step};
 /// Longest step of the minimiser, in cells.
 const LONGEST_STEP: f64 = 1.0;
 
-/// The terms of the energy, unweighted.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct LevelSetEnergy {
-    /// Energies `W_k` of the steps.
-    pub step_energies: Vec<f64>,
-    /// Matches between every shape and the next, summed over the components.
-    pub mismatches: Vec<f64>,
-    /// Boundary areas of the shapes `1, ..., K`, summed over the components.
-    pub areas: Vec<f64>,
-    /// The barrier that prevents the corners of cells from folding, summed over the steps; zero if
-    /// no determinant is below its onset.
-    pub barrier: f64,
-    /// `K sum W_k + eta sum match_k + mu/K sum area_k`, and the barrier.
-    pub total: f64,
-}
-
-impl LevelSetEnergy {
-    /// Returns the length `sum sqrt W_k` of the path.
-    pub fn length(&self) -> f64 {
-        cells::length(&self.step_energies)
-    }
-
-    /// Returns the dissipation `K sum W_k`.
-    pub fn dissipation(&self) -> f64 {
-        cells::dissipation(&self.step_energies)
-    }
-}
-
 /// The energy
 /// `sum_k K W[phi_k, u_{k-1}] + eta int (H(u_k o phi_k) - H(u_{k-1}))^2 + mu/K int |D H(u_k)|`.
 ///
 /// The state is `u_0, phi_1, u_1, ..., phi_K, u_K`, level sets and displacements at the nodes;
-/// `u_0` and `u_K` are fixed. A shape of several components has one level set per component; match
-/// and area are summed over all components, and `W` is weighted by their union `max_i u_i`.
+/// `u_0` and `u_K` are fixed. A shape of several components has one level set per component;
+/// mismatch and area are summed over all components, and `W` is weighted by their union `max_i
+/// u_i`.
 pub struct LevelSetObjective<const D: usize> {
     grid: Grid<D>,
     params: GeodesicParams,
@@ -66,7 +40,7 @@ pub struct LevelSetObjective<const D: usize> {
     known: KnownEnds<D>,
     indicator: Step,
     step: Arctan,
-    energy: LevelSetEnergy,
+    energy: PathEnergy,
     metric: Option<LevelSetMetric<D>>,
     equations: NormalEquations<D>,
     /// Whether the end shapes are fixed; otherwise their derivatives are computed, too.
@@ -88,11 +62,11 @@ impl<const D: usize> LevelSetObjective<D> {
     ) -> Result<Self, GeodesicError> {
         let h = grid.spacing();
         let indicator = Step::Compact(Compact::new(params.indicator_cells * h)?);
-        let step = Arctan::new(params.match_cells * h)?;
+        let step = Arctan::new(params.mismatch_cells * h)?;
         Self::with_steps(grid, steps, params, indicator, step)
     }
 
-    /// Creates the energy with other smooth steps for the elastic weight and the match.
+    /// Creates the energy with other smooth steps for the elastic weight and the mismatch.
     ///
     /// # Errors
     /// [`GeodesicError::Law`] if the law cannot be constructed.
@@ -115,7 +89,7 @@ impl<const D: usize> LevelSetObjective<D> {
             known: KnownEnds::default(),
             indicator,
             step,
-            energy: LevelSetEnergy::default(),
+            energy: PathEnergy::default(),
             metric: None,
             equations: NormalEquations::new(grid),
             held: true,
@@ -151,16 +125,25 @@ impl<const D: usize> LevelSetObjective<D> {
     }
 
     /// Returns the terms of the last evaluation.
-    pub fn energy(&self) -> &LevelSetEnergy {
+    pub fn energy(&self) -> &PathEnergy {
         &self.energy
     }
 
     /// Returns the cells of step `k` that must not fold; `None` if these are all cells.
-    pub fn solid_cells(&self, x: &[f64], k: usize) -> Option<Vec<bool>> {
+    fn solid_cells(&self, x: &[f64], k: usize) -> Option<Vec<bool>> {
         (self.params.void_stiffness == 0.0).then(|| {
             let union = self.layout.union(x, k - 1);
             solid_cells(&self.grid, &union, self.indicator)
         })
+    }
+
+    /// Interpolates deformations towards the identity until they are admissible.
+    pub(crate) fn repair(&self, x: &mut [f64]) {
+        for k in 1..=self.layout.steps {
+            let solid = self.solid_cells(x, k);
+            let u = &mut x[self.layout.displacement(k)];
+            repair(&self.grid, u, self.params.min_determinant, solid.as_deref());
+        }
     }
 
     fn admissible(&self, x: &[f64], k: usize) -> bool {
@@ -199,16 +182,16 @@ impl<const D: usize> LevelSetObjective<D> {
         }
     }
 
-    fn add_up(&mut self, x: &[f64], gradient: &mut [f64]) -> Result<LevelSetEnergy, GeodesicError> {
+    fn add_up(&mut self, x: &[f64], gradient: &mut [f64]) -> Result<PathEnergy, GeodesicError> {
         let steps = self.layout.steps;
-        let mut energy = LevelSetEnergy::default();
+        let mut energy = PathEnergy::default();
         for k in 1..=steps {
             let deformation = self.add_deformation(x, k, gradient)?;
             energy.step_energies.push(deformation);
             energy.barrier += self.add_barrier(x, k, gradient)?;
             let (mut mismatch, mut area) = (0.0, 0.0);
             for component in 0..self.layout.components {
-                mismatch += self.add_match(x, k, component, gradient)?;
+                mismatch += self.add_mismatch(x, k, component, gradient)?;
                 area += self.add_area(x, k, component, gradient)?;
             }
             energy.mismatches.push(mismatch);
@@ -217,7 +200,7 @@ impl<const D: usize> LevelSetObjective<D> {
         let count = steps as f64;
         energy.total = count * energy.step_energies.iter().sum::<f64>()
             + energy.barrier
-            + self.params.resolved_match_weight() * energy.mismatches.iter().sum::<f64>()
+            + self.params.resolved_mismatch_weight() * energy.mismatches.iter().sum::<f64>()
             + self.params.area_weight / count * energy.areas.iter().sum::<f64>();
         Ok(energy)
     }
@@ -304,7 +287,7 @@ impl<const D: usize> LevelSetObjective<D> {
         assembly.value_or_gradient_add(&x[range], weight, part)
     }
 
-    fn add_match(
+    fn add_mismatch(
         &mut self,
         x: &[f64],
         k: usize,
@@ -320,8 +303,8 @@ impl<const D: usize> LevelSetObjective<D> {
         self.lay_out(&x[before.clone()], &x[displacement.clone()], wanted);
         let other = Interpolant::new(self.grid, &x[after.clone()]).with_outside(Outside::Falling);
         let visibility = self.known.in_step(k, self.layout.steps);
-        let weight = self.params.resolved_match_weight();
-        let law = StepMatch {
+        let weight = self.params.resolved_mismatch_weight();
+        let law = StepMismatch {
             step: self.step,
             other,
             visibility,
@@ -340,7 +323,7 @@ impl<const D: usize> LevelSetObjective<D> {
             let by_displacement = &mut gradient[displacement.clone()];
             vector::axpy(1.0, &self.pair_gradient[n..], by_displacement);
             if k < self.layout.steps || !self.held {
-                let rule = MatchWeights {
+                let rule = MismatchWeights {
                     step: self.step,
                     other,
                     visibility,
@@ -427,7 +410,7 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
             grid: self.grid,
             moduli: self.params.law.moduli,
             indicator: self.indicator,
-            match_weight: self.params.resolved_match_weight(),
+            mismatch_weight: self.params.resolved_mismatch_weight(),
             barrier: fold_barrier(&self.params),
             void_stiffness: self.params.void_stiffness,
             step: self.step,

@@ -1,6 +1,6 @@
 //! The part of the metric for changes of the level sets with fixed deformations.
 //!
-//! With the change `s_k` of `u_k`, the matches have the Gauss–Newton form
+//! With the change `s_k` of `u_k`, the mismatches have the Gauss–Newton form
 //!
 //! ```text
 //! sum_k int m_k (s_k o phi_k - s_{k-1})^2,    s_0 = s_K = 0,    m_k = 2 eta H'(u_k)^2,
@@ -21,7 +21,7 @@ use super::state::Layout;
 use levelset::Arctan;
 
 /// Lower bound of the weight of a level set's node, relative to that of a node on the boundary: far
-/// from the boundary the match hardly determines the level set.
+/// from the boundary the mismatch hardly determines the level set.
 const LEAST_NODE_WEIGHT: f64 = 5e-4;
 /// Factor of this part of the metric: shapes that move by a cell per step are coupled less than `T`
 /// assumes.
@@ -35,7 +35,7 @@ pub(crate) struct Residual<const D: usize> {
 }
 
 impl<const D: usize> Residual<D> {
-    /// Computes this part for a path; `weight` is that of a match, times the volume of a cell.
+    /// Computes this part for a path; `weight` is that of a mismatch, times the volume of a cell.
     pub fn new(layout: Layout<D>, x: &[f64], step: Arctan, weight: f64) -> Self {
         let most = step.derivative(0.0f64).powi(2);
         let root = |u: &f64| {

@@ -1,37 +1,25 @@
 //! Minimal paths of level sets, from an initial path.
 
-use super::objective::{LevelSetEnergy, LevelSetObjective};
-use super::state::PathState;
-use crate::descent::{minimiser, repair};
+use super::objective::LevelSetObjective;
+use super::state::{Layout, PathState};
+use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
+use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
 use crate::params::GeodesicParams;
-use crate::shape::{KnownEnds, Shape};
-use fe_grid::Grid;
-use fe_grid::compiled_once;
-use fe_grid::minimise::{Info, Minimiser, Observer, Status};
+use crate::shape::{KnownEnds, Shape, ShapeOnGrid};
+use fe_grid::minimise::Observer;
+use fe_grid::{Grid, compiled_once};
 
 /// Factor of the tolerance for a preliminary path.
 const COARSE: f64 = 10.0;
-/// Convergence history of one level.
-#[derive(Clone, Debug)]
-pub struct LevelSetLevel {
-    /// Nodes along each axis, `x` first.
-    pub nodes: Vec<usize>,
-    /// Number of steps of the path.
-    pub steps: usize,
-    /// Record of the minimiser.
-    pub info: Info,
-    /// Terms of the energy at the end.
-    pub energy: LevelSetEnergy,
-}
 
-/// A minimal path.
+/// A minimal path of level sets on the finest level, or on the level where the observer cancelled.
 #[derive(Clone, Debug)]
 pub struct LevelSetPath<const D: usize> {
     /// The path.
     pub state: PathState<D>,
-    /// Convergence history of each level, coarsest first.
-    pub levels: Vec<LevelSetLevel>,
+    /// Convergence history of each level, in order.
+    pub levels: Vec<LevelReport>,
 }
 
 compiled_once! {
@@ -46,9 +34,11 @@ compiled_once! {
     ///
     /// # Errors
     /// [`GeodesicError`] for parameters out of range and unsuitable paths.
+    ///
+    /// # Panics
+    /// If there is no initial path.
     pub fn level_set_path<'a, D>(
-        first: PathState<D>,
-        others: Vec<PathState<D>>,
+        paths: &'a [PathState<D>],
         start: &'a Shape<D>,
         end: &'a Shape<D>,
         params: &'a GeodesicParams,
@@ -57,123 +47,142 @@ compiled_once! {
 }
 
 fn level_set_path_in<const D: usize>(
-    first: PathState<D>,
-    others: Vec<PathState<D>>,
+    paths: &[PathState<D>],
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LevelSetPath<D>, GeodesicError> {
     params.check()?;
-    let finest = *start.grid();
-    let joins = |state: &PathState<D>| (state.steps() / params.steps).ilog2() as usize;
-    let n_levels = refinements(first.grid(), &finest).max(1)
-        + (1 + others.len())
-        + joins(&first)
-        + others.iter().map(joins).sum::<usize>();
-    let mut descent = Descent {
+    let first = &paths[0];
+    let refined = refinements(*first.grid(), *start.grid(), params.steps);
+    let joined: Vec<_> = paths
+        .iter()
+        .map(|path| halvings(path, params.steps))
+        .collect();
+    let n_levels = refined.len() + joined.iter().map(Vec::len).sum::<usize>();
+    let form = LevelSets {
         start,
         end,
-        params,
-        observer,
-        levels: Vec::new(),
-        n_levels,
-        cancelled: false,
+        components: first.layout().components,
     };
-    let (mut state, mut least) = descent.joined(first)?;
-    for other in others {
-        if descent.cancelled {
-            break;
+    let mut descent = Descent {
+        form,
+        params,
+        n_levels,
+        levels: Vec::new(),
+        reports: Vec::new(),
+    };
+    let initial =
+        |state: &PathState<D>, levels: &[Level<D>]| PathOnLevel::new(levels[0], state.to_vector());
+    let mut path = descent.minimise(initial(first, &joined[0]), &joined[0], observer)?;
+    for (other, levels) in paths.iter().zip(&joined).skip(1) {
+        let other = descent.minimise(initial(other, levels), levels, observer)?;
+        if other.total < path.total && !descent.ended() {
+            path = other;
         }
-        let (other, energy) = descent.joined(other)?;
-        if energy < least && !descent.cancelled {
-            (state, least) = (other, energy);
-        }
     }
-    if *state.grid() == finest && !descent.cancelled {
-        (state, _) = descent.minimised(state, 1.0)?;
-    }
-    while *state.grid() != finest && !descent.cancelled {
-        let finer = state.finer();
-        let last = *finer.grid() == finest;
-        (state, _) = descent.minimised(finer, if last { 1.0 } else { COARSE })?;
-    }
+    let path = descent.minimise(path, &refined, observer)?;
     Ok(LevelSetPath {
-        state,
-        levels: descent.levels,
+        state: descent.form.state(&path.level, &path.x)?,
+        levels: descent.reports,
     })
 }
 
-/// Paths between two shapes during the minimisation.
-struct Descent<'a, const D: usize> {
+/// Returns the levels on which a path is minimised on its own grid, down to a number of steps.
+fn halvings<const D: usize>(state: &PathState<D>, steps: usize) -> Vec<Level<D>> {
+    let joins = (state.steps() / steps).ilog2();
+    let level = |join| Level {
+        grid: *state.grid(),
+        steps: state.steps() >> join,
+        tolerance: COARSE,
+    };
+    (0..=joins).map(level).collect()
+}
+
+/// Returns the levels of a path from the grid of the initial paths to the finest grid.
+fn refinements<const D: usize>(first: Grid<D>, finest: Grid<D>, steps: usize) -> Vec<Level<D>> {
+    let level = |grid| Level {
+        grid,
+        steps,
+        tolerance: if grid == finest { 1.0 } else { COARSE },
+    };
+    if first == finest {
+        return vec![level(first)];
+    }
+    let finer = std::iter::successors(Some(first.finer()), |grid| {
+        (*grid != finest).then(|| grid.finer())
+    });
+    finer.map(level).collect()
+}
+
+/// Paths as level sets of shapes and displacements between them.
+struct LevelSets<'a, const D: usize> {
     start: &'a Shape<D>,
     end: &'a Shape<D>,
-    params: &'a GeodesicParams,
-    observer: &'a mut dyn Observer,
-    levels: Vec<LevelSetLevel>,
-    n_levels: usize,
-    cancelled: bool,
+    components: usize,
 }
 
-impl<const D: usize> Descent<'_, D> {
-    /// Minimises a path on its own grid down to the requested number of steps; returns it with its
-    /// energy.
-    fn joined(&mut self, mut state: PathState<D>) -> Result<(PathState<D>, f64), GeodesicError> {
-        loop {
-            let (minimised, energy) = self.minimised(state, COARSE)?;
-            if minimised.steps() <= self.params.steps || self.cancelled {
-                return Ok((minimised, energy));
-            }
-            state = minimised.halved();
+impl<const D: usize> LevelSets<'_, D> {
+    fn layout(&self, level: &Level<D>) -> Layout<D> {
+        Layout {
+            nodes: level.grid.n_nodes(),
+            components: self.components,
+            steps: level.steps,
         }
     }
 
-    /// Minimises a path on its grid with a multiple of the tolerance; returns it with its energy.
-    fn minimised(
-        &mut self,
-        mut state: PathState<D>,
-        factor: f64,
-    ) -> Result<(PathState<D>, f64), GeodesicError> {
-        let grid = *state.grid();
-        // The end shapes are those of this grid, not smoothed by a coarser one.
-        let (first, last) = (self.start.on_grid(&grid), self.end.on_grid(&grid));
-        let steps = state.steps();
-        let known = KnownEnds::new(&first, &last);
-        state.shapes[0] = first.components;
-        state.shapes[steps] = last.components;
-        let layout = state.layout();
-        let params = GeodesicParams {
-            steps,
-            tolerance: factor * self.params.tolerance,
-            ..self.params.clone()
+    fn state(&self, level: &Level<D>, x: &[f64]) -> Result<PathState<D>, GeodesicError> {
+        PathState::from_vector(level.grid, &self.layout(level), x)
+    }
+
+    fn ends(&self, level: &Level<D>) -> [ShapeOnGrid<D>; 2] {
+        [self.start, self.end].map(|shape| shape.on_grid(&level.grid))
+    }
+}
+
+impl<const D: usize> PathForm<D> for LevelSets<'_, D> {
+    type Objective = LevelSetObjective<D>;
+
+    fn objective(
+        &self,
+        level: &Level<D>,
+        params: &GeodesicParams,
+    ) -> Result<LevelSetObjective<D>, GeodesicError> {
+        let [first, last] = self.ends(level);
+        let objective = LevelSetObjective::new(level.grid, level.steps, params)?;
+        Ok(objective
+            .with_components(self.components)
+            .with_known(KnownEnds::new(&first, &last)))
+    }
+
+    fn transfer(
+        &self,
+        x: &[f64],
+        from: &Level<D>,
+        to: &Level<D>,
+    ) -> Result<Vec<f64>, GeodesicError> {
+        let state = self.state(from, x)?;
+        let state = if from.steps == to.steps {
+            state.finer()
+        } else {
+            state.halved()
         };
-        let mut objective = LevelSetObjective::new(grid, steps, &params)?
-            .with_components(layout.components)
-            .with_known(known);
-        let mut x = state.to_vector();
-        for k in 1..=steps {
-            let solid = objective.solid_cells(&x, k);
-            let u = &mut x[layout.displacement(k)];
-            repair(&grid, u, params.min_determinant, solid.as_deref());
-        }
-        self.observer
-            .level(self.levels.len(), self.n_levels, x.len());
-        let info = minimiser(&params).minimise(&mut objective, &mut x, self.observer)?;
-        objective.evaluate(&x, &mut [])?;
-        self.cancelled |= info.status == Status::Cancelled;
-        let energy = objective.energy().clone();
-        let total = energy.total;
-        self.levels.push(LevelSetLevel {
-            nodes: grid.nodes_per_axis().to_vec(),
-            steps,
-            info,
-            energy,
-        });
-        Ok((PathState::from_vector(grid, &layout, &x)?, total))
+        Ok(state.to_vector())
     }
-}
 
-/// Returns the number of refinements between two grids.
-fn refinements<const D: usize>(coarse: &Grid<D>, fine: &Grid<D>) -> usize {
-    (coarse.spacing() / fine.spacing()).round().max(1.0).log2() as usize
+    fn repair(&self, level: &Level<D>, objective: &LevelSetObjective<D>, x: &mut [f64]) {
+        // The end shapes are those of this grid, not smoothed by a coarser one.
+        let layout = self.layout(level);
+        for (k, shape) in [0, level.steps].into_iter().zip(self.ends(level)) {
+            for (component, u) in shape.components.iter().enumerate() {
+                x[layout.level_set(k, component)].copy_from_slice(u.as_slice());
+            }
+        }
+        objective.repair(x);
+    }
+
+    fn energy(objective: &LevelSetObjective<D>) -> &PathEnergy {
+        objective.energy()
+    }
 }

@@ -1,4 +1,4 @@
-//! Motions of the shapes of a path that preserve their matches.
+//! Motions of the shapes of a path that preserve their mismatches.
 //!
 //! A velocity `v_k` of every inner shape changes the path by
 //!
@@ -7,8 +7,8 @@
 //! ```
 //!
 //! the shape moves along, the deformation to it ends at the moved shape and the deformation from it
-//! starts there. To first order no match changes, so these are the soft directions of the energy.
-//! The map and its transpose are linear in the nodal values.
+//! starts there. To first order no mismatch changes, so these are the soft directions of the
+//! energy. The map and its transpose are linear in the nodal values.
 
 use super::state::Layout;
 use fe_grid::{Grid, locate};

@@ -1,6 +1,5 @@
 //! The calculus on shapes, against the geodesics that it inverts and laws that are known.
 
-use crate::support::on_threads;
 use fe_grid::minimise::{Control, Iteration, Observer, Silent};
 use fe_grid::{Field, Grid, ScalarField};
 use geodesic::calculus::{
@@ -13,6 +12,7 @@ use geodesic::{GeodesicError, GeodesicParams, Shape};
 use hyperelastic::LawSpec;
 use levelset::{BoxEdge, Moments, contour, signed_distance};
 use nalgebra::{Rotation2, Vector2};
+use test_support::on_threads;
 
 fn ball<const D: usize>(nodes: usize, radius: f64) -> ScalarField<f64, D> {
     ScalarField::from_fn(Grid::cube(nodes), |x| {

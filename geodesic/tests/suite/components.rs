@@ -2,11 +2,12 @@
 
 use fe_grid::composition::{Interpolant, Outside};
 use fe_grid::minimise::{Evaluation, Objective, Silent};
+use fe_grid::random::noise;
 use fe_grid::{Assembly, Data, Grid, ScalarField};
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
-    Form, Geodesic, GeodesicError, GeodesicParams, HeavisideMatch, Known, MeasuredMatch, Shape,
-    StepMatch, Visibility, geodesic, geodesic_between,
+    Form, Geodesic, GeodesicError, GeodesicParams, HeavisideMismatch, Known, MeasuredMismatch,
+    Shape, StepMismatch, Visibility, geodesic, geodesic_between,
 };
 use levelset::{Arctan, signed_distance};
 use proptest::prelude::*;
@@ -54,19 +55,6 @@ fn check_slope(value: impl Fn(&[f64]) -> f64, gradient: &[f64], x: &[f64], direc
     );
 }
 
-/// Numbers between -1 and 1 that look random.
-fn noise(n: usize, seed: u64) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    (0..n)
-        .map(|_| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        })
-        .collect()
-}
-
 fn smooth<const D: usize>(level: u32, seed: u64, size: f64) -> Vec<f64> {
     let c = noise(12, seed);
     let field = ScalarField::<f64, D>::from_fn(Grid::dyadic(level), |x| {
@@ -102,14 +90,14 @@ proptest! {
             x.extend(smooth::<2>(3, seed + 6 + k, 0.02));
         }
         let direction = noise(3 * n, seed + 8);
-        let law = StepMatch { step, other, visibility };
+        let law = StepMismatch { step, other, visibility };
         let assembly = Assembly::<_, f64, 2, 3>::new(grid, &law, Data::default());
         let mut gradient = vec![0.0; 3 * n];
         assembly.value_and_gradient_into(&x, &mut gradient).unwrap();
         check_slope(|x| assembly.value(x).unwrap(), &gradient, &x, &direction);
 
-        let law = MeasuredMatch {
-            density: HeavisideMatch { step },
+        let law = MeasuredMismatch {
+            density: HeavisideMismatch { step },
             other,
             deformed_share: 0.5,
             visibility,
@@ -133,7 +121,7 @@ fn check_path<const D: usize>(level: u32, seed: u64) {
     let (steps, components) = (2, 2);
     let grid = Grid::<D>::dyadic(level);
     let params = GeodesicParams {
-        match_weight: 1.0,
+        mismatch_weight: 1.0,
         void_stiffness: 0.1,
         ..params(Form::LevelSets, steps)
     };

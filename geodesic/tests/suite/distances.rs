@@ -228,7 +228,7 @@ fn agreement_is_that_of_worked_examples() {
 }
 
 #[test]
-fn lengths_that_are_missing_are_bridged_and_told() {
+fn missing_lengths_are_filled_in_and_listed() {
     let known = |i: usize, j: usize| match (i, j) {
         (0, 1) => Some(1.0),
         (1, 0) => Some(2.0),
@@ -245,7 +245,7 @@ fn lengths_that_are_missing_are_bridged_and_told() {
     assert_eq!((asymmetry.pairs, asymmetry.worst), (1, [0, 1]));
     assert_relative_eq!(asymmetry.largest, 1.0 / 1.5);
     let completed = lengths.completed().unwrap().unwrap();
-    assert_eq!(completed.bridged, [[0, 2]]);
+    assert_eq!(completed.filled, [[0, 2]]);
     assert_eq!(completed.matrix.get(2, 0), 4.5);
     assert_eq!(completed.matrix.get(0, 1), 1.5);
     let apart = PathLengths::from_fn(3, |i, j| (i + j == 1).then_some(1.0));

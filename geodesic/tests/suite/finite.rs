@@ -1,12 +1,12 @@
 //! Discrete geodesics whose limits are known.
 
-use crate::support::oracle;
 use approx::assert_relative_eq;
 use geodesic::finite::{
     Balls, Dashpots, Dissimilarity, FinitePath, Rule, StereographicSphere, finite_geodesic,
 };
 use hyperelastic::{LameModuli, LawSpec};
 use proptest::prelude::*;
+use test_support::oracle;
 
 /// Differences of the values against the gradients.
 fn check_gradients<W: Dissimilarity<N>, const N: usize>(w: &W, a: [f64; N], b: [f64; N]) {

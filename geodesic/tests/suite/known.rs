@@ -1,8 +1,8 @@
 //! Geodesics whose length is known.
 
-use crate::support::{distance, on_threads};
 use approx::assert_relative_eq;
 use fe_grid::minimise::{Evaluation, Objective, Silent};
+use fe_grid::vector::max_abs_difference;
 use fe_grid::{Field, Grid, ScalarField};
 use geodesic::finite::{Balls, finite_geodesic};
 use geodesic::lagrangian::PathObjective;
@@ -10,6 +10,7 @@ use geodesic::{Form, Geodesic, GeodesicError, GeodesicParams, geodesic};
 use levelset::signed_distance;
 use nalgebra::{Rotation2, Vector2};
 use proptest::prelude::*;
+use test_support::on_threads;
 
 /// The signed distance of an ellipse with the given half-axes, turned by an angle about a centre.
 fn ellipse(level: u32, axes: [f64; 2], angle: f64, centre: [f64; 2]) -> ScalarField<f64, 2> {
@@ -46,7 +47,7 @@ fn run<const D: usize>(
     let found = geodesic(start, end, params, &mut Silent).unwrap();
     assert!(found.certificate.certified, "{:?}", found.certificate);
     assert!(found.length().powi(2) <= found.dissipation() * (1.0 + 1e-12));
-    assert_eq!(found.step_energies.len(), params.steps);
+    assert_eq!(found.energy.step_energies.len(), params.steps);
     assert_eq!(found.level_sets.len(), params.steps + 1);
     assert_eq!(found.displacements.len(), params.steps);
     for level in &found.levels {
@@ -203,9 +204,9 @@ fn threads_do_not_matter() {
             })
         };
         let (one, three) = (once(1), once(3));
-        assert_eq!(one.step_energies, three.step_energies);
+        assert_eq!(one.energy.step_energies, three.energy.step_energies);
         for (a, b) in one.displacements.iter().zip(&three.displacements) {
-            assert_eq!(distance(a.as_slice(), b.as_slice()), 0.0);
+            assert_eq!(max_abs_difference(a.as_slice(), b.as_slice()), 0.0);
         }
     }
 }

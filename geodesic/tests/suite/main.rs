@@ -1,6 +1,5 @@
-//! All tests of the shortest paths and of their calculus, as one program: what is generic is compiled once for all.
-
-mod support;
+//! All tests of the shortest paths and of their calculus, as one program: what is generic is
+//! compiled once for all.
 
 mod calculus;
 mod calculus_finite;

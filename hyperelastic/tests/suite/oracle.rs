@@ -8,27 +8,12 @@ use hyperelastic::{
 };
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use test_support::{number, oracle};
 
 /// What the reference file grants.
 const RELATIVE: f64 = 1e-10;
 /// For values that are nearly zero.
 const ABSOLUTE: f64 = 1e-12;
-
-/// The folder named by `SHAPESPACE_ORACLE`, or `shared/oracle` beside the project.
-fn oracle_folder() -> Option<PathBuf> {
-    if let Some(folder) = std::env::var_os("SHAPESPACE_ORACLE") {
-        return Some(PathBuf::from(folder));
-    }
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .ancestors()
-        .map(|parent| parent.join("shared/oracle"))
-        .find(|folder| folder.is_dir())
-}
-
-fn number(object: &Value, key: &str) -> f64 {
-    object[key].as_f64().unwrap_or_else(|| panic!("no {key}"))
-}
 
 fn matrix<const D: usize>(rows: &Value) -> Matrix<D> {
     let mut a = tensor::zero::<f64, D>();
@@ -149,12 +134,9 @@ fn check_case<const D: usize>(case: &Value) {
 
 #[test]
 fn oracle_densities() {
-    let Some(folder) = oracle_folder() else {
-        eprintln!("skipped: no folder shared/oracle beside the project; set SHAPESPACE_ORACLE");
+    let Some(file) = oracle("densities.json") else {
         return;
     };
-    let text = std::fs::read_to_string(folder.join("densities.json")).unwrap();
-    let file: Value = serde_json::from_str(&text).unwrap();
     let mut counts = BTreeMap::new();
     for case in file["cases"].as_array().unwrap() {
         let dimension = case["dim"].as_u64().unwrap();

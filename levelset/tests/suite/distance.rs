@@ -248,13 +248,7 @@ fn a_contour_from_a_fine_image_is_sampled_on_a_coarse_grid() {
 #[test]
 fn threads_do_not_change_the_bits() {
     let field = noise::<3>([9, 9, 9], 3);
-    let on = |n: usize| {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(n)
-            .build()
-            .unwrap();
-        pool.install(|| signed_distance(&field, 0.0).unwrap())
-    };
+    let on = |n| test_support::on_threads(n, || signed_distance(&field, 0.0).unwrap());
     assert_eq!(on(1), on(3));
 }
 

@@ -45,15 +45,13 @@ fn widths_must_be_positive() {
 
 #[test]
 fn arctan_oracle() {
-    let Some(path) = crate::common::oracle("heaviside.json") else {
+    let Some(reference) = test_support::oracle("heaviside.json") else {
         return;
     };
-    let text = std::fs::read_to_string(path).unwrap();
-    let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
     let cases = reference["cases"].as_array().unwrap();
     assert!(!cases.is_empty());
     for case in cases {
-        let number = |key: &str| case[key].as_f64().unwrap();
+        let number = |key: &str| test_support::number(case, key);
         let step = Arctan::new(number("eps")).unwrap();
         let x = number("x");
         assert_relative_eq!(step.value(x), number("H"), max_relative = 1e-10);

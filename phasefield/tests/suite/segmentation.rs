@@ -10,7 +10,7 @@ use phasefield::segmentation::{
 };
 use proptest::prelude::*;
 
-use crate::oracle::{flat, number, oracle};
+use test_support::{flat, number, oracle};
 
 fn data<'a>(coefficients: &'a [&'a [f64]]) -> Data<'a, f64> {
     Data {

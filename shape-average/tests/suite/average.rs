@@ -1,8 +1,9 @@
 //! Averages of shapes whose average is known, and properties that every average has.
 
 use crate::support::angle::{indicator, inner_angle};
+use crate::support::run;
 use crate::support::shapes::{ball, bar};
-use crate::support::{max_abs, run};
+use fe_grid::vector::max_abs;
 use fe_grid::{Grid, ScalarField};
 use levelset::Moments;
 use shape_average::align::align_group;

@@ -1,8 +1,9 @@
 //! Properties of every average, and what happens when it cannot be had.
 
+use crate::support::run;
 use crate::support::shapes::{ball, bar, ellipsoid};
-use crate::support::{distance, max_abs, on_threads, run};
 use fe_grid::minimise::{Control, Evaluation, Iteration, Objective, Observer, Silent, Status};
+use fe_grid::vector::{max_abs, max_abs_difference};
 use fe_grid::{Field, Grid, ScalarField};
 use hyperelastic::LameModuli;
 use levelset::dice;
@@ -10,6 +11,7 @@ use shape_average::{
     AverageError, AverageObjective, AverageParams, AverageResult, BoundaryCondition, LevelShapes,
     Solver, average,
 };
+use test_support::on_threads;
 
 fn three_shapes() -> [ScalarField<f64, 2>; 3] {
     let grid = Grid::dyadic(5);
@@ -29,10 +31,10 @@ fn the_order_of_the_shapes_does_not_matter() {
     let first = run(&[a.clone(), b.clone(), c.clone()], &params);
     let second = run(&[c, a, b], &params);
     let (v, w) = (first.average.as_slice(), second.average.as_slice());
-    assert!(distance(v, w) < 1e-6);
+    assert!(max_abs_difference(v, w) < 1e-6);
     for (i, j) in [(0, 1), (1, 2), (2, 0)] {
         let (u, w) = (&first.displacements[i], &second.displacements[j]);
-        assert!(distance(u.as_slice(), w.as_slice()) < 1e-6);
+        assert!(max_abs_difference(u.as_slice(), w.as_slice()) < 1e-6);
         let (e, f) = (first.energy.elastic[i], second.energy.elastic[j]);
         assert!((e - f).abs() < 1e-6 * e);
     }

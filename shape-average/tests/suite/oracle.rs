@@ -4,13 +4,12 @@
 //! The reference stores deformed positions `Phi`; here unknowns are displacements
 //! `u = Phi - id`, by which the derivatives are the same.
 
-use crate::support::oracle::{flat, number, oracle};
-use crate::support::{distance, max_abs};
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{Source, normal_equations};
 use fe_grid::stencil::Background;
 use fe_grid::stencil::SymmetricStencil;
+use fe_grid::vector::{max_abs, max_abs_difference};
 use fe_grid::{
     Assembly, CgParams, CgScratch, CgStatus, Data, Diagonal, Field, Grid, LinearOperator,
     conjugate_gradient,
@@ -22,6 +21,7 @@ use hyperelastic::{
 use phasefield::{InterfaceLength, Mismatch};
 use serde_json::Value;
 use shape_average::{AverageObjective, AverageParams, LevelShapes};
+use test_support::{flat, number, oracle};
 
 /// What the reference files grant, in the maximum norm of each array.
 const RELATIVE: f64 = 1e-10;
@@ -37,7 +37,7 @@ fn close(what: &str, found: f64, expected: f64) {
 #[track_caller]
 fn close_to(what: &str, found: &[f64], expected: &Value, relative: f64) {
     let expected = flat(expected);
-    let error = distance(found, &expected) / max_abs(&expected);
+    let error = max_abs_difference(found, &expected) / max_abs(&expected);
     assert!(error <= relative, "{what}: relative error {error:e}");
 }
 

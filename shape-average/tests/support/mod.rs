@@ -2,30 +2,11 @@
 #![allow(dead_code, reason = "every test binary uses a part of it")]
 
 pub mod angle;
-pub mod oracle;
 pub mod shapes;
 
 use fe_grid::ScalarField;
 use fe_grid::minimise::Silent;
 use shape_average::{AverageParams, AverageResult, average};
-
-/// Largest absolute value.
-pub fn max_abs(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |a, b| a.max(b.abs()))
-}
-
-/// Largest difference of two vectors.
-pub fn distance(x: &[f64], y: &[f64]) -> f64 {
-    assert_eq!(x.len(), y.len());
-    let differences = x.iter().zip(y).map(|(a, b)| (a - b).abs());
-    differences.fold(0.0, f64::max)
-}
-
-/// Runs `work` on a pool of so many threads.
-pub fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
-    pool.expect("threads can be started").install(work)
-}
 
 /// The average, checked for what holds for every average.
 pub fn run<const D: usize>(

@@ -4,14 +4,14 @@
 //! The reference stores deformed positions `Phi`; here unknowns are displacements
 //! `u = Phi - id`, by which the derivatives are the same.
 
-use crate::support::oracle::{flat, oracle};
-use crate::support::{distance, max_abs};
 use fe_grid::pullback::Derivatives;
 use fe_grid::vector::dot;
+use fe_grid::vector::{max_abs, max_abs_difference};
 use fe_grid::{Field, Grid, LinearOperator};
 use hyperelastic::{LameModuli, LawSpec};
 use serde_json::Value;
 use shape_pca::{Source, evaluate};
+use test_support::{flat, oracle};
 
 /// What the reference files grant, in the maximum norm of each array.
 const RELATIVE: f64 = 1e-10;
@@ -19,7 +19,7 @@ const RELATIVE: f64 = 1e-10;
 #[track_caller]
 fn close(what: &str, found: &[f64], expected: &Value) {
     let expected = flat(expected);
-    let error = distance(found, &expected) / max_abs(&expected);
+    let error = max_abs_difference(found, &expected) / max_abs(&expected);
     assert!(error <= RELATIVE, "{what}: relative error {error:e}");
 }
 

@@ -1,8 +1,9 @@
 //! What holds for every analysis, whatever the deformations.
 
-use crate::support::{blob, distance, max_abs, on_threads, smooth, three};
+use crate::support::{blob, smooth, three};
 use fe_grid::pullback::Derivatives;
 use fe_grid::vector::{axpy, dot, norm};
+use fe_grid::vector::{max_abs, max_abs_difference};
 use fe_grid::{Field, Grid, LinearOperator, VectorField};
 use hyperelastic::LawSpec;
 use proptest::prelude::*;
@@ -10,6 +11,7 @@ use shape_pca::{
     Average, Compound, Finite, Metric, Pca, PcaError, PcaParams, Quality, Source, evaluate,
     object_product,
 };
+use test_support::on_threads;
 
 fn analysed<const D: usize>(average: &Average<D>, params: &PcaParams) -> (Compound<D>, Pca<D>) {
     let compound = Compound::new(average, params).unwrap();
@@ -62,7 +64,7 @@ fn check_derivatives<const D: usize>(grid: Grid<D>, law: &str) {
     let mut change = up.gradient;
     axpy(-1.0, &down.gradient, &mut change);
     let change: Vec<f64> = change.iter().map(|x| x / (2.0 * t)).collect();
-    assert!(distance(&change, &product) < 1e-7 * max_abs(&product));
+    assert!(max_abs_difference(&change, &product) < 1e-7 * max_abs(&product));
     // The value alone is the same to the last bit.
     assert_eq!(at(&state, Derivatives::Value).value, found.value);
 }
@@ -151,7 +153,7 @@ proptest! {
         });
         axpy(1e-2, &object_product(&pca.space.object, motion.as_slice()), &mut moved);
         let (same, _) = compound.respond(&moved).unwrap();
-        prop_assert!(distance(&u, &same) < 1e-6 * max_abs(&u));
+        prop_assert!(max_abs_difference(&u, &same) < 1e-6 * max_abs(&u));
         prop_assert!(compound.rigid().violation(&pca.space.object, &u) < 1e-12);
     }
 }
@@ -197,7 +199,7 @@ fn check<const D: usize>(average: &Average<D>, params: &PcaParams) {
         .zip(average.weights())
     {
         let made = pca.space.synthesise(&scores.scores).unwrap();
-        assert!(distance(made.as_slice(), u.as_slice()) < 1e-8 * max_abs(u.as_slice()));
+        assert!(max_abs_difference(made.as_slice(), u.as_slice()) < 1e-8 * max_abs(u.as_slice()));
         square += weight * scores.mahalanobis.powi(2);
         assert!(scores.residual() < 1e-6);
     }

@@ -10,7 +10,7 @@ use fe_grid::scatter::{PointWeights, Source, normal_equations};
 use fe_grid::stencil::Background;
 use fe_grid::{Assembly, Data, Element, Field, Grid, Lane, LinearOperator, Point, Reads, certify};
 
-/// Quadrature points, `2^D` a cell.
+/// Quadrature points, `2^D` per cell.
 fn points<const D: usize>(grid: &Grid<D>) -> Throughput {
     Throughput::Elements((grid.n_cells() << D) as u64)
 }

@@ -2,7 +2,7 @@
 
 use fe_grid::{CellLaw, Element, Grid, Jet, Lane, Point, Reads, tensor};
 
-/// The size that is measured, or a small one where the benchmarks run as tests.
+/// The measured size, or a small one if the benchmarks run as tests.
 pub fn nodes(measured: usize, tested: usize) -> usize {
     if std::env::args().any(|argument| argument == "--bench") {
         measured

@@ -14,33 +14,33 @@ use super::measure::use_threads;
 use super::shapes::{Source, nodal};
 use crate::outcome::Outcome;
 
-/// An average to be taken.
+/// An average to be computed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AverageJob {
     /// The shapes.
     pub source: Source,
     /// Parameters.
     pub params: AverageParams,
-    /// Where phase fields and weights come from.
+    /// Origin of phase fields and weights.
     pub fields: Fields,
     /// Number of threads.
     pub threads: usize,
 }
 
-/// Where the phase fields and the elastic weights come from.
+/// Origin of the phase fields and of the elastic weights.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fields {
-    /// The program's own.
+    /// Those of the program.
     Own,
     /// The weights of the authors' code, `clamp(d / h + 3.5, 1e-3, 1)` with the signed distance
-    /// `d`, on every level; and phase fields from files on the finest level, where there are any.
+    /// `d`, on every level; and phase fields from files on the finest level, if there are any.
     Authors {
         /// Arrays of nodal values, one for each shape, or none.
         phase_fields: Vec<PathBuf>,
     },
 }
 
-/// The least weight in the authors' code.
+/// Smallest weight in the authors' code.
 pub const AUTHORS_VOID: f64 = 1e-3;
 
 /// The energy at a time.
@@ -50,26 +50,26 @@ pub struct CurvePoint {
     pub cpu: f64,
     /// The level, counted from the coarsest.
     pub level: usize,
-    /// What is minimised.
+    /// The objective.
     pub energy: f64,
 }
 
-/// What happened on a level.
+/// Measurements of a level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Level {
-    /// Nodes a side.
+    /// Nodes along every axis.
     pub nodes: usize,
     /// Accepted steps.
     pub iterations: usize,
     /// Evaluations of one shape's energy.
     pub evaluations: usize,
-    /// What the level ended with.
+    /// Energy at the end of the level.
     pub energy: f64,
-    /// How it ended.
+    /// Status at the end.
     pub status: String,
 }
 
-/// What an average took and what came of it.
+/// Cost and result of an average.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AverageReport {
     /// Number of shapes.
@@ -84,9 +84,9 @@ pub struct AverageReport {
     pub average_cpu: f64,
     /// Wall seconds of the average alone.
     pub average_wall: f64,
-    /// The most memory in use, in MiB.
+    /// Peak memory, in MiB.
     pub peak_mebibytes: f64,
-    /// Coarsest first.
+    /// Levels, coarsest first.
     pub levels: Vec<Level>,
     /// Energies over time.
     pub curve: Vec<CurvePoint>,
@@ -102,15 +102,15 @@ pub struct AverageReport {
     pub mean_dice: f64,
     /// Mean overlap of two images of shapes.
     pub pair_dice: f64,
-    /// The least overlap of two images of shapes.
+    /// Smallest overlap of two images of shapes.
     pub worst_pair_dice: f64,
-    /// The least determinant.
+    /// Smallest determinant.
     pub min_det: f64,
-    /// Whether it is proved positive everywhere.
+    /// Whether it is certified to be positive everywhere.
     pub certified: bool,
     /// Area or volume of the average over the mean of those of the shapes.
     pub volume_ratio: f64,
-    /// How the solver ended.
+    /// Status of the solver.
     pub status: String,
 }
 
@@ -134,7 +134,7 @@ impl AverageReport {
 }
 
 impl AverageJob {
-    /// Takes the average in this process.
+    /// Computes the average in this process.
     pub fn run(&self) -> Outcome<AverageReport> {
         let watch = Stopwatch::start();
         use_threads(self.threads)?;
@@ -195,7 +195,7 @@ fn levels<const D: usize>(result: &AverageResult<D>) -> Vec<Level> {
     result.levels.iter().map(level).collect()
 }
 
-/// Energies as they are found.
+/// Records energies during the minimisation.
 #[derive(Default)]
 struct Recorder {
     level: usize,
@@ -217,8 +217,8 @@ impl Observer for Recorder {
     }
 }
 
-/// The shapes on all levels as the authors' code sees them, coarsest first. On levels without
-/// phase fields of theirs stand our exact profiles of the same width.
+/// The shapes on all levels as in the authors' code, coarsest first. Levels without phase fields of
+/// that code have our exact profiles of the same width.
 pub fn authors_levels<const D: usize>(
     distances: &[ScalarField<f64, D>],
     params: &AverageParams,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// A count above this multiple of the baseline fails.
 const MOST: f64 = 1.10;
-/// A count below this is worth a new baseline.
+/// A count below this multiple calls for a new baseline.
 const BETTER: f64 = 0.90;
 
 /// Instructions of one run of every kernel.
@@ -24,7 +24,7 @@ pub struct Baseline {
     pub instructions: BTreeMap<String, u64>,
 }
 
-/// How a kernel stands to the baseline.
+/// Comparison of a kernel with the baseline.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Verdict {
     Same,

@@ -45,7 +45,7 @@ pub enum Work {
     MetricCycle,
     /// The certificate that one shape does not fold.
     Certificate,
-    /// The functional of the average of two shapes with its gradient, all told.
+    /// The functional of the average of two shapes, with its gradient.
     Functional,
 }
 
@@ -87,7 +87,7 @@ impl Work {
     }
 }
 
-/// A scalar that fields are stored in.
+/// Storage type of fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Real {
     /// Double precision.
@@ -120,9 +120,9 @@ pub struct Case {
     pub work: Work,
     /// 2 or 3.
     pub dimension: usize,
-    /// In which scalar.
+    /// Storage type.
     pub real: Real,
-    /// Nodes a side.
+    /// Nodes along every axis.
     pub nodes: usize,
 }
 
@@ -164,18 +164,18 @@ impl std::str::FromStr for Case {
 pub struct Kernel {
     /// Runs it once.
     pub run: Box<dyn FnMut() + Send>,
-    /// What is counted: `points` (of the quadrature) or `DoF` (numbers of the unknown).
+    /// Unit of the rates: `points` (of the quadrature) or `DoF` (degrees of freedom).
     pub unit: &'static str,
-    /// How many there are.
+    /// Number of units.
     pub units: f64,
-    /// Floating-point operations in all, where they are counted.
+    /// Total number of floating-point operations, if they are counted.
     pub flops: Option<f64>,
-    /// Bytes of all fields that have to be read or written, each once.
+    /// Bytes of all fields that are read or written, each counted once.
     pub bytes: f64,
 }
 
 impl Case {
-    /// Makes the data of the kernel.
+    /// Creates the data of the kernel.
     pub fn prepare(self) -> Outcome<Kernel> {
         match (self.dimension, self.real) {
             (2, Real::F64) => self.in_dimension::<2>(),
@@ -192,7 +192,7 @@ impl Case {
             Work::Elastic(verb) => {
                 let law = LogDet::<D>::new(LameModuli::default())?;
                 let operations = per_point::<_, D, D>(&Inlined(law), verb);
-                // It lasts as long as the kernel, which may run until the program ends.
+                // It must outlive the kernel, which may run until the program ends.
                 let weighted = WeightedElasticity {
                     law: Box::leak(Box::new(CompiledLaw::in_both_precisions(law))),
                     void_stiffness: 1e-4,
@@ -229,7 +229,7 @@ impl Case {
         }
     }
 
-    /// A kernel that does nothing yet; `numbers` are read or written a node.
+    /// A kernel without work; `numbers` values are read or written per node.
     fn kernel<const D: usize>(
         self,
         grid: Grid<D>,
@@ -300,7 +300,7 @@ fn mass_stiffness<T: Element, const D: usize>(case: Case, grid: Grid<D>) -> Kern
     };
     let x: Vec<T> = displacement::<T, D>(&grid)[..grid.n_nodes()].to_vec();
     let mut y = x.clone();
-    // Memory is its limit; how many operations it takes is its own affair.
+    // It is limited by memory bandwidth; operations are not counted.
     let kernel = case.kernel(grid, "DoF", 2.0, None);
     let operator = UniformOperator::new(grid, law);
     let run = move || operator.product_into(black_box(&x), &mut y);
@@ -386,7 +386,7 @@ fn spectral<const D: usize>(case: Case, grid: Grid<D>, boundary: Boundary) -> Ou
     })
 }
 
-/// The functional of an average: of one shape where only its metric is asked for.
+/// The functional of an average; of one shape if only its metric is measured.
 fn functional<const D: usize>(case: Case, grid: Grid<D>) -> Outcome<Kernel> {
     let n_shapes = if case.work == Work::Functional { 2 } else { 1 };
     let params = AverageParams::default();
@@ -422,8 +422,8 @@ fn functional<const D: usize>(case: Case, grid: Grid<D>) -> Outcome<Kernel> {
     })
 }
 
-/// The anchor's state, `.05 sin(2 pi x + c) cos(2 pi y + 2 c) sin(3.1 z + .3)` in component `c`; the
-/// last factor in 3D only. It does not fold.
+/// The anchor's state, `.05 sin(2 pi x + c) cos(2 pi y + 2 c) sin(3.1 z + .3)` in component `c`;
+/// the last factor in 3D only. It does not fold.
 fn displacement<T: Element, const D: usize>(grid: &Grid<D>) -> Vec<T> {
     let n = grid.n_nodes();
     let wave = |i: usize| {

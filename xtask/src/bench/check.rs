@@ -15,13 +15,13 @@ use super::job::Job;
 use super::{machine, output};
 use crate::outcome::Outcome;
 
-/// Where the baseline lies, from the folder of this crate.
+/// Path of the baseline, relative to the folder of this crate.
 const FOLDER: &str = "baseline";
 const FILE: &str = "instructions.json";
-/// What the kernels are told to use.
+/// Environment of the kernels: the instruction set.
 const VECTORS: &str = "256";
 
-/// Counts, and compares or writes the baseline.
+/// Counts instructions, and compares them with the baseline or writes it.
 pub fn run(bless: bool) -> Outcome<()> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(FOLDER);
     let counter = counter_version()?;
@@ -82,7 +82,7 @@ fn cases() -> Vec<Case> {
     cases
 }
 
-/// The name and version of the program that counts.
+/// Name and version of the counting program.
 fn counter_version() -> Outcome<String> {
     let output = Command::new("valgrind").arg("--version").output();
     let output = output.map_err(|error| {
@@ -97,7 +97,7 @@ fn one_run(case: Case) -> Outcome<u64> {
     Ok(thrice.saturating_sub(once) / 2)
 }
 
-/// Instructions of a child that runs a kernel a number of times.
+/// Counts the instructions of a child process that runs a kernel a number of times.
 fn runs(case: Case, times: usize) -> Outcome<u64> {
     let job = Job::Repeat {
         case: case.to_string(),
@@ -108,7 +108,7 @@ fn runs(case: Case, times: usize) -> Outcome<u64> {
         .arg("--cachegrind-out-file=/dev/null")
         .arg(Job::program()?)
         .args(job.arguments()?)
-        // The size of the environment moves the stack, and some counts by a few per mille.
+        // The size of the environment shifts the stack, and changes some counts by a few per mille.
         .env_clear()
         .env("PATH", std::env::var_os("PATH").unwrap_or_default())
         .env("SHAPESPACE_SIMD", VECTORS)
@@ -118,7 +118,7 @@ fn runs(case: Case, times: usize) -> Outcome<u64> {
     counted.ok_or_else(|| format!("valgrind did not count {case}:\n{said}").into())
 }
 
-/// The number after `I refs:` of what cachegrind says.
+/// The number after `I refs:` in the output of cachegrind.
 fn instructions(said: &str) -> Option<u64> {
     let line = said
         .lines()

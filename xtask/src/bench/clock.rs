@@ -20,7 +20,7 @@ fn seconds(clock: ClockId) -> f64 {
     clock_gettime(clock).map_or(f64::NAN, |time| Duration::from(time).as_secs_f64())
 }
 
-/// Processor time and wall time of a stretch of work of this process.
+/// Processor time and wall time of a part of this process.
 #[derive(Clone, Copy)]
 pub struct Stopwatch {
     process: f64,
@@ -28,7 +28,7 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Starts now.
+    /// Starts the clocks.
     pub fn start() -> Self {
         Self {
             process: process_seconds(),
@@ -47,9 +47,9 @@ impl Stopwatch {
     }
 }
 
-/// The most memory that this process has had in use, in MiB.
+/// Returns the peak memory of this process, in MiB.
 ///
-/// On Linux `VmHWM`: what `getrusage` says includes the memory of the parent at the time that it
+/// On Linux this is `VmHWM`: the value of `getrusage` includes the memory of the parent when it
 /// started this process.
 pub fn peak_mebibytes() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

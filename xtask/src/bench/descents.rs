@@ -12,45 +12,45 @@ use super::shapes::Source;
 use crate::descent::{LevelDescent, MULTIPLES};
 use crate::outcome::Outcome;
 
-/// A descent to be made, on one thread.
+/// A gradient descent to be run on one thread.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct DescentJob {
     /// The shapes.
     pub source: Source,
     /// Parameters.
     pub params: AverageParams,
-    /// For every level, coarsest first, the energy to come down to and the evaluations that the
-    /// other solver took.
+    /// For every level, coarsest first: the energy to be reached, and the number of evaluations of
+    /// the other solver.
     pub levels: Vec<(f64, usize)>,
 }
 
-/// What a descent took.
+/// Cost of a descent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DescentReport {
     /// Processor seconds of the whole process.
     pub cpu: f64,
-    /// The most memory in use, in MiB.
+    /// Peak memory, in MiB.
     pub peak_mebibytes: f64,
-    /// Coarsest first.
+    /// Levels, coarsest first.
     pub levels: Vec<DescentLevel>,
     /// Energies over time.
     pub curve: Vec<CurvePoint>,
 }
 
-/// What it did on a level.
+/// Measurements of a level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DescentLevel {
     /// Evaluations of one shape's energy.
     pub evaluations: usize,
     /// Whether the energy was reached.
     pub reached: bool,
-    /// How far it was still above, as a share of the drop from the undeformed shapes, after each
-    /// of [`MULTIPLES`] times the evaluations of the other solver.
+    /// Excess over that energy after each of [`MULTIPLES`] times the evaluations of the other
+    /// solver, relative to the decrease from the undeformed shapes.
     pub above: [f64; MULTIPLES.len()],
 }
 
 impl DescentJob {
-    /// Descends in this process.
+    /// Runs the descent in this process.
     pub fn run(&self) -> Outcome<DescentReport> {
         use_threads(1)?;
         match self.source.dimension()? {

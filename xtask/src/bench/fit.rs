@@ -1,7 +1,7 @@
 //! Growth of times: exponents and factors.
 
-/// Slope of the line of least squares through `(ln x, ln y)`: `p` where `y` grows like `x^p`.
-/// None of fewer than two points.
+/// Least-squares slope of `ln y` over `ln x`: `p` if `y` grows like `x^p`; `None` for fewer than
+/// two points.
 pub fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     let n = points.len() as f64;
     let logs: Vec<(f64, f64)> = points.iter().map(|(x, y)| (x.ln(), y.ln())).collect();
@@ -12,15 +12,15 @@ pub fn exponent(points: &[(f64, f64)]) -> Option<f64> {
     (spread > 0.0).then(|| joint / spread)
 }
 
-/// Largest over least of `y / x`: 1 where `y` is proportional to `x`.
+/// Ratio of the largest to the smallest `y / x`: 1 if `y` is proportional to `x`.
 pub fn spread(points: &[(f64, f64)]) -> Option<f64> {
     let ratios = || points.iter().map(|(x, y)| y / x);
     let least = ratios().reduce(f64::min)?;
     Some(ratios().reduce(f64::max)? / least)
 }
 
-/// How much faster than in proportion `y` grows at most, from a point to one with a larger `x`:
-/// the largest `(y_j / x_j) / (y_i / x_i)` of `x_i < x_j`.
+/// Largest growth of `y / x` from a point to one with a larger `x`:
+/// the maximum of `(y_j / x_j) / (y_i / x_i)` over `x_i < x_j`.
 pub fn beyond_linear(points: &[(f64, f64)]) -> Option<f64> {
     let pairs = points
         .iter()
@@ -29,7 +29,7 @@ pub fn beyond_linear(points: &[(f64, f64)]) -> Option<f64> {
     growing.map(|(a, b)| b.1 / b.0 * a.0 / a.1).reduce(f64::max)
 }
 
-/// The middle value, or the mean of the two in the middle; NaN of nothing.
+/// The median: the middle value, or the mean of the two in the middle; NaN for no values.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,8 +1,8 @@
 //! Floating-point operations, counted by evaluating a law with a number type that counts them.
 //!
 //! Additions, multiplications, divisions and roots count one each, a fused multiply-add two;
-//! signs, comparisons and choices none. What the engine does around the law is counted by its
-//! formulas: sum factorisation, two points an axis.
+//! signs, comparisons and selections none. The operations of the engine outside the law are counted
+//! by formulas: sum factorisation with two points per axis.
 
 use std::cell::Cell;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -19,7 +19,7 @@ fn count(operations: u64) {
     COUNT.with(|c| c.set(c.get() + operations));
 }
 
-/// A number that counts what is done with it.
+/// A number type that counts operations.
 #[derive(Clone, Copy)]
 struct Counted(f64);
 
@@ -103,7 +103,7 @@ impl Lane for Counted {
     }
 }
 
-/// What is evaluated of an energy.
+/// Derivatives that are evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verb {
     /// The value.
@@ -199,11 +199,11 @@ where
 {
     let corners = 1 << D;
     let face = corners / 2;
-    // One multiply-add a number and axis, and one common factor.
+    // One multiply-add per number and axis, and one common factor.
     let value = 2 * D * corners + corners;
     // Along every axis a difference and a factor for each edge, interpolated across.
     let slope = D * face * (2 + 2 * (D - 1));
-    // The same backwards; what the axes give is added at the corners.
+    // The transpose; the contributions of the axes are added at the corners.
     let slope_transposed = D * face * 2 * (D - 1) + (D - 1) * corners + corners;
     let (uses_value, uses_gradient) = (
         usize::from(F::USES_VALUE) * M,

@@ -3,8 +3,8 @@
 //! Their functional has no factors of time: `sum_k W_k + gamma sum_k match_k + mu sum_k area_k`. It
 //! is ours over `K` for `eta = K gamma` and an area weight of `K^2 mu`, less the area of the end
 //! shape, which theirs does not count and no path can change. Theirs is discretised with linear
-//! triangles and one point each, ours with bilinear cells and Gauss points: totals are comparable
-//! within what a cell makes, not to the last digit.
+//! triangles and one point each, ours with bilinear cells and Gauss points: totals agree only up to
+//! the discretisation error.
 
 use std::path::{Path, PathBuf};
 
@@ -33,15 +33,15 @@ pub struct Arguments {
     only: String,
 }
 
-/// How many times faster than theirs the bars are to be. Their letters do not arrive: the time to
-/// their value says little there, and nothing is asked of it.
+/// Required ratio of their time to ours for the bars. Their letters do not reach the end shape: the
+/// time to their value is not meaningful there, and there is no requirement.
 const FASTER: f64 = 10.0;
-/// The weight of their area.
+/// Weight of the area in their functional.
 const THEIR_AREA_WEIGHT: f64 = 1e-3;
 /// Overlap that the end of a path should reach.
 const LEAST_DICE: f64 = 0.98;
 
-/// A path of theirs, from one thread.
+/// Results of their code, on one thread.
 struct Case {
     name: &'static str,
     shapes: [&'static str; 2],
@@ -51,9 +51,9 @@ struct Case {
     seconds: f64,
     /// Their functional at the end.
     total: f64,
-    /// Overlap of the end shape pulled back.
+    /// Overlap of the pulled-back end shape with the start shape.
     dice: f64,
-    /// Least determinant of a triangle.
+    /// Smallest determinant of a triangle.
     min_det: f64,
 }
 
@@ -148,13 +148,13 @@ const fn case(
 }
 
 impl Case {
-    /// The parameters of their functional: `gamma` is 10, `mu` [`THEIR_AREA_WEIGHT`], the void's weight 1e-2 and
-    /// jumps from node to node.
+    /// The parameters of their functional: `gamma` is 10, `mu` [`THEIR_AREA_WEIGHT`], the void's
+    /// weight 1e-2 and jumps from node to node.
     fn their_params(&self) -> GeodesicParams {
         GeodesicParams {
             form: Form::LevelSets,
             steps: self.steps,
-            match_weight: 10.0,
+            mismatch_weight: 10.0,
             area_weight: (self.steps * self.steps) as f64 * THEIR_AREA_WEIGHT,
             void_stiffness: 1e-2,
             indicator_cells: 0.5,
@@ -184,7 +184,7 @@ struct Run {
     case: &'static str,
     /// `theirs` or `ours`.
     functional: &'static str,
-    /// What their functional came to.
+    /// Final value of their functional.
     their_total: Option<f64>,
     /// Our processor time when their functional was first as low as theirs.
     seconds_to_theirs: Option<f64>,
@@ -255,7 +255,7 @@ fn table(report: &Report) -> Table {
         "our total",
         "s in the end",
         "sum W",
-        "matches",
+        "mismatches",
         "L",
         "Dice carried, pulled",
         "theirs",
@@ -321,7 +321,7 @@ mod tests {
             assert!(params.check().is_ok());
             let steps = case.steps as f64;
             // gamma = eta / K and mu = area_weight / K^2, up to rounding.
-            assert!((params.resolved_match_weight() / steps - 10.0).abs() < 1e-12);
+            assert!((params.resolved_mismatch_weight() / steps - 10.0).abs() < 1e-12);
             assert!((params.area_weight / steps.powi(2) - 1e-3).abs() < 1e-15);
         }
     }

@@ -1,4 +1,4 @@
-//! Jobs of this program in a child process: one task, with its own memory and processor time, that
+//! Jobs of this program in child processes: one task with its own memory and processor time, which
 //! prints one line of JSON.
 
 use std::path::PathBuf;
@@ -16,34 +16,34 @@ use super::paths::PathJob;
 use super::score::ScoreJob;
 use crate::outcome::Outcome;
 
-/// A piece of work.
+/// A job.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
-    /// Runs a kernel a number of times, for whoever counts its instructions.
+    /// Runs a kernel a number of times, for counting its instructions.
     Repeat {
         /// The kernel.
         case: String,
-        /// How often.
+        /// Number of runs.
         times: usize,
     },
-    /// Takes an average.
+    /// Computes an average.
     Average(Box<AverageJob>),
-    /// Finds a geodesic.
+    /// Computes a geodesic.
     Path(Box<PathJob>),
-    /// Descends to given energies.
+    /// Runs the gradient descent to given energies.
     Descent(DescentJob),
     /// Scores a state.
     Score(ScoreJob),
 }
 
-/// The hidden task that a child runs.
+/// The hidden task of child processes.
 #[derive(Args)]
 pub struct Arguments {
     /// The job, as JSON.
     job: String,
 }
 
-/// Does the job and prints what comes of it.
+/// Runs the job and prints its result.
 pub fn run(arguments: &Arguments) -> Outcome<()> {
     match serde_json::from_str(&arguments.job)? {
         Job::Repeat { case, times } => {
@@ -72,13 +72,13 @@ impl Job {
         Ok(std::env::current_exe()?)
     }
 
-    /// The arguments after the program's name that make a child do this job.
+    /// Arguments of a child process for this job.
     pub fn arguments(&self) -> Outcome<[String; 3]> {
         let job = serde_json::to_string(self)?;
         Ok(["bench".into(), "job".into(), job])
     }
 
-    /// Does the job in a child and gives what it printed.
+    /// Runs the job in a child process and returns its output.
     pub fn in_child<R: DeserializeOwned>(&self) -> Outcome<R> {
         let output = Command::new(Self::program()?)
             .args(self.arguments()?)

@@ -77,17 +77,17 @@ struct Row {
     threads: usize,
     seconds: Seconds,
     unit: &'static str,
-    /// Units a second.
+    /// Units per second.
     rate: f64,
-    /// Floating-point operations for a unit.
+    /// Floating-point operations per unit.
     flops_per_unit: Option<f64>,
-    /// Share of the peak of fused multiply-adds.
+    /// Fraction of the peak rate of fused multiply-adds.
     of_fma_peak: Option<f64>,
-    /// Share of the bandwidth of the triad of this size, each field moved once.
+    /// Fraction of the bandwidth of the triad of this size, with each field moved once.
     of_bandwidth: f64,
-    /// Rate on these threads over that on one.
+    /// Ratio of the rate to that on one thread.
     speed_up: Option<f64>,
-    /// Rate over the anchor's, with the anchor's kernel.
+    /// Ratio of the rate to that of the anchor, with the anchor's kernel.
     of_anchor: Option<f64>,
 }
 
@@ -101,7 +101,7 @@ struct Report {
     rows: Vec<Row>,
 }
 
-/// The least times of every case on every pool, over the rounds so far.
+/// Minimal times of every case on every pool over all rounds.
 struct Times {
     case: Case,
     /// Of the kernel, its data left behind.
@@ -132,7 +132,8 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
         eprintln!("round {round} of {}", arguments.rounds.max(1));
         limits = best_limits(limits, measured_limits(&pools));
         for t in &mut times {
-            // Memory of one kernel at a time; the anchor runs next to the kernels it is for.
+            // One kernel is in memory at a time; the anchor runs directly before or after the
+            // kernels that are compared with it.
             let kernel = t.measure(&pools)?;
             t.shape = Some(kernel);
         }
@@ -179,7 +180,7 @@ fn best_limits(before: Vec<Limits>, now: Vec<Limits>) -> Vec<Limits> {
 }
 
 impl Times {
-    /// One round; the kernel comes back without its data.
+    /// Runs one round; the kernel is returned without its data.
     fn measure(&mut self, pools: &[ThreadPool]) -> Outcome<Kernel> {
         let mut kernel = self.case.prepare()?;
         for (pool, best) in pools.iter().zip(&mut self.seconds) {

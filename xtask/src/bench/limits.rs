@@ -1,4 +1,4 @@
-//! What the machine can do at most: fused multiply-adds, and bytes to and from memory.
+//! Limits of the machine: rates of fused multiply-adds, and memory bandwidth.
 
 use std::hint::black_box;
 use std::sync::{Mutex, PoisonError};
@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use super::measure::{Repetitions, Seconds, least_seconds};
 
-/// Independent chains of multiply-adds: enough to hide their latency on two units, and few enough
-/// for the registers.
+/// Number of independent chains of multiply-adds: enough to hide their latency on two units, and
+/// few enough for the registers.
 const CHAINS: usize = 12;
-/// Steps of every chain in a repetition.
+/// Number of steps of every chain in a repetition.
 const STEPS: usize = 4_000_000;
 /// Sizes of the three arrays of the triad together, in MiB: from the near caches to memory.
 pub const TRIAD_MEBIBYTES: [f64; 4] = [0.5, 5.0, 50.0, 768.0];
@@ -35,7 +35,7 @@ pub fn fma_peak<T: Element>(pool: &ThreadPool) -> f64 {
     2.0 * (CHAINS * STEPS * lanes * threads) as f64 / seconds.cpu
 }
 
-/// `broadcast` inside a pool's own thread waits for itself as for the others.
+/// `broadcast` inside a thread of the pool also waits for that thread.
 fn least_of(pool: &ThreadPool, work: &mut (dyn FnMut() + Send)) -> Seconds {
     least_seconds(pool, REPETITIONS, work)
 }
@@ -74,21 +74,21 @@ impl<T: Element> LaneKernel<T> for Chains {
 pub struct Triad {
     /// Size of the three arrays together.
     pub mebibytes: f64,
-    /// Bytes a second.
+    /// Bytes per second.
     pub bytes_per_second: f64,
 }
 
 /// The rate of `a = b + 3 c` on arrays of a size. A byte that is read or written counts once, as
-/// in STREAM: that a processor may fetch what it will overwrite is not counted.
+/// in STREAM: reads of memory that is overwritten are not counted.
 pub fn triad<T: Element>(pool: &ThreadPool, mebibytes: f64) -> Triad {
     let n = (mebibytes * 1_048_576.0 / (3 * size_of::<T>()) as f64) as usize;
     let part = n.div_ceil(pool.current_num_threads()).max(1);
     let mut a = vec![T::default(); n];
     let b = vec![T::from_f64(1.0); n];
     let c = vec![T::from_f64(2.0); n];
-    // Small arrays are gone through several times, so that threads are not measured.
+    // Small arrays are processed several times, so that starting threads has no influence.
     let passes = (4_000_000 / n.max(1)).max(1);
-    // Every thread has its own part, as no thread is to take over another's.
+    // Every thread has its own part, so that no thread takes over that of another.
     let rest = b.chunks(part).zip(c.chunks(part));
     let parts: Vec<Mutex<Sum<'_, T>>> = a
         .chunks_mut(part)
@@ -100,7 +100,7 @@ pub fn triad<T: Element>(pool: &ThreadPool, mebibytes: f64) -> Triad {
             let Some(part) = parts.get(thread.index()) else {
                 return;
             };
-            // A part is whole whatever happened to a thread that held it.
+            // A part is valid even if a thread panicked while it held the lock.
             let mut part = part.lock().unwrap_or_else(PoisonError::into_inner);
             let Sum { a, b, c } = &mut *part;
             for _ in 0..passes {
@@ -135,21 +135,21 @@ impl<T: Element> LaneKernel<T> for Sum<'_, T> {
     }
 }
 
-/// What the machine can do at most, for one scalar and one number of threads.
+/// Limits of the machine for one storage type and one number of threads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// `f64` or `f32`.
     pub real: String,
     /// Number of threads.
     pub threads: usize,
-    /// Floating-point operations a second, two for a multiply-add.
+    /// Floating-point operations per second, two for a multiply-add.
     pub flops_per_second: f64,
     /// The triad, from small arrays to large.
     pub triads: Vec<Triad>,
 }
 
 impl Limits {
-    /// Measures them.
+    /// Measures the limits.
     pub fn measured<T: Element>(pool: &ThreadPool, real: &str) -> Self {
         Self {
             real: real.into(),
@@ -159,7 +159,7 @@ impl Limits {
         }
     }
 
-    /// The higher of each limit.
+    /// Returns the maximum of each limit.
     pub fn highest(mut self, other: &Self) -> Self {
         self.flops_per_second = self.flops_per_second.max(other.flops_per_second);
         for (own, other) in self.triads.iter_mut().zip(&other.triads) {
@@ -168,7 +168,7 @@ impl Limits {
         self
     }
 
-    /// The triad on arrays of about a size, in bytes: that of the nearest ratio.
+    /// Returns the triad for arrays of about a size, in bytes: the one with the nearest ratio.
     pub fn bandwidth(&self, bytes: f64) -> f64 {
         let away = |t: &&Triad| (t.mebibytes * 1_048_576.0 / bytes).ln().abs();
         let nearest = self

@@ -9,7 +9,7 @@ use serde::Serialize;
 pub struct Machine {
     /// The processor's name.
     pub processor: String,
-    /// Threads that may run at a time.
+    /// Number of threads that can run at the same time.
     pub threads: usize,
     /// The widest vectors that the kernels use.
     pub vectors: String,
@@ -18,7 +18,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This one.
+    /// Describes this machine.
     pub fn this() -> Self {
         let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         Self {
@@ -62,7 +62,7 @@ fn vectors() -> String {
     }
 }
 
-/// The compiler that is in use here, which cargo names to what it runs.
+/// The compiler in use, which cargo passes to the programs that it runs.
 pub fn compiler() -> String {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = std::process::Command::new(rustc).arg("--version").output();

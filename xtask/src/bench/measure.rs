@@ -8,11 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::clock::thread_seconds;
 use crate::outcome::Outcome;
 
-/// Least times of a repetition, in seconds.
+/// Minimal times of a repetition, in seconds.
 ///
-/// `cpu` is the processor time of the thread that had most of it: what the repetition would take
-/// on idle cores. It is what figures are made of; wall time on a machine that does other work
-/// measures the other work.
+/// `cpu` is the largest processor time of a thread: the time of a repetition on idle cores. Figures
+/// are based on it, as the wall time depends on the other load of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Seconds {
     /// Processor time of the busiest thread.
@@ -22,13 +21,13 @@ pub struct Seconds {
 }
 
 impl Seconds {
-    /// Longer than anything.
+    /// Infinite times.
     pub const NEVER: Self = Self {
         cpu: f64::INFINITY,
         wall: f64::INFINITY,
     };
 
-    /// The lesser of each.
+    /// Returns the minimum of each time.
     pub fn least(self, other: Self) -> Self {
         Self {
             cpu: self.cpu.min(other.cpu),
@@ -37,14 +36,14 @@ impl Seconds {
     }
 }
 
-/// How often a kernel is repeated.
+/// Number of repetitions of a kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Repetitions {
-    /// At least so many times.
+    /// Minimal number of repetitions.
     pub least: usize,
-    /// At most so many times.
+    /// Maximal number of repetitions.
     pub most: usize,
-    /// Wall seconds after which it is enough.
+    /// Wall time in seconds after which no further repetition starts.
     pub seconds: f64,
 }
 
@@ -53,8 +52,8 @@ pub fn pool(threads: usize) -> Outcome<ThreadPool> {
     Ok(ThreadPoolBuilder::new().num_threads(threads).build()?)
 }
 
-/// Makes the pool of this process. One thread is the one that calls, so that no other waits for work
-/// and counts of instructions do not vary.
+/// Creates the pool of this process. A pool of one thread is the calling thread, so that no other
+/// thread waits for work and counts of instructions do not vary.
 pub fn use_threads(threads: usize) -> Outcome<()> {
     let pool = ThreadPoolBuilder::new().num_threads(threads.max(1));
     let pool = if threads <= 1 {
@@ -65,7 +64,8 @@ pub fn use_threads(threads: usize) -> Outcome<()> {
     Ok(pool.build_global()?)
 }
 
-/// The least times of `work` on the threads of a pool, after one run that is not counted.
+/// Measures the minimal times of `work` on the threads of a pool, after one run that is not
+/// counted.
 pub fn least_seconds(
     pool: &ThreadPool,
     repetitions: Repetitions,

@@ -41,7 +41,7 @@ struct Arguments {
     /// Count instructions under valgrind; more than 10 % above the baseline fails.
     #[arg(long)]
     check: bool,
-    /// Write what was counted as the new baseline.
+    /// Write the counts as the new baseline.
     #[arg(long, requires = "check")]
     bless: bool,
     #[command(subcommand)]
@@ -59,7 +59,7 @@ enum Task {
     Job(job::Arguments),
 }
 
-/// Runs what the arguments ask for.
+/// Runs the task.
 pub fn run(arguments: &[String]) -> ExitCode {
     let name = std::iter::once("bench".to_owned());
     let arguments = match Arguments::try_parse_from(name.chain(arguments.iter().cloned())) {

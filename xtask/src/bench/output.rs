@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use crate::outcome::Outcome;
 
-/// Writes `text` to a file of a folder, which is made where there is none. An older file of the
-/// name is replaced.
+/// Writes `text` to a file in a folder, which is created if it does not exist. An existing file is
+/// replaced.
 pub fn write(folder: &Path, name: &str, text: &str) -> Outcome<()> {
     let place = folder.join(name);
     let said =

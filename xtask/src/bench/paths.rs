@@ -10,7 +10,7 @@ use super::measure::use_threads;
 use super::shapes::Source;
 use crate::outcome::Outcome;
 
-/// A geodesic to be found between the two shapes of a source.
+/// A geodesic to be computed between the two shapes of a source.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PathJob {
     /// The shapes.
@@ -21,32 +21,33 @@ pub struct PathJob {
     pub threads: usize,
 }
 
-/// What a geodesic took and what came of it.
+/// Cost and result of a geodesic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PathReport {
     /// Processor seconds of the whole process up to the result.
     pub cpu: f64,
-    /// The most memory in use, in MiB.
+    /// Peak memory, in MiB.
     pub peak_mebibytes: f64,
-    /// Energies over time; levels are counted as the solver tells of them.
+    /// Energies over time, with the levels as reported by the solver.
     pub curve: Vec<CurvePoint>,
-    /// What was minimised, at the end.
+    /// Objective at the end.
     pub total: f64,
     /// `sum W_k`.
     pub elastic: f64,
-    /// Sum of the unweighted matches.
+    /// Sum of the unweighted mismatches.
     pub mismatch: f64,
     /// Boundary area of the end shape, which no path can change; level sets only.
     pub end_area: Option<f64>,
     /// `sum sqrt W_k`.
     pub length: f64,
-    /// Overlaps of the start shape carried to the end, and of the end shape pulled back.
+    /// Overlaps of the deformed start shape with the end shape, and of the pulled-back end shape
+    /// with the start shape.
     pub dice: (f64, f64),
-    /// The least determinant.
+    /// Smallest determinant.
     pub min_det: f64,
-    /// Whether it is proved positive inside the objects.
+    /// Whether it is certified to be positive inside the objects.
     pub certified: bool,
-    /// How the solver ended.
+    /// Status of the solver.
     pub status: String,
 }
 
@@ -60,7 +61,7 @@ impl PathReport {
 }
 
 impl PathJob {
-    /// Finds the path in this process.
+    /// Computes the path in this process.
     pub fn run(&self) -> Outcome<PathReport> {
         use_threads(self.threads)?;
         match self.source.dimension()? {
@@ -80,10 +81,13 @@ impl PathJob {
             cpu: process_seconds(),
             peak_mebibytes: peak_mebibytes(),
             curve: recorder.curve,
-            total: path.total,
-            elastic: path.step_energies.iter().sum(),
-            mismatch: path.matches.iter().sum(),
-            end_area: path.levels.last().and_then(|l| l.areas.last().copied()),
+            total: path.energy.total,
+            elastic: path.energy.step_energies.iter().sum(),
+            mismatch: path.energy.mismatches.iter().sum(),
+            end_area: path
+                .levels
+                .last()
+                .and_then(|l| l.energy.areas.last().copied()),
             length: path.length(),
             dice: (path.dice_end, path.dice_pulled),
             min_det: path.certificate.min_det,
@@ -93,8 +97,8 @@ impl PathJob {
     }
 }
 
-/// Energies as they are found. A descent that begins anew, on another grid or with other steps,
-/// counts as a level.
+/// Records energies during the minimisation. A minimisation on another grid or with
+/// another number of steps counts as a level.
 #[derive(Default)]
 struct Recorder {
     level: usize,
@@ -139,7 +143,7 @@ mod tests {
         let report = job.in_dimension::<2>().unwrap();
         assert!(report.certified && report.length > 0.0);
         assert!(report.length.powi(2) <= 2.0 * report.elastic * (1.0 + 1e-12));
-        // The last energy of the last level is the total, and is reached when it is reached.
+        // The last energy of the last level is the total, so that it is reached at that time.
         let last = report.curve.last().unwrap();
         assert_eq!(report.cpu_at(last.energy), Some(last.cpu));
         assert_eq!(report.cpu_at(0.0), None);

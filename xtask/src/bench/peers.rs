@@ -47,16 +47,16 @@ pub struct Arguments {
     only: String,
 }
 
-/// What is asked for of a case.
+/// Requirements of a case.
 struct Case {
     name: &'static str,
-    /// Files without their ending.
+    /// Names of the files without extension.
     shapes: Vec<String>,
-    /// The programs, and how many times our time theirs is to be at least.
+    /// The programs, and the required ratio of their time to ours.
     peers: &'static [(&'static str, f64)],
-    /// Least mean Dice.
+    /// Required mean Dice overlap.
     dice: f64,
-    /// Most deviation of the volume of the average from the mean of the shapes'.
+    /// Largest allowed deviation of the volume of the average from the mean volume of the shapes.
     volume: f64,
 }
 
@@ -74,7 +74,7 @@ fn cases() -> Vec<Case> {
         dice,
         volume: 0.02,
     };
-    // What is asked of pairs is time alone.
+    // Pairs have a requirement on time only.
     let pair = |name, shapes: [&str; 2]| Case {
         name,
         shapes: shapes.map(String::from).into(),
@@ -93,7 +93,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// What a script prints.
+/// Output of a script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct PeerRun {
     /// Processor seconds of the call.
@@ -101,7 +101,7 @@ struct PeerRun {
     wall: f64,
     dice: f64,
     minjac: f64,
-    /// Share of the box that the template takes, and the mean of the shapes'.
+    /// Fraction of the box that the template fills, and the mean fraction of the shapes.
     volume: Option<f64>,
     mean_volume: Option<f64>,
     /// Peak memory of the process, in MiB.
@@ -114,7 +114,7 @@ struct Measured {
     case: &'static str,
     ours: Vec<AverageReport>,
     peers: BTreeMap<&'static str, Vec<PeerRun>>,
-    /// Programs that did not run, and what they said.
+    /// Programs that failed, with their messages.
     missing: BTreeMap<&'static str, String>,
 }
 
@@ -142,7 +142,7 @@ pub fn run(arguments: &Arguments) -> Outcome<()> {
             Ok(case) => report.cases.push(case),
             Err(error) => eprintln!("{}: left out: {error}", case.name),
         }
-        // A case takes minutes: what there is stays, whatever becomes of the next.
+        // A case takes minutes: results are written after each, in case the next fails.
         if let Some(folder) = &arguments.output {
             output::write_json(folder, "peers.json", &report)?;
         }

@@ -1,8 +1,7 @@
 //! `bench reference`: the cases of the authors' own research code, with their functional.
 //!
-//! For the bars their phase fields are given, and the functional is theirs: `J` can be compared.
-//! For the other shapes our phase fields stand in their place; there times and overlaps can be
-//! compared, `J` cannot.
+//! For the bars their phase fields are used and the functional is theirs, so that `J` can be
+//! compared. The other shapes have our phase fields; there only times and overlaps can be compared.
 
 use std::path::{Path, PathBuf};
 
@@ -32,12 +31,12 @@ pub struct Arguments {
     only: String,
 }
 
-/// How far the bars are minimised: their long run is below their usual one by a part in 5000.
+/// Tolerance for the bars: their long run ends below their usual one by a part in 5000.
 const BAR_TOLERANCE: f64 = 1e-6;
-/// How many times faster than theirs the bars are to be.
+/// Required ratio of their time to ours for the bars.
 const FASTER: f64 = 20.0;
 
-/// What their code took and reached.
+/// Cost and result of their code.
 struct Theirs {
     /// User seconds on one thread.
     seconds: Option<f64>,
@@ -57,7 +56,7 @@ struct Case {
     theirs: Theirs,
 }
 
-/// Figures of theirs, from one thread: times in user seconds.
+/// Their results, on one thread; times in user seconds.
 fn cases() -> Vec<Case> {
     let named = |kind: &str, which: &[&str], nodes: usize| -> Vec<String> {
         let names = which.iter();
@@ -120,7 +119,7 @@ fn cases() -> Vec<Case> {
             Some((0.902, 0.882)),
             Some(0.793),
         ),
-        // Theirs was cut short to 48 steps; the full run was not made.
+        // Their run was limited to 48 steps; there is no full run.
         other(
             "4 hippocampi 65³",
             solid(65),
@@ -135,11 +134,11 @@ fn cases() -> Vec<Case> {
 #[derive(Serialize)]
 struct Run {
     case: &'static str,
-    /// `theirs`, or what was changed.
+    /// `theirs`, or the variant of ours.
     functional: &'static str,
     report: AverageReport,
     their_seconds: Option<f64>,
-    /// Their state after the long run by our evaluation of the functional, where they left it.
+    /// Their state after the long run, evaluated by our functional, if it is among the inputs.
     their_state: Option<Score>,
     /// Our processor time when `J` was first as low as theirs: of the usual run, of the long, and
     /// of their last state with the best average by our evaluation.
@@ -260,7 +259,7 @@ fn their_params() -> AverageParams {
     }
 }
 
-/// Their last state, where the inputs hold it.
+/// Their last state, if it is among the inputs.
 fn scored(case: &Case, inputs: &Path) -> Outcome<Option<Score>> {
     let nodes = case.shapes[0].rsplit('_').next().unwrap_or_default();
     let average = inputs.join(format!("ref_average_bars_{nodes}.npy"));
@@ -287,7 +286,7 @@ fn case_of<'a>(run: &Run, all: &'a [Case]) -> Option<&'a Case> {
     all.iter().find(|c| c.name == run.case)
 }
 
-/// Where `J` can be compared.
+/// Whether `J` can be compared.
 fn bars(report: &Report, all: &[Case]) -> Table {
     let mut table = Table::new([
         "case",

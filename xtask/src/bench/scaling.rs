@@ -39,15 +39,15 @@ const SHAPES: usize = 8;
 const FLAT_NODES: [usize; 4] = [65, 129, 257, 513];
 const SOLID_NODES: [usize; 3] = [33, 65, 129];
 const NUMBERS: [usize; 4] = [2, 5, 10, 20];
-/// Where the number of shapes grows: dimension and nodes a side.
+/// Dimension and number of nodes along every axis for growing numbers of shapes.
 const NUMBERS_ON: [(usize, usize); 2] = [(2, 129), (3, 33)];
-/// Where the descent is run, too.
+/// Cases in which the gradient descent is also run.
 const DESCENTS: [(usize, usize); 3] = [(2, 65), (2, 129), (3, 33)];
 
-/// Times may grow this much more than in proportion.
+/// Largest allowed growth of the time per node or shape.
 const LINEAR: f64 = 1.5;
 
-/// An average and what it was of.
+/// An average and its input.
 #[derive(Serialize)]
 struct Run {
     dimension: usize,
@@ -61,9 +61,9 @@ struct Growth {
     what: String,
     /// Exponent of the processor time.
     exponent: Option<f64>,
-    /// Largest over least time for a node or a shape.
+    /// Ratio of the largest to the smallest time per node or shape.
     spread: Option<f64>,
-    /// How much more than in proportion the time grows at most.
+    /// Largest growth of the time per node or shape.
     beyond_linear: Option<f64>,
     /// Exponent of the memory.
     memory_exponent: Option<f64>,
@@ -295,7 +295,7 @@ fn grid(run: &Run) -> String {
     format!("{}{power}", run.nodes_a_side)
 }
 
-/// A name, and points.
+/// A name and points of a line.
 type Line = (String, Vec<(f64, f64)>);
 
 fn series(lines: impl IntoIterator<Item = Line>) -> Vec<Series> {
@@ -366,7 +366,7 @@ fn chart(report: &Report) -> Outcome<String> {
     Ok(stacked((900, 430 * charts.len() as u32), &charts)?)
 }
 
-/// The courses of both solvers on the finest level, where the descent was run, too.
+/// Convergence of both solvers on the finest level, if the gradient descent was run.
 fn curves(run: &Run) -> Vec<Line> {
     let Some(descent) = &run.descent else {
         return Vec::new();

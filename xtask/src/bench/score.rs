@@ -10,7 +10,7 @@ use super::averages::authors_levels;
 use super::shapes::{Source, nodal};
 use crate::outcome::Outcome;
 
-/// A state to be scored with the authors' functional, as our averages are.
+/// A state to be evaluated with the authors' functional, as our averages are.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ScoreJob {
     /// The shapes.
@@ -21,11 +21,11 @@ pub struct ScoreJob {
     pub phase_fields: Vec<PathBuf>,
     /// Displacements in units of the box, one for each shape, component by component.
     pub displacements: Vec<PathBuf>,
-    /// The average that goes with them.
+    /// The average of that state.
     pub average: PathBuf,
 }
 
-/// The functional with the average that the program found, and with the best one for its
+/// The functional with the average of that program, and with the best average for its
 /// displacements.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
@@ -40,7 +40,7 @@ pub struct Score {
 }
 
 impl ScoreJob {
-    /// Scores in this process.
+    /// Evaluates the functional in this process.
     pub fn run(&self) -> Outcome<Score> {
         match self.source.dimension()? {
             2 => self.in_dimension::<2>(),

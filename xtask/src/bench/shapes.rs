@@ -10,20 +10,20 @@ use shapespace_generate::{Blob, Placed, area_share};
 
 use crate::outcome::Outcome;
 
-/// Mean radius of the blobs, and by how much of it they vary.
+/// Mean radius of the blobs, and its relative variation.
 const RADIUS: f64 = 0.24;
 const ROUGHNESS: f64 = 0.3;
 
-/// Where shapes come from.
+/// Origin of shapes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// Star-shaped blobs drawn by the program, with the seeds 1, 2, …
     Blobs {
         /// 2 or 3.
         dimension: usize,
-        /// Nodes a side.
+        /// Nodes along every axis.
         nodes: usize,
-        /// How many.
+        /// Number of shapes.
         count: usize,
     },
     /// Arrays of nodal values between 0 and 1, as many along every axis.

@@ -10,7 +10,7 @@ use super::real::files;
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// Shares that shapes of five classes should reach.
+/// Required fractions of correctly classified shapes for five classes.
 const LEAST_ACCURACY: f64 = 0.9;
 
 /// A set of shapes.
@@ -98,9 +98,10 @@ pub fn section(data: &Path) -> Outcome<Section> {
     }
     Ok(Section {
         title: "Distances of real shapes",
-        text: "Symmetrised lengths of paths of four steps between shapes that are turned onto each \
-               other first. Paths that do not reach their end are marked, and their distances taken \
-               by way of other shapes. Clusters are those of average linkage, as many as classes.",
+        text: "Symmetrised lengths of paths of four steps between shapes that are aligned first. \
+               Paths that do not reach their end are marked, and their distances are replaced by \
+               those through other shapes. Clusters are those of average linkage, as many as there \
+               are classes.",
         table,
     })
 }

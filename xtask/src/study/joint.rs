@@ -14,7 +14,7 @@ use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
 const NODES: usize = 129;
-/// What is drawn, the contrast of the images, and the standard deviation of their noise.
+/// Kinds of shapes, contrasts of the images, and standard deviations of their noise.
 const CASES: [(&str, f64, f64); 6] = [
     ("blobs", 0.5, 0.1),
     ("blobs", 0.5, 0.2),
@@ -25,15 +25,15 @@ const CASES: [(&str, f64, f64); 6] = [
 ];
 /// Weight of the edges of an image, beside a mismatch of weight one.
 const EDGES: f64 = 2.0;
-/// Length over which images are smoothed, and that for the square of noise over contrast. A phase
-/// field that is zero everywhere must cost more than the noise, `8 eps noise^2 / length` less than
-/// the square of the least jump; strokes must not be smoothed away.
+/// Length over which images are smoothed, and its part per squared ratio of noise to contrast. A
+/// phase field that is zero everywhere must cost more than the noise, `8 eps noise^2 / length` less
+/// than the square of the least jump; strokes must not be smoothed away.
 const SMOOTH: f64 = 0.02;
 const SMOOTH_NOISE: f64 = 0.2;
-/// Least jump of an edge, as a share of the contrast.
+/// Smallest jump of an edge, as a fraction of the contrast.
 const SHARE: f64 = 0.8;
 
-/// An image and what is known of it.
+/// An image and its true object.
 struct Known {
     image: ScalarField<f64, 2>,
     distance: ScalarField<f64, 2>,
@@ -161,16 +161,16 @@ pub fn section() -> Outcome<Section> {
     }
     Ok(Section {
         title: "Segmentation and averaging at the same time",
-        text: "Five blobs, and three drawings of the letter B, at 129 nodes a side, as grey images \
-               of the given contrast with normal noise of the given standard deviation. Each is \
-               segmented alone, and all are segmented and averaged jointly, with the same weights \
-               of their energies, smoothed over more where noise is \
-               stronger. Dice is that of the brighter of two classes with the true \
-               objects: of the smoothed images, and of what the average says of them, the average \
-               image through their deformations. Edges are the nodes where the phase field is below \
-               1/2; precision is the share of them where the phase field of the true boundary is, \
-               too, and the column of the edges the harmonic mean of precision and recall. Joint \
-               figures that are worse are marked.",
+        text: "Five blobs, and three drawings of the letter B, on 129 x 129 nodes, as grey images \
+               of the given contrast with normal noise of the given standard deviation. Each image \
+               is segmented by itself, and all are segmented and averaged jointly, with the same \
+               weights of the energies and with stronger smoothing for stronger noise. Dice is the \
+               overlap of the brighter of two classes with the true object, for the smoothed \
+               images and for their predictions, the average image composed with the deformations. \
+               Edges are the nodes where the phase field is below 1/2. Precision is the fraction \
+               of them where the phase field of the true boundary is also below 1/2; the column of \
+               the edges is the harmonic mean of precision and recall. Joint values that are worse \
+               are marked.",
         table,
     })
 }

@@ -14,7 +14,7 @@ use crate::table::{Table, checked};
 
 const GRIDS: [usize; 2] = [65, 129];
 
-/// All of them.
+/// All averages with known results.
 pub fn section() -> Outcome<Section> {
     let mut table = Table::new(["shapes", "grid", "figure", "asked", "found", "seconds"]);
     for nodes in GRIDS {
@@ -32,8 +32,8 @@ pub fn section() -> Outcome<Section> {
     Ok(Section {
         title: "Averages whose result is known",
         text: "Bars of .6 x .12 with inner angles of 180 and 118 degrees, disks of radius .2 and \
-               .3. An angle is that between the principal axes of the two arms; on a bar of known \
-               angle it is found to half a degree at 65 nodes a side.",
+               .3. The angle is that between the principal axes of the two arms; for a bar of \
+               known angle its error is at most half a degree on 65 x 65 nodes.",
         table,
     })
 }

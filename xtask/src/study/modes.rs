@@ -20,16 +20,15 @@ use crate::table::{Table, checked};
 /// balance.
 const AVERAGE: [&str; 4] = ["--length-weight", "1e-5", "--tolerance", "1e-6"];
 
-/// Bends of the two arms of four crosses: two bends that do not depend on each other, whose squares
-/// are as 1 to .39.
+/// Bends of the two arms of four crosses: two independent bends with squares in the ratio 1 to .39.
 const BENDS: [&str; 4] = ["20,12.5", "20,-12.5", "-20,12.5", "-20,-12.5"];
 
-/// Shapes, the options that they need, and what is asked of the analysis.
+/// Shapes, their options, and the requirements on the analysis.
 struct Set {
     name: &'static str,
     files: Vec<PathBuf>,
     options: &'static [&'static str],
-    /// Shapes of another class, with its name.
+    /// Shapes of another class, and its name.
     others: (&'static str, Vec<PathBuf>),
     /// Bounds of the balance and of the largest residual.
     balance: f64,
@@ -67,7 +66,7 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
         residual: 0.015,
     });
     if let Some(data) = data {
-        // The first three of a class measure how far away another class is.
+        // The first three of a class measure the distance of another class.
         let others = |name, folder: &str, ending| -> Outcome<(&str, Vec<PathBuf>)> {
             let mut found = files(&data.join(folder), ending)?;
             found.truncate(3);
@@ -125,9 +124,9 @@ pub fn section(data: Option<&Path>) -> Outcome<Section> {
                rigid` for pictures and `--grid 65` for volumes, then `shapespace pca`. Bars have \
                one mode and balanced stresses, crosses two modes. Of the hands, three with closed \
                fingers are left out: the gaps are lost on the grid. The root mean square of the \
-               Mahalanobis distances is `sqrt((n-1)/n)`. Three shapes of another class, scored \
-               with `--size equal`, are to be three times as far away as any shape is in the \
-               modes of the others.",
+               Mahalanobis distances is `sqrt((n-1)/n)`. The Mahalanobis distances of three shapes \
+               of another class, scored with `--size equal`, must be three times as large as that \
+               of any shape in the modes of the others.",
         table,
     })
 }
@@ -137,7 +136,7 @@ fn text(path: &Path) -> Outcome<&str> {
 }
 
 fn program(arguments: &[&str]) -> Outcome<()> {
-    // The program lies beside this one.
+    // The program is in the folder of this one.
     let program = std::env::current_exe()?.with_file_name("shapespace");
     let output = Command::new(program).args(arguments).output()?;
     if output.status.success() {
@@ -210,7 +209,7 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
     Ok(())
 }
 
-/// The Mahalanobis distances of shapes of another class, which are to be larger than a bound.
+/// The Mahalanobis distances of shapes of another class, which must exceed a bound.
 fn others(set: &Set, modes: &Path, bound: f64) -> Outcome<String> {
     let (name, files) = &set.others;
     if files.is_empty() {
@@ -248,10 +247,11 @@ fn open(file: &Path) -> bool {
     CLOSED.iter().all(|closed| name != *closed)
 }
 
-/// Nodes a side for the hands.
+/// Nodes along every axis for the hands.
 const NODES: usize = 129;
 
-/// Modes of hands beside those of their landmarks: how well shapes left out are given back.
+/// Modes of hands compared with modes of their landmarks: reconstruction of shapes that are left
+/// out.
 pub fn landmarks(data: &Path) -> Outcome<Section> {
     let mut masks = files(&data.join("hands/mask512"), ".png")?;
     masks.retain(|file| open(file));
@@ -268,15 +268,16 @@ pub fn landmarks(data: &Path) -> Outcome<Section> {
     Ok(Section {
         title: "Hands: elastic modes and a point distribution model",
         text: "Each of 17 hands (three with closed fingers are left out: the gaps are lost on the \
-               grid) given back by the modes of the others: root mean square distance of the \
-               boundary after a rigid motion, over its distance from the centroid. The landmarks \
-               are the 56 points that were set by hand for every photograph, aligned by \
-               generalised Procrustes analysis; the elastic modes know the masks alone.",
+               grid) is reconstructed from the modes of the others: root mean square distance of \
+               the boundary after a rigid motion, relative to its distance from the centroid. The \
+               landmarks are 56 points placed manually in every photograph, aligned by generalised \
+               Procrustes analysis; the elastic modes use the masks only.",
         table,
     })
 }
 
-/// For `m = 0, 1, ...` modes of the others: root mean square over the hands of what is left.
+/// Root mean square of the reconstruction error over the hands, with `m = 0, 1, ...` modes of the
+/// others.
 fn elastic_generalisation(files: &[PathBuf]) -> Outcome<Vec<f64>> {
     let shapes = aligned_files(files, NODES)?;
     let params = AverageParams {
@@ -306,8 +307,8 @@ fn elastic_generalisation(files: &[PathBuf]) -> Outcome<Vec<f64>> {
     Ok(squares.into_iter().map(|s| (s / n as f64).sqrt()).collect())
 }
 
-/// What the mean and the first `m = 0, 1, ...` modes of the others make of a displacement, as
-/// combinations of theirs.
+/// Reconstructions of a displacement from the mean and the first `m = 0, 1, ...` modes of the
+/// others, as combinations of their displacements.
 fn left_out(gram: &DMatrix<f64>, i: usize) -> Outcome<Vec<Vec<f64>>> {
     let all = gram.nrows();
     let others: Vec<usize> = (0..all).filter(|&j| j != i).collect();

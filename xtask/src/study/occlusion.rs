@@ -11,14 +11,14 @@ use super::paths::Place;
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// By what share a hidden part may change a length.
+/// Largest allowed relative change of a length by a hidden part.
 const CHANGE: f64 = 0.1;
 
-/// Where a disk hides a letter, and which.
+/// Letters, and centres of the disks that hide a part of them.
 const SCREENS: [(&str, &str, [f64; 2], f64); 2] =
     [("b", "b2", [0.35, 0.5], 0.09), ("x", "m", [0.3, 0.3], 0.1)];
 
-/// Lengths with a part hidden, against those of the whole letters.
+/// Lengths with a part hidden, compared with those of the whole letters.
 pub fn section() -> Outcome<Section> {
     let place = Place::new()?;
     let mut table = Table::new([
@@ -76,17 +76,17 @@ pub fn section() -> Outcome<Section> {
     }
     Ok(Section {
         title: "Letters of which a part is hidden",
-        text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K 4`, in units of \
-               the inputs; a disk hides a part of the first letter of each pair. Taken for the \
-               whole, what is left has another distance. `--occluded` says that parts may be \
-               hidden, anywhere: then the path need only cover what is seen, and is too short where \
-               shapes have to grow. `--valid-start` and `--valid-end` say where nothing is seen; the \
-               length is to change by less than a tenth.",
+        text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K 4`, in units \
+               of the inputs; a disk hides a part of the first letter of each pair. If the rest is \
+               treated as the whole letter, the distance changes. With `--occluded` parts may be \
+               hidden anywhere: the path only has to cover the visible part, and is too short if \
+               shapes have to grow. With `--valid-start` and `--valid-end` the hidden region is \
+               known; the length must change by less than a tenth.",
         table,
     })
 }
 
-/// Writes a letter without what a disk hides, and a mask of where it is seen.
+/// Writes a letter without the part in a disk, and a mask of its visible part.
 fn screen(folder: &Path, letter: &str, centre: [f64; 2], radius: f64) -> Outcome<()> {
     let file = folder.join(format!("{letter}.npy"));
     let AnyImage::D2(image) = read_image(&file, &ReadOptions::default())? else {

@@ -13,28 +13,28 @@ use crate::table::{Table, checked};
 
 /// Overlap that the end of a path should reach.
 const LEAST_DICE: f64 = 0.98;
-/// By how much lengths there and back may differ at the largest `K`.
+/// Largest allowed relative difference between the lengths in both directions at the largest `K`.
 const LACK_OF_SYMMETRY: f64 = 0.05;
 
-/// By what share the direct way may be longer than a detour at the largest `K`: a tenth of what the
-/// elastic energy shows on disks.
+/// Largest allowed excess of the direct path over a detour at the largest `K`: a tenth of that of
+/// the elastic energy of disks.
 const EXCESS: f64 = 0.005;
 
-/// A folder for shapes and results, which goes away with it.
+/// A temporary folder for shapes and results.
 pub struct Place {
-    /// Where commands run.
+    /// Working directory of the commands.
     pub folder: PathBuf,
 }
 
-/// What a path has come to.
+/// Results of a path.
 pub struct Found {
     length: f64,
     /// In the units of the inputs, which are the same for all shapes.
     pub input_length: f64,
     dissipation: f64,
-    /// Overlap of the start shape carried to the end.
+    /// Overlap of the deformed start shape with the end shape.
     pub dice: f64,
-    /// Overlap of the end shape pulled back.
+    /// Overlap of the pulled-back end shape with the start shape.
     pub pulled: f64,
     certified: bool,
     min_det: f64,
@@ -44,7 +44,7 @@ pub struct Found {
 }
 
 impl Place {
-    /// A new folder, and the program built.
+    /// Creates the folder and builds the program.
     pub fn new() -> Outcome<Self> {
         build()?;
         let name = format!("shapespace-paths-{}", std::process::id());
@@ -55,7 +55,7 @@ impl Place {
 
     /// Runs the program.
     pub fn run(&self, arguments: &[&str]) -> Outcome<()> {
-        // The program lies beside this one.
+        // The program is in the folder of this one.
         let program = std::env::current_exe()?.with_file_name("shapespace");
         let output = Command::new(program)
             .args(arguments)
@@ -117,7 +117,7 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        // What is left behind lies in the folder for temporary files.
+        // Files that remain are in the folder for temporary files.
         let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
@@ -215,14 +215,15 @@ pub fn letters() -> Outcome<Section> {
     Ok(Section {
         title: "Paths between letters",
         text: "`shapespace geodesic START.npy END.npy --form level-sets --grid 65 -K K` on letters \
-               drawn by `shapespace generate letter`. Ends are to be reached with a Dice overlap of \
-               .98, no deformation may fold inside its object, lengths there and back may differ by \
-               5 % at K = 16, and a change of one end changes the length by no more than its own.",
+               drawn by `shapespace generate letter`. Ends must be reached with a Dice overlap of \
+               .98, no deformation may fold inside its object, the lengths in both directions may \
+               differ by at most 5 % at K = 16, and a change of one end may change the length at \
+               most by the length of that change.",
         table,
     })
 }
 
-/// The triangle inequality of the length against that of the elastic distance.
+/// The triangle inequality of the length, compared with that of the elastic distance.
 pub fn triangles() -> Outcome<Section> {
     let place = Place::new()?;
     for (name, radius) in [("small", ".15"), ("middle", ".22"), ("large", ".3")] {
@@ -265,15 +266,16 @@ pub fn triangles() -> Outcome<Section> {
     }
     Ok(Section {
         title: "Triangle inequality",
-        text: "Roots of the elastic energy (`-K 1`) and lengths of `shapespace geodesic --grid 129`, \
-               in units of the inputs: of the direct way and of that over the middle shape, and by \
-               how much the direct way is longer. The elastic energy is no distance: a detour can be \
-               shorter. The length becomes one as K grows: the excess falls as 1/K.",
+        text: "Roots of the elastic energy (`-K 1`) and lengths of `shapespace geodesic --grid \
+               129`, in units of the inputs: of the direct path and of the path through the middle \
+               shape, and the excess of the direct path. The root of the elastic energy is not a \
+               distance: a detour can be shorter. The length converges to a distance as K grows: \
+               the excess decreases as 1/K.",
         table,
     })
 }
 
-/// Materials that keep their volume, or not, and the area term.
+/// Compressible and nearly incompressible materials, and the area term.
 pub fn materials() -> Outcome<Section> {
     let place = Place::new()?;
     place.letters(&["m", "o"])?;
@@ -322,8 +324,8 @@ pub fn materials() -> Outcome<Section> {
     Ok(Section {
         title: "Materials and the area term along paths",
         text: "`shapespace geodesic START.npy END.npy --form FORM --grid 65 -K 8`, bars in the \
-               Lagrangian form, letters as level sets. mu is 1. A fluid of large lambda keeps its \
-               area wherever the end shapes let it.",
+               Lagrangian form, letters as level sets. mu is 1. A fluid of large lambda preserves \
+               its area if the end shapes allow it.",
         table,
     })
 }

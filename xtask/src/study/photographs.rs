@@ -21,10 +21,10 @@ const EDGES: f64 = 2.0;
 /// Images of about one size.
 struct Set {
     name: &'static str,
-    /// The command as a person would type it.
+    /// The command as typed by a user.
     typed: &'static str,
     images: Vec<PathBuf>,
-    /// Masks of what is to be found in them, where they are known.
+    /// Masks of the true objects, if they are known.
     truth: Vec<PathBuf>,
     nodes: usize,
     smooth: f64,
@@ -102,17 +102,17 @@ pub fn section(data: &Path) -> Outcome<Section> {
     }
     Ok(Section {
         title: "Photographs, radiographs and slices of brains",
-        text: "Real images of one size, segmented and averaged jointly over the whole box. Images differ \
-               by the root of their variance about the mean, of smoothed images as they are and brought \
-               onto each other by the deformations. Of hands it is known which pixels they cover: \
-               masks that no computation has seen are moved by the same deformations, and their \
-               overlap is the mean Dice of all pairs. Figures that are worse than without a \
-               deformation, and deformations that fold, are marked.",
+        text: "Real images of one size, segmented and averaged jointly over the whole box. The \
+               difference of images is the root of their variance about the mean, for the smoothed \
+               images and for the same images under the deformations. For hands masks are known, \
+               which are not used in the computation: they are deformed by the same deformations, \
+               and their overlap is the mean Dice of all pairs. Values that are worse than without \
+               deformations, and deformations that fold, are marked.",
         table,
     })
 }
 
-/// What is found out about a set.
+/// Measurements of a set.
 fn row<const D: usize>(
     set: &Set,
     images: &[Image<D>],
@@ -171,7 +171,7 @@ fn averaged<const D: usize>(set: &Set, images: &[ScalarField<f64, D>]) -> Outcom
     Ok(joint_average(images, &params, &mut Silent)?)
 }
 
-/// Masks where the deformations of their images bring them.
+/// Masks under the deformations of their images.
 fn moved<const D: usize>(
     result: &JointResult<D>,
     truths: &[ScalarField<f64, D>],

@@ -10,11 +10,11 @@ use super::{Section, root};
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// Sets of files, the options that they need, and the grids.
+/// Sets of files, their options and their grids.
 struct Set {
     name: &'static str,
     files: Vec<PathBuf>,
-    /// The same as a person would type it.
+    /// The files as typed by a user.
     typed: &'static str,
     options: &'static [&'static str],
     grids: &'static [usize],
@@ -102,8 +102,8 @@ fn section(title: &'static str, sets: &[Set]) -> Outcome<Section> {
     }
     Ok(Section {
         title,
-        text: "Every deformation is to be certified, the mean Dice overlap of the deformed shapes \
-               with the average is to be .97 in 2D and .95 in 3D or more, and no level is to take \
+        text: "Every deformation must be certified, the mean Dice overlap of the deformed shapes \
+               with the average must be at least .97 in 2D and .95 in 3D, and no level may take \
                more than 40 iterations.",
         table,
     })
@@ -124,7 +124,7 @@ pub(super) fn build() -> Outcome<()> {
 }
 
 fn measure(set: &Set, nodes: usize, table: &mut Table) -> Outcome<()> {
-    // The program lies beside this one.
+    // The program is in the folder of this one.
     let program = std::env::current_exe()?.with_file_name("shapespace");
     let place = std::env::temp_dir().join(format!("shapespace-study-{}", std::process::id()));
     let grid = nodes.to_string();

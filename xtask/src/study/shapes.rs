@@ -38,7 +38,7 @@ pub fn disk(radius: f64, nodes: usize) -> Outcome<ScalarField<f64, 2>> {
     drawn(&Ellipsoid { radii: [radius; 2] }, 0.0, nodes)
 }
 
-/// Masks from files, fitted into one box and turned onto the first.
+/// Masks from files, placed in one box and aligned with the first.
 pub fn aligned_files(files: &[PathBuf], nodes: usize) -> Outcome<Vec<ScalarField<f64, 2>>> {
     let AnyImages::D2(images) = read_images(files, &ReadOptions::default())? else {
         return Err("pictures were expected".into());
@@ -52,7 +52,7 @@ pub fn aligned_files(files: &[PathBuf], nodes: usize) -> Outcome<Vec<ScalarField
     aligned(&distances)
 }
 
-/// Shapes turned onto the first.
+/// Shapes aligned with the first.
 pub fn aligned(shapes: &[ScalarField<f64, 2>]) -> Outcome<Vec<ScalarField<f64, 2>>> {
     let motions = align_group(&shapes.iter().collect::<Vec<_>>())?;
     let moved = shapes.iter().zip(motions);

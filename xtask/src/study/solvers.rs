@@ -13,9 +13,9 @@ use crate::descent::LevelDescent;
 use crate::outcome::Outcome;
 use crate::table::{Table, checked};
 
-/// Most iterations that are asked for on a level.
+/// Maximal number of iterations per level.
 pub const ITERATIONS: usize = 40;
-/// The descent is to need this many times the evaluations of L-BFGS.
+/// Required ratio of the evaluations of the descent to those of L-BFGS.
 const RATIO: f64 = 30.0;
 
 /// A group of shapes and its average by L-BFGS.
@@ -99,13 +99,13 @@ pub fn iterations(groups: &[Group]) -> Section {
     }
     Section {
         title: "Iterations of L-BFGS",
-        text: "Levels from 9 nodes a side, coarsest first; 40 iterations or fewer on each are \
-               asked for.",
+        text: "Levels from 9 nodes along every axis, coarsest first. At most 40 iterations are \
+               allowed on each level.",
         table,
     }
 }
 
-/// Evaluations that the descent needs to come down to the energy of L-BFGS.
+/// Evaluations of the descent until it reaches the energy of L-BFGS.
 pub fn against_descent(groups: &[Group]) -> Outcome<Section> {
     let mut table = Table::new([
         "shapes",
@@ -122,12 +122,11 @@ pub fn against_descent(groups: &[Group]) -> Outcome<Section> {
     }
     Ok(Section {
         title: "The descent against L-BFGS",
-        text: "Both go from coarse levels to fine, each from where it has come itself. The descent \
-               goes on, level by level, until its energy is as low as that of L-BFGS on this level, \
-               or until it has taken 60 times the evaluations. An evaluation is one of a single \
-               shape's energy, with or without gradient. How far it still lies above on the way is \
-               given as a share of what L-BFGS lies below the undeformed shapes. A ratio of 30 is \
-               asked for.",
+        text: "Both methods proceed from coarse levels to fine, each from its own result. The \
+               descent ends on a level when its energy is as low as that of L-BFGS on this level, \
+               or after 60 times the evaluations. An evaluation is that of the energy of one \
+               shape, with or without gradient. The remaining excess is relative to the decrease \
+               by L-BFGS from the undeformed shapes. The required ratio is 30.",
         table,
     })
 }

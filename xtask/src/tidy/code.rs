@@ -1,6 +1,6 @@
 //! Rust source with everything except code replaced by blanks.
 
-/// The text with comments, strings and characters replaced by spaces; lines stay where they are.
+/// Returns the text with comments, strings and characters replaced by spaces; lines are kept.
 pub fn blanked(text: &str) -> String {
     let bytes = text.as_bytes();
     let mut out = String::with_capacity(text.len());
@@ -21,7 +21,7 @@ pub fn blanked(text: &str) -> String {
     out
 }
 
-/// Length of the comment, string or character that begins here; zero where none does.
+/// Returns the length of the comment, string or character that begins here, or zero.
 fn quiet_length(text: &str, at: usize) -> usize {
     let rest = &text[at..];
     let after_word = text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -63,7 +63,7 @@ fn block_comment_length(rest: &str) -> usize {
     rest.len()
 }
 
-/// What follows an opening quotation mark, with the closing one.
+/// The rest of a string after the opening quotation mark, with the closing one.
 fn string_length(rest: &str) -> usize {
     let mut escaped = false;
     for (i, c) in rest.char_indices() {
@@ -120,7 +120,7 @@ pub fn without_tests(code: &str) -> String {
     out
 }
 
-/// Up to the brace that closes an item, or to the semicolon of one without.
+/// The text up to the brace that closes an item, or to the semicolon of an item without braces.
 fn item_length(item: &str) -> usize {
     let mut depth = 0;
     for (i, c) in item.char_indices() {

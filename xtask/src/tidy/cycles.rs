@@ -5,8 +5,8 @@
 //! themselves. Files that can all reach each other by imports form a cycle, which is a finding,
 //! except for cycles inside one small module:
 //!
-//! - all its files are the file of one module and those of its direct submodules, where the root of a
-//!   crate, whose submodules are the parts of the crate, is no such module;
+//! - all its files are the file of one module and those of its direct submodules, where the root of
+//!   a crate, whose submodules are the parts of the crate, is no such module;
 //! - without the file of the module itself, which knows its submodules and has what they share, no
 //!   more than [`SMALL`] of them form a cycle.
 
@@ -17,17 +17,18 @@ use std::path::Path;
 use super::Finding;
 use super::modules::{ModulePath, Tree};
 
-/// Most files of a cycle inside a small module.
+/// Maximal number of files in a cycle inside a small module.
 const SMALL: usize = 5;
-/// The files that a crate may begin with.
+/// Root files of crates.
 const ROOTS: [&str; 2] = ["src/lib.rs", "src/main.rs"];
-/// Most names that a finding gives of an import.
+/// Maximal number of names that a finding lists for an import.
 const SHOWN: usize = 4;
 
-/// Which modules name items of which, and which items.
+/// Modules that name items of other modules, and these items.
 type Imports = BTreeMap<ModulePath, BTreeMap<ModulePath, BTreeSet<String>>>;
 
-/// Checks the crate in a folder; `read` gives the text of a file, or none where there is no such file.
+/// Checks the crate in a folder; `read` returns the text of a file, or `None` if there is no such
+/// file.
 pub fn check(folder: &Path, read: &dyn Fn(&Path) -> Option<String>) -> Vec<Finding> {
     let mut findings = Vec::new();
     for root in ROOTS {
@@ -72,7 +73,7 @@ fn cycles<'a>(imports: &Imports, among: &BTreeSet<&'a ModulePath>) -> Vec<Vec<&'
     found
 }
 
-/// The modules that can be reached from one by one or more imports.
+/// The modules that one module reaches by one or more imports.
 fn reachable<'a>(
     imports: &Imports,
     among: &BTreeSet<&'a ModulePath>,
@@ -139,7 +140,7 @@ fn message(tree: &Tree, imports: &Imports, cycle: &[&ModulePath]) -> String {
 mod tests {
     use super::*;
 
-    /// What is found in a crate of some files.
+    /// The findings for a crate of some files.
     fn found(files: &[(&str, &str)]) -> Vec<String> {
         let read = |path: &Path| {
             let name = path.strip_prefix("a/src").ok()?.to_str()?;
@@ -150,7 +151,7 @@ mod tests {
         findings.into_iter().map(|f| f.message).collect()
     }
 
-    /// A crate of a module `m` with submodules that import as told.
+    /// A crate of a module `m` and submodules with these imports.
     fn with_module(own: &str, submodules: &[&str]) -> Vec<String> {
         let names = ["s0", "s1", "s2", "s3", "s4", "s5", "s6"];
         let declared = names[..submodules.len()].join("; mod ");
@@ -226,11 +227,11 @@ mod tests {
 
     #[test]
     fn a_module_and_its_submodules_may_know_each_other() {
-        // What a module passes on is no import; what it uses itself is.
+        // A re-export is not an import; a use in the code is.
         let shares = "use super::Shared;\npub struct X(Shared);";
         let own = "pub use s0::X;\npub struct Shared;\nfn f(x: X) {}";
         assert!(with_module(own, &[shares; 7]).is_empty());
-        // But not somebody beside the module.
+        // But not with a file outside the module.
         let found = found(&[
             ("lib.rs", "mod m;\nmod n;"),
             ("m/mod.rs", "mod s;\nuse s::S;\npub struct M(S);"),

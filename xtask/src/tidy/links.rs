@@ -1,4 +1,4 @@
-//! Links from one document to another, or to a picture.
+//! Links between documents, and from documents to pictures.
 
 use std::fs;
 use std::io;

@@ -11,6 +11,8 @@ use super::Finding;
 const LICENCE: &str = "MIT OR Apache-2.0";
 /// Its texts.
 const LICENCE_FILES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
+/// The crate that all others may use in their tests.
+const TEST_SUPPORT: &str = "xtask/test-support";
 
 /// The keys of the sections whose name satisfies a condition, with their values.
 fn entries(text: &str, section: impl Fn(&str) -> bool) -> Vec<(&str, &str)> {
@@ -34,12 +36,12 @@ fn entries(text: &str, section: impl Fn(&str) -> bool) -> Vec<(&str, &str)> {
 pub struct Member {
     /// Its folder, relative to the root.
     pub folder: String,
-    /// What its manifest says.
+    /// The text of its manifest.
     pub manifest: String,
 }
 
 impl Member {
-    /// The name that others depend on it by.
+    /// The name by which other crates depend on it.
     fn name(&self) -> &str {
         let package = entries(&self.manifest, |section| section == "package");
         let name = package.iter().find(|(key, _)| *key == "name");
@@ -65,7 +67,7 @@ fn allowed(architecture: &str, member: &str) -> Option<Vec<String>> {
     Some(names.map(Into::into).collect())
 }
 
-/// Checks what concerns the workspace as a whole.
+/// Checks the workspace as a whole.
 pub fn check_workspace(workspace: &str, architecture: &str, root: &Path) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut report = |path: &str, message: String| {
@@ -90,14 +92,14 @@ pub fn check_workspace(workspace: &str, architecture: &str, root: &Path) -> Vec<
     }
     for member in members {
         if allowed(architecture, &member).is_none() {
-            let message = format!("the table of arrows has no row for {member}");
+            let message = format!("the table of dependencies has no row for {member}");
             report("ARCHITECTURE.md", message);
         }
     }
     findings
 }
 
-/// Checks the arrows and the licence of one crate of all.
+/// Checks the dependencies and the licence of one crate.
 pub fn check_member(member: &Member, all: &[Member], architecture: &str) -> Vec<Finding> {
     let mut messages = Vec::new();
     let package = entries(&member.manifest, |section| section == "package");
@@ -105,17 +107,22 @@ pub fn check_member(member: &Member, all: &[Member], architecture: &str) -> Vec<
         messages.push("the licence is not the workspace's".into());
     }
     let allowed = allowed(architecture, &member.folder).unwrap_or_default();
-    let dependencies = entries(&member.manifest, |section| {
-        section.ends_with("dependencies")
-    });
-    for (key, _) in dependencies {
-        let name = key.split('.').next().unwrap_or(key).trim_matches('"');
-        let used = all.iter().find(|other| other.name() == name);
-        if let Some(used) = used.filter(|used| !allowed.contains(&used.folder)) {
-            messages.push(format!(
-                "{} must not depend on {}",
-                member.folder, used.folder
-            ));
+    for tests in [false, true] {
+        let dependencies = entries(&member.manifest, |section| {
+            section.ends_with("dependencies") && section.starts_with("dev-") == tests
+        });
+        for (key, _) in dependencies {
+            let name = key.split('.').next().unwrap_or(key).trim_matches('"');
+            let Some(used) = all.iter().find(|other| other.name() == name) else {
+                continue;
+            };
+            let permitted = allowed.contains(&used.folder);
+            if !permitted && (!tests || used.folder != TEST_SUPPORT) {
+                messages.push(format!(
+                    "{} must not depend on {}",
+                    member.folder, used.folder
+                ));
+            }
         }
     }
     messages
@@ -141,10 +148,10 @@ mod tests {
     }
 
     fn check(folder: &str, rest: &str) -> Vec<String> {
-        let all = ["low", "high"].map(|other| Member {
+        let all = ["low", "high", TEST_SUPPORT].map(|other| Member {
             folder: other.into(),
             manifest: manifest(
-                &format!("crate-{other}"),
+                &format!("crate-{}", other.rsplit('/').next().unwrap()),
                 if other == folder { rest } else { "" },
             ),
         });
@@ -164,6 +171,14 @@ mod tests {
         let tested =
             format!("{package}[dev-dependencies]\ncrate-high = {{ path = \"../high\" }}\n");
         assert_eq!(check("low", &tested).len(), 1);
+    }
+
+    #[test]
+    fn test_support_is_for_tests_alone() {
+        let package = "license.workspace = true\n";
+        let uses = |section: &str| format!("{package}[{section}]\ncrate-test-support = \"1\"\n");
+        assert!(check("low", &uses("dev-dependencies")).is_empty());
+        assert_eq!(check("low", &uses("dependencies")).len(), 1);
     }
 
     #[test]

@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 use super::code::{blanked, without_tests};
 
-/// Imports are followed through no more re-exports than this.
+/// Maximal number of re-exports that are followed.
 const MOST_HOPS: usize = 16;
-/// Words that define the name that follows.
+/// Keywords that define the name after them.
 const DEFINING: [&str; 8] = [
     "fn", "struct", "enum", "trait", "type", "const", "static", "union",
 ];
@@ -19,14 +19,14 @@ const DEFINING: [&str; 8] = [
 /// A module as a path from the root of its crate, which is the empty one.
 pub type ModulePath = Vec<String>;
 
-/// One name that a `use` item brings in.
+/// A name that a `use` item imports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Import {
-    /// What is imported; of a glob, the module.
+    /// The path of the item; for a glob, that of the module.
     path: Vec<String>,
-    /// The name that it gets here, none for a glob.
+    /// The name in the importing module; `None` for a glob.
     name: Option<String>,
-    /// Whether others can import it from here.
+    /// Whether other modules can import it from here.
     public: bool,
 }
 
@@ -49,8 +49,8 @@ pub struct Module {
 pub struct Tree(pub BTreeMap<ModulePath, Module>);
 
 impl Tree {
-    /// Reads a crate from its root file; `read` gives the text of a file, or none where there is no
-    /// such file.
+    /// Reads a crate from its root file; `read` returns the text of a file, or `None` if there is
+    /// no such file.
     pub fn read(root: &Path, read: &dyn Fn(&Path) -> Option<String>) -> Self {
         let mut tree = Self::default();
         let folder = root.parent().unwrap_or(root);
@@ -58,7 +58,7 @@ impl Tree {
         tree
     }
 
-    /// Adds the module of a file, and those inside it, whose files lie in a folder.
+    /// Adds the module of a file, and its submodules, whose files are in a folder.
     fn add(
         &mut self,
         path: &[String],
@@ -85,8 +85,7 @@ impl Tree {
         }
     }
 
-    /// The modules whose items a module names, with these names. What it only passes on to others is
-    /// left out.
+    /// The modules whose items a module names, with these names. Re-exports are ignored.
     pub fn named_by(&self, from: &ModulePath) -> BTreeMap<ModulePath, BTreeSet<String>> {
         let module = &self.0[from];
         let imported = module.imports.iter().filter(|import| {
@@ -104,8 +103,8 @@ impl Tree {
         named
     }
 
-    /// The module that defines what a path stands for in a module; none where that is no module of
-    /// this crate. Re-exports are followed.
+    /// The module that defines the item of a path in a module; `None` if it is not in this crate.
+    /// Re-exports are followed.
     fn owner(&self, from: &ModulePath, path: &[String], hops: usize) -> Option<ModulePath> {
         let mut at = from.clone();
         for (i, segment) in path.iter().enumerate() {
@@ -123,7 +122,7 @@ impl Tree {
         Some(at)
     }
 
-    /// The module that defines what a path stands for that begins with no module.
+    /// The module that defines the item of a path that does not begin with a module.
     fn found(
         &self,
         at: &ModulePath,
@@ -178,7 +177,7 @@ impl Module {
             }
             public = match token {
                 Token::Word("pub") => true,
-                // What stands between `pub` and the item: `(crate)`, `(in path)`.
+                // The restriction after `pub`: `(crate)`, `(in path)`.
                 Token::Other('(' | ')') | Token::Word("crate" | "super" | "self" | "in") => public,
                 _ => false,
             };
@@ -187,7 +186,7 @@ impl Module {
         module
     }
 
-    /// Takes in a word of the code, and the path that begins with it.
+    /// Reads a word of the code, and the path that begins with it.
     fn word<'a>(
         &mut self,
         word: &'a str,
@@ -209,7 +208,7 @@ impl Module {
             path.push(next.into());
         }
         self.words.insert(word.into());
-        // A path that goes on from something else, as in `<T as Law>::Output`, is not looked up.
+        // The continuation of another expression, as in `<T as Law>::Output`, is not looked up.
         if path.len() > 1 && previous != Token::Colons {
             self.paths.insert(path);
         }

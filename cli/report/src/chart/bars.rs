@@ -11,7 +11,7 @@ const BAR: i32 = 18;
 const GAP: i32 = 8;
 /// Height of capitals in labels and in the title.
 const TEXT: [f32; 2] = [8.5, 11.0];
-/// Where bars begin, and the length of the longest.
+/// Position of the start of the bars, and length of the longest.
 const BARS: [i32; 2] = [330, 560];
 /// Height above the rows.
 const HEAD: i32 = 76;
@@ -19,18 +19,18 @@ const HEAD: i32 = 76;
 /// A row of a bar chart.
 #[derive(Clone, Debug)]
 pub struct Bars {
-    /// What stands to the left.
+    /// The label on the left.
     pub label: String,
-    /// Lengths, one for each of the chart's series; one that is missing draws nothing.
+    /// Lengths, one for each series of the chart; `None` draws nothing.
     pub values: Vec<Option<f64>>,
-    /// What stands to the right of each bar.
+    /// The label to the right of each bar.
     pub notes: Vec<String>,
 }
 
-/// Horizontal bars from zero, a row each. The longest fills the width.
+/// Draws horizontal bars from zero, one row each. The longest fills the width.
 ///
 /// # Errors
-/// What the plotting library says.
+/// Those of the plotting library.
 pub fn bars(title: &str, series: &[&str], rows: &[Bars]) -> Result<String, ChartError> {
     let height = |bars: &Bars| bars.values.len() as i32 * (BAR + 2) + GAP;
     let total: i32 = rows.iter().map(height).sum();

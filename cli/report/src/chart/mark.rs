@@ -29,7 +29,7 @@ impl<C, DB: DrawingBackend> Drawable<DB> for Mark<C> {
         backend: &mut DB,
         _: (u32, u32),
     ) -> Result<(), DrawingErrorKind<DB::ErrorType>> {
-        const RADIUS: f32 = 3.6;
+        const RADIUS: f32 = 4.0;
         let Some((x, y)) = place.next() else {
             return Ok(());
         };

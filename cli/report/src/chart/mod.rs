@@ -16,7 +16,7 @@ use crate::palette::{self, Colour, Marker};
 
 pub use self::bars::{Bars, bars};
 
-/// Families with letters of nearly the same widths, and what there is instead.
+/// Font families of nearly the same widths, and fallbacks.
 const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
 /// Height of capitals in labels and in titles.
 const TEXT: [f32; 2] = [8.5, 10.0];
@@ -26,7 +26,7 @@ const LINES: [i32; 2] = [30, 20];
 const SPACES: [i32; 2] = [14, 20];
 /// Length of the line beside a name.
 const SAMPLE: i32 = 26;
-/// A line has no more markers than about this.
+/// Approximate maximal number of markers of a line.
 const MARKERS: usize = 40;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -43,38 +43,38 @@ impl ChartError {
     }
 }
 
-/// What the numbers along an axis are.
+/// Scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Counts, from zero.
     Counts,
     /// Numbers from zero.
     Linear,
-    /// Positive numbers by their logarithm.
+    /// Positive numbers on a logarithmic scale.
     Logarithmic,
 }
 
 /// One of the two axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis<'a> {
-    /// What stands beside it.
+    /// The label.
     pub title: &'a str,
-    /// What its numbers are.
+    /// The scale.
     pub scale: Scale,
-    /// How they are written.
+    /// Format of the numbers.
     pub number: fn(f64) -> String,
 }
 
 /// A line.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// Its name in the legend; without one it has no place there.
+    /// Its name in the legend; a line without a name is not in the legend.
     pub label: String,
-    /// Its number, which has the colour, the markers and the dashes of it.
+    /// Its number, which determines colour, markers and dashes.
     pub category: usize,
     /// Its points.
     pub points: Vec<(f64, f64)>,
-    /// A guide is thin, dashed and without markers.
+    /// Whether it is a guide: thin, dashed and without markers.
     pub guide: bool,
 }
 
@@ -89,7 +89,7 @@ impl Series {
         }
     }
 
-    /// A line to compare another with, which has the same number.
+    /// Creates a guide for the line of the same number.
     pub fn guide(category: usize, points: Vec<(f64, f64)>) -> Self {
         Self {
             guide: true,
@@ -98,10 +98,10 @@ impl Series {
     }
 }
 
-/// One pair of axes with its lines.
+/// A pair of axes with lines.
 #[derive(Clone, Debug)]
 pub struct Chart<'a> {
-    /// What stands above.
+    /// The title.
     pub title: &'a str,
     /// The horizontal axis.
     pub across: Axis<'a>,
@@ -111,10 +111,10 @@ pub struct Chart<'a> {
     pub series: &'a [Series],
 }
 
-/// Charts of equal height, one above the other.
+/// Draws charts of equal height, one above the other.
 ///
 /// # Errors
-/// What the plotting library says.
+/// Those of the plotting library.
 pub fn stacked(size: (u32, u32), charts: &[Chart<'_>]) -> Result<String, ChartError> {
     drawing(size, |area| {
         let parts = area.split_evenly((charts.len().max(1), 1));
@@ -125,7 +125,7 @@ pub fn stacked(size: (u32, u32), charts: &[Chart<'_>]) -> Result<String, ChartEr
     })
 }
 
-/// A white picture of this size, drawn on by a function.
+/// Creates a white picture of this size, and draws on it with a function.
 fn drawing(
     size: (u32, u32),
     draw: impl FnOnce(&Area<'_>) -> Result<(), ChartError>,
@@ -184,7 +184,7 @@ impl Chart<'_> {
             .y_label_formatter(&|y| (self.up.number)(*y))
             .draw()
             .map_err(ChartError::new)?;
-        // Guides lie below the lines.
+        // Guides are drawn below the lines.
         for guide in [true, false] {
             for line in self.series.iter().filter(|line| line.guide == guide) {
                 line.draw(&mut axes)?;
@@ -193,7 +193,7 @@ impl Chart<'_> {
         Ok(())
     }
 
-    /// The lines that have names, with the places of those in the legend.
+    /// The lines with names, and their positions in the legend.
     fn entries(&self, width: i32) -> Vec<(&Series, [i32; 2])> {
         let named = self.series.iter().filter(|line| !line.label.is_empty());
         let (mut x, mut y) = (0, 0);
@@ -235,7 +235,7 @@ impl Series {
         rgb(palette::colour(self.category))
     }
 
-    /// Draws the line and its markers; what has no place on the axes is left out.
+    /// Draws the line and its markers; points outside the axes are left out.
     fn draw(&self, axes: &mut Axes<'_>) -> Result<(), ChartError> {
         let positive = [axes.x_range().start, axes.y_range().start].map(|start| start > 0.0);
         let shown = |x: f64, positive: bool| x.is_finite() && (!positive || x > 0.0);
@@ -275,7 +275,7 @@ impl Series {
         }
     }
 
-    /// Draws the entry of the legend, its line beginning at a place.
+    /// Draws the entry of the legend at a position.
     fn entry(&self, area: &Area<'_>, (x, y): (i32, i32)) -> Result<(), ChartError> {
         let ends = [(x, y), (x + SAMPLE - 6, y)];
         let style = self.colour().stroke_width(2);
@@ -294,7 +294,7 @@ impl Series {
     }
 }
 
-/// The name of a line as it stands in the legend.
+/// The name of a line in the legend.
 fn shown(series: &Series) -> String {
     font::shortened(&series.label, TEXT[0], 480.0)
 }

@@ -1,4 +1,4 @@
-//! Axes: what they show, and where their labels are.
+//! Axes: their ranges and the positions of their labels.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 
 use super::{Axis, Scale};
 
-/// Labels on an axis, about.
+/// Approximate number of labels on an axis.
 const LABELS: f64 = 7.0;
 
 impl Axis<'_> {
@@ -46,11 +46,12 @@ impl Axis<'_> {
     }
 }
 
-/// Powers of ten in a range; with few of them, round numbers between them, too.
+/// Powers of ten in a range; if they are few, also round numbers between them.
 fn round_powers(range: &Range<f64>) -> Vec<f64> {
     let [first, last] = [range.start, range.end].map(f64::log10);
     let digits: &[f64] = match last - first {
-        ..1.0 => &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        ..0.5 => &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0],
+        ..1.0 => &[1.0, 2.0, 3.0, 5.0, 7.0],
         ..3.0 => &[1.0, 2.0, 5.0],
         _ => &[1.0],
     };
@@ -62,7 +63,7 @@ fn round_powers(range: &Range<f64>) -> Vec<f64> {
         .collect()
 }
 
-/// An axis for the library: what it shows, and where its labels are.
+/// An axis for the plotting library: its range and the positions of its labels.
 pub(super) struct Ruler {
     pub logarithmic: bool,
     pub range: Range<f64>,
@@ -93,7 +94,7 @@ impl Ranged for Ruler {
     }
 }
 
-/// The least of 1, 2 and 5 times a power of ten that is not below a positive number.
+/// Returns the smallest of 1, 2 and 5 times a power of ten that is at least a positive number.
 fn round_above(value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
     let digit = value / power;
@@ -122,6 +123,7 @@ mod tests {
             (3e-5, 4e-5),
             (1.0, 900.0),
             (7.0, 7.0),
+            (6.0, 14.0),
         ] {
             let Ruler { range, marks, .. } =
                 axis(Scale::Logarithmic).ruler([low, high, 0.0].into_iter());
@@ -129,6 +131,9 @@ mod tests {
             assert!((2..=12).contains(&marks.len()), "{low} {high} {marks:?}");
             assert!(marks.windows(2).all(|pair| pair[0] < pair[1]));
             assert!(marks.iter().all(|mark| range.contains(mark)));
+            // Numbers of four digits need less than this share of an axis; 9 and 10 are the closest.
+            let share = |pair: &[f64]| (pair[1] / pair[0]).ln() / (range.end / range.start).ln();
+            assert!(marks.windows(2).all(|pair| share(pair) > 0.09), "{marks:?}");
         }
         for length in [1e-7, 0.3, 1.0, 7.0, 83.0] {
             let marks = axis(Scale::Linear).ruler([length].into_iter()).marks;

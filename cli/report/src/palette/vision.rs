@@ -1,4 +1,4 @@
-//! Differences of colours as they are seen, for tests.
+//! Perceived differences of colours, for tests.
 
 use super::Colour;
 
@@ -47,7 +47,7 @@ fn times(matrix: [[f64; 3]; 3], x: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| (0..3).map(|k| row[k] * x[k]).sum())
 }
 
-/// CIE `L*`, `a*`, `b*` under D65 of a colour as it is seen.
+/// CIE `L*`, `a*`, `b*` under D65 of a colour under this vision.
 pub fn lab(colour: Colour, sight: Sight) -> [f64; 3] {
     const XYZ: [[f64; 3]; 3] = [
         [0.4124564, 0.3575761, 0.1804375],

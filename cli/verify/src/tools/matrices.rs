@@ -1,25 +1,21 @@
-//! Matrices that are the same in every run, as if they were random.
+//! Reproducible random matrices.
 
+use fe_grid::random::SplitMix64;
 use fe_grid::{Tensor, tensor};
 
-/// A sequence of numbers without a pattern (splitmix64).
+/// A sequence of random numbers and matrices.
 #[derive(Clone, Copy, Debug)]
-pub struct Sequence(u64);
+pub struct Sequence(SplitMix64);
 
 impl Sequence {
     /// The sequence of a seed.
     pub fn new(seed: u64) -> Self {
-        Self(seed)
+        Self(SplitMix64::new(seed))
     }
 
     /// The next number, evenly between two bounds.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        low + (high - low) * ((z >> 11) as f64 / (1u64 << 53) as f64)
+        self.0.between(low, high)
     }
 
     /// A matrix of numbers from -1 to 1.

@@ -1,5 +1,6 @@
 //! Shapes for the tests, and slow reference computations.
 
+use fe_grid::random::SplitMix64;
 use fe_grid::{Field, Grid};
 use levelset::Contour;
 
@@ -31,15 +32,11 @@ pub fn torus(grid: Grid<3>) -> Field<f64, 3, 1> {
 
 /// Independent values in (-1/2, 1/2) at every node: every configuration of cells occurs.
 pub fn noise<const D: usize>(n_nodes: [usize; D], seed: u64) -> Field<f64, D, 1> {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0xD1B5_4A32_D192_ED03;
-    let mut next = || {
-        state = state
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-    };
+    let mut random = SplitMix64::new(seed);
     let grid = Grid::with_nodes(n_nodes, 0.2).unwrap();
-    let data = (0..grid.n_nodes()).map(|_| next()).collect();
+    let data = (0..grid.n_nodes())
+        .map(|_| random.between(-0.5, 0.5))
+        .collect();
     Field::from_vec(grid, data).unwrap()
 }
 
@@ -95,18 +92,4 @@ fn to_interior<const D: usize>(c: &[[f64; D]; D], p: &[f64; D]) -> f64 {
     }
     let rest: [f64; D] = std::array::from_fn(|k| r[k] - s * u[k] - t * v[k]);
     dot(&rest, &rest).sqrt()
-}
-
-/// A file of the reference values: in the folder named by `SHAPESPACE_ORACLE`, or in
-/// `shared/oracle` beside the project. Says why where there is none.
-pub fn oracle(file: &str) -> Option<std::path::PathBuf> {
-    let named = std::env::var_os("SHAPESPACE_ORACLE").map(std::path::PathBuf::from);
-    let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let beside = here.ancestors().map(|d| d.join("shared/oracle"));
-    let found = named.into_iter().chain(beside).map(|d| d.join(file));
-    let found = found.into_iter().find(|p| p.is_file());
-    if found.is_none() {
-        println!("skipped: no {file}; set SHAPESPACE_ORACLE to the folder that holds it");
-    }
-    found
 }

@@ -1,29 +1,7 @@
 //! Shared by the integration tests.
 
-#[allow(dead_code, reason = "other crates use the rest")]
-#[path = "../../../../shape-average/tests/support/oracle.rs"]
-pub mod oracle;
-
 use fe_grid::{Field, Grid, ScalarField, VectorField};
 use shape_pca::Average;
-
-/// Largest absolute value.
-pub fn max_abs(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |a, b| a.max(b.abs()))
-}
-
-/// Largest difference of two vectors.
-pub fn distance(x: &[f64], y: &[f64]) -> f64 {
-    assert_eq!(x.len(), y.len());
-    let differences = x.iter().zip(y).map(|(a, b)| (a - b).abs());
-    differences.fold(0.0, f64::max)
-}
-
-/// Runs `work` on a pool of so many threads.
-pub fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
-    pool.expect("threads can be started").install(work)
-}
 
 /// A smooth displacement of moderate strain, zero on the faces of the box; another for every phase.
 pub fn smooth<const D: usize>(grid: Grid<D>, size: f64, phase: f64) -> VectorField<f64, D> {

@@ -6,7 +6,8 @@ use fe_grid::{CellLaw, Jet, Lane, Point, Reads, tensor};
 /// `mu = 1`, `lambda = 2` and no weight: the energy that `hyper_EG` of the anchor evaluates, by
 /// the same plain formulas (`|A|^2 - d`, cofactors, the logarithm of `J`).
 ///
-/// Our own laws do more for a point: they are exact for small strains, and weighted.
+/// Our laws need more operations per point: they avoid cancellation for small strains, and are
+/// weighted.
 #[derive(Clone, Copy, Debug)]
 pub struct AnchorLaw;
 
@@ -38,7 +39,7 @@ impl<const D: usize> CellLaw<D, D> for AnchorLaw {
         let det = tensor::determinant_with(&a, &cofactor);
         let logarithm = det.ln();
         let slope = logarithm.mul_add(L::splat(LAMBDA), L::splat(-MU)) / det;
-        // mu is one, as a compiler sees it in the anchor's call.
+        // mu is one, a constant that the compiler also knows in the anchor's call.
         let stress = tensor::scale_add(&cofactor, slope, &a);
         let jet = Jet {
             value: [L::zero(); D],

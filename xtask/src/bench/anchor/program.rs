@@ -1,4 +1,4 @@
-//! Compiles the anchor's file as its head says, runs it, and reads its figures.
+//! Compiles the anchor's file by the command in its head, runs it, and reads its results.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use tempfile::TempDir;
 
 use crate::outcome::Outcome;
 
-/// A figure that the anchor printed: one JSON object a line.
+/// A result of the anchor: one JSON object per line.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Figure {
     /// The kernel.
@@ -20,19 +20,19 @@ pub struct Figure {
     /// Number of threads.
     #[serde(default)]
     pub threads: usize,
-    /// Nodes a side.
+    /// Nodes along every axis.
     #[serde(default)]
     pub n: usize,
-    /// Quadrature points a second, in millions.
+    /// Quadrature points per second, in millions.
     #[serde(rename = "Mqps")]
     pub points: Option<f64>,
-    /// Nodes a second, in millions.
+    /// Nodes per second, in millions.
     #[serde(rename = "MDoFs")]
     pub dofs: Option<f64>,
-    /// Floating-point operations a second, in milliards.
+    /// Floating-point operations per second, in units of 10^9.
     #[serde(rename = "GFLOPs")]
     pub flops: Option<f64>,
-    /// Bytes a second, in milliards.
+    /// Bytes per second, in units of 10^9.
     #[serde(rename = "GBs")]
     pub bytes: Option<f64>,
     /// Size of the arrays of the triad.
@@ -42,7 +42,7 @@ pub struct Figure {
 
 /// The anchor, compiled for both scalars.
 pub struct Anchor {
-    /// Holds the programs as long as they are needed.
+    /// The folder of the programs, removed at the end.
     _folder: TempDir,
     programs: [PathBuf; 2],
     /// The command that compiled it for `f64`, without paths.
@@ -102,18 +102,18 @@ fn figures(text: &str) -> Outcome<Vec<Figure>> {
     Ok(figures.collect::<Result<_, _>>()?)
 }
 
-/// How a file wants to be compiled.
+/// Compiler command of a file.
 #[derive(Debug, PartialEq, Eq)]
 struct Build {
     compiler: String,
     flags: Vec<String>,
-    /// What stands behind the file.
+    /// Arguments after the file.
     libraries: Vec<String>,
 }
 
 impl Build {
-    /// From a line `Build: cc -O3 ... [-DOPTION] FILE.c -lm` of a comment; what stands in brackets
-    /// is left out.
+    /// Reads a comment line `Build: cc -O3 ... [-DOPTION] FILE.c -lm`; arguments in brackets are
+    /// ignored.
     fn of_head(text: &str) -> Option<Self> {
         let line = text
             .lines()

@@ -1,4 +1,4 @@
-//! The match between two shapes given by level sets.
+//! The mismatch between two shapes given by level sets.
 
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_COEFFICIENTS;
@@ -11,12 +11,12 @@ use levelset::Arctan;
 ///
 /// Source: the lecture notes of Rumpf and Wirth, section 6, `E_match`.
 #[derive(Clone, Copy, Debug)]
-pub struct HeavisideMatch {
+pub struct HeavisideMismatch {
     /// The step `H`.
     pub step: Arctan,
 }
 
-impl MatchDensity for HeavisideMatch {
+impl MatchDensity for HeavisideMismatch {
     const COEFFICIENTS: usize = 1;
 
     #[inline(always)]
@@ -86,17 +86,17 @@ impl<const D: usize> Visibility<'_, D> {
     }
 }
 
-/// The match of a displaced level set, measured partly on the end domain:
+/// The mismatch of a displaced level set, measured partly on the end domain:
 /// `((1 - theta) + theta det(1 + Dw)) omega (H(v(x + w(x))) - H(u(x)))^2` for a displacement `w`,
 /// with the visibility weight `omega`.
 ///
-/// At `theta = 0` the match is the volume of the mismatch on the start domain, at `theta = 1` on
+/// At `theta = 0` the mismatch is the volume of the mismatch on the start domain, at `theta = 1` on
 /// the end domain. In the latter case void that is compressed to zero volume costs nothing, and the
 /// force acts on the boundary of the shape itself, wherever it is.
 #[derive(Clone, Copy)]
-pub struct MeasuredMatch<'a, const D: usize> {
-    /// The density of the match.
-    pub density: HeavisideMatch,
+pub struct MeasuredMismatch<'a, const D: usize> {
+    /// The density of the mismatch.
+    pub density: HeavisideMismatch,
     /// The level set `v`.
     pub other: Interpolant<'a, f64, D>,
     /// The share `theta`.
@@ -135,7 +135,7 @@ fn compose<L: Lane, const D: usize>(
     }
 }
 
-impl<const D: usize> MeasuredMatch<'_, D> {
+impl<const D: usize> MeasuredMismatch<'_, D> {
     #[inline(always)]
     fn sample<L: Lane>(&self, point: &Point<L, D, D>) -> Composed<L, D> {
         compose(&self.other, &self.visibility, &point.position, |k| {
@@ -153,14 +153,14 @@ impl<const D: usize> MeasuredMatch<'_, D> {
     }
 }
 
-impl<const D: usize> Reads for MeasuredMatch<'_, D> {
+impl<const D: usize> Reads for MeasuredMismatch<'_, D> {
     const USES_VALUE: bool = true;
     const USES_GRADIENT: bool = true;
     const COEFFICIENTS: usize = 1;
     const CELL_DATA: usize = 0;
 }
 
-impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
+impl<const D: usize> CellLaw<D, D> for MeasuredMismatch<'_, D> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
         let at = self.sample(point);
@@ -221,11 +221,11 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMatch<'_, D> {
     }
 }
 
-/// The match `omega (H(v(x + w(x))) - H(u(x)))^2` of a level set `v` with a level set `u` under a
-/// displacement `w`, as a law for the unknowns `u` and `w` (`M = 1 + D` components), with the
+/// The mismatch `omega (H(v(x + w(x))) - H(u(x)))^2` of a level set `v` with a level set `u` under
+/// a displacement `w`, as a law for the unknowns `u` and `w` (`M = 1 + D` components), with the
 /// visibility weight `omega`.
 #[derive(Clone, Copy)]
-pub struct StepMatch<'a, const D: usize> {
+pub struct StepMismatch<'a, const D: usize> {
     /// The step `H`.
     pub step: Arctan,
     /// The level set `v` of the other shape.
@@ -234,7 +234,7 @@ pub struct StepMatch<'a, const D: usize> {
     pub visibility: Visibility<'a, D>,
 }
 
-impl<const D: usize> StepMatch<'_, D> {
+impl<const D: usize> StepMismatch<'_, D> {
     #[inline(always)]
     fn sample<L: Lane, const M: usize>(&self, point: &Point<L, D, M>) -> Composed<L, D> {
         // A type parameter, but chosen by callers at run time.
@@ -245,14 +245,14 @@ impl<const D: usize> StepMatch<'_, D> {
     }
 }
 
-impl<const D: usize> Reads for StepMatch<'_, D> {
+impl<const D: usize> Reads for StepMismatch<'_, D> {
     const USES_VALUE: bool = true;
     const USES_GRADIENT: bool = false;
     const COEFFICIENTS: usize = 0;
     const CELL_DATA: usize = 0;
 }
 
-impl<const D: usize, const M: usize> CellLaw<D, M> for StepMatch<'_, D> {
+impl<const D: usize, const M: usize> CellLaw<D, M> for StepMismatch<'_, D> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
         let at = self.sample(point);
@@ -301,10 +301,10 @@ impl<const D: usize, const M: usize> CellLaw<D, M> for StepMatch<'_, D> {
     }
 }
 
-/// Contributions of the match at the nodes of the composed level set `v`: its derivative with
+/// Contributions of the mismatch at the nodes of the composed level set `v`: its derivative with
 /// respect to them, and the weights of the Gauss–Newton matrix. Coefficient 0 is the level set `u`.
 #[derive(Clone, Copy)]
-pub struct MatchWeights<'a, const D: usize> {
+pub struct MismatchWeights<'a, const D: usize> {
     /// The step `H`.
     pub step: Arctan,
     /// The level set `v`.
@@ -313,14 +313,14 @@ pub struct MatchWeights<'a, const D: usize> {
     pub visibility: Visibility<'a, D>,
 }
 
-impl<const D: usize> Reads for MatchWeights<'_, D> {
+impl<const D: usize> Reads for MismatchWeights<'_, D> {
     const USES_VALUE: bool = true;
     const USES_GRADIENT: bool = false;
     const COEFFICIENTS: usize = 1;
     const CELL_DATA: usize = 0;
 }
 
-impl<const D: usize> PointWeights<D> for MatchWeights<'_, D> {
+impl<const D: usize> PointWeights<D> for MismatchWeights<'_, D> {
     #[inline(always)]
     fn weights<L: Lane>(&self, point: &Point<L, D, D>, deformed: &[L; D]) -> (L, L) {
         let (s, _) = self.other.sample(deformed);

@@ -1,0 +1,59 @@
+//! Helpers of the tests of several crates: reference values, and pools of threads.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// Returns a file of reference values in the folder `SHAPESPACE_ORACLE` or in `shared/oracle` of a
+/// folder above; `None`, with the reason printed, if there is no such folder.
+///
+/// # Panics
+/// If the folder does not have the file, or the file is not JSON.
+pub fn oracle(name: &str) -> Option<Value> {
+    let given = std::env::var_os("SHAPESPACE_ORACLE").map(PathBuf::from);
+    let folder = given.or_else(|| {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .ancestors()
+            .map(|above| above.join("shared/oracle"))
+            .find(|folder| folder.is_dir())
+    });
+    let Some(folder) = folder else {
+        eprintln!("skipped: no folder of reference values (set SHAPESPACE_ORACLE)");
+        return None;
+    };
+    let path = folder.join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let json = serde_json::from_str(&text);
+    Some(json.unwrap_or_else(|e| panic!("{}: {e}", path.display())))
+}
+
+/// Returns a number of a JSON object.
+///
+/// # Panics
+/// If there is no such number.
+pub fn number(object: &Value, key: &str) -> f64 {
+    object[key].as_f64().unwrap_or_else(|| panic!("no {key}"))
+}
+
+/// Returns all numbers of nested lists, in order.
+///
+/// # Panics
+/// If there is something else in them.
+pub fn flat(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(list) => list.iter().flat_map(flat).collect(),
+        number => vec![
+            number
+                .as_f64()
+                .unwrap_or_else(|| panic!("no number: {number}")),
+        ],
+    }
+}
+
+/// Runs `work` on a pool of `n` threads.
+///
+/// # Panics
+/// If the threads cannot be started.
+pub fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    pool.unwrap_or_else(|e| panic!("{e}")).install(work)
+}
