@@ -62,7 +62,7 @@ impl<C: Config> Configured<C> {
     ///
     /// # Errors
     /// [`CliError::Config`] for a file with a wrong key or value, [`CliError::Parameter`] for an
-    /// option that is out of range, and those of what is done with it.
+    /// option that is out of range, and those of the command.
     pub fn run<R>(&self, run: impl FnOnce(C) -> Result<R, CliError>) -> Result<R, CliError> {
         let file = self
             .file

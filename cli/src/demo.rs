@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use fe_grid::Grid;
-use shapespace_generate::{Placed, area_share, letters};
+use shapespace_generate::letters;
 
 use crate::average::{AverageConfig, AverageRun, run_drawn};
 use crate::error::{CliError, Exit};
+use crate::figure::drawn_image;
 use crate::input::Image;
 use crate::options::{MaskOptions, RunOptions};
 
@@ -34,18 +35,11 @@ pub struct DemoArgs {
 /// [`CliError`]; then no result has been written.
 pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
     let output = args.output.clone().unwrap_or_else(free_name);
+    let folder = output.join("inputs");
     let grid = Grid::<2>::cube(NODES);
     let images: Vec<Image<2>> = letters()
         .iter()
-        .map(|member| Image {
-            values: area_share(&Placed::centred(member.shape.as_ref()), grid).into_vec(),
-            size: grid.nodes_per_axis(),
-            spacing: [1.0; 2],
-            origin: [0.0; 2],
-            path: output.join("inputs").join(format!("{}.npy", member.name)),
-            affine: None,
-            plain_array: true,
-        })
+        .map(|member| drawn_image(&member.name, member.shape.as_ref(), grid, &folder))
         .collect();
     let masks = MaskOptions {
         grid: Some(NODES),

@@ -54,7 +54,7 @@ pub enum CliError {
     Missing {
         /// The command.
         command: &'static str,
-        /// What it needs.
+        /// The missing input.
         what: &'static str,
     },
     /// Weights of the wrong number.
@@ -96,7 +96,7 @@ pub enum CliError {
         option: &'static str,
         /// The value.
         value: String,
-        /// What is allowed.
+        /// The allowed values.
         remedy: String,
     },
     /// A parameter that is out of its range.
@@ -106,19 +106,19 @@ pub enum CliError {
         name: &'static str,
         /// The value.
         value: String,
-        /// What is allowed.
+        /// The allowed values.
         expected: String,
     },
-    /// A configuration file with a wrong key or value; line 0 where none is to blame.
+    /// A configuration file with a wrong key or value; line 0 if no line is wrong.
     #[error("{}: {message}", place(path, *line))]
     Config {
         /// The file.
         path: PathBuf,
-        /// Where in it.
+        /// The line.
         line: usize,
-        /// What is wrong.
+        /// The defect.
         message: String,
-        /// What is right.
+        /// The remedy.
         remedy: String,
     },
     /// A law that does not exist for the moduli.
@@ -199,9 +199,9 @@ pub enum CliError {
     /// There is too little memory, even with temporary files.
     #[error("--memory {} is not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
     Memory {
-        /// What is allowed.
+        /// The memory limit.
         limit: u64,
-        /// What is needed.
+        /// The required memory.
         needed: u64,
         /// Shapes.
         shapes: usize,
@@ -213,7 +213,7 @@ pub enum CliError {
     Computation {
         /// What failed.
         message: String,
-        /// What to try.
+        /// The remedy.
         remedy: String,
     },
 }

@@ -28,7 +28,7 @@ pub(crate) struct Fingerprint {
 impl Fingerprint {
     /// Of a configuration and of hashes of inputs, which may have other names.
     pub fn new(config: &impl Serialize, inputs: Vec<String>) -> Self {
-        // What is not set is left out.
+        // Keys that are not set are left out.
         let table = toml::Table::try_from(config).unwrap_or_default();
         let parameters = serde_json::to_value(table).unwrap_or_default();
         let mut fingerprint = Self {

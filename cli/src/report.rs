@@ -33,7 +33,7 @@ pub(crate) struct Record<C, T, const D: usize> {
     /// The configuration with all defaults resolved.
     #[serde(serialize_with = "without_nulls")]
     pub parameters: C,
-    /// What was found.
+    /// The result.
     #[serde(flatten)]
     pub body: T,
     /// Seconds from the start to the writing of this record.
@@ -43,7 +43,7 @@ pub(crate) struct Record<C, T, const D: usize> {
 }
 
 impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
-    /// What was found since an instant, on a grid of these nodes.
+    /// The record of a result on a grid of these nodes, computed since `start`.
     pub fn new(
         status: impl Into<String>,
         nodes: &[usize],
@@ -98,7 +98,7 @@ impl<C, T, const D: usize> Record<C, T, D> {
     }
 }
 
-/// A configuration, of which TOML leaves out what is not set.
+/// A configuration as TOML, which leaves out keys that are not set.
 fn without_nulls<C: Serialize, S: Serializer>(config: &C, out: S) -> Result<S::Ok, S::Error> {
     let table = toml::Table::try_from(config).map_err(serde::ser::Error::custom)?;
     table.serialize(out)

@@ -265,7 +265,7 @@ mod tests {
         assert_eq!(weights(&[0.25, 0.75], 2).unwrap(), [0.25, 0.75]);
         let thirds = weights(&[0.333333; 3], 3).unwrap();
         assert!((thirds.iter().sum::<f64>() - 1.0).abs() < 1e-15);
-        // Their sum is not one, but they are what they are.
+        // Their sum is not exactly one, but equal weights are not normalised.
         let sixths = [1.0 / 6.0; 6];
         assert_eq!(weights(&sixths, 6).unwrap(), sixths);
         assert!(matches!(

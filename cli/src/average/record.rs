@@ -15,7 +15,7 @@ use crate::summary::Summary;
 /// Everything in `result.json`.
 pub(super) type Record<'a, const D: usize> = report::Record<AverageConfig, Found<'a, D>, D>;
 
-/// What was found.
+/// The result.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Found<'a, const D: usize> {
     #[serde(flatten)]

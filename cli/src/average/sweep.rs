@@ -20,7 +20,7 @@ use crate::summary::Summary;
 /// Everything in `result.json`.
 type SweepRecord<const D: usize> = Record<AverageConfig, Averages, D>;
 
-/// What was found.
+/// The result.
 #[derive(Clone, Debug, Serialize)]
 struct Averages {
     averages: Vec<OneRecord>,

@@ -97,7 +97,7 @@ fn write_one<C: Config>() -> String {
     )
 }
 
-/// Whether a key exists and has a value of its type: else what is wrong, and what is right.
+/// Whether a key exists and has a value of its type: otherwise the defect and the remedy.
 fn check_entry<C: Config>(key: &str, value: &Value) -> Result<(), (String, String)> {
     let Some(argument) = arguments::<C>().find(|argument| argument.get_id() == key) else {
         let nearest = arguments::<C>()

@@ -1,7 +1,7 @@
 //! Known classes of the inputs.
 //!
 //! - `folder`: the name of the folder that the file is in.
-//! - `prefix`: the file name up to its last `-`, `_`, `.` or space; without one, what is left
+//! - `prefix`: the file name up to its last `-`, `_`, `.` or space; without one, the name
 //!   without the digits at its end: `bat-07.png` is a `bat`, `horse12.png` a `horse`.
 //! - a file of lines `file,class`: the file as on the command line, or its name
 //!   alone. What follows the last comma is the class. A first line `file,class` is a heading;

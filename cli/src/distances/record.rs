@@ -18,7 +18,7 @@ use crate::shapes::{Input, InputRecord, common_scale};
 /// path that reaches its end. The time is that of this run, without paths of earlier runs.
 pub(super) type Record<'a, const D: usize> = report::Record<DistancesConfig, Found<'a>, D>;
 
-/// What was found.
+/// The result.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Found<'a> {
     /// Placement of the pairs: `pairs` if each has its own.

@@ -15,18 +15,28 @@ type Drawn = (String, Box<dyn Implicit<2>>);
 /// The shapes of a figure as images with this number of nodes per side, with paths in a folder.
 pub(super) fn images(figure: FigureName, nodes: usize, folder: &Path) -> Vec<Image<2>> {
     let grid = Grid::<2>::cube(nodes);
-    let shapes = shapes(figure).into_iter();
-    shapes
-        .map(|(name, shape)| Image {
-            values: area_share(&Placed::centred(shape.as_ref()), grid).into_vec(),
-            size: grid.nodes_per_axis(),
-            spacing: [1.0; 2],
-            origin: [0.0; 2],
-            path: folder.join(format!("{name}.npy")),
-            affine: None,
-            plain_array: true,
-        })
+    shapes(figure)
+        .iter()
+        .map(|(name, shape)| drawn_image(name, shape.as_ref(), grid, folder))
         .collect()
+}
+
+/// A built-in shape as an image, with a path in a folder.
+pub(crate) fn drawn_image(
+    name: &str,
+    shape: &dyn Implicit<2>,
+    grid: Grid<2>,
+    folder: &Path,
+) -> Image<2> {
+    Image {
+        values: area_share(&Placed::centred(shape), grid).into_vec(),
+        size: grid.nodes_per_axis(),
+        spacing: [1.0; 2],
+        origin: [0.0; 2],
+        path: folder.join(format!("{name}.npy")),
+        affine: None,
+        plain_array: true,
+    }
 }
 
 fn bar(angle: f64) -> Box<dyn Implicit<2>> {

@@ -76,7 +76,7 @@ fn residuals<const D: usize>(
     })
 }
 
-/// Loads measured by what they do: the norm in `L^2` of `(M + L)^-1 f`, the displacement of an elastic
+/// The norm of a load by the displacement it causes: the norm in `L^2` of `(M + L)^-1 f`, the displacement of an elastic
 /// box. Forces that change sign from node to node, which the grid brings along, do next to nothing.
 struct Response<const D: usize>(SpectralSolver<D>);
 

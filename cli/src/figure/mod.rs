@@ -19,6 +19,7 @@ use serde::Serialize;
 use shapespace_report::table::Table;
 
 pub use args::{FigureArgs, FigureConfig, FigureName};
+pub(crate) use drawn::drawn_image;
 
 use crate::average::write_inputs;
 use crate::dimension::{Dim, per_dimension};

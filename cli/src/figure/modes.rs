@@ -137,7 +137,7 @@ pub(super) fn modes<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliEr
     })
 }
 
-/// What a material keeps, in a word or two.
+/// The quantity that a material preserves, in a word or two.
 fn short(material: &str) -> &str {
     material.split(',').next().unwrap_or(material)
 }

@@ -9,7 +9,7 @@ use crate::picture::{Canvas, Colour, INK, Slice, TileRows, WHITE, colour, mix};
 
 /// A picture and a table.
 pub(super) struct Sheet {
-    /// One line that says what is shown.
+    /// The title in one line.
     pub title: &'static str,
     /// Explanation of the picture and the columns.
     pub text: String,

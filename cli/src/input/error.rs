@@ -22,7 +22,7 @@ pub enum InputError {
         /// The file.
         path: PathBuf,
     },
-    /// The bytes are not what the format asks for.
+    /// The bytes do not follow the format.
     #[error("'{}' is not a readable {format} file: {reason}", path.display())]
     Malformed {
         /// The file.

@@ -111,7 +111,7 @@ pub type AnyImages = Dim<Vec<Image<2>>, Vec<Image<3>>>;
 /// Reads one mask.
 ///
 /// # Errors
-/// [`InputError`] names the file, what is wrong with it and what to do.
+/// [`InputError`] names the file, the defect and the remedy.
 pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputError> {
     decode_image(&bytes_of(path)?, path, options)
 }
@@ -119,7 +119,7 @@ pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputE
 /// Reads one label image: whole numbers, not scaled; 0 is the background.
 ///
 /// # Errors
-/// [`InputError`] names the file, what is wrong with it and what to do.
+/// [`InputError`] names the file, the defect and the remedy.
 pub fn read_label_image(path: &Path) -> Result<AnyImage, InputError> {
     mask::into_label_image(decode_samples(&bytes_of(path)?, path)?, path)
 }
@@ -128,7 +128,7 @@ pub fn read_label_image(path: &Path) -> Result<AnyImage, InputError> {
 /// values lie between 0 and 1.
 ///
 /// # Errors
-/// [`InputError`] names the file, what is wrong with it and what to do.
+/// [`InputError`] names the file, the defect and the remedy.
 pub fn read_grey_images(paths: &[PathBuf]) -> Result<(AnyImages, Vec<GreyRange>), InputError> {
     let read =
         |path: &PathBuf| grey::into_grey_image(decode_samples(&bytes_of(path)?, path)?, path);

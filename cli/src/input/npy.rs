@@ -25,7 +25,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
             reason: unreadable_reason(bytes),
         })?;
     let size: Vec<u64> = header.shape.iter().rev().copied().collect();
-    // A field of vectors in space has four; what a mask may have is judged of every format.
+    // A field of vectors in space has four; the number of axes of a mask is checked for every format.
     if !(1..=4).contains(&size.len()) {
         return Err(InputError::Axes {
             path: path.into(),

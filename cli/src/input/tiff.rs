@@ -103,7 +103,7 @@ fn layout(color: ColorType) -> Option<(usize, u8)> {
     }
 }
 
-/// Numbers in double precision, and what they mean.
+/// Numbers in double precision, and their type.
 fn numbers(data: DecodingResult, bits: u8, width: usize) -> (Vec<f64>, Meaning) {
     fn wide<T: Into<f64>>(data: Vec<T>) -> Vec<f64> {
         data.into_iter().map(Into::into).collect()

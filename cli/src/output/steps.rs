@@ -7,7 +7,7 @@ use shapespace_report::table::{Table, exact, exact_or_empty};
 
 use super::{OutputError, write_charts, write_text};
 
-/// What is known of every step and shape.
+/// The steps and shapes of a path.
 #[derive(Clone, Copy, Debug)]
 pub struct StepTable<'a> {
     /// Energies `W_1, ..., W_K`.

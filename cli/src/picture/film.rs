@@ -1,4 +1,4 @@
-//! A film strip: the pictures of a path in rows, and under each what happens at its time.
+//! A film strip: the pictures of a path in rows, and the density of each step below it.
 
 use super::{Canvas, GREY, LABEL, PALE, scale, text};
 
@@ -18,9 +18,9 @@ const BORDER: usize = 18;
 pub struct FilmStrip<'a> {
     /// The shapes in order, all of one size, with their names.
     pub shapes: &'a [(String, Canvas)],
-    /// The densities on all shapes but the last, of the same size, with what is said of them.
+    /// The densities on all shapes but the last, of the same size, with their labels.
     pub densities: &'a [(String, Canvas)],
-    /// What the densities are.
+    /// The title of the colour scale.
     pub title: &'a str,
     /// The density at the dark end of the colours.
     pub most: f64,

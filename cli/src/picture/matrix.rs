@@ -27,7 +27,7 @@ pub struct HeatMap<'a> {
     pub order: &'a [usize],
     /// What there is between two of them; a cell without a number is crossed out.
     pub value: &'a dyn Fn(usize, usize) -> Option<f64>,
-    /// What the numbers are.
+    /// The title of the colour scale.
     pub title: &'a str,
 }
 

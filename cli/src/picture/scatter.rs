@@ -33,13 +33,13 @@ const CLEARANCE: f32 = 3.0;
 pub struct ScatterPlot<'a> {
     /// The points.
     pub points: &'a [[f64; 2]],
-    /// What is drawn there, all of one size.
+    /// The pictures at the points, all of one size.
     pub marks: &'a [Canvas],
     /// The labels below the marks.
     pub names: &'a [String],
     /// The numbers of their groups, which have the markers of them.
     pub groups: &'a [usize],
-    /// What the markers mean.
+    /// The legend of the markers.
     pub key: &'a [Key],
     /// The title.
     pub title: &'a str,
@@ -62,7 +62,7 @@ impl ScatterPlot<'_> {
         let (_, sides) = extent(points);
         let near = nearest.get(points.len() / 4).copied().unwrap_or(0.0);
         let share = near / sides[0].max(sides[1]);
-        // All points in one place have no sides; a single one is far from all others.
+        // Coinciding points have no extent; a single one is far from all others.
         let pixels = WIDTH as f64 * if share.is_nan() { 0.0 } else { share };
         pixels.clamp(MARKS[0], MARKS[1]) as usize
     }

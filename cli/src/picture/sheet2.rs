@@ -21,7 +21,7 @@ pub struct Curve {
 pub struct ShapeTile<'a> {
     /// Text under the tile.
     pub label: &'a str,
-    /// Its boundary; the object is what lies inside an odd number of these curves.
+    /// Its boundary; the object consists of the points inside an odd number of these curves.
     pub outline: &'a [Curve],
 }
 

@@ -36,9 +36,9 @@ pub struct TreeChart<'a> {
     /// The cluster of each object that is shown: inside of one, branches have the colour of its
     /// objects where they have one.
     pub labels: &'a [usize],
-    /// What the markers mean.
+    /// The legend of the markers.
     pub key: &'a [Key],
-    /// What the heights are.
+    /// The title of the axis of heights.
     pub title: &'a str,
 }
 

@@ -66,7 +66,7 @@ impl Window {
         Canvas::new(self.size[0], self.size[1])
     }
 
-    /// Fills what lies inside an odd number of curves.
+    /// Fills the points inside an odd number of curves.
     pub fn fill(&self, canvas: &mut Canvas, curves: &[Curve], colour: Colour) {
         let curves: Vec<_> = curves.iter().map(|curve| self.pixels(curve)).collect();
         canvas.fill(&curves, colour);

@@ -22,7 +22,7 @@ pub(crate) struct Placed<const D: usize> {
     pub truth: Option<Image<D>>,
 }
 
-/// Images that are read, placed and checked, and what is to be done with them.
+/// Images that are read, placed and checked, and the parameters of the computation.
 pub(crate) struct SegmentPlan<const D: usize> {
     pub images: Vec<Placed<D>>,
     /// The configuration with all defaults resolved except those that depend on the size of an

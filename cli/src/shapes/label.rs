@@ -50,7 +50,7 @@ pub(crate) fn stem(path: &Path) -> String {
         .into_iter()
         .chain([".pnm", ".bmp", ".tif", ".tiff"])
         .find(|ending| lower.ends_with(ending));
-    // Endings are plain letters: what is before them ends at a boundary of characters.
+    // Extensions are ASCII: the text before them ends at a character boundary.
     name.get(..name.len() - ending.map_or(0, str::len))
         .unwrap_or(&name)
         .to_owned()

@@ -22,7 +22,7 @@ const EDGE_WEIGHT: f64 = 2.0;
 /// Largest ratio of extents allowed between the first image and any other, per axis.
 const MAX_RATIO: f64 = 1.5;
 
-/// Images that are read, placed and checked, and what is to be done with them.
+/// Images that are read, placed and checked, and the parameters of the computation.
 pub(crate) struct JointPlan<const D: usize> {
     pub images: Vec<GreyInput<D>>,
     pub nodal: Vec<ScalarField<f64, D>>,

@@ -44,12 +44,16 @@ pub(super) fn write_all<const D: usize>(
             directory.array(numbered(kind, i, "npy"), &map)?;
         }
     }
-    VtiFile::new(*result.average.grid(), Precision::Single)
+    let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
         .field("average", &result.average)
-        .field("average_image", &result.average_image)
-        .fields("displacement", &result.displacements)
-        .fields("phase_field", &result.phase_fields)
-        .write(&directory.file("average.vti"))?;
+        .field("average_image", &result.average_image);
+    let pairs = result.displacements.iter().zip(&result.phase_fields);
+    for (i, (displacement, phase_field)) in pairs.enumerate() {
+        vti = vti
+            .field(&format!("displacement_{i:03}"), displacement)
+            .field(&format!("phase_field_{i:03}"), phase_field);
+    }
+    vti.write(&directory.file("average.vti"))?;
     write_energy(directory, &outcome.history, &PARTS, |level| {
         parts(outcome, level)
     })?;
