@@ -261,7 +261,7 @@ fn flat_only(what: &str) -> CliError {
     CliError::Option {
         option: "--dimension",
         value: "3".into(),
-        remedy: format!("{what} exist in 2D only: leave the option out"),
+        remedy: format!("{what} are flat shapes: leave the option out"),
     }
 }
 

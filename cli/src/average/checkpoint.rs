@@ -304,7 +304,7 @@ pub(super) fn compare_places<const D: usize>(
     let frames: Vec<_> = frames.collect();
     if let Some(directory) = start.filter(|directory| !same_placement(directory, &frames)) {
         progress.note(format!(
-            "warning: the inputs of '{}' have another placement: its deformations fit badly",
+            "warning: the inputs of '{}' lay elsewhere in the box: its deformations fit badly",
             directory.display()
         ));
     }

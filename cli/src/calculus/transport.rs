@@ -64,8 +64,8 @@ impl Command for TransportConfig {
         let geodesic = read(&self.geodesic)?;
         let image = read_image(&self.variation, &ReadOptions { label: self.label })?;
         let reason = match geodesic.dimension() {
-            2 => "is 3D; the shapes of the geodesic are 2D",
-            _ => "is 2D; the shapes of the geodesic are 3D",
+            2 => "is a volume; the shapes of the geodesic are 2D",
+            _ => "is a 2D image; the shapes of the geodesic are 3D",
         };
         Ok(per_dimension!(geodesic, geodesic => {
             let image = image.of_type();
