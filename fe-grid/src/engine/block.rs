@@ -81,9 +81,7 @@ impl<L: Lane, const D: usize, const M: usize> Evaluated<L, D, M> {
 /// Writes the values at the points of a cell; in two dimensions, half of the array is idle.
 #[inline(always)]
 fn write_points<L: Lane, const D: usize>(values: &[L; MAX_CORNERS], to: &mut [L; MAX_CORNERS]) {
-    for q in 0..1 << D {
-        to[q] = values[q];
-    }
+    to[..1 << D].copy_from_slice(&values[..1 << D]);
 }
 
 /// Derivatives of a law's density with respect to value and gradient at the points of a block.

@@ -101,9 +101,7 @@ pub fn differences_into<L: Lane, const D: usize>(
         v[f] = (corners[c | 1 << k] - corners[c]) * scale;
     }
     interpolate_unscaled(&mut v, D - 1, offset);
-    for f in 0..1 << (D - 1) {
-        differences[f] = v[f];
-    }
+    differences[..1 << (D - 1)].copy_from_slice(&v[..1 << (D - 1)]);
 }
 
 /// Transpose of [`differences_into`] for all axes at once: the corner values that belong to the fluxes
