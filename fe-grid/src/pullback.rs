@@ -169,6 +169,10 @@ impl<F: Reads> Reads for Seen<F> {
     const CELL_DATA: usize = 0;
 }
 
+/// Number of cells whose points are added together, quadrature point by quadrature point: that of
+/// the widest lane on any machine, so that the order of summation is the same on all.
+const RUN: usize = 8;
+
 /// Result of a slab besides its contributions to nodal arrays.
 struct SlabPart {
     value: f64,
@@ -224,7 +228,9 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
             inadmissible: None,
         };
         let (low, high) = self.slab.reach(cells[D - 1]);
-        let mut block = Block::<L, D, D>::zero::<Seen<F>>(self.grid);
+        let mut blocks: Vec<Block<L, D, D>> = (0..RUN.div_ceil(L::COUNT))
+            .map(|_| Block::zero::<Seen<F>>(self.grid))
+            .collect();
         for (source, ranges) in self.sources.iter().zip(self.ranges) {
             let weight = source.weight * self.grid.cell_volume() / f64::from(1u32 << D);
             let data = Data {
@@ -237,10 +243,16 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
                 }
                 for row in rows_of_layer(self.grid, layer) {
                     let nodes = RowData::new::<Seen<F>>(self.grid, source.displacement, &data, row);
-                    for i in (0..cells[0]).step_by(L::COUNT) {
-                        block.read::<Seen<F>, f64>(&nodes, i);
-                        for q in 0..1usize << D {
-                            let point = block.point(q);
+                    for run in (0..cells[0]).step_by(RUN) {
+                        let starts = (run..cells[0].min(run + RUN)).step_by(L::COUNT);
+                        for (i, block) in starts.clone().zip(&mut blocks) {
+                            block.read::<Seen<F>, f64>(&nodes, i);
+                        }
+                        let points = (0..1usize << D).flat_map(|q| {
+                            let blocks = starts.clone().zip(&blocks);
+                            blocks.map(move |(i, block)| (i, block.point(q)))
+                        });
+                        for (i, point) in points {
                             let places = self.places(&point, cells[0] - i);
                             if places.count == 0 {
                                 continue;

@@ -117,7 +117,7 @@ fn bars_have_one_mode_which_bends_them() {
 }
 
 #[test]
-fn threads_do_not_matter_and_modes_can_be_few() {
+fn threads_and_instruction_set_do_not_matter_and_modes_can_be_few() {
     let place = Place::new();
     let crosses = drawn(&place, "crosses", "2", "65");
     let results = analysed(
@@ -128,8 +128,8 @@ fn threads_do_not_matter_and_modes_can_be_few() {
     );
     check_files(&results, &[33, 33], 4, 2);
     assert_eq!(results.numbers("/eigenvalues").len(), 4);
-    let run = |threads: &str| {
-        let output = format!("on{threads}");
+    let run = |threads: &str, instructions: &str| {
+        let output = format!("on{threads}{instructions}");
         let arguments = [
             "pca",
             "average",
@@ -139,10 +139,13 @@ fn threads_do_not_matter_and_modes_can_be_few() {
             threads,
             "--at-rest",
         ];
-        succeeded(&place.run(&arguments));
+        let variables = [("SHAPESPACE_SIMD", instructions)];
+        succeeded(&place.run_with(&arguments, &variables));
         arrays(&Results::read(&place.path(&output)))
     };
-    assert!(run("1") == run("3"));
+    let vectors = run("1", "256");
+    assert!(vectors == run("3", "256"));
+    assert!(vectors == run("1", "scalar"));
 }
 
 #[test]

@@ -32,8 +32,14 @@ impl Place {
     }
 
     pub fn run(&self, arguments: &[&str]) -> Output {
+        self.run_with(arguments, &[])
+    }
+
+    /// Runs the program with environment variables.
+    pub fn run_with(&self, arguments: &[&str], variables: &[(&str, &str)]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_shapespace"))
             .args(arguments)
+            .envs(variables.iter().copied())
             .current_dir(self.0.path())
             .output()
             .unwrap()
