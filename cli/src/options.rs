@@ -31,9 +31,15 @@ pub struct MaskOptions {
     /// Number of nodes per side, 2^L + 1 [default: 129, for volumes 65].
     #[arg(long, value_name = "N")]
     pub grid: Option<usize>,
-    /// Rigid alignment of the shapes before the computation.
+    /// Rigid alignment of the shapes before the computation [default: rigid; none for shapes that
+    /// have a common coordinate system: arrays of 2^L + 1 nodes a side, volumes with the same affine
+    /// map].
     #[arg(long, value_enum)]
-    pub align: Align,
+    pub align: Option<Align>,
+    /// Sizes of the shapes: as in the files, or scaled to equal area or volume, for pictures taken
+    /// from different distances.
+    #[arg(long, value_enum)]
+    pub size: Size,
     /// Label of the object in label images [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,

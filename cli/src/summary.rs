@@ -8,6 +8,7 @@ use fe_grid::Certificate;
 
 use crate::error::Exit;
 use crate::report::{CANCELLED, RESULT, Record, certified};
+use crate::shapes::describe_placement;
 
 /// A short description of a result.
 pub(crate) struct Summary {
@@ -27,12 +28,16 @@ impl Summary {
         picture: &'static str,
         title: String,
     ) -> Self {
-        Self {
+        let mut summary = Self {
             lines: vec![title],
             status: record.status.clone(),
             results: RESULT,
             picture,
+        };
+        if let Some(alignment) = describe_placement(&record.input) {
+            summary.line("alignment", alignment);
         }
+        summary
     }
 
     /// Adds a line with a value; without a name, it continues the line above.

@@ -12,7 +12,7 @@ use crate::bytes::bytes;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
 use crate::numbers::not_negative;
-use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, positive};
+use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, Size, positive};
 
 /// Options of `shapespace average`.
 #[derive(Clone, Debug, Args)]
@@ -172,7 +172,8 @@ impl AverageConfig {
     fn check_joint(&self) -> Result<(), CliError> {
         let refused = [
             ("--weights", self.params.weights.is_some()),
-            ("--align rigid", self.masks.align != Align::None),
+            ("--align rigid", self.masks.align == Some(Align::Rigid)),
+            ("--size equal", self.masks.size == Size::Equal),
             ("--label", self.masks.label.is_some()),
             ("--solver descent", self.params.solver != Solver::Lbfgs),
             ("--mean median", self.params.mean != Mean::Arithmetic),

@@ -63,7 +63,7 @@ pub(super) fn record<const D: usize>(
         shape_evaluations: result.shape_evaluations(),
         mean_dice: result.mean_dice(),
         hausdorff: distances(result, |_| 1.0),
-        hausdorff_input_units: distances(result, |i| inputs[i].frame.scale()),
+        hausdorff_input_units: distances(result, |i| inputs[i].scale()),
         average: volume.map_or_else(
             |_| SizeRecord::default(),
             |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),

@@ -11,7 +11,7 @@ use super::classes;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_area, check_path};
-use crate::options::{Align, MaskOptions, RunOptions, Size};
+use crate::options::{Align, MaskOptions, RunOptions};
 
 /// Options of `shapespace distances`.
 #[derive(Clone, Debug, Args)]
@@ -43,10 +43,6 @@ pub struct DistancesConfig {
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
-    /// Sizes of the shapes: as in the files, or scaled to equal area or volume, for pictures taken
-    /// from different distances.
-    #[arg(long, value_enum)]
-    pub size: Size,
     /// Compute each path in one direction only, from the earlier to the later shape. This halves
     /// the work, but the distances are correct to first order in the steps only.
     #[arg(long)]
@@ -84,10 +80,9 @@ impl Default for DistancesConfig {
         Self {
             inputs: Vec::new(),
             masks: MaskOptions {
-                align: Align::Rigid,
+                align: Some(Align::Rigid),
                 ..MaskOptions::default()
             },
-            size: Size::default(),
             one_way: false,
             richardson: false,
             reached: None,

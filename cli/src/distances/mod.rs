@@ -89,7 +89,7 @@ impl Command for DistanceStudy {
         let wanted = wanted(n, config.one_way);
         let store = Store::open(session.output, &fingerprint)?;
         let interrupted = || store.interrupted(&wanted);
-        let aligned = config.masks.align == Align::Rigid;
+        let aligned = config.masks.align == Some(Align::Rigid);
         let pairs = if aligned {
             let count = n * (n - 1) / 2;
             session.progress.stage(format!("aligning {count} pairs"));

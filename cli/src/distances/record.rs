@@ -10,7 +10,6 @@ use super::Outcome;
 use super::args::DistancesConfig;
 use super::pair::{PairRecord, PathRecord};
 use super::study::{Distances, Groups};
-use crate::options::Size;
 use crate::report;
 use crate::shapes::{Input, InputRecord, common_scale};
 
@@ -137,8 +136,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
     let completed = distances.completed.as_ref();
     let complete = completed.is_some_and(|c| c.filled.is_empty()) && !used;
-    // Equalised sizes are not in the units of the inputs.
-    let scale = common_scale(inputs).filter(|_| config.size == Size::Kept);
+    let scale = common_scale(inputs);
     let found = Found {
         align: outcome.align,
         length_unit: scale.map(|scale| scale.powi(D as i32).sqrt().recip()),

@@ -6,7 +6,7 @@ use super::args::GeodesicConfig;
 use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::input::{Image, read_images, read_label_images};
-use crate::options::check_law;
+use crate::options::{Align, check_law};
 use crate::shapes::{Components, Placed, VisibilityMask, read_view};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
@@ -48,6 +48,10 @@ fn plan_images<const D: usize>(
         (images, None)
     };
     check_law::<D>(&config.params.law)?;
+    if config.labels || config.occluded.is_some() {
+        // Components and hidden parts would distort an alignment of the whole shapes.
+        config.masks.align.get_or_insert(Align::None);
+    }
     let view = |path: &Option<PathBuf>, option| {
         let path = path.as_deref();
         path.map(|path| read_view(path, option)).transpose()

@@ -131,9 +131,10 @@ pub struct ScoreConfig {
     /// Rigid alignment of a new shape with the average [default: as for the shapes of the average].
     #[arg(long, value_enum)]
     pub align: Option<Align>,
-    /// Size of a new shape relative to those of the average.
+    /// Size of a new shape relative to those of the average [default: as for the shapes of the
+    /// average].
     #[arg(long, value_enum)]
-    pub size: Size,
+    pub size: Option<Size>,
     /// Label of the object in label images [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,

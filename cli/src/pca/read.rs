@@ -12,7 +12,7 @@ use crate::average::AverageConfig;
 use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::input::place::FrameTransform;
-use crate::options::Align;
+use crate::options::{Align, Size};
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
@@ -33,6 +33,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub frame: (Vec<usize>, FrameTransform<D>),
     /// Whether its shapes were aligned.
     pub align: Align,
+    /// Whether its shapes were scaled to equal sizes.
+    pub size: Size,
 }
 
 fn unfit_average(directory: &Path, reason: String) -> CliError {
@@ -125,7 +127,8 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
             .map(|input| input.name.clone())
             .collect(),
         frame: (first.size.clone(), first.frame),
-        align: config.masks.align,
+        align: config.masks.align.unwrap_or_default(),
+        size: config.masks.size,
     })
 }
 

@@ -99,7 +99,8 @@ impl Command for ScoreConfig {
     ) -> Result<Outcome<D>, CliError> {
         session.progress.stage("assembling the compound operator");
         let align = self.align.unwrap_or(stored.average.align);
-        let target = Target::new(&stored, align, self.size)?;
+        let size = self.size.unwrap_or(stored.average.size);
+        let target = Target::new(&stored, align, size)?;
         let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
         let names = labels(&paths);
         let mut shapes = Vec::new();
@@ -112,6 +113,7 @@ impl Command for ScoreConfig {
         Ok(Outcome {
             config: ScoreConfig {
                 align: Some(align),
+                size: Some(size),
                 ..self.clone()
             },
             nodes: stored.space.object.grid().nodes_per_axis(),

@@ -40,9 +40,9 @@ pub(crate) struct Alignment<const D: usize> {
 pub(crate) struct AlignmentRecord {
     pub rotation: Vec<Vec<f64>>,
     pub translation: Vec<f64>,
-    angle_degrees: f64,
+    pub(super) angle_degrees: f64,
     mismatch: f64,
-    reference: bool,
+    pub(super) reference: bool,
 }
 
 impl<const D: usize> Alignment<D> {

@@ -2,7 +2,7 @@
 //! of every command.
 //!
 //! `parts` splits label images, `align` aligns shapes with one of them, `pairs` aligns them
-//! pairwise, `label` assigns names for pictures, `record` states placements, and `surface` transforms
+//! pairwise, `size` scales them to equal sizes, `label` assigns names for pictures, `record` states placements, and `surface` transforms
 //! results back. Boundaries are extracted at the resolution of the masks and moved by the
 //! alignment; the exact Euclidean distance to them is computed at the nodes.
 
@@ -11,6 +11,7 @@ mod label;
 mod pairs;
 mod parts;
 mod record;
+mod size;
 mod surface;
 
 use std::path::{Path, PathBuf};
@@ -21,14 +22,17 @@ use levelset::{Contour, ContourDistance, Moments, signed_distance};
 use crate::error::CliError;
 use crate::input::place::{FrameRule, FrameTransform, fit_frames};
 use crate::input::{Image, LEVEL, boundary};
-use crate::options::{Align, MaskOptions};
+use crate::options::{Align, MaskOptions, Size};
 use crate::progress::Progress;
 use align::{Alignment, align};
+use size::equalise;
 
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
-pub(crate) use record::{GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale};
+pub(crate) use record::{
+    GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
+};
 pub(crate) use surface::write_surface;
 
 /// Masks that are read and placed in the unit box.
@@ -40,6 +44,8 @@ pub(crate) struct Placed<const D: usize> {
     pub frames: Vec<FrameTransform<D>>,
     /// The finest grid.
     pub grid: Grid<D>,
+    /// The factors by which the masks were scaled to equal sizes; one each unless requested.
+    pub size_factors: Vec<f64>,
     /// Their alignment.
     pub align: Align,
 }
@@ -49,16 +55,41 @@ impl<const D: usize> Placed<D> {
     ///
     /// # Errors
     /// [`CliError::Option`] for a grid that does not exist.
-    pub fn new(images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
+    pub fn new(mut images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
         let nodes = options.nodes::<D>()?;
         options.grid = Some(nodes);
+        let size_factors = match options.size {
+            Size::Kept => vec![1.0; images.len()],
+            Size::Equal => equalise(&mut images),
+        };
+        let frames = fit_frames(&images, nodes);
+        let align = *options.align.get_or_insert_with(|| {
+            if options.size == Size::Kept && have_common_coordinates(&images) {
+                Align::None
+            } else {
+                Align::Rigid
+            }
+        });
         Ok(Self {
-            frames: fit_frames(&images, nodes),
+            frames,
             images,
             grid: Grid::cube(nodes),
-            align: options.align,
+            size_factors,
+            align,
         })
     }
+}
+
+/// Whether the positions of objects in masks can be compared: all masks are arrays of the same
+/// number of nodes, 2^L + 1 along every axis, or all have the same affine map to world coordinates.
+fn have_common_coordinates<const D: usize>(images: &[Image<D>]) -> bool {
+    let Some(first) = images.first() else {
+        return true;
+    };
+    let dyadic = |n: usize| n == first.size[0] && (n - 1).is_power_of_two();
+    let nodal = |image: &Image<D>| image.plain_array && image.size.iter().all(|&n| dyadic(n));
+    images.iter().all(nodal)
+        || first.affine.is_some() && images.iter().all(|image| image.affine == first.affine)
 }
 
 /// A mask in the form used by computations.
@@ -71,12 +102,21 @@ pub(crate) struct Input<const D: usize> {
     pub affine: Option<[[f64; 4]; 3]>,
     /// From samples to the unit box.
     pub frame: FrameTransform<D>,
+    /// Factor by which the mask was scaled before, to equal sizes.
+    pub size_factor: f64,
     /// Alignment after that.
     pub alignment: Option<Alignment<D>>,
     /// The boundary in the unit box, after alignment.
     pub contour: Contour<D>,
     /// The object's area or volume in the unit box.
     pub volume: f64,
+}
+
+impl<const D: usize> Input<D> {
+    /// Length in the unit box of one length unit of the file.
+    pub fn scale(&self) -> f64 {
+        self.size_factor * self.frame.scale()
+    }
 }
 
 /// The inputs and their signed distances on the grid. Visibility masks, none or one per shape, only
@@ -93,6 +133,7 @@ pub(crate) fn prepare<const D: usize>(
         images,
         frames,
         grid,
+        size_factors,
         align: alignment,
     } = placed;
     progress.stage("finding boundaries");
@@ -100,6 +141,9 @@ pub(crate) fn prepare<const D: usize>(
     let named = images.iter().zip(&frames).zip(labels(&paths));
     let mut inputs =
         parallel::try_map(named, &|((image, frame), name)| input(image, *frame, name))?;
+    for (input, factor) in inputs.iter_mut().zip(size_factors) {
+        input.size_factor = factor;
+    }
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
         align(&mut inputs, views)?;
@@ -138,6 +182,7 @@ fn input<const D: usize>(
         size: image.size,
         affine: image.affine,
         frame,
+        size_factor: 1.0,
         alignment: None,
         contour,
         volume,

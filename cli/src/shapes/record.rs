@@ -47,6 +47,9 @@ pub(crate) struct InputRecord<const D: usize> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grey: Option<GreyRange>,
     pub frame: FrameTransform<D>,
+    /// Factor by which it was scaled before, to the mean size of all inputs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size_factor: Option<f64>,
     /// Sample indices to world coordinates, where the file states them.
     #[serde(skip_serializing_if = "Option::is_none")]
     affine: Option<[[f64; 4]; 3]>,
@@ -81,9 +84,31 @@ pub(crate) struct SurfaceRecord {
 
 /// The common scale of all frames, if there is one; one up to rounding counts as one.
 pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
-    let first = inputs.first()?.frame.scale();
-    let same = |input: &Input<D>| (input.frame.scale() / first - 1.0).abs() < 1e-12;
+    let first = inputs.first()?.scale();
+    let same = |input: &Input<D>| (input.scale() / first - 1.0).abs() < 1e-12;
     inputs.iter().all(same).then_some(first)
+}
+
+/// How inputs were aligned and scaled, if they were.
+pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> Option<String> {
+    let aligned = || inputs.iter().filter_map(|input| input.alignment.as_ref());
+    let is_reference = |input: &&InputRecord<D>| {
+        let alignment = input.alignment.as_ref();
+        alignment.is_some_and(|alignment| alignment.reference)
+    };
+    let scaled = inputs.iter().any(|input| input.size_factor.is_some());
+    let turned = aligned().fold(0.0, |most, a| f64::max(most, a.angle_degrees.abs()));
+    let mut parts = Vec::new();
+    if let Some(reference) = inputs.iter().find(is_reference) {
+        parts.push(format!(
+            "rigid, onto '{}', turned by up to {turned:.1} degrees (--align none keeps positions)",
+            reference.name
+        ));
+    }
+    if scaled {
+        parts.push("scaled to equal sizes".into());
+    }
+    (!parts.is_empty()).then(|| parts.join("; "))
 }
 
 impl<const D: usize> InputRecord<D> {
@@ -96,6 +121,7 @@ impl<const D: usize> InputRecord<D> {
             size: image.size.to_vec(),
             grey: Some(image.range),
             frame: image.frame,
+            size_factor: None,
             affine: None,
             alignment: None,
             object: SizeRecord::default(),
@@ -111,9 +137,10 @@ impl<const D: usize> InputRecord<D> {
             size: input.size.to_vec(),
             grey: None,
             frame: input.frame,
+            size_factor: Some(input.size_factor).filter(|&factor| factor != 1.0),
             affine: input.affine,
             alignment: input.alignment.map(|alignment| alignment.record()),
-            object: SizeRecord::new::<D>(input.volume, Some(input.frame.scale())),
+            object: SizeRecord::new::<D>(input.volume, Some(input.scale())),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `average` and `demo` from files to files.
 
-use crate::common::{Place, Results, arrays, draw, drawn, npy_f64, succeeded};
+use crate::common::{Place, Results, arrays, draw, drawn, grey_png, npy_f64, succeeded};
 
 const KEYS: [&str; 20] = [
     "average",
@@ -358,6 +358,60 @@ fn aligned_inputs_lie_on_each_other() {
     let elastic = results.numbers("/energy/elastic");
     // What is left is a shift of hundredths of a cell; a bend of a few degrees costs 1e-3.
     assert!(elastic.iter().all(|e| *e < 2e-5), "{elastic:?}");
+}
+
+/// A picture of an L with strokes of a third of its size, turned by a quarter turn or not.
+fn letter_png(pixels: u32, size: u32, turned: bool) -> Vec<u8> {
+    let (from, stroke) = ((pixels - size) / 2, size / 3);
+    let pixel = |k: u32| {
+        let (x, y) = (k % pixels, k / pixels);
+        let (x, y) = if turned { (y, pixels - 1 - x) } else { (x, y) };
+        let inside = |i: u32, length: u32| (from..from + length).contains(&i);
+        let covered = inside(x, stroke) && inside(y, size) || inside(x, size) && inside(y, stroke);
+        if covered { 255 } else { 0 }
+    };
+    let grey: Vec<u8> = (0..pixels * pixels).map(pixel).collect();
+    grey_png(pixels, pixels, &grey)
+}
+
+#[test]
+fn shapes_without_common_coordinates_are_aligned_by_default() {
+    let place = Place::new();
+    place.write("a.png", &letter_png(60, 36, false));
+    place.write("b.png", &letter_png(60, 36, true));
+    let pictures = ["a.png".to_owned(), "b.png".to_owned()];
+    let aligned = averaged(&place, &pictures, &["--grid", "33"], "aligned");
+    let angles: Vec<f64> = (0..2)
+        .map(|i| aligned.number(&format!("/input/{i}/alignment/angle_degrees")))
+        .collect();
+    // Both are the same pixels, turned.
+    assert!((angles[0] - angles[1]).abs() > 89.9, "{angles:?}");
+    assert!(aligned.numbers("/dice").iter().all(|d| *d > 0.99));
+    assert_eq!(aligned.json["parameters"]["align"], "rigid");
+    let options = ["--grid", "33", "--align", "none"];
+    let kept = averaged(&place, &pictures, &options, "kept");
+    assert!(kept.json["input"][1]["alignment"].is_null());
+    // Arrays of nodes have coordinates.
+    let arrays = drawn(&place, "crosses", "2", "33");
+    let nodal = averaged(&place, &arrays[..2], &["--grid", "17"], "nodal");
+    assert_eq!(nodal.json["parameters"]["align"], "none");
+}
+
+#[test]
+fn shapes_are_scaled_to_equal_sizes() {
+    let place = Place::new();
+    place.write("a.png", &letter_png(60, 24, false));
+    place.write("b.png", &letter_png(60, 48, false));
+    let pictures = ["a.png".to_owned(), "b.png".to_owned()];
+    let options = ["--grid", "33", "--size", "equal"];
+    let equal = averaged(&place, &pictures, &options, "equal");
+    let factors = [0, 1].map(|i| equal.number(&format!("/input/{i}/size_factor")));
+    assert!((factors[0] / factors[1] - 2.0).abs() < 1e-9, "{factors:?}");
+    let area = |i: usize, unit: &str| equal.number(&format!("/input/{i}/area{unit}"));
+    assert!((area(0, "") / area(1, "") - 1.0).abs() < 0.05);
+    // Boundaries between pixels cut the corners of the smaller letter more.
+    assert!((area(1, "_input_units") / area(0, "_input_units") - 4.0).abs() < 0.2);
+    assert!(equal.numbers("/dice").iter().all(|d| *d > 0.98));
 }
 
 #[test]

@@ -1,0 +1,50 @@
+//! Scaling of masks to objects of equal size.
+
+use crate::input::{Image, LEVEL};
+
+/// Scales the spacings of images so that all objects have the mean extent, which is the root of
+/// area or volume. Returns the factors.
+pub(super) fn equalise<const D: usize>(images: &mut [Image<D>]) -> Vec<f64> {
+    let extent = |image: &Image<D>| {
+        let samples = image.values.iter().filter(|v| **v > LEVEL).count() as f64;
+        let volume = samples * image.spacing.iter().product::<f64>();
+        volume.powf(1.0 / D as f64)
+    };
+    let extents: Vec<f64> = images.iter().map(extent).collect();
+    let mean = extents.iter().sum::<f64>() / extents.len().max(1) as f64;
+    let factors: Vec<f64> = extents.iter().map(|extent| mean / extent).collect();
+    for (image, &factor) in images.iter_mut().zip(&factors) {
+        image.spacing = image.spacing.map(|h| factor * h);
+        image.origin = image.origin.map(|x| factor * x);
+        // The values are no nodal values any more, and the world coordinates of the file do not
+        // apply.
+        image.plain_array = false;
+        image.affine = None;
+    }
+    factors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::place::{fit_frames, tests::block};
+
+    #[test]
+    fn equal_sizes_are_equal_in_the_box() {
+        let mut images = [
+            block([40, 40], [1.0; 2], [5, 5], [14, 14]),
+            block([80, 30], [0.5, 2.0], [10, 10], [69, 14]),
+        ];
+        images[0].plain_array = true;
+        let factors = equalise(&mut images);
+        assert!((factors[0] / factors[1] - (3.0f64).sqrt()).abs() < 1e-12);
+        let frames = fit_frames(&images, 40);
+        let areas = images.iter().zip(frames).map(|(image, frame)| {
+            let samples = image.values.iter().filter(|v| **v > LEVEL).count() as f64;
+            samples * frame.sample_size().iter().product::<f64>()
+        });
+        let areas: Vec<f64> = areas.collect();
+        assert!((areas[0] / areas[1] - 1.0).abs() < 1e-12, "{areas:?}");
+        assert!(!images[0].plain_array);
+    }
+}
