@@ -435,7 +435,10 @@ fn options_that_cannot_work_are_refused_before_anything_is_written() {
             ["power_two_term", "--lambda"],
         ),
         (vec!["--law", "rubber"], ["rubber", "inverse:logdet"]),
-        (vec!["thin.npy", "--grid", "9"], ["thin.npy", "--grid"]),
+        (
+            vec!["thin.npy", "--grid", "9", "--align", "none"],
+            ["thin.npy", "--grid"],
+        ),
         (vec!["--threads", "0"], ["--threads", "0"]),
     ] {
         let mut arguments = vec!["average", &inputs[0], &inputs[1], "-o", "out"];
