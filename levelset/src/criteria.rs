@@ -110,8 +110,8 @@ const CRITERIA: [Criterion; 17] = [
         reason: "Interfaces are two spacings wide: boundaries that were matched lie within two \
                  spacings, sharp corners included. At three spacings a part, such as a finger or \
                  a tail, was not matched, however small its share of the overlap is.",
-        remedy: "use --align rigid, a finer --grid or a larger --mismatch-weight, or leave the \
-                 shape out",
+        remedy: "use --align rigid, a finer --grid or a larger --mismatch-weight, for a path \
+                 --form level-sets, or leave the shape out",
     },
     Criterion {
         cause: Cause::Determinant,
@@ -170,7 +170,7 @@ const CRITERIA: [Criterion; 17] = [
         limit: Limit::AtMost(0.05),
         reason: "Both sides of a boundary are represented by an interface of one to two cells; in \
                  parts thinner than three cells the two interfaces overlap. Corners of thick \
-                 objects have shares below .02.",
+                 objects have shares below .03.",
         remedy: "use a finer --grid, or crop the images to the objects",
     },
     Criterion {
@@ -179,7 +179,8 @@ const CRITERIA: [Criterion; 17] = [
         limit: Limit::AtMost(0.03),
         reason: "The loads of the shapes add up to zero at the true average. What remains enters \
                  every mode as an error of about this size.",
-        remedy: "average with --length-weight 1e-5 --tolerance 1e-6",
+        remedy: "average on a finer --grid with --length-weight 1e-5 --tolerance 1e-6 and more \
+                 --max-iterations",
     },
     Criterion {
         cause: Cause::Indefinite,

@@ -4,17 +4,17 @@
 use fe_grid::{Field, Grid, compiled_once};
 
 use crate::components::{Adjacency, components};
-use crate::distance::signed_distance;
-use crate::error::LevelsetError;
 
 /// Size of a speck relative to the largest component: smaller ones are specks.
 const SPECK: f64 = 0.02;
-/// Radius of the ball of an opening, in spacings: it leaves parts of three cells and more.
+/// Radius of the smallest ball in a part that is resolved, in spacings: half of three cells.
 const RADIUS: f64 = 1.5;
-/// Tolerance of distances, in spacings: the contour of eroded shapes is piecewise linear. It also
-/// keeps most of the nodes at right-angled corners, from which a ball of three cells is .6 spacings
-/// away.
-const TOLERANCE: f64 = 0.25;
+/// Distance from a ball up to which a node belongs to it, in spacings: balls are known about nodes
+/// only, and the edges of a cuboid are up to .6 spacings away from a ball of this radius.
+const TOLERANCE: f64 = 0.5;
+/// Steps from a node near the boundary to the nodes about which balls are sought, along every axis:
+/// more than `RADIUS + TOLERANCE` and the half diagonal of a cell.
+const STEPS: usize = 3;
 
 /// The share of the outermost layer of nodes that lies in the object `{field > level}`: 0 for an
 /// object that does not touch the border of the box, 1 for one that surrounds the rest of it.
@@ -45,34 +45,44 @@ pub fn specks<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> usize {
 
 compiled_once! {
     /// The share of an object, given by its signed distances (positive inside), that lies in parts
-    /// thinner than three cells of the grid: what a morphological opening with a ball of radius 1.5
-    /// spacings removes, up to a quarter of a spacing.
+    /// thinner than three cells of the grid: the nodes inside that are not in the ball about any
+    /// node whose distance from the boundary is 1.5 spacings or more, up to half a spacing. This is
+    /// a morphological opening, computed from the distances. It is 0 for an empty object.
     ///
     /// Parts of less than three cells are always counted. As depths are known at nodes only, parts
-    /// of three to four cells are counted or not depending on their position; thicker ones are not.
-    ///
-    /// # Errors
-    /// [`LevelsetError::EmptyObject`], [`LevelsetError::FullObject`] and
-    /// [`LevelsetError::NonFinite`].
-    pub fn thin_share<'a, D>(
-        distance: &'a Field<f64, D, 1>,
-    ) -> Result<f64, LevelsetError> = thin_share_in;
+    /// of three to four cells (in 3D, to five) are counted or not depending on their position.
+    pub fn thin_share<'a, D>(distance: &'a Field<f64, D, 1>) -> f64 = thin_share_in;
 }
 
-fn thin_share_in<const D: usize>(distance: &Field<f64, D, 1>) -> Result<f64, LevelsetError> {
-    let spacing = distance.grid().spacing();
-    let values = distance.as_slice();
+fn thin_share_in<const D: usize>(distance: &Field<f64, D, 1>) -> f64 {
+    let (grid, values) = (distance.grid(), distance.as_slice());
     let inside = values.iter().filter(|&&d| d > 0.0).count();
-    if inside == 0 {
-        return Err(LevelsetError::EmptyObject { level: 0.0 });
-    }
-    let to_eroded = match signed_distance(distance, RADIUS * spacing) {
-        // No ball fits into any part.
-        Err(LevelsetError::EmptyObject { .. }) => return Ok(1.0),
-        found => found?,
-    };
-    let reach = -(RADIUS + TOLERANCE) * spacing;
-    let removed = values.iter().zip(to_eroded.as_slice());
-    let removed = removed.filter(|&(&d, &e)| d > 0.0 && e < reach).count();
-    Ok(removed as f64 / inside as f64)
+    let shallow = 0.0..RADIUS * grid.spacing();
+    let thin = (0..values.len()).filter(|&index| {
+        let d = values[index];
+        d > 0.0 && shallow.contains(&d) && !in_a_ball(distance, grid.node(index))
+    });
+    thin.count() as f64 / inside.max(1) as f64
+}
+
+/// Whether a node lies in a ball of at least the radius about a node nearby, inside the object.
+fn in_a_ball<const D: usize>(distance: &Field<f64, D, 1>, node: [usize; D]) -> bool {
+    let (grid, h) = (distance.grid(), distance.grid().spacing());
+    let (n_nodes, side) = (grid.nodes_per_axis(), 2 * STEPS + 1);
+    (0..side.pow(D as u32)).any(|mut number| {
+        let (mut centre, mut square) = (node, 0);
+        for k in 0..D {
+            let Some(i) = (node[k] + number % side).checked_sub(STEPS) else {
+                return false;
+            };
+            if i >= n_nodes[k] {
+                return false;
+            }
+            centre[k] = i;
+            square += i.abs_diff(node[k]).pow(2);
+            number /= side;
+        }
+        let radius = distance.as_slice()[grid.node_index(centre)];
+        radius >= RADIUS * h && (square as f64).sqrt() * h <= radius + TOLERANCE * h
+    })
 }

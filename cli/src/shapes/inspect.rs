@@ -37,9 +37,7 @@ pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Ve
 
 /// The doubt about a shape that the grid does not resolve, given by its signed distance.
 pub(crate) fn inspect_resolution<const D: usize>(distance: &ScalarField<f64, D>) -> Option<Doubt> {
-    // Distances are finite and positive somewhere: a share that is not known is that of a shape
-    // that fills the box.
-    Doubt::check(Cause::ThinParts, thin_share(distance).unwrap_or(0.0))
+    Doubt::check(Cause::ThinParts, thin_share(distance))
 }
 
 /// Adds the doubts about shapes that fit the reference of an alignment better when they are
