@@ -36,11 +36,12 @@ fn bars_are_thin_below_three_cells<const D: usize>(nodes: usize, shift: f64) {
     for thickness in [1.5, 2.0, 2.5, 2.9] {
         assert_eq!(share(thickness), 1.0, "{thickness}");
     }
-    // The nodes next to the axis are up to half the diagonal of the other axes away from it.
-    let first = if D == 2 { 4.0 } else { 5.0 };
-    for thickness in [first, 5.5, 8.0] {
+    // The nodes next to the axis are up to half the diagonal of the other axes away from it: some
+    // of the bar remains, less than is doubtful.
+    let limit = if D == 2 { 4.0 } else { 5.0 };
+    for (thickness, most) in [(limit, 0.05), (limit + 1.0, 0.01), (8.0, 0.01)] {
         let share = share(thickness);
-        assert!(share < 0.02, "{thickness}: {share}");
+        assert!(share < most, "{thickness}: {share}");
     }
 }
 
