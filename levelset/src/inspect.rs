@@ -50,7 +50,8 @@ compiled_once! {
     /// a morphological opening, computed from the distances. It is 0 for an empty object.
     ///
     /// Parts of less than three cells are always counted. As depths are known at nodes only, parts
-    /// of three to four cells (in 3D, to five) are counted or not depending on their position.
+    /// of three to four and a half cells (in 3D, five and a half) are counted or not depending on
+    /// their position.
     pub fn thin_share<'a, D>(distance: &'a Field<f64, D, 1>) -> f64 = thin_share_in;
 }
 

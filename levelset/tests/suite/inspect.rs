@@ -38,7 +38,7 @@ fn bars_are_thin_below_three_cells<const D: usize>(nodes: usize, shift: f64) {
     }
     // The nodes next to the axis are up to half the diagonal of the other axes away from it: some
     // of the bar remains, less than is doubtful.
-    let limit = if D == 2 { 4.0 } else { 5.0 };
+    let limit = if D == 2 { 4.5 } else { 5.5 };
     for (thickness, most) in [(limit, 0.05), (limit + 1.0, 0.01), (8.0, 0.01)] {
         let share = share(thickness);
         assert!(share < most, "{thickness}: {share}");
