@@ -48,7 +48,7 @@ pub(crate) fn of_source(doubts: &[DoubtRecord]) -> Option<Doubt> {
 }
 
 /// The doubts in words, with the remedy after all of one cause.
-pub(crate) fn lines(doubts: &[DoubtRecord]) -> Vec<String> {
+pub(crate) fn in_words(doubts: &[DoubtRecord]) -> Vec<String> {
     let mut lines = Vec::new();
     for same in doubts.chunk_by(|a, b| a.what == b.what) {
         lines.extend(same.iter().take(LISTED).map(sentence));
@@ -101,7 +101,7 @@ mod tests {
         };
         let whole = Doubt::check(Cause::NotConverged, 2.0).unwrap();
         let doubts = named(&[whole, overlap(0, 0.9), overlap(1, 0.5)], ["a", "b"]);
-        let text = lines(&doubts);
+        let text = in_words(&doubts);
         assert_eq!(text.len(), 5, "{text:?}");
         assert!(
             text[0].ends_with("converged: 2, sound is at most 0"),
@@ -123,7 +123,7 @@ mod tests {
         let doubts: Vec<Doubt> = (0..LISTED + 3).map(|shape| doubt.about(shape)).collect();
         let doubts = named(&doubts, []);
         assert_eq!(doubts[0].figure, None);
-        let text = lines(&doubts);
+        let text = in_words(&doubts);
         assert_eq!(text.len(), LISTED + 2);
         assert!(text[0].contains("unknown"), "{}", text[0]);
         assert_eq!(text[LISTED], "and 3 others, see result.json");

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fe_grid::Certificate;
 
-use crate::doubts::{DoubtRecord, lines};
+use crate::doubts::{DoubtRecord, in_words};
 use crate::report::{RESULT, Record, certified};
 use crate::shapes::describe_placement;
 
@@ -62,20 +62,23 @@ impl Summary {
         );
     }
 
-    /// Prints the summary; it ends with the verdict, and the doubts if there are any.
+    /// Prints the summary. It ends with the picture, and with the doubts if there are any.
     pub fn print(&self, directory: &Path) {
-        let doubts = lines(&self.doubts);
-        let verdict = if doubts.is_empty() {
-            "sound"
-        } else {
-            "doubtful"
-        };
-        let mut lines = self.lines.clone();
         let path = |name| directory.join(name).display().to_string();
-        lines.push(line("results", path(self.results)));
-        lines.push(line("picture", path(self.picture)));
-        lines.push(line("verdict", verdict));
-        lines.extend(doubts.into_iter().map(|doubt| format!("    {doubt}")));
+        let mut lines = self.lines.clone();
+        let files = [
+            line("results", path(self.results)),
+            line("picture", path(self.picture)),
+        ];
+        if self.doubts.is_empty() {
+            lines.push(line("verdict", "sound"));
+            lines.extend(files);
+        } else {
+            lines.extend(files);
+            lines.push(line("verdict", "doubtful"));
+            let doubts = in_words(&self.doubts);
+            lines.extend(doubts.into_iter().map(|doubt| format!("    {doubt}")));
+        }
         // A closed standard output is not an error.
         let _ = writeln!(std::io::stdout(), "{}", lines.join("\n"));
     }
