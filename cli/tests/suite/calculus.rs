@@ -237,7 +237,7 @@ fn what_is_no_geodesic_is_refused() {
     );
     let mut arguments = vec!["geodesic", "straight.png", "folded.png", "-o", "sets"];
     arguments.extend(["--form", "level-sets", "--grid", "17", "-K", "2"]);
-    succeeded(&place.run(&arguments));
+    succeeded(&place.compute(&arguments));
     refused(
         &place,
         &["extend", "sets", "-o", "on"],

@@ -138,6 +138,7 @@ fn threads_and_instruction_set_do_not_matter_and_modes_can_be_few() {
             "--threads",
             threads,
             "--at-rest",
+            "--allow-doubtful",
         ];
         let variables = [("SHAPESPACE_SIMD", instructions)];
         succeeded(&place.run_with(&arguments, &variables));
