@@ -181,7 +181,7 @@ fn too_few_iterations_are_found_and_can_be_allowed() {
 fn shapes_of_very_different_sizes_are_found() {
     let place = Place::new();
     picture(&place, "small.png", |x, y| ellipse([4.0, 4.0], [x, y]));
-    picture(&place, "large.png", |x, y| flag(x, y));
+    picture(&place, "large.png", flag);
     let arguments = ["average", "small.png", "large.png", "--grid", "33"];
     doubtful(&place, &arguments);
 }
