@@ -90,7 +90,8 @@ const CRITERIA: [Criterion; 17] = [
         cause: Cause::RemainingEnergy,
         figure: "estimated energy above the minimum, relative to the elastic energy",
         limit: Limit::AtMost(0.01),
-        reason: "Angles and energies of examples with a known minimum are within 1 % of it then.",
+        reason: "Elastic energies should be known to 1 %. No result has been measured against \
+                 this limit yet.",
         remedy: "decrease --tolerance",
     },
     Criterion {
@@ -177,8 +178,8 @@ const CRITERIA: [Criterion; 17] = [
         cause: Cause::StressBalance,
         figure: "norm of the sum of the boundary loads, relative to the sum of their norms",
         limit: Limit::AtMost(0.03),
-        reason: "The loads of the shapes add up to zero at the true average. What remains enters \
-                 every mode as an error of about this size.",
+        reason: "The loads of the shapes add up to zero at the true average; what remains is \
+                 an error of the modes. No average tried so far is below the limit.",
         remedy: "average on a finer --grid with --length-weight 1e-5 --tolerance 1e-6 and more \
                  --max-iterations",
     },
@@ -202,17 +203,17 @@ const CRITERIA: [Criterion; 17] = [
         cause: Cause::Asymmetry,
         figure: "difference of the lengths of both directions, relative to their mean",
         limit: Limit::AtMost(0.1),
-        reason: "Lengths of converged paths of eight steps or more differ by a few per cent \
-                 between the directions. A larger difference means that one path is not the \
-                 shortest.",
+        reason: "In the limit of many steps both lengths are equal. Smooth shapes differ by \
+                 less than 1 %; no larger difference was available to choose the limit by.",
         remedy: "use more steps (-K) or a finer --grid",
     },
     Criterion {
         cause: Cause::TriangleInequality,
         figure: "excess of a distance over the way through a third shape, relative to that way",
         limit: Limit::AtMost(0.05),
-        reason: "Lengths of shortest paths satisfy the triangle inequality, up to the error of a \
-                 few per cent of a finite number of steps.",
+        reason: "Lengths of shortest paths satisfy the triangle inequality, up to the error \
+                 of a finite number of steps. No violation was available to choose the limit \
+                 by.",
         remedy: "use more steps (-K) or a finer --grid",
     },
     Criterion {
