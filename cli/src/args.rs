@@ -20,6 +20,9 @@ use crate::verify::{VerifyArgs, run_verify};
 /// shapes in images.
 #[derive(Debug, Parser)]
 #[command(name = "shapespace", version, about, arg_required_else_help = true)]
+#[command(after_help = "\
+Exit codes: 0 the result is sound, 1 the computation failed, 2 the inputs or options cannot be
+used, 3 the result was written and is doubtful (0 with --allow-doubtful), 130 interrupted.")]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -55,6 +55,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
             common: RunOptions {
                 output,
                 threads: args.threads,
+                allow_doubtful: false,
             },
             checkpoint: 0.0,
             memory: None,

@@ -19,6 +19,8 @@ pub enum Exit {
     Failure = 1,
     /// The inputs or options cannot be used.
     BadInput = 2,
+    /// The result is doubtful; it has been written.
+    Doubtful = 3,
     /// The user pressed Ctrl-C; the current state has been written.
     Interrupted = 130,
 }

@@ -8,6 +8,7 @@ pub mod config;
 pub mod demo;
 pub mod dimension;
 pub mod distances;
+mod doubts;
 pub mod error;
 pub mod figure;
 mod fingerprint;

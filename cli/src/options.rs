@@ -22,6 +22,9 @@ pub struct RunOptions {
     /// Number of threads [default: all cores]. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub threads: Option<u32>,
+    /// Exit with code 0, not 3, where the result is doubtful.
+    #[arg(long)]
+    pub allow_doubtful: bool,
 }
 
 /// How masks are read, placed and aligned.

@@ -4,9 +4,11 @@ use std::time::Instant;
 
 use fe_grid::Certificate;
 use fe_grid::minimise::Status;
+use levelset::Verdict;
 use serde::{Deserialize, Serialize, Serializer};
 
 use crate::config::{Config, write_config};
+use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::output::{ResultDir, write_json};
 use crate::shapes::InputRecord;
@@ -24,6 +26,10 @@ pub(crate) struct Record<C, T, const D: usize> {
     pub version: String,
     /// Status of the computation, in one word.
     pub status: String,
+    #[serde(default)]
+    pub verdict: Verdict,
+    #[serde(default)]
+    pub doubts: Vec<DoubtRecord>,
     pub dimension: usize,
     /// Nodes along each axis of the arrays, `x` first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -43,17 +49,21 @@ pub(crate) struct Record<C, T, const D: usize> {
 }
 
 impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
-    /// The record of a result on a grid of these nodes, computed since `start`.
+    /// The record of a result on a grid of these nodes with the doubts about it, computed since
+    /// `start`.
     pub fn new(
         status: impl Into<String>,
         nodes: &[usize],
         config: &C,
         body: T,
+        doubts: Vec<DoubtRecord>,
         start: Instant,
     ) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
             status: status.into(),
+            verdict: Verdict::of(&doubts),
+            doubts,
             dimension: D,
             nodes: nodes.to_vec(),
             input: Vec::new(),
@@ -116,7 +126,7 @@ pub(crate) fn certified(certificate: &Certificate) -> &'static str {
 /// The name of [`Status::Cancelled`].
 pub(crate) const CANCELLED: &str = "cancelled";
 /// The status of a successful computation.
-const CONVERGED: &str = "converged";
+pub(crate) const CONVERGED: &str = "converged";
 
 /// The status of a whole computation, and that of its last level, in one word.
 pub(crate) fn overall(status: Status, last: Option<Status>) -> String {

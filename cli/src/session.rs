@@ -132,11 +132,23 @@ pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit,
     in_pool(options.threads, || {
         // Fail before the computation if the directory cannot be written.
         ResultDir::create(session.output).map(drop)?;
-        match command.plan(&session)? {
+        let summary = match command.plan(&session)? {
             Dim::D2(plan) => execute(command, plan, &session),
             Dim::D3(plan) => execute(command, plan, &session),
-        }
+        }?;
+        Ok(exit(&summary, options.allow_doubtful))
     })
+}
+
+/// The exit code of a written result.
+fn exit(summary: &Summary, allow_doubtful: bool) -> Exit {
+    if summary.interrupted {
+        Exit::Interrupted
+    } else if summary.doubts.is_empty() || allow_doubtful {
+        Exit::Success
+    } else {
+        Exit::Doubtful
+    }
 }
 
 /// Computes and writes the result of a plan.
@@ -144,7 +156,7 @@ fn execute<C: Command, const D: usize>(
     command: &C,
     plan: C::Plan<D>,
     session: &Session<'_>,
-) -> Result<Exit, CliError> {
+) -> Result<Summary, CliError> {
     let mut outcome = command.compute(plan, session)?;
     session.progress.stage("writing");
     session.interrupt.writing();
@@ -163,7 +175,6 @@ fn execute<C: Command, const D: usize>(
         work.remove()?;
     }
     session.progress.finish();
-    let exit = summary.exit();
     summary.print(&target);
-    Ok(exit)
+    Ok(summary)
 }

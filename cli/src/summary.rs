@@ -1,4 +1,4 @@
-//! The summary of a result on standard output, and the exit code.
+//! The summary of a result on standard output.
 
 use std::fmt::Display;
 use std::io::Write;
@@ -6,15 +6,17 @@ use std::path::Path;
 
 use fe_grid::Certificate;
 
-use crate::error::Exit;
-use crate::report::{CANCELLED, RESULT, Record, certified};
+use crate::doubts::{DoubtRecord, in_words};
+use crate::report::{RESULT, Record, certified};
 use crate::shapes::describe_placement;
 
 /// A short description of a result.
 pub(crate) struct Summary {
     lines: Vec<String>,
-    /// The status of the record.
-    status: String,
+    /// Whether the user stopped the computation.
+    pub interrupted: bool,
+    /// The doubts about the result.
+    pub doubts: Vec<DoubtRecord>,
     /// The file with the results.
     pub results: &'static str,
     /// The picture.
@@ -30,7 +32,8 @@ impl Summary {
     ) -> Self {
         let mut summary = Self {
             lines: vec![title],
-            status: record.status.clone(),
+            interrupted: record.cancelled(),
+            doubts: record.doubts.clone(),
             results: RESULT,
             picture,
         };
@@ -42,7 +45,7 @@ impl Summary {
 
     /// Adds a line with a value; without a name, it continues the line above.
     pub fn line(&mut self, name: &str, value: impl Display) {
-        self.lines.push(format!("  {name:<12} {value}"));
+        self.lines.push(line(name, value));
     }
 
     /// Adds text as it is.
@@ -59,20 +62,29 @@ impl Summary {
         );
     }
 
-    /// Prints the summary; the last line names the picture.
-    pub fn print(mut self, directory: &Path) {
-        self.line("results", directory.join(self.results).display());
-        self.line("picture", directory.join(self.picture).display());
-        // A closed standard output is not an error.
-        let _ = writeln!(std::io::stdout(), "{}", self.lines.join("\n"));
-    }
-
-    /// The exit code of a command with this result.
-    pub fn exit(&self) -> Exit {
-        if self.status == CANCELLED {
-            Exit::Interrupted
+    /// Prints the summary. It ends with the picture, and with the doubts if there are any.
+    pub fn print(&self, directory: &Path) {
+        let path = |name| directory.join(name).display().to_string();
+        let mut lines = self.lines.clone();
+        let files = [
+            line("results", path(self.results)),
+            line("picture", path(self.picture)),
+        ];
+        if self.doubts.is_empty() {
+            lines.push(line("verdict", "sound"));
+            lines.extend(files);
         } else {
-            Exit::Success
+            lines.extend(files);
+            lines.push(line("verdict", "doubtful"));
+            let doubts = in_words(&self.doubts);
+            lines.extend(doubts.into_iter().map(|doubt| format!("    {doubt}")));
         }
+        // A closed standard output is not an error.
+        let _ = writeln!(std::io::stdout(), "{}", lines.join("\n"));
     }
+}
+
+/// A line with a value.
+fn line(name: &str, value: impl Display) -> String {
+    format!("  {name:<12} {value}")
 }

@@ -73,6 +73,7 @@ mod density;
 mod descent;
 mod dissipation;
 pub mod distances;
+mod doubts;
 mod energy;
 mod error;
 mod extension;

@@ -1,6 +1,6 @@
 //! Connected components of an object.
 
-use fe_grid::{Field, compiled_once};
+use fe_grid::{Field, Grid, compiled_once};
 
 use crate::error::LevelsetError;
 
@@ -13,18 +13,37 @@ pub struct Components {
     pub sizes: Vec<usize>,
 }
 
-compiled_once! {
-    /// The components of the object `{field > level}`. Nodes that touch by a corner only stay
-    /// apart, as they do in the contour of a mask.
-    pub fn connected_components<'a, D>(
-        field: &'a Field<f64, D, 1>,
-        level: f64,
-    ) -> Components = connected_components_in;
+/// The components of the object `{field > level}`. Nodes that touch by a corner only stay
+/// apart, as they do in the contour of a mask.
+pub fn connected_components<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> Components {
+    components(field, level, Adjacency::Edges)
 }
 
-fn connected_components_in<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> Components {
+/// Which nodes are neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Adjacency {
+    /// Both ends of an edge of the grid.
+    Edges,
+    /// All corners of a cell.
+    Corners,
+}
+
+compiled_once! {
+    /// The components of the object `{field > level}` for this adjacency.
+    pub(crate) fn components<'a, D>(
+        field: &'a Field<f64, D, 1>,
+        level: f64,
+        adjacency: Adjacency,
+    ) -> Components = components_in;
+}
+
+fn components_in<const D: usize>(
+    field: &Field<f64, D, 1>,
+    level: f64,
+    adjacency: Adjacency,
+) -> Components {
     let grid = field.grid();
-    let (n_nodes, strides) = (grid.nodes_per_axis(), grid.strides());
+    let offsets = offsets::<D>(adjacency);
     let values = field.as_slice();
     let mut labels = vec![0u32; values.len()];
     let mut sizes = Vec::new();
@@ -40,20 +59,49 @@ fn connected_components_in<const D: usize>(field: &Field<f64, D, 1>, level: f64)
         while let Some(index) = stack.pop() {
             size += 1;
             let node = grid.node(index);
-            for k in 0..D {
-                let below = (node[k] > 0).then(|| index - strides[k]);
-                let above = (node[k] + 1 < n_nodes[k]).then(|| index + strides[k]);
-                for next in below.into_iter().chain(above) {
-                    if labels[next] == 0 && values[next] > level {
-                        labels[next] = label;
-                        stack.push(next);
-                    }
+            for next in offsets
+                .iter()
+                .filter_map(|offset| neighbour(grid, node, offset))
+            {
+                if labels[next] == 0 && values[next] > level {
+                    labels[next] = label;
+                    stack.push(next);
                 }
             }
         }
         sizes.push(size);
     }
     Components { labels, sizes }
+}
+
+/// The steps from a node to its neighbours.
+fn offsets<const D: usize>(adjacency: Adjacency) -> Vec<[isize; D]> {
+    let digit = |number: usize, k: usize| (number / 3usize.pow(k as u32) % 3) as isize - 1;
+    let all = (0..3usize.pow(D as u32)).map(|number| std::array::from_fn(|k| digit(number, k)));
+    let axes = |offset: &[isize; D]| offset.iter().filter(|&&step| step != 0).count();
+    let most = match adjacency {
+        Adjacency::Edges => 1,
+        Adjacency::Corners => D,
+    };
+    all.filter(|offset| (1..=most).contains(&axes(offset)))
+        .collect()
+}
+
+/// The node one step away, unless it lies outside the grid.
+fn neighbour<const D: usize>(
+    grid: &Grid<D>,
+    node: [usize; D],
+    offset: &[isize; D],
+) -> Option<usize> {
+    let n_nodes = grid.nodes_per_axis();
+    let mut next = node;
+    for k in 0..D {
+        next[k] = node[k].checked_add_signed(offset[k])?;
+        if next[k] >= n_nodes[k] {
+            return None;
+        }
+    }
+    Some(grid.node_index(next))
 }
 
 /// Returns the mask, 1 inside and 0 outside, of the largest component of `{field > level}`; of

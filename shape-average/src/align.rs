@@ -17,6 +17,7 @@
 
 mod matching;
 mod motion;
+mod reflection;
 mod starts;
 
 use fe_grid::Field;
@@ -25,6 +26,7 @@ use levelset::{Compact, LevelsetError};
 
 use matching::{Indicator, Masked, Matching, Pose, thinned};
 pub use motion::RigidMotion;
+pub use reflection::mismatches;
 
 /// Nodes a side of the coarse and the fine set of sample nodes. Coarse in 3D, where nodes are
 /// many and rotations too.

@@ -41,6 +41,7 @@
 
 pub mod align;
 mod alternating;
+mod doubts;
 mod elastic;
 mod energy;
 mod error;

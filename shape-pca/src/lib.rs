@@ -32,6 +32,7 @@
 
 mod average;
 mod compound;
+mod doubts;
 mod error;
 mod finite;
 mod krylov;

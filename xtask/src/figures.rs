@@ -83,7 +83,7 @@ fn figure(
         .args(["run", "--release", "--package", "shapespace", "--"])
         .args(["figure", name])
         .args(options)
-        .arg("-o")
+        .args(["--allow-doubtful", "-o"])
         .arg(folder)
         .status()?;
     if status.success() {

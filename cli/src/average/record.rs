@@ -8,8 +8,9 @@ use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate};
 
 use super::{AverageConfig, Outcome};
+use crate::doubts::named;
 use crate::report::{self, overall};
-use crate::shapes::{InputRecord, SizeRecord, SurfaceRecord, common_scale};
+use crate::shapes::{InputRecord, SizeRecord, SurfaceRecord, common_scale, doubts_of};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -73,7 +74,9 @@ pub(super) fn record<const D: usize>(
     };
     let status = overall(result.status, levels.last().map(|level| level.status));
     let nodes = result.average.grid().nodes_per_axis();
-    Record::new(status, &nodes, &outcome.config, found, start)
+    let doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();
+    let doubts = named(&doubts, inputs.iter().map(|input| &*input.name));
+    Record::new(status, &nodes, &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 

@@ -2,19 +2,20 @@
 //! a triangle, in one picture.
 
 use fe_grid::{Certificate, Grid, ScalarField};
-use levelset::{BoxEdge, Moments, contour};
+use levelset::{BoxEdge, Cause, Doubt, Moments, contour};
 use serde::Serialize;
 use shape_average::{AverageParams, AverageResult, average_of_visible};
 
 use super::args::AverageConfig;
 use super::plan::{AveragePlan, plan_average};
 use super::views;
+use crate::doubts::named;
 use crate::error::CliError;
 use crate::output::{ResultDir, numbered};
 use crate::picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
-use crate::report::{Record, first_failure, overall};
+use crate::report::{CANCELLED, Record, first_failure, overall};
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, prepare};
+use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, doubts_of, prepare};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -126,11 +127,32 @@ impl Command for Sweep {
             averages.push(one_record(weights, result, scale));
         }
         picture(found, &outcome.grid, self.side).write_png(&directory.file("sweep.png"))?;
-        let status = first_failure(averages.iter().map(|record| &*record.status)).to_owned();
+        let missing = weights(inputs.len(), self.side).len() - averages.len();
+        let stopped = missing > 0 || averages.iter().any(|record| record.status == CANCELLED);
+        let status = if stopped {
+            CANCELLED
+        } else {
+            first_failure(averages.iter().map(|record| &*record.status))
+        };
+        let status = status.to_owned();
+        let results = outcome.averages.iter();
+        let mut doubts: Vec<Doubt> = results
+            .flat_map(|(_, result)| result.doubts(&outcome.config.params))
+            .chain(doubts_of(inputs))
+            .collect();
+        doubts.extend(Doubt::check(Cause::NotConverged, missing as f64));
+        let doubts = named(&doubts, inputs.iter().map(|input| &*input.name));
         let nodes = outcome.grid.nodes_per_axis();
         let found = Averages { averages };
-        let record = SweepRecord::new(status, &nodes, &outcome.config, found, session.start)
-            .of(inputs.iter().map(InputRecord::new).collect());
+        let record = SweepRecord::new(
+            status,
+            &nodes,
+            &outcome.config,
+            found,
+            doubts,
+            session.start,
+        )
+        .of(inputs.iter().map(InputRecord::new).collect());
         record.write(directory)?;
         Ok(summary(&record))
     }

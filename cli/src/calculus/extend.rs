@@ -7,6 +7,7 @@ use ::geodesic::calculus::{Extension, SolveStatus, exponential};
 use super::args::ExtendConfig;
 use super::read::{StoredGeodesic, read};
 use super::record::{Extended, ExtensionRecord};
+use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
@@ -117,7 +118,10 @@ fn record<const D: usize>(
     };
     let nodes = outcome.geodesic.grid().nodes_per_axis();
     let status = word(&extension.status());
-    ExtensionRecord::new(status, &nodes, &outcome.config, extended, start)
+    let mut doubts = extension.doubts(outcome.steps);
+    doubts.extend(of_source(&outcome.geodesic.doubts));
+    let doubts = named(&doubts, []);
+    ExtensionRecord::new(status, &nodes, &outcome.config, extended, doubts, start)
 }
 
 fn summary<const D: usize>(record: &ExtensionRecord<'_, D>) -> Summary {

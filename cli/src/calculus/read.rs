@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::args::SolverOptions;
 use crate::dimension::{Dim, per_dimension};
+use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
 use crate::input::place::FrameTransform;
@@ -32,6 +33,8 @@ pub(crate) struct StoredGeodesic<const D: usize> {
     pub motions: Vec<Field<f64, D, D>>,
     /// Energies of the steps.
     pub energies: Vec<f64>,
+    /// The doubts about it.
+    pub doubts: Vec<DoubtRecord>,
     /// Names of start and end in pictures.
     pub names: [String; 2],
     /// Parameters of the geodesic.
@@ -104,6 +107,7 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
         displacements,
         motions,
         energies,
+        doubts: record.doubts,
         names: [start, end].map(|input| input.name.clone()),
         // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },

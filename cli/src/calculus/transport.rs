@@ -8,12 +8,15 @@ use ::geodesic::calculus::{
 };
 use ::geodesic::{GeodesicError, GeodesicParams};
 use fe_grid::{Field, ScalarField};
-use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
+use levelset::{
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, Moments, contour, hausdorff,
+};
 
 use super::args::TransportConfig;
 use super::read::{StoredGeodesic, read};
 use super::record::{TransportRecord, Transported};
 use crate::dimension::per_dimension;
+use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
@@ -23,7 +26,7 @@ use crate::output::ResultDir;
 use crate::picture::{analogy, colour};
 use crate::report::word;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{labels, place_like};
+use crate::shapes::{inspect_mask, inspect_resolution, labels, place_like};
 use crate::summary::Summary;
 
 /// The result of a computation.
@@ -43,6 +46,10 @@ struct Variation<const D: usize> {
     length: f64,
     /// Its overlap with the end shape of that geodesic.
     dice: f64,
+    /// Mean distance of their boundaries, in spacings.
+    distance: f64,
+    /// Doubts about its mask.
+    doubts: Vec<Doubt>,
 }
 
 /// The last shape and its counterpart of the variation.
@@ -142,11 +149,13 @@ fn record<'a, const D: usize>(
     };
     let nodes = outcome.geodesic.grid().nodes_per_axis();
     let status = word(&shot.status());
+    let doubts = named(&config.doubts(outcome), [&*config.name()]);
     Ok(TransportRecord::new(
         status,
         &nodes,
         config,
         transported,
+        doubts,
         start,
     ))
 }
@@ -157,6 +166,18 @@ impl TransportConfig {
             path: self.variation.clone(),
             reason,
         }
+    }
+
+    /// The doubts about the mask of the variation, about its overlap with the end of the path to it,
+    /// and about the path to its counterpart.
+    fn doubts<const D: usize>(&self, outcome: &Outcome<D>) -> Vec<Doubt> {
+        let variation = &outcome.variation;
+        let reached = Doubt::overlap(Cause::PathEnd, variation.dice, variation.distance);
+        let of_variation = variation.doubts.iter().copied().chain(reached);
+        let doubts = of_variation.map(|doubt| doubt.about(0));
+        let shot = outcome.counterpart.shot.doubts(self.steps);
+        let source = of_source(&outcome.geodesic.doubts);
+        doubts.chain(shot).chain(source).collect()
     }
 
     /// Label of the variation in pictures.
@@ -190,12 +211,19 @@ impl TransportConfig {
         let found = logarithm(first, &near, &params, &mut watch)?;
         watch.finish();
         match (found.path.displacements.last(), found.path.levels.last()) {
-            (Some(last), Some(level)) if *last.grid() == grid => Ok(Variation {
-                dice: overlap(first, last, &near)?,
-                length: level.energy.length(),
-                velocity: found.velocity,
-                outline,
-            }),
+            (Some(last), Some(level)) if *last.grid() == grid => {
+                let (dice, distance) = overlap(first, last, &near)?;
+                let mut doubts = inspect_mask(image, false);
+                doubts.extend(inspect_resolution(&near));
+                Ok(Variation {
+                    dice,
+                    distance,
+                    doubts,
+                    length: level.energy.length(),
+                    velocity: found.velocity,
+                    outline,
+                })
+            }
             // Interrupted on a coarser grid.
             _ => Err(CliError::Stopped),
         }
@@ -294,19 +322,22 @@ fn size<const D: usize>(shape: &Contour<D>) -> Result<f64, CliError> {
     Ok(moments.volume)
 }
 
-/// Overlap of a shape with the deformation of another.
+/// Overlap of a shape with the deformation of another, and the mean distance of their boundaries
+/// in spacings.
 fn overlap<const D: usize>(
     first: &ScalarField<f64, D>,
     displacement: &Field<f64, D, D>,
     shape: &ScalarField<f64, D>,
-) -> Result<f64, CliError> {
+) -> Result<(f64, f64), CliError> {
     let measured = || {
         let moved = contour(first, 0.0, BoxEdge::Open)?.map(|p| {
             let u = displacement.sample(p);
             std::array::from_fn(|k| p[k] + u[k])
         });
+        let apart = hausdorff(&moved, &contour(shape, 0.0, BoxEdge::Open)?)?;
         let moved = ContourDistance::new(&moved)?.sample(*shape.grid());
-        levelset::dice(&moved, 0.0, shape, 0.0)
+        let dice = levelset::dice(&moved, 0.0, shape, 0.0)?;
+        Ok((dice, apart.mean / shape.grid().spacing()))
     };
-    Ok(measured().map_err(GeodesicError::from)?)
+    Ok(measured().map_err(|error: LevelsetError| GeodesicError::from(error))?)
 }

@@ -4,14 +4,15 @@ use std::time::Instant;
 
 use ::geodesic::Form;
 use ::geodesic::distances::{Linkage, Merge};
+use levelset::{Cause, Doubt};
 use serde::Serialize;
 
 use super::Outcome;
 use super::args::DistancesConfig;
 use super::pair::{PairRecord, PathRecord};
 use super::study::{Distances, Groups};
-use crate::report;
-use crate::shapes::{Input, InputRecord, common_scale};
+use crate::report::{self, CONVERGED};
+use crate::shapes::{Input, InputRecord, common_scale, doubts_of};
 
 /// The contents of `result.json`; the status is `complete`, or `incomplete` if some pair has no
 /// path that reaches its end. The time is that of this run, without paths of earlier runs.
@@ -157,7 +158,46 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     };
     let status = if complete { "complete" } else { "incomplete" };
     let nodes = outcome.nodes;
-    Record::new(status, &nodes, config, found, start).of(named(outcome))
+    let doubts = doubts(outcome, &found);
+    let names = inputs.iter().map(|input| &*input.name);
+    let doubts = crate::doubts::named(&doubts, names);
+    Record::new(status, &nodes, config, found, doubts, start).of(named(outcome))
+}
+
+/// The doubts about the inputs, the paths, and the distances.
+fn doubts<const D: usize>(outcome: &Outcome<D>, found: &Found<'_>) -> Vec<Doubt> {
+    let counting = |path: &&LengthRecord| path.status != CONVERGED;
+    let unfinished = found.paths.iter().filter(counting).count();
+    let left = found.marked.iter();
+    let left = left.filter(|mark| mark.outcome != MarkOutcome::Replaced);
+    let of_paths = left.flat_map(|mark| {
+        let doubts = [
+            // The decision whether a path reaches its end has been made.
+            Doubt::overlap(
+                Cause::PathEnd,
+                mark.path.dice_end,
+                if mark.path.end_reached {
+                    0.0
+                } else {
+                    f64::INFINITY
+                },
+            ),
+            Doubt::below(Cause::Determinant, mark.path.min_det, 0.0),
+        ];
+        doubts
+            .into_iter()
+            .flatten()
+            .map(|doubt| doubt.about(mark.start))
+    });
+    let distances = found.distances;
+    let mut doubts = doubts_of(&outcome.inputs);
+    doubts.extend(Doubt::check(Cause::NotConverged, unfinished as f64));
+    doubts.extend(of_paths);
+    doubts.extend(::geodesic::distances::doubts(
+        distances.asymmetry.as_ref(),
+        &distances.triangles,
+    ));
+    doubts
 }
 
 /// The inputs with their names and classes.

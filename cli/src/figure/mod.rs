@@ -15,6 +15,9 @@ mod modes;
 mod scene;
 mod sheet;
 
+use std::cell::RefCell;
+
+use levelset::Doubt;
 use serde::Serialize;
 use shapespace_report::table::Table;
 
@@ -23,13 +26,14 @@ pub(crate) use drawn::drawn_image;
 
 use crate::average::write_inputs;
 use crate::dimension::{Dim, per_dimension};
+use crate::doubts::named;
 use crate::error::{CliError, Exit};
 use crate::input::{Image, read_images};
 use crate::options::check_law;
 use crate::output::{ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{InputRecord, Placed, prepare};
+use crate::shapes::{InputRecord, Placed, doubts_of, prepare};
 use crate::summary::Summary;
 use scene::Scene;
 use sheet::Sheet;
@@ -51,6 +55,7 @@ struct Plan<const D: usize> {
 /// A figure and its shapes.
 struct Outcome<const D: usize> {
     sheet: Sheet,
+    doubts: Vec<Doubt>,
     inputs: Vec<InputRecord<D>>,
     config: FigureConfig,
     nodes: [usize; D],
@@ -111,10 +116,12 @@ impl Command for Figure {
             names: inputs.iter().map(|input| input.name.clone()).collect(),
             distances,
             params: plan.config.params(),
+            doubts: RefCell::new(doubts_of(&inputs)),
             session,
         };
         Ok(Outcome {
             sheet: sheet(self.name, &scene)?,
+            doubts: scene.doubts.take(),
             inputs: inputs.iter().map(InputRecord::new).collect(),
             config: plan.config,
             nodes: scene.grid().nodes_per_axis(),
@@ -145,8 +152,13 @@ impl Command for Figure {
             table,
         };
         let (nodes, start) = (&outcome.nodes, session.start);
+        let doubts = named(
+            &outcome.doubts,
+            outcome.inputs.iter().map(|input| &*input.name),
+        );
         let record: Record<_, _, D> =
-            Record::new("done", nodes, &outcome.config, contents, start).of(outcome.inputs.clone());
+            Record::new("done", nodes, &outcome.config, contents, doubts, start)
+                .of(outcome.inputs.clone());
         record.write(directory)?;
         let heading = format!("{title}, {:.1} s\n{}", record.seconds, table.aligned("  "));
         let mut summary = Summary::new(&record, "figure.png", heading.trim_end().into());

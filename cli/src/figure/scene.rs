@@ -1,8 +1,10 @@
 //! The shapes of a figure, and how they are averaged.
 
+use std::cell::RefCell;
+
 use fe_grid::transfer::inject_into;
 use fe_grid::{Grid, ScalarField};
-use levelset::{BoxEdge, Contour, contour, hausdorff};
+use levelset::{BoxEdge, Contour, Doubt, contour, hausdorff};
 use shape_average::{AverageError, AverageParams, AverageResult, average_of_visible};
 
 use crate::error::CliError;
@@ -16,6 +18,8 @@ pub(super) struct Scene<'a, const D: usize> {
     pub distances: Vec<ScalarField<f64, D>>,
     /// The parameters that a figure starts from.
     pub params: AverageParams,
+    /// The doubts about the averages so far.
+    pub doubts: RefCell<Vec<Doubt>>,
     pub session: &'a Session<'a>,
 }
 
@@ -63,6 +67,7 @@ impl<const D: usize> Scene<'_, D> {
         if self.session.interrupt.asked() {
             return Err(CliError::Stopped);
         }
+        self.doubts.borrow_mut().extend(result.doubts(&params));
         Ok(result)
     }
 

@@ -14,12 +14,13 @@ use std::time::Instant;
 
 use ::geodesic::{Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between};
 use fe_grid::{Grid, ScalarField};
+use levelset::Doubt;
 
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Components, Input, VisibilityMask, prepare, view_of};
+use crate::shapes::{Components, Input, VisibilityMask, doubts_of, prepare, view_of};
 use crate::summary::Summary;
 use plan::{GeodesicPlan, plan_geodesic};
 
@@ -34,6 +35,7 @@ pub(crate) struct Outcome<const D: usize> {
     /// The labels of their components, if there are several.
     labels: Vec<i64>,
     result: Geodesic<D>,
+    doubts: Vec<Doubt>,
     history: Vec<HistoryPoint>,
     /// Seconds of the minimisation.
     solver_seconds: f64,
@@ -67,7 +69,9 @@ impl Command for GeodesicConfig {
         let begin = Instant::now();
         let mut watch = session.observer(&grid.hierarchy(first_nodes(&config.params)));
         let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
+        let of_path = result.doubts(&first, &last, &config.params)?;
         Ok(Outcome {
+            doubts: [doubts_of(&inputs), of_path].concat(),
             inputs,
             config,
             labels: parts.map(|parts| parts.labels).unwrap_or_default(),

@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
-use ::geodesic::{Form, Geodesic};
+use ::geodesic::Geodesic;
 use levelset::Contour;
 use serde::Serialize;
 
 use super::path::Path;
 use super::{GeodesicConfig, Outcome};
+use crate::doubts::named;
 use crate::report::{self, overall};
 use crate::shapes::{InputRecord, SurfaceRecord, common_scale};
 use crate::summary::Summary;
@@ -80,7 +81,8 @@ pub(super) fn record<'a, const D: usize>(
     };
     let status = overall(result.status, levels.last().map(|level| level.info.status));
     let nodes = result.level_sets[0].grid().nodes_per_axis();
-    Record::new(status, &nodes, &outcome.config, found, start)
+    let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
+    Record::new(status, &nodes, &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 
@@ -109,13 +111,6 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
         "end",
         format!("Dice {dice:.4} of the end shape and the deformed start shape"),
     );
-    if !found.end_reached {
-        let remedy = match record.parameters.params.form {
-            Form::Lagrangian => "try --form level-sets, a finer --grid, or --align rigid",
-            Form::LevelSets => "try more steps (-K), a finer --grid, or --align rigid",
-        };
-        summary.line("", format!("the end shape is not reached: {remedy}"));
-    }
     summary.certificate(&path.certificate);
     summary
 }

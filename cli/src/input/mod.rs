@@ -14,6 +14,7 @@ mod boundary;
 mod decode;
 mod error;
 mod grey;
+mod levels;
 mod mask;
 mod nifti;
 mod npy;
@@ -27,6 +28,7 @@ use std::path::{Path, PathBuf};
 pub use boundary::boundary;
 pub use error::InputError;
 pub use grey::GreyRange;
+pub use levels::grey_share;
 
 use crate::dimension::Dim;
 

@@ -10,6 +10,7 @@ use shape_pca::{Average, ModeSpace, PcaParams};
 use super::args::PcaConfig;
 use crate::average::AverageConfig;
 use crate::dimension::{Dim, per_dimension};
+use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::input::place::FrameTransform;
 use crate::options::{Align, Size};
@@ -35,6 +36,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub align: Align,
     /// Whether its shapes were scaled to equal sizes.
     pub size: Size,
+    /// The doubts about it.
+    pub doubts: Vec<DoubtRecord>,
 }
 
 fn unfit_average(directory: &Path, reason: String) -> CliError {
@@ -129,6 +132,7 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
         frame: (first.size.clone(), first.frame),
         align: config.masks.align.unwrap_or_default(),
         size: config.masks.size,
+        doubts: record.doubts,
     })
 }
 
@@ -156,6 +160,8 @@ pub(crate) struct StoredPca<const D: usize> {
     pub average: StoredAverage<D>,
     /// Its modes.
     pub space: ModeSpace<D>,
+    /// The doubts about them.
+    pub doubts: Vec<DoubtRecord>,
 }
 
 /// Reads the directory of an analysis, and that of its average.
@@ -180,6 +186,7 @@ fn stored_pca<const D: usize>(
     let Record {
         parameters: config,
         body: modes,
+        doubts,
         ..
     } = record;
     let average = average.map_or_else(|| config.average.clone(), PathBuf::from);
@@ -213,5 +220,9 @@ fn stored_pca<const D: usize>(
         fields: found,
         n_shapes: average.average.n_shapes(),
     };
-    Ok(StoredPca { average, space })
+    Ok(StoredPca {
+        average,
+        space,
+        doubts,
+    })
 }

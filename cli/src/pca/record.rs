@@ -9,6 +9,7 @@ use shape_pca::{Quality, Scores, SolveReport};
 use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use super::command::Outcome;
 use super::procrustes::Procrustes;
+use crate::doubts::{named, of_source};
 use crate::report::Record;
 use crate::summary::Summary;
 
@@ -89,7 +90,10 @@ pub(super) fn record<'a, const D: usize>(
         solves: &pca.solves,
     };
     let nodes = stored.average.grid().nodes_per_axis();
-    Record::new("complete", &nodes, &outcome.config, found, start)
+    let mut doubts = pca.doubts();
+    doubts.extend(of_source(&stored.doubts));
+    let doubts = named(&doubts, []);
+    Record::new("complete", &nodes, &outcome.config, found, doubts, start)
 }
 
 /// The summary of an analysis.

@@ -7,7 +7,9 @@
 use std::path::Path;
 
 use fe_grid::{Grid, ScalarField};
-use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour, signed_distance};
+use levelset::{
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, signed_distance,
+};
 use shape_average::align::align_to;
 use shape_average::{AverageResult, match_to};
 use shape_pca::{Compound, Scores, Source};
@@ -19,6 +21,7 @@ use super::read::{StoredPca, read_pca};
 use super::record::{Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
 use crate::dimension::per_dimension;
+use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::input::place::frame_like;
@@ -27,7 +30,7 @@ use crate::options::{Align, Size};
 use crate::output::ResultDir;
 use crate::picture::{Canvas, Colour, INK, Tiles, colour};
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{labels, place_like};
+use crate::shapes::{inspect_mask, inspect_resolution, labels, place_like};
 use crate::summary::Summary;
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
@@ -42,12 +45,15 @@ pub(crate) struct Outcome<const D: usize> {
     nodes: [usize; D],
     names: Vec<String>,
     shapes: Vec<Measured<D>>,
+    /// The doubt about the modes.
+    source: Option<Doubt>,
 }
 
 /// A new shape and its scores.
 struct Measured<const D: usize> {
     /// Overlap of the shape, deformed onto the average, with the average.
     overlap: f64,
+    doubts: Vec<Doubt>,
     outline: Contour<D>,
     scores: Scores,
     /// The reconstruction by the first `m` modes.
@@ -119,6 +125,7 @@ impl Command for ScoreConfig {
             nodes: stored.space.object.grid().nodes_per_axis(),
             names,
             shapes,
+            source: of_source(&stored.doubts),
         })
     }
 
@@ -142,7 +149,12 @@ impl Command for ScoreConfig {
         )?;
         picture(names, shapes).write_png(&directory.file("score.png"))?;
         let (nodes, start) = (&outcome.nodes, session.start);
-        let record = ScoreRecord::<D>::new("complete", nodes, &outcome.config, placed, start);
+        let doubts = shapes.iter().enumerate();
+        let doubts = doubts.flat_map(|(i, shape)| shape.doubts.iter().map(move |d| d.about(i)));
+        let doubts: Vec<Doubt> = doubts.chain(outcome.source).collect();
+        let doubts = named(&doubts, names.iter().map(|name| &**name));
+        let config = &outcome.config;
+        let record = ScoreRecord::<D>::new("complete", nodes, config, placed, doubts, start);
         record.write(directory)?;
         Ok(summary(&record))
     }
@@ -198,9 +210,10 @@ impl<'a, const D: usize> Target<'a, D> {
             distances.push(aligned.distance);
             reconstructions.push(shape);
         }
-        let pushed = &fit.pushed[0];
+        let overlap = levelset::dice(&fit.pushed[0], 0.0, &self.distance, 0.0).map_err(shown)?;
         Ok(Measured {
-            overlap: levelset::dice(pushed, 0.0, &self.distance, 0.0).map_err(shown)?,
+            doubts: self.doubts(image, &distance, &fit, overlap)?,
+            overlap,
             outline,
             scores,
             reconstructions,
@@ -209,6 +222,29 @@ impl<'a, const D: usize> Target<'a, D> {
             fit,
             displacement,
         })
+    }
+
+    /// The doubts about the mask of a new shape, and about its deformation onto the average.
+    fn doubts(
+        &self,
+        image: &Image<D>,
+        distance: &ScalarField<f64, D>,
+        fit: &AverageResult<D>,
+        overlap: f64,
+    ) -> Result<Vec<Doubt>, CliError> {
+        let pushed = contour(&fit.pushed[0], 0.0, BoxEdge::Closed).map_err(shown)?;
+        let apart = hausdorff(&pushed, &self.outline).map_err(shown)?;
+        let [mean, largest] = [apart.mean, apart.maximum].map(|d| d / distance.grid().spacing());
+        // The result of a single shape compares it with itself.
+        let own = fit.doubts(&self.stored.average.params).into_iter();
+        let own = own.filter(|d| !matches!(d.cause, Cause::Overlap | Cause::BoundaryDistance));
+        let doubts = [
+            inspect_resolution(distance),
+            Doubt::overlap(Cause::Overlap, overlap, mean),
+            Doubt::check(Cause::BoundaryDistance, largest),
+        ];
+        let doubts = doubts.into_iter().flatten().chain(own);
+        Ok(doubts.chain(inspect_mask(image, false)).collect())
     }
 
     /// The boundary of a new shape in the box of the average, and its signed distance.

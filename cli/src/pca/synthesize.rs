@@ -3,13 +3,14 @@
 use std::time::Instant;
 
 use fe_grid::{VectorField, certify_within};
-use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
+use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour};
 use shape_pca::{Compound, Finite, FiniteReport};
 
 use super::args::SynthesizeConfig;
 use super::draw::{moved, shown};
 use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
+use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::output::ResultDir;
@@ -132,6 +133,13 @@ fn record<const D: usize>(
         size: size(shape)?,
         average_size: size(average)?,
     };
+    let doubts = [
+        Doubt::check(Cause::NotConverged, f64::from(u8::from(share < 1.0))),
+        Doubt::below(Cause::Determinant, certificate.min_det, 0.0),
+        of_source(&outcome.stored.doubts),
+    ];
+    let doubts: Vec<Doubt> = doubts.into_iter().flatten().collect();
+    let doubts = named(&doubts, []);
     let reached = share >= 1.0;
     let status = if reached {
         "complete"
@@ -143,6 +151,7 @@ fn record<const D: usize>(
         &grid.nodes_per_axis(),
         config,
         found,
+        doubts,
         start,
     ))
 }

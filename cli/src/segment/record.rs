@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::args::SegmentConfig;
 use super::compute::Found;
+use crate::doubts::named;
 use crate::report::{self, CANCELLED, first_failure, overall};
 use crate::shapes::{InputRecord, SizeRecord};
 use crate::summary::Summary;
@@ -114,13 +115,17 @@ pub(super) fn record<'a, const D: usize>(
         first_failure(images.iter().map(|image| &*image.status))
     };
     let status = status.to_owned();
+    let numbered = found.iter().enumerate();
+    let doubts = numbered.flat_map(|(i, f)| f.result.doubts().into_iter().map(move |d| d.about(i)));
+    let names = found.iter().map(|f| &*f.placed.input.name);
+    let doubts = named(&doubts.collect::<Vec<_>>(), names);
     let found = Images {
         mean_dice: overlaps
             .filter(|o| !o.is_empty())
             .map(|o| o.iter().sum::<f64>() / o.len() as f64),
         images,
     };
-    Record::new(status, &[], config, found, start)
+    Record::new(status, &[], config, found, doubts, start)
 }
 
 /// The summary of a result.

@@ -16,6 +16,7 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use shape_average::align::{RigidMotion, align_group_of_visible};
 
+use super::inspect::inspect_reflections;
 use super::{Input, VisibilityMask, view_of};
 use crate::error::CliError;
 
@@ -90,9 +91,8 @@ pub(crate) fn align<const D: usize>(
             });
         }
     }
-    let [shapes, visibility] =
-        [&distances, &visibility].map(|fields| fields.iter().collect::<Vec<_>>());
-    let found = align_group_of_visible(&shapes, &visibility).map_err(failed)?;
+    let [shapes, seen] = [&distances, &visibility].map(|fields| fields.iter().collect::<Vec<_>>());
+    let found = align_group_of_visible(&shapes, &seen).map_err(failed)?;
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
         input.contour = found[position].motion.apply_to_contour(&input.contour);
@@ -101,6 +101,9 @@ pub(crate) fn align<const D: usize>(
             mismatch: found[position].mismatch,
             reference: position == 0,
         });
+    }
+    if visibility.is_empty() {
+        inspect_reflections(inputs, &distances, &order)?;
     }
     keep_inside(inputs);
     Ok(())

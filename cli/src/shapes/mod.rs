@@ -7,6 +7,7 @@
 //! alignment; the exact Euclidean distance to them is computed at the nodes.
 
 mod align;
+mod inspect;
 mod label;
 mod pairs;
 mod parts;
@@ -17,7 +18,7 @@ mod surface;
 use std::path::{Path, PathBuf};
 
 use fe_grid::{Grid, ScalarField, parallel};
-use levelset::{Contour, ContourDistance, Moments, signed_distance};
+use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 
 use crate::error::CliError;
 use crate::input::place::{FrameRule, FrameTransform, fit_frames};
@@ -27,6 +28,7 @@ use crate::progress::Progress;
 use align::{Alignment, align};
 use size::equalise;
 
+pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
@@ -110,6 +112,8 @@ pub(crate) struct Input<const D: usize> {
     pub contour: Contour<D>,
     /// The object's area or volume in the unit box.
     pub volume: f64,
+    /// Doubts about it.
+    pub doubts: Vec<Doubt>,
 }
 
 impl<const D: usize> Input<D> {
@@ -141,8 +145,10 @@ pub(crate) fn prepare<const D: usize>(
     let named = images.iter().zip(&frames).zip(labels(&paths));
     let mut inputs =
         parallel::try_map(named, &|((image, frame), name)| input(image, *frame, name))?;
-    for (input, factor) in inputs.iter_mut().zip(size_factors) {
+    for (i, (input, factor)) in inputs.iter_mut().zip(size_factors).enumerate() {
         input.size_factor = factor;
+        let partly = views.get(i).is_some_and(Option::is_some);
+        input.doubts = inspect_mask(&images[i], partly);
     }
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
@@ -162,7 +168,11 @@ pub(crate) fn prepare<const D: usize>(
             )
         })
         .collect();
-    Ok((inputs, distances?))
+    let distances = distances?;
+    for (input, distance) in inputs.iter_mut().zip(&distances) {
+        input.doubts.extend(inspect_resolution(distance));
+    }
+    Ok((inputs, distances))
 }
 
 fn input<const D: usize>(
@@ -186,6 +196,7 @@ fn input<const D: usize>(
         alignment: None,
         contour,
         volume,
+        doubts: Vec::new(),
     })
 }
 

@@ -30,7 +30,7 @@ pub fn averaged(place: &Place, inputs: &[String], options: &[&str], output: &str
     arguments.extend(inputs.iter().map(String::as_str));
     arguments.extend(["-o", output]);
     arguments.extend(options);
-    succeeded(&place.run(&arguments));
+    succeeded(&place.compute(&arguments));
     Results::read(&place.path(output))
 }
 

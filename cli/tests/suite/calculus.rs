@@ -8,7 +8,7 @@ use crate::common::{Place, Results, arrays, draw, drawn, picture_size, succeeded
 fn geodesic(place: &Place, ends: [&str; 2], steps: &str, grid: &str, output: &str) -> Results {
     let mut arguments = vec!["geodesic", ends[0], ends[1], "-o", output, "--grid", grid];
     arguments.extend(["-K", steps]);
-    succeeded(&place.run(&arguments));
+    succeeded(&place.compute(&arguments));
     Results::read(&place.path(output))
 }
 
@@ -237,7 +237,7 @@ fn what_is_no_geodesic_is_refused() {
     );
     let mut arguments = vec!["geodesic", "straight.png", "folded.png", "-o", "sets"];
     arguments.extend(["--form", "level-sets", "--grid", "17", "-K", "2"]);
-    succeeded(&place.run(&arguments));
+    succeeded(&place.compute(&arguments));
     refused(
         &place,
         &["extend", "sets", "-o", "on"],

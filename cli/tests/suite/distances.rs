@@ -34,7 +34,7 @@ fn arguments<'a>(inputs: &[&'a str], options: &[&'a str], output: &'a str) -> Ve
 }
 
 fn measured(place: &Place, inputs: &[&str], options: &[&str], output: &str) -> Results {
-    succeeded(&place.run(&arguments(inputs, options, output)));
+    succeeded(&place.compute(&arguments(inputs, options, output)));
     Results::read(&place.path(output))
 }
 

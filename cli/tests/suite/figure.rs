@@ -27,7 +27,7 @@ fn figure(place: &Place, name: &str, rest: &[&str], output: &str) -> Table {
     let mut arguments = vec!["figure", name];
     arguments.extend(rest);
     arguments.extend(["-o", output]);
-    succeeded(&place.run(&arguments));
+    succeeded(&place.compute(&arguments));
     let results = Results::read(&place.path(output));
     assert_eq!(results.json["figure"], name);
     for file in ["figure.png", "figure.md", "table.csv"] {

@@ -32,7 +32,7 @@ const KEYS: [&str; 22] = [
 fn connected(place: &Place, ends: &[String], options: &[&str], output: &str) -> Results {
     let mut arguments = vec!["geodesic", &ends[0], &ends[1], "-o", output];
     arguments.extend(options);
-    succeeded(&place.run(&arguments));
+    succeeded(&place.compute(&arguments));
     Results::read(&place.path(output))
 }
 

@@ -78,7 +78,7 @@ fn a_result_is_the_start_of_another() {
     let go_on = |grid: &str, output: &str| {
         let mut arguments = vec!["average", "--start", "coarse", "--grid", grid, "-o", output];
         arguments.extend(inputs.iter().map(String::as_str));
-        let run = place.run(&arguments);
+        let run = place.compute(&arguments);
         succeeded(&run);
         let report = String::from_utf8_lossy(&run.stderr).into_owned();
         (Results::read(&place.path(output)), report)

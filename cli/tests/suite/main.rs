@@ -18,4 +18,5 @@ mod pca;
 mod readme;
 mod real_data;
 mod segment;
+mod verdict;
 mod verify;

@@ -55,7 +55,7 @@ fn a_noisy_letter_is_found() {
         assert!(results.path(name).is_file(), "{name}");
     }
     // The mask is an input of the other commands.
-    succeeded(&place.run(&[
+    succeeded(&place.compute(&[
         "average",
         "out/mask_000.npy",
         "mask.npy",

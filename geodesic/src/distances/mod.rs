@@ -26,6 +26,7 @@
 //! ```
 
 mod cluster;
+mod doubts;
 mod lengths;
 mod matrix;
 mod quality;
@@ -34,6 +35,7 @@ mod scaling;
 mod triangle;
 
 pub use cluster::{Dendrogram, Linkage, Merge};
+pub use doubts::doubts;
 pub use lengths::{Asymmetry, Completed, PathLengths};
 pub use matrix::{DistanceError, DistanceMatrix};
 pub use quality::{adjusted_rand_index, nearest_neighbour_accuracy, purity};

@@ -5,5 +5,6 @@ mod common;
 mod contour;
 mod distance;
 mod heaviside;
+mod inspect;
 mod measures;
 mod surface;

@@ -35,6 +35,7 @@
 //! noisier images need a larger length or contrast.
 
 mod alternation;
+mod doubts;
 mod energy;
 mod params;
 mod relax;

@@ -5,7 +5,7 @@ use levelset::{BoxEdge, ContourDistance, contour, signed_distance};
 use nalgebra::{Matrix2, Rotation2, Rotation3, SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
 use shape_average::align::{
-    AlignError, Alignment, RigidMotion, align_group, align_group_of_visible, align_to,
+    AlignError, Alignment, RigidMotion, align_group, align_group_of_visible, align_to, mismatches,
 };
 
 /// The signed distance of a shape, given by a function that is positive inside, after a motion.
@@ -327,4 +327,27 @@ fn threads_do_not_change_the_bits() {
         pool.install(|| align_group(&list).unwrap())
     };
     assert_eq!(on(1), on(2));
+}
+
+/// The mismatches of a moved shape, and of its moved mirror image.
+fn check_mirror_images<const D: usize>(grid: Grid<D>, motion: &RigidMotion<D>) {
+    let identity = RigidMotion::identity();
+    let reference = moved(grid, blob, &identity);
+    let turned = moved(grid, blob, motion);
+    let image = |mut x: SVector<f64, D>| {
+        x[1] = 1.0 - x[1];
+        blob(x)
+    };
+    let reflected = moved(grid, image, motion);
+    let [own, other] = mismatches(&reference, &turned).unwrap();
+    assert!(own < 0.2 * other, "{own} {other}");
+    let [own, other] = mismatches(&reference, &reflected).unwrap();
+    assert!(other < 0.2 * own, "{own} {other}");
+}
+
+#[test]
+fn a_mirror_image_fits_when_it_is_reflected() {
+    check_mirror_images(Grid::cube(65), &about_middle(turn(140.0), [0.03, -0.02]));
+    let rotation = Rotation3::from_euler_angles(0.4, 0.9, -1.8).into_inner();
+    check_mirror_images(Grid::cube(33), &about_middle(rotation, [0.02, 0.01, -0.03]));
 }

@@ -110,7 +110,7 @@ fn distances(place: &Place, set: &Set) -> Outcome<Value> {
     eprintln!("{}", set.name);
     let output = "distances";
     let files: Vec<String> = set.files.iter().map(|f| f.display().to_string()).collect();
-    let mut arguments = vec!["distances", "-o", output, "-K", "4"];
+    let mut arguments = vec!["distances", "--allow-doubtful", "-o", output, "-K", "4"];
     arguments.extend(set.options);
     arguments.extend(files.iter().map(String::as_str));
     place.run(&arguments)?;

@@ -170,9 +170,10 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
     }
     arguments.extend(AVERAGE);
     arguments.extend(set.options);
-    arguments.extend(["-o", text(&average)?]);
+    arguments.extend(["--allow-doubtful", "-o", text(&average)?]);
     program(&arguments)?;
-    program(&["pca", text(&average)?, "-o", text(&modes)?])?;
+    let modes_of = ["pca", text(&average)?, "-o", text(&modes)?];
+    program(&[&modes_of[..], &["--allow-doubtful"]].concat())?;
     let (made, record) = (record(&average)?, record(&modes)?);
     let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
     let ratios = numbers(&record["ratios"]);
@@ -225,6 +226,7 @@ fn others(set: &Set, modes: &Path, bound: f64) -> Outcome<String> {
         text(modes)?,
         "--size",
         "equal",
+        "--allow-doubtful",
         "-o",
         text(&scored)?,
     ]);

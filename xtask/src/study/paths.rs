@@ -85,7 +85,15 @@ impl Place {
     pub fn geodesic(&self, start: &str, end: &str, options: &[&str]) -> Outcome<Found> {
         let ends = [start, end].map(|name| format!("{name}.npy"));
         let output = "out";
-        let arguments = [&["geodesic", &ends[0], &ends[1], "-o", output], options].concat();
+        let fixed = [
+            "geodesic",
+            &ends[0],
+            &ends[1],
+            "--allow-doubtful",
+            "-o",
+            output,
+        ];
+        let arguments = [&fixed, options].concat();
         self.run(&arguments)?;
         let folder = self.folder.join(output);
         let record: Value = serde_json::from_str(&read(&folder.join("result.json"))?)?;

@@ -132,7 +132,7 @@ fn measure(set: &Set, nodes: usize, table: &mut Table) -> Outcome<()> {
         .arg("average")
         .args(&set.files)
         .args(set.options)
-        .args(["--grid", &grid, "-o"])
+        .args(["--grid", &grid, "--allow-doubtful", "-o"])
         .arg(&place)
         .output()?;
     if !output.status.success() {

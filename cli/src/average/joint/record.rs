@@ -7,6 +7,7 @@ use serde::Serialize;
 use shape_average::joint::{JointEnergy, JointResult, spread};
 
 use super::{AverageConfig, Outcome};
+use crate::doubts::named;
 use crate::report::{self, overall};
 use crate::shapes::InputRecord;
 use crate::summary::Summary;
@@ -44,7 +45,9 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         result.levels.last().map(|level| level.status),
     );
     let nodes = result.average.grid().nodes_per_axis();
-    Record::new(status, &nodes, &outcome.config, found, start).of(outcome
+    let names = outcome.images.iter().map(|image| &*image.name);
+    let doubts = named(&result.doubts(&outcome.params.average), names);
+    Record::new(status, &nodes, &outcome.config, found, doubts, start).of(outcome
         .images
         .iter()
         .map(InputRecord::of_image)

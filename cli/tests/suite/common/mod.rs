@@ -31,6 +31,12 @@ impl Place {
         names
     }
 
+    /// Runs a command whose result may be doubtful: shapes on grids that are too coarse for them,
+    /// or few iterations.
+    pub fn compute(&self, arguments: &[&str]) -> Output {
+        self.run(&[arguments, &["--allow-doubtful"]].concat())
+    }
+
     pub fn run(&self, arguments: &[&str]) -> Output {
         self.run_with(arguments, &[])
     }

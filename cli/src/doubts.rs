@@ -1,0 +1,137 @@
+//! Doubts in `result.json` and on the terminal.
+
+use levelset::verdict::worst;
+use levelset::{Cause, Doubt, Limit};
+use serde::{Deserialize, Serialize};
+
+/// Doubts of one cause that are listed on the terminal.
+const LISTED: usize = 6;
+
+/// A doubt with the name of its shape and a remedy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct DoubtRecord {
+    /// As in tables and pictures; missing where the doubt is about the result as a whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    shape: Option<String>,
+    what: Cause,
+    /// Missing if it is not a finite number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    figure: Option<f64>,
+    limit: f64,
+    remedy: String,
+}
+
+/// Doubts about shapes of these names: the worst of every cause and shape, by cause.
+pub(crate) fn named<'a>(
+    doubts: &[Doubt],
+    names: impl IntoIterator<Item = &'a str>,
+) -> Vec<DoubtRecord> {
+    let names: Vec<&str> = names.into_iter().collect();
+    let record = |doubt: Doubt| DoubtRecord {
+        shape: doubt
+            .shape
+            .and_then(|shape| Some((*names.get(shape)?).into())),
+        what: doubt.cause,
+        figure: Some(doubt.figure).filter(|figure| figure.is_finite()),
+        limit: doubt.limit,
+        remedy: doubt.cause.criterion().remedy.into(),
+    };
+    worst(doubts.iter().copied())
+        .into_iter()
+        .map(record)
+        .collect()
+}
+
+/// The doubt about a result that is computed from one with these doubts.
+pub(crate) fn of_source(doubts: &[DoubtRecord]) -> Option<Doubt> {
+    Doubt::check(Cause::Source, doubts.len() as f64)
+}
+
+/// The doubts in words, with the remedy after all of one cause.
+pub(crate) fn in_words(doubts: &[DoubtRecord]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for same in doubts.chunk_by(|a, b| a.what == b.what) {
+        lines.extend(same.iter().take(LISTED).map(sentence));
+        if same.len() > LISTED {
+            lines.push(format!(
+                "and {} others, see result.json",
+                same.len() - LISTED
+            ));
+        }
+        lines.push(format!("remedy: {}", same[0].remedy));
+    }
+    lines
+}
+
+fn sentence(doubt: &DoubtRecord) -> String {
+    let criterion = doubt.what.criterion();
+    let about = doubt
+        .shape
+        .as_deref()
+        .map_or_else(String::new, |name| format!("{name}: "));
+    let figure = doubt.figure.map_or_else(|| "unknown".into(), number);
+    let bound = match criterion.limit {
+        Limit::AtLeast(_) => "at least",
+        Limit::AtMost(_) => "at most",
+    };
+    let (what, limit) = (criterion.figure, number(doubt.limit));
+    format!("{about}{what}: {figure}, sound is {bound} {limit}")
+}
+
+/// A number with three significant digits.
+fn number(value: f64) -> String {
+    if value.fract() == 0.0 && value.abs() < 1e6 {
+        format!("{value:.0}")
+    } else if (0.01..1e6).contains(&value.abs()) {
+        format!("{value:.3}")
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn doubts_of_one_cause_have_one_remedy() {
+        let overlap = |shape, dice| {
+            let doubt = Doubt::check(Cause::Overlap, dice).unwrap();
+            doubt.about(shape)
+        };
+        let whole = Doubt::check(Cause::NotConverged, 2.0).unwrap();
+        let doubts = named(&[whole, overlap(0, 0.9), overlap(1, 0.5)], ["a", "b"]);
+        let text = in_words(&doubts);
+        assert_eq!(text.len(), 5, "{text:?}");
+        assert!(
+            text[0].ends_with("converged: 2, sound is at most 0"),
+            "{}",
+            text[0]
+        );
+        assert!(text[2].starts_with("a: Dice"), "{}", text[2]);
+        assert!(
+            text[3].ends_with("average: 0.500, sound is at least 0.960"),
+            "{}",
+            text[3]
+        );
+        assert!(text[4].starts_with("remedy: use"), "{}", text[4]);
+    }
+
+    #[test]
+    fn long_lists_are_cut_and_unknown_figures_are_named() {
+        let doubt = Doubt::check(Cause::Overlap, f64::NAN).unwrap();
+        let doubts: Vec<Doubt> = (0..LISTED + 3).map(|shape| doubt.about(shape)).collect();
+        let doubts = named(&doubts, []);
+        assert_eq!(doubts[0].figure, None);
+        let text = in_words(&doubts);
+        assert_eq!(text.len(), LISTED + 2);
+        assert!(text[0].contains("unknown"), "{}", text[0]);
+        assert_eq!(text[LISTED], "and 3 others, see result.json");
+    }
+
+    #[test]
+    fn small_and_large_numbers_are_readable() {
+        let found = [0.0, 3.0, 0.9612, 0.001, -0.25, 2.5e7].map(number);
+        assert_eq!(found, ["0", "3", "0.961", "1.0e-3", "-0.250", "2.5e7"]);
+    }
+}

@@ -1,0 +1,73 @@
+//! Doubts about masks: whether they show an object, the whole of it, and nothing else, at a
+//! resolution that the grid has.
+
+use fe_grid::{Grid, ScalarField, parallel};
+use levelset::inspect::{border_share, specks, thin_share};
+use levelset::{Cause, Doubt};
+use shape_average::align::mismatches;
+
+use super::Input;
+use crate::error::CliError;
+use crate::input::{Image, LEVEL, grey_share};
+
+/// Mismatch of aligned shapes up to which a shape is not compared with its reflection: nearly equal
+/// shapes are not reflected.
+const MATCHED: f64 = 0.02;
+
+/// The doubts about a mask. The object of one that is partially visible may continue beyond the
+/// border.
+pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Vec<Doubt> {
+    let field = Grid::with_nodes(image.size, 1.0)
+        .and_then(|grid| ScalarField::from_vec(grid, image.values.clone()))
+        // Masks that were read have at least two samples along every axis.
+        .expect("a grid of the samples");
+    let share = if partly {
+        0.0
+    } else {
+        border_share(&field, LEVEL)
+    };
+    let border = Doubt::check(Cause::Background, share);
+    let doubts = [
+        border.or_else(|| Doubt::check(Cause::Border, share)),
+        Doubt::check(Cause::GreyValues, grey_share(image)),
+        Doubt::check(Cause::Specks, specks(&field, LEVEL) as f64),
+    ];
+    doubts.into_iter().flatten().collect()
+}
+
+/// The doubt about a shape that the grid does not resolve, given by its signed distance.
+pub(crate) fn inspect_resolution<const D: usize>(distance: &ScalarField<f64, D>) -> Option<Doubt> {
+    Doubt::check(Cause::ThinParts, thin_share(distance))
+}
+
+/// Adds the doubts about shapes that fit the reference of an alignment better when they are
+/// reflected. `distances` are those before the alignment, of the reference first.
+///
+/// # Errors
+/// [`CliError::Computation`].
+pub(super) fn inspect_reflections<const D: usize>(
+    inputs: &mut [Input<D>],
+    distances: &[ScalarField<f64, D>],
+    order: &[usize],
+) -> Result<(), CliError> {
+    let loose = |i: usize| inputs[i].alignment.is_some_and(|a| a.mismatch > MATCHED);
+    let others = order.iter().zip(distances).skip(1);
+    let others: Vec<_> = others.filter(|(i, _)| loose(**i)).collect();
+    let shares = parallel::try_map(&others, &|(_, distance)| {
+        let [own, reflected] = mismatches(&distances[0], distance).map_err(super::align::failed)?;
+        Ok::<_, CliError>(reflected / own.max(f64::MIN_POSITIVE))
+    })?;
+    for ((i, _), share) in others.into_iter().zip(shares) {
+        inputs[*i]
+            .doubts
+            .extend(Doubt::check(Cause::Reflection, share));
+    }
+    Ok(())
+}
+
+/// The doubts about inputs, with their numbers.
+pub(crate) fn doubts_of<const D: usize>(inputs: &[Input<D>]) -> Vec<Doubt> {
+    let numbered = inputs.iter().enumerate();
+    let doubts = numbered.flat_map(|(i, input)| input.doubts.iter().map(move |d| d.about(i)));
+    doubts.collect()
+}

@@ -1,0 +1,280 @@
+//! Results that mislead are doubtful, for the right reason, and sound ones are not.
+
+use std::path::Path;
+
+use levelset::{Cause, Limit};
+use serde_json::Value;
+
+use crate::common::{Place, Results, drawn, grey_png, succeeded};
+
+const SIDE: u32 = 64;
+
+/// A picture of these grey values, by position in pixels from the middle.
+fn picture(place: &Place, name: &str, grey: impl Fn(f64, f64) -> f64) {
+    let middle = 0.5 * f64::from(SIDE) - 0.5;
+    let pixels: Vec<u8> = (0..SIDE * SIDE)
+        .map(|i| {
+            let [x, y] = [i % SIDE, i / SIDE].map(|k| f64::from(k) - middle);
+            (255.0 * grey(x, y)).round() as u8
+        })
+        .collect();
+    place.write(name, &grey_png(SIDE, SIDE, &pixels));
+}
+
+/// 1 inside an ellipse about a point, 0 outside.
+fn ellipse([a, b]: [f64; 2], [x, y]: [f64; 2]) -> f64 {
+    f64::from(u8::from((x / a).hypot(y / b) < 1.0))
+}
+
+fn ordinary(place: &Place, name: &str) {
+    picture(place, name, |x, y| ellipse([20.0, 14.0], [x, y]));
+}
+
+/// The causes of the doubts about a shape, or about the result as a whole.
+fn causes(results: &Results, shape: Option<&str>) -> Vec<String> {
+    let doubts = results.json["doubts"].as_array().unwrap();
+    let about = doubts
+        .iter()
+        .filter(|doubt| doubt.get("shape").and_then(Value::as_str) == shape);
+    about
+        .map(|doubt| doubt["what"].as_str().unwrap().into())
+        .collect()
+}
+
+/// Runs a command that has a doubtful result, and returns that with the standard output.
+fn doubtful(place: &Place, arguments: &[&str]) -> (Results, String) {
+    let run = place.run(&[arguments, &["-o", "out"]].concat());
+    let text = String::from_utf8(run.stdout).unwrap();
+    let report = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(3), "{text}{report}");
+    let results = Results::read(&place.path("out"));
+    assert_eq!(results.json["verdict"], "doubtful");
+    assert!(text.contains("\n  verdict      doubtful\n"), "{text}");
+    for doubt in results.json["doubts"].as_array().unwrap() {
+        let remedy = doubt["remedy"].as_str().unwrap();
+        let [figure, limit] = ["figure", "limit"].map(|key| doubt[key].as_f64().unwrap());
+        assert!(figure != limit && !remedy.is_empty(), "{doubt}");
+        assert!(text.contains(&format!("remedy: {remedy}")), "{text}");
+    }
+    assert!(
+        text.trim_end().lines().last().unwrap().contains("remedy: "),
+        "{text}"
+    );
+    (results, text)
+}
+
+/// Averages an ordinary mask and one that has these doubts.
+fn misleads(mislead: impl Fn(f64, f64) -> f64, options: &[&str], cause: &str) -> Results {
+    let place = Place::new();
+    ordinary(&place, "good.png");
+    picture(&place, "bad.png", mislead);
+    let arguments = ["average", "good.png", "bad.png", "--grid", "65"];
+    let (results, text) = doubtful(&place, &[&arguments, options].concat());
+    let found = causes(&results, Some("bad"));
+    assert!(
+        found.iter().any(|found| found == cause),
+        "{cause}: {found:?}"
+    );
+    assert!(text.contains("    bad: "), "{text}");
+    let good = causes(&results, Some("good"));
+    assert!(good.iter().all(|found| found != cause), "{cause}: {good:?}");
+    results
+}
+
+#[test]
+fn a_speck_is_found() {
+    let speck =
+        |x: f64, y: f64| f64::from(u8::from((x - 28.0).abs() < 1.0 && (y - 28.0).abs() < 1.0));
+    let results = misleads(
+        |x, y| ellipse([20.0, 14.0], [x, y]).max(speck(x, y)),
+        &[],
+        "specks",
+    );
+    assert_eq!(results.json["doubts"][0]["shape"], "bad");
+}
+
+#[test]
+fn an_object_that_is_cut_off_is_found() {
+    misleads(|x, y| ellipse([20.0, 14.0], [x - 20.0, y]), &[], "border");
+}
+
+#[test]
+fn an_inverted_mask_is_found() {
+    misleads(
+        |x, y| 1.0 - ellipse([20.0, 14.0], [x, y]),
+        &[],
+        "background",
+    );
+}
+
+#[test]
+fn a_grey_scan_is_found() {
+    misleads(
+        |x, y| (1.0 - (x / 28.0).hypot(y / 20.0)).clamp(0.0, 1.0),
+        &[],
+        "grey_values",
+    );
+}
+
+#[test]
+fn a_bar_that_is_thinner_than_three_cells_is_found() {
+    let place = Place::new();
+    picture(&place, "good.png", |x, y| ellipse([24.0, 14.0], [x, y]));
+    picture(&place, "bar.png", |x, y| {
+        f64::from(u8::from(x.abs() < 24.0 && y.abs() < 2.0))
+    });
+    let (results, _) = doubtful(&place, &["average", "good.png", "bar.png", "--grid", "33"]);
+    let found = causes(&results, Some("bar"));
+    assert!(found.iter().any(|found| found == "thin_parts"), "{found:?}");
+    assert!(!causes(&results, Some("good")).contains(&"thin_parts".into()));
+}
+
+/// A flag: a pole with two bars on one side.
+fn flag(x: f64, y: f64) -> f64 {
+    let inside =
+        |low: [f64; 2], high: [f64; 2]| x > low[0] && x < high[0] && y > low[1] && y < high[1];
+    let parts = [
+        inside([-10.0, -20.0], [-3.0, 20.0]),
+        inside([-10.0, 12.0], [14.0, 20.0]),
+        inside([-10.0, -4.0], [8.0, 4.0]),
+    ];
+    f64::from(u8::from(parts.contains(&true)))
+}
+
+#[test]
+fn a_reflected_shape_is_found_and_a_turned_one_is_not() {
+    let place = Place::new();
+    for name in ["a.png", "b.png"] {
+        picture(&place, name, flag);
+    }
+    picture(&place, "turned.png", |x, y| flag(y, -x));
+    picture(&place, "reflected.png", |x, y| flag(-x, y));
+    let arguments = ["average", "a.png", "b.png", "turned.png", "reflected.png"];
+    let options = ["--align", "rigid", "--grid", "65"];
+    let (results, _) = doubtful(&place, &[&arguments[..], &options].concat());
+    let found = causes(&results, Some("reflected"));
+    assert!(found.contains(&"reflection".into()), "{found:?}");
+    for name in ["a", "b", "turned"] {
+        let found = causes(&results, Some(name));
+        assert!(!found.contains(&"reflection".into()), "{name}: {found:?}");
+    }
+}
+
+#[test]
+fn too_few_iterations_are_found_and_can_be_allowed() {
+    let place = Place::new();
+    let files = drawn(&place, "bars", "2", "65");
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    let short = ["--grid", "65", "--max-iterations", "1"];
+    let arguments = [&["average"], &files[..], &short].concat();
+    let (results, _) = doubtful(&place, &arguments);
+    assert!(causes(&results, None).contains(&"not_converged".into()));
+    assert_eq!(results.json["status"], "max_iterations");
+    let allowed = [&arguments[..], &["--allow-doubtful", "-o", "allowed"]].concat();
+    let text = succeeded(&place.run(&allowed));
+    assert!(text.contains("verdict      doubtful"), "{text}");
+    let again = Results::read(&place.path("allowed"));
+    assert_eq!(again.json["doubts"], results.json["doubts"]);
+}
+
+#[test]
+fn shapes_of_very_different_sizes_are_found() {
+    let place = Place::new();
+    picture(&place, "small.png", |x, y| ellipse([4.0, 4.0], [x, y]));
+    picture(&place, "large.png", flag);
+    let arguments = ["average", "small.png", "large.png", "--grid", "33"];
+    doubtful(&place, &arguments);
+}
+
+/// Deformations of a disk have no hole.
+#[test]
+fn a_path_that_does_not_arrive_is_found() {
+    let place = Place::new();
+    let disk = |r: f64, [x, y]: [f64; 2]| ellipse([r, r], [x, y]);
+    picture(&place, "disk.png", |x, y| disk(20.0, [x, y]));
+    picture(&place, "ring.png", |x, y| {
+        disk(22.0, [x, y]) - disk(9.0, [x, y])
+    });
+    let arguments = [
+        "geodesic", "disk.png", "ring.png", "--grid", "33", "-K", "2",
+    ];
+    let (results, _) = doubtful(&place, &arguments);
+    let found = causes(&results, None);
+    for cause in ["path_end", "boundary_distance"] {
+        assert!(found.contains(&cause.into()), "{found:?}");
+    }
+    assert_eq!(results.json["end_reached"], false);
+}
+
+/// Averages a family, which must be sound.
+fn sound(family: &str, dimension: &str, grid: &str, seed: &str) {
+    let place = Place::new();
+    let (drawn_as, output) = (["generate", "family", family], ["-o", "shapes"]);
+    let shape = ["--dimension", dimension, "--grid", grid, "--seed", seed];
+    succeeded(&place.run(&[&drawn_as[..], &shape, &output].concat()));
+    let mut files: Vec<String> = std::fs::read_dir(place.path("shapes"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path().to_str().unwrap().to_owned())
+        .collect();
+    files.sort();
+    let files = files.iter().map(String::as_str);
+    let arguments = ["average", "--grid", grid, "-o", "out"]
+        .into_iter()
+        .chain(files);
+    let run = place.run(&arguments.collect::<Vec<_>>());
+    let text = String::from_utf8_lossy(&run.stdout).into_owned();
+    assert_eq!(run.status.code(), Some(0), "{family} {dimension}: {text}");
+    assert!(text.contains("\n  verdict      sound\n"), "{text}");
+    let results = Results::read(&place.path("out"));
+    assert_eq!(results.json["verdict"], "sound");
+    assert_eq!(results.json["doubts"], Value::Array(Vec::new()));
+}
+
+#[test]
+fn families_in_the_plane_are_sound() {
+    for family in ["bars", "disks", "crosses", "stars", "letters"] {
+        sound(family, "2", "129", "1");
+    }
+}
+
+#[test]
+fn random_families_are_sound() {
+    for seed in ["1", "2", "3"] {
+        sound("blobs", "2", "129", seed);
+    }
+}
+
+#[test]
+fn families_in_space_are_sound() {
+    for seed in ["1", "2"] {
+        sound("blobs", "3", "33", seed);
+    }
+}
+
+/// The page says of every cause what its criterion says.
+#[test]
+fn the_page_states_all_limits() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/verdict.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    let sections = Cause::ALL.map(|cause| {
+        let criterion = cause.criterion();
+        let name = serde_json::to_value(cause).unwrap();
+        let (bound, limit) = match criterion.limit {
+            Limit::AtLeast(limit) => ("at least", limit),
+            Limit::AtMost(limit) => ("at most", limit),
+        };
+        let [figure, reason, remedy] = [criterion.figure, criterion.reason, criterion.remedy];
+        let name = name.as_str().unwrap();
+        format!("## {name}\n\n{figure}: {bound} {limit}\n\n{reason}\n\nRemedy: {remedy}.\n")
+    });
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let missing = sections
+        .iter()
+        .filter(|section| !words(&page).contains(&words(section)));
+    let missing: Vec<&str> = missing.map(String::as_str).collect();
+    assert!(
+        missing.is_empty(),
+        "missing from docs/verdict.md:\n{}",
+        missing.join("\n")
+    );
+}

@@ -1,0 +1,67 @@
+//! The doubts about paths.
+
+use crate::calculus::Extension;
+use crate::error::GeodesicError;
+use crate::params::GeodesicParams;
+use crate::result::Geodesic;
+use crate::shape::{Known, Shape, union_of};
+use levelset::{BoxEdge, Cause, Doubt, contour, hausdorff};
+
+impl<const D: usize> Geodesic<D> {
+    /// Returns the doubts about the path between two shapes, computed with these parameters: a
+    /// minimiser that did not converge, a path that does not arrive at the end shape, and a
+    /// determinant at its lower bound.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Shape`] for a shape without a boundary.
+    pub fn doubts(
+        &self,
+        start: &Shape<D>,
+        end: &Shape<D>,
+        params: &GeodesicParams,
+    ) -> Result<Vec<Doubt>, GeodesicError> {
+        let ended = f64::from(u8::from(!self.status.converged()));
+        let mut doubts = vec![
+            Doubt::check(Cause::NotConverged, ended),
+            Doubt::determinant(self.certificate.min_det, params.min_determinant),
+            Doubt::overlap(Cause::PathEnd, self.dice_end, self.gap_end),
+        ];
+        // The boundary of a hidden part is unknown.
+        if [start, end]
+            .map(Shape::known)
+            .iter()
+            .all(|known| matches!(known, Known::Everywhere))
+        {
+            let distance = self.end_distance(end)?;
+            doubts.push(Doubt::check(Cause::BoundaryDistance, distance));
+        }
+        Ok(doubts.into_iter().flatten().collect())
+    }
+
+    /// Returns the largest distance between the boundaries of the deformed start shape and of the
+    /// end shape, in spacings of the grid.
+    fn end_distance(&self, end: &Shape<D>) -> Result<f64, GeodesicError> {
+        let start = &self.level_sets[0];
+        let carried = contour(start, 0.0, BoxEdge::Open)?.map(|x| {
+            self.displacements.iter().fold(x, |y, displacement| {
+                let u = displacement.sample(y);
+                std::array::from_fn(|k| y[k] + u[k])
+            })
+        });
+        let end = contour(&union_of(end.components()), 0.0, BoxEdge::Open)?;
+        Ok(hausdorff(&carried, &end)?.maximum / start.grid().spacing())
+    }
+}
+
+impl<const D: usize> Extension<D> {
+    /// Returns the doubts about an extension by this number of steps: steps that were not found, and
+    /// deformations that fold.
+    pub fn doubts(&self, steps: usize) -> Vec<Doubt> {
+        let missing = steps.saturating_sub(self.step_energies.len());
+        let doubts = [
+            Doubt::check(Cause::NotConverged, missing as f64),
+            Doubt::below(Cause::Determinant, self.certificate.min_det, 0.0),
+        ];
+        doubts.into_iter().flatten().collect()
+    }
+}

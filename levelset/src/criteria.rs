@@ -1,0 +1,256 @@
+//! The limits of all figures by which results are judged, with their reasons and remedies.
+
+use serde::{Deserialize, Serialize};
+
+/// What a figure measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Cause {
+    /// Minimisers that ended before they converged.
+    NotConverged,
+    /// The estimated distance of the energy from its minimum.
+    RemainingEnergy,
+    /// The overlap of a deformed shape with the one that it should have become.
+    Overlap,
+    /// The distance of their boundaries.
+    BoundaryDistance,
+    /// The smallest determinant of a deformation.
+    Determinant,
+    /// An object that touches the border of its image.
+    Border,
+    /// An object that surrounds the rest of its image.
+    Background,
+    /// Grey values inside an object.
+    GreyValues,
+    /// Components that are much smaller than the object.
+    Specks,
+    /// A shape that fits better when it is reflected.
+    Reflection,
+    /// Parts that the grid does not resolve.
+    ThinParts,
+    /// The resultant of the boundary stresses at an average.
+    StressBalance,
+    /// The smallest curvature of the energy at an average.
+    Indefinite,
+    /// The overlap of the end of a path with the end shape.
+    PathEnd,
+    /// The difference of the distances in the two directions.
+    Asymmetry,
+    /// Distances that are longer than a way through a third shape.
+    TriangleInequality,
+    /// Doubts about the result that this one is computed from.
+    Source,
+}
+
+/// A bound of a figure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// Smaller figures are doubtful.
+    AtLeast(f64),
+    /// Larger figures are doubtful.
+    AtMost(f64),
+}
+
+/// A figure of results, its limit, the reason for the limit, and what to do beyond it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Criterion {
+    /// What the figure measures, in one word.
+    pub cause: Cause,
+    /// The definition of the figure.
+    pub figure: &'static str,
+    /// Its limit.
+    pub limit: Limit,
+    /// The reason for the limit.
+    pub reason: &'static str,
+    /// What to try.
+    pub remedy: &'static str,
+}
+
+/// Mean distance of two boundaries, in spacings of the grid, up to which an overlap is not doubtful:
+/// a boundary is known to about a quarter of a spacing, which in thin shapes and in volumes on
+/// coarse grids takes away more of the overlap than [`Cause::Overlap`] allows.
+pub const RESOLVED_DISTANCE: f64 = 0.25;
+
+/// Smallest determinant that is not doubtful, as a multiple of the lower bound that the minimiser
+/// enforces. Steps are damped close to that bound: a determinant below twice the bound means that
+/// the bound, and not the energy, has determined the deformation.
+pub const DETERMINANT_FLOOR: f64 = 2.0;
+
+/// All criteria, in the order of [`Cause`].
+const CRITERIA: [Criterion; 17] = [
+    Criterion {
+        cause: Cause::NotConverged,
+        figure: "minimisations that ended before they converged",
+        limit: Limit::AtMost(0.0),
+        reason: "A state at which the minimiser was stopped is not a minimum.",
+        remedy: "increase --max-iterations, or repeat the command if it was interrupted",
+    },
+    Criterion {
+        cause: Cause::RemainingEnergy,
+        figure: "estimated energy above the minimum, relative to the elastic energy",
+        limit: Limit::AtMost(0.01),
+        reason: "Elastic energies should be known to 1 %. No result has been measured against \
+                 this limit yet.",
+        remedy: "decrease --tolerance",
+    },
+    Criterion {
+        cause: Cause::Overlap,
+        figure: "Dice overlap of the deformed shape with the average",
+        limit: Limit::AtLeast(0.96),
+        reason: "Shapes without sharp or thin parts reach .98 to 1; below .96 a part, such as a \
+                 finger or a tail, is usually not covered. A mean distance of the boundaries of a \
+                 quarter of a spacing or less is not doubtful at any overlap.",
+        remedy: "use --align rigid, a finer --grid or a larger --mismatch-weight, or leave the \
+                 shape out",
+    },
+    Criterion {
+        cause: Cause::BoundaryDistance,
+        figure: "largest distance of the boundaries, in spacings of the grid",
+        limit: Limit::AtMost(3.0),
+        reason: "Interfaces are two spacings wide: boundaries that were matched lie within two \
+                 spacings, sharp corners included. At three spacings a part, such as a finger or \
+                 a tail, was not matched, however small its share of the overlap is.",
+        remedy: "use --align rigid, a finer --grid or a larger --mismatch-weight, for a path \
+                 --form level-sets, or leave the shape out",
+    },
+    Criterion {
+        cause: Cause::Determinant,
+        figure: "smallest determinant of a deformation",
+        limit: Limit::AtLeast(DETERMINANT_FLOOR * 1e-3),
+        reason: "The minimiser keeps determinants above --min-determinant, 1e-3 by default. Below \
+                 twice that bound, the bound and not the energy determines the deformation.",
+        remedy: "use --align rigid, a larger --void-stiffness or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::Border,
+        figure: "share of the border of the image that the object covers",
+        limit: Limit::AtMost(0.0),
+        reason: "An object that touches the border of its image may continue beyond it; the \
+                 program closes it there.",
+        remedy: "use an image that shows the whole object, and add a margin of background if it \
+                 does already",
+    },
+    Criterion {
+        cause: Cause::Background,
+        figure: "share of the border of the image that the object covers",
+        limit: Limit::AtMost(0.5),
+        reason: "What covers most of the border surrounds the rest of the image: it is the \
+                 background, and the mask is inverted.",
+        remedy: "invert the mask: the object must be bright, the background dark",
+    },
+    Criterion {
+        cause: Cause::GreyValues,
+        figure: "share of the object that is grey, two samples or more from its boundary",
+        limit: Limit::AtMost(0.2),
+        reason: "A mask has two levels, and others at smoothed boundaries only. Grey values deep \
+                 inside the object are those of a scan, of which half white is not a boundary.",
+        remedy: "segment the image (`shapespace segment`), or apply a threshold to it",
+    },
+    Criterion {
+        cause: Cause::Specks,
+        figure: "components smaller than a fiftieth of the largest one",
+        limit: Limit::AtMost(0.0),
+        reason: "Parts of objects are larger. A deformation cannot make a component vanish, so \
+                 that a speck of dirt has to be matched with something, and it determines the \
+                 box in which its shape is placed.",
+        remedy: "remove the specks from the mask, for example by keeping its largest component",
+    },
+    Criterion {
+        cause: Cause::Reflection,
+        figure: "mismatch after the alignment of the reflected shape, relative to that of the \
+                 shape",
+        limit: Limit::AtLeast(0.5),
+        reason: "Alignments are rotations and translations. A shape that fits twice as well when \
+                 it is reflected is the other side of a pair, or its image is reflected.",
+        remedy: "reflect the image, or leave the shape out",
+    },
+    Criterion {
+        cause: Cause::ThinParts,
+        figure: "share of the object in parts thinner than three cells of the grid",
+        limit: Limit::AtMost(0.05),
+        reason: "Both sides of a boundary are represented by an interface of one to two cells; in \
+                 parts thinner than three cells the two interfaces overlap. Corners of thick \
+                 objects have shares below .03.",
+        remedy: "use a finer --grid, or crop the images to the objects",
+    },
+    Criterion {
+        cause: Cause::StressBalance,
+        figure: "norm of the sum of the boundary loads, relative to the sum of their norms",
+        limit: Limit::AtMost(0.03),
+        reason: "The loads of the shapes add up to zero at the true average; what remains is \
+                 an error of the modes. No average tried so far is below the limit.",
+        remedy: "average on a finer --grid with --length-weight 1e-5 --tolerance 1e-6 and more \
+                 --max-iterations",
+    },
+    Criterion {
+        cause: Cause::Indefinite,
+        figure: "smallest curvature of the energy, relative to linear elasticity",
+        limit: Limit::AtLeast(0.0),
+        reason: "The average is not a minimum where the energy has a negative curvature, and \
+                 modes are not orthogonal in its inner product.",
+        remedy: "average with --length-weight 1e-5 --tolerance 1e-6, or use --at-rest",
+    },
+    Criterion {
+        cause: Cause::PathEnd,
+        figure: "Dice overlap of the deformed start shape with the end shape",
+        limit: Limit::AtLeast(0.96),
+        reason: "As for the overlap with an average: the length of a path that does not reach the \
+                 end shape is not its distance.",
+        remedy: "use --form level-sets, more steps (-K), a finer --grid or --align rigid",
+    },
+    Criterion {
+        cause: Cause::Asymmetry,
+        figure: "difference of the lengths of both directions, relative to their mean",
+        limit: Limit::AtMost(0.1),
+        reason: "In the limit of many steps both lengths are equal. Smooth shapes differ by \
+                 less than 1 %; no larger difference was available to choose the limit by.",
+        remedy: "use more steps (-K) or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::TriangleInequality,
+        figure: "excess of a distance over the way through a third shape, relative to that way",
+        limit: Limit::AtMost(0.05),
+        reason: "Lengths of shortest paths satisfy the triangle inequality, up to the error \
+                 of a finite number of steps. No violation was available to choose the limit \
+                 by.",
+        remedy: "use more steps (-K) or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::Source,
+        figure: "doubts about the result that this one is computed from",
+        limit: Limit::AtMost(0.0),
+        reason: "A result is not better than what it is computed from.",
+        remedy: "remove the doubts about that result first; its result.json lists them",
+    },
+];
+
+impl Cause {
+    /// All causes.
+    pub const ALL: [Self; CRITERIA.len()] = {
+        let mut all = [Self::NotConverged; CRITERIA.len()];
+        let mut index = 0;
+        while index < all.len() {
+            all[index] = CRITERIA[index].cause;
+            index += 1;
+        }
+        all
+    };
+
+    /// The figure and its limit.
+    pub const fn criterion(self) -> &'static Criterion {
+        &CRITERIA[self as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_cause_has_its_own_criterion() {
+        for cause in Cause::ALL {
+            assert_eq!(cause.criterion().cause, cause);
+        }
+    }
+}

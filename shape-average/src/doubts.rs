@@ -1,0 +1,60 @@
+//! The doubts about averages.
+
+use crate::joint::JointResult;
+use crate::params::AverageParams;
+use crate::result::AverageResult;
+use fe_grid::minimise::Status;
+use levelset::{Cause, Doubt};
+
+impl<const D: usize> AverageResult<D> {
+    /// Returns the doubts about an average that was computed with these parameters: levels that did
+    /// not converge, a determinant at its lower bound, and shapes that are not deformed onto the
+    /// average.
+    pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
+        let statuses = self.levels.iter().map(|level| level.status);
+        let whole = [
+            not_converged(statuses, self.status),
+            Doubt::determinant(self.certificate.min_det, params.min_determinant),
+        ];
+        let shapes = (0..self.dice.len()).flat_map(|shape| {
+            let doubts = self.mismatched(shape);
+            doubts.map(move |doubt| doubt.about(shape))
+        });
+        whole.into_iter().flatten().chain(shapes).collect()
+    }
+
+    /// The doubts about the deformation of a shape onto the average.
+    fn mismatched(&self, shape: usize) -> impl Iterator<Item = Doubt> + use<D> {
+        let spacing = self.average.grid().spacing();
+        let dice = self.dice[shape];
+        // Without a boundary, the overlap alone decides.
+        let [mean, largest] = self.hausdorff[shape].map_or([f64::INFINITY, 0.0], |distance| {
+            [distance.mean, distance.maximum].map(|d| d / spacing)
+        });
+        let doubts = [
+            Doubt::overlap(Cause::Overlap, dice, mean),
+            Doubt::check(Cause::BoundaryDistance, largest),
+        ];
+        doubts.into_iter().flatten()
+    }
+}
+
+impl<const D: usize> JointResult<D> {
+    /// Returns the doubts about a joint average that was computed with these parameters of the
+    /// average: levels that did not converge, and a determinant at its lower bound.
+    pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
+        let statuses = self.levels.iter().map(|level| level.status);
+        let doubts = [
+            not_converged(statuses, self.status),
+            Doubt::determinant(self.certificate.min_det, params.min_determinant),
+        ];
+        doubts.into_iter().flatten().collect()
+    }
+}
+
+/// The doubt about levels, and the whole, that ended before they converged.
+fn not_converged(levels: impl Iterator<Item = Status>, whole: Status) -> Option<Doubt> {
+    let levels = levels.filter(|status| !status.converged()).count();
+    let ended = levels.max(usize::from(!whole.converged()));
+    Doubt::check(Cause::NotConverged, ended as f64)
+}
