@@ -23,9 +23,10 @@
 //! for finite loads.
 //!
 //! Scores are in standard deviations: with eigenvalues `Lambda_j` and orthonormal modes `y_j`, the
-//! score of a displacement `u` is `g(u, y_j) / sqrt Lambda_j`, and its Mahalanobis distance
-//! `d_M^2 = (1/n) sum_j score_j^2`. The training shapes then have the mean square `(n-1)/n` of
-//! `d_M`.
+//! score of a displacement `u` is `g(u, y_j) / sqrt Lambda_j`, and its Mahalanobis distance is
+//! `sqrt(sum_j score_j^2)` over modes of notable variance. The lecture notes divide by the number of
+//! training shapes, `d_M^2 = (1/n) sum_j score_j^2`: these then have the mean square `(n-1)/n`.
+//! [`Mahalanobis`] has both.
 //!
 //! **Invariant:** the physics is that of `hyperelastic`, pointwise; input and output are fields,
 //! and no files are read or written.
@@ -36,6 +37,7 @@ mod doubts;
 mod error;
 mod finite;
 mod krylov;
+mod mahalanobis;
 mod metric;
 mod modes;
 mod operator;
@@ -53,6 +55,7 @@ pub use compound::{Source, evaluate};
 pub use error::PcaError;
 pub use finite::{Finite, FiniteReport};
 pub use krylov::SolveReport;
+pub use mahalanobis::{Mahalanobis, NEGLIGIBLE_VARIANCE};
 pub use modes::{Modes, Scores};
 pub use operator::{Compound, representation};
 pub use params::{Metric, PcaParams};

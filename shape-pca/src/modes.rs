@@ -1,6 +1,7 @@
 //! Modes from a Gram matrix, and scores computed from it.
 
 use crate::error::PcaError;
+use crate::mahalanobis::Mahalanobis;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
@@ -100,8 +101,9 @@ fn leading_sign(column: &[f64], weights: &[f64]) -> f64 {
 pub struct Scores {
     /// Scores in standard deviations, one per mode.
     pub scores: Vec<f64>,
-    /// `d_M = sqrt((1/n) sum_j score_j^2)`.
-    pub mahalanobis: f64,
+    /// Distance from the average in standard deviations.
+    #[serde(flatten)]
+    pub mahalanobis: Mahalanobis,
     /// `|u|` in the inner product of the analysis.
     pub norm: f64,
     /// `|u - sum_(j < m) g(u, y_j) y_j|` for `m = 0, 1, ...` up to all modes.
@@ -117,7 +119,6 @@ impl Scores {
             .zip(eigenvalues)
             .map(|(g, l)| g / l.sqrt())
             .collect();
-        let sum: f64 = scores.iter().map(|s| s * s).sum();
         let mut left = square;
         let mut errors = vec![left.max(0.0).sqrt()];
         for g in products {
@@ -125,7 +126,7 @@ impl Scores {
             errors.push(left.max(0.0).sqrt());
         }
         Self {
-            mahalanobis: (sum / n_shapes as f64).sqrt(),
+            mahalanobis: Mahalanobis::new(&scores, eigenvalues, n_shapes),
             norm: square.max(0.0).sqrt(),
             scores,
             errors,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use hyperelastic::LawSpec;
 use serde::Serialize;
-use shape_pca::{Quality, Scores, SolveReport};
+use shape_pca::{Mahalanobis, Quality, Scores, SolveReport};
 
 use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use super::command::Outcome;
@@ -39,9 +39,11 @@ pub(super) struct Analysis<'a> {
     /// The smallest curvature, relative to linear elasticity.
     pub least_curvature: f64,
     /// Of the training shapes.
-    mahalanobis: Vec<f64>,
-    /// Square root of their weighted mean square: `sqrt((n-1)/n)` with all modes.
-    pub mahalanobis_rms: f64,
+    #[serde(flatten)]
+    pub distances: Distances,
+    /// Square root of the weighted mean square of their `mahalanobis_over_n`: `sqrt((n-1)/n)` with
+    /// all modes.
+    pub mahalanobis_over_n_rms: f64,
     /// For every shape, the distance between `(1 - u_k)(S)` and the shape after a rigid alignment:
     /// root mean square distance of the boundaries relative to that of the shape's boundary from
     /// its centroid.
@@ -56,6 +58,31 @@ pub(super) struct Analysis<'a> {
     solves: &'a [SolveReport],
 }
 
+/// Distances of shapes from the average.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Distances {
+    /// `sqrt(sum score^2)` over the modes whose variance is not negligible.
+    pub mahalanobis: Vec<f64>,
+    /// Number of these modes.
+    pub degrees_of_freedom: usize,
+    /// Probability of at least this distance by the chi-squared distribution.
+    pub p_value: Vec<f64>,
+    /// `sqrt((1/n) sum score^2)` over all modes and `n` training shapes.
+    mahalanobis_over_n: Vec<f64>,
+}
+
+impl Distances {
+    pub fn of<'a>(shapes: impl IntoIterator<Item = &'a Scores>) -> Self {
+        let all: Vec<Mahalanobis> = shapes.into_iter().map(|s| s.mahalanobis).collect();
+        Self {
+            mahalanobis: all.iter().map(|d| d.distance).collect(),
+            degrees_of_freedom: all.first().map_or(0, |d| d.degrees_of_freedom),
+            p_value: all.iter().map(|d| d.p_value).collect(),
+            mahalanobis_over_n: all.iter().map(|d| d.over_n).collect(),
+        }
+    }
+}
+
 /// The record of a result. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<D>,
@@ -65,8 +92,8 @@ pub(super) fn record<'a, const D: usize>(
 ) -> PcaRecord<'a, D> {
     let (stored, pca, quality) = (&outcome.stored, &outcome.pca, &outcome.quality);
     let weights = stored.average.weights();
-    let mahalanobis: Vec<f64> = pca.training.iter().map(|s| s.mahalanobis).collect();
-    let squares = mahalanobis.iter().zip(weights);
+    let distances = pca.training.iter().map(|s| s.mahalanobis.over_n);
+    let squares = distances.zip(weights);
     let params = &pca.space.params;
     let found = Analysis {
         shapes: &stored.names,
@@ -80,8 +107,8 @@ pub(super) fn record<'a, const D: usize>(
         balance: pca.balance,
         definite: pca.definite(),
         least_curvature: pca.least_curvature,
-        mahalanobis_rms: squares.map(|(d, w)| w * d * d).sum::<f64>().sqrt(),
-        mahalanobis,
+        distances: Distances::of(&pca.training),
+        mahalanobis_over_n_rms: squares.map(|(d, w)| w * d * d).sum::<f64>().sqrt(),
         procrustes: fits.iter().map(|fit| fit.residual).collect(),
         procrustes_distance: fits.iter().map(|fit| fit.distance).collect(),
         object_size,
@@ -131,8 +158,9 @@ pub(super) struct Synthesis {
     pub load_share: f64,
     /// Newton steps of every load step.
     pub iterations: Vec<usize>,
-    /// `sqrt((1/n) sum score^2)`.
-    pub mahalanobis: f64,
+    /// Distance from the average.
+    #[serde(flatten)]
+    pub mahalanobis: Mahalanobis,
     /// Minimum determinant of the deformation of the average on the cells of the object: if it is
     /// not positive, the shape may intersect itself.
     pub min_det: f64,
@@ -148,7 +176,8 @@ pub(super) type ScoreRecord<const D: usize> = Record<ScoreConfig, Placements, D>
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Placements {
     /// Of every shape.
-    pub mahalanobis: Vec<f64>,
+    #[serde(flatten)]
+    pub distances: Distances,
     /// Of every shape, in standard deviations.
     pub scores: Vec<Vec<f64>>,
     /// For every shape, the relative residual of its displacement with all modes.

@@ -54,7 +54,9 @@ fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
     };
     let n = found.n_shapes as f64;
     let left_out = found.quality.left_out.iter();
-    let largest = left_out.fold(0.0, |most, scores| f64::max(most, scores.mahalanobis));
+    let largest = left_out.fold(0.0, |most, scores| {
+        f64::max(most, scores.mahalanobis.distance)
+    });
     [
         format!("Inner product: {metric}."),
         format!("The average object is {state}."),
@@ -68,8 +70,9 @@ fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
             found.least_curvature
         ),
         format!(
-            "Mahalanobis distances of the inputs: root mean square {:.4}; sqrt((n-1)/n) = {:.4}.",
-            found.mahalanobis_rms,
+            "Mahalanobis distances of the inputs, divided by sqrt(n): root mean square {:.4}; \
+             sqrt((n-1)/n) = {:.4}.",
+            found.mahalanobis_over_n_rms,
             ((n - 1.0) / n).sqrt()
         ),
         format!("Mahalanobis distances in the modes of the other inputs: at most {largest:.3}."),

@@ -18,7 +18,7 @@ use super::args::ScoreConfig;
 use super::draw::{moved, shown};
 use super::procrustes::{Procrustes, there_and_back};
 use super::read::{StoredPca, read_pca};
-use super::record::{Placements, ScoreRecord};
+use super::record::{Distances, Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
 use crate::dimension::per_dimension;
 use crate::doubts::{named, of_source};
@@ -140,7 +140,7 @@ impl Command for ScoreConfig {
         let displacements = shapes.iter().map(|shape| &shape.displacement);
         directory.arrays("displacement", 0, displacements)?;
         let scores: Vec<Scores> = shapes.iter().map(|shape| shape.scores.clone()).collect();
-        write_scores(&directory.file("scores.csv"), names, &scores)?;
+        write_scores(&directory.file("scores.csv"), names, &scores, &[])?;
         write_reconstruction(
             &directory.file("reconstruction.svg"),
             names,
@@ -284,7 +284,7 @@ fn placements<const D: usize>(shapes: &[Measured<D>]) -> Placements {
         s.errors.iter().map(|e| e / size).collect()
     };
     Placements {
-        mahalanobis: shapes.iter().map(|s| s.scores.mahalanobis).collect(),
+        distances: Distances::of(shapes.iter().map(|shape| &shape.scores)),
         scores: shapes.iter().map(|s| s.scores.scores.clone()).collect(),
         residual: shapes.iter().map(|s| s.scores.residual()).collect(),
         errors: shapes.iter().map(|s| relative(&s.scores)).collect(),
@@ -302,7 +302,10 @@ fn picture<const D: usize>(names: &[String], found: &[Measured<D>]) -> Canvas {
         let all = shape.reconstructions.len() - 1;
         let some = all.div_ceil(2);
         shapes.push((&shape.outline, colour(k)));
-        words.push(format!("{name}, d {:.2}", shape.scores.mahalanobis));
+        words.push(format!(
+            "{name}, d {:.2}",
+            shape.scores.mahalanobis.distance
+        ));
         for m in [0, some, all] {
             shapes.push((&shape.reconstructions[m], INK));
             words.push(format!("{m} modes, Dice {:.3}", shape.dice[m]));
@@ -324,9 +327,12 @@ fn summary<const D: usize>(record: &ScoreRecord<D>) -> Summary {
     let mut summary = Summary::new(record, "score.png", title);
     for (k, shape) in shapes.iter().enumerate() {
         summary.text(format!(
-            "  {}: Mahalanobis distance {:.3}, residual {:.1} %, deformed with Dice {:.4}",
+            "  {}: Mahalanobis distance {:.3} (p = {:.2e} in {} modes), residual {:.1} %, deformed \
+             with Dice {:.4}",
             shape.display(),
-            found.mahalanobis[k],
+            found.distances.mahalanobis[k],
+            found.distances.p_value[k],
+            found.distances.degrees_of_freedom,
             100.0 * found.residual[k],
             found.dice[k]
         ));

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use fe_grid::{VectorField, certify_within};
 use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour};
-use shape_pca::{Compound, Finite, FiniteReport};
+use shape_pca::{Compound, Finite, FiniteReport, Mahalanobis};
 
 use super::args::SynthesizeConfig;
 use super::draw::{moved, shown};
@@ -121,14 +121,13 @@ fn record<const D: usize>(
         .collect();
     let u = outcome.displacement.as_slice();
     let certificate = certify_within(&grid, u, 0.0, f64::INFINITY, Some(&inside));
-    let sum: f64 = config.scores.iter().map(|s| s * s).sum();
     let share = report.as_ref().map_or(1.0, |report| report.share);
     let found = Synthesis {
         load_share: share,
         iterations: report.as_ref().map_or_else(Vec::new, |report| {
             report.steps.iter().map(|step| step.iterations).collect()
         }),
-        mahalanobis: (sum / space.n_shapes as f64).sqrt(),
+        mahalanobis: Mahalanobis::new(&config.scores, &space.eigenvalues, space.n_shapes),
         min_det: certificate.min_det,
         size: size(shape)?,
         average_size: size(average)?,
@@ -161,7 +160,7 @@ fn summary<const D: usize>(record: &SynthesisRecord<D>) -> Summary {
     let title = format!(
         "Shape of scores {:?}: Mahalanobis distance {:.3}, size {:.4} ({:.4} of the average)",
         record.parameters.scores,
-        found.mahalanobis,
+        found.mahalanobis.distance,
         found.size,
         found.size / found.average_size
     );

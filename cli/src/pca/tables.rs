@@ -8,7 +8,8 @@ use shapespace_report::table::{Table, exact, exact_or_empty};
 
 use crate::output::{OutputError, write_charts, write_text};
 
-/// Writes `scores.csv`: a line for every shape, scores in standard deviations.
+/// Writes `scores.csv`: a line for every shape, scores in standard deviations. For training shapes,
+/// whose own distances say little, those in the modes of the other shapes stand beside them.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -16,17 +17,35 @@ pub(super) fn write_scores(
     path: &Path,
     names: &[String],
     scores: &[Scores],
+    left_out: &[Scores],
 ) -> Result<(), OutputError> {
     let modes = scores.first().map_or(0, |s| s.scores.len());
-    let head = ["shape", "mahalanobis", "residual"].map(String::from);
-    let columns = (0..modes).map(|j| format!("score_{j}"));
-    let mut table = Table::new(head.into_iter().chain(columns));
-    for (name, s) in names.iter().zip(scores) {
-        let numbers = [s.mahalanobis, s.residual()].into_iter();
-        let numbers = numbers.chain(s.scores.iter().copied()).map(exact);
+    let quantities = ["mahalanobis", "p_value", "mahalanobis_over_n", "residual"];
+    let of_left_out = quantities.iter().map(|name| format!("left_out_{name}"));
+    let of_left_out = of_left_out.filter(|_| !left_out.is_empty());
+    let mut head = vec!["shape".to_owned()];
+    head.extend(quantities.map(String::from));
+    head.extend(of_left_out);
+    head.extend((0..modes).map(|j| format!("score_{j}")));
+    let mut table = Table::new(head);
+    for (k, (name, s)) in names.iter().zip(scores).enumerate() {
+        let mut numbers = quantities_of(s).to_vec();
+        numbers.extend(left_out.get(k).iter().flat_map(|s| quantities_of(s)));
+        numbers.extend(&s.scores);
+        let numbers = numbers.into_iter().map(exact);
         table.texts([name.clone()].into_iter().chain(numbers));
     }
     write_text(path, &table.csv())
+}
+
+fn quantities_of(scores: &Scores) -> [f64; 4] {
+    let distance = scores.mahalanobis;
+    [
+        distance.distance,
+        distance.p_value,
+        distance.over_n,
+        scores.residual(),
+    ]
 }
 
 fn numbered(from: usize, values: &[f64]) -> Vec<(f64, f64)> {

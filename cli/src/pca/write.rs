@@ -34,6 +34,7 @@ pub(super) fn write_all<const D: usize>(
         &directory.file("scores.csv"),
         &outcome.stored.names,
         &pca.training,
+        &outcome.quality.left_out,
     )?;
     let compactness = &outcome.quality.compactness;
     write_scree(&directory.file("scree.svg"), &pca.ratios(), compactness)?;

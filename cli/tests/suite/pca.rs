@@ -63,13 +63,13 @@ fn bars_have_one_mode_which_bends_them() {
     assert_eq!(results.json["definite"], true);
     // The first bar, straight, comes back from the bent average but for its curvature.
     assert!(results.numbers("/procrustes").iter().all(|r| *r < 0.04));
-    let rms = results.number("/mahalanobis_rms");
+    let rms = results.number("/mahalanobis_over_n_rms");
     assert!((rms - 0.5f64.sqrt()).abs() < 1e-8, "{rms}");
 
     // A shape with the score of the first bar is about that bar.
     let table = std::fs::read_to_string(results.path("scores.csv")).unwrap();
     let first: Vec<&str> = table.lines().nth(1).unwrap().split(',').collect();
-    let arguments = ["synthesize", "modes", "--scores", first[3], "-o"];
+    let arguments = ["synthesize", "modes", "--scores", first[9], "-o"];
     let run = |output: &str, more: &[&str]| {
         let mut arguments = arguments.to_vec();
         arguments.push(output);

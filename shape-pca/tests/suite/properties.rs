@@ -200,7 +200,7 @@ fn check<const D: usize>(average: &Average<D>, params: &PcaParams) {
     {
         let made = pca.space.synthesise(&scores.scores).unwrap();
         assert!(max_abs_difference(made.as_slice(), u.as_slice()) < 1e-8 * max_abs(u.as_slice()));
-        square += weight * scores.mahalanobis.powi(2);
+        square += weight * scores.mahalanobis.over_n.powi(2);
         assert!(scores.residual() < 1e-6);
     }
     assert!((square.sqrt() - ((n - 1.0) / n).sqrt()).abs() < 1e-8);

@@ -184,7 +184,7 @@ fn measure(set: &Set, place: &Path, table: &mut Table) -> Outcome<()> {
     let largest = |list: &Value| numbers(list).into_iter().fold(0.0, f64::max);
     let (balance, residual) = (number(&record["balance"]), largest(&record["procrustes"]));
     let n = set.files.len() as f64;
-    let rms = number(&record["mahalanobis_rms"]) / ((n - 1.0) / n).sqrt();
+    let rms = number(&record["mahalanobis_over_n_rms"]) / ((n - 1.0) / n).sqrt();
     let definite = record["definite"] == true;
     let left_out = record["quality"]["left_out"]
         .as_array()

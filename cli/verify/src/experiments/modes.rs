@@ -58,7 +58,7 @@ fn analysed(factor: f64) -> Result<[f64; 3], PcaError> {
     for u in x.column_iter() {
         let g: Vec<f64> = (fields.transpose() * u).iter().copied().collect();
         let scores = Scores::new(&g, u.norm_squared(), &modes.eigenvalues, n);
-        square += scores.mahalanobis.powi(2) / n as f64;
+        square += scores.mahalanobis.over_n.powi(2) / n as f64;
     }
     Ok([products[(0, 0)], across, square.sqrt()])
 }
