@@ -7,7 +7,8 @@
 //!
 //! Both adjoints exist: with respect to the deformation through [`Matching`] (a [`CellLaw`],
 //! whose gradient scatters `f' (grad V) o Phi`), with respect to `V` through
-//! [`crate::scatter`] (which scatters the shape functions at the deformed points).
+//! [`crate::scatter`] (which scatters the shape functions at the deformed points). A model of the
+//! second derivatives in both arguments is that of [`SmoothMatching`] and of [`crate::coupling`].
 
 use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::engine::{CellLaw, Jet, MAX_COEFFICIENTS, Point, Reads};
@@ -118,6 +119,12 @@ impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
         (value - distance, gradient)
     }
 
+    /// Value at points that were located on the same grid.
+    #[inline(always)]
+    pub(crate) fn value_at<L: Lane>(&self, at: &Location<L, D>) -> L {
+        multilinear(self.gather(&at.cell), &at.local).0
+    }
+
     #[inline(always)]
     fn gather<L: Lane>(&self, cell: &[L; D]) -> [L; MAX_CORNERS] {
         let strides = self.grid.strides();
@@ -213,6 +220,135 @@ impl<F: MatchDensity, T: Element, const D: usize> CellLaw<D, D> for Matching<'_,
         let (_, _, curvature) = self.density.derivatives(s, &point.coefficient);
         let mut along = slope[0] * direction.value[0];
         for k in 1..D {
+            along = slope[k].mul_add(direction.value[k], along);
+        }
+        let mut jet = Jet::zero();
+        for k in 0..D {
+            jet.value[k] = curvature * along * slope[k];
+        }
+        jet
+    }
+}
+
+/// Computes the gradient of a nodal field at the nodes, component by component: by central
+/// differences, one-sided on the faces of the box.
+pub fn nodal_gradient<const D: usize>(grid: &Grid<D>, field: &[f64]) -> Vec<f64> {
+    let (n, strides, nodes) = (grid.n_nodes(), grid.strides(), grid.nodes_per_axis());
+    assert_eq!(field.len(), n);
+    let mut gradient = vec![0.0; D * n];
+    crate::parallel::for_each_chunk(&mut gradient, nodes[0], 64, &|line, out| {
+        let first = line * nodes[0];
+        let (k, start) = (first / n, first % n);
+        for (i, slope) in out.iter_mut().enumerate() {
+            let node = start + i;
+            let place = grid.node(node)[k];
+            let low = node - if place == 0 { 0 } else { strides[k] };
+            let high = node + if place + 1 == nodes[k] { 0 } else { strides[k] };
+            let width = ((high - low) / strides[k]) as f64 * grid.spacing();
+            *slope = (field[high] - field[low]) / width;
+        }
+    });
+    gradient
+}
+
+/// A model of the second derivatives of a composition's energy in the deformation and in the field:
+/// Gauss and Newton's, with the gradient of `V` replaced by the interpolation `G` of its nodal
+/// gradient ([`nodal_gradient`]).
+///
+/// As a law it is [`Matching`], except for its Hessian action: in a direction `d` of the
+/// displacement together with a change `Z` of the field that is `f'' (G . d + Z) G`, all of `G` and
+/// `Z` at deformed points.
+///
+/// The gradient of the multilinear `V` jumps between cells, and the energy has a kink wherever a
+/// quadrature point changes cell. Within a cell a motion that the field could follow looks stiff:
+/// `grad V . d` is not continuous and hence no change of a nodal field. The kinks cancel this
+/// stiffness over distances of a fraction of a cell. `G . d` is continuous, so that the model has
+/// neither.
+#[derive(Clone, Copy)]
+pub struct SmoothMatching<'a, F, T, const D: usize> {
+    matching: Matching<'a, F, T, D>,
+    slopes: [Interpolant<'a, T, D>; D],
+    change: Option<Interpolant<'a, T, D>>,
+}
+
+impl<'a, F, T: Element, const D: usize> SmoothMatching<'a, F, T, D> {
+    /// The model for a field with its nodal gradient, component by component, and for no change of
+    /// the field.
+    ///
+    /// # Panics
+    /// If the gradient does not have `D` numbers a node.
+    pub fn new(density: F, field: Interpolant<'a, T, D>, gradient: &'a [T]) -> Self {
+        let (grid, n) = (field.grid, field.grid.n_nodes());
+        assert_eq!(gradient.len(), D * n);
+        Self {
+            matching: Matching::new(density, field),
+            slopes: std::array::from_fn(|k| Interpolant::new(grid, &gradient[k * n..(k + 1) * n])),
+            change: None,
+        }
+    }
+
+    /// The same with a change of the field.
+    pub fn with_change(self, change: Interpolant<'a, T, D>) -> Self {
+        Self {
+            change: Some(change),
+            ..self
+        }
+    }
+}
+
+impl<F: MatchDensity, T: Element, const D: usize> SmoothMatching<'_, F, T, D> {
+    /// The slope `G` and the curvature `f''` at located points.
+    #[inline(always)]
+    pub(crate) fn model<L: Lane>(
+        &self,
+        at: &Location<L, D>,
+        coefficient: &[L; MAX_COEFFICIENTS],
+    ) -> ([L; D], L) {
+        let s = self.matching.field.value_at(at);
+        let (_, _, curvature) = self.matching.density.derivatives(s, coefficient);
+        let mut slope = [L::zero(); D];
+        for k in 0..D {
+            slope[k] = self.slopes[k].value_at(at);
+        }
+        (slope, curvature)
+    }
+}
+
+impl<F: MatchDensity, T: Element, const D: usize> Reads for SmoothMatching<'_, F, T, D> {
+    const USES_VALUE: bool = true;
+    const USES_GRADIENT: bool = false;
+    const COEFFICIENTS: usize = F::COEFFICIENTS;
+    const CELL_DATA: usize = 0;
+}
+
+impl<F: MatchDensity, T: Element, const D: usize> CellLaw<D, D> for SmoothMatching<'_, F, T, D> {
+    #[inline(always)]
+    fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
+        self.matching.value(point)
+    }
+
+    #[inline(always)]
+    fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
+        self.matching.gradient(point)
+    }
+
+    #[inline(always)]
+    fn hessian_action<L: Lane>(
+        &self,
+        point: &Point<L, D, D>,
+        direction: &Jet<L, D, D>,
+    ) -> Jet<L, D, D> {
+        let mut position = point.position;
+        for k in 0..D {
+            position[k] += point.value[k];
+        }
+        let at = locate_lanes(&self.matching.field.grid, &position);
+        let (slope, curvature) = self.model(&at, &point.coefficient);
+        let mut along = match &self.change {
+            Some(change) => change.value_at(&at),
+            None => L::zero(),
+        };
+        for k in 0..D {
             along = slope[k].mul_add(direction.value[k], along);
         }
         let mut jet = Jet::zero();

@@ -3,9 +3,8 @@
 //! - Nodes and data: [`Grid`], [`Field`], and [`transfer`] to the grid of half the spacing.
 //! - Energies: a pointwise density is a [`CellLaw`], written once for every [`Lane`];
 //!   [`Assembly`] gives its integral, gradient and Hessian action on a grid.
-//! - Deformations: fields seen through one ([`composition`], [`scatter`]), energies as functions of
-//!   a further one ([`pullback`]), its inverse
-//!   ([`InverseDeformation`]), and the [`Certificate`] that it does not fold.
+//! - Deformations: fields seen through one ([`composition`], [`scatter`], [`coupling`]), energies as
+//!   functions of a further one ([`pullback`]), its inverse ([`InverseDeformation`]), and the [`Certificate`] that it does not fold.
 //! - Linear systems: [`UniformOperator`], [`conjugate_gradient`], [`SpectralSolver`],
 //!   [`multigrid`].
 //! - Minimisation: [`minimise`], from coarse levels to fine.
@@ -37,6 +36,7 @@
 mod buffer;
 mod certificate;
 pub mod composition;
+pub mod coupling;
 pub mod dimension;
 pub mod engine;
 mod error;

@@ -146,7 +146,7 @@ impl<const D: usize> NormalEquations<D> {
 
 /// For every run of cells, row by row, the smallest and largest deformed coordinate along the
 /// last axis, in units of the spacing: a multilinear map stays between its corner values.
-fn layer_ranges<T: Element, const D: usize>(
+pub(crate) fn layer_ranges<T: Element, const D: usize>(
     grid: &Grid<D>,
     source: &Source<'_, T>,
 ) -> Vec<[f64; 2]> {

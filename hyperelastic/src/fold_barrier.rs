@@ -56,6 +56,19 @@ impl FoldBarrier {
         add_barrier(self, grid, displacement, gradient)
     }
 
+    /// The Hessian at a displacement applied to a direction; it overwrites `out`. In it the slope
+    /// and the curvature are exact: `b'' >= 0` below the onset. The kernels are compiled with this
+    /// crate.
+    pub fn hessian_action_into<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        displacement: &[f64],
+        direction: &[f64],
+        out: &mut [f64],
+    ) {
+        barrier_hessian_into(self, grid, displacement, direction, out);
+    }
+
     /// The positive part of the curvature, `2 w (1 - ln(D/D0)) / D^2` below the onset.
     #[inline(always)]
     pub fn curvature<L: Lane>(&self, det: L) -> L {
@@ -83,6 +96,27 @@ fn add_barrier_in<const D: usize>(
 ) -> Result<f64, GridError> {
     let assembly = Assembly::<_, f64, D, D>::new(*grid, law, Data::default());
     assembly.value_or_gradient_add(displacement, 1.0, gradient)
+}
+
+compiled_once! {
+    fn barrier_hessian_into<'a, D>(
+        law: &'a FoldBarrier,
+        grid: &'a Grid<D>,
+        displacement: &'a [f64],
+        direction: &'a [f64],
+        out: &'a mut [f64],
+    ) = barrier_hessian_into_in;
+}
+
+fn barrier_hessian_into_in<const D: usize>(
+    law: &FoldBarrier,
+    grid: &Grid<D>,
+    displacement: &[f64],
+    direction: &[f64],
+    out: &mut [f64],
+) {
+    let assembly = Assembly::<_, f64, D, D>::new(*grid, law, Data::default());
+    assembly.hessian_action_into(displacement, direction, out);
 }
 
 impl Reads for FoldBarrier {

@@ -60,6 +60,30 @@ struct Run<'a, O: SecondOrder> {
     direction: Vec<f64>,
 }
 
+impl NewtonCgParams {
+    /// Estimates the energy above the minimum: half the Newton decrement, `-(g · d + 1/2 d · H d)` of
+    /// the first inner solve. What that solve leaves undone is a share of about the square of
+    /// [`NewtonCgParams::max_forcing`]. `None` where the state is inadmissible.
+    ///
+    /// # Errors
+    /// Those of the objective.
+    pub fn remaining<O: SecondOrder>(
+        &self,
+        objective: &mut O,
+        x: &[f64],
+    ) -> Result<Option<f64>, O::Error> {
+        let mut run = Run::new(self, objective);
+        let found = run.objective.value_and_gradient(x, &mut run.gradient)?;
+        if found == Evaluation::Inadmissible {
+            return Ok(None);
+        }
+        run.objective.update_metric(x)?;
+        let squared_size = run.precondition_gradient()?;
+        let slope = run.newton_direction(x, self.max_forcing, squared_size)?;
+        Ok(Some(0.5 * slope.abs()))
+    }
+}
+
 impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
     fn minimise(
         &self,
@@ -67,11 +91,20 @@ impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
         x: &mut [f64],
         observer: &mut dyn Observer,
     ) -> Result<Info, O::Error> {
+        assert_eq!(x.len(), objective.dim());
+        let mut run = Run::new(self, objective);
+        let mut monitor = Monitor::new(&self.stopping, observer);
+        let status = run.iterate(x, &mut monitor)?;
+        Ok(monitor.finish(status, run.objective.evaluations))
+    }
+}
+
+impl<'a, O: SecondOrder> Run<'a, O> {
+    fn new(params: &'a NewtonCgParams, objective: &'a mut O) -> Self {
         let dim = objective.dim();
-        assert_eq!(x.len(), dim);
         let zeros = || vec![0.0; dim];
-        let mut run = Run {
-            params: self,
+        Self {
+            params,
             objective: Counted::new(objective),
             gradient: zeros(),
             residual: zeros(),
@@ -79,14 +112,9 @@ impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
             search: zeros(),
             image: zeros(),
             direction: zeros(),
-        };
-        let mut monitor = Monitor::new(&self.stopping, observer);
-        let status = run.iterate(x, &mut monitor)?;
-        Ok(monitor.finish(status, run.objective.evaluations))
+        }
     }
-}
 
-impl<O: SecondOrder> Run<'_, O> {
     fn iterate(&mut self, x: &mut [f64], monitor: &mut Monitor<'_>) -> Result<Status, O::Error> {
         let first = self.objective.value_and_gradient(x, &mut self.gradient)?;
         let Evaluation::Value(mut energy) = first else {
