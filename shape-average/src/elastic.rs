@@ -54,3 +54,38 @@ fn add_elastic_in<const D: usize>(
     let assembly = Assembly::new(*grid, &law, data);
     assembly.value_or_gradient_add(displacement, factor, gradient)
 }
+
+compiled_once! {
+    /// Computes the Hessian of the energy at its displacement, applied to a direction; it
+    /// overwrites the array of the gradient. The factor is not applied.
+    pub(crate) fn elastic_hessian_into<'a, D>(
+        term: ElasticTerm<'a, D>,
+        direction: &'a [f64],
+        grid: &'a Grid<D>,
+    ) = elastic_hessian_into_in;
+}
+
+fn elastic_hessian_into_in<const D: usize>(
+    term: ElasticTerm<'_, D>,
+    direction: &[f64],
+    grid: &Grid<D>,
+) {
+    let ElasticTerm {
+        law,
+        indicator,
+        void_stiffness,
+        displacement,
+        gradient,
+        ..
+    } = term;
+    let law = WeightedElasticity {
+        law,
+        void_stiffness,
+    };
+    let data = Data {
+        coefficients: &[indicator],
+        cells: &[],
+    };
+    let assembly = Assembly::new(*grid, &law, data);
+    assembly.hessian_action_into(displacement, direction, gradient);
+}

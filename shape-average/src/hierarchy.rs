@@ -8,10 +8,10 @@ use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Solver};
 use crate::result::{AverageResult, LevelReport, Timing, worst_certificate};
 use fe_grid::minimise::{
-    Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
+    Info, LbfgsParams, LevelProblem, Minimiser, Observer, Status, Stopping, minimise_levels,
 };
 use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Buffer, Field, Grid, parallel, repair};
+use fe_grid::{Buffer, Field, Grid, Storage, parallel, repair};
 use std::time::Instant;
 
 /// Number of iterations over which the decrease of the energy is measured.
@@ -129,11 +129,13 @@ pub(crate) struct Levels<'a, const D: usize> {
     shares: Option<Vec<f64>>,
     /// Initial displacements on the coarsest level; empty if they are zero.
     start: &'a [Field<f64, D, D>],
+    /// Whether the remaining energy is estimated on the finest level.
+    estimated: bool,
     /// Grids, coarsest first.
     grids: Vec<Grid<D>>,
     shapes: Vec<Option<LevelShapes<D>>>,
     average: Vec<f64>,
-    reports: Vec<LevelReport>,
+    pub(crate) reports: Vec<LevelReport>,
     finest: Option<LevelShapes<D>>,
 }
 
@@ -145,6 +147,7 @@ impl<'a, const D: usize> Levels<'a, D> {
             targets: None,
             shares: None,
             start: &[],
+            estimated: false,
             average: vec![1.0; grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
@@ -169,9 +172,27 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
+    /// Estimates the remaining energy at the end.
+    pub(crate) fn estimated(self) -> Self {
+        Self {
+            estimated: true,
+            ..self
+        }
+    }
+
     /// Starts from these displacements on the coarsest level, if there are any.
     pub(crate) fn from(self, start: &'a [Field<f64, D, D>]) -> Self {
         Self { start, ..self }
+    }
+
+    /// Returns whether the remaining energy is estimated after a level. A metric that is recomputed
+    /// in every application, for want of memory, would cost more than the minimisation.
+    fn estimates(&self, level: usize, info: &Info) -> bool {
+        self.estimated
+            && level + 1 == self.grids.len()
+            && self.params.solver == Solver::Lbfgs
+            && self.params.storage == Storage::Memory
+            && !matches!(info.status, Status::Cancelled | Status::InadmissibleStart)
     }
 
     fn into_result(
@@ -293,7 +314,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
 
     fn finish_level(
         &mut self,
-        _level: usize,
+        level: usize,
         objective: AverageObjective<D>,
         x: &[f64],
         info: &Info,
@@ -319,6 +340,12 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
             seconds: 0.0,
         });
         self.average = objective.average().to_vec();
+        if self.estimates(level, info) {
+            let remaining = objective.remaining(x)?;
+            if let Some(report) = self.reports.last_mut() {
+                report.energy.remaining = remaining;
+            }
+        }
         self.finest = Some(objective.into_shapes());
         Ok(())
     }

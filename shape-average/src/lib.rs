@@ -41,11 +41,13 @@
 
 pub mod align;
 mod alternating;
+mod common;
 mod doubts;
 mod elastic;
 mod energy;
 mod error;
 mod follow;
+mod hessian;
 mod hierarchy;
 pub mod joint;
 mod level;

@@ -5,6 +5,7 @@
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
+use crate::common::CommonMotion;
 use crate::elastic::{ElasticTerm, add_elastic};
 use crate::energy::{Energy, ShapeTerms, Weights};
 use crate::error::AverageError;
@@ -39,20 +40,23 @@ enum Metric<const D: usize> {
 
 /// The reduced functional on one level.
 pub struct AverageObjective<const D: usize> {
-    shapes: LevelShapes<D>,
-    params: AverageParams,
-    law: CompiledLaw<D>,
-    weights: Weights,
+    pub(crate) shapes: LevelShapes<D>,
+    pub(crate) params: AverageParams,
+    pub(crate) law: CompiledLaw<D>,
+    pub(crate) weights: Weights,
     /// The average `v`, also the initial guess of the next solve.
-    average: Vec<f64>,
+    pub(crate) average: Vec<f64>,
     energy: Energy,
     metric: Metric<D>,
+    /// The part of the metric for common motions; only for the estimate of the remaining energy, and
+    /// none with a prescribed average.
+    pub(crate) common: Option<CommonMotion<D>>,
     /// Whether the average is prescribed and never solved for.
-    fixed: bool,
+    pub(crate) fixed: bool,
     /// Work space of the multigrid cycles of all shapes.
     work_space: WorkSpace<f32>,
-    equations: NormalEquations<D>,
-    scratch: CgScratch,
+    pub(crate) equations: NormalEquations<D>,
+    pub(crate) scratch: CgScratch,
     /// Number of evaluations of one shape's energy.
     pub(crate) shape_evaluations: usize,
     /// Number of iterations of all solves for the average.
@@ -89,6 +93,7 @@ impl<const D: usize> AverageObjective<D> {
             average,
             energy: Energy::default(),
             metric: Metric::Kept(Vec::new()),
+            common: None,
             fixed: false,
             work_space: WorkSpace::default(),
             equations,
@@ -167,6 +172,12 @@ impl<const D: usize> AverageObjective<D> {
             BARRIER_ONSET,
         );
         certificate.certified.then_some(certificate.min_corner_det)
+    }
+
+    /// Returns whether the barrier acts on a deformation.
+    pub(crate) fn near_folding(&self, displacement: &[f64]) -> bool {
+        let corner = self.admissible(displacement);
+        corner.is_none_or(|least| least < BARRIER_ONSET)
     }
 
     /// Computes the minimiser `v` of the functional for fixed displacements; a prescribed average
@@ -447,6 +458,10 @@ impl<const D: usize> Objective for AverageObjective<D> {
                 }
                 x.rest();
             }
+        }
+        if let Some(common) = &self.common {
+            common.add(gradient, out);
+            parallel::for_each(out.chunks_exact_mut(dim), &|out| self.hold_boundary(out));
         }
         Ok(())
     }

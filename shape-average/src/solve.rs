@@ -201,7 +201,7 @@ fn match_to_in<const D: usize>(
     }
     solve_levels(
         shape,
-        Levels::new(levels, &params).onto(targets),
+        Levels::new(levels, &params).onto(targets).estimated(),
         start,
         observer,
     )
@@ -273,6 +273,6 @@ fn solve<const D: usize>(
     if params.mean != Mean::Arithmetic {
         return crate::median::solve(signed_distances, levels, known, params, start, observer);
     }
-    let problem = Levels::new(levels, params).from(known);
+    let problem = Levels::new(levels, params).from(known).estimated();
     solve_levels(signed_distances, problem, start, observer)
 }

@@ -1,0 +1,210 @@
+//! A model of the Hessian of the reduced functional `J(phi) = min_v E(phi, v)`, applied to a
+//! direction.
+//!
+//! ```text
+//! J'' d = E_phiphi d - E_phiv E_vv^-1 E_vphi d
+//! ```
+//!
+//! The elastic energy and the barrier enter with their second derivatives, the mismatch with the
+//! model of [`SmoothMatching`]. `E_vv` is twice the matrix of the normal equations. With a prescribed
+//! average there is no second term.
+//!
+//! The first derivatives of `J` jump wherever a quadrature point passes from one cell of the average
+//! to the next. The model has the mean curvature over distances of a cell: in motions that the
+//! average follows, the second derivative between two jumps is larger by orders of magnitude, and an
+//! estimate of the remaining energy with it too small.
+
+use crate::common::CommonMotion;
+use crate::elastic::{ElasticTerm, elastic_hessian_into};
+use crate::error::AverageError;
+use crate::objective::{AverageObjective, shape};
+use fe_grid::composition::{Interpolant, MatchDensity, SmoothMatching, nodal_gradient};
+use fe_grid::coupling::{Variation, field_derivative_change};
+use fe_grid::minimise::{NewtonCgParams, SecondOrder};
+use fe_grid::scatter::Source;
+use fe_grid::vector::{axpy, scale};
+use fe_grid::{Assembly, CgParams, Data, Diagonal, Storage, conjugate_gradient, parallel};
+use phasefield::{Masked, Mismatch};
+
+/// Relative accuracy of the change of the average: well below that of the model.
+const CHANGE_TOLERANCE: f64 = 1e-3;
+/// Share of the gradient that the estimate of the remaining energy may leave.
+const FORCING: f64 = 0.2;
+/// Most Hessian actions of an estimate. On bars, balls and ellipsoids ten more change it by less than a
+/// fifth, except where they follow directions of almost no curvature, in which the model says little.
+const MOST_ACTIONS: usize = 8;
+
+/// The average of a state, its nodal gradient, and its change in a direction (empty if it is
+/// prescribed).
+struct Expansion<'a> {
+    average: &'a [f64],
+    gradient: Vec<f64>,
+    change: Vec<f64>,
+}
+
+impl<const D: usize> SecondOrder for AverageObjective<D> {
+    fn hessian_action(
+        &mut self,
+        x: &[f64],
+        direction: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), AverageError> {
+        let gradient = nodal_gradient(self.grid(), &self.average);
+        let change = if self.fixed {
+            Vec::new()
+        } else {
+            self.average_change(x, direction, &gradient)?
+        };
+        let dim = self.shape_dim();
+        let this = &*self;
+        let change = Expansion {
+            average: &this.average,
+            gradient,
+            change,
+        };
+        let apply = |(i, out): (usize, &mut [f64])| {
+            let states = (shape(x, i, dim), shape(direction, i, dim));
+            this.shape_hessian(i, states, &change, out);
+        };
+        let parts = out.chunks_exact_mut(dim).enumerate();
+        if this.params.storage == Storage::Memory {
+            parallel::for_each(parts, &apply);
+        } else {
+            parts.for_each(apply);
+        }
+        Ok(())
+    }
+}
+
+impl<const D: usize> AverageObjective<D> {
+    /// Estimates the energy above the minimum at a state; `None` where it is inadmissible.
+    pub(crate) fn remaining(&mut self, x: &[f64]) -> Result<Option<f64>, AverageError> {
+        if !self.fixed {
+            let weights: Vec<f64> = (0..self.shapes.n_shapes())
+                .map(|i| self.weights.of_elastic(i))
+                .collect();
+            let common = CommonMotion::new(&self.shapes, &self.params, &weights, x)?;
+            self.common = Some(common);
+        }
+        let newton = NewtonCgParams {
+            max_forcing: FORCING,
+            max_inner_iterations: MOST_ACTIONS,
+            ..NewtonCgParams::default()
+        };
+        let remaining = newton.remaining(self, x)?;
+        self.common = None;
+        Ok(remaining)
+    }
+
+    /// Computes the derivative of the average along a direction.
+    fn average_change(
+        &mut self,
+        x: &[f64],
+        direction: &[f64],
+        gradient: &[f64],
+    ) -> Result<Vec<f64>, AverageError> {
+        let dim = self.shape_dim();
+        let n = self.grid().n_nodes();
+        let coefficients: Vec<Vec<&[f64]>> = (0..self.shapes.n_shapes())
+            .map(|i| self.shapes.match_coefficients(i))
+            .collect();
+        let variation = |i: usize| Variation {
+            source: Source {
+                displacement: shape(x, i, dim),
+                coefficients: &coefficients[i],
+                weight: self.weights.shares[i],
+            },
+            direction: shape(direction, i, dim),
+        };
+        let variations: Vec<Variation<'_>> = (0..coefficients.len()).map(variation).collect();
+        let mut load = vec![0.0; n];
+        let grid = self.grid();
+        let (rule, average) = (
+            self.mismatch_rule(1.0),
+            Interpolant::new(*grid, &self.average),
+        );
+        if self.shapes.seen().is_empty() {
+            let model = SmoothMatching::new(rule, average, gradient);
+            field_derivative_change(grid, &model, &variations, &mut load);
+        } else {
+            let model = SmoothMatching::new(Masked(rule), average, gradient);
+            field_derivative_change(grid, &model, &variations, &mut load);
+        }
+        // The matrix is half the second derivative.
+        scale(-0.5, &mut load);
+        let matrix = self.equations.matrix();
+        let jacobi = Diagonal::jacobi(matrix.diagonal())?;
+        let params = CgParams {
+            relative_tolerance: CHANGE_TOLERANCE,
+            ..CgParams::default()
+        };
+        let mut change = vec![0.0; n];
+        let scratch = &mut self.scratch;
+        let info = conjugate_gradient(matrix, &jacobi, &load, &mut change, &params, scratch)?;
+        self.average_iterations += info.iterations;
+        Ok(change)
+    }
+
+    fn mismatch_rule(&self, share: f64) -> Mismatch {
+        Mismatch {
+            interface_width: self.shapes.interface_width(),
+            scale: share * self.weights.mismatch,
+        }
+    }
+
+    /// Computes the rows of one shape, for a state and a direction of it.
+    fn shape_hessian(
+        &self,
+        shape: usize,
+        (displacement, direction): (&[f64], &[f64]),
+        change: &Expansion<'_>,
+        out: &mut [f64],
+    ) {
+        let rule = self.mismatch_rule(self.weights.shares[shape]);
+        let states = (displacement, direction);
+        if self.shapes.seen().is_empty() {
+            self.mismatch_hessian(rule, shape, states, change, out);
+        } else {
+            self.mismatch_hessian(Masked(rule), shape, states, change, out);
+        }
+        let mut image = vec![0.0; out.len()];
+        let term = ElasticTerm {
+            law: &self.law,
+            indicator: self.shapes.indicators[shape].as_slice(),
+            void_stiffness: self.params.void_stiffness,
+            displacement,
+            factor: 1.0,
+            gradient: &mut image,
+        };
+        elastic_hessian_into(term, direction, self.grid());
+        axpy(self.weights.of_elastic(shape), &image, out);
+        if self.near_folding(displacement) {
+            let barrier = self.barrier();
+            barrier.hessian_action_into(self.grid(), displacement, direction, &mut image);
+            axpy(1.0, &image, out);
+        }
+        self.hold_boundary(out);
+    }
+
+    fn mismatch_hessian<F: MatchDensity>(
+        &self,
+        density: F,
+        shape: usize,
+        (displacement, direction): (&[f64], &[f64]),
+        change: &Expansion<'_>,
+        out: &mut [f64],
+    ) {
+        let grid = *self.grid();
+        let coefficients = self.shapes.match_coefficients(shape);
+        let data = Data {
+            coefficients: &coefficients,
+            cells: &[],
+        };
+        let average = Interpolant::new(grid, change.average);
+        let mut model = SmoothMatching::new(density, average, &change.gradient);
+        if !change.change.is_empty() {
+            model = model.with_change(Interpolant::new(grid, &change.change));
+        }
+        Assembly::new(grid, &model, data).hessian_action_into(displacement, direction, out);
+    }
+}
