@@ -89,9 +89,11 @@ const CRITERIA: [Criterion; 17] = [
     Criterion {
         cause: Cause::RemainingEnergy,
         figure: "estimated energy above the minimum, relative to the elastic energy",
-        limit: Limit::AtMost(0.01),
-        reason: "Elastic energies should be known to 1 %. No result has been measured against \
-                 this limit yet.",
+        limit: Limit::AtMost(0.2),
+        reason: "At the default tolerance averages of families, fish and hands end .1 to 16 % of the \
+                 elastic energy above its minimum, and the angles of bent bars are 2 to 4 degrees from \
+                 their limits. Where elastic energies have to be known to 1 %, compare with the figure in \
+                 result.json and decrease the tolerance.",
         remedy: "decrease --tolerance",
     },
     Criterion {
