@@ -9,8 +9,7 @@
 //! a few widths of the interface. Rigid motions, which nothing resists, are taken out: the shapes
 //! would drift.
 
-use crate::level::LevelShapes;
-use crate::objective::shape;
+use crate::level::{LevelShapes, shape};
 use crate::params::AverageParams;
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::vector::{axpy, dot};

@@ -17,7 +17,8 @@
 use crate::common::CommonMotion;
 use crate::elastic::{ElasticTerm, elastic_hessian_into};
 use crate::error::AverageError;
-use crate::objective::{AverageObjective, shape};
+use crate::level::shape;
+use crate::objective::AverageObjective;
 use fe_grid::composition::{Interpolant, MatchDensity, SmoothMatching, nodal_gradient};
 use fe_grid::coupling::{Variation, field_derivative_change};
 use fe_grid::minimise::{NewtonCgParams, SecondOrder};

@@ -125,3 +125,8 @@ impl<const D: usize> LevelShapes<D> {
         sum * self.grid.spacing().powi(D as i32) / (2.0 * self.interface_width)
     }
 }
+
+/// Returns the displacement of one shape.
+pub(crate) fn shape(x: &[f64], i: usize, dim: usize) -> &[f64] {
+    &x[i * dim..(i + 1) * dim]
+}

@@ -9,7 +9,7 @@ use crate::common::CommonMotion;
 use crate::elastic::{ElasticTerm, add_elastic};
 use crate::energy::{Energy, ShapeTerms, Weights};
 use crate::error::AverageError;
-use crate::level::LevelShapes;
+use crate::level::{LevelShapes, shape};
 use crate::metric::ShapeMetric;
 use crate::params::{AverageParams, BoundaryCondition};
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
@@ -410,11 +410,6 @@ impl<const D: usize> AverageObjective<D> {
         self.energy = Energy::new(&self.weights, &terms, self.length());
         Ok(Evaluation::Value(self.energy.objective()))
     }
-}
-
-/// Returns the displacement of one shape.
-pub(crate) fn shape(x: &[f64], i: usize, dim: usize) -> &[f64] {
-    &x[i * dim..(i + 1) * dim]
 }
 
 impl<const D: usize> Objective for AverageObjective<D> {

@@ -3,7 +3,8 @@
 
 use crate::energy::Energy;
 use crate::error::AverageError;
-use crate::objective::{AverageObjective, shape};
+use crate::level::shape;
+use crate::objective::AverageObjective;
 use fe_grid::minimise::Objective;
 
 impl<const D: usize> AverageObjective<D> {
