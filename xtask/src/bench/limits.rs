@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::sync::{Mutex, PoisonError};
 
-use fe_grid::{Element, Lane, LaneKernel, SimdLevel};
+use fe_grid::{Element, Lane, LaneKernel};
 use rayon::ThreadPool;
 use serde::{Deserialize, Serialize};
 

@@ -47,7 +47,7 @@ fn processor(info: &str) -> Option<&str> {
 
 /// The vectors that the kernels get here, by the number of `f64` in a lane.
 fn vectors() -> String {
-    use fe_grid::{Element, Lane, LaneKernel, SimdLevel};
+    use fe_grid::{Element, Lane, LaneKernel};
     struct Width;
     impl LaneKernel<f64> for Width {
         type Output = usize;
