@@ -94,6 +94,13 @@ pub(crate) enum Work {
     Result(WorkDir),
 }
 
+impl From<Option<WorkDir>> for Work {
+    /// Checkpoints, if any were written.
+    fn from(checkpoints: Option<WorkDir>) -> Self {
+        checkpoints.map_or(Self::None, Self::Temporary)
+    }
+}
+
 /// Options of a command that is its own configuration.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ComputeArgs<C: Config> {

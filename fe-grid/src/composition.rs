@@ -178,11 +178,7 @@ impl<'a, F, T: Element, const D: usize> Matching<'a, F, T, D> {
 
     #[inline(always)]
     fn sample<L: Lane>(&self, point: &Point<L, D, D>) -> (L, [L; D]) {
-        let mut position = point.position;
-        for k in 0..D {
-            position[k] += point.value[k];
-        }
-        self.field.sample(&position)
+        self.field.sample(&point.deformed_position())
     }
 }
 
@@ -338,11 +334,7 @@ impl<F: MatchDensity, T: Element, const D: usize> CellLaw<D, D> for SmoothMatchi
         point: &Point<L, D, D>,
         direction: &Jet<L, D, D>,
     ) -> Jet<L, D, D> {
-        let mut position = point.position;
-        for k in 0..D {
-            position[k] += point.value[k];
-        }
-        let at = locate_lanes(&self.matching.field.grid, &position);
+        let at = locate_lanes(&self.matching.field.grid, &point.deformed_position());
         let (slope, curvature) = self.model(&at, &point.coefficient);
         let mut along = match &self.change {
             Some(change) => change.value_at(&at),

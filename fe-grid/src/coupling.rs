@@ -143,11 +143,7 @@ impl<F: MatchDensity, const D: usize> SlabTask<'_, F, D> {
         factor: f64,
         count: usize,
     ) {
-        let mut deformed = point.position;
-        for k in 0..D {
-            deformed[k] += point.value[k];
-        }
-        let at = locate_lanes(self.grid, &deformed);
+        let at = locate_lanes(self.grid, &point.deformed_position());
         let mut cell = [[0.0; MAX_LANES]; D];
         for k in 0..D {
             at.cell[k].store(&mut cell[k]);

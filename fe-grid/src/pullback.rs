@@ -316,11 +316,7 @@ struct Found<const D: usize> {
 impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
     #[inline(always)]
     fn places<L: Lane<Element = f64>>(&self, point: &Point<L, D, D>, left: usize) -> Places<D> {
-        let mut deformed = point.position;
-        for k in 0..D {
-            deformed[k] += point.value[k];
-        }
-        let at = locate_lanes(self.grid, &deformed);
+        let at = locate_lanes(self.grid, &point.deformed_position());
         let mut places = Places {
             lanes: [0; MAX_LANES],
             count: 0,

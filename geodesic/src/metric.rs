@@ -88,10 +88,7 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
             + held.scale(1.0 / moduli);
         let mut out = Corotational::at_point(stiffness, &point.gradient);
         if self.mismatch_weight > 0.0 {
-            let mut deformed = point.position;
-            for k in 0..D {
-                deformed[k] += point.value[k];
-            }
+            let deformed = point.deformed_position();
             for level in self.composed {
                 let (s, slope) = level.end.sample(&deformed);
                 let (weight, _) = level.visibility.weight(&point.position, &deformed);

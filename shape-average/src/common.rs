@@ -13,7 +13,7 @@ use crate::level::{LevelShapes, shape};
 use crate::params::AverageParams;
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Buffer, Grid, GridError, LinearOperator, locate, parallel};
+use fe_grid::{Grid, GridError, LinearOperator, locate, parallel};
 use hyperelastic::{Corotational, CorotationalMultigrid};
 
 /// How many times the spacing of the grid of common motions is doubled.
@@ -24,7 +24,7 @@ const LEAST_CELLS: usize = 4;
 /// many iterations.
 const REGULARISATION: f64 = 0.3;
 
-/// The inverse metric of common motions.
+/// The inverse metric of common motions, held in memory.
 pub(crate) struct CommonMotion<const D: usize> {
     n_nodes: usize,
     grid: Grid<D>,
@@ -32,7 +32,7 @@ pub(crate) struct CommonMotion<const D: usize> {
     rigid: Rigid,
     /// For every shape the cell of `grid` into which each node is moved, as the number of its first
     /// node, and the `D` coordinates there.
-    places: Buffer<f32>,
+    places: Vec<f32>,
 }
 
 impl<const D: usize> CommonMotion<D> {
@@ -46,24 +46,21 @@ impl<const D: usize> CommonMotion<D> {
         let fine = *shapes.grid();
         let grid = coarsened(fine);
         let n_nodes = fine.n_nodes();
-        let mut places = params.storage.zeros((D + 1) * n_nodes * weights.len())?;
+        let mut places = vec![0.0f32; (D + 1) * n_nodes * weights.len()];
         let dim = D * n_nodes;
         let void = params
             .void_stiffness
             .max(Corotational::<D>::LEAST_VOID_STIFFNESS);
         let parts = places.chunks_exact_mut((D + 1) * n_nodes).enumerate();
-        let stiffness: Result<Vec<Vec<f64>>, GridError> =
-            parallel::try_map(parts, &|(i, places)| {
-                let moved = find(&fine, &grid, shape(x, i, dim), places);
-                let indicator = shapes.indicators[i].as_slice();
-                let mut sums = vec![0.0; grid.n_cells()];
-                for (cell, chi) in moved.into_iter().zip(indicator) {
-                    sums[cell] += weights[i] * ((1.0 - void) * chi + void);
-                }
-                Ok(sums)
-            });
-        let stiffness = stiffness?;
-        places.rest();
+        let stiffness: Vec<Vec<f64>> = parallel::map(parts, &|(i, places)| {
+            let moved = find(&fine, &grid, shape(x, i, dim), places);
+            let indicator = shapes.indicators[i].as_slice();
+            let mut sums = vec![0.0; grid.n_cells()];
+            for (cell, chi) in moved.into_iter().zip(indicator) {
+                sums[cell] += weights[i] * ((1.0 - void) * chi + void);
+            }
+            sums
+        });
         let total: f64 = weights.iter().sum();
         // Every node stands for the volume of a cell.
         let volume = fine.cell_volume() / grid.cell_volume();
@@ -121,7 +118,6 @@ impl<const D: usize> CommonMotion<D> {
                 }
             });
         });
-        self.places.rest();
     }
 
     /// Calls `work` with every node of a shape, every node of the coarse grid about its image, and

@@ -18,14 +18,14 @@ use crate::common::CommonMotion;
 use crate::elastic::{ElasticTerm, elastic_hessian_into};
 use crate::error::AverageError;
 use crate::level::shape;
-use crate::objective::AverageObjective;
+use crate::objective::{AverageObjective, solve_equations};
 use fe_grid::composition::{Interpolant, MatchDensity, SmoothMatching, nodal_gradient};
 use fe_grid::coupling::{Variation, field_derivative_change};
 use fe_grid::minimise::{NewtonCgParams, SecondOrder};
 use fe_grid::scatter::Source;
 use fe_grid::vector::{axpy, scale};
-use fe_grid::{Assembly, CgParams, Data, Diagonal, Storage, conjugate_gradient, parallel};
-use phasefield::{Masked, Mismatch};
+use fe_grid::{Assembly, Data, Storage, parallel};
+use phasefield::Masked;
 
 /// Relative accuracy of the change of the average: well below that of the model.
 const CHANGE_TOLERANCE: f64 = 1e-3;
@@ -133,24 +133,11 @@ impl<const D: usize> AverageObjective<D> {
         }
         // The matrix is half the second derivative.
         scale(-0.5, &mut load);
-        let matrix = self.equations.matrix();
-        let jacobi = Diagonal::jacobi(matrix.diagonal())?;
-        let params = CgParams {
-            relative_tolerance: CHANGE_TOLERANCE,
-            ..CgParams::default()
-        };
         let mut change = vec![0.0; n];
-        let scratch = &mut self.scratch;
-        let info = conjugate_gradient(matrix, &jacobi, &load, &mut change, &params, scratch)?;
-        self.average_iterations += info.iterations;
+        let (equations, scratch) = (&self.equations, &mut self.scratch);
+        self.average_iterations +=
+            solve_equations(equations, &load, &mut change, CHANGE_TOLERANCE, scratch)?;
         Ok(change)
-    }
-
-    fn mismatch_rule(&self, share: f64) -> Mismatch {
-        Mismatch {
-            interface_width: self.shapes.interface_width(),
-            scale: share * self.weights.mismatch,
-        }
     }
 
     /// Computes the rows of one shape, for a state and a direction of it.

@@ -121,11 +121,7 @@ impl<F: MatchDensity, const D: usize> CellProbe<D, D> for MetricProbe<'_, F, D> 
         let delta = self.void_stiffness;
         let kappa = point.coefficient[0].mul_add(L::splat(1.0 - delta), L::splat(delta));
         let mut out = Corotational::at_point(kappa.scale(self.stiffness), &point.gradient);
-        let mut deformed = point.position;
-        for k in 0..D {
-            deformed[k] += point.value[k];
-        }
-        let (s, slope) = self.average.sample(&deformed);
+        let (s, slope) = self.average.sample(&point.deformed_position());
         // The coefficients of the mismatch follow the indicator.
         let all = &point.coefficient;
         let coefficient = std::array::from_fn(|k| all.get(k + 1).copied().unwrap_or(L::zero()));

@@ -190,10 +190,7 @@ impl<const D: usize> AverageObjective<D> {
         if self.fixed {
             return Ok(());
         }
-        let rule = Mismatch {
-            interface_width: self.shapes.interface_width(),
-            scale: self.weights.mismatch,
-        };
+        let rule = self.mismatch_rule(1.0);
         let potential = self.weights.length / (4.0 * self.shapes.interface_width());
         let background = Background {
             mass: potential,
@@ -218,23 +215,19 @@ impl<const D: usize> AverageObjective<D> {
         } else {
             self.equations.assemble(&Masked(rule), &sources, background);
         }
-        let matrix = self.equations.matrix();
-        let jacobi = Diagonal::jacobi(matrix.diagonal())?;
-        let params = CgParams {
-            relative_tolerance: AVERAGE_TOLERANCE,
-            ..CgParams::default()
-        };
-        let average = &mut self.average;
-        let info = conjugate_gradient(
-            matrix,
-            &jacobi,
-            self.equations.rhs(),
-            average,
-            &params,
-            &mut self.scratch,
-        )?;
-        self.average_iterations += info.iterations;
+        let (equations, scratch) = (&self.equations, &mut self.scratch);
+        let (load, average) = (equations.rhs(), &mut self.average);
+        self.average_iterations +=
+            solve_equations(equations, load, average, AVERAGE_TOLERANCE, scratch)?;
         Ok(())
+    }
+
+    /// Returns the density of the mismatch for a share of its weight.
+    pub(crate) fn mismatch_rule(&self, share: f64) -> Mismatch {
+        Mismatch {
+            interface_width: self.shapes.interface_width(),
+            scale: share * self.weights.mismatch,
+        }
     }
 
     /// Computes the terms of one shape for the present average; `None` if its deformation folds.
@@ -410,6 +403,24 @@ impl<const D: usize> AverageObjective<D> {
         self.energy = Energy::new(&self.weights, &terms, self.length());
         Ok(Evaluation::Value(self.energy.objective()))
     }
+}
+
+/// Solves the normal equations for a load, from an initial guess; returns the number of iterations.
+pub(crate) fn solve_equations<const D: usize>(
+    equations: &NormalEquations<D>,
+    load: &[f64],
+    solution: &mut [f64],
+    relative_tolerance: f64,
+    scratch: &mut CgScratch,
+) -> Result<usize, GridError> {
+    let matrix = equations.matrix();
+    let jacobi = Diagonal::jacobi(matrix.diagonal())?;
+    let params = CgParams {
+        relative_tolerance,
+        ..CgParams::default()
+    };
+    let info = conjugate_gradient(matrix, &jacobi, load, solution, &params, scratch)?;
+    Ok(info.iterations)
 }
 
 impl<const D: usize> Objective for AverageObjective<D> {

@@ -48,6 +48,18 @@ pub struct Point<L, const D: usize, const M: usize> {
     pub cell: [L; MAX_CELL_DATA],
 }
 
+impl<L: Lane, const D: usize> Point<L, D, D> {
+    /// The position under the displacement that the unknown is.
+    #[inline(always)]
+    pub fn deformed_position(&self) -> [L; D] {
+        let mut deformed = self.position;
+        for k in 0..D {
+            deformed[k] += self.value[k];
+        }
+        deformed
+    }
+}
+
 /// A pair of a value and a gradient: a direction, or the derivative of a density with respect to
 /// the two.
 #[derive(Clone, Copy)]

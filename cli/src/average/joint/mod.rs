@@ -80,10 +80,7 @@ impl Command for JointAverage<'_> {
     }
 
     fn work<const D: usize>(outcome: &mut Outcome<D>) -> Work {
-        outcome
-            .checkpoints
-            .take()
-            .map_or(Work::None, Work::Temporary)
+        outcome.checkpoints.take().into()
     }
 
     fn write<const D: usize>(
