@@ -362,11 +362,18 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
     // edge[k][c]: difference along axis k at the corner c whose bit k is unset.
     let edge = |k: usize, c: usize| -> [L; D] {
         let c = c & !(1 << k);
-        std::array::from_fn(|m| map[m][c | 1 << k] - map[m][c])
+        let mut edge = [L::zero(); D];
+        for m in 0..D {
+            edge[m] = map[m][c | 1 << k] - map[m][c];
+        }
+        edge
     };
     let mut corner = L::splat(f64::INFINITY);
     for c in 0..1 << D {
-        let columns: [[L; D]; D] = std::array::from_fn(|k| edge(k, c));
+        let mut columns = [[L::zero(); D]; D];
+        for k in 0..D {
+            columns[k] = edge(k, c);
+        }
         corner = crate::tensor::determinant(&columns).min(corner);
     }
     if D == 2 {
@@ -381,10 +388,11 @@ fn determinant_bounds<L: Lane, const D: usize>(map: &[[L; MAX_CORNERS]; D]) -> (
         for xz in 0..4 {
             let b = edge(1, (xz & 1) | (xz >> 1) << 2);
             // The cross product of the first two columns is used for four third columns.
-            let cross: [L; 3] = std::array::from_fn(|m| {
+            let mut cross = [L::zero(); 3];
+            for m in 0..3 {
                 let (p, q) = ((m + 1) % 3, (m + 2) % 3);
-                a[p].mul_add(b[q], -(a[q] * b[p]))
-            });
+                cross[m] = a[p].mul_add(b[q], -(a[q] * b[p]));
+            }
             for xy in 0..4 {
                 let e = edge(2, xy);
                 let mut product = cross[0] * e[0];

@@ -78,8 +78,11 @@ impl<const D: usize> Visibility<'_, D> {
         };
         match &self.end {
             Some(weight) => {
-                let (value, slope) = weight.sample(deformed);
-                (own * value, slope.map(|s| s * own))
+                let (value, mut slope) = weight.sample(deformed);
+                for s in &mut slope {
+                    *s *= own;
+                }
+                (own * value, slope)
             }
             None => (own, [L::zero(); D]),
         }

@@ -94,6 +94,30 @@ fn tensor_of<L: Lane, const D: usize>(block: &BlockGradients<L, D, D>, p: usize)
     tensor
 }
 
+impl<E> StrainEnergy<E> {
+    /// Returns the kinematics of [`POINTS`] points of a block, from the point `first` on.
+    ///
+    /// Each is written out: the closure of `array::from_fn` would be compiled without the
+    /// instruction set of the caller, and every operation of a vector would be a function call.
+    #[inline(always)]
+    fn kinematics_from<L: Lane, const D: usize, const M: usize>(
+        &self,
+        block: &Block<L, D, M>,
+        first: usize,
+    ) -> [E::Kinematics<L>; POINTS]
+    where
+        E: StrainDensity<D, M>,
+    {
+        const { assert!(POINTS == 4) };
+        [
+            self.0.kinematics(&block.point(first)),
+            self.0.kinematics(&block.point(first + 1)),
+            self.0.kinematics(&block.point(first + 2)),
+            self.0.kinematics(&block.point(first + 3)),
+        ]
+    }
+}
+
 impl<E: Reads> Reads for StrainEnergy<E> {
     const USES_VALUE: bool = E::USES_VALUE;
     const USES_GRADIENT: bool = E::USES_GRADIENT;
@@ -133,8 +157,7 @@ impl<E: StrainDensity<D, M>, const D: usize, const M: usize> CellLaw<D, M> for S
     fn block_value<L: Lane>(&self, block: &Block<L, D, M>) -> L {
         let mut sum = L::zero();
         for first in (0..1usize << D).step_by(POINTS) {
-            let at: [_; POINTS] =
-                std::array::from_fn(|p| self.0.kinematics(&block.point(first + p)));
+            let at = self.kinematics_from(block, first);
             let mut densities = [L::one(); MAX_CORNERS];
             self.0.law().block_value(ValueCall {
                 strains: &gathered(|p| self.0.strain(&at[p])),
@@ -156,8 +179,7 @@ impl<E: StrainDensity<D, M>, const D: usize, const M: usize> CellLaw<D, M> for S
     ) -> L {
         let mut sum = L::zero();
         for first in (0..1usize << D).step_by(POINTS) {
-            let at: [_; POINTS] =
-                std::array::from_fn(|p| self.0.kinematics(&block.point(first + p)));
+            let at = self.kinematics_from(block, first);
             let mut densities = [L::zero(); MAX_CORNERS];
             for p in 0..POINTS {
                 densities[p] = self.0.weight(&at[p]);
@@ -188,8 +210,7 @@ impl<E: StrainDensity<D, M>, const D: usize, const M: usize> CellLaw<D, M> for S
         fluxes: &mut BlockFluxes<L, D, M>,
     ) {
         for first in (0..1usize << D).step_by(POINTS) {
-            let at: [_; POINTS] =
-                std::array::from_fn(|p| self.0.kinematics(&block.point(first + p)));
+            let at = self.kinematics_from(block, first);
             let change = gathered(|p| self.0.strain_change(&at[p], &direction.jet(first + p)));
             let mut stresses = [[[L::zero(); POINTS]; D]; D];
             self.0.law().block_hessian_action(HessianCall {
