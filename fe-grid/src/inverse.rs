@@ -11,6 +11,7 @@ use crate::field::{Field, ScalarField};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
 use crate::parallel;
+use crate::preimages::Lattice;
 use crate::tensor;
 
 /// Newton's method is stopped at this residual, in units of the spacing.
@@ -93,48 +94,59 @@ impl<const D: usize> LaneKernel<f64> for LayerSearch<'_, D> {
     /// used, not its lanes.
     #[inline(always)]
     fn run<L: Lane<Element = f64>>(self) -> Self::Output {
+        let lattice = Lattice::nodes(self.grid);
         let per_layer = self.grid.n_cells() / self.grid.cells_per_axis()[D - 1];
         let mut found = Vec::with_capacity(per_layer + per_layer / 4);
         for cell in self.layer * per_layer..(self.layer + 1) * per_layer {
+            let index = cell;
+            let cell = self.grid.cell(index);
+            let h = self.grid.spacing();
             search_cell(
                 self.grid,
-                self.displacement,
-                self.grid.cell(cell),
-                &mut found,
+                self.displacement.as_slice(),
+                cell,
+                &lattice,
+                &mut |node, local| {
+                    let x = std::array::from_fn(|k| (cell[k] as f64 + local[k]) * h);
+                    found.push((node, x));
+                },
             );
         }
         found
     }
 }
 
-/// Appends the nodes in the image of a cell with the points that are mapped to them.
+/// Calls `found` with the points of a lattice in the image of a cell, and the local coordinates of
+/// the points that are mapped to them.
 #[inline(always)]
-fn search_cell<const D: usize>(
+pub(crate) fn search_cell<const D: usize>(
     grid: &Grid<D>,
-    displacement: &Field<f64, D, D>,
+    displacement: &[f64],
     cell: [usize; D],
-    found: &mut Vec<(usize, [f64; D])>,
+    lattice: &Lattice<D>,
+    found: &mut impl FnMut(usize, [f64; D]),
 ) {
     let h = grid.spacing();
     let strides = grid.strides();
     let base = grid.node_index(cell);
+    let n = grid.n_nodes();
     // Deformed corners in units of the spacing.
     let mut corners = [[0.0; D]; MAX_CORNERS];
     let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
     for c in 0..1usize << D {
         let index = base + (0..D).map(|k| (c >> k & 1) * strides[k]).sum::<usize>();
-        let u = displacement.at(index);
         for k in 0..D {
-            let y = (cell[k] + (c >> k & 1)) as f64 + u[k] / h;
+            let y = (cell[k] + (c >> k & 1)) as f64 + displacement[k * n + index] / h;
             corners[c][k] = y;
             low[k] = low[k].min(y);
             high[k] = high[k].max(y);
         }
     }
-    let nodes = grid.nodes_per_axis();
-    let first: [usize; D] = std::array::from_fn(|k| (low[k] - OVERLAP).ceil().max(0.0) as usize);
+    let first: [usize; D] =
+        std::array::from_fn(|k| lattice.not_below(low[k] - OVERLAP).max(0.0) as usize);
     let count: [usize; D] = std::array::from_fn(|k| {
-        let last = (high[k] + OVERLAP).floor().min((nodes[k] - 1) as f64);
+        let end = (lattice.count[k] - 1) as f64;
+        let last = lattice.not_above(high[k] + OVERLAP).min(end);
         if last < first[k] as f64 {
             0
         } else {
@@ -147,18 +159,17 @@ fn search_cell<const D: usize>(
     }
     let frame = CentreFrame::new(&corners);
     for mut code in 0..total {
-        let node: [usize; D] = std::array::from_fn(|k| {
+        let point: [usize; D] = std::array::from_fn(|k| {
             let i = first[k] + code % count[k];
             code /= count[k];
             i
         });
-        let target = node.map(|i| i as f64);
+        let target = point.map(|i| lattice.coordinate(i));
         let Some(start) = frame.start(&target) else {
             continue;
         };
         if let Some(local) = invert_cell(&corners, &target, start) {
-            let x = std::array::from_fn(|k| (cell[k] as f64 + local[k]) * h);
-            found.push((grid.node_index(node), x));
+            found(lattice.index(point), local);
         }
     }
 }

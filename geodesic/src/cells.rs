@@ -38,19 +38,19 @@ pub(crate) fn solid_cells<const D: usize>(
     level_set: &[f64],
     indicator: Step,
 ) -> Vec<bool> {
-    cells_with_corner(grid, level_set, |u| indicator.value(u) > 0.0)
+    cells_with_corner(grid, |node| indicator.value(level_set[node]) > 0.0)
 }
 
 /// Returns the cells with a corner inside.
 pub(crate) fn object_cells<const D: usize>(level_set: &Field<f64, D, 1>) -> Vec<bool> {
-    cells_with_corner(level_set.grid(), level_set.as_slice(), |u| u > 0.0)
+    let values = level_set.as_slice();
+    cells_with_corner(level_set.grid(), |node| values[node] > 0.0)
 }
 
-/// Returns the cells with a corner that satisfies a predicate.
-fn cells_with_corner<const D: usize>(
+/// Returns the cells with a corner that satisfies a predicate of its node.
+pub(crate) fn cells_with_corner<const D: usize>(
     grid: &Grid<D>,
-    values: &[f64],
-    holds: impl Fn(f64) -> bool,
+    holds: impl Fn(usize) -> bool,
 ) -> Vec<bool> {
     let strides = grid.strides();
     let offsets: Vec<usize> = (0..1usize << D)
@@ -59,7 +59,7 @@ fn cells_with_corner<const D: usize>(
     (0..grid.n_cells())
         .map(|cell| {
             let first = grid.node_index(grid.cell(cell));
-            offsets.iter().any(|offset| holds(values[first + offset]))
+            offsets.iter().any(|offset| holds(first + offset))
         })
         .collect()
 }

@@ -2,9 +2,11 @@
 
 use crate::calculus::Extension;
 use crate::error::GeodesicError;
+use crate::lagrangian::moved;
 use crate::params::GeodesicParams;
 use crate::result::Geodesic;
-use crate::shape::{Known, Shape, union_of};
+use crate::shape::{Known, Shape, on_grid};
+use fe_grid::ScalarField;
 use levelset::{BoxEdge, Cause, Doubt, contour, hausdorff};
 
 impl<const D: usize> Geodesic<D> {
@@ -32,7 +34,7 @@ impl<const D: usize> Geodesic<D> {
             .iter()
             .all(|known| matches!(known, Known::Everywhere))
         {
-            let distance = self.end_distance(end)?;
+            let distance = self.end_distance(start, end)?;
             doubts.push(Doubt::check(Cause::BoundaryDistance, distance));
         }
         Ok(doubts.into_iter().flatten().collect())
@@ -40,16 +42,22 @@ impl<const D: usize> Geodesic<D> {
 
     /// Returns the largest distance between the boundaries of the deformed start shape and of the
     /// end shape, in spacings of the grid.
-    fn end_distance(&self, end: &Shape<D>) -> Result<f64, GeodesicError> {
-        let start = &self.level_sets[0];
-        let carried = contour(start, 0.0, BoxEdge::Open)?.map(|x| {
-            self.displacements.iter().fold(x, |y, displacement| {
-                let u = displacement.sample(y);
-                std::array::from_fn(|k| y[k] + u[k])
-            })
-        });
-        let end = contour(&union_of(end.components()), 0.0, BoxEdge::Open)?;
-        Ok(hausdorff(&carried, &end)?.maximum / start.grid().spacing())
+    fn end_distance(&self, start: &Shape<D>, end: &Shape<D>) -> Result<f64, GeodesicError> {
+        let grid = *self.level_sets[0].grid();
+        let outline = |u: &ScalarField<f64, D>| contour(&on_grid(&grid, u), 0.0, BoxEdge::Open);
+        let [from, to] = match self.domain {
+            Some(domain) => domain.order(start, end),
+            None => [start, end],
+        };
+        let from = outline(&from.union())?;
+        let carried = match &self.across {
+            Some(across) => moved(&from, across),
+            None => self
+                .displacements
+                .iter()
+                .fold(from, |c, phi| moved(&c, phi)),
+        };
+        Ok(hausdorff(&carried, &outline(&to.union())?)?.maximum / grid.spacing())
     }
 }
 

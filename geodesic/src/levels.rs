@@ -17,6 +17,8 @@ pub struct LevelReport {
     pub nodes: Vec<usize>,
     /// Number of steps of the path.
     pub steps: usize,
+    /// Weight of one mismatch.
+    pub mismatch_weight: f64,
     /// Record of the minimiser.
     #[serde(flatten)]
     pub info: Info,
@@ -177,6 +179,9 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Descent<'_, F, D> {
         self.reports.push(LevelReport {
             nodes: grid.nodes_per_axis().to_vec(),
             steps,
+            mismatch_weight: self
+                .params_on(&self.levels[level])
+                .resolved_mismatch_weight(),
             info: info.clone(),
             energy: F::energy(&objective).clone(),
         });

@@ -31,7 +31,7 @@
 //!
 //! Both forms are minimised by L-BFGS from `fe-grid`, from coarse grids to fine, each in its own
 //! metric. The energy densities are laws of the cell engine: [`PathDissipation`],
-//! [`StepDeformation`], [`StepMismatch`], [`MeasuredMismatch`], [`BoundaryArea`]. [`finite`] is the
+//! [`StepDeformation`], [`StepMismatch`], [`ComposedMismatch`], [`BoundaryArea`]. [`finite`] is the
 //! same time discretisation without shapes, where geodesics are known.
 //!
 //! A path can be extended beyond its end, and variations of its start can be transported to its
@@ -74,6 +74,7 @@ mod descent;
 mod dissipation;
 pub mod distances;
 mod doubts;
+mod end_mismatch;
 mod energy;
 mod error;
 mod extension;
@@ -96,10 +97,11 @@ pub use density::dissipation_density;
 pub use dissipation::PathDissipation;
 pub use energy::PathEnergy;
 pub use error::GeodesicError;
+pub use lagrangian::Domain;
 pub use levels::LevelReport;
 pub use mismatch::{
-    HeavisideMismatch, MeasuredMismatch, MismatchWeights, StepMismatch, Visibility,
+    ComposedMismatch, HeavisideMismatch, MismatchWeights, StepMismatch, Visibility,
 };
-pub use params::{Form, GeodesicParams};
+pub use params::{DomainChoice, Form, GeodesicParams};
 pub use result::{Geodesic, geodesic, geodesic_between};
 pub use shape::{Known, Shape};

@@ -6,7 +6,7 @@ use fe_grid::composition::Interpolant;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{CellProbe, Data, Grid, Lane, Point, Reads, probe_cells, tensor};
 use hyperelastic::{Corotational, FoldBarrier, LameModuli};
-use levelset::{Arctan, Step};
+use levelset::{Arctan, Compact, Step};
 
 /// A level set that a deformation is composed with, for its mismatch.
 #[derive(Clone, Copy)]
@@ -15,6 +15,21 @@ pub(crate) struct ComposedLevel<'a, const D: usize> {
     pub end: Interpolant<'a, f64, D>,
     /// The visibility weight.
     pub visibility: Visibility<'a, D>,
+    /// Share of the mismatch that is measured on the start domain.
+    pub share: f64,
+}
+
+/// A level set that a deformation carries, for its mismatch on the end domain.
+#[derive(Clone, Copy)]
+pub(crate) struct CarriedLevel<'a, const D: usize> {
+    /// The level set.
+    pub start: Interpolant<'a, f64, D>,
+    /// The smooth step of the mismatch.
+    pub step: Compact,
+    /// The visibility weight.
+    pub visibility: Visibility<'a, D>,
+    /// Share of the mismatch that is measured on the end domain.
+    pub share: f64,
 }
 
 /// Lower bound of the determinant in the metric.
@@ -37,6 +52,8 @@ pub(crate) struct ElasticForm<'a, const D: usize> {
     pub mismatch_weight: f64,
     /// The level sets that are composed with the deformation.
     pub composed: &'a [ComposedLevel<'a, D>],
+    /// The level sets that are carried by the deformation.
+    pub carried: &'a [CarriedLevel<'a, D>],
 }
 
 /// Computes the form at a displacement of the object `{start > 0}`: the law and its data per cell.
@@ -93,9 +110,24 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
                 let (s, slope) = level.end.sample(&deformed);
                 let (weight, _) = level.visibility.weight(&point.position, &deformed);
                 let derivative = self.step.derivative(s);
-                let curvature =
-                    (derivative * derivative * weight).scale(2.0 * self.mismatch_weight);
+                let curvature = (derivative * derivative * weight)
+                    .scale(2.0 * level.share * self.mismatch_weight);
                 Corotational::add_outer(&mut out, curvature, &slope);
+            }
+            for level in self.carried {
+                // (H'(u) Dpsi^-T Du)^2 det Dpsi: the level set on the end domain is u o psi^-1.
+                let (s, slope) = level.start.sample(&point.position);
+                let (weight, _) = level.visibility.weight(&point.position, &deformed);
+                let derivative = level.step.derivative(s);
+                let mut carried = [L::zero(); D];
+                for i in 0..D {
+                    for k in 0..D {
+                        carried[i] = cofactor[i][k].mul_add(slope[k], carried[i]);
+                    }
+                }
+                let curvature = (derivative * derivative * weight / det)
+                    .scale(2.0 * level.share * self.mismatch_weight);
+                Corotational::add_outer(&mut out, curvature, &carried);
             }
         }
         out

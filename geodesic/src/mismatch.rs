@@ -3,7 +3,7 @@
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::scatter::PointWeights;
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads, tensor};
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
 use levelset::Arctan;
 
 /// The density `(H(s) - H(c))^2` of a composed level set `s = u_B o psi` and the level set `c` of
@@ -89,21 +89,14 @@ impl<const D: usize> Visibility<'_, D> {
     }
 }
 
-/// The mismatch of a displaced level set, measured partly on the end domain:
-/// `((1 - theta) + theta det(1 + Dw)) omega (H(v(x + w(x))) - H(u(x)))^2` for a displacement `w`,
-/// with the visibility weight `omega`.
-///
-/// At `theta = 0` the mismatch is the volume of the mismatch on the start domain, at `theta = 1` on
-/// the end domain. In the latter case void that is compressed to zero volume costs nothing, and the
-/// force acts on the boundary of the shape itself, wherever it is.
+/// The mismatch `omega (H(v(x + w(x))) - H(u(x)))^2` of a level set `v` under a displacement `w`
+/// with a level set `u` (coefficient 0), with the visibility weight `omega`.
 #[derive(Clone, Copy)]
-pub struct MeasuredMismatch<'a, const D: usize> {
+pub struct ComposedMismatch<'a, const D: usize> {
     /// The density of the mismatch.
     pub density: HeavisideMismatch,
     /// The level set `v`.
     pub other: Interpolant<'a, f64, D>,
-    /// The share `theta`.
-    pub deformed_share: f64,
     /// The weight `omega`.
     pub visibility: Visibility<'a, D>,
 }
@@ -138,69 +131,46 @@ fn compose<L: Lane, const D: usize>(
     }
 }
 
-impl<const D: usize> MeasuredMismatch<'_, D> {
+impl<const D: usize> ComposedMismatch<'_, D> {
     #[inline(always)]
     fn sample<L: Lane>(&self, point: &Point<L, D, D>) -> Composed<L, D> {
         compose(&self.other, &self.visibility, &point.position, |k| {
             point.value[k]
         })
     }
-
-    /// Folded void has no volume.
-    #[inline(always)]
-    fn measure<L: Lane>(&self, volume: L) -> L {
-        volume.max(L::zero()).mul_add(
-            L::splat(self.deformed_share),
-            L::splat(1.0 - self.deformed_share),
-        )
-    }
 }
 
-impl<const D: usize> Reads for MeasuredMismatch<'_, D> {
+impl<const D: usize> Reads for ComposedMismatch<'_, D> {
     const USES_VALUE: bool = true;
-    const USES_GRADIENT: bool = true;
+    const USES_GRADIENT: bool = false;
     const COEFFICIENTS: usize = 1;
     const CELL_DATA: usize = 0;
 }
 
-impl<const D: usize> CellLaw<D, D> for MeasuredMismatch<'_, D> {
+impl<const D: usize> CellLaw<D, D> for ComposedMismatch<'_, D> {
     #[inline(always)]
     fn value<L: Lane>(&self, point: &Point<L, D, D>) -> L {
         let at = self.sample(point);
-        let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
         let step = self.density.step;
         let difference = step.value(at.value) - step.value(point.coefficient[0]);
-        let weight = at.weight * self.visibility.side(difference);
-        difference * difference * weight * self.measure(volume)
+        difference * difference * at.weight * self.visibility.side(difference)
     }
 
     #[inline(always)]
     fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
         let at = self.sample(point);
-        let deformed = tensor::add_identity(&point.gradient);
-        let cofactor = tensor::cofactor(&deformed);
-        let volume = tensor::determinant_with(&deformed, &cofactor);
-        let measure = self.measure(volume);
         let (value, derivative, _) = self.density.derivatives(at.value, &point.coefficient);
         // The derivative has the sign of the mismatch, as the step is increasing.
         let side = self.visibility.side(derivative);
         let (value, derivative) = (value * side, derivative * side * at.weight);
-        let weighted = value * at.weight;
         let mut jet = Jet::zero();
         for k in 0..D {
-            let change = value.mul_add(at.weight_slope[k], derivative * at.slope[k]);
-            jet.value[k] = change * measure;
+            jet.value[k] = value.mul_add(at.weight_slope[k], derivative * at.slope[k]);
         }
-        let pressure = L::select(
-            L::zero().less(volume),
-            weighted.scale(self.deformed_share),
-            L::zero(),
-        );
-        jet.gradient = tensor::scale(&cofactor, pressure);
-        (weighted * measure, jet)
+        (value * at.weight, jet)
     }
 
-    /// Gauss-Newton approximation, with the measure and the weight held fixed.
+    /// Gauss-Newton approximation, with the weight held fixed.
     #[inline(always)]
     fn hessian_action<L: Lane>(
         &self,
@@ -208,14 +178,13 @@ impl<const D: usize> CellLaw<D, D> for MeasuredMismatch<'_, D> {
         direction: &Jet<L, D, D>,
     ) -> Jet<L, D, D> {
         let at = self.sample(point);
-        let volume = tensor::determinant(&tensor::add_identity(&point.gradient));
         let (_, derivative, curvature) = self.density.derivatives(at.value, &point.coefficient);
         let curvature = curvature * self.visibility.side(derivative);
         let mut along = at.slope[0] * direction.value[0];
         for k in 1..D {
             along = at.slope[k].mul_add(direction.value[k], along);
         }
-        let along = along * curvature * at.weight * self.measure(volume);
+        let along = along * curvature * at.weight;
         let mut jet = Jet::zero();
         for k in 0..D {
             jet.value[k] = along * at.slope[k];

@@ -1,10 +1,11 @@
 //! Overlap of the deformed start shape with the end shape.
 
+use crate::end_mismatch::{EndMismatch, LatticeOverlap};
 use crate::error::GeodesicError;
 use crate::level_sets::compose;
 use crate::shape::Shape;
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
-use levelset::{BoxEdge, ContourDistance, contour};
+use levelset::{BoxEdge, Compact, Contour, ContourDistance, contour};
 
 /// Dice overlap at which the end shape counts as reached.
 const REACHED_DICE: f64 = 0.95;
@@ -95,6 +96,68 @@ pub(crate) fn overlaps<const D: usize>(
         found.gap = found.gap.max(at_end.gap);
     }
     Ok(found)
+}
+
+/// Half-width of the step that measures volumes, in spacings.
+const SHARP: f64 = 1e-3;
+
+/// Computes the overlaps achieved by one deformation of the first shape, on the visible parts: at
+/// points of the domain of the second shape, between which no limb is missed.
+pub(crate) fn carried_overlaps<const D: usize>(
+    from: &Shape<D>,
+    to: &Shape<D>,
+    deformation: &Field<f64, D, D>,
+) -> Result<Overlaps, GeodesicError> {
+    let grid = *deformation.grid();
+    let backwards = overlaps(from, to, std::slice::from_ref(deformation), grid)?.backwards;
+    let (from, to) = (from.on_grid(&grid), to.on_grid(&grid));
+    let step = Compact::new(SHARP * grid.spacing())?;
+    let mut forwards = Vec::new();
+    let mut gap: f64 = 0.0;
+    let visible = to.visibility();
+    let found = EndMismatch::new(&from, &to, step).overlaps(deformation.as_slice());
+    for (
+        LatticeOverlap {
+            difference,
+            volumes,
+        },
+        v,
+    ) in found.into_iter().zip(&to.components)
+    {
+        let boundary = visible_boundary(&contour(v, 0.0, BoxEdge::Open)?, visible.as_ref());
+        let sum = volumes[0] + volumes[1];
+        forwards.push(if sum > 0.0 {
+            1.0 - difference / sum
+        } else {
+            0.0
+        });
+        let distance = if boundary > 0.0 {
+            difference / boundary
+        } else {
+            f64::INFINITY
+        };
+        gap = gap.max(distance / grid.spacing());
+    }
+    Ok(Overlaps {
+        forwards,
+        backwards,
+        gap,
+    })
+}
+
+/// Returns the length or area of the visible part of a boundary.
+fn visible_boundary<const D: usize>(
+    boundary: &Contour<D>,
+    weight: Option<&ScalarField<f64, D>>,
+) -> f64 {
+    let Some(weight) = weight else {
+        return boundary.perimeter();
+    };
+    let seen = boundary.part(|corners| {
+        let middle = std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / D as f64);
+        weight.sample(middle)[0] >= 0.5
+    });
+    seen.perimeter()
 }
 
 /// Returns the product of two weights; a missing weight is one.

@@ -17,6 +17,20 @@ pub enum Form {
     LevelSets,
 }
 
+/// The shape on whose domain a path of one domain is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
+pub enum DomainChoice {
+    /// The one on which the path reaches the other end on coarse grids, or else has less energy.
+    #[default]
+    Better,
+    /// The start shape.
+    Start,
+    /// The end shape.
+    End,
+}
+
 /// Parameters of a geodesic, dimensionless: the box has side one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
@@ -25,6 +39,12 @@ pub struct GeodesicParams {
     /// Representation of the path: deformations of the start shape (lagrangian) or level sets.
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub form: Form,
+    /// Shape on whose domain the path is computed; for the deformations of a start shape only.
+    ///
+    /// The path is the same in the limit of fine grids; a grid resolves it better on the domain of
+    /// the more intricate shape.
+    #[cfg_attr(feature = "clap", arg(long, value_enum, hide_short_help = true))]
+    pub domain: DomainChoice,
     /// Number of time steps K of the path.
     #[cfg_attr(feature = "clap", arg(short = 'K', long, value_name = "K"))]
     pub steps: usize,
@@ -41,11 +61,11 @@ pub struct GeodesicParams {
     #[cfg_attr(feature = "clap", arg(long))]
     pub mismatch_weight: f64,
     /// Fraction of the mismatch that is measured on the end domain, between 0 and 1; paths of one
-    /// start domain only.
+    /// domain only.
     ///
-    /// With 0, parts of the end shape stay empty where slivers of void open up, since the mismatch
-    /// on the start domain does not see them; a large fraction moves boundaries beyond the end
-    /// shape, by a sixth of a cell at 0.5.
+    /// With 0, limbs of the end shape stay empty where the void is stretched over them, since the
+    /// mismatch on the start domain does not see them. With 1, nothing attracts boundaries over a
+    /// distance, and coarse grids lead to longer paths.
     #[cfg_attr(
         feature = "clap",
         arg(long, value_name = "SHARE", hide_short_help = true)
@@ -94,10 +114,11 @@ impl Default for GeodesicParams {
     fn default() -> Self {
         Self {
             form: Form::default(),
+            domain: DomainChoice::default(),
             steps: 8,
             law: LawSpec::default(),
             mismatch_weight: 100.0,
-            deformed_share: 0.2,
+            deformed_share: 0.5,
             area_weight: 1e-3,
             area_regularisation: 1e-3,
             void_stiffness: 1e-4,
@@ -119,6 +140,16 @@ impl GeodesicParams {
         match self.form {
             Form::Lagrangian => self.mismatch_weight,
             Form::LevelSets => self.steps as f64 * self.mismatch_weight,
+        }
+    }
+
+    /// Returns the parameters for the inverse deformations; the same where the law has no inverse
+    /// model.
+    pub(crate) fn inverted(&self) -> Self {
+        let law = self.law.law.inverted().unwrap_or(self.law.law);
+        Self {
+            law: LawSpec { law, ..self.law },
+            ..self.clone()
         }
     }
 

@@ -3,12 +3,12 @@
 use crate::cells::object_cells;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
-use crate::lagrangian::{eulerian, lagrangian_path};
+use crate::lagrangian::{Domain, Eulerian, LagrangianPath, eulerian, lagrangian_path};
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::levels::LevelReport;
-use crate::overlap::{Overlaps, is_reached, overlaps, worst};
+use crate::overlap::{Overlaps, carried_overlaps, is_reached, overlaps, worst};
 use crate::params::{Form, GeodesicParams};
-use crate::shape::{Known, Shape, union_of};
+use crate::shape::{Known, Shape, on_grid, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
@@ -32,14 +32,22 @@ pub struct Geodesic<const D: usize> {
     /// paths of one start domain only.
     #[serde(skip)]
     pub motions: Vec<Field<f64, D, D>>,
+    /// The domain on which the path was computed; paths of one domain only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<Domain>,
+    /// Displacement that carries the shape of that domain to the other end.
+    #[serde(skip)]
+    pub across: Option<Field<f64, D, D>>,
     /// Terms of the energy.
     #[serde(flatten)]
     pub energy: PathEnergy,
     /// Certificate of the worst deformation inside its shape: certified if the determinant is
-    /// positive on all cells that meet the shape.
+    /// positive on all cells that meet the shape. For paths of one domain it is that of the
+    /// deformations of that domain, from the shape there into every other.
     pub certificate: Certificate,
     /// Dice overlap of the end shape with the deformed start shape, where both are known; the
-    /// smallest of all components.
+    /// smallest of all components. For a path of the end domain it is that of the start shape with
+    /// the end shape that is carried back to it.
     pub dice_end: f64,
     /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
     /// spacings of the grid; of the component where it is largest.
@@ -138,10 +146,7 @@ fn geodesic_between_in<const D: usize>(
     match params.form {
         Form::Lagrangian => {
             let path = lagrangian_path(start, end, params, observer)?;
-            let (shapes, displacements) = eulerian(start.components(), &path)?;
-            let mut found = finish(start, end, shapes, displacements, path.levels)?;
-            found.motions = path.displacements;
-            Ok(found)
+            of_domain(start, end, path)
         }
         Form::LevelSets => {
             let paths = first_paths(start, end, params, observer)?;
@@ -150,9 +155,69 @@ fn geodesic_between_in<const D: usize>(
                 shapes,
                 displacements,
             } = path.state;
-            finish(start, end, shapes, displacements, path.levels)
+            let level_sets: Vec<_> = shapes.iter().map(|shape| union_of(shape)).collect();
+            let pairs = level_sets.iter().zip(&displacements);
+            let certificate = Certificate::worst(pairs.map(|(u, phi)| inside(u, phi)));
+            let overlaps = overlaps(start, end, &displacements, *level_sets[0].grid())?;
+            let found = Found {
+                shapes,
+                displacements,
+                certificate,
+                overlaps,
+                levels: path.levels,
+            };
+            Ok(found.finish())
         }
     }
+}
+
+/// The result of a path of one domain.
+fn of_domain<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    path: LagrangianPath<D>,
+) -> Result<Geodesic<D>, GeodesicError> {
+    let Eulerian {
+        shapes,
+        displacements,
+        motions,
+    } = eulerian(start.components(), end.components(), &path)?;
+    let [from, to] = path.domain.order(start, end);
+    let across = path.displacements[path.displacements.len() - 1].clone();
+    let overlaps = carried_overlaps(from, to, &across)?;
+    let own = on_grid(across.grid(), &from.union());
+    let certificate = Certificate::worst(path.displacements.iter().map(|psi| inside(&own, psi)));
+    let found = Found {
+        shapes,
+        displacements,
+        certificate,
+        overlaps,
+        levels: path.levels,
+    };
+    let mut found = found.finish();
+    if path.domain == Domain::End {
+        found.energy.step_energies.reverse();
+    }
+    found.motions = motions;
+    found.domain = Some(path.domain);
+    found.across = Some(across);
+    Ok(found)
+}
+
+/// Returns the certificate of a deformation inside a shape.
+fn inside<const D: usize>(
+    level_set: &ScalarField<f64, D>,
+    deformation: &Field<f64, D, D>,
+) -> Certificate {
+    let object = object_cells(level_set);
+    let grid = level_set.grid();
+    certify_within(
+        grid,
+        deformation.as_slice(),
+        0.0,
+        f64::INFINITY,
+        Some(&object),
+    )
 }
 
 fn check<const D: usize>(shape: &Shape<D>, which: &'static str) -> Result<(), GeodesicError> {
@@ -179,43 +244,40 @@ fn check<const D: usize>(shape: &Shape<D>, which: &'static str) -> Result<(), Ge
     Ok(())
 }
 
-fn finish<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
+/// A path in either form, with its figures.
+struct Found<const D: usize> {
     shapes: Vec<Vec<ScalarField<f64, D>>>,
     displacements: Vec<Field<f64, D, D>>,
+    certificate: Certificate,
+    overlaps: Overlaps,
     levels: Vec<LevelReport>,
-) -> Result<Geodesic<D>, GeodesicError> {
-    let level_sets: Vec<_> = shapes.iter().map(|shape| union_of(shape)).collect();
-    let grid = *level_sets[0].grid();
-    let found = level_sets.iter().zip(&displacements).map(|(u, phi)| {
-        let object = object_cells(u);
-        certify_within(&grid, phi.as_slice(), 0.0, f64::INFINITY, Some(&object))
-    });
-    let certificate = Certificate::worst(found);
-    let Overlaps {
-        forwards,
-        backwards,
-        gap,
-    } = overlaps(start, end, &displacements, grid)?;
-    let last = levels.last();
-    let components = if start.components().len() > 1 {
-        shapes
-    } else {
-        Vec::new()
-    };
-    Ok(Geodesic {
-        energy: last.map(|level| level.energy.clone()).unwrap_or_default(),
-        status: last.map_or(Status::InadmissibleStart, |l| l.info.status),
-        level_sets,
-        components,
-        displacements,
-        motions: Vec::new(),
-        certificate,
-        dice_end: worst(&forwards),
-        gap_end: gap,
-        dice_pulled: worst(&backwards),
-        dice_components: forwards,
-        levels,
-    })
+}
+
+impl<const D: usize> Found<D> {
+    fn finish(self) -> Geodesic<D> {
+        let Overlaps {
+            forwards,
+            backwards,
+            gap,
+        } = self.overlaps;
+        let last = self.levels.last();
+        let level_sets = self.shapes.iter().map(|shape| union_of(shape)).collect();
+        let several = self.shapes.iter().any(|shape| shape.len() > 1);
+        Geodesic {
+            energy: last.map(|level| level.energy.clone()).unwrap_or_default(),
+            status: last.map_or(Status::InadmissibleStart, |l| l.info.status),
+            level_sets,
+            components: if several { self.shapes } else { Vec::new() },
+            displacements: self.displacements,
+            motions: Vec::new(),
+            domain: None,
+            across: None,
+            certificate: self.certificate,
+            dice_end: worst(&forwards),
+            gap_end: gap,
+            dice_pulled: worst(&backwards),
+            dice_components: forwards,
+            levels: self.levels,
+        }
+    }
 }

@@ -103,6 +103,16 @@ impl LawName {
         self.family
     }
 
+    /// Returns the law of the inverse deformation, `det A W(A^-1)`; the inverse model of an inverse
+    /// model is the law itself. Linear elasticity and laws of users have none.
+    pub fn inverted(self) -> Option<Self> {
+        let has_inverse = !matches!(self.family, Family::Linear | Family::Own(_));
+        has_inverse.then_some(Self {
+            inverse: !self.inverse,
+            ..self
+        })
+    }
+
     /// Returns whether this is the inverse model.
     pub fn is_inverse(self) -> bool {
         self.inverse

@@ -112,7 +112,9 @@ impl<const D: usize> Task<'_, D> {
     /// Computes and stores a pair, unless it is interrupted.
     fn pair(&self, ids: [usize; 2]) -> Result<bool, CliError> {
         let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
-        match compute(ids, &start, &end, self.config, self.session.interrupt)? {
+        let magnification = self.pairs.magnification(ids[0], ids[1]);
+        let interrupt = self.session.interrupt;
+        match compute(ids, &start, &end, magnification, self.config, interrupt)? {
             Some(record) => {
                 self.store.keep(&record)?;
                 Ok(true)

@@ -14,6 +14,8 @@ use crate::watch::Interrupt;
 pub(super) struct PairRecord {
     pub start: usize,
     pub end: usize,
+    /// The factor from the common scale of all shapes to the scale of the pair in the box.
+    pub magnification: f64,
     /// All attempts, in the order of their computation.
     pub paths: Vec<PathRecord>,
 }
@@ -53,14 +55,22 @@ pub(super) struct Measured {
 }
 
 impl PathRecord {
-    fn new<const D: usize>(form: Form, steps: usize, path: &Geodesic<D>, seconds: f64) -> Self {
+    /// The record of a path of a pair that was magnified.
+    fn new<const D: usize>(
+        form: Form,
+        path: &Geodesic<D>,
+        magnification: f64,
+        seconds: f64,
+    ) -> Self {
         let finite = |value: f64| value.is_finite().then_some(value);
+        // Energies grow as volumes.
+        let unit = magnification.powi(D as i32);
         let levels = &path.levels;
         Self {
             form,
-            steps,
-            length: finite(path.length()),
-            dissipation: finite(path.dissipation()),
+            steps: path.energy.step_energies.len(),
+            length: finite(path.length() / unit.sqrt()),
+            dissipation: finite(path.dissipation() / unit),
             dice_end: path.dice_end,
             end_reached: path.end_reached(),
             certified: path.certificate.certified,
@@ -130,12 +140,14 @@ pub(super) fn compute<const D: usize>(
     ids: [usize; 2],
     start: &ScalarField<f64, D>,
     end: &ScalarField<f64, D>,
+    magnification: f64,
     config: &DistancesConfig,
     interrupt: Interrupt,
 ) -> Result<Option<PairRecord>, GeodesicError> {
     let mut record = PairRecord {
         start: ids[0],
         end: ids[1],
+        magnification,
         paths: Vec::new(),
     };
     for group in [config.steps(), vec![1]] {
@@ -158,7 +170,7 @@ pub(super) fn compute<const D: usize>(
                 let seconds = begin.elapsed().as_secs_f64();
                 record
                     .paths
-                    .push(PathRecord::new(form, steps, &path, seconds));
+                    .push(PathRecord::new(form, &path, magnification, seconds));
             }
             let reached = |steps: &usize| {
                 let path = record.path(form, *steps);
@@ -207,6 +219,7 @@ mod tests {
         let record = |paths| PairRecord {
             start: 0,
             end: 1,
+            magnification: 1.0,
             paths,
         };
         let measured = |paths, retry| {

@@ -53,6 +53,9 @@ pub(super) struct LengthRecord {
     pub end: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<Form>,
+    /// The factor from the common scale of all shapes to that of the pair in the box. Lengths are
+    /// in the common scale.
+    pub magnification: f64,
     /// `L` with the requested number of steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
@@ -226,6 +229,7 @@ impl LengthRecord {
         Self {
             start: record.start,
             end: record.end,
+            magnification: record.magnification,
             form: measured.map(|m| m.form),
             length: measured.map(|m| m.length),
             half_length: measured.and_then(|m| m.half),

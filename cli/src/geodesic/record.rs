@@ -24,7 +24,7 @@ pub(super) struct Found<'a, const D: usize> {
     /// The labels of the components, if there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     labels: Vec<i64>,
-    /// Weight of one mismatch for this number of steps.
+    /// Weight of one mismatch in the last minimisation.
     mismatch_weight_in_force: f64,
     /// `sum sqrt W_k`.
     pub length: f64,
@@ -65,7 +65,7 @@ pub(super) fn record<'a, const D: usize>(
     let found = Found {
         result,
         labels: outcome.labels.clone(),
-        mismatch_weight_in_force: outcome.config.params.resolved_mismatch_weight(),
+        mismatch_weight_in_force: levels.last().map_or(0.0, |level| level.mismatch_weight),
         length: result.length(),
         length_input_units: scale.map(|scale| result.length() / unit(scale).sqrt()),
         dissipation: result.dissipation(),

@@ -2,9 +2,11 @@
 //!
 //! For quantities of two shapes that do not depend on their positions, every pair is aligned
 //! separately: the second shape (of the larger number) is moved onto the first, as
-//! [`mod@super::align`] moves all shapes onto one reference. A pair that then extends beyond the
-//! available space of the box is moved to its middle; if one does not fit, **all** shapes are
-//! scaled down by one factor, so that values of all pairs are comparable.
+//! [`mod@super::align`] moves all shapes onto one reference. The pair is then moved to the middle of
+//! the box, and both shapes are magnified by one factor such that they fill it: a grid resolves them
+//! as well as it can, however small they are beside others. A length of a magnified pair is
+//! `magnification^(D/2)` times that in the common scale of all shapes, in which values of pairs are
+//! compared.
 
 use std::borrow::Cow;
 
@@ -24,8 +26,6 @@ pub(crate) struct Pairs<const D: usize> {
     /// For every pair, in the order `(0, 1), (0, 2), ..., (1, 2), ...`; none if pairs are not
     /// aligned.
     positions: Vec<Position<D>>,
-    /// The factor by which all shapes were scaled down.
-    factor: f64,
 }
 
 /// The position of a pair.
@@ -35,8 +35,14 @@ struct Position<const D: usize> {
     motion: RigidMotion<D>,
     /// The centre of both, after that.
     middle: [f64; D],
-    /// Whether both have to be moved to the middle of the box.
-    off_centre: bool,
+    /// The factor by which both then fill the box.
+    magnification: f64,
+}
+
+impl<const D: usize> Position<D> {
+    fn centred(&self, p: [f64; D]) -> [f64; D] {
+        std::array::from_fn(|k| 0.5 + self.magnification * (p[k] - self.middle[k]))
+    }
 }
 
 /// Signed distances of both shapes of a pair.
@@ -50,7 +56,6 @@ impl<const D: usize> Pairs<D> {
             inputs,
             distances,
             positions: Vec::new(),
-            factor: 1.0,
         }
     }
 
@@ -79,39 +84,36 @@ impl<const D: usize> Pairs<D> {
                 Ok(Some(aligned.motion))
             });
         let mut positions = Vec::with_capacity(pairs.len());
-        let mut longest: f64 = 0.0;
         for (&[i, j], motion) in pairs.iter().zip(found) {
             let Some(motion) = motion? else {
                 return Ok(None);
             };
             let moved = motion.apply_to_contour(contours[j]);
             let (low, high) = bounds([contours[i], &moved]);
-            longest = (0..D).fold(longest, |side, k| f64::max(side, high[k] - low[k]));
+            let longest = (0..D).fold(0.0, |side, k| f64::max(side, high[k] - low[k]));
             positions.push(Position {
                 motion,
                 middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
-                off_centre: (0..D).any(|k| low[k] < ROOM[0] || high[k] > ROOM[1]),
+                magnification: (ROOM[1] - ROOM[0]) / longest,
             });
         }
-        let factor = ((ROOM[1] - ROOM[0]) / longest).min(1.0);
-        let mut pairs = Self {
+        Ok(Some(Self {
             inputs,
             distances,
             positions,
-            factor,
-        };
-        pairs.shrink_inputs();
-        Ok(Some(pairs))
+        }))
     }
 
-    /// Records the sizes of the inputs in the computation.
-    fn shrink_inputs(&mut self) {
-        if self.factor < 1.0 {
-            for input in &mut self.inputs {
-                input.frame = input.frame.shrunk(self.factor);
-                input.volume *= self.factor.powi(D as i32);
-            }
-        }
+    /// The position of a pair, the smaller number first; none if pairs are not aligned.
+    fn position(&self, i: usize, j: usize) -> Option<&Position<D>> {
+        let n = self.inputs.len();
+        self.positions.get(i * n - i * (i + 1) / 2 + j - i - 1)
+    }
+
+    /// The factor from the common scale of all shapes to the scale of a pair.
+    pub fn magnification(&self, start: usize, end: usize) -> f64 {
+        let position = self.position(start.min(end), start.max(end));
+        position.map_or(1.0, |position| position.magnification)
     }
 
     /// The signed distances of two shapes in the position of the pair, in this order.
@@ -125,21 +127,15 @@ impl<const D: usize> Pairs<D> {
         grid: Grid<D>,
     ) -> Result<PairFields<'_, D>, CliError> {
         let (i, j) = (start.min(end), start.max(end));
-        let n = self.inputs.len();
-        let (first, second) = match self.positions.get(i * n - i * (i + 1) / 2 + j - i - 1) {
+        let (first, second) = match self.position(i, j) {
             None => (
                 Cow::Borrowed(&self.distances[i]),
                 Cow::Borrowed(&self.distances[j]),
             ),
             Some(position) => {
-                let stays = self.factor == 1.0 && !position.off_centre;
-                let first = if stays {
-                    Cow::Borrowed(&self.distances[i])
-                } else {
-                    Cow::Owned(self.field(i, grid, |p| self.centred(position, p))?)
-                };
-                let onto = |p| self.centred(position, position.motion.map(p));
-                (first, Cow::Owned(self.field(j, grid, onto)?))
+                let onto = |p| position.centred(position.motion.map(p));
+                let first = self.field(i, grid, |p| position.centred(p))?;
+                (Cow::Owned(first), Cow::Owned(self.field(j, grid, onto)?))
             }
         };
         Ok(if start < end {
@@ -147,13 +143,6 @@ impl<const D: usize> Pairs<D> {
         } else {
             (second, first)
         })
-    }
-
-    fn centred(&self, position: &Position<D>, p: [f64; D]) -> [f64; D] {
-        if self.factor == 1.0 && !position.off_centre {
-            return p;
-        }
-        std::array::from_fn(|k| 0.5 + self.factor * (p[k] - position.middle[k]))
     }
 
     fn field(
@@ -200,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pair_lies_on_each_other_at_one_scale() {
+    fn every_pair_lies_on_each_other_and_fills_the_box() {
         let lying = block([60, 60], [1.0; 2], [5, 25], [54, 34]);
         let upright = block([60, 60], [1.0; 2], [25, 5], [34, 54]);
         let mut slanted = block([60, 60], [1.0; 2], [0, 0], [0, 0]);
@@ -210,13 +199,11 @@ mod tests {
             slanted.values[index] = f64::from(u8::from(inside));
         }
         let (inputs, distances) = prepared(&[slanted, lying, upright]);
-        let scale = inputs[0].frame.scale();
         let areas: Vec<f64> = inputs.iter().map(|input| input.volume).collect();
         let pairs = Pairs::aligned(inputs, distances, || false)
             .unwrap()
             .unwrap();
         let grid = Grid::cube(NODES);
-        let factor = pairs.inputs[0].frame.scale() / scale;
         for i in 0..3 {
             for j in (0..3).filter(|&j| j != i) {
                 let (a, b) = pairs.fields(i, j, grid).unwrap();
@@ -227,7 +214,21 @@ mod tests {
                 let inside = a.as_slice().iter().filter(|u| **u > 0.0).count() as f64;
                 let area = inside / (64.0 * 64.0);
                 // A node stands for its cell: errors of the rim, of a few of them.
-                assert!((area / (factor.powi(2) * areas[i]) - 1.0).abs() < 0.05);
+                let magnification = pairs.magnification(i, j);
+                assert!((area / (magnification.powi(2) * areas[i]) - 1.0).abs() < 0.05);
+                let reach = [&a, &b].map(|u| {
+                    let values = u.as_slice().iter().enumerate();
+                    let inside = values.filter(|(_, u)| **u > 0.0).map(|(node, _)| node);
+                    let columns: Vec<_> = inside.flat_map(|n| grid.node(n)).collect();
+                    [columns.iter().min().copied(), columns.iter().max().copied()]
+                });
+                let low = reach.iter().filter_map(|r| r[0]).min().unwrap();
+                let high = reach.iter().filter_map(|r| r[1]).max().unwrap();
+                // The room is .08 to .92 of 64 cells; a node is inside from half a cell on.
+                assert!(
+                    (5..=6).contains(&low) && (58..=59).contains(&high),
+                    "{low} {high}"
+                );
             }
         }
     }

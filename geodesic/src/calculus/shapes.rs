@@ -8,7 +8,7 @@ use super::space::{Ladder, PathSpace};
 use crate::cells::object_cells;
 use crate::error::GeodesicError;
 use crate::lagrangian::{LagrangianPath, lagrangian_path, step_between};
-use crate::params::GeodesicParams;
+use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::Shape;
 use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
@@ -240,7 +240,8 @@ pub fn shoot<const D: usize>(
 
 /// Computes the discrete logarithm of a shape with respect to another: the initial velocity of the
 /// geodesic of `params.steps` steps between them. It is determined up to a rigid motion of the
-/// first step, under which the energy is invariant.
+/// first step, under which the energy is invariant. The path is computed on the domain of the start
+/// shape, where the velocity is given.
 ///
 /// # Errors
 /// Those of [`lagrangian_path`].
@@ -250,10 +251,14 @@ pub fn logarithm<const D: usize>(
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<Logarithm<D>, GeodesicError> {
+    let params = GeodesicParams {
+        domain: DomainChoice::Start,
+        ..params.clone()
+    };
     let path = lagrangian_path(
         &Shape::new(start.clone()),
         &Shape::new(end.clone()),
-        params,
+        &params,
         observer,
     )?;
     // The parameters were checked, so the path has at least one step.

@@ -1,48 +1,98 @@
 //! The Eulerian description of a path of deformations: its shapes and steps.
 
-use super::solve::LagrangianPath;
+use super::solve::{Domain, LagrangianPath};
 use crate::error::GeodesicError;
 use crate::extension::through_inverse;
 use crate::shape::on_grid;
-use fe_grid::{Field, ScalarField, parallel};
-use levelset::{BoxEdge, ContourDistance, contour};
+use fe_grid::{Field, Grid, ScalarField, parallel};
+use levelset::{BoxEdge, Contour, ContourDistance, contour};
 
-/// Computes the level sets of all components along a path of one start domain, and the
-/// displacements of the deformations of each shape into the next.
+/// The shapes and deformations of a path, from its start.
+pub(crate) struct Eulerian<const D: usize> {
+    /// The level sets of all components along the path: exact on the domain of the path, carried
+    /// elsewhere.
+    pub shapes: Vec<Vec<ScalarField<f64, D>>>,
+    /// The displacements of the deformations `phi_k` of each shape into the next.
+    pub displacements: Vec<Field<f64, D, D>>,
+    /// The displacements of the deformations `psi_k` of the start shape into every other.
+    pub motions: Vec<Field<f64, D, D>>,
+}
+
+/// Computes the Eulerian description of a path between two shapes. `psi_k` is known where the path
+/// is given on the start domain; with `chi_j` on the end domain, `psi_k = chi_{K-k} o chi_K^{-1}`.
 pub(crate) fn eulerian<const D: usize>(
     start: &[ScalarField<f64, D>],
+    end: &[ScalarField<f64, D>],
     path: &LagrangianPath<D>,
-) -> Result<(Vec<Vec<ScalarField<f64, D>>>, Vec<Field<f64, D, D>>), GeodesicError> {
+) -> Result<Eulerian<D>, GeodesicError> {
+    let [own, _] = path.domain.order(start, end);
     // A cancelled path ends on a coarser grid than that of the shapes.
-    let grid = path
-        .displacements
-        .first()
-        .map_or(*start[0].grid(), |u| *u.grid());
-    let first: Vec<_> = start.iter().map(|u| on_grid(&grid, u)).collect();
+    let first = path.displacements.first();
+    let grid = first.map_or(*own[0].grid(), |u| *u.grid());
+    let mut shapes = carried(own, &path.displacements, grid)?;
+    // All deformations of the domain's shape, with the identity.
+    let mut all = vec![Field::zeros(grid)];
+    all.extend(path.displacements.iter().cloned());
+    if path.domain == Domain::End {
+        shapes.reverse();
+        all.reverse();
+    }
+    let steps = all.len() - 1;
+    let to_next = |k: usize| step_between(&all[k], &all[k + 1]);
+    let from_start = |k: usize| step_between(&all[0], &all[k + 1]);
+    let (displacements, motions) = match path.domain {
+        Domain::Start => {
+            let later = parallel::map(1..steps, &to_next);
+            let first = path.displacements[..1].iter().cloned();
+            (first.chain(later).collect(), path.displacements.clone())
+        }
+        Domain::End => {
+            let displacements = parallel::map(0..steps, &to_next);
+            let later = parallel::map(1..steps, &from_start);
+            let motions = displacements[..1].iter().cloned().chain(later).collect();
+            (displacements, motions)
+        }
+    };
+    Ok(Eulerian {
+        shapes,
+        displacements,
+        motions,
+    })
+}
+
+/// Computes the level sets of components carried by deformations, after those of the components
+/// themselves.
+fn carried<const D: usize>(
+    components: &[ScalarField<f64, D>],
+    deformations: &[Field<f64, D, D>],
+    grid: Grid<D>,
+) -> Result<Vec<Vec<ScalarField<f64, D>>>, GeodesicError> {
+    let first: Vec<_> = components.iter().map(|u| on_grid(&grid, u)).collect();
     let outlines: Result<Vec<_>, _> = first
         .iter()
         .map(|u| contour(u, 0.0, BoxEdge::Open))
         .collect();
     let outlines = outlines?;
     let mut shapes = vec![first];
-    for displacement in &path.displacements {
+    for displacement in deformations {
         let moved: Result<Vec<_>, GeodesicError> = outlines
             .iter()
-            .map(|outline| {
-                let moved = outline.map(|p| {
-                    let u = displacement.sample(p);
-                    std::array::from_fn(|k| p[k] + u[k])
-                });
-                Ok(ContourDistance::new(&moved)?.sample(grid))
-            })
+            .map(|outline| Ok(ContourDistance::new(&moved(outline, displacement))?.sample(grid)))
             .collect();
         shapes.push(moved?);
     }
-    let displacements = parallel::map(0..path.displacements.len(), &|k| match k {
-        0 => path.displacements[0].clone(),
-        _ => step_between(&path.displacements[k - 1], &path.displacements[k]),
-    });
-    Ok((shapes, displacements))
+    Ok(shapes)
+}
+
+/// Returns a boundary under a deformation.
+pub(crate) fn moved<const D: usize>(
+    outline: &Contour<D>,
+    displacement: &Field<f64, D, D>,
+) -> Contour<D> {
+    outline.map(|p| {
+        let u = displacement.sample(p);
+        std::array::from_fn(|k| p[k] + u[k])
+    })
 }
 
 /// Computes the displacement of `psi_k o psi_{k-1}^{-1}`.

@@ -3,13 +3,15 @@
 use super::metric::PathMetric;
 use crate::cells::{ObjectWeights, continued, solid_cells};
 use crate::descent::fold_barrier;
+use crate::end_mismatch::EndMismatch;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::laws::{Kind, StepTerm};
-use crate::metric::{ComposedLevel, ElasticForm};
-use crate::mismatch::{HeavisideMismatch, MeasuredMismatch};
+use crate::metric::{CarriedLevel, ComposedLevel, ElasticForm};
+use crate::mismatch::{ComposedMismatch, HeavisideMismatch};
 use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
+use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
     Assembly, Data, Grid, GridError, ScalarField, certify_within, parallel, repair, restrain_step,
@@ -18,7 +20,11 @@ use fe_grid::{
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
 
-/// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. Unknowns are the
+/// Half-width of the step of the mismatch on the end domain, in grid spacings.
+const CARRIED_CELLS: f64 = 1.5;
+
+/// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. A share of the
+/// mismatch is measured at points of the end domain, with a step `H` of finite width. Unknowns are the
 /// displacements of `psi_1, ..., psi_K`, one after the other. If the shapes have several
 /// components, all components are matched, and their union is the matter.
 pub struct PathObjective<const D: usize> {
@@ -33,6 +39,9 @@ pub struct PathObjective<const D: usize> {
     union: ScalarField<f64, D>,
     indicator: Step,
     density: HeavisideMismatch,
+    carried_step: Compact,
+    /// The mismatch on the end domain; `None` if it has no share.
+    end_mismatch: Option<EndMismatch<D>>,
     /// The cells that must not fold: those with a part of the object; `None` if these are all
     /// cells.
     solid: Option<Vec<bool>>,
@@ -100,6 +109,8 @@ impl<const D: usize> PathObjective<D> {
         let union = union_of(&start.components);
         let known = KnownEnds::new(&start, &end);
         let grid = *union.grid();
+        let carried_step = Compact::new(CARRIED_CELLS * grid.spacing())?;
+        let of_end = params.deformed_share > 0.0;
         let solid =
             (params.void_stiffness == 0.0).then(|| solid_cells(&grid, union.as_slice(), indicator));
         Ok(Self {
@@ -107,17 +118,19 @@ impl<const D: usize> PathObjective<D> {
             law: params.law.compile()?,
             params: params.clone(),
             steps,
-            start: start.components,
-            end: end.components,
             known,
             union,
             indicator,
             density,
+            carried_step,
+            end_mismatch: of_end.then(|| EndMismatch::new(&start, &end, carried_step)),
             solid,
             energy: PathEnergy::default(),
             metric: None,
             path: Vec::new(),
             path_gradient: Vec::new(),
+            start: start.components,
+            end: end.components,
         })
     }
 
@@ -212,25 +225,7 @@ impl<const D: usize> PathObjective<D> {
         }
         let last = &x[(self.steps - 1) * dim..];
         let behind = if wanted { self.steps * dim } else { 0 };
-        let mut mismatch = 0.0;
-        for (start, end) in self.start.iter().zip(&self.end) {
-            let law = MeasuredMismatch {
-                density: self.density,
-                other: continued(end),
-                deformed_share: self.params.deformed_share,
-                // Only the last shape is matched, with the first one: as in a path of one step.
-                visibility: self.known.in_step(1, 1),
-            };
-            let coefficients = [start.as_slice()];
-            let data = Data {
-                coefficients: &coefficients,
-                cells: &[],
-            };
-            let assembly = Assembly::new(self.grid, &law, data);
-            let by_last = &mut self.path_gradient[behind..];
-            let weight = self.params.resolved_mismatch_weight();
-            mismatch += assembly.value_or_gradient_add(last, weight, by_last)?;
-        }
+        let mismatch = self.mismatch(last, behind)?;
         let mut barrier = 0.0;
         if self.params.void_stiffness > 0.0 {
             let law = fold_barrier(&self.params);
@@ -258,6 +253,40 @@ impl<const D: usize> PathObjective<D> {
             total,
         };
         Ok(Evaluation::Value(total))
+    }
+}
+
+impl<const D: usize> PathObjective<D> {
+    /// Computes the mismatch of the last deformation, and adds its gradient times its weight to the
+    /// path's from the entry `behind` on, unless that is empty.
+    fn mismatch(&mut self, last: &[f64], behind: usize) -> Result<f64, GridError> {
+        let by_last = &mut self.path_gradient[behind..];
+        let weight = self.params.resolved_mismatch_weight();
+        let of_end = self.params.deformed_share;
+        let mut sum = 0.0;
+        if let Some(mismatch) = &self.end_mismatch {
+            sum += of_end * mismatch.value_or_gradient_add(last, of_end * weight, by_last);
+        }
+        if of_end >= 1.0 {
+            return Ok(sum);
+        }
+        for (start, end) in self.start.iter().zip(&self.end) {
+            let law = ComposedMismatch {
+                density: self.density,
+                other: continued(end),
+                // Only the last shape is matched, with the first one: as in a path of one step.
+                visibility: self.known.in_step(1, 1),
+            };
+            let coefficients = [start.as_slice()];
+            let data = Data {
+                coefficients: &coefficients,
+                cells: &[],
+            };
+            let assembly = Assembly::new(self.grid, &law, data);
+            let of_start = 1.0 - of_end;
+            sum += of_start * assembly.value_or_gradient_add(last, of_start * weight, by_last)?;
+        }
+        Ok(sum)
     }
 }
 
@@ -326,6 +355,17 @@ impl<const D: usize> Objective for PathObjective<D> {
             .map(|end| ComposedLevel {
                 end: continued(end),
                 visibility,
+                share: 1.0 - self.params.deformed_share,
+            })
+            .collect();
+        let carried: Vec<_> = self
+            .start
+            .iter()
+            .map(|start| CarriedLevel {
+                start: Interpolant::new(self.grid, start.as_slice()),
+                step: self.carried_step,
+                visibility,
+                share: self.params.deformed_share,
             })
             .collect();
         let barrier = fold_barrier(&self.params);
@@ -342,6 +382,7 @@ impl<const D: usize> Objective for PathObjective<D> {
             void_stiffness: self.params.void_stiffness,
             mismatch_weight: self.params.resolved_mismatch_weight(),
             composed: &composed,
+            carried: &carried,
         };
         let last = &x[(self.steps - 1) * self.dim_of_step()..];
         let start = self.union.as_slice();

@@ -5,29 +5,62 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::level_sets::{compose, flow_path};
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
-use crate::overlap::overlaps;
-use crate::params::GeodesicParams;
+use crate::overlap::carried_overlaps;
+use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::{Known, Shape};
 use fe_grid::compiled_once;
-use fe_grid::minimise::Observer;
+use fe_grid::minimise::{Observer, Status};
 use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid};
+use serde::Serialize;
+
+/// The shape on whose domain the deformations of a path are given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Domain {
+    /// The start shape.
+    #[default]
+    Start,
+    /// The end shape: the path is computed from the end to the start, with the law of the inverse
+    /// deformations, `sum_k int W_inv(Dchi_k) = sum_k int W(Dphi_k)` for `phi_k = chi_k^{-1}`.
+    End,
+}
+
+impl Domain {
+    /// Orders the shapes at both ends: first the one whose domain it is.
+    pub fn order<T>(self, start: T, end: T) -> [T; 2] {
+        match self {
+            Self::Start => [start, end],
+            Self::End => [end, start],
+        }
+    }
+}
 
 /// A minimal path on the finest level, or on the level where the observer cancelled, with the
 /// number of steps of that level.
 #[derive(Clone, Debug)]
 pub struct LagrangianPath<const D: usize> {
-    /// Displacements of `psi_1, ..., psi_K`.
+    /// The domain of the deformations.
+    pub domain: Domain,
+    /// Displacements of the deformations of that domain's shape into the 1st, ..., K-th shape, from
+    /// there to the other end.
     pub displacements: Vec<Field<f64, D, D>>,
-    /// Convergence history of each level, coarsest first.
+    /// Convergence history of each level: all levels on which both domains were tried, and those on
+    /// which the better one was continued; with a larger weight of the mismatch where it did not
+    /// reach the other end.
     pub levels: Vec<LevelReport>,
 }
 
 compiled_once! {
     /// Computes the shortest path between two shapes given by their signed distances (positive
-    /// inside) on one grid, starting from the identity; if this does not reach the end shape on
-    /// coarse grids, a second start is a viscous flow of one shape to the other, and the path of
-    /// lower energy is continued.
+    /// inside) on one grid.
+    ///
+    /// The same path can be described on the domain of either shape. Both are minimised on coarse
+    /// grids from the identity; if neither reaches the other end, a viscous flow is a second start
+    /// of both. What reaches the other end, or else has the least energy, is continued to the
+    /// finest grid. If it does not reach the other end there, the weight of the mismatch grows by
+    /// factors of four, three times at most: the length is that of the least of these weights at
+    /// which the path arrives.
     ///
     /// # Errors
     /// [`GeodesicError`] for parameters out of range and unsuitable shapes.
@@ -39,6 +72,9 @@ compiled_once! {
     ) -> Result<LagrangianPath<D>, GeodesicError> = lagrangian_path_in;
 }
 
+/// Factor of the tolerance on all levels but the finest: their paths are starts only.
+const COARSE_TOLERANCE: f64 = 20.0;
+
 fn lagrangian_path_in<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
@@ -49,45 +85,209 @@ fn lagrangian_path_in<const D: usize>(
     if start.grid() != end.grid() {
         return Err(GeodesicError::GridsDiffer);
     }
-    let grids = start.grid().hierarchy(params.coarsest_nodes);
-    let schedule = time_schedule(params.steps);
-    let level = |grid, steps| Level {
-        grid,
-        steps,
-        tolerance: 1.0,
-    };
-    let mut levels: Vec<_> = schedule.iter().map(|&k| level(grids[0], k)).collect();
-    levels.extend(grids[1..].iter().map(|&grid| level(grid, params.steps)));
-    let (coarse, fine) = match flow_depth(&grids, params) {
-        Some(depth) => levels.split_at(schedule.len() + depth),
-        None => (levels.as_slice(), &[][..]),
-    };
-    let identity = vec![0.0; levels[0].steps * D * grids[0].n_nodes()];
-    let form = Deformations { start, end };
-    let mut descent = Descent {
-        form,
-        params,
-        n_levels: levels.len(),
-        levels: Vec::new(),
-        reports: Vec::new(),
-    };
-    let initial = PathOnLevel::new(levels[0], identity);
-    let mut path = descent.minimise(initial, coarse, observer)?;
-    let may_flow = !fine.is_empty() && !descent.ended();
-    if may_flow && matches!(start.known(), Known::Everywhere) && !reached(start, end, &path)? {
-        let flow = along_flow(start, end, &path.level.grid, params, observer)?;
-        descent.n_levels += 1;
-        let other = PathOnLevel::new(path.level, flow);
-        let other = descent.minimise(other, &[path.level], observer)?;
-        if other.total < path.total {
-            path = other;
+    let mut search = Search::new(start, end, params);
+    let mut found = Vec::new();
+    for &domain in search.domains() {
+        found.push(search.start_at_identity(domain, observer)?);
+    }
+    if !search.ended() && found.iter().all(|candidate| !candidate.reached) {
+        for &domain in search.domains() {
+            found.extend(search.start_at_flow(domain, observer)?);
         }
     }
-    let path = descent.minimise(path, fine, observer)?;
-    Ok(LagrangianPath {
-        displacements: displacements(&path)?,
-        levels: descent.reports,
-    })
+    let better = |a: &Candidate<D>, b: &Candidate<D>| {
+        let order = b.reached.cmp(&a.reached);
+        order.then(a.path.total.total_cmp(&b.path.total))
+    };
+    // The first of equally good ones; there is a candidate for the domain of the start shape.
+    let Some(best) = found.into_iter().reduce(|best, other| {
+        if better(&other, &best).is_lt() {
+            other
+        } else {
+            best
+        }
+    }) else {
+        return Err(GeodesicError::GridsDiffer);
+    };
+    search.finish(best, observer)
+}
+
+/// Largest number of rounds with a larger weight of the mismatch on the finest level.
+const ROUNDS: i32 = 3;
+/// Factor of the weight of the mismatch from round to round.
+const GROWTH: f64 = 4.0;
+
+/// A path on a coarse grid.
+struct Candidate<const D: usize> {
+    domain: Domain,
+    path: PathOnLevel<D>,
+    /// Whether it reaches the other end.
+    reached: bool,
+}
+
+/// The search for the best start, and the minimisation from there.
+struct Search<'a, const D: usize> {
+    start: &'a Shape<D>,
+    end: &'a Shape<D>,
+    params: &'a GeodesicParams,
+    /// The levels on which both domains are tried, and those after them.
+    coarse: Vec<Level<D>>,
+    fine: Vec<Level<D>>,
+    reports: Vec<LevelReport>,
+}
+
+impl<'a, const D: usize> Search<'a, D> {
+    fn new(start: &'a Shape<D>, end: &'a Shape<D>, params: &'a GeodesicParams) -> Self {
+        let grids = start.grid().hierarchy(params.coarsest_nodes);
+        let schedule = time_schedule(params.steps);
+        let level = |grid, steps| Level {
+            grid,
+            steps,
+            tolerance: COARSE_TOLERANCE,
+        };
+        let mut coarse: Vec<_> = schedule.iter().map(|&k| level(grids[0], k)).collect();
+        coarse.extend(grids[1..].iter().map(|&grid| level(grid, params.steps)));
+        if let Some(finest) = coarse.last_mut() {
+            finest.tolerance = 1.0;
+        }
+        // Both domains are tried up to the first grid that flows are computed on, but not on the
+        // finest one unless it is the only one.
+        let tried = grids[..grids.len() - 1]
+            .iter()
+            .rposition(|grid| most_nodes(grid) <= params.flow_nodes)
+            .unwrap_or(0);
+        let fine = coarse.split_off(schedule.len() + tried);
+        Self {
+            start,
+            end,
+            params,
+            coarse,
+            fine,
+            reports: Vec::new(),
+        }
+    }
+
+    /// The domains on which the path is tried. Laws without an inverse model know the start's only.
+    fn domains(&self) -> &'static [Domain] {
+        let invertible = self.params.law.law.inverted().is_some();
+        match self.params.domain {
+            DomainChoice::Better if invertible => &[Domain::Start, Domain::End],
+            DomainChoice::End if invertible => &[Domain::End],
+            _ => &[Domain::Start],
+        }
+    }
+
+    fn ended(&self) -> bool {
+        let status = self.reports.last().map(|report| report.info.status);
+        matches!(status, Some(Status::Cancelled))
+    }
+
+    /// The minimal path on the coarse levels from the identity.
+    fn start_at_identity(
+        &mut self,
+        domain: Domain,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        let first = self.coarse[0];
+        let identity = vec![0.0; first.steps * D * first.grid.n_nodes()];
+        let levels = self.coarse.clone();
+        let start = PathOnLevel::new(first, identity);
+        self.minimise(domain, start, &levels, 1.0, observer)
+    }
+
+    /// The minimal path on the last of the coarse levels from a viscous flow, for shapes that are
+    /// visible everywhere.
+    fn start_at_flow(
+        &mut self,
+        domain: Domain,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Candidate<D>>, GeodesicError> {
+        let level = self.coarse[self.coarse.len() - 1];
+        let [from, to] = domain.order(self.start, self.end);
+        let hidden = |shape: &Shape<D>| !matches!(shape.known(), Known::Everywhere);
+        if self.fine.is_empty() || self.ended() || hidden(from) || hidden(to) {
+            return Ok(None);
+        }
+        let flow = along_flow(from, to, &level.grid, self.params, observer)?;
+        let start = PathOnLevel::new(level, flow);
+        Ok(Some(self.minimise(
+            domain,
+            start,
+            &[level],
+            1.0,
+            observer,
+        )?))
+    }
+
+    /// Continues a path to the finest level, and there with a growing weight of the mismatch until
+    /// it reaches the other end.
+    fn finish(
+        mut self,
+        best: Candidate<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<LagrangianPath<D>, GeodesicError> {
+        let levels = std::mem::take(&mut self.fine);
+        let Candidate { domain, path, .. } = best;
+        let mut found = self.minimise(domain, path, &levels, 1.0, observer)?;
+        for round in 1..=ROUNDS {
+            if found.reached || self.ended() {
+                break;
+            }
+            let level = [found.path.level];
+            let factor = GROWTH.powi(round);
+            found = self.minimise(domain, found.path, &level, factor, observer)?;
+        }
+        Ok(LagrangianPath {
+            domain,
+            displacements: displacements(&found.path)?,
+            levels: self.reports,
+        })
+    }
+
+    /// Minimises on some levels, with a factor of the weight of the mismatch; returns the path as it is if a level before has been cancelled.
+    fn minimise(
+        &mut self,
+        domain: Domain,
+        start: PathOnLevel<D>,
+        levels: &[Level<D>],
+        factor: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        let [from, to] = domain.order(self.start, self.end);
+        let mut params = match domain {
+            Domain::Start => self.params.clone(),
+            Domain::End => self.params.inverted(),
+        };
+        params.mismatch_weight *= factor;
+        let mut descent = Descent {
+            form: Deformations {
+                start: from,
+                end: to,
+            },
+            params: &params,
+            n_levels: self.n_levels(),
+            levels: Vec::new(),
+            reports: std::mem::take(&mut self.reports),
+        };
+        let path = descent.minimise(start, levels, observer)?;
+        self.reports = descent.reports;
+        let reached = reached(from, to, &path)?;
+        Ok(Candidate {
+            domain,
+            path,
+            reached,
+        })
+    }
+
+    /// Number of levels without flows, for the display of progress.
+    fn n_levels(&self) -> usize {
+        (self.domains().len() * self.coarse.len() + self.fine.len()).max(self.reports.len() + 1)
+    }
+}
+
+/// Returns the largest number of nodes along an axis.
+fn most_nodes<const D: usize>(grid: &Grid<D>) -> usize {
+    grid.nodes_per_axis().into_iter().max().unwrap_or(0)
 }
 
 /// Paths as displacements of a start domain, one after the other.
@@ -145,25 +345,16 @@ fn displacements<const D: usize>(
         .collect::<Result<_, _>>()?)
 }
 
-/// Returns whether the last deformation of a path maps the start shape to the end shape.
+/// Returns whether the last deformation of a path maps the shape of its domain to the other one.
 fn reached<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
+    from: &Shape<D>,
+    to: &Shape<D>,
     path: &PathOnLevel<D>,
 ) -> Result<bool, GeodesicError> {
     let grid = path.level.grid;
     let last = &path.x[(path.level.steps - 1) * D * grid.n_nodes()..];
     let last = Field::from_vec(grid, last.to_vec())?;
-    Ok(overlaps(start, end, &[last], grid)?.reached())
-}
-
-/// Returns the level on which a flow is tried as a start: the finest that is coarse enough for it,
-/// but not the last.
-fn flow_depth<const D: usize>(grids: &[Grid<D>], params: &GeodesicParams) -> Option<usize> {
-    let most = |grid: &Grid<D>| grid.nodes_per_axis().iter().copied().max();
-    grids[..grids.len() - 1]
-        .iter()
-        .rposition(|grid| most(grid).is_some_and(|n| n <= params.flow_nodes))
+    Ok(carried_overlaps(from, to, &last)?.reached())
 }
 
 /// Computes the displacements of all deformations along a flow.

@@ -19,7 +19,7 @@ use super::state::{PathState, compose};
 use crate::cells::continued;
 use crate::error::GeodesicError;
 use crate::metric::{ElasticForm, corotational};
-use crate::mismatch::{HeavisideMismatch, MeasuredMismatch, Visibility};
+use crate::mismatch::{ComposedMismatch, HeavisideMismatch, Visibility};
 use crate::params::GeodesicParams;
 use crate::shape::{ShapeOnGrid, union_of};
 use fe_grid::composition::Interpolant;
@@ -90,6 +90,7 @@ pub(crate) fn flow<const D: usize>(
                 void_stiffness: 0.0,
                 mismatch_weight: 0.0,
                 composed: &[],
+                carried: &[],
             };
             let force = force(&current, end, step)?;
             let fluid = Fluid::new(grid, &form, union_of(&current).as_slice())?;
@@ -179,10 +180,9 @@ fn force<const D: usize>(
             (then, now, 1.0, covered([0.0, 1.0])),
             (now, then, -1.0, covered([1.0, 0.0])),
         ] {
-            let law = MeasuredMismatch {
+            let law = ComposedMismatch {
                 density: HeavisideMismatch { step },
                 other: continued(moving),
-                deformed_share: 0.0,
                 visibility: Visibility {
                     sides,
                     ..visibility

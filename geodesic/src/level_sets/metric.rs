@@ -66,6 +66,7 @@ impl<const D: usize> LevelSetMetric<D> {
                     end: Interpolant::new(grid, &parts.state[layout.level_set(k, i)])
                         .with_outside(Outside::Falling),
                     visibility,
+                    share: 1.0,
                 })
                 .collect();
             let form = ElasticForm {
@@ -77,6 +78,7 @@ impl<const D: usize> LevelSetMetric<D> {
                 void_stiffness: parts.void_stiffness,
                 mismatch_weight,
                 composed: &composed,
+                carried: &[],
             };
             let start = layout.union(parts.state, k - 1);
             let displacement = &parts.state[layout.displacement(k)];

@@ -8,7 +8,7 @@ use geodesic::calculus::{
 };
 use geodesic::finite::Balls;
 use geodesic::lagrangian::{LagrangianPath, lagrangian_path};
-use geodesic::{GeodesicError, GeodesicParams, Shape};
+use geodesic::{DomainChoice, GeodesicError, GeodesicParams, Shape};
 use hyperelastic::LawSpec;
 use levelset::{BoxEdge, Moments, contour, signed_distance};
 use nalgebra::{Rotation2, Vector2};
@@ -37,6 +37,7 @@ fn ellipsoid<const D: usize>(nodes: usize, axes: [f64; D], bend: f64) -> ScalarF
 fn sharp(steps: usize) -> GeodesicParams {
     GeodesicParams {
         steps,
+        domain: DomainChoice::Start,
         tolerance: 1e-11,
         max_iterations: 2000,
         ..GeodesicParams::default()

@@ -6,7 +6,7 @@ use fe_grid::random::noise;
 use fe_grid::{Assembly, Data, Grid, ScalarField};
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
-    Form, Geodesic, GeodesicError, GeodesicParams, HeavisideMismatch, Known, MeasuredMismatch,
+    ComposedMismatch, Form, Geodesic, GeodesicError, GeodesicParams, HeavisideMismatch, Known,
     Shape, StepMismatch, Visibility, geodesic, geodesic_between,
 };
 use levelset::{Arctan, signed_distance};
@@ -96,10 +96,9 @@ proptest! {
         assembly.value_and_gradient_into(&x, &mut gradient).unwrap();
         check_slope(|x| assembly.value(x).unwrap(), &gradient, &x, &direction);
 
-        let law = MeasuredMismatch {
+        let law = ComposedMismatch {
             density: HeavisideMismatch { step },
             other,
-            deformed_share: 0.5,
             visibility,
         };
         let coefficients = [&x[..n]];

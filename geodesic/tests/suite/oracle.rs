@@ -162,8 +162,8 @@ impl<const D: usize, const S: usize> Case<'_, D, S> {
             law: LawSpec::new("logdet", self.moduli()).unwrap(),
             mismatch_weight: self.parameter("eta") / matches as f64,
             void_stiffness: self.parameter("delta"),
-            void_viscosity: 0.0,
             deformed_share: 0.0,
+            void_viscosity: 0.0,
             ..GeodesicParams::default()
         }
     }
