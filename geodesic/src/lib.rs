@@ -16,10 +16,11 @@
 //! [`geodesic()`] computes such paths in two forms, with one kind of result ([`Geodesic`]):
 //!
 //! - **[`lagrangian`]** (form B): unknowns are the deformations `psi_k` of the start shape at all
-//!   times, `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
+//!   times (or, with the law of the inverse deformations, of the end shape: the same path in other
+//!   coordinates, and the better of both is taken), `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
 //!   matched. In the increments of the path its Hessian is block diagonal up to the mismatch of
 //!   their sum, and is inverted by two multigrid cycles; few iterations are needed on every grid.
-//!   The topology is that of the start shape. If a path does not reach its end on coarse grids from
+//!   The topology is that of the start shape. If no path reaches its end on coarse grids from
 //!   the identity, a viscous flow is tried as a second start.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
 //!   `phi_k`, and every shape is matched with the next. The initial path is a viscous flow, which

@@ -106,7 +106,7 @@ pub(crate) fn check_path(params: &GeodesicParams) -> Result<(), CliError> {
     Ok(params.check()?)
 }
 
-/// Rejects a weight that paths of one start domain do not have.
+/// Rejects a weight that paths of one domain do not have.
 ///
 /// # Errors
 /// [`CliError::Option`].
@@ -119,7 +119,7 @@ pub(crate) fn check_area(params: &GeodesicParams) -> Result<(), CliError> {
         option: "--area-weight",
         value: "with --form lagrangian".into(),
         remedy:
-            "leave it out, or choose --form level-sets: paths of one start domain have no area \
+            "leave it out, or choose --form level-sets: paths of one domain have no area \
                  term"
                 .into(),
     })

@@ -5,7 +5,7 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::level_sets::{compose, flow_path};
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
-use crate::overlap::carried_overlaps;
+use crate::overlap::{Overlaps, carried_overlaps};
 use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::{Known, Shape};
 use fe_grid::compiled_once;
@@ -114,6 +114,8 @@ fn lagrangian_path_in<const D: usize>(
 
 /// Largest number of rounds with a larger weight of the mismatch on the finest level.
 const ROUNDS: i32 = 3;
+/// A round has to reduce the distance from the other end by this factor for another one to follow.
+const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
 const GROWTH: f64 = 4.0;
 
@@ -123,6 +125,8 @@ struct Candidate<const D: usize> {
     path: PathOnLevel<D>,
     /// Whether it reaches the other end.
     reached: bool,
+    /// Mean distance from the other end, in spacings.
+    gap: f64,
 }
 
 /// The search for the best start, and the minimisation from there.
@@ -233,9 +237,12 @@ impl<'a, const D: usize> Search<'a, D> {
             if found.reached || self.ended() {
                 break;
             }
-            let level = [found.path.level];
+            let (level, gap) = ([found.path.level], found.gap);
             let factor = GROWTH.powi(round);
             found = self.minimise(domain, found.path, &level, factor, observer)?;
+            if found.gap > LEAST_PROGRESS * gap {
+                break;
+            }
         }
         Ok(LagrangianPath {
             domain,
@@ -271,11 +278,12 @@ impl<'a, const D: usize> Search<'a, D> {
         };
         let path = descent.minimise(start, levels, observer)?;
         self.reports = descent.reports;
-        let reached = reached(from, to, &path)?;
+        let overlaps = overlaps_of(from, to, &path)?;
         Ok(Candidate {
             domain,
             path,
-            reached,
+            reached: overlaps.reached(),
+            gap: overlaps.gap,
         })
     }
 
@@ -345,16 +353,16 @@ fn displacements<const D: usize>(
         .collect::<Result<_, _>>()?)
 }
 
-/// Returns whether the last deformation of a path maps the shape of its domain to the other one.
-fn reached<const D: usize>(
+/// Returns the overlaps that the last deformation of a path achieves.
+fn overlaps_of<const D: usize>(
     from: &Shape<D>,
     to: &Shape<D>,
     path: &PathOnLevel<D>,
-) -> Result<bool, GeodesicError> {
+) -> Result<Overlaps, GeodesicError> {
     let grid = path.level.grid;
     let last = &path.x[(path.level.steps - 1) * D * grid.n_nodes()..];
     let last = Field::from_vec(grid, last.to_vec())?;
-    Ok(carried_overlaps(from, to, &last)?.reached())
+    carried_overlaps(from, to, &last)
 }
 
 /// Computes the displacements of all deformations along a flow.
