@@ -118,9 +118,8 @@ pub(crate) fn check_area(params: &GeodesicParams) -> Result<(), CliError> {
     Err(CliError::Option {
         option: "--area-weight",
         value: "with --form lagrangian".into(),
-        remedy:
-            "leave it out, or choose --form level-sets: paths of one domain have no area \
+        remedy: "leave it out, or choose --form level-sets: paths of one domain have no area \
                  term"
-                .into(),
+            .into(),
     })
 }

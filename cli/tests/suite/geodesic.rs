@@ -140,11 +140,13 @@ fn a_growing_disk_has_the_length_of_the_theory() {
         results.array("deformation_001.npy")
     );
     assert_eq!(results.array("psi_004.npy").0, [2, 65, 65]);
-    // The first deformation moves what lies right of the middle to the right.
+    // The first deformation moves what lies right of the middle to the right. A turn of a disk costs
+    // nothing: the default tolerance leaves one of some degrees.
     let (_, positions) = results.array("deformation_001.npy");
     let node = 32 * 65 + 40;
     assert!(positions[node] > 40.0 / 64.0 + 0.005, "{}", positions[node]);
-    assert!((positions[65 * 65 + node] - 0.5).abs() < 2e-3);
+    let off = positions[65 * 65 + node] - 0.5;
+    assert!(off.abs() < 0.01, "{off}");
     assert!(!results.path("shape_000.stl").exists());
     assert_eq!(place.listing(), ["disks", "out"]);
 }
@@ -267,9 +269,9 @@ fn the_summary_ends_with_the_picture() {
     for word in ["Geodesic of 8 steps", "length", "Dice", "certified"] {
         assert!(text.contains(word), "no '{word}' in: {text}");
     }
-    // One level for each of 1, 2, 4 and 8 steps.
+    // One level for each of 1, 2, 4 and 8 steps, on either domain.
     let progress = String::from_utf8(run.stderr).unwrap();
-    assert_eq!(progress.matches("17 nodes a side").count(), 4, "{progress}");
+    assert_eq!(progress.matches("17 nodes a side").count(), 8, "{progress}");
 }
 
 #[test]

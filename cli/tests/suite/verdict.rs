@@ -198,7 +198,7 @@ fn a_path_that_does_not_arrive_is_found() {
         disk(22.0, [x, y]) - disk(9.0, [x, y])
     });
     let arguments = [
-        "geodesic", "disk.png", "ring.png", "--grid", "33", "-K", "2",
+        "geodesic", "disk.png", "ring.png", "--grid", "33", "-K", "2", "--domain", "start",
     ];
     let (results, _) = doubtful(&place, &arguments);
     let found = causes(&results, None);
