@@ -10,8 +10,8 @@ use crate::engine::element::{MAX_CORNERS, multilinear};
 use crate::field::{Field, ScalarField};
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel};
+use crate::lattice::Lattice;
 use crate::parallel;
-use crate::preimages::Lattice;
 use crate::tensor;
 
 /// Newton's method is stopped at this residual, in units of the spacing.
