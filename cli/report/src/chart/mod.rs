@@ -10,7 +10,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use self::mark::Mark;
-use self::ruler::Ruler;
+use self::ruler::{Ruler, has_place};
 use crate::font;
 use crate::palette::{self, Colour, Marker};
 
@@ -238,8 +238,7 @@ impl Series {
     /// Draws the line and its markers; points outside the axes are left out.
     fn draw(&self, axes: &mut Axes<'_>) -> Result<(), ChartError> {
         let positive = [axes.x_range().start, axes.y_range().start].map(|start| start > 0.0);
-        let shown = |x: f64, positive: bool| x.is_finite() && (!positive || x > 0.0);
-        let shown = |p: &&(f64, f64)| shown(p.0, positive[0]) && shown(p.1, positive[1]);
+        let shown = |p: &&(f64, f64)| has_place(p.0, positive[0]) && has_place(p.1, positive[1]);
         let places: Vec<(f64, f64)> = self.points.iter().filter(shown).copied().collect();
         let colour = self.colour();
         let points = places.iter().copied();

@@ -8,12 +8,22 @@ use super::{Axis, Scale};
 
 /// Approximate number of labels on an axis.
 const LABELS: f64 = 7.0;
+/// Numbers beyond this, and positive ones below its inverse on logarithmic axes, are left out: the
+/// ratio of any two others is a number.
+const LARGEST: f64 = 1e150;
+/// Positions off an axis are at most so many lengths of it away.
+const FAR: f64 = 4.0;
+
+/// Whether an axis has a place for a number.
+pub(super) fn has_place(value: f64, logarithmic: bool) -> bool {
+    value.abs() <= LARGEST && (!logarithmic || value >= LARGEST.recip())
+}
 
 impl Axis<'_> {
     /// The axis for these numbers.
     pub(super) fn ruler(&self, values: impl Iterator<Item = f64>) -> Ruler {
         let logarithmic = self.scale == Scale::Logarithmic;
-        let shown = |v: &f64| v.is_finite() && (!logarithmic || *v > 0.0);
+        let shown = |v: &f64| has_place(*v, logarithmic);
         let (low, high) = values
             .filter(shown)
             .fold((f64::INFINITY, 0.0), |(low, high), v| {
@@ -21,7 +31,7 @@ impl Axis<'_> {
             });
         let range = match self.scale {
             Scale::Counts => 0.0..1.02 * high.max(1.0),
-            Scale::Linear if high > 0.0 => 0.0..1.15 * high,
+            Scale::Linear if high >= LARGEST.recip() => 0.0..1.15 * high,
             Scale::Logarithmic if low <= high => {
                 let room = (high / low).powf(0.06).max(1.25);
                 low / room..high * room
@@ -77,7 +87,7 @@ impl Ranged for Ruler {
     fn map(&self, value: &f64, (first, last): (i32, i32)) -> i32 {
         let place = |x: f64| if self.logarithmic { x.log10() } else { x };
         let [from, to] = [self.range.start, self.range.end].map(place);
-        let share = (place(*value) - from) / (to - from);
+        let share = ((place(*value) - from) / (to - from)).clamp(-FAR, FAR);
         first + (share * f64::from(last - first)).round() as i32
     }
 
@@ -135,7 +145,28 @@ mod tests {
             let share = |pair: &[f64]| (pair[1] / pair[0]).ln() / (range.end / range.start).ln();
             assert!(marks.windows(2).all(|pair| share(pair) > 0.09), "{marks:?}");
         }
-        for length in [1e-7, 0.3, 1.0, 7.0, 83.0] {
+        for scale in [Scale::Counts, Scale::Linear, Scale::Logarithmic] {
+            let extremes = [
+                1e300,
+                1e-300,
+                f64::MAX,
+                5e-324,
+                f64::INFINITY,
+                f64::NAN,
+                -1e300,
+            ];
+            for first in extremes {
+                for second in [1.0, -1.0].into_iter().chain(extremes) {
+                    let Ruler { range, marks, .. } = axis(scale).ruler([first, second].into_iter());
+                    assert!(
+                        range.start < range.end && range.end.is_finite(),
+                        "{range:?}"
+                    );
+                    assert!(marks.len() <= 40, "{first} {second} {}", marks.len());
+                }
+            }
+        }
+        for length in [1e-300, 1e-7, 0.3, 1.0, 7.0, 83.0] {
             let marks = axis(Scale::Linear).ruler([length].into_iter()).marks;
             assert!((3..=9).contains(&marks.len()), "{length} {marks:?}");
         }
