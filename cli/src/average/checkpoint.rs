@@ -2,8 +2,8 @@
 //!
 //! A long run stores its current deformations in `DIR.partial`, next to its output, every few
 //! minutes. After an interruption the same command resumes from there; after a regular end the
-//! folder is removed. Each checkpoint is a folder of its own, and `state.json` names the last
-//! complete one.
+//! folder is removed. Each checkpoint is a folder of its own, and `state.json` has the number of
+//! the last complete one.
 
 use std::fs;
 use std::path::Path;
@@ -42,8 +42,8 @@ pub(super) fn fingerprint<const D: usize>(
 /// The record of a checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
-    /// The folder of its deformations.
-    folder: String,
+    /// Its number, which names the folder of its deformations.
+    checkpoint: usize,
     /// Nodes along each axis, `x` first.
     nodes: Vec<usize>,
     energy: f64,
@@ -113,7 +113,7 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
                 .fingerprint
                 .work_dir(checkpointer.place.target)?;
             if let Some(state) = work.get::<State>(STATE) {
-                let folder = work.file(&state.folder);
+                let folder = work.file(folder(state.checkpoint));
                 known = deformations(&folder, checkpointer.leads.len(), &checkpointer.grids)?;
                 checkpointer.before = state.seconds;
                 checkpointer.watch.note(format!(
@@ -124,7 +124,7 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
                     state.energy,
                     state.seconds / 60.0
                 ));
-                checkpointer.count = 1 + number(&state.folder).unwrap_or(0);
+                checkpointer.count = state.checkpoint.wrapping_add(1);
                 checkpointer.last = Some(state);
             }
             checkpointer.work = Some(work);
@@ -151,7 +151,7 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
         let Some(work) = &self.work else {
             return Ok(());
         };
-        let folder = format!("deformations_{:03}", self.count);
+        let folder = folder(self.count);
         // Left incomplete by an interruption.
         remove(&work.file(&folder))?;
         work.folder(&folder)?;
@@ -166,16 +166,16 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
             write_field(&path, &deformation(&displacement), Precision::Double)?;
         }
         let state = State {
-            folder,
+            checkpoint: self.count,
             nodes: grid.nodes_per_axis().to_vec(),
             energy: iteration.energy,
             seconds: self.before + self.begin.elapsed().as_secs_f64(),
         };
         work.put(STATE, &state)?;
         if let Some(old) = self.last.replace(state) {
-            remove(&work.file(&old.folder))?;
+            remove(&work.file(self::folder(old.checkpoint)))?;
         }
-        self.count += 1;
+        self.count = self.count.wrapping_add(1);
         Ok(())
     }
 }
@@ -212,9 +212,10 @@ fn remove(folder: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// The number at the end of a folder's name.
-fn number(folder: &str) -> Option<usize> {
-    folder.rsplit('_').next()?.parse().ok()
+/// The folder of a checkpoint. Names are made of numbers, so that nothing that a file states can
+/// name a folder elsewhere.
+fn folder(checkpoint: usize) -> String {
+    format!("deformations_{checkpoint:03}")
 }
 
 /// The displacements of an earlier average of the same number of shapes, on one of these grids.
