@@ -12,6 +12,7 @@ use crate::figure::{FigureArgs, run_figure};
 use crate::generate::{GenerateArgs, run_generate};
 use crate::geodesic::GeodesicConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
+use crate::print::note;
 use crate::segment::SegmentConfig;
 use crate::session::ComputeArgs;
 use crate::verify::{VerifyArgs, run_verify};
@@ -79,7 +80,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {
             for path in run_generate(args)? {
-                eprintln!("wrote {}", path.display());
+                note(format!("wrote {}", path.display()));
             }
             Ok(Exit::Success)
         }

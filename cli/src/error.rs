@@ -2,12 +2,13 @@
 
 use std::borrow::Cow;
 use std::error::Error;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::input::InputError;
 use crate::output::OutputError;
+use crate::print::note;
 
 /// The exit code of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -371,8 +372,7 @@ impl CliError {
 
     /// Writes the report to standard error: the error, its causes, and the remedy.
     pub fn report(&self) {
-        let mut stderr = std::io::stderr();
-        let [red, cyan, plain] = if stderr.is_terminal() {
+        let [red, cyan, plain] = if std::io::stderr().is_terminal() {
             ["\x1b[31m", "\x1b[36m", "\x1b[0m"]
         } else {
             [""; 3]
@@ -384,7 +384,6 @@ impl CliError {
             cause = error.source();
         }
         lines.push(format!("  {cyan}help:{plain} {}", self.help()));
-        // Nothing can be done if standard error itself cannot be written.
-        let _ = writeln!(stderr, "{}", lines.join("\n"));
+        note(lines.join("\n"));
     }
 }

@@ -1,5 +1,8 @@
 //! The `shapespace` command line as a library: files in, results out.
 
+// These panic where their stream is closed or full; `print.rs` does not.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod args;
 pub mod average;
 mod bytes;
@@ -16,12 +19,14 @@ pub mod generate;
 pub mod geodesic;
 mod history;
 pub mod input;
+pub mod interrupt;
 mod numbers;
 pub mod options;
 pub mod output;
 pub mod pca;
 pub mod picture;
 mod pool;
+mod print;
 pub mod progress;
 mod report;
 mod results;

@@ -1,9 +1,11 @@
 //! Progress on standard error: a line that is overwritten, or plain lines if it is no terminal.
 
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::print::note;
 
 /// Progress of a computation: one line that is overwritten; finished stages stay above it.
 #[derive(Debug)]
@@ -55,8 +57,7 @@ impl Progress {
     /// Prints a line above the overwritten one.
     pub fn note(&self, text: impl AsRef<str>) {
         if self.plain {
-            // A closed standard error is no reason to stop.
-            let _ = writeln!(std::io::stderr(), "{}", text.as_ref());
+            note(text.as_ref());
         }
         self.bar.println(text);
     }

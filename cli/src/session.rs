@@ -9,12 +9,13 @@ use fe_grid::Grid;
 use crate::config::{Config, Configured};
 use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
+use crate::interrupt::Interrupt;
 use crate::options::RunOptions;
 use crate::output::{ResultDir, WorkDir};
 use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::watch::{Interrupt, ProgressObserver};
+use crate::watch::ProgressObserver;
 
 /// The circumstances of a run.
 pub(crate) struct Session<'a> {
@@ -44,9 +45,6 @@ pub(crate) trait Command: Sync {
     type Plan<const D: usize>: Send;
     /// The result of the computation.
     type Outcome<const D: usize>;
-
-    /// Whether the first Ctrl-C ends the computation early instead of ending the program.
-    const STOPS: bool = true;
 
     /// Reads and checks the inputs.
     ///
@@ -133,9 +131,6 @@ pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit,
         interrupt: Interrupt::new(),
         start: Instant::now(),
     };
-    if C::STOPS {
-        Interrupt::listen();
-    }
     in_pool(options.threads, || {
         // Fail before the computation if the directory cannot be written.
         ResultDir::create(session.output).map(drop)?;
@@ -182,6 +177,6 @@ fn execute<C: Command, const D: usize>(
         work.remove()?;
     }
     session.progress.finish();
-    summary.print(&target);
+    summary.print(&target)?;
     Ok(summary)
 }

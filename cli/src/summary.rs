@@ -1,12 +1,13 @@
 //! The summary of a result on standard output.
 
 use std::fmt::Display;
-use std::io::Write;
 use std::path::Path;
 
 use fe_grid::Certificate;
 
 use crate::doubts::{DoubtRecord, in_words};
+use crate::error::CliError;
+use crate::print::print;
 use crate::report::{RESULT, Record, certified};
 use crate::shapes::describe_placement;
 
@@ -63,7 +64,10 @@ impl Summary {
     }
 
     /// Prints the summary. It ends with the picture, and with the doubts if there are any.
-    pub fn print(&self, directory: &Path) {
+    ///
+    /// # Errors
+    /// [`CliError::Output`] where standard output cannot be written; the result has been.
+    pub fn print(&self, directory: &Path) -> Result<(), CliError> {
         let path = |name| directory.join(name).display().to_string();
         let mut lines = self.lines.clone();
         let files = [
@@ -79,8 +83,8 @@ impl Summary {
             let doubts = in_words(&self.doubts);
             lines.extend(doubts.into_iter().map(|doubt| format!("    {doubt}")));
         }
-        // A closed standard output is not an error.
-        let _ = writeln!(std::io::stdout(), "{}", lines.join("\n"));
+        lines.push(String::new());
+        Ok(print(&lines.join("\n"))?)
     }
 }
 

@@ -1,67 +1,12 @@
-//! Progress of a minimisation, and Ctrl-C.
+//! Progress of a minimisation.
 
-use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Instant;
 
 use fe_grid::minimise::{Control, Iteration, Observer};
 
-use crate::error::Exit;
 use crate::history::HistoryPoint;
+use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-
-const RUNNING: u8 = 0;
-const ASKED: u8 = 1;
-const WRITING: u8 = 2;
-/// A process has a single Ctrl-C handler, hence a single state.
-static STATE: AtomicU8 = AtomicU8::new(RUNNING);
-
-/// Requests to stop: the first Ctrl-C ends the minimisation and writes the current state, the
-/// second ends the program immediately. While results are written, it is deferred.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Interrupt(&'static AtomicU8);
-
-impl Interrupt {
-    /// The state of this process.
-    pub fn new() -> Self {
-        Self(&STATE)
-    }
-
-    /// Installs the handler. If the system does not allow it, Ctrl-C ends the program as usual.
-    pub fn listen() {
-        let _ = ctrlc::set_handler(|| {
-            let asked = STATE.compare_exchange(RUNNING, ASKED, Ordering::SeqCst, Ordering::SeqCst);
-            if asked == Err(ASKED) {
-                std::process::exit(i32::from(Exit::Interrupted as u8));
-            }
-        });
-    }
-
-    /// Whether Ctrl-C has been pressed.
-    pub fn asked(self) -> bool {
-        self.0.load(Ordering::SeqCst) == ASKED
-    }
-
-    /// The results are being written.
-    pub fn writing(self) {
-        Self::listen();
-        self.0.store(WRITING, Ordering::SeqCst);
-    }
-}
-
-/// An observer that only cancels on request.
-impl Observer for Interrupt {
-    fn iteration(&mut self, _iteration: &Iteration<'_>) -> Control {
-        self.between()
-    }
-
-    fn between(&mut self) -> Control {
-        if self.asked() {
-            Control::Cancel
-        } else {
-            Control::Continue
-        }
-    }
-}
 
 /// An observer that shows every iteration, records the convergence history, and cancels on request.
 pub(crate) struct ProgressObserver<'a> {
@@ -185,7 +130,7 @@ mod tests {
     #[test]
     fn evaluations_add_up_over_the_levels() {
         let progress = Progress::hidden();
-        let mut watch = ProgressObserver::new(&progress, Interrupt(&STATE), vec![9, 17]);
+        let mut watch = ProgressObserver::new(&progress, Interrupt::new(), vec![9, 17]);
         let mut step = |level: Option<usize>, iteration, gradients| {
             if let Some(level) = level {
                 watch.level(level, 2, 100);

@@ -1,7 +1,6 @@
 //! Configurations, written as TOML.
 
 use std::fs;
-use std::io::Write as _;
 use std::path::Path;
 
 use clap::{Arg, Args, ValueEnum};
@@ -15,6 +14,7 @@ use crate::error::{CliError, Exit};
 use crate::geodesic::GeodesicConfig;
 use crate::output::OutputError;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
+use crate::print::print;
 use crate::segment::SegmentConfig;
 
 /// Options of `shapespace config`.
@@ -51,7 +51,7 @@ enum Configurable {
 /// Prints the default configuration of a command, with comments.
 ///
 /// # Errors
-/// None in practice.
+/// [`CliError::Output`] where standard output cannot be written.
 pub fn run_config(args: &ConfigArgs) -> Result<Exit, CliError> {
     let text = match args.command {
         Configurable::Average => usual::<AverageConfig>(),
@@ -64,8 +64,7 @@ pub fn run_config(args: &ConfigArgs) -> Result<Exit, CliError> {
         Configurable::Transport => usual::<TransportConfig>(),
         Configurable::Segment => usual::<SegmentConfig>(),
     };
-    // There is no one to report to if standard output is closed.
-    let _ = std::io::stdout().write_all(text?.as_bytes());
+    print(&text?)?;
     Ok(Exit::Success)
 }
 

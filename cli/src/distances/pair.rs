@@ -5,8 +5,8 @@ use fe_grid::ScalarField;
 use serde::{Deserialize, Serialize};
 
 use super::args::DistancesConfig;
+use crate::interrupt::Interrupt;
 use crate::report::overall;
-use crate::watch::Interrupt;
 
 /// The stored paths from one shape to another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

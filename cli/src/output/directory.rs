@@ -1,12 +1,11 @@
 //! Result directories and files that appear under their names only when they are complete.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
-
 use super::OutputError;
+use super::staging::{Folder, new_file, renamed};
 
 /// An incomplete result directory: a hidden sibling of its target, which is removed unless
 /// [`ResultDir::commit`] renames it; or a [`WorkDir`](super::WorkDir), which remains.
@@ -21,9 +20,9 @@ pub struct ResultDir {
 #[derive(Debug)]
 enum Origin {
     /// Within a temporary directory.
-    Temporary(TempDir),
+    Temporary(Folder),
     /// Over several runs, with the name of its lock, which is held if the file system has locks.
-    Work(PathBuf, Option<File>),
+    Work(&'static str, Option<File>),
 }
 
 impl ResultDir {
@@ -40,24 +39,26 @@ impl ResultDir {
     /// # Errors
     /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
     pub fn create(target: &Path) -> Result<Self, OutputError> {
-        let parent = check_target(target)?;
-        let staging = tempfile::Builder::new()
-            .prefix(".shapespace-")
-            .tempdir_in(&parent)
-            .map_err(OutputError::at(target))?;
+        let (parent, target) = check_target(target)?;
+        let staging = Folder::create_in(&parent).map_err(OutputError::at(&target))?;
         // The temporary directory itself is private; one created inside has the usual permissions.
         let inner = staging.path().join("result");
-        fs::create_dir(&inner).map_err(OutputError::at(target))?;
+        fs::create_dir(&inner).map_err(OutputError::at(&target))?;
         Ok(Self {
-            target: target.into(),
+            target,
             inner,
             origin: Origin::Temporary(staging),
         })
     }
 
     /// A directory that was created over several runs.
-    pub(super) fn of_work(target: PathBuf, inner: PathBuf, lock: &str, held: Option<File>) -> Self {
-        let origin = Origin::Work(inner.join(lock), held);
+    pub(super) fn of_work(
+        target: PathBuf,
+        inner: PathBuf,
+        lock: &'static str,
+        held: Option<File>,
+    ) -> Self {
+        let origin = Origin::Work(lock, held);
         Self {
             target,
             inner,
@@ -82,18 +83,27 @@ impl ResultDir {
     /// [`OutputError::Unwritable`].
     pub fn commit(self) -> Result<PathBuf, OutputError> {
         check_target(&self.target)?;
-        let failed = OutputError::at(&self.target);
-        let mut temporary = None;
-        match self.origin {
-            Origin::Temporary(staging) => temporary = Some(staging),
-            Origin::Work(lock, held) => {
-                drop(held);
-                fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
+        let failed = |error: std::io::Error| match error.kind() {
+            // Another process was faster.
+            ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty | ErrorKind::NotADirectory => {
+                OutputError::Exists {
+                    path: self.target.clone(),
+                }
             }
-        }
-        fs::rename(&self.inner, &self.target).map_err(&failed)?;
-        if let Some(staging) = temporary {
-            staging.close().map_err(&failed)?;
+            _ => OutputError::at(&self.target)(error),
+        };
+        match self.origin {
+            Origin::Temporary(staging) => {
+                renamed(&self.inner, &self.target).map_err(failed)?;
+                drop(staging);
+            }
+            Origin::Work(lock, held) => {
+                renamed(&self.inner, &self.target).map_err(failed)?;
+                // Held until now, so that no other run begins to use the directory.
+                let lock = self.target.join(lock);
+                fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
+                drop(held);
+            }
         }
         Ok(self.target)
     }
@@ -104,46 +114,42 @@ impl ResultDir {
 /// # Errors
 /// [`OutputError::Exists`], [`OutputError::NoParent`], [`OutputError::Unwritable`].
 pub fn write_new_file(target: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let parent = check_target(target)?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".shapespace-");
-    // Temporary files are private; this one becomes a usual file, which the system's mask narrows.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder
-        .tempfile_in(&parent)
-        .map_err(OutputError::at(target))?;
-    file.write_all(bytes).map_err(OutputError::at(target))?;
-    file.persist_noclobber(target).map_err(|failure| {
-        if failure.error.kind() == std::io::ErrorKind::AlreadyExists {
+    let (parent, target) = check_target(target)?;
+    new_file(&parent, &target, bytes).map_err(|error| {
+        if error.kind() == ErrorKind::AlreadyExists {
             OutputError::Exists {
-                path: target.into(),
+                path: target.clone(),
             }
         } else {
-            OutputError::at(target)(failure.error)
+            OutputError::at(&target)(error)
         }
-    })?;
-    Ok(())
+    })
 }
 
-/// The folder of a target.
-pub(super) fn check_target(target: &Path) -> Result<PathBuf, OutputError> {
-    if fs::symlink_metadata(target).is_ok() {
+/// The folder of a target, and the target without a slash or a dot at its end.
+pub(super) fn check_target(target: &Path) -> Result<(PathBuf, PathBuf), OutputError> {
+    let plain = plain_name(target);
+    if plain.file_name().is_none() || fs::symlink_metadata(&plain).is_ok() {
         return Err(OutputError::Exists {
             path: target.into(),
         });
     }
-    let parent = match target.parent() {
+    let parent = match plain.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
     if parent.is_dir() {
-        Ok(parent.into())
+        Ok((parent.into(), plain))
     } else {
         Err(OutputError::NoParent {
             path: parent.into(),
         })
     }
+}
+
+/// A name without a slash or a dot at its end.
+pub(super) fn plain_name(target: &Path) -> PathBuf {
+    target.components().collect()
 }
 
 #[cfg(test)]
@@ -173,6 +179,35 @@ mod tests {
             ResultDir::create(&place.path().join("no/where")),
             Err(OutputError::NoParent { .. })
         ));
+    }
+
+    #[test]
+    fn a_dot_or_a_slash_may_end_a_name() {
+        let place = tempfile::tempdir().unwrap();
+        for (given, name) in [("a/.", "a"), ("b/", "b"), ("./c/./", "c")] {
+            let kept = ResultDir::create(&place.path().join(given)).unwrap();
+            kept.commit().unwrap();
+            assert!(place.path().join(name).is_dir(), "{given}");
+        }
+        for given in ["..", "a/..", "/", "."] {
+            assert!(matches!(
+                ResultDir::create(&place.path().join(given)),
+                Err(OutputError::Exists { .. })
+            ));
+        }
+    }
+
+    #[test]
+    fn the_second_of_two_with_one_name_is_refused() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("out");
+        let [first, second] = [0, 1].map(|_| ResultDir::create(&target).unwrap());
+        for directory in [&first, &second] {
+            fs::write(directory.file("whole"), "x").unwrap();
+        }
+        first.commit().unwrap();
+        assert!(matches!(second.commit(), Err(OutputError::Exists { .. })));
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod matrix;
 pub mod npy;
 pub(crate) mod png;
 pub mod pvd;
+mod staging;
 pub mod steps;
 pub mod stl;
 pub mod vti;
@@ -22,6 +23,7 @@ use shapespace_report::chart::{Chart, stacked};
 
 pub use directory::{ResultDir, write_new_file};
 pub use json::write_json;
+pub(crate) use staging::discard_all;
 pub use work::WorkDir;
 
 /// A result that cannot be written.
@@ -44,6 +46,12 @@ pub enum OutputError {
     #[error("another run uses '{}'", path.display())]
     Busy {
         /// The folder.
+        path: PathBuf,
+    },
+    /// A symbolic link in a folder of unfinished work.
+    #[error("'{}' is a symbolic link", path.display())]
+    Link {
+        /// The link.
         path: PathBuf,
     },
     /// The system does not allow it.
@@ -77,6 +85,9 @@ impl OutputError {
             }
             Self::NoParent { .. } => "create it first, or choose another place",
             Self::Busy { .. } => "wait for it to end, or choose another name",
+            Self::Link { .. } => {
+                "remove the link; unfinished work is kept in plain files and folders"
+            }
             Self::Unwritable { .. } => "check the free space and the permissions of the folder",
             Self::Format { .. } => "name the file .npy, or .png for a picture",
             Self::NotFinite { .. } => {

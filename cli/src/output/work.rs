@@ -1,12 +1,12 @@
 //! A result directory that is created over several runs of the program.
 
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::directory::{ResultDir, check_target};
+use super::directory::{ResultDir, check_target, plain_name};
 use super::{OutputError, write_json};
 
 /// Ending of the name while the directory is not complete.
@@ -30,22 +30,30 @@ impl WorkDir {
     ///
     /// # Errors
     /// [`OutputError::Exists`] for the target itself, [`OutputError::NoParent`],
-    /// [`OutputError::Busy`] where another run holds it, [`OutputError::Unwritable`].
+    /// [`OutputError::Busy`] where another run holds it, [`OutputError::Link`] for symbolic links,
+    /// [`OutputError::Unwritable`].
     pub fn open(target: &Path) -> Result<Self, OutputError> {
-        check_target(target)?;
-        let inner = partial(target);
-        if !inner.is_dir() {
+        let (_, target) = check_target(target)?;
+        let inner = partial(&target);
+        if fs::symlink_metadata(&inner).is_err() {
             fs::create_dir(&inner).map_err(OutputError::at(&inner))?;
         }
+        check_links(&inner)?;
         let file = inner.join(LOCK);
-        let file = File::create(&file).map_err(OutputError::at(&file))?;
+        let mut options = OpenOptions::new();
+        let file = options
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(&file)
+            .map_err(OutputError::at(&file))?;
         let lock = match file.try_lock() {
             Ok(()) => Some(file),
             Err(TryLockError::WouldBlock) => return Err(OutputError::Busy { path: inner }),
             Err(TryLockError::Error(_)) => None,
         };
         Ok(Self {
-            target: target.into(),
+            target,
             inner,
             lock,
         })
@@ -106,8 +114,9 @@ impl WorkDir {
     /// # Errors
     /// [`OutputError::Unwritable`].
     pub fn remove(self) -> Result<(), OutputError> {
+        let removed = fs::remove_dir_all(&self.inner).map_err(OutputError::at(&self.inner));
         drop(self.lock);
-        fs::remove_dir_all(&self.inner).map_err(OutputError::at(&self.inner))
+        removed
     }
 
     /// The result directory with all that is in it.
@@ -116,8 +125,24 @@ impl WorkDir {
     }
 }
 
+/// Rejects a folder that is, or holds, a symbolic link: what is written or removed there would be
+/// elsewhere.
+fn check_links(path: &Path) -> Result<(), OutputError> {
+    let failed = OutputError::at(path);
+    let kind = fs::symlink_metadata(path).map_err(&failed)?.file_type();
+    if kind.is_symlink() {
+        return Err(OutputError::Link { path: path.into() });
+    }
+    if kind.is_dir() {
+        for entry in fs::read_dir(path).map_err(&failed)? {
+            check_links(&entry.map_err(&failed)?.path())?;
+        }
+    }
+    Ok(())
+}
+
 fn partial(target: &Path) -> PathBuf {
-    let mut name = target.as_os_str().to_owned();
+    let mut name = plain_name(target).into_os_string();
     name.push(ENDING);
     name.into()
 }
@@ -167,6 +192,33 @@ mod tests {
         work.remove().unwrap();
         assert!(!WorkDir::exists(&target));
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn symbolic_links_are_refused_and_what_they_name_is_kept() {
+        use std::os::unix::fs::symlink;
+        let place = tempfile::tempdir().unwrap();
+        let precious = place.path().join("precious");
+        fs::create_dir(&precious).unwrap();
+        fs::write(precious.join("a"), "kept").unwrap();
+        let refused = |link: &str, to: &Path| {
+            let target = place.path().join("out");
+            fs::create_dir(place.path().join("out.partial")).ok();
+            symlink(to, place.path().join(link)).unwrap();
+            let error = WorkDir::open(&target).unwrap_err();
+            assert!(matches!(error, OutputError::Link { .. }), "{error}");
+            fs::remove_file(place.path().join(link)).unwrap();
+            assert_eq!(fs::read_to_string(precious.join("a")).unwrap(), "kept");
+        };
+        refused("out.partial/.lock", &precious.join("a"));
+        refused("out.partial/state.json.partial", &precious.join("a"));
+        refused("out.partial/deformations_000", &precious);
+        fs::remove_dir(place.path().join("out.partial")).unwrap();
+        symlink(&precious, place.path().join("out.partial")).unwrap();
+        let error = WorkDir::open(&place.path().join("out")).unwrap_err();
+        assert!(matches!(error, OutputError::Link { .. }), "{error}");
+        assert_eq!(fs::read_dir(&precious).unwrap().count(), 1);
     }
 
     #[test]

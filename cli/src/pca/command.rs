@@ -25,8 +25,6 @@ impl Command for PcaConfig {
     type Plan<const D: usize> = (PcaConfig, StoredAverage<D>);
     type Outcome<const D: usize> = Outcome<D>;
 
-    const STOPS: bool = false;
-
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the average");
         let stored = read_average(&self.average)?;

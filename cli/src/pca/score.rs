@@ -185,11 +185,12 @@ impl<'a, const D: usize> Target<'a, D> {
         let params = &self.stored.average.params;
         let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
         let phase_field = &self.stored.average.phase_field;
-        let fit = match_to(&distance, &self.distance, phase_field, params, &mut watch)?;
-        watch.finish();
-        if *fit.average.grid() != grid {
+        let fit = match_to(&distance, &self.distance, phase_field, params, &mut watch);
+        if session.interrupt.asked() {
             return Err(CliError::Stopped);
         }
+        let fit = fit?;
+        watch.finish();
         let source = Source {
             weight: 1.0,
             displacement: fit.displacements[0].as_slice(),

@@ -31,8 +31,6 @@ impl Command for SynthesizeConfig {
     type Plan<const D: usize> = StoredPca<D>;
     type Outcome<const D: usize> = Outcome<D>;
 
-    const STOPS: bool = false;
-
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the modes");
         read_pca(&self.pca, self.average.as_deref())

@@ -12,6 +12,7 @@ use super::args::VerifyArgs;
 use crate::error::{CliError, Exit};
 use crate::output::{OutputError, ResultDir, write_json, write_text};
 use crate::pool::in_pool;
+use crate::print::{note, print};
 
 /// Checks statements, and writes the results.
 ///
@@ -21,7 +22,7 @@ use crate::pool::in_pool;
 pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     let statements = selected(&args.names)?;
     let Some(output) = args.output.as_ref().filter(|_| !args.list) else {
-        print!("{}", table::list(&statements));
+        print(&table::list(&statements))?;
         return Ok(Exit::Success);
     };
     let directory = ResultDir::create(output)?;
@@ -46,12 +47,12 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     })?;
     write_all(&directory, &record)?;
     let target = directory.commit()?;
-    print!("{}", table::plain(&record));
-    eprintln!(
+    print(&table::plain(&record))?;
+    note(format!(
         "{}; report in {}",
         record.summary(),
         target.join("report.html").display()
-    );
+    ));
     Ok(if record.is_well() {
         Exit::Success
     } else {
@@ -61,12 +62,12 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
 
 /// Says on standard error how an experiment ended.
 fn say(record: &StatementRecord) {
-    eprintln!(
+    note(format!(
         "{:<11} {} ({:.1} s)",
         record.decided.word(),
         record.name,
         record.seconds
-    );
+    ));
 }
 
 /// Writes all files of a result directory.

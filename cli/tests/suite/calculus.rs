@@ -271,7 +271,7 @@ fn an_interrupted_extension_is_written() {
     let place = Place::new();
     bars(&place);
     let arguments = ["extend", "folding", "-o", "on", "--steps", "1024"];
-    assert_eq!(interrupted(&place, &arguments), Some(130));
+    assert_eq!(interrupted(&place, &arguments, "equation 1"), Some(130));
     let results = Results::read(&place.path("on"));
     assert_eq!(results.json["status"], "cancelled");
     let found = results.number("/steps_found") as usize;

@@ -469,7 +469,7 @@ fn ctrl_c_keeps_finished_pairs() {
         "out",
     ]
     .into();
-    assert_eq!(interrupted(&place, &long), Some(130));
+    assert_eq!(interrupted(&place, &long, ""), Some(130));
     assert!(!place.path("out").exists());
     // It may have been pressed before the directory was begun.
     if place.path("out.partial").exists() {
@@ -480,5 +480,5 @@ fn ctrl_c_keeps_finished_pairs() {
         assert_eq!(report.status.code(), Some(2));
         assert!(String::from_utf8_lossy(&report.stderr).contains("grid 1025 there, 33 here"));
     }
-    assert_eq!(interrupted(&place, &long), Some(130));
+    assert_eq!(interrupted(&place, &long, ""), Some(130));
 }

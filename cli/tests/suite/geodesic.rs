@@ -345,7 +345,7 @@ fn ctrl_c_writes_what_is_reached() {
     let arguments = [
         "geodesic", &bars[0], &bars[1], "--grid", "1025", "-o", "out",
     ];
-    assert_eq!(interrupted(&place, &arguments), Some(130));
+    assert_eq!(interrupted(&place, &arguments, "level 1 of"), Some(130));
     let results = Results::read(&place.path("out"));
     assert_eq!(results.json["status"], "cancelled");
     let nodes = results.numbers("/nodes")[0] as u64;

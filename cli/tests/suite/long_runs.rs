@@ -14,7 +14,7 @@ fn ctrl_c_writes_what_is_reached() {
     // Far too fine to end by itself in the time of this test.
     let mut arguments = vec!["average", "--grid", "1025", "-o", "out"];
     arguments.extend(inputs.iter().map(String::as_str));
-    assert_eq!(interrupted(&place, &arguments), Some(130));
+    assert_eq!(interrupted(&place, &arguments, "level 1 of"), Some(130));
     let results = Results::read(&place.path("out"));
     assert_eq!(results.json["status"], "cancelled");
     let nodes = results.numbers("/nodes")[0] as u64;

@@ -11,6 +11,7 @@ mod distances;
 mod figure;
 mod generate;
 mod geodesic;
+mod hostile;
 mod joint;
 mod long_runs;
 mod own_law;

@@ -247,26 +247,49 @@ pub fn killed(place: &Place, arguments: &[&str], reached: impl Fn() -> bool) {
     child.wait().unwrap();
 }
 
-/// Runs the program until it listens to Ctrl-C, presses that, and returns the exit code.
+/// Runs the program until it listens to signals and has printed this on standard error, sends it a
+/// signal, and returns the exit code.
 #[cfg(target_os = "linux")]
-pub fn interrupted(place: &Place, arguments: &[&str]) -> Option<i32> {
-    let mut child = spawn(place, arguments);
-    // Signal 2 is caught once its bit is set in the mask that the system shows.
+pub fn signalled(place: &Place, arguments: &[&str], signal: &str, printed: &str) -> Option<i32> {
+    use std::io::{BufRead, Read};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_shapespace"))
+        .args(arguments)
+        .current_dir(place.path("."))
+        .stderr(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    // Signal 15 is caught once its bit is set in the mask that the system shows.
     let listens = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
         let mask = status
             .lines()
             .find_map(|l| l.strip_prefix("SigCgt:"))
             .unwrap();
-        u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0
+        u64::from_str_radix(mask.trim(), 16).unwrap() >> 14 & 1 != 0
     };
     while !listens() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    while !line.contains(printed) {
+        line.clear();
+        let read = stderr.read_line(&mut line).unwrap();
+        assert_ne!(read, 0, "it ended without printing '{printed}'");
+    }
     let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
+        .args([&format!("-{signal}"), &child.id().to_string()])
         .status()
         .unwrap();
     assert!(sent.success());
+    let mut rest = Vec::new();
+    stderr.read_to_end(&mut rest).unwrap();
     child.wait().unwrap().code()
+}
+
+/// Presses Ctrl-C when the program has printed this.
+#[cfg(target_os = "linux")]
+pub fn interrupted(place: &Place, arguments: &[&str], printed: &str) -> Option<i32> {
+    signalled(place, arguments, "INT", printed)
 }

@@ -1,0 +1,151 @@
+//! Sudden ends: signals, closed pipes, full disks, and what earlier runs have left.
+#![cfg(target_os = "linux")]
+
+use std::fs::{self, OpenOptions};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use crate::common::{Place, Results, drawn, interrupted, killed, signalled, succeeded};
+
+/// A statement whose experiment takes a moment.
+const QUICK: &str = "laws-linear-rotation";
+
+/// A checkpoint names no folder outside of its own.
+#[test]
+fn a_checkpoint_names_no_other_folder() {
+    let place = Place::new();
+    let inputs = drawn(&place, "crosses", "2", "33");
+    let mut arguments = vec!["average", "--checkpoint", "1e-6", "-o", "out"];
+    arguments.extend(["--grid", "65", "--align", "none"]);
+    arguments.extend(inputs.iter().map(String::as_str));
+    let state = place.path("out.partial/state.json");
+    killed(&place, &arguments, || state.is_file());
+    let mut json: serde_json::Value = serde_json::from_slice(&fs::read(&state).unwrap()).unwrap();
+    let number = json["checkpoint"].as_u64().unwrap();
+    let own = place.path(&format!("out.partial/deformations_{number:03}"));
+    fs::rename(own, place.path("precious")).unwrap();
+    json["folder"] = "../precious".into();
+    json["checkpoint"] = "../precious".into();
+    fs::write(&state, json.to_string()).unwrap();
+    let run = place.compute(&arguments);
+    let report = String::from_utf8_lossy(&run.stderr);
+    assert!(matches!(run.status.code(), Some(0 | 2)), "{report}");
+    assert!(place.path("precious/deformation_000.npy").is_file());
+}
+
+#[test]
+fn an_interrupted_sweep_says_so() {
+    let place = Place::new();
+    let inputs = drawn(&place, "crosses", "2", "33");
+    let mut arguments = vec!["average", "--sweep", "5", "-o", "out", "--grid", "129"];
+    arguments.extend(inputs[..2].iter().map(String::as_str));
+    assert_eq!(interrupted(&place, &arguments, "level 1 of"), Some(130));
+    let results = Results::read(&place.path("out"));
+    assert_eq!(results.json["status"], "cancelled");
+}
+
+/// Before anything has been computed, every signal ends the program, and nothing is left.
+#[test]
+fn every_signal_is_heard() {
+    let place = Place::new();
+    for signal in ["INT", "TERM", "HUP"] {
+        let arguments = ["verify", QUICK, "existence-average", "-o", "out"];
+        let start = Instant::now();
+        assert_eq!(
+            signalled(&place, &arguments, signal, "confirmed"),
+            Some(130)
+        );
+        assert!(start.elapsed() < Duration::from_secs(20), "{signal}");
+        assert_eq!(place.listing(), [""; 0], "{signal}");
+    }
+}
+
+/// What a killed process has left is removed by the next run.
+#[test]
+fn leftovers_are_swept() {
+    let place = Place::new();
+    let staged = || {
+        place
+            .listing()
+            .iter()
+            .any(|name| name.starts_with(".shapespace-"))
+    };
+    killed(&place, &["verify", "-o", "out"], staged);
+    assert!(staged());
+    succeeded(&place.run(&["generate", "disk", "--grid", "9", "-o", "a.npy"]));
+    assert_eq!(place.listing(), ["a.npy"]);
+}
+
+fn with_streams(place: &Place, arguments: &[&str], stdout: Stdio, stderr: Stdio) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_shapespace"))
+        .args(arguments)
+        .current_dir(place.path("."))
+        .stdout(stdout)
+        .stderr(stderr)
+        .output()
+        .unwrap()
+}
+
+/// A pipe whose reader has gone.
+fn closed() -> Stdio {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    writer.into()
+}
+
+fn full() -> Stdio {
+    OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .unwrap()
+        .into()
+}
+
+#[test]
+fn closed_and_full_streams_end_no_command() {
+    let place = Place::new();
+    for arguments in [&["verify", "--list"][..], &["config", "average"]] {
+        let run = with_streams(&place, arguments, closed(), Stdio::piped());
+        assert_eq!(run.status.code(), Some(0), "{arguments:?}");
+        let run = with_streams(&place, arguments, full(), Stdio::piped());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(1), "{report}");
+        assert!(report.contains("standard output"), "{report}");
+        assert!(!report.contains("panicked"), "{report}");
+    }
+    for (k, stream) in [closed as fn() -> Stdio, full].into_iter().enumerate() {
+        let names = ["disk", "bars", "verified"].map(|name| format!("{name}{k}.npy"));
+        for arguments in [
+            &["generate", "disk", "--grid", "9", "-o", &names[0]][..],
+            &["generate", "family", "bars", "--grid", "9", "-o", &names[1]],
+            &["verify", "--quick", QUICK, "-o", &names[2]],
+        ] {
+            let run = with_streams(&place, arguments, Stdio::null(), stream());
+            assert_eq!(run.status.code(), Some(0), "{arguments:?}");
+        }
+        for name in names {
+            assert!(place.path(&name).exists(), "{name}");
+        }
+    }
+}
+
+/// A limit of the size of files makes a write fail; it does not end the program by a signal.
+#[test]
+fn the_limit_of_file_sizes_is_an_error() {
+    let place = Place::new();
+    let program = env!("CARGO_BIN_EXE_shapespace");
+    for arguments in [
+        "generate disk --grid 129 -o a.npy",
+        "generate family bars -o a",
+    ] {
+        let run = Command::new("sh")
+            .args(["-c", &format!("ulimit -f 8; exec '{program}' {arguments}")])
+            .current_dir(place.path("."))
+            .output()
+            .unwrap();
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(1), "{report}");
+        assert!(report.contains("cannot write"), "{report}");
+        assert_eq!(place.listing(), [""; 0]);
+    }
+}
