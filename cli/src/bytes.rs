@@ -40,10 +40,11 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
 pub(crate) fn format_bytes(bytes: u64) -> String {
     let size = bytes as f64;
     let mib = 1_048_576.0;
-    if size >= 1024.0 * mib {
-        format!("{:.1} GiB", size / (1024.0 * mib))
-    } else {
-        format!("{:.0} MiB", (size / mib).ceil())
+    match size {
+        ..1024.0 => format!("{size} B"),
+        ..1_048_576.0 => format!("{:.1} KiB", size / 1024.0),
+        ..1_073_741_824.0 => format!("{:.1} MiB", size / mib),
+        _ => format!("{:.1} GiB", size / (1024.0 * mib)),
     }
 }
 
@@ -71,7 +72,7 @@ mod tests {
 
     #[test]
     fn what_is_written_can_be_read() {
-        for size in [1 << 20, 300 << 20, 5 << 30] {
+        for size in [1, 300 << 10, 1 << 20, 300 << 20, 5 << 30] {
             assert_eq!(bytes(&format_bytes(size).replace(' ', "")), Ok(size));
         }
     }

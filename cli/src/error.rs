@@ -200,7 +200,7 @@ pub enum CliError {
     #[error("{0}")]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
-    #[error("--memory {} is not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
+    #[error("{} of memory are not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
     Memory {
         /// The memory limit.
         limit: u64,

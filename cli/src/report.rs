@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::config::{Config, write_config};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
+use crate::memory;
 use crate::output::{ResultDir, write_json};
 use crate::shapes::InputRecord;
 
@@ -70,7 +71,7 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
             parameters: config.clone(),
             body,
             seconds: start.elapsed().as_secs_f64(),
-            peak_memory_bytes: peak_memory(),
+            peak_memory_bytes: memory::peak(),
         }
     }
 
@@ -150,12 +151,4 @@ pub(crate) fn word(value: &impl Serialize) -> String {
         Ok(serde_json::Value::String(word)) => word,
         _ => "other".into(),
     }
-}
-
-/// Peak memory of this process, if the system states it (Linux).
-pub(crate) fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(1024 * kib)
 }

@@ -1,6 +1,5 @@
 //! Reads result directories.
 
-use std::fs;
 use std::path::Path;
 
 use fe_grid::{Field, Grid, ScalarField};
@@ -9,6 +8,7 @@ use serde::de::DeserializeOwned;
 
 use crate::dimension::Dim;
 use crate::error::CliError;
+use crate::files::read_text;
 use crate::input::read_array;
 use crate::output::numbered;
 use crate::report::{RESULT, Record};
@@ -41,10 +41,9 @@ pub(crate) fn read_dimension(directory: &Path) -> Result<Dim<(), ()>, String> {
 }
 
 fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
-    let text = fs::read(directory.join(RESULT))
+    let text = read_text(&directory.join(RESULT))
         .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;
-    serde_json::from_slice(&text)
-        .map_err(|error| format!("its {RESULT} has other contents: {error}"))
+    serde_json::from_str(&text).map_err(|error| format!("its {RESULT} has other contents: {error}"))
 }
 
 /// The arrays of a directory.

@@ -36,8 +36,9 @@ pub struct AverageRun {
     /// written.
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = not_negative)]
     pub checkpoint: f64,
-    /// Memory limit, such as 4GiB or 500MB. Data that exceed it are kept in temporary files next to
-    /// the output, or in TMPDIR. The results do not depend on it.
+    /// Memory limit, such as 4GiB or 500MB [default: the free memory]. Data that exceed it are kept
+    /// in temporary files next to the output, or in TMPDIR; inputs that exceed it are refused. The
+    /// results do not depend on it.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub memory: Option<u64>,
 }

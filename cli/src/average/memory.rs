@@ -8,10 +8,11 @@ use shape_average::{AverageParams, MemoryEstimate, memory_estimate};
 use super::args::AverageRun;
 use crate::bytes::format_bytes;
 use crate::error::CliError;
+use crate::memory;
 use crate::progress::Progress;
 
-/// Estimates and prints the memory of an average, and moves data beyond `--memory` to temporary
-/// files.
+/// Estimates and prints the memory of an average, and moves data beyond `--memory`, or else beyond
+/// the free memory, to temporary files.
 ///
 /// # Errors
 /// [`CliError::Memory`] if that does not suffice.
@@ -24,7 +25,8 @@ pub(super) fn provide<const D: usize>(
     progress: &Progress,
 ) -> Result<MemoryEstimate, CliError> {
     let mut estimate = memory_estimate(params, n_shapes, partly_visible, &grid);
-    if let Some(limit) = run.memory
+    let limit = run.memory.or_else(memory::free);
+    if let Some(limit) = limit
         && estimate.memory > limit
     {
         params.storage = Storage::Folder(folder(&run.common.output));
@@ -39,15 +41,6 @@ pub(super) fn provide<const D: usize>(
         }
     }
     progress.note(describe(&estimate, &params.storage));
-    if let Some(free) = free_memory()
-        && estimate.memory > free
-    {
-        progress.note(format!(
-            "warning: only {} of memory are free; try --memory {}, or a coarser --grid",
-            format_bytes(free),
-            format_bytes(free).replace(' ', "")
-        ));
-    }
     Ok(estimate)
 }
 
@@ -72,13 +65,4 @@ fn folder(output: &Path) -> PathBuf {
         Some(parent) if !parent.as_os_str().is_empty() => parent.into(),
         _ => ".".into(),
     }
-}
-
-/// Available memory, if the system states it (Linux).
-fn free_memory() -> Option<u64> {
-    let information = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let mut lines = information.lines();
-    let line = lines.find(|line| line.starts_with("MemAvailable:"))?;
-    let kib: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(1024 * kib)
 }

@@ -22,6 +22,7 @@ use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
 use crate::history::HistoryPoint;
 use crate::input::Image;
+use crate::memory::set_limit as memory_limit;
 use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session, Work};
 use crate::shapes::{Input, prepare};
@@ -60,6 +61,7 @@ struct Outcome<const D: usize> {
 /// [`CliError`]; then no result has been written.
 pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
     let run = &args.run;
+    memory_limit(run.memory);
     args.config.run(|config| {
         if config.joint {
             session::run(&JointAverage { config, run }, &run.common)

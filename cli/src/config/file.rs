@@ -1,6 +1,5 @@
 //! Configuration files, read key by key, so that a wrong one is named with its line.
 
-use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -9,6 +8,7 @@ use toml::{Table, Value};
 
 use super::{Config, arguments, table};
 use crate::error::CliError;
+use crate::files::read_text;
 
 /// Keys that are less similar than this are not suggested.
 const SIMILARITY: f64 = 0.4;
@@ -33,7 +33,7 @@ impl ConfigFile {
             message,
             remedy,
         };
-        let text = fs::read_to_string(path)
+        let text = read_text(path)
             .map_err(|error| wrong(0, format!("it cannot be read: {error}"), write_one::<C>()))?;
         let line = |span: Option<Range<usize>>| {
             let before = text.get(..span.map_or(0, |span| span.start));

@@ -11,6 +11,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::CliError;
+use crate::files::read_text;
 
 const FOLDER: &str = "folder";
 const PREFIX: &str = "prefix";
@@ -80,7 +81,7 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
         source_name: list.display().to_string(),
         reason,
     };
-    let text = std::fs::read_to_string(list).map_err(|error| failed(error.to_string()))?;
+    let text = read_text(list).map_err(|error| failed(error.to_string()))?;
     let mut known: HashMap<&str, &str> = HashMap::new();
     for (i, line) in text.lines().enumerate() {
         let line = line.trim().trim_start_matches('\u{feff}');

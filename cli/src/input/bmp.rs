@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::InputError;
 use super::decode::{check_size, take};
-use super::raster::{Pixels, check_compression};
+use super::raster::{Numbers, Pixels, check_compression, reserve_pixels};
 
 // Ways to store the pixels.
 const PLAIN: u32 = 0;
@@ -40,6 +40,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let [width, height] = header.size;
     let n_pixels = check_size(&[width as u64, height as u64], path)?;
     check_compression(3 * n_pixels, bytes.len(), path)?;
+    reserve_pixels(path, n_pixels, 2 * size_of::<Pixel>() * n_pixels)?;
     let pixels = match (header.storage, header.bits) {
         (PLAIN, 1 | 2 | 4 | 8 | 16 | 24 | 32) | (BIT_FIELDS, 16 | 32) => plain(&header, path)?,
         (RUN_LENGTHS_8, 8) | (RUN_LENGTHS_4, 4) => {
@@ -64,8 +65,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     Ok(Pixels {
         size: header.size,
         channels,
-        values: numbers.map(|&number| number.into()).collect(),
-        full: 255.0,
+        numbers: Numbers::Bytes(numbers.copied().collect()),
     })
 }
 
@@ -249,10 +249,18 @@ mod tests {
         bytes
     }
 
+    fn numbers(picture: Pixels) -> Vec<u8> {
+        match picture.numbers {
+            Numbers::Bytes(numbers) => numbers,
+            Numbers::Words(_) => panic!("every channel has 8 bits"),
+        }
+    }
+
     fn red(bytes: &[u8]) -> Vec<f64> {
         let picture = decode(bytes, Path::new("a.bmp")).unwrap();
         assert_eq!((picture.size, picture.channels), ([3, 2], 3));
-        picture.values.iter().step_by(3).copied().collect()
+        let red = numbers(picture).into_iter().step_by(3);
+        red.map(f64::from).collect()
     }
 
     const PALETTE: [u32; 3] = [0x0a_0000, 0x14_0000, 0x1e_0000];
@@ -325,10 +333,7 @@ mod tests {
         );
         let picture = decode(&bytes, Path::new("a.bmp")).unwrap();
         assert_eq!(picture.channels, 4);
-        assert_eq!(
-            picture.values[8..],
-            [2.0, 3.0, 4.0, 1.0, 0.0, 0.0, 0.0, 128.0]
-        );
+        assert_eq!(numbers(picture)[8..], [2, 3, 4, 1, 0, 0, 0, 128]);
 
         let mut old = b"BM\0\0\0\0\0\0\0\0\x20\0\0\0\x0c\0\0\0\x03\0\x02\0\x01\0\x01\0".to_vec();
         old.extend([1, 2, 3, 7, 8, 9, 0xa0, 0, 0, 0, 0x40, 0, 0, 0]);

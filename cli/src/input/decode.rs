@@ -108,6 +108,9 @@ impl NumberType {
     }
 }
 
+/// Bytes of a value after it has been read.
+pub(super) const VALUE: u64 = size_of::<f64>() as u64;
+
 /// Checks a size claimed by a header: two or three axes, two samples or more along each, not too
 /// many in all. `size` is `x` first. Returns the number of values.
 pub(super) fn check_size(size: &[u64], path: &Path) -> Result<usize, InputError> {

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::bytes::format_bytes;
+
 /// A mask that cannot be used. Positions are indices in the order of the array as stored, the
 /// last one being `x`.
 #[derive(Debug, thiserror::Error)]
@@ -52,6 +54,16 @@ pub enum InputError {
         path: PathBuf,
         /// Values along each axis.
         size: Vec<u64>,
+    },
+    /// More memory than there is, or than is allowed.
+    #[error("'{}' needs {} of memory, and there are {}", path.display(), format_bytes(*needed), format_bytes(*limit))]
+    Memory {
+        /// The file.
+        path: PathBuf,
+        /// Bytes that are needed, with those of the inputs before.
+        needed: u64,
+        /// Bytes that are allowed.
+        limit: u64,
     },
     /// Neither a picture nor a volume.
     #[error("'{}' has {found} axes; a mask has two or three", path.display())]
@@ -183,6 +195,9 @@ impl InputError {
                 "open the file in the program it came from and export it again"
             }
             Self::Truncated { .. } => "copy or download the file again",
+            Self::Memory { .. } => {
+                "crop or downsample the image to what the shape needs, or allow more by --memory where it is set"
+            }
             Self::TooLarge { .. } => "crop or downsample the image to what the shape needs",
             Self::Axes { .. } => "store one picture [y][x] or one volume [z][y][x] per file",
             Self::TooSmall { .. } => "give an image with at least two samples along every axis",

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::decode::{Samples, check_size};
+use super::decode::{Samples, VALUE, check_size};
 use super::mask::{check_finite, check_spacing, shaped_any};
-use super::{AnyImage, InputError};
+use super::{AnyImage, InputError, reserve};
 
 /// Fraction of all numbers that lie below the new 0, and above the new 1, so that a few very bright
 /// voxels do not darken the rest.
@@ -43,6 +43,8 @@ pub(super) fn into_grey_image(
     check_size(&size, path)?;
     check_spacing(&samples, path)?;
     check_finite(&samples, path)?;
+    // Their order is found in a copy.
+    reserve(path, VALUE * samples.values.len() as u64, 0)?;
     let range = range(&samples.values).ok_or_else(|| InputError::Blank {
         path: path.into(),
         value: samples.values[0],

@@ -31,6 +31,7 @@ pub use grey::GreyRange;
 pub use levels::grey_share;
 
 use crate::dimension::Dim;
+use crate::{files, memory};
 
 /// No input may have more values than this (2 GiB in double precision).
 pub const MAX_VALUES: u64 = 1 << 28;
@@ -140,9 +141,21 @@ pub fn read_grey_images(paths: &[PathBuf]) -> Result<(AnyImages, Vec<GreyRange>)
 }
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>, InputError> {
-    std::fs::read(path).map_err(|source| InputError::Unreadable {
+    let unreadable = |source| InputError::Unreadable {
         path: path.into(),
         source,
+    };
+    let length = std::fs::metadata(path).map_err(unreadable)?.len();
+    reserve(path, length, 0)?;
+    files::read(path, length).map_err(unreadable)
+}
+
+/// Asks for the memory of an input before it is allocated: so many bytes, of which some are kept.
+fn reserve(path: &Path, needed: u64, kept: u64) -> Result<(), InputError> {
+    memory::reserve(needed, kept).map_err(|shortage| InputError::Memory {
+        path: path.into(),
+        needed: shortage.needed,
+        limit: shortage.limit,
     })
 }
 

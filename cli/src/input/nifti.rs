@@ -4,12 +4,18 @@ use std::io::Read;
 use std::path::Path;
 
 use ::nifti::{Endianness, NiftiHeader, NiftiType};
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::{GzDecoder, MultiGzDecoder};
 
-use super::InputError;
-use super::decode::{Meaning, NumberType, Samples, check_size, take};
+use super::decode::{Meaning, NumberType, Samples, VALUE, check_size, take};
+use super::{InputError, reserve};
 
 const HEADER_BYTES: usize = 348;
+/// DEFLATE packs no more bytes than this into one.
+const MOST_COMPRESSION: usize = 1032;
+/// How every stream of gzip begins.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+/// No more bytes than this may follow the data.
+const MOST_AFTER: usize = 1 << 26;
 /// Extensions between header and data may not be longer than this.
 const MAX_OFFSET: f32 = (1 << 26) as f32;
 
@@ -19,34 +25,77 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
     let layout = Layout::new(&header, path)?;
     let data = bytes.get(layout.offset..).unwrap_or(&[]);
     let data = take(data, layout.data_bytes(), path)?;
+    let values = VALUE * layout.count as u64;
+    reserve(path, values, values)?;
     layout.decode(data, &header, path)
 }
 
-/// Reads a compressed volume; no more is unpacked than the header asks for.
+/// Reads a compressed volume, once it is known how much is to be unpacked.
 pub(super) fn decode_compressed(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
-    let head = unpack(bytes, HEADER_BYTES, path)?;
+    let head = unpack_start(bytes, HEADER_BYTES, path)?;
     let layout = Layout::new(&parse_header(&head, path)?, path)?;
-    decode(
-        &unpack(bytes, layout.offset + layout.data_bytes(), path)?,
-        path,
-    )
+    let length = layout.offset + layout.data_bytes();
+    // No more than this is unpacked from a byte.
+    take_claim(length, MOST_COMPRESSION * bytes.len(), path)?;
+    let unpacked = (length + MOST_AFTER.min(length)) as u64;
+    reserve(path, unpacked + VALUE * layout.count as u64, 0)?;
+    decode(&unpack(bytes, length, path)?, path)
 }
 
-fn unpack(bytes: &[u8], most: usize, path: &Path) -> Result<Vec<u8>, InputError> {
+/// Checks that a file of this length can hold as much as its header states.
+fn take_claim(expected: usize, most: usize, path: &Path) -> Result<(), InputError> {
+    if expected <= most {
+        return Ok(());
+    }
+    Err(InputError::Truncated {
+        path: path.into(),
+        expected: expected as u64,
+        found: most as u64,
+    })
+}
+
+/// The first bytes of a compressed file.
+fn unpack_start(bytes: &[u8], length: usize, path: &Path) -> Result<Vec<u8>, InputError> {
     let mut unpacked = Vec::new();
-    let result = MultiGzDecoder::new(bytes)
-        .take(most as u64)
-        .read_to_end(&mut unpacked);
-    match result {
-        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
-            Err(InputError::Truncated {
-                path: path.into(),
-                expected: most as u64,
-                found: unpacked.len() as u64,
-            })
+    let mut all = MultiGzDecoder::new(bytes).take(length as u64);
+    let read = all.read_to_end(&mut unpacked);
+    read.map_err(|error| unpacking(&error, length, unpacked.len(), path))?;
+    Ok(unpacked)
+}
+
+/// The first bytes of a compressed file, all of which is unpacked, so that its checksums are
+/// verified.
+fn unpack(bytes: &[u8], length: usize, path: &Path) -> Result<Vec<u8>, InputError> {
+    let mut unpacked = Vec::new();
+    let mut rest = bytes;
+    // Several streams may follow each other; what follows the last is padding.
+    while rest.starts_with(&GZIP) {
+        let mut stream = GzDecoder::new(rest);
+        let most = length + MOST_AFTER - unpacked.len();
+        let read = stream
+            .by_ref()
+            .take(most as u64 + 1)
+            .read_to_end(&mut unpacked);
+        let read = read.map_err(|error| unpacking(&error, length, unpacked.len(), path))?;
+        if read > most {
+            let reason = format!("it has more than the {length} bytes that its header states");
+            return Err(malformed(path, &reason));
         }
-        Err(error) => Err(malformed(path, &error.to_string())),
-        Ok(_) => Ok(unpacked),
+        rest = stream.into_inner();
+    }
+    unpacked.truncate(length);
+    Ok(unpacked)
+}
+
+fn unpacking(error: &std::io::Error, expected: usize, found: usize, path: &Path) -> InputError {
+    if error.kind() == std::io::ErrorKind::UnexpectedEof {
+        InputError::Truncated {
+            path: path.into(),
+            expected: expected as u64,
+            found: found as u64,
+        }
+    } else {
+        malformed(path, &error.to_string())
     }
 }
 
@@ -257,6 +306,37 @@ pub(crate) mod tests {
             &ReadOptions::default(),
         );
         assert!(matches!(cut, Err(InputError::Truncated { .. })), "{cut:?}");
+    }
+
+    #[test]
+    fn checksums_are_verified() {
+        let options = ReadOptions::default();
+        let read = |bytes: &[u8]| decode_image(bytes, Path::new("v.nii.gz"), &options);
+        // Stored, not compressed: a flipped bit of the data is found by the checksum alone.
+        let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::none());
+        let labels: Vec<u8> = (0..125).map(|k| u8::from(k == 62)).collect();
+        packer.write_all(&file([5; 3], [1.0; 3], &labels)).unwrap();
+        let packed = packer.finish().unwrap();
+        assert!(read(&packed).is_ok());
+        let padded = [&packed[..], &[0; 512]].concat();
+        assert!(read(&padded).is_ok());
+        let end = packed.len();
+        for place in [end - 20, end - 6, end - 2] {
+            let mut flipped = packed.clone();
+            flipped[place] ^= 1;
+            let result = read(&flipped);
+            assert!(
+                matches!(result, Err(InputError::Malformed { .. })),
+                "{result:?}"
+            );
+        }
+        for missing in [1, 7] {
+            let result = read(&packed[..end - missing]);
+            assert!(
+                matches!(result, Err(InputError::Truncated { .. })),
+                "{result:?}"
+            );
+        }
     }
 
     #[test]

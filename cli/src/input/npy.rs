@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use super::InputError;
-use super::decode::{NumberType, Samples, check_count, take};
+use super::decode::{NumberType, Samples, VALUE, check_count, take};
+use super::{InputError, reserve};
 
 const MAX_HEADER: usize = 1 << 16;
 
@@ -34,6 +34,9 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
     }
     let count = check_count(&size, path)?;
     let data = take(data, count * header.numbers.width(), path)?;
+    // Another order of axes is a second array.
+    let arrays = 1 + u64::from(header.fortran_order);
+    reserve(path, arrays * VALUE * count as u64, VALUE * count as u64)?;
     let size: Vec<usize> = size.into_iter().map(|n| n as usize).collect();
     let mut values = header.numbers.decode(data, header.little_endian);
     if header.fortran_order {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::InputError;
 use super::decode::{check_size, take};
-use super::raster::Pixels;
+use super::raster::{Numbers, Pixels, reserve_pixels};
 
 struct Header {
     size: [usize; 2],
@@ -27,24 +27,45 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     };
     let (header, data) =
         header(bytes).ok_or_else(|| malformed("its header is damaged or cut off"))?;
-    check_size(&header.size.map(|n| n as u64), path)?;
+    let n_pixels = check_size(&header.size.map(|n| n as u64), path)?;
+    let n_samples = n_pixels * header.channels;
+    check_stored(&header, data, path)?;
+    reserve_pixels(path, n_pixels, 2 * size_of::<u32>() * n_samples)?;
     let samples = if header.plain {
-        plain_samples(&header, data, path)?.ok_or_else(|| malformed("it has too few samples"))?
+        plain_samples(&header, data).ok_or_else(|| malformed("it has too few samples"))?
     } else {
         raw_samples(&header, data, path)?
     };
-    let full: f32 = if header.largest < 256 { 255.0 } else { 65535.0 };
-    let factor = full / header.largest as f32;
-    let scaled = |sample: u32| {
-        let sample = if header.bitmap { 1 - sample } else { sample };
-        f64::from((sample as f32 * factor).round().min(full))
+    let value = |sample: u32| if header.bitmap { 1 - sample } else { sample };
+    let scaled = |full: f32| {
+        let factor = full / header.largest as f32;
+        let scale = move |sample| (value(sample) as f32 * factor).round().min(full);
+        samples.iter().map(move |&sample| scale(sample))
+    };
+    let numbers = if header.largest < 256 {
+        Numbers::Bytes(scaled(255.0).map(|number| number as u8).collect())
+    } else {
+        Numbers::Words(scaled(65535.0).map(|number| number as u16).collect())
     };
     Ok(Pixels {
         size: header.size,
         channels: header.channels,
-        values: samples.into_iter().map(scaled).collect(),
-        full: full.into(),
+        numbers,
     })
+}
+
+/// Checks that the file is long enough for its samples.
+fn check_stored(header: &Header, data: &[u8], path: &Path) -> Result<(), InputError> {
+    let [width, height] = header.size;
+    let n_samples = width * height * header.channels;
+    let stored = match (header.plain, header.bitmap) {
+        // Each sample takes a byte or more.
+        (true, _) => n_samples,
+        (_, true) => width.div_ceil(8) * height,
+        _ if header.largest < 256 => n_samples,
+        _ => 2 * n_samples,
+    };
+    take(data, stored, path).map(drop)
 }
 
 /// The header and what follows it.
@@ -87,14 +108,8 @@ fn number(bytes: &[u8]) -> Option<(u32, &[u8])> {
 }
 
 /// Samples as text; those of a bitmap need no blanks between them.
-fn plain_samples(
-    header: &Header,
-    mut rest: &[u8],
-    path: &Path,
-) -> Result<Option<Vec<u32>>, InputError> {
+fn plain_samples(header: &Header, mut rest: &[u8]) -> Option<Vec<u32>> {
     let count = header.size[0] * header.size[1] * header.channels;
-    // Each of them takes a byte or more.
-    take(rest, count, path)?;
     let next = |_| {
         let sample;
         if header.bitmap {
@@ -106,7 +121,7 @@ fn plain_samples(
         }
         Some(sample)
     };
-    Ok((0..count).map(next).collect())
+    (0..count).map(next).collect()
 }
 
 /// Samples of 1 bit, each row starting at a byte, of 8 bits, or of 16.
@@ -138,7 +153,10 @@ mod tests {
     fn values(bytes: &[u8]) -> Vec<f64> {
         let picture = decode(bytes, Path::new("a.pnm")).unwrap();
         assert_eq!(picture.size, [3, 2]);
-        picture.values
+        match picture.numbers {
+            Numbers::Bytes(numbers) => numbers.into_iter().map(f64::from).collect(),
+            Numbers::Words(_) => panic!("every number has 8 bits"),
+        }
     }
 
     #[test]
@@ -160,8 +178,7 @@ mod tests {
             Path::new("a.pgm"),
         );
         let picture = picture.unwrap();
-        assert_eq!(picture.full, 65535.0);
-        assert_eq!(picture.values, [0.0, 1.0, 256.0, 65535.0]);
+        assert_eq!(picture.numbers, Numbers::Words(vec![0, 1, 256, 65535]));
     }
 
     #[test]

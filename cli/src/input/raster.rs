@@ -1,13 +1,12 @@
 //! PNG, PNM and BMP pictures at their native depth.
 
-use std::collections::BTreeSet;
 use std::io::Cursor;
 use std::path::Path;
 
 use png::{BitDepth, Decoder, DecodingError, Limits, Transformations};
 
-use super::decode::{Meaning, Samples, check_size};
-use super::{InputError, bmp, pnm};
+use super::decode::{Meaning, Samples, VALUE, check_size};
+use super::{InputError, bmp, pnm, reserve};
 
 /// No lossless picture format packs more bytes of pixels than this into one byte of file.
 const MOST_COMPRESSION: usize = 4096;
@@ -19,10 +18,15 @@ pub(super) struct Pixels {
     pub size: [usize; 2],
     /// Numbers a pixel: grey, grey and alpha, colours, or colours and alpha.
     pub channels: usize,
-    /// All numbers, channel fastest.
-    pub values: Vec<f64>,
-    /// The number of full white.
-    pub full: f64,
+    /// All numbers.
+    pub numbers: Numbers,
+}
+
+/// The numbers of a picture, channel fastest; the greatest one of their type is full white.
+#[derive(Debug, PartialEq)]
+pub(super) enum Numbers {
+    Bytes(Vec<u8>),
+    Words(Vec<u16>),
 }
 
 /// Reads a picture: its transparency where that varies, else its grey value.
@@ -32,16 +36,29 @@ pub(super) fn decode(bytes: &[u8], path: &Path, extension: &str) -> Result<Sampl
         "bmp" => bmp::decode(bytes, path),
         _ => pnm::decode(bytes, path),
     }?;
-    let values = one_channel(&picture.values, picture.channels, picture.full)
-        .ok_or_else(|| InputError::Colour { path: path.into() })?;
+    let channels = picture.channels;
+    let (values, full) = match &picture.numbers {
+        Numbers::Bytes(numbers) => (one_channel(numbers, channels, 255), 255.0),
+        Numbers::Words(numbers) => (one_channel(numbers, channels, u16::MAX), 65535.0),
+    };
     Ok(Samples {
-        values,
+        values: values.ok_or_else(|| InputError::Colour { path: path.into() })?,
         size: picture.size.to_vec(),
-        meaning: Meaning::Grey(picture.full),
+        meaning: Meaning::Grey(full),
         spacing: vec![1.0; 2],
         affine: None,
         plain_array: false,
     })
+}
+
+/// Asks for the memory of a picture: so many bytes while it is decoded, and its values.
+pub(super) fn reserve_pixels(
+    path: &Path,
+    n_pixels: usize,
+    decoded: usize,
+) -> Result<(), InputError> {
+    let values = VALUE * n_pixels as u64;
+    reserve(path, values + decoded as u64, values)
 }
 
 /// Pixels of fewer than 8 bits and those of a palette become numbers of 8 bits.
@@ -63,20 +80,20 @@ fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let length = length.filter(|&n| n <= MAX_ALLOC);
     let length = length.ok_or_else(|| malformed("it is too large".into()))?;
     check_compression(length, bytes.len(), path)?;
+    // Numbers of 16 bits are put in order in a second array.
+    reserve_pixels(path, width as usize * height as usize, 2 * length)?;
     let mut data = vec![0; length];
     let frame = reader.next_frame(&mut data).map_err(failed)?;
-    let (values, full) = if frame.bit_depth == BitDepth::Sixteen {
+    let numbers = if frame.bit_depth == BitDepth::Sixteen {
         let numbers = data.as_chunks().0.iter();
-        let values = numbers.map(|&raw| u16::from_be_bytes(raw).into());
-        (values.collect(), 65535.0)
+        Numbers::Words(numbers.map(|&raw| u16::from_be_bytes(raw)).collect())
     } else {
-        (data.into_iter().map(f64::from).collect(), 255.0)
+        Numbers::Bytes(data)
     };
     Ok(Pixels {
         size: [width as usize, height as usize],
         channels: frame.color_type.samples(),
-        values,
-        full,
+        numbers,
     })
 }
 
@@ -109,35 +126,41 @@ fn failure(error: &DecodingError, found: usize) -> String {
 
 /// One number a pixel out of 1 to 4 channels: transparency where it varies, else grey. `None` for
 /// a coloured picture, unless it has two colours only, which make a mask as well.
-pub(super) fn one_channel(data: &[f64], channels: usize, full: f64) -> Option<Vec<f64>> {
+pub(super) fn one_channel<T: Copy + PartialOrd + Into<f64>>(
+    data: &[T],
+    channels: usize,
+    full: T,
+) -> Option<Vec<f64>> {
     let pixels = || data.chunks_exact(channels);
+    let channel = |k: usize| Some(pixels().map(|p| p[k].into()).collect());
     if matches!(channels, 2 | 4) {
-        let alpha: Vec<f64> = pixels().map(|p| p[channels - 1]).collect();
-        if alpha.iter().any(|a| *a != alpha[0]) {
-            return Some(alpha);
+        let mut alpha = pixels().map(|p| p[channels - 1]);
+        let first = alpha.next();
+        if alpha.any(|a| Some(a) != first) {
+            return channel(channels - 1);
         }
     }
-    if channels <= 2 {
-        return Some(pixels().map(|p| p[0]).collect());
+    if channels <= 2 || pixels().all(|p| p[0] == p[1] && p[1] == p[2]) {
+        return channel(0);
     }
-    if pixels().all(|p| p[0] == p[1] && p[1] == p[2]) {
-        return Some(pixels().map(|p| p[0]).collect());
-    }
-    let mut colours = BTreeSet::new();
+    let mut colours: Vec<[f64; 3]> = Vec::new();
     for p in pixels() {
-        colours.insert([p[0] as u64, p[1] as u64, p[2] as u64]);
+        let colour = [p[0], p[1], p[2]].map(Into::into);
+        if !colours.contains(&colour) {
+            colours.push(colour);
+        }
         if colours.len() > 2 {
             return None;
         }
     }
     // Two colours: the lighter one is the object.
-    let luminance = |p: &[f64]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
-    let lightest = pixels().map(luminance).fold(0.0, f64::max);
-    Some(
-        pixels()
-            .map(|p| if luminance(p) == lightest { full } else { 0.0 })
-            .collect(),
-    )
+    let luminance = |p: [f64; 3]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
+    let lightest = colours.iter().copied().map(luminance).fold(0.0, f64::max);
+    let value = |p: &[T]| {
+        let is_light = luminance([p[0], p[1], p[2]].map(Into::into)) == lightest;
+        if is_light { full.into() } else { 0.0 }
+    };
+    Some(pixels().map(value).collect())
 }
 
 #[cfg(test)]
@@ -146,17 +169,17 @@ mod tests {
 
     #[test]
     fn transparency_wins_where_it_varies() {
-        let cut_out = [9.0, 9.0, 9.0, 0.0, 9.0, 9.0, 9.0, 255.0];
-        assert_eq!(one_channel(&cut_out, 4, 255.0).unwrap(), [0.0, 255.0]);
-        let opaque = [0.0, 255.0, 255.0, 255.0];
-        assert_eq!(one_channel(&opaque, 2, 255.0).unwrap(), [0.0, 255.0]);
+        let cut_out = [9u8, 9, 9, 0, 9, 9, 9, 255];
+        assert_eq!(one_channel(&cut_out, 4, 255).unwrap(), [0.0, 255.0]);
+        let opaque = [0u8, 255, 255, 255];
+        assert_eq!(one_channel(&opaque, 2, 255).unwrap(), [0.0, 255.0]);
     }
 
     #[test]
     fn two_colours_are_a_mask_and_three_are_not() {
-        let two = [128.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        assert_eq!(one_channel(&two, 3, 255.0).unwrap(), [255.0, 0.0]);
-        let three = [128.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0];
-        assert!(one_channel(&three, 3, 255.0).is_none());
+        let two = [128u8, 0, 0, 0, 0, 0];
+        assert_eq!(one_channel(&two, 3, 255).unwrap(), [255.0, 0.0]);
+        let three = [128u8, 0, 0, 0, 0, 0, 1, 2, 3];
+        assert!(one_channel(&three, 3, 255).is_none());
     }
 }

@@ -8,7 +8,7 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 
 use super::InputError;
 use super::decode::{Meaning, Samples, check_size};
-use super::raster::one_channel;
+use super::raster::{one_channel, reserve_pixels};
 
 const MAX_PAGES: usize = 1 << 14;
 const MAX_ALLOC: usize = 1 << 30;
@@ -40,15 +40,13 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
         let color = decoder.colortype().map_err(|e| malformed(e.to_string()))?;
         let (channels, bits) =
             layout(color).ok_or_else(|| malformed(format!("{color:?} pixels")))?;
+        let n_pixels = width as usize * height as usize;
+        // Bits are unpacked into bytes, and the values of a page are added to those before.
+        let decoded = n_pixels * (channels * usize::from(bits.max(8)) / 8 + 2 * size_of::<f64>());
+        reserve_pixels(path, n_pixels, decoded)?;
         let data = decoder.read_image().map_err(|e| malformed(e.to_string()))?;
-        let (numbers, kind) = numbers(data, bits, width as usize);
-        let full = if let Meaning::Grey(full) = kind {
-            full
-        } else {
-            1.0
-        };
-        let page = one_channel(&numbers, channels, full)
-            .ok_or_else(|| InputError::Colour { path: path.into() })?;
+        let (page, kind) = page_values(data, bits, width as usize, channels);
+        let page = page.ok_or_else(|| InputError::Colour { path: path.into() })?;
         if page.len() != width as usize * height as usize {
             return Err(malformed("a page has too few pixels".into()));
         }
@@ -103,33 +101,50 @@ fn layout(color: ColorType) -> Option<(usize, u8)> {
     }
 }
 
-/// Numbers in double precision, and their type.
-fn numbers(data: DecodingResult, bits: u8, width: usize) -> (Vec<f64>, Meaning) {
-    fn wide<T: Into<f64>>(data: Vec<T>) -> Vec<f64> {
-        data.into_iter().map(Into::into).collect()
-    }
+/// One number a pixel in double precision, `None` for colours; and their interpretation.
+fn page_values(
+    data: DecodingResult,
+    bits: u8,
+    width: usize,
+    channels: usize,
+) -> (Option<Vec<f64>>, Meaning) {
     let real = Meaning::Real { labels: false };
+    macro_rules! of {
+        ($numbers:expr, $full:expr, $meaning:expr) => {
+            (one_channel(&$numbers, channels, $full), $meaning)
+        };
+    }
     match data {
-        DecodingResult::U8(v) if bits < 8 => (
-            unpacked(&v, bits, width),
-            Meaning::Grey(f64::from((1u32 << bits) - 1)),
-        ),
-        DecodingResult::U8(v) => (wide(v), Meaning::Grey(255.0)),
-        DecodingResult::U16(v) => (wide(v), Meaning::Grey(65535.0)),
-        DecodingResult::U32(v) => (wide(v), Meaning::Labels),
-        DecodingResult::U64(v) => (v.into_iter().map(|x| x as f64).collect(), Meaning::Labels),
-        DecodingResult::F16(v) => (wide(v), real),
-        DecodingResult::F32(v) => (wide(v), real),
-        DecodingResult::F64(v) => (v, real),
-        DecodingResult::I8(v) => (wide(v), Meaning::Labels),
-        DecodingResult::I16(v) => (wide(v), Meaning::Labels),
-        DecodingResult::I32(v) => (wide(v), Meaning::Labels),
-        DecodingResult::I64(v) => (v.into_iter().map(|x| x as f64).collect(), Meaning::Labels),
+        DecodingResult::U8(v) if bits < 8 => {
+            let full = u8::MAX >> (8 - bits);
+            let grey = Meaning::Grey(full.into());
+            of!(unpacked(&v, bits, width * channels), full, grey)
+        }
+        DecodingResult::U8(v) => of!(v, u8::MAX, Meaning::Grey(255.0)),
+        DecodingResult::U16(v) => of!(v, u16::MAX, Meaning::Grey(65535.0)),
+        DecodingResult::U32(v) => of!(v, 1, Meaning::Labels),
+        DecodingResult::U64(v) => {
+            let wide: Vec<f64> = v.into_iter().map(|x| x as f64).collect();
+            of!(wide, 1.0, Meaning::Labels)
+        }
+        DecodingResult::F16(v) => {
+            let wide: Vec<f32> = v.into_iter().map(f32::from).collect();
+            of!(wide, 1.0, real)
+        }
+        DecodingResult::F32(v) => of!(v, 1.0, real),
+        DecodingResult::F64(v) => of!(v, 1.0, real),
+        DecodingResult::I8(v) => of!(v, 1, Meaning::Labels),
+        DecodingResult::I16(v) => of!(v, 1, Meaning::Labels),
+        DecodingResult::I32(v) => of!(v, 1, Meaning::Labels),
+        DecodingResult::I64(v) => {
+            let wide: Vec<f64> = v.into_iter().map(|x| x as f64).collect();
+            of!(wide, 1.0, Meaning::Labels)
+        }
     }
 }
 
 /// Grey values of 1, 2 or 4 bits, each row starting at a byte.
-fn unpacked(bytes: &[u8], bits: u8, width: usize) -> Vec<f64> {
+fn unpacked(bytes: &[u8], bits: u8, width: usize) -> Vec<u8> {
     let per_byte = usize::from(8 / bits.max(1));
     let mask = (1u32 << bits) - 1;
     let row_bytes = width.div_ceil(per_byte).max(1);
@@ -138,7 +153,7 @@ fn unpacked(bytes: &[u8], bits: u8, width: usize) -> Vec<f64> {
         .flat_map(|row| {
             (0..width.min(row.len() * per_byte)).map(move |x| {
                 let shift = 8 - u32::from(bits) * (x % per_byte + 1) as u32;
-                f64::from(u32::from(row[x / per_byte]) >> shift & mask)
+                (u32::from(row[x / per_byte]) >> shift & mask) as u8
             })
         })
         .collect()
@@ -188,8 +203,8 @@ mod tests {
     fn packed_bits_unpack_row_by_row() {
         assert_eq!(
             unpacked(&[0b1010_0000, 0b0110_0000], 1, 3),
-            [1., 0., 1., 0., 1., 1.]
+            [1, 0, 1, 0, 1, 1]
         );
-        assert_eq!(unpacked(&[0x12, 0x30], 4, 3), [1., 2., 3.]);
+        assert_eq!(unpacked(&[0x12, 0x30], 4, 3), [1, 2, 3]);
     }
 }

@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 
 use super::directory::{ResultDir, check_target, plain_name};
 use super::{OutputError, write_json};
+use crate::files::read_text;
 
 /// Ending of the name while the directory is not complete.
 const ENDING: &str = ".partial";
@@ -94,8 +95,8 @@ impl WorkDir {
     /// A value that was written as JSON; none where there is no such file, or where it holds
     /// something else, as a file may after a power failure.
     pub fn get<T: DeserializeOwned>(&self, name: impl AsRef<Path>) -> Option<T> {
-        let bytes = fs::read(self.file(name)).ok()?;
-        serde_json::from_slice(&bytes).ok()
+        let text = read_text(&self.file(name)).ok()?;
+        serde_json::from_str(&text).ok()
     }
 
     /// Whether nothing has been written in it yet.

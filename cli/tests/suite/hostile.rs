@@ -5,7 +5,7 @@ use std::fs::{self, OpenOptions};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::{Place, Results, drawn, interrupted, killed, signalled, succeeded};
+use crate::common::{Place, Results, drawn, grey_png, interrupted, killed, signalled, succeeded};
 
 /// A statement whose experiment takes a moment.
 const QUICK: &str = "laws-linear-rotation";
@@ -148,4 +148,72 @@ fn the_limit_of_file_sizes_is_an_error() {
         assert!(report.contains("cannot write"), "{report}");
         assert_eq!(place.listing(), [""; 0]);
     }
+}
+
+/// A picture of 4096 x 4096 pixels that takes little space in its file.
+fn large_picture(place: &Place, name: &str) {
+    let grey: Vec<u8> = (0..4096usize * 4096)
+        .map(|k| u8::from(k % 4096 < 2048) * 255)
+        .collect();
+    place.write(name, &grey_png(4096, 4096, &grey));
+}
+
+/// The memory of inputs is known before they are decoded, and counted in the limit.
+#[test]
+fn inputs_beyond_the_memory_are_refused() {
+    let place = Place::new();
+    large_picture(&place, "large.png");
+    let run = |command: &str| {
+        let program = env!("CARGO_BIN_EXE_shapespace");
+        let command = command.replace("shapespace", &format!("'{program}'"));
+        let run = Command::new("sh")
+            .args(["-c", &command])
+            .current_dir(place.path("."))
+            .output();
+        let run = run.unwrap();
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        report
+    };
+    let average = "shapespace average large.png large.png -o out";
+    // One fits, with 144 MiB while it is decoded, of which 128 are kept, and the second does not.
+    let report = run(&format!("{average} --memory 200MiB"));
+    assert!(
+        report.contains("200.0 MiB") && report.contains("--memory"),
+        "{report}"
+    );
+    // A limit of the address space (in KiB) is a limit of memory.
+    let report = run(&format!("ulimit -v 500000; exec {average} --threads 1"));
+    assert!(report.contains("of memory"), "{report}");
+    assert_eq!(place.listing(), ["large.png"]);
+}
+
+/// Nothing waits for a pipe or reads a device without end.
+#[test]
+fn only_files_are_read() {
+    let place = Place::new();
+    place.write("a.png", &grey_png(2, 2, &[0, 255, 0, 255]));
+    let made = Command::new("mkfifo")
+        .arg(place.path("pipe.png"))
+        .status()
+        .unwrap();
+    assert!(made.success());
+    fs::create_dir(place.path("folder.npy")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", place.path("zero.png")).unwrap();
+    std::os::unix::fs::symlink("loop.png", place.path("loop.png")).unwrap();
+    let before = place.listing();
+    for (name, words) in [
+        ("pipe.png", "a pipe or a device"),
+        ("zero.png", "a pipe or a device"),
+        ("folder.npy", "a folder"),
+        ("loop.png", "symbolic links"),
+    ] {
+        let run = place.run(&["average", "a.png", name, "-o", "out"]);
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(report.contains(name) && report.contains(words), "{report}");
+    }
+    let run = place.run(&["average", "--config", "pipe.png", "-o", "out"]);
+    assert_eq!(run.status.code(), Some(2));
+    assert_eq!(place.listing(), before);
 }

@@ -137,13 +137,15 @@ fn memory_is_saved_when_asked_for() {
     }
     assert_eq!(place.listing(), ["crosses", "plain", "spilled"]);
 
-    let mut arguments = vec!["average", "-o", "none", "--grid", "33", "--memory", "9kB"];
+    let mut arguments = vec![
+        "average", "-o", "none", "--grid", "33", "--memory", "300KiB",
+    ];
     arguments.extend(inputs.iter().map(String::as_str));
     let refused = place.run(&arguments);
     let report = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{report}");
     assert!(
-        report.contains("--memory") && report.contains("--grid"),
+        report.contains("300.0 KiB") && report.contains("--grid"),
         "{report}"
     );
     assert_eq!(place.listing(), ["crosses", "plain", "spilled"]);
