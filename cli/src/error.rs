@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::input::InputError;
+use crate::numbers::shown;
 use crate::output::OutputError;
-use crate::print::note;
+use crate::print::{note, printable};
 
 /// The exit code of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +70,7 @@ pub enum CliError {
         found: usize,
     },
     /// Weights that do not add up to 1.
-    #[error("the weights add up to {sum}, not to 1")]
+    #[error("the weights add up to {}, not to 1", shown(*sum))]
     WeightSum {
         /// Their sum.
         sum: f64,
@@ -147,6 +148,14 @@ pub enum CliError {
         path: PathBuf,
         /// Why.
         source: levelset::LevelsetError,
+    },
+    /// A shape that is drawn outside of its grid, or around all of it.
+    #[error("the shape {} on a grid of {nodes} nodes a side", if *full { "covers the whole box" } else { "is empty" })]
+    NoObject {
+        /// Whether it covers everything.
+        full: bool,
+        /// Nodes a side.
+        nodes: usize,
     },
     /// The average cannot be computed.
     #[error("the average cannot be computed: {0}")]
@@ -234,7 +243,7 @@ macro_rules! from_library {
                         value,
                     } => Self::Parameter {
                         name,
-                        value: value.to_string(),
+                        value: shown(value),
                         expected: expected.into(),
                     },
                     other => $other(other),
@@ -347,6 +356,9 @@ impl CliError {
                 "ask for a finer grid with --grid, or crop the image to the object"
             }
             Self::Shape { .. } => "check the mask: the object must be a region brighter than 1/2",
+            Self::NoObject { .. } => {
+                "change its size or its --shift, in units of the box side, or use a finer --grid"
+            }
             Self::Average(_) => {
                 "try --mismatch-weight .1 or --void-stiffness 1e-2; if that does not help, please report it with the inputs"
             }
@@ -377,13 +389,19 @@ impl CliError {
         } else {
             [""; 3]
         };
-        let mut lines = vec![format!("  {red}×{plain} {self}")];
+        let mut text = printable(&self.to_string());
+        let mut lines = vec![format!("  {red}×{plain} {text}")];
         let mut cause = self.source();
         while let Some(error) = cause {
-            lines.push(format!("  {red}╰─▶{plain} {error}"));
+            let reason = printable(&error.to_string());
+            // Some errors state their cause themselves.
+            if !text.contains(&reason) {
+                lines.push(format!("  {red}╰─▶{plain} {reason}"));
+                text = reason;
+            }
             cause = error.source();
         }
-        lines.push(format!("  {cyan}help:{plain} {}", self.help()));
+        lines.push(format!("  {cyan}help:{plain} {}", printable(&self.help())));
         note(lines.join("\n"));
     }
 }

@@ -11,7 +11,7 @@ use shapespace_generate::{
 };
 
 use crate::error::CliError;
-use crate::numbers::{finite, positive};
+use crate::numbers::{finite, positive, shown};
 use crate::output::npy::{Precision, field_to};
 use crate::output::png::encode;
 use crate::output::{OutputError, ResultDir, write_new_file};
@@ -190,11 +190,22 @@ fn run<const D: usize>(
             centre,
         };
         let mut field = area_share(&placed, grid);
+        let inside = field
+            .as_slice()
+            .iter()
+            .filter(|share| **share > 0.5)
+            .count();
+        if inside == 0 || inside == field.as_slice().len() {
+            return Err(CliError::NoObject {
+                full: inside > 0,
+                nodes: grid.nodes_per_axis()[0],
+            });
+        }
         if common.contrast < 1.0 || common.noise > 0.0 {
             let seed = common.noise_seed.wrapping_add(number);
             make_grey(field.as_mut_slice(), common.contrast, common.noise, seed);
         }
-        field
+        Ok(field)
     };
     if let ShapeCommand::Family {
         family: which,
@@ -208,7 +219,7 @@ fn run<const D: usize>(
         }
         let directory = ResultDir::create(&common.output)?;
         for (number, member) in members.iter().enumerate() {
-            let field = sampled(&member.shape, number as u64);
+            let field = sampled(&member.shape, number as u64)?;
             directory.array(format!("{}.npy", member.name), &field)?;
         }
         let target = directory.commit()?;
@@ -341,22 +352,22 @@ fn checked(allowed: bool, option: &'static str, value: f64, remedy: &str) -> Res
     }
     Err(CliError::Option {
         option,
-        value: value.to_string(),
+        value: shown(value),
         remedy: remedy.into(),
     })
 }
 
 fn write_shape<const D: usize>(
     path: &Path,
-    draw: impl FnOnce() -> ScalarField<f64, D>,
+    draw: impl FnOnce() -> Result<ScalarField<f64, D>, CliError>,
 ) -> Result<(), CliError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let mut bytes = Vec::new();
     match extension.as_deref() {
         Some("npy") => {
-            field_to(&mut bytes, &draw(), Precision::Double).map_err(OutputError::at(path))?;
+            field_to(&mut bytes, &draw()?, Precision::Double).map_err(OutputError::at(path))?;
         }
-        Some("png") if D == 2 => bytes = png(path, &draw())?,
+        Some("png") if D == 2 => bytes = png(path, &draw()?)?,
         _ => return Err(OutputError::Format { path: path.into() }.into()),
     }
     Ok(write_new_file(path, &bytes)?)

@@ -1,5 +1,14 @@
 //! Numbers on the command line.
 
+/// A number as text, without the hundreds of digits of very large and very small ones.
+pub(crate) fn shown(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() || (1e-5..1e16).contains(&number.abs()) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
+    }
+}
+
 /// A number that is neither infinite nor NaN.
 pub(crate) fn finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -21,5 +30,28 @@ pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     match finite(text)? {
         number if number >= 0.0 => Ok(number),
         _ => Err("a number of at least 0 is needed".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let all = [0.0, -2.5, 1e15, 1e300, -1e-300, f64::NAN, f64::INFINITY];
+        let texts = all.map(shown);
+        assert_eq!(
+            texts,
+            [
+                "0",
+                "-2.5",
+                "1000000000000000",
+                "1e300",
+                "-1e-300",
+                "NaN",
+                "inf"
+            ]
+        );
     }
 }

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::allow;
 use crate::error::CliError;
 use crate::input::ReadOptions;
+use crate::numbers::shown;
 
 /// Fewest nodes a side.
 const FEWEST_NODES: usize = 9;
@@ -169,17 +170,22 @@ pub(crate) fn named(
     Ok(())
 }
 
-/// Rejects a number that is not positive.
+/// The smallest positive number of an option, and the inverse of the largest: squares of sums of
+/// such numbers are finite.
+const SMALLEST: f64 = 1e-12;
+
+/// Rejects a number that is not positive, or that is very small or large.
 ///
 /// # Errors
 /// [`CliError::Parameter`].
 pub(crate) fn positive(name: &'static str, value: Option<f64>) -> Result<(), CliError> {
     let value = value.unwrap_or(1.0);
+    let allowed = (SMALLEST..=SMALLEST.recip()).contains(&value);
     allow(
-        value > 0.0 && value.is_finite(),
+        allowed,
         name,
-        &value,
-        "a positive number",
+        &shown(value),
+        "a positive number from 1e-12 to 1e12",
     )
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::print::note;
+use crate::print::{note, printable};
 
 /// Progress of a computation: one line that is overwritten; finished stages stay above it.
 #[derive(Debug)]
@@ -42,7 +42,7 @@ impl Progress {
 
     /// Starts a stage, such as `reading` or `65 nodes a side`.
     pub fn stage(&self, name: impl Into<String>) {
-        self.bar.set_prefix(name.into());
+        self.bar.set_prefix(printable(&name.into()));
         self.bar.set_message("");
     }
 
@@ -56,8 +56,9 @@ impl Progress {
 
     /// Prints a line above the overwritten one.
     pub fn note(&self, text: impl AsRef<str>) {
+        let text = printable(text.as_ref());
         if self.plain {
-            note(text.as_ref());
+            note(&text);
         }
         self.bar.println(text);
     }

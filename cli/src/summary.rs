@@ -7,7 +7,7 @@ use fe_grid::Certificate;
 
 use crate::doubts::{DoubtRecord, in_words};
 use crate::error::CliError;
-use crate::print::print;
+use crate::print::{print, printable};
 use crate::report::{RESULT, Record, certified};
 use crate::shapes::describe_placement;
 
@@ -84,7 +84,7 @@ impl Summary {
             lines.extend(doubts.into_iter().map(|doubt| format!("    {doubt}")));
         }
         lines.push(String::new());
-        Ok(print(&lines.join("\n"))?)
+        Ok(print(&printable(&lines.join("\n")))?)
     }
 }
 

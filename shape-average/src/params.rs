@@ -164,12 +164,12 @@ impl AverageParams {
     /// [`AverageError::Law`] if the law cannot be constructed.
     pub fn check(&self, n: usize) -> Result<(), AverageError> {
         let positive = |name, value: f64| {
-            if value > 0.0 && value.is_finite() {
+            if (f64::MIN_POSITIVE..=1e12).contains(&value) {
                 return Ok(());
             }
             Err(AverageError::Parameter {
                 name,
-                expected: "a positive number",
+                expected: "a positive number of at most 1e12",
                 value,
             })
         };
@@ -194,6 +194,9 @@ impl AverageParams {
                 })
             }
         };
+        // Larger ones stop before the first iteration.
+        within("tolerance", "below 1, at most 0.5", self.tolerance, 0.5)?;
+        within("interface_cells", "at most 1000", self.interface_cells, 1e3)?;
         within("void_stiffness", "at most 1", self.void_stiffness, 1.0)?;
         within("min_determinant", "below 1", self.min_determinant, 0.9)?;
         if let Some(weights) = &self.weights {

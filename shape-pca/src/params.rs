@@ -111,6 +111,15 @@ impl PcaParams {
                 return bad(name, "a positive number", value);
             }
         }
+        // With larger ones the modes are those of the first iteration, and none are left.
+        for (name, value) in [
+            ("tolerance", self.tolerance),
+            ("zero_eigenvalue", self.zero_eigenvalue),
+        ] {
+            if value > 0.1 {
+                return bad(name, "at most 0.1", value);
+            }
+        }
         if self.void_stiffness > 1.0 {
             return bad("void_stiffness", "at most 1", self.void_stiffness);
         }

@@ -11,7 +11,7 @@ use super::views;
 use crate::bytes::bytes;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
-use crate::numbers::not_negative;
+use crate::numbers::{not_negative, shown};
 use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, Size, positive};
 
 /// Options of `shapespace average`.
@@ -142,7 +142,7 @@ impl AverageConfig {
             if let Some(value) = value {
                 return Err(CliError::Option {
                     option,
-                    value: value.to_string(),
+                    value: shown(value),
                     remedy: "it is for grey images: add --joint, or leave it out".into(),
                 });
             }
@@ -212,7 +212,7 @@ impl AverageConfig {
         if let Some(wrong) = weights.iter().find(|w| !allowed(w)) {
             return Err(CliError::Option {
                 option: "--weights",
-                value: wrong.to_string(),
+                value: shown(*wrong),
                 remedy: "weights must not be negative and must add up to 1".into(),
             });
         }

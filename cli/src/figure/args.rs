@@ -123,11 +123,12 @@ pub enum FigureName {
 }
 
 impl FigureName {
-    /// The smallest number of shapes for the figure.
-    pub(super) fn fewest(self) -> usize {
+    /// The smallest and the largest number of shapes for the figure.
+    pub(super) fn counts(self) -> [usize; 2] {
         match self {
-            Self::Median => 5,
-            _ => 2,
+            Self::Median => [5, usize::MAX],
+            Self::Weights => [2, 3],
+            _ => [2, usize::MAX],
         }
     }
 }

@@ -22,6 +22,9 @@ const LENGTH_WEIGHT: f64 = 1e-6;
 /// the forces of the mismatch reach some interface widths into the object.
 const INSIDE: [f64; 2] = [0.5, 0.8];
 
+/// On a quarter of fewer nodes there is no object.
+const FEWEST_NODES: usize = 17;
+
 /// Residuals of the two balances.
 struct Residuals {
     /// The share of the forces `div sigma_i` that lies inside the object, as forces smoothed over the
@@ -95,6 +98,16 @@ impl<const D: usize> Response<D> {
 
 /// Averages of growing mismatch weight on three grids, and a picture of the stresses.
 pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
+    let nodes = scene.grid().nodes_per_axis()[0];
+    if nodes < FEWEST_NODES {
+        return Err(CliError::Option {
+            option: "--grid",
+            value: nodes.to_string(),
+            remedy: format!(
+                "the figure compares three grids: at least {FEWEST_NODES} nodes a side"
+            ),
+        });
+    }
     let first = ["nodes a side", "interface cells", "mismatch weight"];
     let residual = ["imbalance inside", "imbalance on the boundary"];
     let columns = (scene.n_shapes() + 2).min(5);

@@ -93,12 +93,19 @@ impl Command for Figure {
             let drawn = Some(images.clone());
             return Plan::new(images, config, drawn).map(Dim::D2);
         }
-        let (needed, found) = (self.name.fewest(), config.inputs.len());
+        let ([needed, most], found) = (self.name.counts(), config.inputs.len());
         if found < needed {
             return Err(CliError::TooFewInputs {
                 command: "figure",
                 needed,
                 found,
+            });
+        }
+        if found > most {
+            return Err(CliError::Option {
+                option: "INPUT",
+                value: format!("with {found} masks"),
+                remedy: format!("the figure shows {needed} to {most} shapes"),
             });
         }
         session.progress.stage(format!("reading {found} masks"));

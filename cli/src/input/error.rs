@@ -166,7 +166,7 @@ pub enum InputError {
         position: Vec<usize>,
     },
     /// A voxel size that is not a positive number.
-    #[error("'{}' states the voxel size {spacing:?}; it must be positive", path.display())]
+    #[error("'{}' states the voxel size {spacing:?}; it must be positive, from 1e-6 to 1e6", path.display())]
     Spacing {
         /// The file.
         path: PathBuf,

@@ -13,6 +13,9 @@ const MOST_LABELS: usize = 4096;
 /// Values may exceed `[0, 1]` by rounding: single precision of a resampled mask.
 const RANGE_SLACK: f64 = 1e-6;
 
+/// The smallest and the largest spacing, from nanometres to kilometres in units of millimetres.
+const SPACINGS: [f64; 2] = [1e-6, 1e6];
+
 /// Checks the numbers and turns them into an image.
 pub(super) fn into_image(
     mut samples: Samples,
@@ -73,8 +76,8 @@ fn shaped<const D: usize>(samples: Samples, path: &Path) -> Image<D> {
 }
 
 pub(super) fn check_spacing(samples: &Samples, path: &Path) -> Result<(), InputError> {
-    let positive = |&h: &f64| h > 0.0 && h.is_finite();
-    if samples.spacing.iter().all(positive) {
+    let usable = |h: &f64| (SPACINGS[0]..=SPACINGS[1]).contains(h);
+    if samples.spacing.iter().all(usable) {
         return Ok(());
     }
     Err(InputError::Spacing {

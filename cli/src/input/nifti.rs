@@ -10,6 +10,12 @@ use super::decode::{Meaning, NumberType, Samples, VALUE, check_size, take};
 use super::{InputError, reserve};
 
 const HEADER_BYTES: usize = 348;
+/// Where the data begin in a file that does not state it: after the header and four bytes.
+const USUAL_OFFSET: f32 = 352.0;
+/// Lengths beyond this, in the units of the file, are damage.
+const LONGEST: f64 = 1e9;
+/// Largest cosine of the angle between two axes of a volume.
+const MOST_SHEAR: f64 = 0.02;
 /// DEFLATE packs no more bytes than this into one.
 const MOST_COMPRESSION: usize = 1032;
 /// How every stream of gzip begins.
@@ -132,7 +138,9 @@ impl Layout {
             size.pop();
         }
         let count = check_size(&size, path)?;
-        let offset = header.vox_offset;
+        // Many writers leave out the usual place.
+        let stated = header.vox_offset;
+        let offset = if stated == 0.0 { USUAL_OFFSET } else { stated };
         if !(HEADER_BYTES as f32..=MAX_OFFSET).contains(&offset) {
             return Err(malformed(path, &format!("its data start at byte {offset}")));
         }
@@ -158,7 +166,8 @@ impl Layout {
                 *v = slope * *v + shift;
             }
         }
-        let spacing = (0..self.size.len())
+        let n_axes = self.size.len();
+        let spacing = (0..n_axes)
             .map(|k| f64::from(header.pixdim[k + 1]))
             .collect();
         let meaning = match self.numbers {
@@ -173,7 +182,7 @@ impl Layout {
             size: self.size,
             meaning,
             spacing,
-            affine: affine(header, path)?,
+            affine: affine(header, n_axes, path)?,
             plain_array: false,
         })
     }
@@ -200,7 +209,11 @@ fn number_type(header: &NiftiHeader, path: &Path) -> Result<NumberType, InputErr
 
 /// Voxel indices to world coordinates: the sform where stated, else the qform (quaternion,
 /// handedness `pixdim[0]`), as the NIfTI-1 standard defines them.
-fn affine(header: &NiftiHeader, path: &Path) -> Result<Option<[[f64; 4]; 3]>, InputError> {
+fn affine(
+    header: &NiftiHeader,
+    n_axes: usize,
+    path: &Path,
+) -> Result<Option<[[f64; 4]; 3]>, InputError> {
     let matrix = if header.sform_code > 0 {
         [header.srow_x, header.srow_y, header.srow_z].map(|row| row.map(f64::from))
     } else if header.qform_code > 0 {
@@ -208,11 +221,43 @@ fn affine(header: &NiftiHeader, path: &Path) -> Result<Option<[[f64; 4]; 3]>, In
     } else {
         return Ok(None);
     };
-    if matrix.iter().flatten().all(|x| x.is_finite()) {
-        Ok(Some(matrix))
-    } else {
-        Err(malformed(path, "its orientation is not a finite matrix"))
+    match orientation_fault(header, n_axes, &matrix) {
+        None => Ok(Some(matrix)),
+        Some(reason) => Err(malformed(path, reason)),
     }
+}
+
+/// Why an orientation cannot be used.
+fn orientation_fault(
+    header: &NiftiHeader,
+    n_axes: usize,
+    matrix: &[[f64; 4]; 3],
+) -> Option<&'static str> {
+    if !matrix.iter().flatten().all(|x| x.abs() <= LONGEST) {
+        return Some("its orientation is not a matrix of finite lengths");
+    }
+    let [b, c, d] = [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from);
+    if header.sform_code <= 0 && b * b + c * c + d * d > 1.0 + 1e-3 {
+        return Some("its orientation is not a quaternion of length 1");
+    }
+    let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    // A picture does not need its third axis.
+    let axes: Vec<[f64; 3]> = (0..n_axes)
+        .map(|j| [0, 1, 2].map(|i| matrix[i][j]))
+        .collect();
+    let length = |axis: [f64; 3]| dot(axis, axis).sqrt();
+    if axes.iter().any(|axis| length(*axis) < LONGEST.recip()) {
+        return Some("its orientation has an axis of no length");
+    }
+    let shear = |a: &[f64; 3], b: &[f64; 3]| dot(*a, *b).abs() / (length(*a) * length(*b));
+    let pairs = (0..n_axes).flat_map(|i| (0..i).map(move |j| (i, j)));
+    if pairs
+        .into_iter()
+        .any(|(i, j)| shear(&axes[i], &axes[j]) > MOST_SHEAR)
+    {
+        return Some("its axes are not at right angles; resample it");
+    }
+    None
 }
 
 fn quaternion_affine(header: &NiftiHeader) -> [[f64; 4]; 3] {
@@ -349,6 +394,40 @@ pub(crate) mod tests {
                 "{result:?}"
             );
         }
+    }
+
+    #[test]
+    fn orientations_are_checked() {
+        let usual = NiftiHeader {
+            sform_code: 1,
+            srow_x: [2.0, 0.0, 0.0, -9.0],
+            srow_y: [0.0, 2.0, 0.0, 1.0],
+            srow_z: [0.0, 0.0, -3.0, 1.0],
+            ..NiftiHeader::default()
+        };
+        let path = Path::new("v.nii");
+        assert!(affine(&usual, 3, path).unwrap().is_some());
+        let changed = |change: fn(&mut NiftiHeader)| {
+            let mut header = usual.clone();
+            change(&mut header);
+            affine(&header, 3, path).unwrap_err().to_string()
+        };
+        assert!(changed(|h| h.srow_y = [0.0; 4]).contains("no length"));
+        assert!(changed(|h| h.srow_y[1] = 3e38).contains("finite"));
+        assert!(changed(|h| h.srow_y[1] = f32::NAN).contains("finite"));
+        assert!(changed(|h| h.srow_x[1] = 0.5).contains("right angles"));
+        let turned = |h: &mut NiftiHeader| {
+            (h.sform_code, h.qform_code) = (0, 1);
+            [h.quatern_b, h.quatern_c, h.quatern_d] = [9.0; 3];
+        };
+        assert!(changed(turned).contains("quaternion"));
+    }
+
+    #[test]
+    fn the_place_of_the_data_may_be_left_out() {
+        let mut bytes = file([2, 2, 2], [1.0; 3], &[0, 1, 0, 0, 0, 0, 0, 0]);
+        bytes[108..112].copy_from_slice(&0f32.to_le_bytes());
+        assert_eq!(volume(&bytes, "v.nii", None).values[1], 1.0);
     }
 
     #[test]

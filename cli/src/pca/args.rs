@@ -8,7 +8,11 @@ use shape_pca::PcaParams;
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::options::{Align, Size, named, positive};
+use crate::numbers::shown;
+use crate::options::{Align, Size, named};
+
+/// The largest score, in standard deviations.
+const MOST_DEVIATIONS: f64 = 1000.0;
 
 /// Configuration of `shapespace pca`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -46,7 +50,13 @@ impl Config for PcaConfig {
     fn check(&self) -> Result<(), CliError> {
         named(Self::COMMAND, "the directory of an average", &self.average)?;
         allow(self.modes != Some(0), "modes", &0, "at least 1")?;
-        positive("amplitude", Some(self.amplitude))?;
+        let amplitude = self.amplitude;
+        allow(
+            amplitude > 0.0 && amplitude <= MOST_DEVIATIONS,
+            "amplitude",
+            &shown(amplitude),
+            &format!("above 0, at most {MOST_DEVIATIONS}"),
+        )?;
         Ok(self.params.check()?)
     }
 
@@ -99,9 +109,11 @@ impl Config for SynthesizeConfig {
 
     fn check(&self) -> Result<(), CliError> {
         named(Self::COMMAND, "the directory of modes", &self.pca)?;
-        let numbers = !self.scores.is_empty() && self.scores.iter().all(|s| s.is_finite());
-        let scores: Vec<String> = self.scores.iter().map(ToString::to_string).collect();
-        allow(numbers, "scores", &scores.join(","), "one number or more")?;
+        let in_range = |s: &f64| s.abs() <= MOST_DEVIATIONS;
+        let numbers = !self.scores.is_empty() && self.scores.iter().all(in_range);
+        let scores: Vec<String> = self.scores.iter().copied().map(shown).collect();
+        let expected = format!("numbers from -{MOST_DEVIATIONS} to {MOST_DEVIATIONS}");
+        allow(numbers, "scores", &scores.join(","), &expected)?;
         let steps = self.load_steps;
         allow(
             (1..=1000).contains(&steps),

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
+use crate::numbers::shown;
 use crate::options::ScaleOptions;
 
 /// Configuration of `shapespace segment`.
@@ -89,12 +90,17 @@ impl Config for SegmentConfig {
             let remedy = if by_grey { "goes without" } else { "goes with" };
             return Err(CliError::Option {
                 option: "--threshold",
-                value: threshold.to_string(),
+                value: shown(threshold),
                 remedy: format!("it {remedy} {other}: leave one of the two out"),
             });
         }
         let threshold = self.threshold.unwrap_or(0.0);
-        allow(threshold.is_finite(), "threshold", &threshold, "a number")?;
+        allow(
+            threshold.is_finite(),
+            "threshold",
+            &shown(threshold),
+            "a number",
+        )?;
         let classes = self.classes;
         allow((2..=8).contains(&classes), "classes", &classes, "2 to 8")?;
         let images = self.inputs.len();

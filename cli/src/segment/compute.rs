@@ -9,6 +9,7 @@ use super::plan::Placed;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::input::{Image, LEVEL, boundary};
+use crate::numbers::shown;
 use crate::session::Session;
 
 /// An image and its segmentation.
@@ -55,6 +56,7 @@ pub(super) fn compute<const D: usize>(
 ) -> Result<Vec<Found<D>>, CliError> {
     let several = images.len() > 1;
     let found = images.into_iter().map(|placed| {
+        check_threshold(&placed, config)?;
         let params = config.params(placed.nodal.grid())?;
         if several {
             session.progress.note(format!("{}:", placed.input.name));
@@ -72,6 +74,31 @@ pub(super) fn compute<const D: usize>(
         })
     });
     found.collect()
+}
+
+/// Checks that a configured threshold separates grey values of the image; smoothed values lie
+/// between its smallest and its largest.
+fn check_threshold<const D: usize>(
+    placed: &Placed<D>,
+    config: &SegmentConfig,
+) -> Result<(), CliError> {
+    let values = || placed.nodal.as_slice().iter().copied();
+    let bounds = [
+        values().fold(f64::INFINITY, f64::min),
+        values().fold(f64::NEG_INFINITY, f64::max),
+    ];
+    let [low, high] = bounds.map(|value| placed.input.range.number(value));
+    match config.threshold {
+        Some(number) if !(low..high).contains(&number) => Err(CliError::Option {
+            option: "--threshold",
+            value: shown(number),
+            remedy: format!(
+                "the grey values of '{}' are from {low} to {high}",
+                placed.image.path.display()
+            ),
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// A function that is positive in an object, with its threshold and quality.

@@ -14,6 +14,7 @@ mod geodesic;
 mod hostile;
 mod joint;
 mod long_runs;
+mod malformed;
 mod own_law;
 mod pca;
 mod readme;
