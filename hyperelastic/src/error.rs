@@ -4,10 +4,10 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LawError {
-    /// The Lamé moduli are not those of a stable solid.
+    /// The Lamé moduli are not those of a stable solid, or their squares overflow.
     #[error(
-        "the moduli lambda = {lambda}, mu = {mu} are not usable: lambda must be \
-         finite and not negative, mu finite and positive"
+        "the moduli lambda = {lambda:e}, mu = {mu:e} are not usable: lambda must be from 0 to 1e12, \
+         mu from 1e-12 to 1e12"
     )]
     Moduli {
         /// The given first Lamé parameter.

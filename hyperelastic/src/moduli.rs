@@ -3,6 +3,9 @@
 use crate::error::LawError;
 use serde::{Deserialize, Serialize};
 
+/// Largest modulus: sums of squares of stresses are finite.
+const LARGEST: f64 = 1e12;
+
 /// Lamé parameters: `diss[v] = lambda/2 (tr e)^2 + mu tr(e^2)`, `e = sym Dv`.
 ///
 /// Energies are dimensionless, so both are plain numbers.
@@ -22,7 +25,7 @@ impl LameModuli {
     /// Creates checked moduli.
     ///
     /// # Errors
-    /// [`LawError::Moduli`] unless both are finite, `lambda >= 0` and `mu > 0`.
+    /// [`LawError::Moduli`] unless `0 <= lambda <= 1e12` and `1e-12 <= mu <= 1e12`.
     pub fn new(lambda: f64, mu: f64) -> Result<Self, LawError> {
         Self { lambda, mu }.checked()
     }
@@ -32,8 +35,8 @@ impl LameModuli {
     /// # Errors
     /// As [`LameModuli::new`].
     pub fn checked(self) -> Result<Self, LawError> {
-        let usable =
-            self.lambda.is_finite() && self.mu.is_finite() && self.lambda >= 0.0 && self.mu > 0.0;
+        let usable = (0.0..=LARGEST).contains(&self.lambda)
+            && (LARGEST.recip()..=LARGEST).contains(&self.mu);
         if usable {
             Ok(self)
         } else {

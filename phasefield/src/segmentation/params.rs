@@ -118,6 +118,25 @@ impl SegmentationParams {
         positive("edges", self.weights.edges)?;
         positive("interface_cells", self.interface_cells)?;
         positive("edge_conductance", self.edge_conductance)?;
-        positive("tolerance", self.tolerance).map(drop)
+        positive("tolerance", self.tolerance)?;
+        for (name, expected, value, largest) in [
+            ("tolerance", "at most 0.5", self.tolerance, 0.5),
+            ("interface_cells", "at most 1000", self.interface_cells, 1e3),
+            (
+                "edge_conductance",
+                "at most 1e6",
+                self.edge_conductance,
+                1e6,
+            ),
+        ] {
+            if value > largest {
+                return Err(PhaseFieldError::Parameter {
+                    name,
+                    expected,
+                    value,
+                });
+            }
+        }
+        Ok(())
     }
 }
