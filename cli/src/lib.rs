@@ -1,5 +1,6 @@
 //! The `shapespace` command line as a library: files in, results out.
 
+#![forbid(unsafe_code)]
 // These panic where their stream is closed or full; `print.rs` does not.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 

@@ -1,5 +1,7 @@
 //! The `shapespace` program.
 
+#![forbid(unsafe_code)]
+
 use std::process::ExitCode;
 
 use clap::Parser;

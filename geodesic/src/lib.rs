@@ -66,6 +66,8 @@
 //! # Ok::<(), geodesic::GeodesicError>(())
 //! ```
 
+#![forbid(unsafe_code)]
+
 mod area;
 pub mod calculus;
 mod cells;

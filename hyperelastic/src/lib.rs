@@ -36,6 +36,8 @@
 //! # Ok::<(), hyperelastic::LawError>(())
 //! ```
 
+#![forbid(unsafe_code)]
+
 mod cauchy;
 mod compiled;
 mod corotational;

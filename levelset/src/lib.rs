@@ -7,6 +7,8 @@
 //!
 //! **Invariant:** this crate does not minimise, and does not read or write files.
 
+#![forbid(unsafe_code)]
+
 mod bvh;
 mod closest;
 mod components;

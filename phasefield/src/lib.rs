@@ -19,6 +19,8 @@
 //! # Ok::<(), phasefield::PhaseFieldError>(())
 //! ```
 
+#![forbid(unsafe_code)]
+
 mod error;
 mod length;
 mod mismatch;

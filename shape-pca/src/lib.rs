@@ -31,6 +31,8 @@
 //! **Invariant:** the physics is that of `hyperelastic`, pointwise; input and output are fields,
 //! and no files are read or written.
 
+#![forbid(unsafe_code)]
+
 mod average;
 mod compound;
 mod doubts;

@@ -1,5 +1,7 @@
 //! Development tasks: `cargo xtask NAME`.
 
+#![forbid(unsafe_code)]
+
 #[cfg(feature = "bench")]
 mod bench;
 #[cfg(any(feature = "bench", feature = "study"))]

@@ -3,6 +3,7 @@
 //! - Every source file begins with a `//!` comment that states its purpose, and is no longer than
 //!   [`MAX_LINES`].
 //! - No code is unfinished or switched off ([`FORBIDDEN`]).
+//! - No crate but `fe-grid` has unsafe code ([`FORBIDS`]).
 //! - Calls that may panic ([`PANICS`]) are allowed in tests, benchmarks and examples only, or with
 //!   a comment that explains why they cannot.
 //! - Crates depend on each other only as in the table of `ARCHITECTURE.md`.
@@ -28,6 +29,12 @@ use code::{blanked, without_tests};
 const MAX_LINES: usize = 600;
 /// Words that no code may contain.
 const FORBIDDEN: [&str; 4] = ["dbg!", "todo!", "unimplemented!", "#[ignore"];
+/// The files at the roots of crates.
+const ROOTS: [&str; 2] = ["src/lib.rs", "src/main.rs"];
+/// The line that all of them have, except for those of [`UNSAFE_CRATE`].
+const FORBIDS: &str = "#![forbid(unsafe_code)]";
+/// The only crate with unsafe code.
+const UNSAFE_CRATE: &str = "fe-grid";
 /// Calls that need a reason outside tests.
 const PANICS: [&str; 2] = [".unwrap()", ".expect("];
 /// Folders of a crate in which a panic is a failed test.
@@ -144,6 +151,10 @@ fn check_source(path: &Path, inside: &Path, text: &str) -> Vec<Finding> {
             Some(1),
             "no `//!` comment states the purpose of the file".into(),
         );
+    }
+    let is_root = ROOTS.iter().any(|root| inside == Path::new(root));
+    if is_root && !path.starts_with(UNSAFE_CRATE) && !text.contains(FORBIDS) {
+        report(None, format!("no {FORBIDS}"));
     }
     let n_lines = text.lines().count();
     if n_lines > MAX_LINES {

@@ -17,6 +17,8 @@
 //! assert_eq!(share.as_slice()[0], 0.0);
 //! ```
 
+#![forbid(unsafe_code)]
+
 mod blob;
 mod family;
 mod implicit;

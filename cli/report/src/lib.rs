@@ -4,6 +4,8 @@
 //! [`palette`] has distinguishable colours, markers and dashes, and [`font`] lays out labels. This
 //! crate does not know the meaning of the data, and opens no file.
 
+#![forbid(unsafe_code)]
+
 pub mod chart;
 pub mod font;
 pub mod palette;

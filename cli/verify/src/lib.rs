@@ -22,6 +22,8 @@
 //!
 //! **Invariant:** the results are records and text; no file is written here, and no option is read.
 
+#![forbid(unsafe_code)]
+
 mod error;
 pub mod experiments;
 mod order;

@@ -1,5 +1,7 @@
 //! A law, states and sizes for the benchmarks of the grids and the solvers on them.
 
+#![forbid(unsafe_code)]
+
 use fe_grid::{CellLaw, Element, Grid, Jet, Lane, Point, Reads, tensor};
 
 /// The measured size, or a small one if the benchmarks run as tests.

@@ -1,5 +1,7 @@
 //! Helpers of the tests of several crates: reference values, and pools of threads.
 
+#![forbid(unsafe_code)]
+
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
