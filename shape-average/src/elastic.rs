@@ -1,6 +1,8 @@
 //! The elastic energy of one shape. Its kernels are compiled once in this crate for both
 //! dimensions; they call the law through a pointer.
 
+use crate::error::AverageError;
+use crate::params::AverageParams;
 use fe_grid::{Assembly, Data, Grid, GridError, compiled_once};
 use hyperelastic::{CompiledLaw, WeightedElasticity};
 
@@ -18,6 +20,33 @@ pub(crate) struct ElasticTerm<'a, const D: usize> {
     pub factor: f64,
     /// Array that the gradient is added to; empty if the gradient is not needed.
     pub gradient: &'a mut [f64],
+}
+
+/// Computes the elastic energy of a shape, `int ((1 - delta) chi + delta) W(1 + Du)`, of its
+/// displacement `u` and indicator `chi` at the nodes, with the law and the void stiffness of the
+/// parameters. Energies of results are these.
+///
+/// # Errors
+/// [`AverageError`] where there is no such law, or where the density is not finite.
+///
+/// # Panics
+/// If the indicator and the displacement do not have one and `D` values per node.
+pub fn elastic_energy<const D: usize>(
+    params: &AverageParams,
+    grid: &Grid<D>,
+    indicator: &[f64],
+    displacement: &[f64],
+) -> Result<f64, AverageError> {
+    let law = params.law.compile()?;
+    let term = ElasticTerm {
+        law: &law,
+        indicator,
+        void_stiffness: params.void_stiffness,
+        displacement,
+        factor: 1.0,
+        gradient: &mut [],
+    };
+    Ok(add_elastic(term, grid)?)
 }
 
 compiled_once! {

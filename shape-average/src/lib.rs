@@ -65,6 +65,7 @@ mod solve;
 mod stress;
 
 pub use alternating::Alternating;
+pub use elastic::elastic_energy;
 pub use energy::Energy;
 pub use error::AverageError;
 pub use level::LevelShapes;
