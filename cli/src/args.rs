@@ -4,6 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::average::{AverageArgs, run_average};
 use crate::calculus::{ExtendConfig, TransportConfig};
+use crate::check::{CheckArgs, run_check};
 use crate::config::{ConfigArgs, run_config};
 use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
@@ -53,6 +54,7 @@ enum Command {
     Figure(FigureArgs),
     /// Runs numerical experiments that check the theory.
     Verify(VerifyArgs),
+    Check(CheckArgs),
     /// Prints the default configuration of a command as commented TOML, for its `--config`.
     Config(ConfigArgs),
     Demo(DemoArgs),
@@ -76,6 +78,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Score(args) => args.run(),
         Command::Figure(args) => run_figure(args),
         Command::Verify(args) => run_verify(args),
+        Command::Check(args) => run_check(args),
         Command::Config(args) => run_config(args),
         Command::Demo(args) => run_demo(args),
         Command::Generate(args) => {

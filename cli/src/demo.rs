@@ -56,6 +56,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
                 output,
                 threads: args.threads,
                 allow_doubtful: false,
+                trust: false,
             },
             checkpoint: 0.0,
             memory: None,

@@ -149,6 +149,14 @@ pub enum CliError {
         /// Why.
         source: levelset::LevelsetError,
     },
+    /// An array or a directory that is not the one that its record or another result states.
+    #[error("'{}' cannot be used: {reason}", path.display())]
+    Damaged {
+        /// The array or directory.
+        path: PathBuf,
+        /// What differs.
+        reason: String,
+    },
     /// A shape that is drawn outside of its grid, or around all of it.
     #[error("the shape {} on a grid of {nodes} nodes a side", if *full { "covers the whole box" } else { "is empty" })]
     NoObject {
@@ -356,6 +364,9 @@ impl CliError {
                 "ask for a finer grid with --grid, or crop the image to the object"
             }
             Self::Shape { .. } => "check the mask: the object must be a region brighter than 1/2",
+            Self::Damaged { .. } => {
+                "copy the result again, or name the directory that belongs to it; --trust uses it nevertheless"
+            }
             Self::NoObject { .. } => {
                 "change its size or its --shift, in units of the box side, or use a finer --grid"
             }

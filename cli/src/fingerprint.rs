@@ -12,9 +12,7 @@ use serde_json::Value;
 
 use crate::error::CliError;
 use crate::input::Image;
-use crate::output::{OutputError, WorkDir};
-
-const WORK: &str = "work.json";
+use crate::output::{DESCRIPTION, OutputError, WorkDir};
 
 /// Everything that a result depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,7 +53,7 @@ impl Fingerprint {
     /// [`OutputError::Exists`] for a folder of this name that is something else.
     pub fn work_dir(&self, target: &Path) -> Result<WorkDir, CliError> {
         let work = WorkDir::open(target)?;
-        match work.get::<Self>(WORK) {
+        match work.get::<Self>(DESCRIPTION) {
             Some(found) => {
                 let differences = self.differences(&found);
                 if !differences.is_empty() {
@@ -69,7 +67,7 @@ impl Fingerprint {
                 let path = work.path().into();
                 return Err(OutputError::Exists { path }.into());
             }
-            None => work.put(WORK, self)?,
+            None => work.put(DESCRIPTION, self)?,
         }
         Ok(work)
     }

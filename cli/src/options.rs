@@ -26,6 +26,10 @@ pub struct RunOptions {
     /// Exit with code 0, not 3, where the result is doubtful.
     #[arg(long)]
     pub allow_doubtful: bool,
+    /// Use result directories whose arrays have changed since they were written, or that do not
+    /// belong together.
+    #[arg(long)]
+    pub trust: bool,
 }
 
 /// How masks are read, placed and aligned.

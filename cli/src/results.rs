@@ -10,6 +10,7 @@ use crate::dimension::Dim;
 use crate::error::CliError;
 use crate::files::read_text;
 use crate::input::read_array;
+use crate::integrity::Sums;
 use crate::output::numbered;
 use crate::report::{RESULT, Record};
 
@@ -46,21 +47,53 @@ fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
     serde_json::from_str(&text).map_err(|error| format!("its {RESULT} has other contents: {error}"))
 }
 
-/// The arrays of a directory.
+/// The arrays of a directory, which are verified by the checksums of its record.
 pub(crate) struct ResultFields<'a> {
-    /// The directory.
-    pub directory: &'a Path,
+    directory: &'a Path,
     /// The error for missing or unsuitable contents.
-    pub unfit: fn(&Path, String) -> CliError,
+    unfit: fn(&Path, String) -> CliError,
+    sums: Sums,
 }
 
-impl ResultFields<'_> {
+impl<'a> ResultFields<'a> {
+    /// Those of a directory, with the error for missing or unsuitable contents. Trusted arrays are
+    /// not verified.
+    ///
+    /// # Errors
+    /// [`CliError::Damaged`] where the record cannot be read.
+    pub fn new(
+        directory: &'a Path,
+        unfit: fn(&Path, String) -> CliError,
+        trust: bool,
+    ) -> Result<Self, CliError> {
+        Ok(Self::listed(directory, unfit, Sums::of(directory, trust)?))
+    }
+
+    /// Arrays with these checksums.
+    pub fn listed(directory: &'a Path, unfit: fn(&Path, String) -> CliError, sums: Sums) -> Self {
+        Self {
+            directory,
+            unfit,
+            sums,
+        }
+    }
+
+    /// The checksums of the record.
+    pub fn sums(&self) -> &Sums {
+        &self.sums
+    }
+
+    fn read(&self, name: &Path) -> Result<(Vec<usize>, Vec<f64>), CliError> {
+        let verify = |bytes: &[u8]| self.sums.verify(self.directory, name, bytes);
+        read_array(&self.directory.join(name), verify)
+    }
+
     /// A scalar field on a cube of nodes, `name.npy`.
     ///
     /// # Errors
     /// Those of reading the array, and the error of `unfit` for an array of another shape.
     pub fn scalar<const D: usize>(&self, name: &Path) -> Result<ScalarField<f64, D>, CliError> {
-        let (size, values) = read_array(&self.directory.join(name))?;
+        let (size, values) = self.read(name)?;
         let nodes = size.first().copied().unwrap_or(0);
         if size.len() != D || nodes < 3 || size.iter().any(|&n| n != nodes) {
             return Err(self.wrong_size(name));
@@ -89,7 +122,7 @@ impl ResultFields<'_> {
         grid: &Grid<D>,
         name: &Path,
     ) -> Result<Field<f64, D, D>, CliError> {
-        let (size, values) = read_array(&self.directory.join(name))?;
+        let (size, values) = self.read(name)?;
         let mut asked = grid.nodes_per_axis().to_vec();
         asked.push(D);
         if size != asked {
@@ -103,7 +136,7 @@ impl ResultFields<'_> {
     /// # Errors
     /// As [`Self::scalar`].
     pub fn nodes(&self, name: &Path) -> Result<Vec<usize>, CliError> {
-        let (mut size, _) = read_array(&self.directory.join(name))?;
+        let (mut size, _) = self.read(name)?;
         size.pop();
         Ok(size)
     }
@@ -118,7 +151,19 @@ impl ResultFields<'_> {
         kind: &str,
         k: usize,
     ) -> Result<Field<f64, D, D>, CliError> {
-        let mut field = self.vector(grid, &numbered(kind, k, "npy"))?;
+        self.positions(grid, &numbered(kind, k, "npy"))
+    }
+
+    /// A field of positions, read as displacements.
+    ///
+    /// # Errors
+    /// As [`Self::scalar`].
+    pub fn positions<const D: usize>(
+        &self,
+        grid: &Grid<D>,
+        name: &Path,
+    ) -> Result<Field<f64, D, D>, CliError> {
+        let mut field = self.vector(grid, name)?;
         let identity = Field::<f64, D, D>::identity(*grid);
         for (value, x) in field.as_mut_slice().iter_mut().zip(identity.as_slice()) {
             *value -= x;

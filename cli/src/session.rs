@@ -9,6 +9,7 @@ use fe_grid::Grid;
 use crate::config::{Config, Configured};
 use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
+use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::options::RunOptions;
 use crate::output::{ResultDir, WorkDir};
@@ -24,6 +25,8 @@ pub(crate) struct Session<'a> {
     pub progress: Progress,
     pub interrupt: Interrupt,
     pub start: Instant,
+    /// Whether result directories are used without verification.
+    pub trust: bool,
 }
 
 impl Session<'_> {
@@ -130,6 +133,7 @@ pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit,
         progress: Progress::stderr(),
         interrupt: Interrupt::new(),
         start: Instant::now(),
+        trust: options.trust,
     };
     in_pool(options.threads, || {
         // Fail before the computation if the directory cannot be written.
@@ -172,6 +176,7 @@ fn execute<C: Command, const D: usize>(
         Work::None => ResultDir::create(session.output)?,
     };
     let summary = command.write(&outcome, session, &directory)?;
+    seal(&directory)?;
     let target = directory.commit()?;
     if let Some(work) = temporary {
         work.remove()?;

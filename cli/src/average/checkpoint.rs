@@ -19,8 +19,9 @@ use crate::fingerprint::{Fingerprint, hash};
 use crate::history::HistoryPoint;
 use crate::input::Image;
 use crate::input::place::FrameTransform;
+use crate::integrity::Sums;
 use crate::output::npy::{Precision, write_field};
-use crate::output::{OutputError, WorkDir, deformation, numbered};
+use crate::output::{OutputError, WorkDir, deformation, numbered, sync};
 use crate::progress::Progress;
 use crate::report::RESULT;
 use crate::results::{ResultFields, read_record};
@@ -49,6 +50,8 @@ struct State {
     energy: f64,
     /// Work up to the checkpoint, summed over all runs.
     seconds: f64,
+    /// The checksums of its deformations.
+    sums: Sums,
 }
 
 /// Location and interval of the checkpoints of a run.
@@ -85,8 +88,7 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
     /// deformations to resume from, `None` without a checkpoint.
     ///
     /// # Errors
-    /// [`CliError::OtherWork`] for a checkpoint of another run of the same name, and [`CliError`]
-    /// for one that cannot be read.
+    /// [`CliError::OtherWork`] for a checkpoint of another run of the same name.
     fn new(
         watch: ProgressObserver<'a>,
         place: Place<'a>,
@@ -112,24 +114,51 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
                 .place
                 .fingerprint
                 .work_dir(checkpointer.place.target)?;
-            if let Some(state) = work.get::<State>(STATE) {
-                let folder = work.file(folder(state.checkpoint));
-                known = deformations(&folder, checkpointer.leads.len(), &checkpointer.grids)?;
-                checkpointer.before = state.seconds;
-                checkpointer.watch.note(format!(
-                    "going on from the checkpoint in '{}': {} nodes a side, energy {:.6e}, after {:.1} \
-                     minutes",
-                    work.path().display(),
-                    state.nodes.first().copied().unwrap_or(0),
-                    state.energy,
-                    state.seconds / 60.0
-                ));
-                checkpointer.count = state.checkpoint.wrapping_add(1);
-                checkpointer.last = Some(state);
-            }
+            known = checkpointer.resume(&work)?;
             checkpointer.work = Some(work);
         }
         Ok((checkpointer, known))
+    }
+
+    /// The deformations of the last checkpoint; none where there is none, or where it is damaged: it
+    /// is then set aside.
+    fn resume(&mut self, work: &WorkDir) -> Result<Vec<Field<f64, D, D>>, CliError> {
+        if !work.file(STATE).exists() {
+            return Ok(Vec::new());
+        }
+        let damage = match work.get::<State>(STATE) {
+            None => format!("its {STATE} cannot be read"),
+            Some(state) => match self.read(work, &state) {
+                Ok(known) => {
+                    self.watch.note(format!(
+                        "going on from the checkpoint in '{}': {} nodes a side, energy {:.6e}, after \
+                         {:.1} minutes",
+                        work.path().display(),
+                        state.nodes.first().copied().unwrap_or(0),
+                        state.energy,
+                        state.seconds / 60.0
+                    ));
+                    self.before = state.seconds;
+                    self.count = state.checkpoint.wrapping_add(1);
+                    self.last = Some(state);
+                    return Ok(known);
+                }
+                Err(error) => error.to_string(),
+            },
+        };
+        let aside = work.set_aside()?;
+        self.watch.note(format!(
+            "warning: the checkpoint is damaged ({damage}); it is kept in '{}' until the result is \
+             written, and the computation begins anew",
+            aside.display()
+        ));
+        Ok(Vec::new())
+    }
+
+    fn read(&self, work: &WorkDir, state: &State) -> Result<Vec<Field<f64, D, D>>, CliError> {
+        let folder = work.file(folder(state.checkpoint));
+        let fields = ResultFields::listed(&folder, unfit, state.sums.clone());
+        deformations(&folder, &fields, self.leads.len(), &self.grids)
     }
 
     /// The convergence history, and the folder of the checkpoints, if there are any, to be removed
@@ -164,8 +193,12 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
             };
             let path = work.file(&folder).join(numbered("deformation", i, "npy"));
             write_field(&path, &deformation(&displacement), Precision::Double)?;
+            sync(&path)?;
         }
+        let complete = work.file(&folder);
+        sync(&complete)?;
         let state = State {
+            sums: Sums::compute(&complete).map_err(OutputError::at(&complete))?,
             checkpoint: self.count,
             nodes: grid.nodes_per_axis().to_vec(),
             energy: iteration.energy,
@@ -218,20 +251,24 @@ fn folder(checkpoint: usize) -> String {
     format!("deformations_{checkpoint:03}")
 }
 
+fn unfit(path: &Path, reason: String) -> CliError {
+    CliError::NoResult {
+        path: path.into(),
+        command: "average",
+        reason,
+    }
+}
+
 /// The displacements of an earlier average of the same number of shapes, on one of these grids.
 ///
 /// # Errors
 /// [`CliError::NoResult`] if they are missing or on another grid.
 fn deformations<const D: usize>(
     directory: &Path,
+    fields: &ResultFields<'_>,
     n_shapes: usize,
     grids: &[Grid<D>],
 ) -> Result<Vec<Field<f64, D, D>>, CliError> {
-    let unfit = |path: &Path, reason: String| CliError::NoResult {
-        path: path.into(),
-        command: "average",
-        reason,
-    };
     let exists = |i: usize| directory.join(numbered("deformation", i, "npy")).is_file();
     let mut found = 0;
     while exists(found) {
@@ -241,7 +278,6 @@ fn deformations<const D: usize>(
         let reason = format!("it has {found} deformations, and there are {n_shapes} inputs");
         return Err(unfit(directory, reason));
     }
-    let fields = ResultFields { directory, unfit };
     let nodes = fields.nodes(&numbered("deformation", 0, "npy"))?;
     let Some(grid) = grids.iter().find(|g| g.nodes_per_axis()[..] == nodes[..]) else {
         let sides: Vec<String> = grids
@@ -274,7 +310,8 @@ fn same_placement<const D: usize>(directory: &Path, frames: &[FrameTransform<D>]
 /// average that `--start` names, `None` without either.
 ///
 /// # Errors
-/// Those of [`Checkpointer::new`], and [`CliError::NoResult`] for a start that does not fit.
+/// Those of [`Checkpointer::new`], [`CliError::NoResult`] for a start that does not fit, and
+/// [`CliError::Damaged`] for one that has changed.
 pub(super) fn begin<'a, const D: usize>(
     start: Option<&Path>,
     run: &'a AverageRun,
@@ -284,7 +321,10 @@ pub(super) fn begin<'a, const D: usize>(
     watch: ProgressObserver<'a>,
 ) -> Result<(Checkpointer<'a, D>, Vec<Field<f64, D, D>>), CliError> {
     let started = match start {
-        Some(directory) => deformations(directory, leads.len(), &grids)?,
+        Some(directory) => {
+            let fields = ResultFields::new(directory, unfit, run.common.trust)?;
+            deformations(directory, &fields, leads.len(), &grids)?
+        }
         None => Vec::new(),
     };
     let place = Place {

@@ -31,7 +31,7 @@ impl Command for ExtendConfig {
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the geodesic");
-        read(&self.geodesic)
+        read(&self.geodesic, session.trust)
     }
 
     fn compute<const D: usize>(

@@ -61,9 +61,10 @@ pub(crate) struct Placement<const D: usize> {
 /// [`CliError::Input`] for an array that cannot be read.
 pub(super) fn read(
     directory: &Path,
+    trust: bool,
 ) -> Result<Dim<StoredGeodesic<2>, StoredGeodesic<3>>, CliError> {
     let dimension = read_dimension(directory).map_err(|reason| unfit(directory, reason))?;
-    Ok(per_dimension!(dimension, () => stored(directory)?))
+    Ok(per_dimension!(dimension, () => stored(directory, trust)?))
 }
 
 fn unfit(directory: &Path, reason: String) -> CliError {
@@ -73,7 +74,7 @@ fn unfit(directory: &Path, reason: String) -> CliError {
     }
 }
 
-fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliError> {
+fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesic<D>, CliError> {
     let record: Record<GeodesicConfig, Steps, D> =
         read_record(directory).map_err(|reason| unfit(directory, reason))?;
     let (params, energies) = (record.parameters.params, record.body.step_energies);
@@ -90,7 +91,7 @@ fn stored<const D: usize>(directory: &Path) -> Result<StoredGeodesic<D>, CliErro
     if steps == 0 {
         return Err(unfit(directory, "it has no steps".into()));
     }
-    let fields = ResultFields { directory, unfit };
+    let fields = ResultFields::new(directory, unfit, trust)?;
     let mut level_sets = vec![fields.numbered_scalar::<D>("shape", 0)?];
     let grid = *level_sets[0].grid();
     let (mut displacements, mut motions) = (Vec::new(), Vec::new());

@@ -68,7 +68,7 @@ impl Command for TransportConfig {
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the geodesic");
-        let geodesic = read(&self.geodesic)?;
+        let geodesic = read(&self.geodesic, session.trust)?;
         let image = read_image(&self.variation, &ReadOptions { label: self.label })?;
         let reason = match geodesic.dimension() {
             2 => "is a volume; the shapes of the geodesic are 2D",

@@ -31,6 +31,7 @@ pub use grey::GreyRange;
 pub use levels::grey_share;
 
 use crate::dimension::Dim;
+use crate::error::CliError;
 use crate::{files, memory};
 
 /// No input may have more values than this (2 GiB in double precision).
@@ -188,12 +189,22 @@ fn decode_samples(bytes: &[u8], path: &Path) -> Result<decode::Samples, InputErr
 }
 
 /// Reads an array of numbers that the program has written: its size, the last axis first, and its
-/// values in memory order.
+/// values in memory order. Its bytes are verified first.
 ///
 /// # Errors
-/// [`InputError`] for files that are no arrays, and values that are not finite.
-pub fn read_array(path: &Path) -> Result<(Vec<usize>, Vec<f64>), InputError> {
-    let samples = npy::decode(&bytes_of(path)?, path)?;
+/// [`CliError`] of the verification, and [`InputError`] for files that are no arrays, and values
+/// that are not finite.
+pub(crate) fn read_array(
+    path: &Path,
+    verify: impl FnOnce(&[u8]) -> Result<(), CliError>,
+) -> Result<(Vec<usize>, Vec<f64>), CliError> {
+    let bytes = bytes_of(path)?;
+    verify(&bytes)?;
+    Ok(finite_array(&bytes, path)?)
+}
+
+fn finite_array(bytes: &[u8], path: &Path) -> Result<(Vec<usize>, Vec<f64>), InputError> {
+    let samples = npy::decode(bytes, path)?;
     if let Some(index) = samples.values.iter().position(|value| !value.is_finite()) {
         return Err(InputError::NotFinite {
             path: path.into(),

@@ -25,6 +25,7 @@ pub use directory::{ResultDir, write_new_file};
 pub use json::write_json;
 pub(crate) use staging::discard_all;
 pub use work::WorkDir;
+pub(crate) use work::{DESCRIPTION, sync};
 
 /// A result that cannot be written.
 #[derive(Debug, thiserror::Error)]

@@ -12,6 +12,10 @@ use crate::files::read_text;
 
 /// Ending of the name while the directory is not complete.
 const ENDING: &str = ".partial";
+/// The file that states what the work depends on.
+pub(crate) const DESCRIPTION: &str = "work.json";
+/// Start of the names of folders of damaged work.
+const ASIDE: &str = "damaged_";
 /// The file that the current run locks.
 const LOCK: &str = ".lock";
 
@@ -89,7 +93,31 @@ impl WorkDir {
         incomplete.push(ENDING);
         let incomplete = PathBuf::from(incomplete);
         write_json(&incomplete, value)?;
-        fs::rename(&incomplete, &path).map_err(OutputError::at(&path))
+        // Else a power failure may leave the name without the contents.
+        sync(&incomplete)?;
+        fs::rename(&incomplete, &path).map_err(OutputError::at(&path))?;
+        sync(&self.inner)
+    }
+
+    /// Moves all that is in it, except for its description, into a new folder in it.
+    ///
+    /// # Errors
+    /// [`OutputError::Unwritable`].
+    pub fn set_aside(&self) -> Result<PathBuf, OutputError> {
+        let failed = OutputError::at(&self.inner);
+        let entries = fs::read_dir(&self.inner).map_err(&failed)?;
+        let names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
+        let free = (0..).map(|k| self.file(format!("{ASIDE}{k:03}")));
+        let aside = free.into_iter().find(|path| !path.exists());
+        let aside = aside.unwrap_or_else(|| self.file(ASIDE));
+        fs::create_dir(&aside).map_err(&failed)?;
+        for name in names {
+            let text = name.to_string_lossy();
+            if text != LOCK && text != DESCRIPTION && !text.starts_with(ASIDE) {
+                fs::rename(self.file(&name), aside.join(&name)).map_err(&failed)?;
+            }
+        }
+        Ok(aside)
     }
 
     /// A value that was written as JSON; none where there is no such file, or where it holds
@@ -124,6 +152,19 @@ impl WorkDir {
     pub fn into_result(self) -> ResultDir {
         ResultDir::of_work(self.target, self.inner, LOCK, self.lock)
     }
+}
+
+/// Waits until a file or a folder is on the disk.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub(crate) fn sync(path: &Path) -> Result<(), OutputError> {
+    // Folders cannot be opened everywhere.
+    if cfg!(unix) || path.is_file() {
+        let file = File::open(path).map_err(OutputError::at(path))?;
+        file.sync_all().map_err(OutputError::at(path))?;
+    }
+    Ok(())
 }
 
 /// Rejects a folder that is, or holds, a symbolic link: what is written or removed there would be

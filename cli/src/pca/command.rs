@@ -27,7 +27,7 @@ impl Command for PcaConfig {
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the average");
-        let stored = read_average(&self.average)?;
+        let stored = read_average(&self.average, session.trust)?;
         let mut config = self.clone();
         // The modes refer to the directory of the average, which is read again with them.
         config.average = fs::canonicalize(&self.average).unwrap_or(config.average);

@@ -18,5 +18,7 @@ mod synthesize;
 mod tables;
 mod write;
 
+pub(crate) use read::{StoredAverage, read_average};
+
 pub use args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 pub use procrustes::{Procrustes, there_and_back};

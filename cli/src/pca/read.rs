@@ -13,6 +13,7 @@ use crate::dimension::{Dim, per_dimension};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::input::place::FrameTransform;
+use crate::integrity::Sums;
 use crate::options::{Align, Size};
 use crate::output::numbered;
 use crate::report::Record;
@@ -38,6 +39,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub size: Size,
     /// The doubts about it.
     pub doubts: Vec<DoubtRecord>,
+    /// The checksums of its arrays.
+    pub sums: Sums,
 }
 
 fn unfit_average(directory: &Path, reason: String) -> CliError {
@@ -59,23 +62,24 @@ fn unfit_pca(directory: &Path, reason: String) -> CliError {
 /// Reads the directory of an average.
 ///
 /// # Errors
-/// [`CliError::NoResult`] for any other directory, and [`CliError::Input`] for an array that cannot
-/// be read.
-pub(super) fn read_average(
+/// [`CliError::NoResult`] for any other directory, [`CliError::Input`] for an array that cannot be
+/// read, and [`CliError::Damaged`] for one that has changed, unless it is trusted.
+pub(crate) fn read_average(
     directory: &Path,
+    trust: bool,
 ) -> Result<Dim<StoredAverage<2>, StoredAverage<3>>, CliError> {
     let dimension = read_dimension(directory).map_err(|reason| unfit_average(directory, reason))?;
-    Ok(per_dimension!(dimension, () => stored_average(directory)?))
+    Ok(per_dimension!(dimension, () => stored_average(directory, trust)?))
 }
 
-fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, CliError> {
+fn stored_average<const D: usize>(
+    directory: &Path,
+    trust: bool,
+) -> Result<StoredAverage<D>, CliError> {
     let unfit = |reason| unfit_average(directory, reason);
     let record: Record<AverageConfig, (), D> = read_record(directory).map_err(unfit)?;
     let config = record.parameters;
-    let fields = ResultFields {
-        directory,
-        unfit: unfit_average,
-    };
+    let fields = ResultFields::new(directory, unfit_average, trust)?;
     let phase_field = fields.scalar::<D>(Path::new("average.npy"))?;
     let grid = *phase_field.grid();
     // For averages of images, the whole box is the object.
@@ -133,6 +137,7 @@ fn stored_average<const D: usize>(directory: &Path) -> Result<StoredAverage<D>, 
         align: config.masks.align.unwrap_or_default(),
         size: config.masks.size,
         doubts: record.doubts,
+        sums: fields.sums().clone(),
     })
 }
 
@@ -149,9 +154,12 @@ impl<const D: usize> StoredAverage<D> {
 
 /// The record of the modes.
 #[derive(Clone, Debug, Deserialize)]
-struct Modes {
+struct StoredModes {
     n_modes: usize,
     eigenvalues: Vec<f64>,
+    /// The checksum of the average.
+    #[serde(default)]
+    average_sum: Option<String>,
 }
 
 /// The modes of an average.
@@ -171,17 +179,19 @@ pub(crate) struct StoredPca<const D: usize> {
 pub(super) fn read_pca(
     directory: &Path,
     average: Option<&Path>,
+    trust: bool,
 ) -> Result<Dim<StoredPca<2>, StoredPca<3>>, CliError> {
     let dimension = read_dimension(directory).map_err(|reason| unfit_pca(directory, reason))?;
-    Ok(per_dimension!(dimension, () => stored_pca(directory, average)?))
+    Ok(per_dimension!(dimension, () => stored_pca(directory, average, trust)?))
 }
 
 fn stored_pca<const D: usize>(
     directory: &Path,
     average: Option<&Path>,
+    trust: bool,
 ) -> Result<StoredPca<D>, CliError> {
     let unfit = |reason: &str| unfit_pca(directory, reason.into());
-    let record: Record<PcaConfig, Modes, D> =
+    let record: Record<PcaConfig, StoredModes, D> =
         read_record(directory).map_err(|reason| unfit(&reason))?;
     let Record {
         parameters: config,
@@ -194,11 +204,11 @@ fn stored_pca<const D: usize>(
     if dimension.dimension() != D {
         return Err(unfit_average(&average, format!("its shapes are not {D}D")));
     }
-    let average = stored_average::<D>(&average)?;
-    let fields = ResultFields {
-        directory,
-        unfit: unfit_pca,
-    };
+    let stored = stored_average::<D>(&average, trust)?;
+    let named = modes.average_sum.as_deref();
+    stored.sums.is(named, &average, directory)?;
+    let average = stored;
+    let fields = ResultFields::new(directory, unfit_pca, trust)?;
     if average.image.is_some() {
         return Err(unfit(
             "its modes are those of images, which have no boundaries",

@@ -19,6 +19,9 @@ pub(super) type PcaRecord<'a, const D: usize> = Record<PcaConfig, Analysis<'a>, 
 /// The result of an analysis.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Analysis<'a> {
+    /// The checksum of the arrays of the average.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    average_sum: Option<String>,
     /// The shapes of the average.
     shapes: &'a [String],
     pub n_shapes: usize,
@@ -96,6 +99,7 @@ pub(super) fn record<'a, const D: usize>(
     let squares = distances.zip(weights);
     let params = &pca.space.params;
     let found = Analysis {
+        average_sum: stored.sums.digest(),
         shapes: &stored.names,
         n_shapes: stored.average.n_shapes(),
         weights,

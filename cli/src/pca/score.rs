@@ -84,7 +84,7 @@ impl Command for ScoreConfig {
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the modes");
-        let stored = read_pca(&self.pca, self.average.as_deref())?;
+        let stored = read_pca(&self.pca, self.average.as_deref(), session.trust)?;
         let images = read_images(&self.inputs, &ReadOptions { label: self.label })?;
         let [own, new] = [stored.dimension(), images.dimension()];
         let unfit = || CliError::NoResult {

@@ -33,7 +33,7 @@ impl Command for SynthesizeConfig {
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the modes");
-        read_pca(&self.pca, self.average.as_deref())
+        read_pca(&self.pca, self.average.as_deref(), session.trust)
     }
 
     fn compute<const D: usize>(

@@ -5,7 +5,9 @@ use std::fs::{self, OpenOptions};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::common::{Place, Results, drawn, grey_png, interrupted, killed, signalled, succeeded};
+use crate::common::{
+    Place, Results, arrays, drawn, grey_png, interrupted, killed, signalled, succeeded,
+};
 
 /// A statement whose experiment takes a moment.
 const QUICK: &str = "laws-linear-rotation";
@@ -31,6 +33,58 @@ fn a_checkpoint_names_no_other_folder() {
     let report = String::from_utf8_lossy(&run.stderr);
     assert!(matches!(run.status.code(), Some(0 | 2)), "{report}");
     assert!(place.path("precious/deformation_000.npy").is_file());
+}
+
+/// A damaged checkpoint is set aside with a note, and the computation begins anew.
+#[test]
+fn damaged_checkpoints_are_set_aside() {
+    let place = Place::new();
+    let inputs = drawn(&place, "crosses", "2", "33");
+    let mut arguments = vec![
+        "average",
+        "--grid",
+        "65",
+        "-o",
+        "whole",
+        "--checkpoint",
+        "1e-6",
+    ];
+    arguments.extend(inputs.iter().map(String::as_str));
+    succeeded(&place.compute(&arguments));
+    arguments[4] = "out";
+    let whole = arrays(&Results::read(&place.path("whole")));
+    let state = place.path("out.partial/state.json");
+    let array = |name: &str| {
+        let json: serde_json::Value = serde_json::from_slice(&fs::read(&state).unwrap()).unwrap();
+        let number = json["checkpoint"].as_u64().unwrap();
+        place.path(&format!("out.partial/deformations_{number:03}/{name}"))
+    };
+    let damages: [&dyn Fn(); 4] = [
+        &|| fs::write(&state, "{").unwrap(),
+        &|| fs::remove_file(array("deformation_001.npy")).unwrap(),
+        &|| {
+            let path = array("deformation_000.npy");
+            let bytes = fs::read(&path).unwrap();
+            fs::write(&path, &bytes[..bytes.len() - 9]).unwrap();
+        },
+        &|| {
+            let path = array("deformation_000.npy");
+            let mut bytes = fs::read(&path).unwrap();
+            *bytes.last_mut().unwrap() ^= 1;
+            fs::write(&path, &bytes).unwrap();
+        },
+    ];
+    for damage in damages {
+        killed(&place, &arguments, || state.is_file());
+        damage();
+        let run = place.compute(&arguments);
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        succeeded(&run);
+        assert!(report.contains("damaged_000"), "{report}");
+        assert!(arrays(&Results::read(&place.path("out"))) == whole);
+        assert_eq!(place.listing(), ["crosses", "out", "whole"]);
+        fs::remove_dir_all(place.path("out")).unwrap();
+    }
 }
 
 #[test]

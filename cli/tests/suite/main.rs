@@ -2,6 +2,7 @@
 
 mod common;
 
+mod absurd_options;
 mod average;
 mod bad_input;
 mod calculus;
@@ -12,6 +13,7 @@ mod figure;
 mod generate;
 mod geodesic;
 mod hostile;
+mod integrity;
 mod joint;
 mod long_runs;
 mod malformed;

@@ -1,0 +1,219 @@
+//! `shapespace check`: verifies a result directory.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use fe_grid::{Grid, certify};
+use serde_json::Value;
+use shape_average::elastic_energy;
+use shapespace_report::table::Table;
+
+use crate::dimension::per_dimension;
+use crate::error::{CliError, Exit};
+use crate::files::read_text;
+use crate::integrity::{Sums, sum_of_file, unlisted};
+use crate::numbers::shown;
+use crate::pca::{StoredAverage, read_average};
+use crate::print::{print, printable};
+use crate::report::RESULT;
+use crate::results::ResultFields;
+
+/// Relative tolerance of recomputed numbers. Displacements are stored as positions, whose rounding
+/// errors are about 1e-16; strains are these over the spacing, and energies are quadratic in them.
+const TOLERANCE: f64 = 1e-6;
+/// Energies below this are those of strains of 1e-6, which rounding errors reach on fine grids.
+const NEGLIGIBLE: f64 = 1e-12;
+
+/// Verifies a result directory: the checksums of its arrays and of its inputs, the determinants of
+/// its deformations, the elastic energies of an average, and its verdict.
+#[derive(Clone, Debug, Args)]
+pub struct CheckArgs {
+    /// Result directory of any command that writes arrays.
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+}
+
+/// What was found, line by line.
+#[derive(Default)]
+struct Findings {
+    lines: Vec<[String; 3]>,
+    wrong: usize,
+}
+
+impl Findings {
+    fn add(&mut self, what: impl Into<String>, found: impl Into<String>, is_right: bool) {
+        self.wrong += usize::from(!is_right);
+        let word = if is_right { "ok" } else { "WRONG" };
+        self.lines.push([what.into(), word.into(), found.into()]);
+    }
+
+    /// Adds a number that has been recomputed.
+    fn compare(&mut self, what: String, found: f64, stated: f64) {
+        let is_right = (found - stated).abs() <= TOLERANCE * stated.abs() + NEGLIGIBLE;
+        let numbers = format!("{}, the record states {}", shown(found), shown(stated));
+        self.add(what, numbers, is_right);
+    }
+}
+
+/// Runs `shapespace check`.
+///
+/// # Errors
+/// [`CliError::NoResult`] for a directory without a record, and [`CliError::Damaged`] where anything
+/// differs, after the report on standard output.
+pub fn run_check(args: &CheckArgs) -> Result<Exit, CliError> {
+    let directory = args.directory.as_path();
+    let unfit = |reason: String| CliError::NoResult {
+        path: directory.into(),
+        command: "average",
+        reason,
+    };
+    let text = read_text(&directory.join(RESULT))
+        .map_err(|error| unfit(format!("its {RESULT} cannot be read: {error}")))?;
+    let record: Value = serde_json::from_str(&text)
+        .map_err(|error| unfit(format!("its {RESULT} has other contents: {error}")))?;
+    let mut findings = Findings::default();
+    check_sums(directory, &mut findings)?;
+    check_inputs(&record, &mut findings);
+    if findings.wrong == 0 && record.pointer("/energy/elastic").is_some() {
+        let stored = read_average(directory, true)?;
+        per_dimension!(stored, stored => check_average(&stored, &record, &mut findings)?);
+    } else {
+        check_deformations(directory, &mut findings)?;
+    }
+    report(&record, &findings)?;
+    if findings.wrong > 0 {
+        return Err(CliError::Damaged {
+            path: directory.into(),
+            reason: format!(
+                "{} of its parts are not as its record states",
+                findings.wrong
+            ),
+        });
+    }
+    let is_doubtful = record["verdict"] == "doubtful";
+    Ok(if is_doubtful {
+        Exit::Doubtful
+    } else {
+        Exit::Success
+    })
+}
+
+fn report(record: &Value, findings: &Findings) -> Result<(), CliError> {
+    let mut table = Table::new(["part", "state", "found"]);
+    for [what, word, found] in &findings.lines {
+        table.texts([what, word, found].map(String::clone));
+    }
+    let text = |key: &str| record[key].as_str().unwrap_or("not stated").to_owned();
+    let lines = format!(
+        "{}\nversion {}, status {}, verdict {}\n",
+        table.aligned("").trim_end(),
+        text("version"),
+        text("status"),
+        text("verdict")
+    );
+    Ok(print(&printable(&lines))?)
+}
+
+/// The arrays that the record lists, and those that it does not list.
+fn check_sums(directory: &Path, findings: &mut Findings) -> Result<(), CliError> {
+    let sums = Sums::of(directory, false)?;
+    if !sums.exist() {
+        findings.add("arrays", "the record has no checksums", true);
+        return Ok(());
+    }
+    for (name, sum) in sums.iter() {
+        match sum_of_file(&directory.join(name)) {
+            Ok(found) if found == *sum => findings.add(name, "unchanged", true),
+            Ok(_) => findings.add(name, "its contents have changed", false),
+            Err(error) => findings.add(name, error.to_string(), false),
+        }
+    }
+    for name in unlisted(directory, &sums).unwrap_or_default() {
+        findings.add(name, "the record does not list it", false);
+    }
+    Ok(())
+}
+
+/// The inputs, where their files still exist.
+fn check_inputs(record: &Value, findings: &mut Findings) {
+    for input in record["input"].as_array().into_iter().flatten() {
+        let (Some(path), Some(sum)) = (input["path"].as_str(), input["sha256"].as_str()) else {
+            continue;
+        };
+        match sum_of_file(Path::new(path)) {
+            Ok(found) if found == sum => findings.add(path, "the same input", true),
+            Ok(_) => findings.add(path, "the input has changed since", false),
+            Err(_) => findings.add(path, "the input is not here", true),
+        }
+    }
+}
+
+/// The determinants and the elastic energies of an average.
+fn check_average<const D: usize>(
+    stored: &StoredAverage<D>,
+    record: &Value,
+    findings: &mut Findings,
+) -> Result<(), CliError> {
+    let grid = *stored.average.grid();
+    let mut least = f64::INFINITY;
+    for i in 0..stored.average.n_shapes() {
+        let source = stored.average.source(i);
+        least = least.min(certify(&grid, source.displacement, 0.0).min_det);
+        let stated = record.pointer(&format!("/energy/elastic/{i}"));
+        if let (Some(stated), None) = (stated.and_then(Value::as_f64), &stored.image) {
+            let (params, u) = (&stored.params, source.displacement);
+            let found = elastic_energy(params, &grid, source.indicator, u)?;
+            findings.compare(format!("elastic energy {i}"), found, stated);
+        }
+    }
+    match record
+        .pointer("/certificate/min_det")
+        .and_then(Value::as_f64)
+    {
+        Some(stated) => findings.compare("determinant".into(), least, stated),
+        None => findings.add("determinant", shown(least), least > 0.0),
+    }
+    Ok(())
+}
+
+/// The determinants of all deformations of any other result.
+fn check_deformations(directory: &Path, findings: &mut Findings) -> Result<(), CliError> {
+    let unfit = |path: &Path, reason: String| CliError::NoResult {
+        path: path.into(),
+        command: "geodesic",
+        reason,
+    };
+    let fields = ResultFields::new(directory, unfit, true)?;
+    let sums = Sums::of(directory, true)?;
+    let names = sums.iter().map(|(name, _)| name);
+    for name in names.filter(|name| name.starts_with("deformation_")) {
+        let path = Path::new(name);
+        let nodes = fields.nodes(path)?;
+        let least = match nodes.len() {
+            2 => determinant::<2>(&fields, path, &nodes)?,
+            3 => determinant::<3>(&fields, path, &nodes)?,
+            _ => None,
+        };
+        match least {
+            Some(least) => {
+                let found = format!("determinant at least {}", shown(least));
+                findings.add(name, found, least > 0.0);
+            }
+            None => findings.add(name, "it is no deformation of a cube", false),
+        }
+    }
+    Ok(())
+}
+
+fn determinant<const D: usize>(
+    fields: &ResultFields<'_>,
+    name: &Path,
+    nodes: &[usize],
+) -> Result<Option<f64>, CliError> {
+    if nodes[0] < 3 || nodes.iter().any(|n| *n != nodes[0]) {
+        return Ok(None);
+    }
+    let grid = Grid::<D>::cube(nodes[0]);
+    let displacement = fields.positions(&grid, name)?;
+    Ok(Some(certify(&grid, displacement.as_slice(), 0.0).min_det))
+}

@@ -1,0 +1,246 @@
+//! Checksums of the arrays of result directories: written with a result, verified by whoever reads
+//! it.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use crate::error::CliError;
+use crate::files::read_text;
+use crate::output::{OutputError, ResultDir, write_json};
+use crate::report::RESULT;
+
+/// The key of the checksums in a record.
+const ARRAYS: &str = "arrays";
+/// The key of the checksum of an input.
+const INPUT_SUM: &str = "sha256";
+/// Bytes that are read at a time.
+const PIECE: usize = 1 << 16;
+
+/// The SHA-256 of bytes, in hexadecimal digits.
+pub(crate) fn sum_of(bytes: &[u8]) -> String {
+    hexadecimal(Sha256::digest(bytes).as_slice())
+}
+
+/// The SHA-256 of a regular file, in hexadecimal digits.
+///
+/// # Errors
+/// Those of the system.
+pub(crate) fn sum_of_file(path: &Path) -> io::Result<String> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    let mut file = File::open(path)?;
+    let (mut hasher, mut piece) = (Sha256::new(), vec![0; PIECE]);
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok(hexadecimal(hasher.finalize().as_slice())),
+            read => hasher.update(&piece[..read]),
+        }
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    let digit = |nibble: u8| char::from_digit(nibble.into(), 16).unwrap_or('0');
+    let digits = bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]);
+    digits.map(digit).collect()
+}
+
+/// Names of all arrays of a directory and of its folders, with slashes.
+fn arrays(directory: &Path, within: &str) -> io::Result<Vec<String>> {
+    let mut names = Vec::new();
+    for entry in fs::read_dir(directory)? {
+        let entry = entry?;
+        let name = format!("{within}{}", entry.file_name().to_string_lossy());
+        if entry.file_type()?.is_dir() {
+            names.extend(arrays(&entry.path(), &format!("{name}/"))?);
+        } else if entry.path().extension().is_some_and(|e| e == "npy") {
+            names.push(name);
+        }
+    }
+    Ok(names)
+}
+
+/// Adds to the record of a complete directory the checksums of its arrays, and those of the files
+/// of its inputs, where these still exist.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub(crate) fn seal(directory: &ResultDir) -> Result<(), OutputError> {
+    let path = directory.file(RESULT);
+    let failed = OutputError::at(&path);
+    let text = fs::read(&path).map_err(&failed)?;
+    let mut record: Value = serde_json::from_slice(&text).map_err(|e| failed(e.into()))?;
+    let sums = Sums::compute(directory.path()).map_err(&failed)?;
+    record[ARRAYS] = serde_json::json!(sums.arrays);
+    let inputs = record.get_mut("input").and_then(Value::as_array_mut);
+    for input in inputs.into_iter().flatten() {
+        let file = input["path"].as_str().map(Path::new);
+        if let Some(sum) = file.and_then(|file| sum_of_file(file).ok()) {
+            input[INPUT_SUM] = sum.into();
+        }
+    }
+    write_json(&path, &record)
+}
+
+/// The checksums that the record of a directory states.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Sums {
+    /// By the names of the arrays; none in results of earlier versions.
+    #[serde(default)]
+    arrays: Option<BTreeMap<String, String>>,
+    /// Whether they are not verified.
+    #[serde(skip)]
+    trusted: bool,
+}
+
+impl Sums {
+    /// Those of a directory; none where it has no record.
+    ///
+    /// # Errors
+    /// [`CliError::Damaged`] where the record cannot be read.
+    pub fn of(directory: &Path, trusted: bool) -> Result<Self, CliError> {
+        let path = directory.join(RESULT);
+        if !path.exists() {
+            return Ok(Self::default());
+        }
+        let text = read_text(&path).unwrap_or_default();
+        match serde_json::from_str::<Self>(&text) {
+            Ok(sums) => Ok(Self { trusted, ..sums }),
+            Err(_) if trusted => Ok(Self::default()),
+            Err(error) => Err(CliError::Damaged {
+                path,
+                reason: error.to_string(),
+            }),
+        }
+    }
+
+    /// Those of the arrays that lie in a folder.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn compute(folder: &Path) -> io::Result<Self> {
+        let mut sums = BTreeMap::new();
+        for name in arrays(folder, "")? {
+            let sum = sum_of_file(&folder.join(&name))?;
+            sums.insert(name, sum);
+        }
+        Ok(Self {
+            arrays: Some(sums),
+            trusted: false,
+        })
+    }
+
+    /// Verifies the bytes of an array.
+    ///
+    /// # Errors
+    /// [`CliError::Damaged`] for an array that is not the one of the record.
+    pub fn verify(&self, directory: &Path, name: &Path, bytes: &[u8]) -> Result<(), CliError> {
+        let Some(arrays) = self.arrays.as_ref().filter(|_| !self.trusted) else {
+            return Ok(());
+        };
+        let reason = match arrays.get(&*name.to_string_lossy()) {
+            Some(sum) if *sum == sum_of(bytes) => return Ok(()),
+            Some(_) => "its contents have changed since the result was written",
+            None => "the record of the result does not list it",
+        };
+        Err(CliError::Damaged {
+            path: directory.join(name),
+            reason: reason.into(),
+        })
+    }
+
+    /// One checksum of all arrays, by which other results name this one.
+    pub fn digest(&self) -> Option<String> {
+        let arrays = self.arrays.as_ref()?;
+        let lines = arrays.iter().map(|(name, sum)| format!("{sum}  {name}\n"));
+        Some(sum_of(lines.collect::<String>().as_bytes()))
+    }
+
+    /// Checks that this is the directory that another result names by its digest.
+    ///
+    /// # Errors
+    /// [`CliError::Damaged`] for any other.
+    pub fn is(&self, named: Option<&str>, own: &Path, other: &Path) -> Result<(), CliError> {
+        match (named, self.digest()) {
+            (Some(named), Some(digest)) if named != digest && !self.trusted => {
+                Err(CliError::Damaged {
+                    path: own.into(),
+                    reason: format!("'{}' was computed from another average", other.display()),
+                })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// All names with their checksums.
+    pub fn iter(&self) -> impl Iterator<Item = (&String, &String)> {
+        self.arrays.iter().flatten()
+    }
+
+    /// Whether the record has checksums.
+    pub fn exist(&self) -> bool {
+        self.arrays.is_some()
+    }
+}
+
+/// Names of the arrays of a directory that its record does not list.
+///
+/// # Errors
+/// Those of the system.
+pub(crate) fn unlisted(directory: &Path, sums: &Sums) -> io::Result<Vec<String>> {
+    let mut names = arrays(directory, "")?;
+    names.retain(|name| !sums.iter().any(|(listed, _)| listed == name));
+    Ok(names)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrays_are_sealed_and_verified() {
+        let place = tempfile::tempdir().unwrap();
+        let directory = ResultDir::create(&place.path().join("out")).unwrap();
+        fs::write(directory.file("a.npy"), "abc").unwrap();
+        fs::create_dir(directory.file("inputs")).unwrap();
+        fs::write(directory.file("inputs/b.npy"), "").unwrap();
+        fs::write(
+            directory.file(RESULT),
+            r#"{"input": [{"path": "nowhere"}]}"#,
+        )
+        .unwrap();
+        seal(&directory).unwrap();
+        let path = directory.commit().unwrap();
+        let sums = Sums::of(&path, false).unwrap();
+        // FIPS 180-4, the first example.
+        let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        let listed: Vec<_> = sums.iter().collect();
+        assert_eq!(listed[0], (&"a.npy".to_owned(), &abc.to_owned()));
+        assert_eq!(listed[1].0, "inputs/b.npy");
+        assert_eq!(sum_of_file(&path.join("a.npy")).unwrap(), abc);
+        let verify = |sums: &Sums, name: &str, bytes: &[u8]| {
+            sums.verify(&path, Path::new(name), bytes).is_ok()
+        };
+        assert!(verify(&sums, "a.npy", b"abc"));
+        assert!(!verify(&sums, "a.npy", b"abd"));
+        assert!(!verify(&sums, "c.npy", b"abc"));
+        assert!(verify(&Sums::of(&path, true).unwrap(), "a.npy", b"abd"));
+        assert!(verify(&Sums::default(), "a.npy", b"abd"));
+        assert!(unlisted(&path, &sums).unwrap().is_empty());
+        fs::write(path.join("c.npy"), "").unwrap();
+        assert_eq!(unlisted(&path, &sums).unwrap(), ["c.npy"]);
+        let digest = sums.digest();
+        assert!(sums.is(digest.as_deref(), &path, &path).is_ok());
+        assert!(sums.is(Some("other"), &path, &path).is_err());
+        assert!(sums.is(None, &path, &path).is_ok());
+        fs::write(path.join(RESULT), "{").unwrap();
+        assert!(Sums::of(&path, false).is_err());
+        assert!(Sums::of(&path, true).is_ok());
+    }
+}
