@@ -512,6 +512,22 @@ impl<const D: usize> Objective for AverageObjective<D> {
         Ok(())
     }
 
+    /// The average, which is the initial guess of the next solve, and two counters.
+    fn memory(&self) -> Vec<f64> {
+        let counters = [self.shape_evaluations, self.average_iterations];
+        let counters = counters.iter().map(|count| *count as f64);
+        self.average.iter().copied().chain(counters).collect()
+    }
+
+    fn restore(&mut self, memory: &[f64]) {
+        let n = self.average.len();
+        if let [evaluations, iterations] = memory.get(n..).unwrap_or_default() {
+            self.average.copy_from_slice(&memory[..n]);
+            self.shape_evaluations = *evaluations as usize;
+            self.average_iterations = *iterations as usize;
+        }
+    }
+
     fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
         Ok(self.params.storage.zeros(len)?)
     }

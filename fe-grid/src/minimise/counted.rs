@@ -47,6 +47,14 @@ impl<'a, O: Objective> Counted<'a, O> {
         self.objective.apply_inverse_metric(gradient, out)
     }
 
+    pub(super) fn memory(&self) -> Vec<f64> {
+        self.objective.memory()
+    }
+
+    pub(super) fn restore(&mut self, memory: &[f64]) {
+        self.objective.restore(memory);
+    }
+
     pub(super) fn update_metric(&mut self, x: &[f64]) -> Result<(), O::Error> {
         self.evaluations.metric_builds += 1;
         self.objective.update_metric(x)

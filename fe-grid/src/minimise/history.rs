@@ -5,6 +5,7 @@
 //! recursion needs only the quotient of the two scales. The curvature is that of the rounded pair:
 //! the inverse Hessian of the recursion is then positive definite, whatever the rounding.
 
+use super::memory::MemoryPair;
 use crate::buffer::Buffer;
 use crate::vector::{axpy, dot, max_abs_difference, norm, scaled_difference_into};
 
@@ -55,6 +56,15 @@ impl Pair {
         self.ratio.is_finite() && curvature > threshold * norm(step) * norm(change)
     }
 
+    /// Takes over a pair of an earlier run, whose vectors have the same lengths.
+    fn restore(&mut self, pair: &MemoryPair<'_>) {
+        self.step.copy_from_slice(&pair.step);
+        self.change.copy_from_slice(&pair.change);
+        self.inverse_curvature = pair.inverse_curvature;
+        self.ratio = pair.ratio;
+        self.rest();
+    }
+
     fn rest(&self) {
         self.step.rest();
         self.change.rest();
@@ -77,6 +87,29 @@ impl PairHistory {
 
     pub(super) fn clear(&mut self) {
         self.len = 0;
+    }
+
+    /// The stored pairs, oldest first.
+    pub(super) fn memory(&self) -> Vec<MemoryPair<'_>> {
+        let pair = |age| {
+            let pair: &Pair = &self.ring[self.place(age)];
+            MemoryPair {
+                step: pair.step[..].into(),
+                change: pair.change[..].into(),
+                inverse_curvature: pair.inverse_curvature,
+                ratio: pair.ratio,
+            }
+        };
+        (0..self.len).rev().map(pair).collect()
+    }
+
+    /// Takes over at most as many pairs as there is room for, oldest first.
+    pub(super) fn restore(&mut self, pairs: &[MemoryPair<'_>]) {
+        for (own, pair) in self.ring.iter_mut().zip(pairs) {
+            own.restore(pair);
+        }
+        self.len = pairs.len().min(self.ring.len());
+        self.next = self.len % self.ring.len().max(1);
     }
 
     /// Remembers the pair of two states and their gradients, unless `s · y` is no more than

@@ -1,6 +1,6 @@
 //! The report of a minimiser.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Status of a minimisation at the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -32,7 +32,7 @@ impl Status {
 }
 
 /// Numbers of calls of the parts of an objective.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Evaluations {
     /// Number of energies without gradient.
     pub values: usize,

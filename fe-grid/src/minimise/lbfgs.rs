@@ -4,6 +4,7 @@ use super::counted::Counted;
 use super::history::{Pair, PairHistory};
 use super::info::{Info, Status};
 use super::line_search::{LineSearch, Start, Step};
+use super::memory::Memory;
 use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, Objective};
 use super::observer::Observer;
@@ -18,6 +19,9 @@ use crate::vector::{copy_into, dot, scale};
 /// `s · y <= curvature_threshold |s| |y|` is not stored. If the direction is not a descent
 /// direction, or no step along it decreases the energy, the pairs are dropped and `-P g` is tried
 /// once, and once more without being restrained.
+///
+/// A run resumes from the memory that its observer returns ([`Observer::resume`]), to the bits of the
+/// run that the memory is from.
 ///
 /// Source: Nocedal, *Updating quasi-Newton matrices with limited storage* (1980).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,25 +90,46 @@ impl<O: Objective> Minimiser<O> for LbfgsParams {
             shortened: false,
             objective,
         };
+        let memory = observer.resume();
+        let memory = memory.filter(|memory| memory.fits(dim, self.history));
         let mut monitor = Monitor::new(&self.stopping, observer);
-        let status = run.iterate(x, &mut monitor)?;
+        let status = run.iterate(x, &mut monitor, memory)?;
         Ok(monitor.finish(status, run.objective.evaluations))
     }
 }
 
 impl<O: Objective> Run<'_, O> {
-    fn iterate(&mut self, x: &mut [f64], monitor: &mut Monitor<'_>) -> Result<Status, O::Error> {
-        let first = self.objective.value_and_gradient(x, &mut self.gradient)?;
-        let Evaluation::Value(mut energy) = first else {
-            return Ok(Status::InadmissibleStart);
+    fn iterate(
+        &mut self,
+        x: &mut [f64],
+        monitor: &mut Monitor<'_>,
+        memory: Option<Memory<'static>>,
+    ) -> Result<Status, O::Error> {
+        let mut resumed = None;
+        let (mut energy, mut step_length, first) = if let Some(memory) = memory {
+            resumed = Some(memory.evaluations);
+            self.restore(&memory, x, monitor)
+        } else {
+            let first = self.objective.value_and_gradient(x, &mut self.gradient)?;
+            let Evaluation::Value(energy) = first else {
+                return Ok(Status::InadmissibleStart);
+            };
+            (energy, 0.0, 1)
         };
         self.objective.update_metric(x)?;
-        let mut step_length = 0.0;
-        for iteration in 1.. {
+        for iteration in first.. {
             let slope = self.next_direction()?;
-            let evaluations = self.objective.evaluations;
-            if let Some(status) = monitor.judge(x, energy, slope, step_length, evaluations) {
-                return Ok(status);
+            if let Some(evaluations) = resumed.take() {
+                // The earlier run has been judged here, and has gone on.
+                self.objective.evaluations = evaluations;
+            } else {
+                let evaluations = self.objective.evaluations;
+                if let Some(status) = monitor.judge(x, energy, slope, step_length, evaluations) {
+                    return Ok(status);
+                }
+                if self.has_new_metric(iteration - 1) {
+                    self.remember(x, step_length, monitor);
+                }
             }
             let Some(step) = self.step(x, energy)? else {
                 return Ok(Status::LineSearchFailed);
@@ -116,12 +141,48 @@ impl<O: Objective> Run<'_, O> {
             self.direction.rest();
             std::mem::swap(&mut self.gradient, &mut self.new_gradient);
             (energy, step_length) = (step.energy, step.length);
-            let interval = self.params.metric_interval;
-            if interval > 0 && iteration % interval == 0 {
+            if self.has_new_metric(iteration) {
                 self.objective.update_metric(x)?;
             }
         }
         Ok(Status::MaxIterations)
+    }
+
+    /// Whether the metric is recomputed after so many accepted steps.
+    fn has_new_metric(&self, iterations: usize) -> bool {
+        let interval = self.params.metric_interval;
+        iterations == 0 || interval > 0 && iterations.is_multiple_of(interval)
+    }
+
+    /// Passes the memory of this run on to the observer.
+    fn remember(&self, x: &[f64], step_length: f64, monitor: &mut Monitor<'_>) {
+        monitor.remember(|energies, first_gradient_norm| Memory {
+            x: x.into(),
+            gradient: self.gradient[..].into(),
+            pairs: self.pairs.memory(),
+            energies: energies.into(),
+            first_gradient_norm,
+            step_length,
+            evaluations: self.objective.evaluations,
+            objective: self.objective.memory().into(),
+        });
+    }
+
+    /// Takes over the memory of an earlier run; returns the energy, the factor of the last step, and
+    /// the number of the next.
+    fn restore(
+        &mut self,
+        memory: &Memory<'_>,
+        x: &mut [f64],
+        monitor: &mut Monitor<'_>,
+    ) -> (f64, f64, usize) {
+        x.copy_from_slice(&memory.x);
+        self.gradient.copy_from_slice(&memory.gradient);
+        self.pairs.restore(&memory.pairs);
+        self.objective.restore(&memory.objective);
+        monitor.restore(memory);
+        let steps = memory.energies.len();
+        (memory.energies[steps - 1], memory.step_length, steps)
     }
 
     /// Sets the direction and returns the slope along it.

@@ -1,6 +1,7 @@
 //! Stopping criteria and convergence history.
 
 use super::info::{Evaluations, Info, Status};
+use super::memory::Memory;
 use super::observer::{Control, Iteration, Observer};
 
 /// Stopping criteria of a minimisation.
@@ -118,6 +119,20 @@ impl<'a> Monitor<'a> {
             return Some(Status::EnergyTolerance);
         }
         (self.info.iterations >= self.stopping.max_iterations).then_some(Status::MaxIterations)
+    }
+
+    /// Takes over the record of an earlier run.
+    pub(super) fn restore(&mut self, memory: &Memory<'_>) {
+        self.info.energies.clear();
+        self.info.energies.extend_from_slice(&memory.energies);
+        self.info.iterations = memory.energies.len() - 1;
+        self.info.first_gradient_norm = memory.first_gradient_norm;
+    }
+
+    /// Passes on the memory that `make` returns for a record.
+    pub(super) fn remember<'b>(&'b mut self, make: impl FnOnce(&'b [f64], f64) -> Memory<'b>) {
+        let memory = make(&self.info.energies, self.info.first_gradient_norm);
+        self.observer.memory(&memory);
     }
 
     /// Returns the final record.

@@ -80,6 +80,17 @@ pub trait Objective {
         Ok(Buffer::zeros(len))
     }
 
+    /// Returns what evaluations leave behind for later ones, such as initial guesses and counters;
+    /// the metric is not part of it. The default is nothing.
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Takes over what [`Objective::memory`] has returned.
+    fn restore(&mut self, memory: &[f64]) {
+        let _ = memory;
+    }
+
     /// Recomputes `P` for the state `x`. It is not changed until the next call.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! Progress reports and cancellation of a minimisation.
 
 use super::info::Evaluations;
+use super::memory::Memory;
 
 /// Whether to continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +41,17 @@ pub trait Observer {
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
         let _ = iteration;
         Control::Continue
+    }
+
+    /// Called by minimisers that can resume, at the start of each run: the memory to resume from, if
+    /// there is one. One that does not fit the run is ignored.
+    fn resume(&mut self) -> Option<Memory<'static>> {
+        None
+    }
+
+    /// Called by minimisers that can resume, after iterations from which they can.
+    fn memory(&mut self, memory: &Memory<'_>) {
+        let _ = memory;
     }
 
     /// Called in work without iterations of a minimiser; returns whether to continue.

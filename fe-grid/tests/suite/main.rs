@@ -11,5 +11,6 @@ mod minimise;
 mod multigrid;
 mod multilevel;
 mod parallel;
+mod resume;
 mod spectral;
 mod uniform;
