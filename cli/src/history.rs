@@ -1,7 +1,9 @@
 //! Convergence histories.
 
+use serde::{Deserialize, Serialize};
+
 /// One accepted step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HistoryPoint {
     /// Level, counted from the coarsest.
     pub level: usize,

@@ -59,7 +59,11 @@ fn arrays(directory: &Path, within: &str) -> io::Result<Vec<String>> {
         let name = format!("{within}{}", entry.file_name().to_string_lossy());
         if entry.file_type()?.is_dir() {
             names.extend(arrays(&entry.path(), &format!("{name}/"))?);
-        } else if entry.path().extension().is_some_and(|e| e == "npy") {
+        } else if entry
+            .path()
+            .extension()
+            .is_some_and(|e| e == "npy" || e == "bin")
+        {
             names.push(name);
         }
     }

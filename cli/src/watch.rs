@@ -54,6 +54,16 @@ impl<'a> ProgressObserver<'a> {
         self.history
     }
 
+    /// The convergence history so far.
+    pub fn history(&self) -> &[HistoryPoint] {
+        &self.history
+    }
+
+    /// Takes over the convergence history of an earlier run up to an iteration of this level.
+    pub fn restore(&mut self, history: Vec<HistoryPoint>) {
+        self.history = history;
+    }
+
     /// Prints a note.
     pub fn note(&self, text: String) {
         self.progress.note(text);
@@ -61,7 +71,7 @@ impl<'a> ProgressObserver<'a> {
 
     /// Nodes a side of this level. Where there are more levels than grids, the first of them are
     /// on the coarsest; where there are fewer, the coarsest are left out.
-    fn nodes(&self) -> usize {
+    pub fn nodes(&self) -> usize {
         let finer = self.n_levels.saturating_sub(self.level + 1);
         let position = self.grids.len().saturating_sub(finer + 1);
         self.grids.get(position).copied().unwrap_or(0)

@@ -33,7 +33,8 @@ pub struct AverageRun {
     pub common: RunOptions,
     /// Time between checkpoints in minutes, 0 for none. After an interruption the same command
     /// resumes from the last checkpoint, which is kept in OUTPUT.partial until the result is
-    /// written.
+    /// written; the result is that of a run without interruption (not with --joint or --solver
+    /// descent).
     #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = not_negative)]
     pub checkpoint: f64,
     /// Memory limit, such as 4GiB or 500MB [default: the free memory]. Data that exceed it are kept

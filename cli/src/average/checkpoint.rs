@@ -1,19 +1,24 @@
 //! Initial deformations of a run: those of an earlier result, and checkpoints.
 //!
+//! A checkpoint of L-BFGS has its memory: a run that resumes from it repeats the runs before, on
+//! coarser grids, and continues this one to the bits of a run without interruption. A checkpoint of
+//! other solvers has deformations, which are the start of a run on their grid.
+//!
 //! A long run stores its current deformations in `DIR.partial`, next to its output, every few
 //! minutes. After an interruption the same command resumes from there; after a regular end the
 //! folder is removed. Each checkpoint is a folder of its own, and `state.json` has the number of
 //! the last complete one.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use fe_grid::minimise::{Control, Iteration, Observer};
+use fe_grid::minimise::{Control, Iteration, Memory, Observer};
 use fe_grid::{Field, Grid};
 use serde::{Deserialize, Serialize};
 
 use super::args::{AverageConfig, AverageRun};
+use super::remembered::Remembered;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::history::HistoryPoint;
@@ -43,15 +48,27 @@ pub(super) fn fingerprint<const D: usize>(
 /// The record of a checkpoint.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct State {
-    /// Its number, which names the folder of its deformations.
+    /// Its number, which names the folder of its files.
     checkpoint: usize,
     /// Nodes along each axis, `x` first.
     nodes: Vec<usize>,
     energy: f64,
     /// Work up to the checkpoint, summed over all runs.
     seconds: f64,
-    /// The checksums of its deformations.
+    /// The checksums of its files.
     sums: Sums,
+    /// The memory of L-BFGS; without it the files are deformations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    memory: Option<Remembered>,
+}
+
+/// How a run is resumed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Resumption {
+    /// From the memory of L-BFGS.
+    Exact,
+    /// From the deformations.
+    Restart,
 }
 
 /// Location and interval of the checkpoints of a run.
@@ -73,6 +90,11 @@ pub(super) struct Checkpointer<'a, const D: usize> {
     /// For every shape whether it is part of the minimisation: shapes of weight zero are deformed
     /// onto the average afterwards.
     leads: Vec<bool>,
+    resumption: Resumption,
+    /// Runs of L-BFGS so far.
+    runs: usize,
+    /// The run to resume, with its memory.
+    pending: Option<(usize, Memory<'static>, Vec<HistoryPoint>)>,
     work: Option<WorkDir>,
     /// The existing checkpoint.
     last: Option<State>,
@@ -94,6 +116,7 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
         place: Place<'a>,
         grids: Vec<Grid<D>>,
         leads: Vec<bool>,
+        resumption: Resumption,
     ) -> Result<(Self, Vec<Field<f64, D, D>>), CliError> {
         let now = Instant::now();
         let mut checkpointer = Self {
@@ -101,6 +124,9 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
             place,
             grids,
             leads,
+            resumption,
+            runs: 0,
+            pending: None,
             work: None,
             last: None,
             count: 0,
@@ -139,9 +165,13 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
                         state.seconds / 60.0
                     ));
                     self.before = state.seconds;
+                    if let Some((memory, remembered)) = known.1.zip(state.memory.as_ref()) {
+                        let history = remembered.history.clone();
+                        self.pending = Some((remembered.run, memory, history));
+                    }
                     self.count = state.checkpoint.wrapping_add(1);
                     self.last = Some(state);
-                    return Ok(known);
+                    return Ok(known.0);
                 }
                 Err(error) => error.to_string(),
             },
@@ -155,35 +185,38 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
         Ok(Vec::new())
     }
 
-    fn read(&self, work: &WorkDir, state: &State) -> Result<Vec<Field<f64, D, D>>, CliError> {
+    /// The deformations of a checkpoint, or its memory.
+    fn read(
+        &self,
+        work: &WorkDir,
+        state: &State,
+    ) -> Result<(Vec<Field<f64, D, D>>, Option<Memory<'static>>), CliError> {
         let folder = work.file(folder(state.checkpoint));
+        if let Some(remembered) = &state.memory {
+            let memory = remembered.load(&folder, &state.sums)?;
+            return Ok((Vec::new(), Some(memory)));
+        }
         let fields = ResultFields::listed(&folder, unfit, state.sums.clone());
-        deformations(&folder, &fields, self.leads.len(), &self.grids)
+        let known = deformations(&folder, &fields, self.leads.len(), &self.grids)?;
+        Ok((known, None))
     }
 
     /// The convergence history, and the folder of the checkpoints, if there are any, to be removed
     /// when the result is written.
     pub fn finish(self) -> (Vec<HistoryPoint>, Option<WorkDir>) {
-        (self.watch.finish(), self.work)
+        // Interrupted before the run to resume: the checkpoint is beyond the result.
+        let work = self.work.filter(|_| self.pending.is_none());
+        (self.watch.finish(), work)
     }
 
-    /// Stores a state that contains all shapes.
+    /// Stores deformations.
     fn keep(&mut self, iteration: &Iteration<'_>) -> Result<(), CliError> {
         let n = self.leads.iter().filter(|leads| **leads).count();
         let fits = |grid: &&Grid<D>| n * D * grid.n_nodes() == iteration.x.len();
         let Some(&grid) = self.grids.iter().find(fits) else {
             return Ok(());
         };
-        if self.work.is_none() {
-            self.work = Some(self.place.fingerprint.work_dir(self.place.target)?);
-        }
-        let Some(work) = &self.work else {
-            return Ok(());
-        };
-        let folder = folder(self.count);
-        // Left incomplete by an interruption.
-        remove(&work.file(&folder))?;
-        work.folder(&folder)?;
+        let folder = self.next_folder()?;
         let mut led = iteration.x.chunks_exact(D * grid.n_nodes());
         for (i, leads) in self.leads.iter().enumerate() {
             let own = if *leads { led.next() } else { None };
@@ -191,25 +224,74 @@ impl<'a, const D: usize> Checkpointer<'a, D> {
                 Some(u) => Field::from_vec(grid, u.to_vec())?,
                 None => Field::zeros(grid),
             };
-            let path = work.file(&folder).join(numbered("deformation", i, "npy"));
+            let path = folder.join(numbered("deformation", i, "npy"));
             write_field(&path, &deformation(&displacement), Precision::Double)?;
             sync(&path)?;
         }
-        let complete = work.file(&folder);
-        sync(&complete)?;
-        let state = State {
-            sums: Sums::compute(&complete).map_err(OutputError::at(&complete))?,
-            checkpoint: self.count,
-            nodes: grid.nodes_per_axis().to_vec(),
-            energy: iteration.energy,
-            seconds: self.before + self.begin.elapsed().as_secs_f64(),
+        sync(&folder)?;
+        self.complete(&folder, iteration.energy, None)
+    }
+
+    /// Stores the memory of a minimiser.
+    fn keep_memory(&mut self, memory: &Memory<'_>) -> Result<(), CliError> {
+        let folder = self.next_folder()?;
+        let remembered = Remembered::save(&folder, self.runs, memory, self.watch.history())?;
+        self.complete(&folder, remembered.energy(), Some(remembered))
+    }
+
+    /// A new folder for a checkpoint.
+    fn next_folder(&mut self) -> Result<PathBuf, CliError> {
+        let work = match self.work.take() {
+            Some(work) => work,
+            None => self.place.fingerprint.work_dir(self.place.target)?,
         };
-        work.put(STATE, &state)?;
-        if let Some(old) = self.last.replace(state) {
-            remove(&work.file(self::folder(old.checkpoint)))?;
+        let work = self.work.insert(work);
+        let folder = folder(self.count);
+        // Left incomplete by an interruption.
+        remove(&work.file(&folder))?;
+        work.folder(&folder)?;
+        Ok(work.file(&folder))
+    }
+
+    /// States that a checkpoint is complete, and removes the one before it.
+    fn complete(
+        &mut self,
+        complete: &Path,
+        energy: f64,
+        memory: Option<Remembered>,
+    ) -> Result<(), CliError> {
+        let state = State {
+            sums: Sums::compute(complete).map_err(OutputError::at(complete))?,
+            checkpoint: self.count,
+            nodes: vec![self.watch.nodes(); D],
+            energy,
+            seconds: self.before + self.begin.elapsed().as_secs_f64(),
+            memory,
+        };
+        if let Some(work) = &self.work {
+            work.put(STATE, &state)?;
+            if let Some(old) = self.last.replace(state) {
+                remove(&work.file(folder(old.checkpoint)))?;
+            }
         }
         self.count = self.count.wrapping_add(1);
         Ok(())
+    }
+
+    /// Stores a checkpoint if it is time for one of this kind.
+    fn store(&mut self, kind: Resumption, keep: impl FnOnce(&mut Self) -> Result<(), CliError>) {
+        let due = 60.0 * self.place.minutes;
+        // What is repeated until the run to resume is older than the existing checkpoint.
+        let is_new = self.pending.is_none();
+        let is_due = due > 0.0 && self.kept.elapsed().as_secs_f64() >= due;
+        if kind == self.resumption && is_new && is_due {
+            // A checkpoint is useful only after an interruption: a failure to write it does not end
+            // the run.
+            if let Err(error) = keep(self) {
+                self.watch.note(format!("warning: no checkpoint: {error}"));
+            }
+            self.kept = Instant::now();
+        }
     }
 }
 
@@ -218,16 +300,19 @@ impl<const D: usize> Observer for Checkpointer<'_, D> {
         self.watch.level(level, n_levels, dim);
     }
 
+    fn resume(&mut self) -> Option<Memory<'static>> {
+        self.runs += 1;
+        let (_, memory, history) = self.pending.take_if(|(run, ..)| *run == self.runs)?;
+        self.watch.restore(history);
+        Some(memory)
+    }
+
+    fn memory(&mut self, memory: &Memory<'_>) {
+        self.store(Resumption::Exact, |this| this.keep_memory(memory));
+    }
+
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
-        let due = 60.0 * self.place.minutes;
-        if due > 0.0 && self.kept.elapsed().as_secs_f64() >= due {
-            // A checkpoint is useful only after an interruption: a failure to write it does not end
-            // the run.
-            if let Err(error) = self.keep(iteration) {
-                self.watch.note(format!("warning: no checkpoint: {error}"));
-            }
-            self.kept = Instant::now();
-        }
+        self.store(Resumption::Restart, |this| this.keep(iteration));
         self.watch.iteration(iteration)
     }
 
@@ -248,7 +333,7 @@ fn remove(folder: &Path) -> Result<(), OutputError> {
 /// The folder of a checkpoint. Names are made of numbers, so that nothing that a file states can
 /// name a folder elsewhere.
 fn folder(checkpoint: usize) -> String {
-    format!("deformations_{checkpoint:03}")
+    format!("checkpoint_{checkpoint:03}")
 }
 
 fn unfit(path: &Path, reason: String) -> CliError {
@@ -318,6 +403,7 @@ pub(super) fn begin<'a, const D: usize>(
     fingerprint: Fingerprint,
     grids: Vec<Grid<D>>,
     leads: Vec<bool>,
+    resumption: Resumption,
     watch: ProgressObserver<'a>,
 ) -> Result<(Checkpointer<'a, D>, Vec<Field<f64, D, D>>), CliError> {
     let started = match start {
@@ -332,7 +418,7 @@ pub(super) fn begin<'a, const D: usize>(
         fingerprint,
         minutes: run.checkpoint,
     };
-    let (checkpointer, kept) = Checkpointer::new(watch, place, grids, leads)?;
+    let (checkpointer, kept) = Checkpointer::new(watch, place, grids, leads, resumption)?;
     Ok((checkpointer, if kept.is_empty() { started } else { kept }))
 }
 

@@ -12,11 +12,12 @@ mod joint;
 mod memory;
 mod plan;
 mod record;
+mod remembered;
 mod sweep;
 mod views;
 mod write;
 
-use shape_average::{AverageParams, AverageResult, MemoryEstimate, average_from};
+use shape_average::{AverageParams, AverageResult, MemoryEstimate, Solver, average_from};
 
 use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
@@ -27,7 +28,7 @@ use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session, Work};
 use crate::shapes::{Input, prepare};
 use crate::summary::Summary;
-use checkpoint::{begin, compare_places, fingerprint};
+use checkpoint::{Resumption, begin, compare_places, fingerprint};
 use joint::JointAverage;
 use memory::provide;
 use plan::{AveragePlan, plan_average, plan_images};
@@ -126,7 +127,13 @@ impl Command for Average<'_> {
         let watch = session.observer(&grids);
         let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
         let start = config.start.as_deref();
-        let (mut checkpointer, known) = begin(start, self.run, fingerprint, grids, leads, watch)?;
+        let resumption = match params.solver {
+            Solver::Lbfgs => Resumption::Exact,
+            Solver::Descent => Resumption::Restart,
+        };
+        let run = self.run;
+        let (mut checkpointer, known) =
+            begin(start, run, fingerprint, grids, leads, resumption, watch)?;
         let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
         compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;

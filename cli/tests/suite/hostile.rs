@@ -24,7 +24,7 @@ fn a_checkpoint_names_no_other_folder() {
     killed(&place, &arguments, || state.is_file());
     let mut json: serde_json::Value = serde_json::from_slice(&fs::read(&state).unwrap()).unwrap();
     let number = json["checkpoint"].as_u64().unwrap();
-    let own = place.path(&format!("out.partial/deformations_{number:03}"));
+    let own = place.path(&format!("out.partial/checkpoint_{number:03}"));
     fs::rename(own, place.path("precious")).unwrap();
     json["folder"] = "../precious".into();
     json["checkpoint"] = "../precious".into();
@@ -32,7 +32,7 @@ fn a_checkpoint_names_no_other_folder() {
     let run = place.compute(&arguments);
     let report = String::from_utf8_lossy(&run.stderr);
     assert!(matches!(run.status.code(), Some(0 | 2)), "{report}");
-    assert!(place.path("precious/deformation_000.npy").is_file());
+    assert!(place.path("precious/state.bin").is_file());
 }
 
 /// A damaged checkpoint is set aside with a note, and the computation begins anew.
@@ -57,18 +57,18 @@ fn damaged_checkpoints_are_set_aside() {
     let array = |name: &str| {
         let json: serde_json::Value = serde_json::from_slice(&fs::read(&state).unwrap()).unwrap();
         let number = json["checkpoint"].as_u64().unwrap();
-        place.path(&format!("out.partial/deformations_{number:03}/{name}"))
+        place.path(&format!("out.partial/checkpoint_{number:03}/{name}"))
     };
     let damages: [&dyn Fn(); 4] = [
         &|| fs::write(&state, "{").unwrap(),
-        &|| fs::remove_file(array("deformation_001.npy")).unwrap(),
+        &|| fs::remove_file(array("gradient.bin")).unwrap(),
         &|| {
-            let path = array("deformation_000.npy");
+            let path = array("state.bin");
             let bytes = fs::read(&path).unwrap();
-            fs::write(&path, &bytes[..bytes.len() - 9]).unwrap();
+            fs::write(&path, &bytes[..bytes.len() - 8]).unwrap();
         },
         &|| {
-            let path = array("deformation_000.npy");
+            let path = array("state.bin");
             let mut bytes = fs::read(&path).unwrap();
             *bytes.last_mut().unwrap() ^= 1;
             fs::write(&path, &bytes).unwrap();

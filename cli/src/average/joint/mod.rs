@@ -9,7 +9,7 @@ use fe_grid::ScalarField;
 use shape_average::joint::{JointParams, JointResult, joint_average_from};
 
 use super::args::{AverageConfig, AverageRun, not_joint};
-use super::checkpoint::{begin, compare_places};
+use super::checkpoint::{Resumption, begin, compare_places};
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::output::{ResultDir, WorkDir};
@@ -65,7 +65,9 @@ impl Command for JointAverage<'_> {
         compare_places(start, images.iter().map(|i| i.frame), &session.progress);
         let watch = session.observer(&grids);
         let leads = vec![true; nodal.len()];
-        let (mut checkpointer, known) = begin(start, self.run, fingerprint, grids, leads, watch)?;
+        let (run, restart) = (self.run, Resumption::Restart);
+        let (mut checkpointer, known) =
+            begin(start, run, fingerprint, grids, leads, restart, watch)?;
         let result = joint_average_from(&nodal, &known, &params, &mut checkpointer)?;
         let (history, checkpoints) = checkpointer.finish();
         Ok(Outcome {
