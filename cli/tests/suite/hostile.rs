@@ -271,3 +271,73 @@ fn only_files_are_read() {
     assert_eq!(run.status.code(), Some(2));
     assert_eq!(place.listing(), before);
 }
+
+/// Of several processes with the same output one wins, and the others say so.
+#[test]
+fn one_of_several_processes_wins() {
+    let place = Place::new();
+    let start = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_shapespace"))
+            .args(arguments)
+            .current_dir(place.path("."))
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    for arguments in [
+        [
+            "generate", "family", "letters", "--grid", "65", "-o", "letters",
+        ],
+        [
+            "generate",
+            "disk",
+            "--radius",
+            ".2",
+            "--grid=257",
+            "-o",
+            "a.npy",
+        ],
+    ] {
+        let all: Vec<_> = (0..8).map(|_| start(&arguments)).collect();
+        let ends: Vec<Output> = all
+            .into_iter()
+            .map(|run| run.wait_with_output().unwrap())
+            .collect();
+        let codes: Vec<_> = ends.iter().map(|end| end.status.code()).collect();
+        assert_eq!(
+            codes.iter().filter(|code| **code == Some(0)).count(),
+            1,
+            "{codes:?}"
+        );
+        for end in ends.iter().filter(|end| end.status.code() != Some(0)) {
+            let report = String::from_utf8_lossy(&end.stderr);
+            assert_eq!(end.status.code(), Some(2), "{report}");
+            assert!(report.contains("exists already"), "{report}");
+        }
+    }
+    assert_eq!(place.listing(), ["a.npy", "letters"]);
+
+    let inputs = drawn(&place, "crosses", "2", "33");
+    let mut arguments = vec![
+        "average",
+        "--grid",
+        "1025",
+        "--checkpoint",
+        "1e-6",
+        "-o",
+        "out",
+    ];
+    arguments.extend(inputs.iter().map(String::as_str));
+    let mut first = start(&arguments);
+    while !place.path("out.partial/state.json").exists() {
+        assert_eq!(first.try_wait().unwrap(), None);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let second = place.run(&arguments);
+    let report = String::from_utf8_lossy(&second.stderr).into_owned();
+    assert_eq!(second.status.code(), Some(2), "{report}");
+    assert!(report.contains("another run uses"), "{report}");
+    first.kill().unwrap();
+    first.wait().unwrap();
+}
