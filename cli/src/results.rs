@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use crate::dimension::Dim;
 use crate::error::CliError;
 use crate::files::read_text;
-use crate::input::read_array;
+use crate::input::{bytes_of, decode_array};
 use crate::integrity::Sums;
 use crate::output::numbered;
 use crate::report::{RESULT, Record};
@@ -84,8 +84,10 @@ impl<'a> ResultFields<'a> {
     }
 
     fn read(&self, name: &Path) -> Result<(Vec<usize>, Vec<f64>), CliError> {
-        let verify = |bytes: &[u8]| self.sums.verify(self.directory, name, bytes);
-        read_array(&self.directory.join(name), verify)
+        let path = self.directory.join(name);
+        let bytes = bytes_of(&path)?;
+        self.sums.verify(self.directory, name, &bytes)?;
+        Ok(decode_array(&bytes, &path)?)
     }
 
     /// A scalar field on a cube of nodes, `name.npy`.

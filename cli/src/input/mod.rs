@@ -31,7 +31,6 @@ pub use grey::GreyRange;
 pub use levels::grey_share;
 
 use crate::dimension::Dim;
-use crate::error::CliError;
 use crate::{files, memory};
 
 /// No input may have more values than this (2 GiB in double precision).
@@ -141,7 +140,11 @@ pub fn read_grey_images(paths: &[PathBuf]) -> Result<(AnyImages, Vec<GreyRange>)
     Ok((same_dimension(images)?, ranges))
 }
 
-fn bytes_of(path: &Path) -> Result<Vec<u8>, InputError> {
+/// The bytes of a regular file, for which there is memory.
+///
+/// # Errors
+/// [`InputError::Unreadable`], [`InputError::Memory`].
+pub(crate) fn bytes_of(path: &Path) -> Result<Vec<u8>, InputError> {
     let unreadable = |source| InputError::Unreadable {
         path: path.into(),
         source,
@@ -189,21 +192,22 @@ fn decode_samples(bytes: &[u8], path: &Path) -> Result<decode::Samples, InputErr
 }
 
 /// Reads an array of numbers that the program has written: its size, the last axis first, and its
-/// values in memory order. Its bytes are verified first.
+/// values in memory order.
 ///
 /// # Errors
-/// [`CliError`] of the verification, and [`InputError`] for files that are no arrays, and values
-/// that are not finite.
-pub(crate) fn read_array(
-    path: &Path,
-    verify: impl FnOnce(&[u8]) -> Result<(), CliError>,
-) -> Result<(Vec<usize>, Vec<f64>), CliError> {
-    let bytes = bytes_of(path)?;
-    verify(&bytes)?;
-    Ok(finite_array(&bytes, path)?)
+/// [`InputError`] for files that are no arrays, and values that are not finite.
+pub fn read_array(path: &Path) -> Result<(Vec<usize>, Vec<f64>), InputError> {
+    decode_array(&bytes_of(path)?, path)
 }
 
-fn finite_array(bytes: &[u8], path: &Path) -> Result<(Vec<usize>, Vec<f64>), InputError> {
+/// The same from the bytes of a file.
+///
+/// # Errors
+/// As [`read_array`].
+pub(crate) fn decode_array(
+    bytes: &[u8],
+    path: &Path,
+) -> Result<(Vec<usize>, Vec<f64>), InputError> {
     let samples = npy::decode(bytes, path)?;
     if let Some(index) = samples.values.iter().position(|value| !value.is_finite()) {
         return Err(InputError::NotFinite {
