@@ -72,7 +72,8 @@ fn unpack_start(bytes: &[u8], length: usize, path: &Path) -> Result<Vec<u8>, Inp
 /// The first bytes of a compressed file, all of which is unpacked, so that its checksums are
 /// verified.
 fn unpack(bytes: &[u8], length: usize, path: &Path) -> Result<Vec<u8>, InputError> {
-    let mut unpacked = Vec::new();
+    // No more than is needed: vectors that grow take up to twice their length.
+    let mut unpacked = Vec::with_capacity(length);
     let mut rest = bytes;
     // Several streams may follow each other; what follows the last is padding.
     while rest.starts_with(&GZIP) {
