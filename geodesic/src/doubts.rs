@@ -2,7 +2,7 @@
 
 use crate::calculus::Extension;
 use crate::error::GeodesicError;
-use crate::lagrangian::moved;
+use crate::overlap::moved;
 use crate::params::GeodesicParams;
 use crate::result::Geodesic;
 use crate::shape::{Known, Shape, on_grid};

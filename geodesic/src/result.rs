@@ -52,6 +52,10 @@ pub struct Geodesic<const D: usize> {
     /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
     /// spacings of the grid; of the component where it is largest.
     pub gap_end: f64,
+    /// Distance between these boundaries that is not exceeded on 95 % of each, in spacings of the
+    /// grid; paths of one domain and fully visible shapes only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub boundary_end: Option<f64>,
     /// Dice overlap of the start shape with the end shape pulled back through all steps, which
     /// decreases with compressed void; the smallest of all components.
     pub dice_pulled: f64,
@@ -66,10 +70,11 @@ pub struct Geodesic<const D: usize> {
 
 impl<const D: usize> Geodesic<D> {
     /// Returns whether the deformations map the start shape approximately to the end shape: to a
-    /// Dice overlap of 0.95, or to a mean distance of a quarter of a spacing. A minimiser may have
+    /// Dice overlap of 0.95, or to a mean distance of a quarter of a spacing, and 95 % of the
+    /// boundaries to a distance of three spacings. A minimiser may have
     /// converged to a path that does not reach the end shape.
     pub fn end_reached(&self) -> bool {
-        is_reached(self.dice_end, self.gap_end)
+        is_reached(self.dice_end, self.gap_end, self.boundary_end)
     }
 
     /// Returns the length `sum sqrt W_k`.
@@ -259,6 +264,7 @@ impl<const D: usize> Found<D> {
             forwards,
             backwards,
             gap,
+            boundary,
         } = self.overlaps;
         let last = self.levels.last();
         let level_sets = self.shapes.iter().map(|shape| union_of(shape)).collect();
@@ -275,6 +281,7 @@ impl<const D: usize> Found<D> {
             certificate: self.certificate,
             dice_end: worst(&forwards),
             gap_end: gap,
+            boundary_end: boundary,
             dice_pulled: worst(&backwards),
             dice_components: forwards,
             levels: self.levels,

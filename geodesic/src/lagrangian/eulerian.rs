@@ -3,9 +3,10 @@
 use super::solve::{Domain, LagrangianPath};
 use crate::error::GeodesicError;
 use crate::extension::through_inverse;
+use crate::overlap::moved;
 use crate::shape::on_grid;
 use fe_grid::{Field, Grid, ScalarField, parallel};
-use levelset::{BoxEdge, Contour, ContourDistance, contour};
+use levelset::{BoxEdge, ContourDistance, contour};
 
 /// The shapes and deformations of a path, from its start.
 pub(crate) struct Eulerian<const D: usize> {
@@ -82,17 +83,6 @@ fn carried<const D: usize>(
         shapes.push(moved?);
     }
     Ok(shapes)
-}
-
-/// Returns a boundary under a deformation.
-pub(crate) fn moved<const D: usize>(
-    outline: &Contour<D>,
-    displacement: &Field<f64, D, D>,
-) -> Contour<D> {
-    outline.map(|p| {
-        let u = displacement.sample(p);
-        std::array::from_fn(|k| p[k] + u[k])
-    })
 }
 
 /// Computes the displacement of `psi_k o psi_{k-1}^{-1}`.

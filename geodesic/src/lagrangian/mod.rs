@@ -5,6 +5,6 @@ mod metric;
 mod objective;
 mod solve;
 
-pub(crate) use eulerian::{Eulerian, eulerian, moved, step_between};
+pub(crate) use eulerian::{Eulerian, eulerian, step_between};
 pub use objective::PathObjective;
 pub use solve::{Domain, LagrangianPath, lagrangian_path};
