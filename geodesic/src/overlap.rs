@@ -72,33 +72,23 @@ pub(crate) fn overlaps<const D: usize>(
     let (start, end) = (start.on_grid(&grid), end.on_grid(&grid));
     let (visible_start, visible_end) = (start.visibility(), end.visibility());
     let carry = |x: [f64; D]| {
-        displacements.iter().fold(x, |y, displacement| {
-            let u = displacement.sample(y);
-            std::array::from_fn(|k| y[k] + u[k])
-        })
+        let all = displacements.iter();
+        all.fold(x, |y, displacement| image(displacement, y))
     };
     let mut found = Overlaps {
         forwards: Vec::new(),
-        backwards: Vec::new(),
+        backwards: pulled_overlaps(&start, &end, carry),
         gap: 0.0,
         boundary: None,
     };
     // Hidden parts, and their images, are not compared.
-    let visible_back = visible_end
-        .as_ref()
-        .map(|weight| ScalarField::from_fn(grid, |x| weight.sample(carry(x))));
     let visible_ahead = visible_start.as_ref().map(|weight| {
         let all = compose(&grid, displacements);
         let outside = if start.only_covered { 0.0 } else { 1.0 };
         InverseDeformation::new(&all).push_forward(weight, outside)
     });
-    let at_start = product(visible_start, visible_back);
     let at_end = product(visible_end, visible_ahead);
     for (u, v) in start.components.iter().zip(&end.components) {
-        let pulled = ScalarField::from_fn(grid, |x| v.sample(carry(x)));
-        found
-            .backwards
-            .push(common(&pulled, u, at_start.as_ref()).dice);
         let carried = contour(u, 0.0, BoxEdge::Open)?.map(carry);
         let carried = ContourDistance::new(&carried)?.sample(grid);
         let at_end = common(&carried, v, at_end.as_ref());
@@ -106,6 +96,21 @@ pub(crate) fn overlaps<const D: usize>(
         found.gap = found.gap.max(at_end.gap);
     }
     Ok(found)
+}
+
+/// Computes the overlaps of the components of a shape with those of another that are pulled back by
+/// a map, on the parts that are visible in both.
+fn pulled_overlaps<const D: usize>(
+    start: &ShapeOnGrid<D>,
+    end: &ShapeOnGrid<D>,
+    map: impl Fn([f64; D]) -> [f64; D],
+) -> Vec<f64> {
+    let pull =
+        |field: &ScalarField<f64, D>| ScalarField::from_fn(*field.grid(), |x| field.sample(map(x)));
+    let visible = product(start.visibility(), end.visibility().as_ref().map(pull));
+    let pairs = start.components.iter().zip(&end.components);
+    let found = pairs.map(|(u, v)| common(&pull(v), u, visible.as_ref()).dice);
+    found.collect()
 }
 
 /// Half-width of the step that measures volumes, in spacings.
@@ -119,10 +124,10 @@ pub(crate) fn carried_overlaps<const D: usize>(
     deformation: &Field<f64, D, D>,
 ) -> Result<Overlaps, GeodesicError> {
     let grid = *deformation.grid();
-    let backwards = overlaps(from, to, std::slice::from_ref(deformation), grid)?.backwards;
     let visible = [from, to].map(|shape| matches!(shape.known(), Known::Everywhere));
     let (from, to) = (from.on_grid(&grid), to.on_grid(&grid));
     let step = Compact::new(SHARP * grid.spacing())?;
+    let backwards = pulled_overlaps(&from, &to, |x| image(deformation, x));
     let mut forwards = Vec::new();
     let mut gap: f64 = 0.0;
     let boundary = match visible {
@@ -166,10 +171,13 @@ pub(crate) fn moved<const D: usize>(
     outline: &Contour<D>,
     displacement: &Field<f64, D, D>,
 ) -> Contour<D> {
-    outline.map(|p| {
-        let u = displacement.sample(p);
-        std::array::from_fn(|k| p[k] + u[k])
-    })
+    outline.map(|p| image(displacement, p))
+}
+
+/// Returns the image of a point under a deformation.
+fn image<const D: usize>(displacement: &Field<f64, D, D>, point: [f64; D]) -> [f64; D] {
+    let u: [f64; D] = displacement.sample(point);
+    std::array::from_fn(|k| point[k] + u[k])
 }
 
 /// Returns the 95th percentile of the distance between the boundaries of a deformed shape and of

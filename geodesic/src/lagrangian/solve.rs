@@ -99,17 +99,14 @@ fn lagrangian_path_in<const D: usize>(
         let order = b.reached.cmp(&a.reached);
         order.then(a.path.total.total_cmp(&b.path.total))
     };
-    // The first of equally good ones; there is a candidate for the domain of the start shape.
-    let Some(best) = found.into_iter().reduce(|best, other| {
-        if better(&other, &best).is_lt() {
-            other
-        } else {
-            best
+    // The first of equally good ones; every domain has a candidate.
+    let mut best = 0;
+    for other in 1..found.len() {
+        if better(&found[other], &found[best]).is_lt() {
+            best = other;
         }
-    }) else {
-        return Err(GeodesicError::GridsDiffer);
-    };
-    search.finish(best, observer)
+    }
+    search.finish(found.swap_remove(best), observer)
 }
 
 /// Largest number of rounds with a larger weight of the mismatch on the finest level.
