@@ -126,7 +126,7 @@ fn shapes() -> Outcome<()> {
         let sharp = GeodesicParams {
             steps,
             tolerance: 1e-11,
-            max_iterations: 2000,
+            max_iterations: Some(2000),
             ..GeodesicParams::default()
         };
         logarithm(&start, &end, &sharp, &mut Silent)

@@ -34,7 +34,7 @@ pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {
             relative_decrement: DECREMENT * params.tolerance,
             absolute_decrement: NOTHING * params.resolved_mismatch_weight(),
             relative_energy: params.tolerance,
-            max_iterations: params.max_iterations,
+            max_iterations: params.resolved_max_iterations(),
             ..Stopping::default()
         },
         ..LbfgsParams::default()

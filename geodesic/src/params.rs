@@ -101,9 +101,11 @@ pub struct GeodesicParams {
     /// Stopping tolerance of a level: relative decrease of the energy over five iterations.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
-    /// Maximum number of iterations per level.
+    /// Maximum number of iterations per level [default: 200 for deformations of a start shape, 100
+    /// for level sets].
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
-    pub max_iterations: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_iterations: Option<usize>,
     /// Lower bound of the Jacobian determinant of every accepted deformation on the cells of the
     /// object; at most 0.9.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
@@ -128,7 +130,7 @@ impl Default for GeodesicParams {
             flow_nodes: 33,
             coarsest_nodes: 17,
             tolerance: 1e-4,
-            max_iterations: 100,
+            max_iterations: None,
             min_determinant: 1e-3,
         }
     }
@@ -141,6 +143,14 @@ impl GeodesicParams {
             Form::Lagrangian => self.mismatch_weight,
             Form::LevelSets => self.steps as f64 * self.mismatch_weight,
         }
+    }
+
+    /// Returns the maximum number of iterations per level.
+    pub fn resolved_max_iterations(&self) -> usize {
+        self.max_iterations.unwrap_or(match self.form {
+            Form::Lagrangian => 200,
+            Form::LevelSets => 100,
+        })
     }
 
     /// Returns the parameters for the inverse deformations; the same where the law has no inverse

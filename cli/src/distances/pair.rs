@@ -34,6 +34,12 @@ pub(super) struct PathRecord {
     pub dissipation: Option<f64>,
     /// Overlap of the end shape and the deformed start shape.
     pub dice_end: f64,
+    /// Mean distance of the boundaries at the end, in spacings; `None` if it is not finite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_end: Option<f64>,
+    /// What that distance does not exceed on 95 % of the boundaries.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub boundary_end: Option<f64>,
     pub end_reached: bool,
     pub certified: bool,
     pub min_det: f64,
@@ -72,6 +78,8 @@ impl PathRecord {
             length: finite(path.length() / unit.sqrt()),
             dissipation: finite(path.dissipation() / unit),
             dice_end: path.dice_end,
+            gap_end: finite(path.gap_end),
+            boundary_end: path.boundary_end.and_then(finite),
             end_reached: path.end_reached(),
             certified: path.certificate.certified,
             min_det: path.certificate.min_det,
@@ -195,6 +203,8 @@ mod tests {
             length: Some(steps as f64 + if form == Form::LevelSets { 0.5 } else { 0.0 }),
             dissipation: None,
             dice_end: if usable { 1.0 } else { 0.8 },
+            gap_end: None,
+            boundary_end: None,
             end_reached: usable,
             certified: true,
             min_det: 0.5,

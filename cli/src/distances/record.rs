@@ -67,10 +67,19 @@ pub(super) struct LengthRecord {
     pub elastic: Option<f64>,
     /// Overlap with the end shape.
     pub dice_end: f64,
+    /// Mean distance of the boundaries there, in spacings of the grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_end: Option<f64>,
+    /// What that distance does not exceed on 95 % of the boundaries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub boundary_end: Option<f64>,
     /// Lower bound of the determinants.
     pub min_det: f64,
     /// Status of the path that is used.
     pub status: String,
+    /// Iterations and evaluations of the energy on all levels of that path.
+    pub iterations: usize,
+    pub evaluations: usize,
     /// Of all attempts.
     pub seconds: f64,
 }
@@ -235,6 +244,10 @@ impl LengthRecord {
             half_length: measured.and_then(|m| m.half),
             elastic: record.measured(config, &[1]).map(|m| m.length),
             dice_end: path.map_or(0.0, |path| path.dice_end),
+            gap_end: path.and_then(|path| path.gap_end),
+            boundary_end: path.and_then(|path| path.boundary_end),
+            iterations: path.map_or(0, |path| path.iterations),
+            evaluations: path.map_or(0, |path| path.evaluations),
             min_det: path.map_or(0.0, |path| path.min_det),
             status: path.map_or_else(String::new, |path| path.status.clone()),
             seconds: seconds(record),

@@ -57,7 +57,11 @@ fn write_tables<const D: usize>(
         "half_length",
         "elastic",
         "dice_end",
+        "gap_end",
+        "boundary_end",
         "status",
+        "iterations",
+        "evaluations",
         "seconds",
     ]);
     for path in &record.body.paths {
@@ -68,7 +72,11 @@ fn write_tables<const D: usize>(
             exact_or_empty(path.half_length),
             exact_or_empty(path.elastic),
             exact(path.dice_end),
+            exact_or_empty(path.gap_end),
+            exact_or_empty(path.boundary_end),
             path.status.clone(),
+            path.iterations.to_string(),
+            path.evaluations.to_string(),
             exact(path.seconds),
         ]);
     }

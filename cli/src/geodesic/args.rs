@@ -101,7 +101,7 @@ pub(crate) fn check_path(params: &GeodesicParams) -> Result<(), CliError> {
         &params.steps,
         "1 to 256",
     )?;
-    let iterations = params.max_iterations;
+    let iterations = params.resolved_max_iterations();
     allow(iterations > 0, "max_iterations", &iterations, "at least 1")?;
     Ok(params.check()?)
 }

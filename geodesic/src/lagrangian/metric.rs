@@ -8,15 +8,15 @@
 //! ```
 //!
 //! with the elastic forms `A_k` and the Gauss–Newton matrix `M` of the mismatch. With one form `A`
-//! for all steps, taken at the end of the path, the common increment of all steps and the
-//! differences between them decouple:
+//! for all steps the common increment of all steps and the differences between them decouple:
 //!
 //! ```text
 //! H^-1 = (1 1^T / K^2) x (A + eta M)^-1 + (1 - 1 1^T / K) x (K A)^-1,
 //! ```
 //!
 //! where each inverse is one multigrid cycle on a corotational form. The result is symmetric and
-//! positive definite for any two such cycles.
+//! positive definite for any two such cycles. The first form is taken at the end of the path, where
+//! the mismatch is, and the second behind its middle.
 
 use crate::metric::{ElasticForm, corotational};
 use fe_grid::multigrid::{MultigridParams, WorkSpace};
@@ -31,27 +31,31 @@ pub(crate) struct PathMetric<const D: usize> {
 }
 
 impl<const D: usize> PathMetric<D> {
-    /// Computes the metric at the displacement of the last deformation of the object `{start > 0}`.
+    /// Computes the metric of the object `{start > 0}` at the displacements of a path.
     pub fn new(
         grid: Grid<D>,
         form: &ElasticForm<'_, D>,
         start: &[f64],
-        last: &[f64],
+        x: &[f64],
         steps: usize,
     ) -> Result<Self, GridError> {
         let work_space = WorkSpace::default();
-        let make = |mismatch_weight| {
+        let dim = x.len() / steps;
+        let deformation = |k: usize| &x[(k - 1) * dim..k * dim];
+        let make = |mismatch_weight, displacement| {
             let form = ElasticForm {
                 mismatch_weight,
                 ..*form
             };
-            let (law, cells) = corotational(&grid, &form, start, last);
+            let (law, cells) = corotational(&grid, &form, start, displacement);
             let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
             Ok::<_, GridError>(cycle.with_work_space(work_space.clone()))
         };
         Ok(Self {
-            common: make(form.mismatch_weight)?,
-            differences: (steps > 1).then(|| make(0.0)).transpose()?,
+            common: make(form.mismatch_weight, deformation(steps))?,
+            differences: (steps > 1)
+                .then(|| make(0.0, deformation(steps / 2 + 1)))
+                .transpose()?,
             steps,
         })
     }

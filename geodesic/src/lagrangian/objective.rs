@@ -14,8 +14,8 @@ use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
-    Assembly, Data, Grid, GridError, ScalarField, certify_within, parallel, repair, restrain_step,
-    vector,
+    Assembly, Data, Grid, GridError, Restrained, ScalarField, certify_within, parallel, repair,
+    restrain_together, vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
@@ -336,13 +336,20 @@ impl<const D: usize> Objective for PathObjective<D> {
         Ok(())
     }
 
+    /// All deformations are damped together where one of them would fold: a step that moves one
+    /// deformation and not the next compresses what lies between them.
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), GeodesicError> {
         let dim = self.dim_of_step();
-        let steps = direction.chunks_exact_mut(dim);
-        parallel::for_each(steps.zip(x.chunks_exact(dim)), &|(step, u)| {
-            let bound = self.params.min_determinant;
-            restrain_step(&self.grid, u, step, bound, self.solid.as_deref());
-        });
+        let deformations = x.chunks_exact(dim).enumerate();
+        let deformations: Vec<_> = deformations
+            .map(|(k, displacement)| Restrained {
+                displacement,
+                range: k * dim..(k + 1) * dim,
+                within: self.solid.as_deref(),
+            })
+            .collect();
+        let bound = self.params.min_determinant;
+        restrain_together(&self.grid, &deformations, direction, bound);
         Ok(())
     }
 
@@ -384,9 +391,8 @@ impl<const D: usize> Objective for PathObjective<D> {
             composed: &composed,
             carried: &carried,
         };
-        let last = &x[(self.steps - 1) * self.dim_of_step()..];
         let start = self.union.as_slice();
-        self.metric = Some(PathMetric::new(self.grid, &form, start, last, self.steps)?);
+        self.metric = Some(PathMetric::new(self.grid, &form, start, x, self.steps)?);
         Ok(())
     }
 }

@@ -39,7 +39,7 @@ fn sharp(steps: usize) -> GeodesicParams {
         steps,
         domain: DomainChoice::Start,
         tolerance: 1e-11,
-        max_iterations: 2000,
+        max_iterations: Some(2000),
         ..GeodesicParams::default()
     }
 }

@@ -188,7 +188,7 @@ fn geodesic_of_disks(setting: Setting) -> Result<Outcome, VerifyError> {
             steps: 2,
             law: spec,
             tolerance: 1e-6,
-            max_iterations: 400,
+            max_iterations: Some(400),
             ..GeodesicParams::default()
         };
         let path = geodesic(&ball(grid, 0.2), &ball(grid, 0.3), &params, &mut Silent)?;

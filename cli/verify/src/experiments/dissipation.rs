@@ -112,7 +112,7 @@ fn ellipse_shapes(setting: Setting) -> Result<Outcome, VerifyError> {
                 1.0,
             )?,
             tolerance: 1e-6,
-            max_iterations: 400,
+            max_iterations: Some(400),
             ..GeodesicParams::default()
         };
         let path = geodesic(&start, &end, &params, &mut Silent)?;

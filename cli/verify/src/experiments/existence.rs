@@ -374,7 +374,7 @@ fn discrete_geodesic(setting: Setting) -> Result<Outcome, VerifyError> {
             steps: 4,
             law: spec,
             tolerance: 1e-7,
-            max_iterations: 400,
+            max_iterations: Some(400),
             ..GeodesicParams::default()
         };
         let end = ellipse(grid, [0.3 + more, 0.2])?;

@@ -356,7 +356,7 @@ fn rigid_motions(setting: Setting) -> Result<Outcome, VerifyError> {
             steps: 2,
             law: spec,
             tolerance: 1e-6,
-            max_iterations: 400,
+            max_iterations: Some(400),
             ..GeodesicParams::default()
         };
         let path = geodesic(&start, &end, &params, &mut Silent)?;
