@@ -143,6 +143,9 @@ pub(crate) fn hash<const D: usize>(image: &Image<D>) -> String {
         take(image.spacing[k].to_bits());
         take(image.origin[k].to_bits());
     }
+    for number in image.direction.iter().flatten().flatten() {
+        take(number.to_bits());
+    }
     take(u64::from(image.plain_array));
     for value in &image.values {
         take(value.to_bits());
@@ -192,6 +195,7 @@ mod tests {
             origin: [0.0; 2],
             path: "a.png".into(),
             affine: None,
+            direction: None,
             plain_array: false,
         };
         let one = hash(&image(1.0));

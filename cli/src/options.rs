@@ -39,9 +39,14 @@ pub struct MaskOptions {
     /// Number of nodes per side, 2^L + 1 [default: 129, for volumes 65].
     #[arg(long, value_name = "N")]
     pub grid: Option<usize>,
+    /// Positions and orientations of the shapes before they are aligned [default: physical where
+    /// the files of all inputs state their place in the world, centred where those of some do, else
+    /// none].
+    #[arg(long, value_enum)]
+    pub frame: Option<Frame>,
     /// Rigid alignment of the shapes before the computation [default: rigid; none for shapes that
     /// have a common coordinate system: arrays of 2^L + 1 nodes a side, volumes with the same affine
-    /// map].
+    /// map whose objects lie near each other].
     #[arg(long, value_enum)]
     pub align: Option<Align>,
     /// Sizes of the shapes: as in the files, or scaled to equal area or volume, for pictures taken
@@ -51,6 +56,18 @@ pub struct MaskOptions {
     /// Label of the object in label images [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
+}
+
+/// Positions and orientations of the shapes before they are aligned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Frame {
+    /// As in the world: positions and orientations by the affine maps of the files.
+    Physical,
+    /// Orientations by the affine maps of files that have one, each object in the middle.
+    Centred,
+    /// By the axes of the arrays; affine maps are ignored.
+    None,
 }
 
 /// Rigid alignment of the shapes before the computation.

@@ -12,7 +12,7 @@ use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::memory;
 use crate::output::{ResultDir, write_json};
-use crate::shapes::InputRecord;
+use crate::shapes::{InputRecord, WorldFrame, WorldRecord};
 
 /// The file with the record.
 pub(crate) const RESULT: &str = "result.json";
@@ -37,6 +37,9 @@ pub(crate) struct Record<C, T, const D: usize> {
     pub nodes: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input: Vec<InputRecord<D>>,
+    /// The nodes in the world, where the inputs have a place there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub world: Option<WorldRecord>,
     /// The configuration with all defaults resolved.
     #[serde(serialize_with = "without_nulls")]
     pub parameters: C,
@@ -68,6 +71,7 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
             dimension: D,
             nodes: nodes.to_vec(),
             input: Vec::new(),
+            world: None,
             parameters: config.clone(),
             body,
             seconds: start.elapsed().as_secs_f64(),
@@ -77,7 +81,17 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
 
     /// The same with the inputs.
     pub fn of(mut self, input: Vec<InputRecord<D>>) -> Self {
+        let world = WorldFrame::of_records(&input);
         self.input = input;
+        self.within(world.as_ref())
+    }
+
+    /// The same on a grid that lies in the world.
+    pub fn within(mut self, world: Option<&WorldFrame<D>>) -> Self {
+        self.world = world.zip(self.nodes.first()).map(|(world, &nodes)| {
+            // Grids of shapes in the world are cubes that fill the box.
+            world.record(1.0 / (nodes.max(2) - 1) as f64)
+        });
         self
     }
 

@@ -23,7 +23,7 @@ use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::history::HistoryPoint;
 use crate::input::Image;
-use crate::input::place::FrameTransform;
+use crate::input::frame::FrameTransform;
 use crate::integrity::Sums;
 use crate::output::npy::{Precision, write_field};
 use crate::output::{OutputError, WorkDir, deformation, numbered, sync};

@@ -15,7 +15,7 @@ use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir};
 use crate::session::Session;
-use crate::shapes::write_surface;
+use crate::shapes::{WorldFrame, write_surface};
 use crate::summary::Summary;
 
 /// Names of the terms of the energy.
@@ -89,6 +89,7 @@ fn write_arrays<const D: usize>(
     let weights: Vec<_> = shapes.indicators.iter().map(weight).collect();
     directory.arrays("weight", 0, &weights)?;
     VtiFile::new(*result.average.grid(), Precision::Single)
+        .within(WorldFrame::of_inputs(&outcome.inputs))
         .field("average", &result.average)
         .field("mask", &result.average_mask)
         .fields("displacement", &result.displacements)

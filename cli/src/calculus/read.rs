@@ -12,7 +12,7 @@ use crate::dimension::{Dim, per_dimension};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
-use crate::input::place::FrameTransform;
+use crate::input::frame::FrameTransform;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::InputRecord;
@@ -124,13 +124,7 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
 fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Placement<D>> {
     let motion = match &start.alignment {
         None => None,
-        Some(alignment) => {
-            let mut rotation = [[0.0; D]; D];
-            for (row, stored) in rotation.iter_mut().zip(&alignment.rotation) {
-                *row = stored.as_slice().try_into().ok()?;
-            }
-            Some((rotation, alignment.translation.as_slice().try_into().ok()?))
-        }
+        Some(alignment) => Some(alignment.motion()?),
     };
     Some(Placement {
         size: start.size.as_slice().try_into().ok()?,

@@ -33,13 +33,17 @@ fn plan_images<const D: usize>(
     mut config: DistancesConfig,
 ) -> Result<DistancesPlan<D>, CliError> {
     check_law::<D>(&config.params.law)?;
-    // Pairs are aligned individually, not all shapes with one.
     let mut masks = MaskOptions {
-        align: Some(Align::None),
+        align: config.masks.align.or(Some(Align::None)),
         ..config.masks
     };
-    let placed = Placed::new(images, &mut masks)?;
-    config.masks.grid = masks.grid;
+    let mut placed = Placed::new(images, &mut masks)?;
+    // Pairs are aligned individually, not all shapes with one.
+    placed.align = Align::None;
+    config.masks = MaskOptions {
+        align: config.masks.align,
+        ..masks
+    };
     let classes = config.classes.as_deref();
     Ok(DistancesPlan {
         placed,

@@ -35,6 +35,7 @@ pub(crate) fn drawn_image(
         origin: [0.0; 2],
         path: folder.join(format!("{name}.npy")),
         affine: None,
+        direction: None,
         plain_array: true,
     }
 }

@@ -16,7 +16,7 @@ use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
-use crate::shapes::{Input, SurfaceRecord, write_surface};
+use crate::shapes::{Input, SurfaceRecord, WorldFrame, write_surface};
 use crate::summary::Summary;
 
 /// Names of the parts of the energy; level sets alone have the last.
@@ -60,7 +60,7 @@ pub(crate) fn write_path<const D: usize>(
 ) -> Result<Option<SurfaceRecord>, CliError> {
     directory.arrays("shape", 0, &path.parts.level_sets)?;
     directory.deformations("deformation", 1, &path.parts.displacements)?;
-    write_paraview(directory, path)?;
+    write_paraview(directory, path, WorldFrame::of_inputs(inputs))?;
     write_steps(directory, path)?;
     film(path).write_png(&directory.file("geodesic.png"))?;
     write_animation(&directory.file("geodesic.apng"), &animation(path))?;
@@ -74,13 +74,18 @@ pub(crate) fn write_path<const D: usize>(
 
 /// One file for every shape, with the step that deforms it into the next; the last shape has
 /// zeros there, since all files of a series hold the same fields.
-fn write_paraview<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<(), CliError> {
+fn write_paraview<const D: usize>(
+    directory: &ResultDir,
+    path: &Path<D>,
+    world: Option<WorldFrame<D>>,
+) -> Result<(), CliError> {
     let mut series = Vec::new();
     for (k, level_set) in path.parts.level_sets.iter().enumerate() {
         let none = ScalarField::zeros(*level_set.grid());
         let still = Field::zeros(*level_set.grid());
         let name = numbered("shape", k, "vti");
         VtiFile::new(*level_set.grid(), Precision::Single)
+            .within(world)
             .field("level_set", level_set)
             .field(
                 "displacement",

@@ -3,7 +3,7 @@
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, LevelsetError, contour};
 
-use super::place::FrameTransform;
+use super::frame::FrameTransform;
 use super::{Image, LEVEL};
 
 /// The boundary of a mask's object in the unit box: the contour of level 1/2 between the samples
@@ -36,7 +36,12 @@ pub fn boundary<const D: usize>(
     }
     let drawn = contour(&field, LEVEL, BoxEdge::Closed)?;
     let first = bounds.map(|[low, _]| low as f64 - 1.0);
-    Ok(drawn.map(|p| frame.to_unit(std::array::from_fn(|k| p[k] + first[k]))))
+    let placed = drawn.map(|p| frame.to_unit(std::array::from_fn(|k| p[k] + first[k])));
+    Ok(if frame.reverses() {
+        placed.flipped()
+    } else {
+        placed
+    })
 }
 
 #[cfg(test)]

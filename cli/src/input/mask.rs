@@ -71,6 +71,7 @@ fn shaped<const D: usize>(samples: Samples, path: &Path) -> Image<D> {
         values: samples.values,
         path: path.into(),
         affine: samples.affine,
+        direction: None,
         plain_array: samples.plain_array,
     }
 }

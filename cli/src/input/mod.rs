@@ -13,6 +13,7 @@ mod bmp;
 mod boundary;
 mod decode;
 mod error;
+pub mod frame;
 mod grey;
 mod levels;
 mod mask;
@@ -22,6 +23,7 @@ pub mod place;
 mod pnm;
 mod raster;
 mod tiff;
+mod world;
 
 use std::path::{Path, PathBuf};
 
@@ -67,6 +69,10 @@ pub struct Image<const D: usize> {
     /// Affine map from sample indices to world coordinates (rows of a 3x4 matrix), if the file
     /// states it.
     pub affine: Option<[[f64; 4]; 3]>,
+    /// Directions of the axes in the world, row by row, for an image that is placed in the world
+    /// ([`Image::in_world`]): then sample `i` stands for the box about
+    /// `direction (i * spacing) + origin`, in millimetres.
+    pub direction: Option<[[f64; D]; D]>,
     /// Whether the values are the unchanged numbers of the file, so that they can be used as nodal
     /// values.
     pub plain_array: bool,

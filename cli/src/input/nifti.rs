@@ -7,15 +7,12 @@ use ::nifti::{Endianness, NiftiHeader, NiftiType};
 use flate2::bufread::{GzDecoder, MultiGzDecoder};
 
 use super::decode::{Meaning, NumberType, Samples, VALUE, check_size, take};
+use super::world::affine_fault;
 use super::{InputError, reserve};
 
 const HEADER_BYTES: usize = 348;
 /// Where the data begin in a file that does not state it: after the header and four bytes.
 const USUAL_OFFSET: f32 = 352.0;
-/// Lengths beyond this, in the units of the file, are damage.
-const LONGEST: f64 = 1e9;
-/// Largest cosine of the angle between two axes of a volume.
-const MOST_SHEAR: f64 = 0.02;
 /// DEFLATE packs no more bytes than this into one.
 const MOST_COMPRESSION: usize = 1032;
 /// How every stream of gzip begins.
@@ -169,7 +166,7 @@ impl Layout {
         }
         let n_axes = self.size.len();
         let spacing = (0..n_axes)
-            .map(|k| f64::from(header.pixdim[k + 1]))
+            .map(|k| unit(header) * f64::from(header.pixdim[k + 1]))
             .collect();
         let meaning = match self.numbers {
             NumberType::F32 | NumberType::F64 => Meaning::Real { labels: true },
@@ -222,43 +219,26 @@ fn affine(
     } else {
         return Ok(None);
     };
-    match orientation_fault(header, n_axes, &matrix) {
+    let matrix = matrix.map(|row| row.map(|x| unit(header) * x));
+    let [b, c, d] = [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from);
+    let fault = if header.sform_code <= 0 && b * b + c * c + d * d > 1.0 + 1e-3 {
+        Some("its orientation is not a quaternion of length 1")
+    } else {
+        affine_fault(&matrix, n_axes)
+    };
+    match fault {
         None => Ok(Some(matrix)),
         Some(reason) => Err(malformed(path, reason)),
     }
 }
 
-/// Why an orientation cannot be used.
-fn orientation_fault(
-    header: &NiftiHeader,
-    n_axes: usize,
-    matrix: &[[f64; 4]; 3],
-) -> Option<&'static str> {
-    if !matrix.iter().flatten().all(|x| x.abs() <= LONGEST) {
-        return Some("its orientation is not a matrix of finite lengths");
+/// The length unit of the file in millimetres, which are the unit of files that state none.
+fn unit(header: &NiftiHeader) -> f64 {
+    match header.xyzt_units & 7 {
+        1 => 1e3,
+        3 => 1e-3,
+        _ => 1.0,
     }
-    let [b, c, d] = [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from);
-    if header.sform_code <= 0 && b * b + c * c + d * d > 1.0 + 1e-3 {
-        return Some("its orientation is not a quaternion of length 1");
-    }
-    let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    // A picture does not need its third axis.
-    let axes: Vec<[f64; 3]> = (0..n_axes)
-        .map(|j| [0, 1, 2].map(|i| matrix[i][j]))
-        .collect();
-    let length = |axis: [f64; 3]| dot(axis, axis).sqrt();
-    if axes.iter().any(|axis| length(*axis) < LONGEST.recip()) {
-        return Some("its orientation has an axis of no length");
-    }
-    let shear = |a: &[f64; 3], b: &[f64; 3]| dot(*a, *b).abs() / (length(*a) * length(*b));
-    let pairs = (0..n_axes).flat_map(|i| (0..i).map(move |j| (i, j)));
-    if pairs
-        .into_iter()
-        .any(|(i, j)| shear(&axes[i], &axes[j]) > MOST_SHEAR)
-    {
-        return Some("its axes are not at right angles; resample it");
-    }
-    None
 }
 
 fn quaternion_affine(header: &NiftiHeader) -> [[f64; 4]; 3] {
@@ -416,12 +396,37 @@ pub(crate) mod tests {
         assert!(changed(|h| h.srow_y = [0.0; 4]).contains("no length"));
         assert!(changed(|h| h.srow_y[1] = 3e38).contains("finite"));
         assert!(changed(|h| h.srow_y[1] = f32::NAN).contains("finite"));
-        assert!(changed(|h| h.srow_x[1] = 0.5).contains("right angles"));
+        assert!(changed(|h| h.srow_x[1] = 50.0).contains("singular"));
         let turned = |h: &mut NiftiHeader| {
             (h.sform_code, h.qform_code) = (0, 1);
             [h.quatern_b, h.quatern_c, h.quatern_d] = [9.0; 3];
         };
         assert!(changed(turned).contains("quaternion"));
+    }
+
+    #[test]
+    fn lengths_are_millimetres_whatever_the_unit_of_the_file() {
+        let labels = [0, 1, 0, 0, 0, 0, 0, 0];
+        for (code, unit) in [(0, 1.0), (1, 1e3), (2, 1.0), (3, 1e-3)] {
+            let mut bytes = file([2; 3], [1.0, 1.5, 2.0], &labels);
+            bytes[123] = code;
+            // An sform: the axes along y, x and z, with an origin.
+            bytes[254..256].copy_from_slice(&1i16.to_le_bytes());
+            let rows = [
+                [0.0, 1.5, 0.0, 7.0],
+                [1.0, 0.0, 0.0, 8.0],
+                [0.0, 0.0, 2.0, 9.0f32],
+            ];
+            for (k, number) in rows.iter().flatten().enumerate() {
+                bytes[280 + 4 * k..284 + 4 * k].copy_from_slice(&number.to_le_bytes());
+            }
+            let image = volume(&bytes, "v.nii", None);
+            let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+            assert!(close(image.spacing[2], 2.0 * unit), "{code}");
+            let world = image.in_world().unwrap();
+            assert!(close(world.origin[1], 8.0 * unit) && close(world.spacing[1], 1.5 * unit));
+            assert_eq!(world.direction.unwrap()[1], [1.0, 0.0, 0.0]);
+        }
     }
 
     #[test]

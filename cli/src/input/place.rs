@@ -1,6 +1,10 @@
 //! Placing images in the unit box.
 //!
-//! Three rules, in this order:
+//! Images whose files state their place in the world are placed by it: all by one transform from the
+//! world to the box ([`physical_frames`], [`FrameRule::Physical`]), or, where their positions do not
+//! matter, each object in the middle ([`centred_frames`], [`FrameRule::Centred`]).
+//!
+//! Three rules for other images, in this order:
 //!
 //! 1. An array (`.npy`) of exactly as many samples per side as the grid has nodes holds nodal
 //!    values and is used without resampling ([`FrameRule::AsIs`]).
@@ -18,9 +22,9 @@
 //! The box of a sample reaches half a spacing to both sides.
 
 use fe_grid::{Grid, ScalarField};
-use serde::{Deserialize, Serialize};
 
-use super::Image;
+use super::frame::{FrameRule, FrameTransform};
+use super::{Image, LEVEL};
 
 /// Objects are put into `[MARGIN, 1 - MARGIN]^D`.
 pub const MARGIN: f64 = 0.15;
@@ -29,134 +33,6 @@ pub const SHARED_ROOM: f64 = 1.25;
 
 /// Cells along the longest side to which grids of whole images can be coarsened, in 2D and 3D.
 const COARSEST_CELLS: [usize; 2] = [16, 8];
-
-/// The rule by which an image was placed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FrameRule {
-    /// Samples are nodes.
-    AsIs,
-    /// One transform for all images.
-    Shared,
-    /// One scale for all images, each object in the middle.
-    Centred,
-    /// The whole image in the middle of the box, in which the longest side of all is one.
-    Whole,
-}
-
-/// From sample indices to the unit box:
-/// `unit = scale * (sample * spacing + origin) + offset` along every axis.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(into = "FrameRecord", try_from = "FrameRecord")]
-pub struct FrameTransform<const D: usize> {
-    scale: f64,
-    spacing: [f64; D],
-    origin: [f64; D],
-    offset: [f64; D],
-    rule: FrameRule,
-}
-
-impl<const D: usize> FrameTransform<D> {
-    /// The rule that determined it.
-    pub fn rule(&self) -> FrameRule {
-        self.rule
-    }
-
-    /// Unit-box length of one length unit of the file.
-    pub fn scale(&self) -> f64 {
-        self.scale
-    }
-
-    /// Unit-box length of one sample along each axis.
-    pub fn sample_size(&self) -> [f64; D] {
-        self.spacing.map(|h| self.scale * h)
-    }
-
-    /// The frame scaled towards the centre of the box by a factor.
-    pub fn shrunk(&self, factor: f64) -> Self {
-        Self {
-            scale: factor * self.scale,
-            offset: self.offset.map(|x| 0.5 + factor * (x - 0.5)),
-            ..*self
-        }
-    }
-
-    /// Whether it maps samples to the same positions as another frame, up to rounding.
-    pub fn like(&self, other: &Self) -> bool {
-        let ends = [[0.0; D], [1.0; D]];
-        ends.iter().all(|&sample| {
-            let (a, b) = (self.to_unit(sample), other.to_unit(sample));
-            (0..D).all(|k| (a[k] - b[k]).abs() < 1e-9)
-        })
-    }
-
-    /// Unit-box position of a (fractional) sample index.
-    pub fn to_unit(&self, sample: [f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| {
-            self.scale * (sample[k] * self.spacing[k] + self.origin[k]) + self.offset[k]
-        })
-    }
-
-    /// Sample index of a point of the unit box.
-    pub fn to_sample(&self, unit: [f64; D]) -> [f64; D] {
-        let physical = self.to_physical(unit);
-        std::array::from_fn(|k| (physical[k] - self.origin[k]) / self.spacing[k])
-    }
-
-    /// Position in the file's length units of a point of the unit box.
-    pub fn to_physical(&self, unit: [f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| (unit[k] - self.offset[k]) / self.scale)
-    }
-}
-
-/// The form in which a transform is written to files.
-#[derive(Clone, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FrameRecord {
-    rule: FrameRule,
-    scale: f64,
-    spacing: Vec<f64>,
-    origin: Vec<f64>,
-    offset: Vec<f64>,
-}
-
-impl<const D: usize> From<FrameTransform<D>> for FrameRecord {
-    fn from(frame: FrameTransform<D>) -> Self {
-        Self {
-            rule: frame.rule,
-            scale: frame.scale,
-            spacing: frame.spacing.to_vec(),
-            origin: frame.origin.to_vec(),
-            offset: frame.offset.to_vec(),
-        }
-    }
-}
-
-/// A written transform that cannot be one of this dimension.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a frame transform needs a positive scale and positive spacings, one number for each axis")]
-pub struct FrameRecordError;
-
-impl<const D: usize> TryFrom<FrameRecord> for FrameTransform<D> {
-    type Error = FrameRecordError;
-
-    fn try_from(record: FrameRecord) -> Result<Self, FrameRecordError> {
-        let axes = |numbers: Vec<f64>| <[f64; D]>::try_from(numbers).map_err(|_| FrameRecordError);
-        let frame = Self {
-            rule: record.rule,
-            scale: record.scale,
-            spacing: axes(record.spacing)?,
-            origin: axes(record.origin)?,
-            offset: axes(record.offset)?,
-        };
-        let positive = |x: &f64| *x > 0.0 && x.is_finite();
-        if positive(&frame.scale) && frame.spacing.iter().all(positive) {
-            Ok(frame)
-        } else {
-            Err(FrameRecordError)
-        }
-    }
-}
 
 /// Lower and upper corner of a box in the file's length units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,6 +44,9 @@ struct Bounds<const D: usize> {
 impl<const D: usize> Bounds<D> {
     /// The box of an image's object; that of the whole image where there is no object.
     fn of_object(image: &Image<D>) -> Self {
+        if let Some(directions) = &image.direction {
+            return Self::of_turned(image, directions);
+        }
         let samples = image
             .object_bounds()
             .unwrap_or_else(|| image.size.map(|n| [0, n - 1]));
@@ -176,6 +55,35 @@ impl<const D: usize> Bounds<D> {
             low: std::array::from_fn(|k| edge(k, samples[k][0] as f64 - 0.5)),
             high: std::array::from_fn(|k| edge(k, samples[k][1] as f64 + 0.5)),
         }
+    }
+
+    /// The box around the boxes of an object's samples whose axes have these directions.
+    fn of_turned(image: &Image<D>, directions: &[[f64; D]; D]) -> Self {
+        let step = |i: usize, k: usize| directions[i][k] * image.spacing[k];
+        let reach: [f64; D] =
+            std::array::from_fn(|i| 0.5 * (0..D).map(|k| step(i, k).abs()).sum::<f64>());
+        let within = |level: f64| {
+            let samples = image.values.iter().enumerate();
+            samples
+                .filter(move |(_, value)| **value > level)
+                .map(|(index, _)| {
+                    let sample = image.sample(index);
+                    let centre: [f64; D] = std::array::from_fn(|i| {
+                        image.origin[i] + (0..D).map(|k| step(i, k) * sample[k] as f64).sum::<f64>()
+                    });
+                    Self {
+                        low: std::array::from_fn(|i| centre[i] - reach[i]),
+                        high: std::array::from_fn(|i| centre[i] + reach[i]),
+                    }
+                })
+                .reduce(Self::union)
+        };
+        let whole = within(LEVEL).or_else(|| within(f64::NEG_INFINITY));
+        // Images that were read have samples.
+        whole.unwrap_or(Self {
+            low: image.origin,
+            high: image.origin,
+        })
     }
 
     fn union(self, other: Self) -> Self {
@@ -194,7 +102,44 @@ impl<const D: usize> Bounds<D> {
     }
 }
 
-/// The transforms that place images in the unit box, for a grid of `nodes` a side.
+/// The transforms that place images by their positions in the world, which all of them have: one
+/// transform from the world to the unit box, which puts the common bounding box of all objects into
+/// the middle.
+pub fn physical_frames<const D: usize>(images: &[Image<D>]) -> Vec<FrameTransform<D>> {
+    let boxes: Vec<Bounds<D>> = images.iter().map(Bounds::of_object).collect();
+    let Some(common) = boxes.into_iter().reduce(Bounds::union) else {
+        return Vec::new();
+    };
+    let scale = (1.0 - 2.0 * MARGIN) / common.longest();
+    let physical =
+        |image| FrameTransform::around(image, scale, common.centre(), FrameRule::Physical);
+    images.iter().map(physical).collect()
+}
+
+/// The transforms that put the bounding box of each object into the middle, with one scale.
+pub fn centred_frames<const D: usize>(images: &[Image<D>]) -> Vec<FrameTransform<D>> {
+    let boxes: Vec<Bounds<D>> = images.iter().map(Bounds::of_object).collect();
+    let scale = (1.0 - 2.0 * MARGIN) / longest(&boxes);
+    let images = images.iter().zip(&boxes);
+    images
+        .map(|(image, own)| FrameTransform::around(image, scale, own.centre(), FrameRule::Centred))
+        .collect()
+}
+
+/// Whether objects take up little more room together than the largest alone; see [`SHARED_ROOM`].
+pub fn are_near<const D: usize>(images: &[Image<D>]) -> bool {
+    let boxes: Vec<Bounds<D>> = images.iter().map(Bounds::of_object).collect();
+    let common = boxes.iter().copied().reduce(Bounds::union);
+    common.is_none_or(|common| common.longest() <= SHARED_ROOM * longest(&boxes))
+}
+
+fn longest<const D: usize>(boxes: &[Bounds<D>]) -> f64 {
+    let sides = boxes.iter().map(Bounds::longest);
+    sides.fold(0.0, f64::max)
+}
+
+/// The transforms that place images in the unit box, for a grid of `nodes` a side, wherever they
+/// lie in the world.
 pub fn fit_frames<const D: usize>(images: &[Image<D>], nodes: usize) -> Vec<FrameTransform<D>> {
     let as_is = |image: &Image<D>| image.plain_array && image.size == [nodes; D];
     let free: Vec<&Image<D>> = images.iter().filter(|image| !as_is(image)).collect();
@@ -204,7 +149,7 @@ pub fn fit_frames<const D: usize>(images: &[Image<D>], nodes: usize) -> Vec<Fram
         .iter()
         .filter_map(|image| {
             if as_is(image) {
-                Some(nodal_frame(nodes))
+                Some(FrameTransform::nodal(nodes))
             } else {
                 placed.next()
             }
@@ -273,15 +218,9 @@ fn in_the_middle<const D: usize>(
     grid: Grid<D>,
 ) -> FrameTransform<D> {
     let (own, extent) = (lengths(image), grid.extent());
-    FrameTransform {
-        scale: 1.0 / longest,
-        spacing: image.spacing,
-        origin: image.origin,
-        offset: std::array::from_fn(|k| {
-            0.5 * (extent[k] - own[k] / longest) - image.origin[k] / longest
-        }),
-        rule: FrameRule::Whole,
-    }
+    let offset =
+        std::array::from_fn(|k| 0.5 * (extent[k] - own[k] / longest) - image.origin[k] / longest);
+    FrameTransform::of_image(image, 1.0 / longest, offset, FrameRule::Whole)
 }
 
 /// The values of an image at the nodes of a grid: means over the boxes of one grid spacing around
@@ -318,56 +257,43 @@ pub fn nodal_values<const D: usize>(
 }
 
 /// Placement of an image that belongs to others: `frame` is that of one of them, `size` its
-/// samples. In a shared frame an image of the same lattice keeps its position; any other has its
-/// object centred, with the scale of the others times `factor`.
+/// samples. In a shared frame an image of the same lattice keeps its position, in a physical one
+/// any image that has a place in the world, unless it is `moved` later; any other has its object
+/// centred, with the scale of the others times `factor`.
 pub(crate) fn frame_like<const D: usize>(
     image: &Image<D>,
     (size, frame): (&[usize], &FrameTransform<D>),
     nodes: usize,
     factor: f64,
+    moved: bool,
 ) -> FrameTransform<D> {
     if image.plain_array && image.size == [nodes; D] {
-        return nodal_frame(nodes);
+        return FrameTransform::nodal(nodes);
     }
-    let same_lattice =
-        image.size == size && image.spacing == frame.spacing && image.origin == frame.origin;
-    if frame.rule == FrameRule::Shared && same_lattice && factor == 1.0 {
+    let physical = frame.rule() == FrameRule::Physical;
+    if physical && image.direction.is_some() && factor == 1.0 && !moved {
+        return frame.for_image(image);
+    }
+    let same_lattice = image.size == size && frame.has_lattice_of(image);
+    if frame.rule() == FrameRule::Shared && same_lattice && factor == 1.0 {
         return *frame;
     }
+    let own = Bounds::of_object(image);
     // Nodal values of the others have the scale of the box.
     let scale = factor
-        * if frame.rule == FrameRule::AsIs {
-            (1.0 - 2.0 * MARGIN) / Bounds::of_object(image).longest()
+        * if frame.rule() == FrameRule::AsIs {
+            (1.0 - 2.0 * MARGIN) / own.longest()
         } else {
-            frame.scale
+            frame.scale()
         };
-    let centre = Bounds::of_object(image).centre();
-    FrameTransform {
-        scale,
-        spacing: image.spacing,
-        origin: image.origin,
-        offset: centre.map(|c| 0.5 - scale * c),
-        rule: FrameRule::Centred,
-    }
-}
-
-fn nodal_frame<const D: usize>(nodes: usize) -> FrameTransform<D> {
-    FrameTransform {
-        scale: 1.0 / (nodes - 1) as f64,
-        spacing: [1.0; D],
-        origin: [0.0; D],
-        offset: [0.0; D],
-        rule: FrameRule::AsIs,
-    }
+    FrameTransform::around(image, scale, own.centre(), FrameRule::Centred)
 }
 
 fn place<const D: usize>(images: &[&Image<D>], boxes: &[Bounds<D>]) -> Vec<FrameTransform<D>> {
     let Some(common) = boxes.iter().copied().reduce(Bounds::union) else {
         return Vec::new();
     };
-    let largest = boxes
-        .iter()
-        .fold(0.0, |side, b| f64::max(side, b.longest()));
+    let largest = longest(boxes);
     let same_lattice = images
         .iter()
         .all(|image| image.size == images[0].size && image.spacing == images[0].spacing);
@@ -383,13 +309,7 @@ fn place<const D: usize>(images: &[&Image<D>], boxes: &[Bounds<D>]) -> Vec<Frame
         .zip(boxes)
         .map(|(image, own)| {
             let centre = if shared { common } else { *own }.centre();
-            FrameTransform {
-                scale,
-                spacing: image.spacing,
-                origin: image.origin,
-                offset: centre.map(|c| 0.5 - scale * c),
-                rule,
-            }
+            FrameTransform::around(image, scale, centre, rule)
         })
         .collect()
 }
@@ -414,6 +334,7 @@ pub(crate) mod tests {
             origin: [0.0; D],
             path: "block".into(),
             affine: None,
+            direction: None,
             plain_array: false,
         };
         for index in 0..image.values.len() {

@@ -9,11 +9,13 @@ use fe_grid::{Element, Field, Grid};
 
 use super::OutputError;
 use super::npy::Precision;
+use crate::shapes::WorldFrame;
 
 /// Fields on the nodes of one grid, to be written together. Nothing is copied.
 pub struct VtiFile<'a, const D: usize> {
     grid: Grid<D>,
     precision: Precision,
+    world: Option<WorldFrame<D>>,
     arrays: Vec<PointArray<'a>>,
 }
 
@@ -30,8 +32,16 @@ impl<'a, const D: usize> VtiFile<'a, D> {
         Self {
             grid,
             precision,
+            world: None,
             arrays: Vec::new(),
         }
+    }
+
+    /// The same in the world: with its origin, its directions and its length unit, in which the
+    /// vectors of fields that are added later are given, too.
+    pub(crate) fn within(mut self, world: Option<WorldFrame<D>>) -> Self {
+        self.world = world;
+        self
     }
 
     /// Adds a field; vectors in the plane get a third component 0, as VTK vectors have three.
@@ -45,15 +55,15 @@ impl<'a, const D: usize> VtiFile<'a, D> {
     ) -> Self {
         assert_eq!(*field.grid(), self.grid, "a field of another grid");
         let n = self.grid.n_nodes();
+        let number = move |node: usize, c: usize| field.as_slice()[c * n + node].to_f64();
+        let world = self.world.filter(|_| M == D);
         self.arrays.push(PointArray {
             name: name.to_owned(),
             components: if M == 2 { 3 } else { M },
-            value: Box::new(move |node, c| {
-                if c < M {
-                    field.as_slice()[c * n + node].to_f64()
-                } else {
-                    0.0
-                }
+            value: Box::new(move |node, c| match world {
+                _ if c >= M => 0.0,
+                Some(world) => world.vector(std::array::from_fn(|k| number(node, k)))[c],
+                None => number(node, c),
             }),
         });
         self
@@ -120,7 +130,7 @@ impl<'a, const D: usize> VtiFile<'a, D> {
         let nodes = self.grid.nodes_per_axis();
         let last = |k: usize| nodes.get(k).map_or(0, |n| n - 1);
         let extent = format!("0 {} 0 {} 0 {}", last(0), last(1), last(2));
-        let h = self.grid.spacing();
+        let place = self.place();
         let kind = match self.precision {
             Precision::Single => "Float32",
             Precision::Double => "Float64",
@@ -141,9 +151,31 @@ impl<'a, const D: usize> VtiFile<'a, D> {
             "<?xml version=\"1.0\"?>\n\
              <VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" \
              header_type=\"UInt64\">\n  \
-             <ImageData WholeExtent=\"{extent}\" Origin=\"0 0 0\" Spacing=\"{h} {h} {h}\">\n    \
+             <ImageData WholeExtent=\"{extent}\" {place}>\n    \
              <Piece Extent=\"{extent}\">\n      <PointData>\n{arrays}      </PointData>\n    \
              </Piece>\n  </ImageData>\n  <AppendedData encoding=\"raw\">\n_"
+        )
+    }
+
+    /// The attributes that place the grid.
+    fn place(&self) -> String {
+        let h = self.grid.spacing();
+        let Some(world) = &self.world else {
+            return format!("Origin=\"0 0 0\" Spacing=\"{h} {h} {h}\"");
+        };
+        let h = h * world.length();
+        let (origin, rows) = (world.origin(), world.direction());
+        let origin = [0, 1, 2].map(|k| origin.get(k).copied().unwrap_or(0.0));
+        let number = |i: usize, j: usize| match rows.get(i).and_then(|row| row.get(j)) {
+            Some(number) => *number,
+            // The third axis of a picture.
+            None => f64::from(u8::from(i == j)),
+        };
+        let direction: Vec<String> = (0..9).map(|k| number(k / 3, k % 3).to_string()).collect();
+        let [x, y, z] = origin;
+        format!(
+            "Origin=\"{x} {y} {z}\" Spacing=\"{h} {h} {h}\" Direction=\"{}\"",
+            direction.join(" ")
         )
     }
 }

@@ -12,12 +12,13 @@ use crate::average::AverageConfig;
 use crate::dimension::{Dim, per_dimension};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
-use crate::input::place::FrameTransform;
+use crate::input::frame::FrameTransform;
 use crate::integrity::Sums;
-use crate::options::{Align, Size};
+use crate::options::{Align, Frame, Size};
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
+use crate::shapes::WorldFrame;
 
 /// An average and its record.
 pub(crate) struct StoredAverage<const D: usize> {
@@ -33,6 +34,10 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub names: Vec<String>,
     /// Samples of the first input along each axis, and its placement in the unit box.
     pub frame: (Vec<usize>, FrameTransform<D>),
+    /// The world of its shapes, if they have one.
+    pub world: Option<WorldFrame<D>>,
+    /// How its shapes were placed; missing in results of earlier versions.
+    pub placing: Option<Frame>,
     /// Whether its shapes were aligned.
     pub align: Align,
     /// Whether its shapes were scaled to equal sizes.
@@ -134,6 +139,8 @@ fn stored_average<const D: usize>(
             .map(|input| input.name.clone())
             .collect(),
         frame: (first.size.clone(), first.frame),
+        world: WorldFrame::of_records(&record.input),
+        placing: config.masks.frame,
         align: config.masks.align.unwrap_or_default(),
         size: config.masks.size,
         doubts: record.doubts,

@@ -125,6 +125,7 @@ pub(super) fn record<'a, const D: usize>(
     doubts.extend(of_source(&stored.doubts));
     let doubts = named(&doubts, []);
     Record::new("complete", &nodes, &outcome.config, found, doubts, start)
+        .within(stored.world.as_ref())
 }
 
 /// The summary of an analysis.

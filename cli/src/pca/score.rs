@@ -26,7 +26,7 @@ use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::input::place::frame_like;
 use crate::input::{Image, ReadOptions, read_images};
-use crate::options::{Align, Size};
+use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
 use crate::picture::{Canvas, Colour, INK, Tiles, colour};
 use crate::session::{Command, PlanOf, Session};
@@ -253,7 +253,13 @@ impl<'a, const D: usize> Target<'a, D> {
         let grid = *self.distance.grid();
         let nodes = grid.nodes_per_axis()[0];
         let (size, frame) = &self.stored.average.frame;
-        let mut frame_of = frame_like(image, (size, frame), nodes, 1.0);
+        let in_world = match self.stored.average.placing {
+            None | Some(Frame::None) => None,
+            Some(Frame::Physical | Frame::Centred) => image.in_world(),
+        };
+        let image = in_world.as_ref().unwrap_or(image);
+        let moved = self.align == Align::Rigid || self.scale == Size::Equal;
+        let mut frame_of = frame_like(image, (size, frame), nodes, 1.0, moved);
         if self.scale == Size::Equal {
             let (outline, _) = place_like(image, frame_of, None, self.coarse_grid())?;
             let own = Moments::of_contour(&outline).map_err(shown)?.volume;

@@ -96,6 +96,10 @@ impl Command for SynthesizeConfig {
         };
         sheet.draw().write_png(&directory.file("shape.png"))?;
         if D == 3 {
+            let shape = match &outcome.stored.average.world {
+                Some(world) => shape.map(|p| world.position(p)),
+                None => shape.clone(),
+            };
             write_surface(&directory.file("shape.stl"), Shape::of(&shape).surface())?;
         }
         let record = record(outcome, self, [&shape, &outline], session.start)?;
@@ -143,14 +147,10 @@ fn record<const D: usize>(
     } else {
         "load_not_reached"
     };
-    Ok(SynthesisRecord::new(
-        status,
-        &grid.nodes_per_axis(),
-        config,
-        found,
-        doubts,
-        start,
-    ))
+    Ok(
+        SynthesisRecord::new(status, &grid.nodes_per_axis(), config, found, doubts, start)
+            .within(outcome.stored.average.world.as_ref()),
+    )
 }
 
 fn summary<const D: usize>(record: &SynthesisRecord<D>) -> Summary {

@@ -111,6 +111,7 @@ fn write_arrays<const D: usize>(
     let gram = |i: usize, j: usize| Some(pca.gram[(i, j)]);
     write_matrix_array(&directory.file("gram.npy"), pca.gram.nrows(), gram)?;
     VtiFile::new(*space.object.grid(), Precision::Single)
+        .within(outcome.stored.world)
         .field("object", &space.object)
         .fields("mode", &space.fields)
         .write(&directory.file("modes.vti"))?;

@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use shape_average::align::{RigidMotion, align_group_of_visible};
 
 use super::inspect::inspect_reflections;
+use super::world::{Motion, WorldFrame};
 use super::{Input, VisibilityMask, view_of};
 use crate::error::CliError;
 
@@ -34,6 +35,8 @@ pub(crate) struct Alignment<const D: usize> {
     pub mismatch: f64,
     /// Whether the others were aligned to this shape.
     pub reference: bool,
+    /// The way of its centre of mass, in millimetres, for shapes that lie in the world.
+    pub moved: Option<f64>,
 }
 
 /// The form in which an alignment is written: `aligned = rotation unit + translation`.
@@ -44,6 +47,22 @@ pub(crate) struct AlignmentRecord {
     pub(super) angle_degrees: f64,
     mismatch: f64,
     pub(super) reference: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) moved_mm: Option<f64>,
+}
+
+impl AlignmentRecord {
+    /// The rotation and the translation, if there are as many numbers as in `D` dimensions.
+    pub fn motion<const D: usize>(&self) -> Option<Motion<D>> {
+        let mut rotation = [[0.0; D]; D];
+        if self.rotation.len() != D {
+            return None;
+        }
+        for (row, stored) in rotation.iter_mut().zip(&self.rotation) {
+            *row = stored.as_slice().try_into().ok()?;
+        }
+        Some((rotation, self.translation.as_slice().try_into().ok()?))
+    }
 }
 
 impl<const D: usize> Alignment<D> {
@@ -57,6 +76,7 @@ impl<const D: usize> Alignment<D> {
             angle_degrees: self.motion.angle().to_degrees(),
             mismatch: self.mismatch,
             reference: self.reference,
+            moved_mm: self.moved,
         }
     }
 }
@@ -70,6 +90,7 @@ pub(crate) fn align<const D: usize>(
     inputs: &mut [Input<D>],
     views: &[Option<VisibilityMask<D>>],
 ) -> Result<(), CliError> {
+    let before = centres(inputs)?;
     let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
     let view = |i: usize| views.get(i).and_then(Option::as_ref);
     let reference = reference(&contours, |i| view(i).is_none())?;
@@ -100,12 +121,64 @@ pub(crate) fn align<const D: usize>(
             motion: found[position].motion,
             mismatch: found[position].mismatch,
             reference: position == 0,
+            moved: None,
         });
     }
     if visibility.is_empty() {
         inspect_reflections(inputs, &distances, &order)?;
     }
     keep_inside(inputs);
+    measure_ways(inputs, &before)
+}
+
+/// Adds the doubts about shapes in the world that are not aligned, and that would fit another one
+/// better if they were reflected.
+///
+/// # Errors
+/// [`CliError::Computation`].
+pub(super) fn inspect_unaligned<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliError> {
+    if inputs.len() < 2 || !inputs.iter().all(|input| input.frame.in_world()) {
+        return Ok(());
+    }
+    let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
+    let reference = reference(&contours, |_| true)?;
+    let mut order: Vec<usize> = (0..inputs.len()).collect();
+    order.swap(0, reference);
+    let ordered: Vec<&Contour<D>> = order.iter().map(|&i| contours[i]).collect();
+    let distances = coarse_distances(&ordered)?;
+    let resolved = |distance: &ScalarField<f64, D>| distance.as_slice().iter().any(|&u| u > 0.0);
+    if !distances.iter().all(resolved) {
+        // Shapes that lie far from each other have few nodes.
+        return Ok(());
+    }
+    inspect_reflections(inputs, &distances, &order)
+}
+
+/// The centres of mass of shapes, in their physical space.
+fn centres<const D: usize>(inputs: &[Input<D>]) -> Result<Vec<[f64; D]>, CliError> {
+    let centre = |input: &Input<D>| {
+        let moments = Moments::of_contour(&input.contour).map_err(failed)?;
+        Ok(input.frame.to_physical(moments.centroid.into()))
+    };
+    inputs.iter().map(centre).collect()
+}
+
+/// Records how far shapes were moved in the world, where all lie there: the reference stays.
+fn measure_ways<const D: usize>(
+    inputs: &mut [Input<D>],
+    before: &[[f64; D]],
+) -> Result<(), CliError> {
+    let Some(world) = WorldFrame::of_inputs(inputs) else {
+        return Ok(());
+    };
+    for (input, before) in inputs.iter_mut().zip(before) {
+        let moments = Moments::of_contour(&input.contour).map_err(failed)?;
+        let after = world.position(moments.centroid.into());
+        let way: f64 = (0..D).map(|k| (after[k] - before[k]).powi(2)).sum();
+        if let Some(alignment) = &mut input.alignment {
+            alignment.moved = Some(way.sqrt());
+        }
+    }
     Ok(())
 }
 

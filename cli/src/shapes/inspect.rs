@@ -40,8 +40,8 @@ pub(crate) fn inspect_resolution<const D: usize>(distance: &ScalarField<f64, D>)
     Doubt::check(Cause::ThinParts, thin_share(distance))
 }
 
-/// Adds the doubts about shapes that fit the reference of an alignment better when they are
-/// reflected. `distances` are those before the alignment, of the reference first.
+/// Adds the doubts about shapes that fit one of them better when they are reflected. `distances` are
+/// those before an alignment, of that shape first.
 ///
 /// # Errors
 /// [`CliError::Computation`].
@@ -50,12 +50,13 @@ pub(super) fn inspect_reflections<const D: usize>(
     distances: &[ScalarField<f64, D>],
     order: &[usize],
 ) -> Result<(), CliError> {
-    let loose = |i: usize| inputs[i].alignment.is_some_and(|a| a.mismatch > MATCHED);
+    let loose = |i: usize| inputs[i].alignment.is_none_or(|a| a.mismatch > MATCHED);
     let others = order.iter().zip(distances).skip(1);
     let others: Vec<_> = others.filter(|(i, _)| loose(**i)).collect();
     let shares = parallel::try_map(&others, &|(_, distance)| {
         let [own, reflected] = mismatches(&distances[0], distance).map_err(super::align::failed)?;
-        Ok::<_, CliError>(reflected / own.max(f64::MIN_POSITIVE))
+        let alike = own <= MATCHED;
+        Ok::<_, CliError>(if alike { 1.0 } else { reflected / own })
     })?;
     for ((i, _), share) in others.into_iter().zip(shares) {
         inputs[*i]

@@ -14,6 +14,7 @@ mod parts;
 mod record;
 mod size;
 mod surface;
+mod world;
 
 use std::path::{Path, PathBuf};
 
@@ -21,11 +22,12 @@ use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 
 use crate::error::CliError;
-use crate::input::place::{FrameRule, FrameTransform, fit_frames};
+use crate::input::frame::{FrameRule, FrameTransform};
+use crate::input::place::{are_near, centred_frames, fit_frames, physical_frames};
 use crate::input::{Image, LEVEL, boundary};
-use crate::options::{Align, MaskOptions, Size};
+use crate::options::{Align, Frame, MaskOptions, Size};
 use crate::progress::Progress;
-use align::{Alignment, align};
+use align::{Alignment, align, inspect_unaligned};
 use size::equalise;
 
 pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution};
@@ -36,6 +38,7 @@ pub(crate) use record::{
     GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
 };
 pub(crate) use surface::write_surface;
+pub(crate) use world::{WorldFrame, WorldRecord};
 
 /// Masks that are read and placed in the unit box.
 #[derive(Clone, Debug)]
@@ -57,21 +60,29 @@ impl<const D: usize> Placed<D> {
     ///
     /// # Errors
     /// [`CliError::Option`] for a grid that does not exist.
-    pub fn new(mut images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
+    pub fn new(images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
         let nodes = options.nodes::<D>()?;
         options.grid = Some(nodes);
+        let (mut images, frame) = oriented(images, options)?;
+        options.frame = Some(frame);
         let size_factors = match options.size {
             Size::Kept => vec![1.0; images.len()],
             Size::Equal => equalise(&mut images),
         };
-        let frames = fit_frames(&images, nodes);
+        let near = frame != Frame::Physical || are_near(&images);
         let align = *options.align.get_or_insert_with(|| {
-            if options.size == Size::Kept && have_common_coordinates(&images) {
+            if options.size == Size::Kept && near && have_common_coordinates(&images) {
                 Align::None
             } else {
                 Align::Rigid
             }
         });
+        let frames = match frame {
+            // Shapes that are aligned anyway need no room for their distances.
+            Frame::Physical if near || align == Align::None => physical_frames(&images),
+            Frame::Physical | Frame::Centred => centred_frames(&images),
+            Frame::None => fit_frames(&images, nodes),
+        };
         Ok(Self {
             frames,
             images,
@@ -80,6 +91,51 @@ impl<const D: usize> Placed<D> {
             align,
         })
     }
+}
+
+/// The images in the world, as far as their files state their place there and the options ask for
+/// it, with the resolved option.
+///
+/// # Errors
+/// [`CliError::Option`] if an image has no place in the world, or is to be scaled, and positions
+/// there are asked for.
+fn oriented<const D: usize>(
+    images: Vec<Image<D>>,
+    options: &MaskOptions,
+) -> Result<(Vec<Image<D>>, Frame), CliError> {
+    if options.frame == Some(Frame::None) {
+        return Ok((images, Frame::None));
+    }
+    let placed: Vec<Option<Image<D>>> = images.iter().map(Image::in_world).collect();
+    let refused = |remedy: String| CliError::Option {
+        option: "--frame",
+        value: "physical".into(),
+        remedy,
+    };
+    let lost = placed.iter().position(Option::is_none);
+    let frame = match (options.frame, lost) {
+        (Some(Frame::Physical), Some(lost)) => {
+            return Err(refused(format!(
+                "'{}' does not state its place in the world; use --frame centred, or none",
+                images[lost].path.display()
+            )));
+        }
+        (Some(Frame::Physical), None) if options.size == Size::Equal => {
+            return Err(refused(
+                "shapes of equal size have no positions in the world; use --frame centred".into(),
+            ));
+        }
+        (Some(frame), _) => frame,
+        (None, None) if options.size == Size::Kept => Frame::Physical,
+        (None, _) if placed.iter().any(Option::is_some) => Frame::Centred,
+        (None, _) => Frame::None,
+    };
+    if frame == Frame::None {
+        return Ok((images, frame));
+    }
+    let images = images.into_iter().zip(placed);
+    let images = images.map(|(image, placed)| placed.unwrap_or(image));
+    Ok((images.collect(), frame))
 }
 
 /// Whether the positions of objects in masks can be compared: all masks are arrays of the same
@@ -153,6 +209,9 @@ pub(crate) fn prepare<const D: usize>(
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
         align(&mut inputs, views)?;
+    } else if views.is_empty() {
+        progress.stage("looking for reflected shapes");
+        inspect_unaligned(&mut inputs)?;
     }
     progress.stage("measuring distances");
     let distances: Result<Vec<_>, CliError> = images

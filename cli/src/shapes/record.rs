@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Input;
 use super::align::AlignmentRecord;
-use crate::input::place::FrameTransform;
+use crate::input::frame::FrameTransform;
 use crate::input::{GreyRange, Image};
 
 /// A grey image and its placement.
@@ -100,8 +100,14 @@ pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> O
     let turned = aligned().fold(0.0, |most, a| f64::max(most, a.angle_degrees.abs()));
     let mut parts = Vec::new();
     if let Some(reference) = inputs.iter().find(is_reference) {
+        let ways: Option<Vec<f64>> = aligned().map(|a| a.moved_mm).collect();
+        let moved = ways.map_or_else(String::new, |ways| {
+            let most = ways.into_iter().fold(0.0, f64::max);
+            format!(" and moved by up to {most:.1} mm")
+        });
         parts.push(format!(
-            "rigid, onto '{}', turned by up to {turned:.1} degrees (--align none keeps positions)",
+            "rigid, onto '{}', turned by up to {turned:.1} degrees{moved} (--align none keeps \
+             positions)",
             reference.name
         ));
     }

@@ -7,7 +7,7 @@ use crate::input::{Image, LEVEL};
 pub(super) fn equalise<const D: usize>(images: &mut [Image<D>]) -> Vec<f64> {
     let extent = |image: &Image<D>| {
         let samples = image.values.iter().filter(|v| **v > LEVEL).count() as f64;
-        let volume = samples * image.spacing.iter().product::<f64>();
+        let volume = samples * image.sample_volume();
         volume.powf(1.0 / D as f64)
     };
     let extents: Vec<f64> = images.iter().map(extent).collect();

@@ -45,7 +45,9 @@ fn in_input_coordinates<const D: usize>(
     let reference = inputs.iter().position(is_reference).unwrap_or(0);
     let input = &inputs[reference];
     let unit = |p: [f64; D]| input.alignment.map_or(p, |a| a.motion.map_back(p));
-    let (placed, coordinates) = if let Some(affine) = input.affine {
+    let (placed, coordinates) = if input.frame.in_world() {
+        (shape.map(|p| input.frame.to_physical(unit(p))), "world")
+    } else if let Some(affine) = input.affine {
         let samples = shape.map(|p| input.frame.to_sample(unit(p)));
         let matrix = SMatrix::<f64, D, D>::from_fn(|i, j| affine[i][j]);
         let shift = SVector::<f64, D>::from_fn(|i, _| affine[i][3]);

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use levelset::Moments;
-use shapespace::input::place::{FrameRule, fit_frames};
+use shapespace::input::frame::FrameRule;
+use shapespace::input::place::fit_frames;
 use shapespace::input::{
     AnyImages, Image, InputError, ReadOptions, boundary, read_image, read_images,
 };

@@ -5,6 +5,8 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+pub mod solid;
+
 /// A temporary folder in which the program runs.
 pub struct Place(tempfile::TempDir);
 

@@ -1,0 +1,172 @@
+//! The unit box in the world.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Input, InputRecord, common_scale};
+use crate::input::frame::FrameTransform;
+
+/// A rotation, row by row, and a translation.
+pub(crate) type Motion<const D: usize> = ([[f64; D]; D], [f64; D]);
+
+/// From the unit box to the world: `world = direction (length unit) + origin`, in millimetres.
+///
+/// The world is that of the reference of the alignment, or of the first input without one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct WorldFrame<const D: usize> {
+    origin: [f64; D],
+    /// An orthogonal matrix, row by row.
+    direction: [[f64; D]; D],
+    /// Millimetres of one length of the box.
+    length: f64,
+    /// Number of the input whose world this is.
+    of_input: usize,
+}
+
+/// The world coordinates of the nodes, in the form in which they are written:
+/// `world = direction (node spacing) + origin` for a node, counted along each axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WorldRecord {
+    /// The orientation of the coordinates: to the right, to the front, upwards.
+    pub space: String,
+    pub unit: String,
+    pub origin: Vec<f64>,
+    /// Row by row; its columns are the directions of the axes of the grid.
+    pub direction: Vec<Vec<f64>>,
+    pub spacing: Vec<f64>,
+    /// Number of the input whose coordinates these are.
+    pub of_input: usize,
+}
+
+impl<const D: usize> WorldFrame<D> {
+    /// The world of one input, if its frame lies in a world.
+    fn of_input(
+        frame: &FrameTransform<D>,
+        motion: Option<Motion<D>>,
+        of_input: usize,
+    ) -> Option<Self> {
+        if !frame.in_world() {
+            return None;
+        }
+        let identity =
+            std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+        let (rotation, shift) = motion.unwrap_or((identity, [0.0; D]));
+        let back = |p: [f64; D]| -> [f64; D] {
+            std::array::from_fn(|i| (0..D).map(|j| rotation[j][i] * (p[j] - shift[j])).sum())
+        };
+        Some(Self {
+            origin: frame.to_physical(back([0.0; D])),
+            direction: std::array::from_fn(|i| std::array::from_fn(|j| rotation[j][i])),
+            length: frame.scale().recip(),
+            of_input,
+        })
+    }
+
+    /// The world of inputs that all lie in one, with one scale.
+    pub fn of_inputs(inputs: &[Input<D>]) -> Option<Self> {
+        if common_scale(inputs).is_none() || !inputs.iter().all(|i| i.frame.in_world()) {
+            return None;
+        }
+        let is_reference = |input: &Input<D>| input.alignment.is_some_and(|a| a.reference);
+        let number = inputs.iter().position(is_reference).unwrap_or(0);
+        let motion = inputs[number].alignment.map(|alignment| {
+            let (rotation, shift) = (alignment.motion.rotation(), alignment.motion.translation());
+            let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
+            (rows, std::array::from_fn(|i| shift[i]))
+        });
+        Self::of_input(&inputs[number].frame, motion, number)
+    }
+
+    /// The same from their records.
+    pub fn of_records(inputs: &[InputRecord<D>]) -> Option<Self> {
+        let in_world =
+            |input: &InputRecord<D>| input.frame.in_world() && input.size_factor.is_none();
+        if !inputs.iter().all(in_world) {
+            return None;
+        }
+        let reference =
+            |input: &InputRecord<D>| input.alignment.as_ref().is_some_and(|a| a.reference);
+        let number = inputs.iter().position(reference).unwrap_or(0);
+        let input = inputs.get(number)?;
+        let motion = match &input.alignment {
+            None => None,
+            Some(alignment) => Some(alignment.motion()?),
+        };
+        Self::of_input(&input.frame, motion, number)
+    }
+
+    /// The world coordinates of a point of the box.
+    pub fn position(&self, unit: [f64; D]) -> [f64; D] {
+        let turned = self.vector(unit);
+        std::array::from_fn(|i| turned[i] + self.origin[i])
+    }
+
+    /// A vector of the box in the world.
+    pub fn vector(&self, unit: [f64; D]) -> [f64; D] {
+        let rows = self.direction;
+        rows.map(|row| self.length * (0..D).map(|k| row[k] * unit[k]).sum::<f64>())
+    }
+
+    /// The position of the first node.
+    pub fn origin(&self) -> [f64; D] {
+        self.origin
+    }
+
+    /// The directions of the axes, row by row.
+    pub fn direction(&self) -> [[f64; D]; D] {
+        self.direction
+    }
+
+    /// Millimetres of one length of the box.
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// The form in which it is written, for a grid of this spacing in the unit box.
+    pub fn record(&self, spacing: f64) -> WorldRecord {
+        WorldRecord {
+            space: "RAS".into(),
+            unit: "mm".into(),
+            origin: self.origin.to_vec(),
+            direction: self.direction.iter().map(|row| row.to_vec()).collect(),
+            spacing: vec![self.length * spacing; D],
+            of_input: self.of_input,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::place::{physical_frames, tests::block};
+
+    #[test]
+    fn an_aligned_reference_keeps_its_place_in_the_world() {
+        let mut image = block([9, 9, 9], [1.0; 3], [2; 3], [6; 3]);
+        image.affine = Some([
+            [0.0, 0.0, -2.0, 5.0],
+            [1.0, 0.0, 0.0, 6.0],
+            [0.0, 3.0, 0.0, 7.0],
+        ]);
+        let image = image.in_world().unwrap();
+        let frame = physical_frames(std::slice::from_ref(&image))[0];
+        let motion = (
+            [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+            [0.9, 0.2, -0.1],
+        );
+        let world = WorldFrame::of_input(&frame, Some(motion), 4).unwrap();
+        let sample = [1.5, 7.0, 3.0];
+        let unit = frame.to_unit(sample);
+        let aligned: [f64; 3] = std::array::from_fn(|i| {
+            motion.1[i] + (0..3).map(|j| motion.0[i][j] * unit[j]).sum::<f64>()
+        });
+        let expected = [-6.0 + 5.0, 1.5 + 6.0, 21.0 + 7.0];
+        for (found, expected) in world.position(aligned).into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        let record = world.record(0.25);
+        assert_eq!(
+            (record.of_input, record.spacing[2]),
+            (4, 0.25 / frame.scale())
+        );
+    }
+}
