@@ -9,7 +9,8 @@ use super::{Image, LEVEL};
 /// The boundary of a mask's object in the unit box: the contour of level 1/2 between the samples
 /// at their own resolution, so that nothing is lost where they are finer than a grid, and grey
 /// edges keep their sub-sample position. Beyond its samples an image is background, so that the
-/// boundary is always closed.
+/// boundary is always closed. The order and the directions in which samples are stored make no
+/// difference: cells are cut along the axes of the box.
 ///
 /// # Errors
 /// [`LevelsetError::EmptyObject`] where no value exceeds 1/2, [`LevelsetError::NonFinite`] where
@@ -21,22 +22,47 @@ pub fn boundary<const D: usize>(
     let bounds = image
         .object_bounds()
         .ok_or(LevelsetError::EmptyObject { level: LEVEL })?;
+    let axes = frame.box_axes();
+    let bounds = axes.map(|(axis, _)| bounds[axis]);
+    let size = axes.map(|(axis, _)| image.size[axis]);
     // One sample around the object is all that its boundary depends on.
     let window = Grid::with_nodes(bounds.map(|[low, high]| high - low + 3), 1.0)
         // Bounds of an object hold at least one sample: the window has three or more.
         .expect("three nodes or more along every axis, spacing 1");
     let mut field = ScalarField::zeros(window);
     for (index, value) in field.as_mut_slice().iter_mut().enumerate() {
-        // Sample numbers plus one: the window may begin one before the first sample.
         let node = window.node(index);
-        let next: [usize; D] = std::array::from_fn(|k| node[k] + bounds[k][0]);
-        if (0..D).all(|k| (1..=image.size[k]).contains(&next[k])) {
-            *value = image.values[image.index(next.map(|i| i - 1))];
+        let mut sample = [0; D];
+        let mut inside = true;
+        for (k, (axis, reversed)) in axes.into_iter().enumerate() {
+            // Nodes are counted along the axes of the box, from one before the first sample of the
+            // object, which may be one before the first of the image.
+            let next = if reversed {
+                (bounds[k][1] + 2).checked_sub(node[k])
+            } else {
+                Some(node[k] + bounds[k][0])
+            };
+            match next.filter(|next| (1..=size[k]).contains(next)) {
+                Some(next) => sample[axis] = next - 1,
+                None => inside = false,
+            }
+        }
+        if inside {
+            *value = image.values[image.index(sample)];
         }
     }
     let drawn = contour(&field, LEVEL, BoxEdge::Closed)?;
-    let first = bounds.map(|[low, _]| low as f64 - 1.0);
-    let placed = drawn.map(|p| frame.to_unit(std::array::from_fn(|k| p[k] + first[k])));
+    let placed = drawn.map(|p| {
+        let mut sample = [0.0; D];
+        for (k, (axis, reversed)) in axes.into_iter().enumerate() {
+            sample[axis] = if reversed {
+                bounds[k][1] as f64 + 1.0 - p[k]
+            } else {
+                p[k] + (bounds[k][0] as f64 - 1.0)
+            };
+        }
+        frame.to_unit(sample)
+    });
     Ok(if frame.reverses() {
         placed.flipped()
     } else {

@@ -93,9 +93,31 @@ impl<const D: usize> FrameTransform<D> {
         self.direction.is_some()
     }
 
-    /// Whether it maps right-handed axes of samples to left-handed ones.
+    /// For every axis of the box the axis of samples that is nearest to it, and whether that has
+    /// the opposite direction.
+    pub fn box_axes(&self) -> [(usize, bool); D] {
+        let Some(rows) = &self.direction else {
+            return std::array::from_fn(|k| (k, false));
+        };
+        let mut free: Vec<usize> = (0..D).collect();
+        std::array::from_fn(|i| {
+            let nearest = (0..free.len())
+                .max_by(|&a, &b| rows[i][free[a]].abs().total_cmp(&rows[i][free[b]].abs()));
+            // There are as many axes of samples as of the box.
+            let axis = free.remove(nearest.unwrap_or(0));
+            (axis, rows[i][axis] < 0.0)
+        })
+    }
+
+    /// Whether samples that are counted along the axes of the box ([`Self::box_axes`]) are reflected.
     pub fn reverses(&self) -> bool {
-        self.direction.is_some_and(|rows| determinant(&rows) < 0.0)
+        let Some(rows) = &self.direction else {
+            return false;
+        };
+        let axes = self.box_axes();
+        let counted = rows
+            .map(|row| axes.map(|(axis, reversed)| if reversed { -row[axis] } else { row[axis] }));
+        determinant(&counted) < 0.0
     }
 
     /// Unit-box length of one length unit of the file.
@@ -253,7 +275,9 @@ mod tests {
             assert!((back[k] - sample[k]).abs() < 1e-12);
         }
         assert!((determinant(&image.direction.unwrap()) + 0.62).abs() < 1e-14);
-        assert!(frame.reverses() && frame.in_world());
+        assert_eq!(frame.box_axes(), [(1, false), (0, true), (2, true)]);
+        // Reversed twice and exchanged once, the axes are right-handed.
+        assert!(!frame.reverses() && frame.in_world());
         let text = serde_json::to_string(&frame).unwrap();
         assert_eq!(
             serde_json::from_str::<FrameTransform<3>>(&text).unwrap(),

@@ -58,12 +58,31 @@ pub(super) fn inspect_reflections<const D: usize>(
         let alike = own <= MATCHED;
         Ok::<_, CliError>(if alike { 1.0 } else { reflected / own })
     })?;
-    for ((i, _), share) in others.into_iter().zip(shares) {
-        inputs[*i]
-            .doubts
-            .extend(Doubt::check(Cause::Reflection, share));
+    let others = others.into_iter().map(|(i, _)| *i).zip(shares);
+    let found: Vec<(usize, Doubt)> = others
+        .filter_map(|(i, share)| Some((i, Doubt::check(Cause::Reflection, share)?)))
+        .collect();
+    for (i, doubt) in minority(found, order) {
+        inputs[i].doubts.push(doubt);
     }
     Ok(())
+}
+
+/// The reflected shapes, with their doubts, among those of a list. They are compared with its first
+/// one: where most of the others look reflected, it is that one which is, and those like it.
+fn minority(found: Vec<(usize, Doubt)>, order: &[usize]) -> Vec<(usize, Doubt)> {
+    if 2 * found.len() <= order.len() {
+        return found;
+    }
+    let figure = |(_, doubt): &(usize, Doubt)| doubt.figure;
+    let least_sure = found.iter().max_by(|a, b| figure(a).total_cmp(&figure(b)));
+    let Some((_, doubt)) = least_sure else {
+        return found;
+    };
+    let like_it = order
+        .iter()
+        .filter(|&i| found.iter().all(|(other, _)| other != i));
+    like_it.map(|&i| (i, *doubt)).collect()
 }
 
 /// The doubts about inputs, with their numbers.
@@ -71,4 +90,24 @@ pub(crate) fn doubts_of<const D: usize>(inputs: &[Input<D>]) -> Vec<Doubt> {
     let numbered = inputs.iter().enumerate();
     let doubts = numbered.flat_map(|(i, input)| input.doubts.iter().map(move |d| d.about(i)));
     doubts.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_shapes_the_few_are_reflected() {
+        let doubt = |figure| Doubt::check(Cause::Reflection, figure).unwrap();
+        let named = |found: &[(usize, f64)], order: &[usize]| {
+            let found = found.iter().map(|&(i, figure)| (i, doubt(figure)));
+            let few = minority(found.collect(), order);
+            few.iter().map(|(i, d)| (*i, d.figure)).collect::<Vec<_>>()
+        };
+        assert_eq!(named(&[(2, 0.1)], &[1, 0, 2, 3]), [(2, 0.1)]);
+        assert_eq!(named(&[(0, 0.1)], &[1, 0]), [(0, 0.1)]);
+        let most = [(0, 0.1), (2, 0.3), (4, 0.2)];
+        assert_eq!(named(&most, &[3, 0, 1, 2, 4]), [(3, 0.3), (1, 0.3)]);
+        assert_eq!(named(&[], &[0, 1]), []);
+    }
 }

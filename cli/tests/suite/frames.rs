@@ -1,12 +1,12 @@
 //! Inputs lie where their files say, whatever the order, the directions and the distances of their
 //! samples.
 
-use levelset::hausdorff;
+use levelset::{Contour, ContourDistance};
 use shapespace::input::place::physical_frames;
 use shapespace::input::{AnyImage, Image, ReadOptions, boundary, decode_image};
 
 use crate::common::solid::{Affine, SOLID, Solid, lattice, nifti_of};
-use crate::common::{Place, Results, succeeded};
+use crate::common::{Place, Results, npy_f64, succeeded};
 
 /// The side of a cube of samples of one millimetre that holds the solid.
 const SIDE: usize = 34;
@@ -58,15 +58,24 @@ fn read(bytes: &[u8]) -> Image<3> {
     }
 }
 
-/// The largest distance of the boundaries of images from that of the first, in millimetres.
-fn apart(images: &[Image<3>]) -> Vec<f64> {
+/// The mean and the largest distance of the boundaries of images from that of the first, in
+/// millimetres.
+fn apart(images: &[Image<3>]) -> Vec<[f64; 2]> {
     let frames = physical_frames(images);
     let drawn: Vec<_> = images
         .iter()
         .zip(&frames)
         .map(|(image, frame)| boundary(image, frame).unwrap())
         .collect();
-    let of = |contour| hausdorff(&drawn[0], contour).unwrap().maximum / frames[0].scale();
+    let first = ContourDistance::new(&drawn[0]).unwrap();
+    let of = |contour: &Contour<3>| {
+        let points = contour.points().iter();
+        let distances: Vec<f64> = points
+            .map(|p| first.signed_distance(*p).abs() / frames[0].scale())
+            .collect();
+        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+        [mean, distances.into_iter().fold(0.0, f64::max)]
+    };
     drawn.iter().map(of).collect()
 }
 
@@ -76,31 +85,280 @@ fn one_object_in_all_orientations_has_one_boundary() {
         .iter()
         .map(|affine| read(&SOLID.nifti([SIDE; 3], affine)))
         .collect();
-    let worst = apart(&grey).into_iter().fold(0.0, f64::max);
-    println!("grey, 48 orientations: {worst:.2e} mm");
-    // Affine maps are stored in single precision: 44 mm are known to 4e-6.
-    assert!(worst < 1e-4, "{worst}");
-    let white = |image: &Image<3>| Image {
-        values: image
-            .values
+    let largest = |images: &[Image<3>]| {
+        apart(images)
             .iter()
-            .map(|v| f64::from(u8::from(*v > 0.5)))
-            .collect(),
-        ..image.clone()
+            .fold(0.0, |most, d| f64::max(most, d[1]))
     };
-    let white: Vec<Image<3>> = grey.iter().map(white).collect();
-    let worst = apart(&white).into_iter().fold(0.0, f64::max);
-    println!("white, 48 orientations: {worst:.2e} mm");
-    assert!(worst < 1e-4, "{worst}");
-    let mut others = vec![grey[0].clone()];
-    others.extend(
-        resampled()
+    // The same samples in another order: rounding of coordinates of the box.
+    assert!(largest(&grey) < 1e-12);
+    let white: Vec<Image<3>> = grey
+        .iter()
+        .map(|image| {
+            let above = |value: &f64| f64::from(u8::from(*value > 0.5));
+            let values = image.values.iter().map(above).collect();
+            Image {
+                values,
+                ..image.clone()
+            }
+        })
+        .collect();
+    assert!(largest(&white) < 1e-12);
+}
+
+#[test]
+fn resampled_copies_of_an_object_have_one_boundary() {
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut lattices = vec![([SIDE; 3], lattice(identity, [SIDE; 3]))];
+    lattices.extend(resampled());
+    // Twice as fine.
+    let images: Vec<Image<3>> = lattices
+        .into_iter()
+        .map(|(size, affine)| {
+            let size = size.map(|n| 2 * n);
+            let axis = |j: usize| [0, 1, 2].map(|i| 0.5 * affine[i][j]);
+            read(&SOLID.nifti(size, &lattice([axis(0), axis(1), axis(2)], size)))
+        })
+        .collect();
+    for [mean, largest] in apart(&images) {
+        // .02 samples of .5 mm. Chords of .7 mm on a ball of 3.5 mm are up to .02 mm inside of it,
+        // where balls are joined somewhat more.
+        assert!(mean < 0.01, "{mean}");
+        assert!(largest < 0.04, "{largest}");
+    }
+}
+
+const COPIES: [&str; 4] = ["plain.nii", "turned.nii", "oblique.nii", "sheared.nii"];
+
+/// Copies of a solid: as it is, in another order of axes that is a reflection, oblique and sheared.
+fn copies(place: &Place, solid: &Solid, prefix: &str) -> Vec<String> {
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let others = resampled();
+    let lattices = [
+        ([SIDE; 3], lattice(identity, [SIDE; 3])),
+        ([SIDE; 3], orientations()[21]),
+        others[0],
+        others[2],
+    ];
+    let written = COPIES.iter().zip(lattices).map(|(name, (size, affine))| {
+        let name = format!("{prefix}{name}");
+        solid.write(place, &name, size, &affine);
+        name
+    });
+    written.collect()
+}
+
+#[test]
+fn copies_of_one_object_have_their_own_average() {
+    let place = Place::new();
+    let copies = copies(&place, &SOLID, "");
+    for align in ["none", "rigid"] {
+        let mut arguments = vec!["average"];
+        arguments.extend(copies.iter().map(String::as_str));
+        arguments.extend(["--grid", "33", "--align", align, "-o", align]);
+        succeeded(&place.run(&arguments));
+        let found = Results::read(&place.path(align));
+        assert_eq!(found.json["parameters"]["frame"], "physical");
+        let volume = |i| found.number(&format!("/input/{i}/volume_input_units"));
+        for i in 0..4 {
+            // Chords cut off .01 mm or a little more of a ball of 7 mm: .5 %.
+            assert!((volume(i) / volume(0) - 1.0).abs() < 6e-3, "{}", volume(i));
+            let mean = found.number(&format!("/hausdorff_input_units/{i}/mean"));
+            assert!(mean < 0.02, "{align}, {i}: {mean} mm");
+            if align == "rigid" {
+                let of = |key| found.number(&format!("/input/{i}/alignment/{key}"));
+                assert!(of("moved_mm") < 0.02, "{i}: {} mm", of("moved_mm"));
+                assert!(of("angle_degrees") < 0.1, "{i}: {}", of("angle_degrees"));
+            }
+        }
+        check_world(&found);
+    }
+}
+
+/// The mask of an average in the world is where the solid is.
+fn check_world(found: &Results) {
+    let [origin, spacing] = ["/world/origin", "/world/spacing"].map(|key| found.numbers(key));
+    let (shape, mask) = found.mask("average_mask.npy");
+    assert_eq!(shape, [33, 33, 33]);
+    let (mut centre, mut count) = ([0.0; 3], 0.0);
+    let (mut expected, mut whole) = ([0.0; 3], 0.0);
+    for (index, value) in mask.iter().enumerate() {
+        let node = [index % 33, index / 33 % 33, index / (33 * 33)];
+        let p: [f64; 3] = std::array::from_fn(|k| origin[k] + node[k] as f64 * spacing[k]);
+        let share = SOLID.value(p, spacing[0] / 2.0);
+        for k in 0..3 {
+            centre[k] += f64::from(*value) * p[k];
+            expected[k] += share * p[k];
+        }
+        count += f64::from(*value);
+        whole += share;
+    }
+    for k in 0..3 {
+        // A mask of 2500 nodes: its centre is known to a hundredth of their distance of .85 mm.
+        let difference = centre[k] / count - expected[k] / whole;
+        assert!(difference.abs() < 0.05, "axis {k}: {difference}");
+    }
+}
+
+/// Runs of the other commands on copies must give what they give on the originals.
+#[test]
+fn modes_scores_and_distances_do_not_depend_on_the_lattice() {
+    let place = Place::new();
+    let solids = [-1.0, 0.0, 1.2, 0.6].map(|swelling| Solid { swelling, ..SOLID });
+    let files: Vec<Vec<String>> = solids
+        .iter()
+        .enumerate()
+        .map(|(i, solid)| copies(&place, solid, &format!("{i}_")))
+        .collect();
+    // The second run has another lattice for each shape.
+    let chosen = [[0, 0, 0, 0], [1, 2, 3, 2]].map(|which| {
+        let names = which
             .iter()
-            .map(|(size, affine)| read(&SOLID.nifti(*size, affine))),
-    );
-    let found = apart(&others);
-    println!("resampled: {found:.4?} mm");
-    for distance in found {
-        assert!(distance < 0.02, "{distance}");
+            .zip(&files)
+            .map(|(&copy, files)| files[copy].as_str());
+        names.collect::<Vec<_>>()
+    });
+    let mut found = Vec::new();
+    for (run, names) in chosen.iter().enumerate() {
+        let out = |what: &str| format!("{what}{run}");
+        let common = ["--grid", "17", "--align", "none"];
+        let three = &names[..3];
+        let run_all = |arguments: &[&str]| succeeded(&place.compute(arguments));
+        run_all(&[&["average"], three, &common, &["-o", &out("average")]].concat());
+        run_all(&["pca", &out("average"), "-o", &out("pca")]);
+        run_all(&["score", names[3], "--pca", &out("pca"), "-o", &out("score")]);
+        run_all(
+            &[
+                &["geodesic"],
+                &names[..2],
+                &common,
+                &["-K", "2", "-o", &out("geodesic")],
+            ]
+            .concat(),
+        );
+        run_all(
+            &[
+                &["distances"],
+                three,
+                &common,
+                &["-K", "1", "-o", &out("distances")],
+            ]
+            .concat(),
+        );
+        let results = |what: &str| Results::read(&place.path(&out(what)));
+        let row = |i: usize| results("distances").numbers(&format!("/distances/matrix/{i}"));
+        found.push([
+            results("pca").numbers("/eigenvalues"),
+            results("score").numbers("/scores/0"),
+            vec![results("geodesic").number("/length")],
+            row(0),
+            row(1),
+        ]);
+    }
+    println!("{found:.4?}");
+    let [first, second] = [&found[0], &found[1]];
+    for (a, b) in first.iter().flatten().zip(second.iter().flatten()) {
+        assert!(
+            (a - b).abs() < 0.1 * a.abs().max(0.05),
+            "{a} {b}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn a_mirror_image_is_named() {
+    let place = Place::new();
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let affine = lattice(identity, [SIDE; 3]);
+    let reflected = Solid {
+        reflected: true,
+        ..SOLID
+    };
+    for (name, solid) in [
+        ("a.nii", SOLID),
+        (
+            "b.nii",
+            Solid {
+                swelling: 0.2,
+                ..SOLID
+            },
+        ),
+        ("mirrored.nii", reflected),
+    ] {
+        solid.write(&place, name, [SIDE; 3], &affine);
+    }
+    for align in ["none", "rigid"] {
+        let inputs = ["a.nii", "b.nii", "mirrored.nii"];
+        let options = [
+            "--grid",
+            "17",
+            "--align",
+            align,
+            "--max-iterations",
+            "3",
+            "-o",
+            align,
+        ];
+        place.compute(&[&["average"], &inputs[..], &options].concat());
+        let found = Results::read(&place.path(align));
+        let doubts = found.json["doubts"].as_array().unwrap();
+        let named: Vec<_> = doubts
+            .iter()
+            .filter(|doubt| doubt["what"] == "reflection")
+            .collect();
+        assert_eq!(named.len(), 1, "{align}: {doubts:?}");
+        assert_eq!(named[0]["shape"], "mirrored");
+    }
+}
+
+#[test]
+fn frames_are_chosen_by_what_files_state() {
+    let place = Place::new();
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let near = lattice(identity, [SIDE; 3]);
+    SOLID.write(&place, "near.nii", [SIDE; 3], &near);
+    // The same samples, stated to lie 60 mm further to the right.
+    let mut far = near;
+    far[0][3] += 60.0;
+    let samples: Vec<f32> = {
+        let bytes = SOLID.nifti([SIDE; 3], &near);
+        let numbers = bytes[352..].chunks_exact(4);
+        numbers
+            .map(|raw| f32::from_le_bytes([raw[0], raw[1], raw[2], raw[3]]))
+            .collect()
+    };
+    place.write("far.nii", &nifti_of([SIDE; 3], &far, &samples));
+    let values: Vec<f64> = samples.iter().map(|v| f64::from(*v)).collect();
+    place.write("nowhere.npy", &npy_f64(&[SIDE; 3], &values));
+    let average = |names: &[&str], options: &[&str], out: &str| {
+        let common = ["--grid", "17", "--max-iterations", "1", "-o", out];
+        place.compute(&[&["average"], names, options, &common].concat());
+        Results::read(&place.path(out))
+    };
+    let far_apart = average(&["near.nii", "far.nii"], &[], "far");
+    assert_eq!(far_apart.json["parameters"]["align"], "rigid");
+    let moved = [0, 1].map(|i| far_apart.number(&format!("/input/{i}/alignment/moved_mm")));
+    assert!((moved[0] + moved[1] - 60.0).abs() < 1e-3, "{moved:?}");
+    // A box of both at their places would have 60 mm more.
+    let scale = |found: &Results| found.number("/input/0/frame/scale");
+    let kept = average(&["near.nii", "far.nii"], &["--align", "none"], "kept");
+    assert!(scale(&far_apart) > 2.0 * scale(&kept));
+    let mixed = average(&["near.nii", "nowhere.npy"], &["--align", "none"], "mixed");
+    assert_eq!(mixed.json["parameters"]["frame"], "centred");
+    assert!(mixed.json.get("world").is_none());
+    let plain = average(&["nowhere.npy", "nowhere.npy"], &[], "plain");
+    assert_eq!(plain.json["parameters"]["frame"], "none");
+    for (options, expected) in [
+        (&["--frame", "physical"][..], "nowhere.npy"),
+        (&["--frame", "physical", "--size", "equal"], "nowhere.npy"),
+    ] {
+        let common = ["average", "near.nii", "nowhere.npy", "-o", "refused"];
+        let run = place.run(&[&common, options].concat());
+        let report = String::from_utf8(run.stderr).unwrap();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(
+            report.contains(expected) && report.contains("--frame centred"),
+            "{report}"
+        );
     }
 }

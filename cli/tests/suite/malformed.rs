@@ -509,8 +509,8 @@ fn nifti_rows() -> Vec<Row> {
         ("a.nii", sform([f32::NAN; 12]), "finite"),
         ("a.nii", diagonal(1.0, 1.0, 0.0, 0.0), "no length"),
         ("a.nii", diagonal(1.0, 1.0, 3e38, 0.0), "finite"),
-        ("a.nii", diagonal(1.0, 1.0, 1.0, 0.3), "right angles"),
-        ("a.nii", diagonal(1.0, 1.0, 1.0, 1.0), "right angles"),
+        ("a.nii", diagonal(1.0, 1.0, 1.0, 50.0), "singular"),
+        ("a.nii", sform([1.0; 12]), "singular"),
     ]);
     let mut turned = changed(252, &1i16.to_le_bytes());
     turned[256..268].copy_from_slice([9f32; 3].map(f32::to_le_bytes).as_flattened());

@@ -5,7 +5,7 @@ use super::Place;
 /// An affine map from samples to the world, row by row.
 pub type Affine = [[f64; 4]; 3];
 
-/// Three balls of different radii that are joined smoothly: no rotation or reflection maps them to
+/// Four balls of different radii that are joined smoothly: no rotation or reflection maps them to
 /// themselves. `swelling` changes the radius of the second, in millimetres.
 #[derive(Clone, Copy)]
 pub struct Solid {
@@ -32,6 +32,7 @@ impl Solid {
             ([12.0, -30.0, 44.0], 7.0),
             ([20.0, -30.0, 46.0], 4.5 + self.swelling),
             ([13.0, -21.0, 39.0], 3.5),
+            ([6.0, -35.0, 50.0], 4.0),
         ];
         let sum: f64 = balls
             .iter()
@@ -82,7 +83,7 @@ pub fn mapped(affine: &Affine, sample: [f64; 3]) -> [f64; 3] {
 
 /// A lattice whose axes are these vectors, and whose middle is that of the solid.
 pub fn lattice(axes: [[f64; 3]; 3], size: [usize; 3]) -> Affine {
-    let middle = [13.5, -27.0, 43.5];
+    let middle = [13.5, -28.0, 44.5];
     std::array::from_fn(|i| {
         let half: f64 = (0..3)
             .map(|j| axes[j][i] * 0.5 * (size[j] - 1) as f64)
