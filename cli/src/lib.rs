@@ -40,6 +40,7 @@ mod session;
 mod shapes;
 mod summary;
 pub mod verify;
+mod warp;
 mod watch;
 
 /// The examples of the README, as documentation tests.

@@ -55,6 +55,10 @@ pub struct AverageConfig {
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
+    /// Input in whose world coordinates the results lie, by its path or its file name [default: the
+    /// first].
+    #[arg(long, value_name = "INPUT")]
+    pub like: Option<PathBuf>,
     /// Visibility masks, one per input and of its size, bright where the input is visible; 'all'
     /// for an input that is completely visible. Elsewhere an input is not compared with the
     /// average.

@@ -7,7 +7,7 @@ use crate::error::CliError;
 use crate::input::{Image, read_images};
 use crate::options::check_law;
 use crate::progress::Progress;
-use crate::shapes::{Placed, VisibilityMask};
+use crate::shapes::{Placed, VisibilityMask, input_like};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
 pub(super) struct AveragePlan<const D: usize> {
@@ -44,7 +44,8 @@ pub(super) fn plan_images<const D: usize>(
     mut config: AverageConfig,
 ) -> Result<AveragePlan<D>, CliError> {
     check_law::<D>(&config.params.law)?;
-    let placed = Placed::new(images, &mut config.masks)?;
+    let mut placed = Placed::new(images, &mut config.masks)?;
+    placed.like = input_like(&config.inputs, config.like.as_deref())?;
     if config.sweep.is_none() {
         let weights = config.weights()?;
         config.params.weights.get_or_insert(weights);

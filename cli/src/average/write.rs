@@ -17,6 +17,7 @@ use crate::output::{OutputError, ResultDir};
 use crate::session::Session;
 use crate::shapes::{WorldFrame, write_surface};
 use crate::summary::Summary;
+use crate::warp::{write_shape, write_warps};
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
@@ -38,6 +39,9 @@ pub(super) fn write_all<const D: usize>(
     let outline = average_outline(outcome)?;
     picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
     let surface = write_surface(&directory.file("average.stl"), &outcome.inputs, &outline)?;
+    let grid = *outcome.result.average.grid();
+    write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
+    write_warps(directory, &outcome.inputs, &outcome.result.displacements)?;
     let volume = Moments::of_contour(&outline);
     let record = record(outcome, volume, surface, session.start);
     record.write(directory)?;

@@ -25,6 +25,10 @@ pub struct GeodesicConfig {
     #[serde(flatten)]
     #[command(flatten)]
     pub masks: MaskOptions,
+    /// Input in whose world coordinates the results lie, by its path or its file name [default: the
+    /// first].
+    #[arg(long, value_name = "INPUT")]
+    pub like: Option<PathBuf>,
     /// Inputs are label images: every label but 0 is a component, which is mapped onto the
     /// component of the same label.
     #[arg(long)]

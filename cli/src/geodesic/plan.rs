@@ -7,7 +7,7 @@ use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::input::{Image, read_images, read_label_images};
 use crate::options::{Align, check_law};
-use crate::shapes::{Components, Placed, VisibilityMask, read_view};
+use crate::shapes::{Components, Placed, VisibilityMask, input_like, read_view};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
 pub(crate) struct GeodesicPlan<const D: usize> {
@@ -56,8 +56,11 @@ fn plan_images<const D: usize>(
         let path = path.as_deref();
         path.map(|path| read_view(path, option)).transpose()
     };
+    let mut placed = Placed::new(images, &mut config.masks)?;
+    let ends = [config.start.clone(), config.end.clone()];
+    placed.like = input_like(&ends, config.like.as_deref())?;
     Ok(GeodesicPlan {
-        placed: Placed::new(images, &mut config.masks)?,
+        placed,
         parts,
         views: [
             view(&config.valid_start, "--valid-start")?,

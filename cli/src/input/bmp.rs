@@ -66,6 +66,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
         size: header.size,
         channels,
         numbers: Numbers::Bytes(numbers.copied().collect()),
+        palette: Vec::new(),
     })
 }
 

@@ -15,14 +15,20 @@ mod decode;
 mod error;
 pub mod frame;
 mod grey;
+mod jpeg;
+pub mod lattice;
 mod levels;
 mod mask;
+mod metaimage;
 mod nifti;
 mod npy;
+mod nrrd;
+mod packed;
 pub mod place;
 mod pnm;
 mod raster;
 mod tiff;
+mod volume;
 mod world;
 
 use std::path::{Path, PathBuf};
@@ -34,6 +40,7 @@ pub use levels::grey_share;
 
 use crate::dimension::Dim;
 use crate::{files, memory};
+use raster::Colours;
 
 /// No input may have more values than this (2 GiB in double precision).
 pub const MAX_VALUES: u64 = 1 << 28;
@@ -130,7 +137,10 @@ pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputE
 /// # Errors
 /// [`InputError`] names the file, the defect and the remedy.
 pub fn read_label_image(path: &Path) -> Result<AnyImage, InputError> {
-    mask::into_label_image(decode_samples(&bytes_of(path)?, path)?, path)
+    mask::into_label_image(
+        decode_samples(&bytes_of(path)?, path, Colours::Refused)?,
+        path,
+    )
 }
 
 /// Reads grey images that all have the same number of axes, each on a scale on which nearly all
@@ -139,8 +149,10 @@ pub fn read_label_image(path: &Path) -> Result<AnyImage, InputError> {
 /// # Errors
 /// [`InputError`] names the file, the defect and the remedy.
 pub fn read_grey_images(paths: &[PathBuf]) -> Result<(AnyImages, Vec<GreyRange>), InputError> {
-    let read =
-        |path: &PathBuf| grey::into_grey_image(decode_samples(&bytes_of(path)?, path)?, path);
+    let read = |path: &PathBuf| {
+        let samples = decode_samples(&bytes_of(path)?, path, Colours::Luminance)?;
+        grey::into_grey_image(samples, path)
+    };
     let read: Result<Vec<_>, _> = paths.iter().map(read).collect();
     let (images, ranges) = read?.into_iter().unzip();
     Ok((same_dimension(images)?, ranges))
@@ -178,10 +190,18 @@ pub fn decode_image(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<AnyImage, InputError> {
-    mask::into_image(decode_samples(bytes, path)?, path, options)
+    mask::into_image(
+        decode_samples(bytes, path, Colours::Refused)?,
+        path,
+        options,
+    )
 }
 
-fn decode_samples(bytes: &[u8], path: &Path) -> Result<decode::Samples, InputError> {
+fn decode_samples(
+    bytes: &[u8],
+    path: &Path,
+    colours: Colours,
+) -> Result<decode::Samples, InputError> {
     let name = path
         .file_name()
         .map(|name| name.to_string_lossy().to_lowercase())
@@ -191,8 +211,13 @@ fn decode_samples(bytes: &[u8], path: &Path) -> Result<decode::Samples, InputErr
         "npy" => npy::decode(bytes, path),
         "nii" => nifti::decode(bytes, path),
         "gz" if name.ends_with(".nii.gz") => nifti::decode_compressed(bytes, path),
+        "hdr" | "img" => nifti::decode_pair(bytes, path),
+        "nrrd" | "nhdr" => nrrd::decode(bytes, path),
+        "mha" | "mhd" => metaimage::decode(bytes, path),
         "tif" | "tiff" => tiff::decode(bytes, path),
-        "png" | "pgm" | "pbm" | "ppm" | "pnm" | "bmp" => raster::decode(bytes, path, extension),
+        "png" | "jpg" | "jpeg" | "pgm" | "pbm" | "ppm" | "pnm" | "bmp" => {
+            raster::decode(bytes, path, extension, colours)
+        }
         _ => Err(InputError::UnknownFormat { path: path.into() }),
     }
 }

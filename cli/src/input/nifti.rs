@@ -1,281 +1,327 @@
-//! NIfTI-1 volumes, plain or compressed.
+//! NIfTI-1 and NIfTI-2 volumes, in one file or two, plain or compressed, and ANALYZE 7.5.
 
-use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use ::nifti::{Endianness, NiftiHeader, NiftiType};
-use flate2::bufread::{GzDecoder, MultiGzDecoder};
-
-use super::decode::{Meaning, NumberType, Samples, VALUE, check_size, take};
+use super::decode::{NumberType, Samples, VALUE, take};
+use super::packed::Packed;
+use super::volume::{Storage, Volume, flattened};
 use super::world::affine_fault;
-use super::{InputError, reserve};
+use super::{InputError, bytes_of, reserve};
 
-const HEADER_BYTES: usize = 348;
+/// Bytes of the headers of both versions, which is also their first number.
+const LENGTHS: [usize; 2] = [348, 540];
 /// Where the data begin in a file that does not state it: after the header and four bytes.
-const USUAL_OFFSET: f32 = 352.0;
-/// DEFLATE packs no more bytes than this into one.
-const MOST_COMPRESSION: usize = 1032;
-/// How every stream of gzip begins.
-const GZIP: [u8; 2] = [0x1f, 0x8b];
-/// No more bytes than this may follow the data.
-const MOST_AFTER: usize = 1 << 26;
+const USUAL_OFFSETS: [f64; 2] = [352.0, 544.0];
 /// Extensions between header and data may not be longer than this.
-const MAX_OFFSET: f32 = (1 << 26) as f32;
+const MAX_OFFSET: f64 = (1 << 26) as f64;
+/// A quaternion is at most this much longer than 1.
+const ROUNDING: f64 = 1e-3;
 
 /// Reads an uncompressed volume.
 pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
-    let header = parse_header(bytes, path)?;
-    let layout = Layout::new(&header, path)?;
-    let data = bytes.get(layout.offset..).unwrap_or(&[]);
-    let data = take(data, layout.data_bytes(), path)?;
-    let values = VALUE * layout.count as u64;
-    reserve(path, values, values)?;
-    layout.decode(data, &header, path)
+    let header = Header::parse(bytes, path)?;
+    let offset = header.offset(path)?;
+    let volume = header.volume(path)?;
+    volume.stored(bytes.get(offset..).unwrap_or(&[]), Storage::Raw, file(path))
 }
 
 /// Reads a compressed volume, once it is known how much is to be unpacked.
 pub(super) fn decode_compressed(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
-    let head = unpack_start(bytes, HEADER_BYTES, path)?;
-    let layout = Layout::new(&parse_header(&head, path)?, path)?;
-    let length = layout.offset + layout.data_bytes();
-    // No more than this is unpacked from a byte.
-    take_claim(length, MOST_COMPRESSION * bytes.len(), path)?;
-    let unpacked = (length + MOST_AFTER.min(length)) as u64;
-    reserve(path, unpacked + VALUE * layout.count as u64, 0)?;
-    decode(&unpack(bytes, length, path)?, path)
+    let header = Header::parse(&file(path).start(bytes, LENGTHS[1])?, path)?;
+    let offset = header.offset(path)?;
+    let volume = header.volume(path)?;
+    let length = offset + volume.data_bytes();
+    let unpacked = file(path).check(length, bytes)?;
+    let values = VALUE * volume.count as u64;
+    reserve(path, unpacked + values, values)?;
+    let unpacked = file(path).gzip(bytes, length)?;
+    let data = unpacked.get(offset..).unwrap_or(&[]);
+    let data = take(data, volume.data_bytes(), path)?;
+    Ok(volume.decode(data))
 }
 
-/// Checks that a file of this length can hold as much as its header states.
-fn take_claim(expected: usize, most: usize, path: &Path) -> Result<(), InputError> {
-    if expected <= most {
-        return Ok(());
-    }
-    Err(InputError::Truncated {
-        path: path.into(),
-        expected: expected as u64,
-        found: most as u64,
-    })
-}
-
-/// The first bytes of a compressed file.
-fn unpack_start(bytes: &[u8], length: usize, path: &Path) -> Result<Vec<u8>, InputError> {
-    let mut unpacked = Vec::new();
-    let mut all = MultiGzDecoder::new(bytes).take(length as u64);
-    let read = all.read_to_end(&mut unpacked);
-    read.map_err(|error| unpacking(&error, length, unpacked.len(), path))?;
-    Ok(unpacked)
-}
-
-/// The first bytes of a compressed file, all of which is unpacked, so that its checksums are
-/// verified.
-fn unpack(bytes: &[u8], length: usize, path: &Path) -> Result<Vec<u8>, InputError> {
-    // No more than is needed: vectors that grow take up to twice their length.
-    let mut unpacked = Vec::with_capacity(length);
-    let mut rest = bytes;
-    // Several streams may follow each other; what follows the last is padding.
-    while rest.starts_with(&GZIP) {
-        let mut stream = GzDecoder::new(rest);
-        let most = length + MOST_AFTER - unpacked.len();
-        let read = stream
-            .by_ref()
-            .take(most as u64 + 1)
-            .read_to_end(&mut unpacked);
-        let read = read.map_err(|error| unpacking(&error, length, unpacked.len(), path))?;
-        if read > most {
-            let reason = format!("it has more than the {length} bytes that its header states");
-            return Err(malformed(path, &reason));
+/// Reads a pair of files, of which either is named: the header in `.hdr`, the data in `.img`.
+pub(super) fn decode_pair(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
+    let other = |extension: &str, upper: &str| -> PathBuf {
+        let plain = path.with_extension(extension);
+        if plain.exists() {
+            plain
+        } else {
+            path.with_extension(upper)
         }
-        rest = stream.into_inner();
-    }
-    unpacked.truncate(length);
-    Ok(unpacked)
-}
-
-fn unpacking(error: &std::io::Error, expected: usize, found: usize, path: &Path) -> InputError {
-    if error.kind() == std::io::ErrorKind::UnexpectedEof {
-        InputError::Truncated {
-            path: path.into(),
-            expected: expected as u64,
-            found: found as u64,
-        }
+    };
+    let is_header = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("hdr"));
+    let (header, data) = if is_header {
+        (bytes.to_vec(), bytes_of(&other("img", "IMG"))?)
     } else {
-        malformed(path, &error.to_string())
+        (bytes_of(&other("hdr", "HDR"))?, bytes.to_vec())
+    };
+    let header = Header::parse(&header, path)?;
+    let offset = header.stated_offset;
+    if !(0.0..=MAX_OFFSET).contains(&offset) {
+        return Err(file(path).malformed(format!("its data start at byte {offset}")));
     }
+    let data = data.get(offset as usize..).unwrap_or(&[]);
+    header.volume(path)?.stored(data, Storage::Raw, file(path))
 }
 
-fn malformed(path: &Path, reason: &str) -> InputError {
-    InputError::Malformed {
-        path: path.into(),
+fn file(path: &Path) -> Packed<'_> {
+    Packed {
+        path,
         format: "NIfTI",
-        reason: reason.into(),
     }
 }
 
-fn parse_header(bytes: &[u8], path: &Path) -> Result<NiftiHeader, InputError> {
-    let bytes = take(bytes, HEADER_BYTES, path)?;
-    let header = NiftiHeader::from_reader(bytes).map_err(|e| malformed(path, &e.to_string()))?;
-    if header.sizeof_hdr != HEADER_BYTES as i32 {
-        return Err(malformed(path, "its header does not state its own length"));
-    }
-    Ok(header)
+/// The parts of a header that matter here, as the NIfTI standards name them.
+#[derive(Clone, Debug, Default)]
+struct Header {
+    /// 0 for NIfTI-1 and ANALYZE, 1 for NIfTI-2.
+    version: usize,
+    little_endian: bool,
+    /// Samples along each axis.
+    dim: Vec<u64>,
+    datatype: i64,
+    pixdim: [f64; 4],
+    stated_offset: f64,
+    /// Slope and shift.
+    scaling: (f64, f64),
+    xyzt_units: u8,
+    qform_code: i64,
+    sform_code: i64,
+    quatern: [f64; 3],
+    qoffset: [f64; 3],
+    srow: [[f64; 4]; 3],
 }
 
-/// Where the numbers are and how many.
-struct Layout {
-    size: Vec<usize>,
-    count: usize,
-    offset: usize,
-    numbers: NumberType,
+/// Reads numbers at positions of a header that is long enough.
+struct Numbers<'a> {
+    bytes: &'a [u8],
+    little_endian: bool,
 }
 
-impl Layout {
-    fn new(header: &NiftiHeader, path: &Path) -> Result<Self, InputError> {
-        let dim = header.dim().map_err(|e| malformed(path, &e.to_string()))?;
-        let mut size: Vec<u64> = dim.iter().map(|&n| n.into()).collect();
-        while size.len() > 2 && size.last() == Some(&1) {
-            size.pop();
-        }
-        let count = check_size(&size, path)?;
-        // Many writers leave out the usual place.
-        let stated = header.vox_offset;
-        let offset = if stated == 0.0 { USUAL_OFFSET } else { stated };
-        if !(HEADER_BYTES as f32..=MAX_OFFSET).contains(&offset) {
-            return Err(malformed(path, &format!("its data start at byte {offset}")));
-        }
-        Ok(Self {
-            size: size.into_iter().map(|n| n as usize).collect(),
-            count,
-            offset: offset as usize,
-            numbers: number_type(header, path)?,
-        })
+impl Numbers<'_> {
+    fn at(&self, numbers: NumberType, position: usize) -> f64 {
+        let bytes = self.bytes.get(position..position + numbers.width());
+        let found = bytes.map(|bytes| numbers.decode(bytes, self.little_endian));
+        found
+            .and_then(|found| found.first().copied())
+            .unwrap_or(0.0)
     }
 
-    fn data_bytes(&self) -> usize {
-        self.count * self.numbers.width()
+    fn row<const N: usize>(&self, numbers: NumberType, position: usize) -> [f64; N] {
+        std::array::from_fn(|k| self.at(numbers, position + k * numbers.width()))
     }
+}
 
-    fn decode(self, data: &[u8], header: &NiftiHeader, path: &Path) -> Result<Samples, InputError> {
-        let little_endian = header.endianness == Endianness::Little;
-        let mut values = self.numbers.decode(data, little_endian);
-        let (slope, shift) = (f64::from(header.scl_slope), f64::from(header.scl_inter));
-        let scaled = slope != 0.0 && slope.is_finite() && shift.is_finite();
-        if scaled && (slope, shift) != (1.0, 0.0) {
-            for v in &mut values {
-                *v = slope * *v + shift;
-            }
-        }
-        let n_axes = self.size.len();
-        let spacing = (0..n_axes)
-            .map(|k| unit(header) * f64::from(header.pixdim[k + 1]))
-            .collect();
-        let meaning = match self.numbers {
-            NumberType::F32 | NumberType::F64 => Meaning::Real { labels: true },
-            _ if scaled && (slope.fract(), shift.fract()) != (0.0, 0.0) => {
-                Meaning::Real { labels: true }
-            }
-            _ => Meaning::Labels,
+impl Header {
+    fn parse(bytes: &[u8], path: &Path) -> Result<Self, InputError> {
+        let bytes = take(bytes, LENGTHS[0], path).map(|_| bytes)?;
+        let stated = |little_endian| {
+            let numbers = Numbers {
+                bytes,
+                little_endian,
+            };
+            let length = numbers.at(NumberType::I32, 0);
+            let version = LENGTHS.iter().position(|&n| n as f64 == length)?;
+            Some((numbers, version))
         };
-        Ok(Samples {
-            values,
-            size: self.size,
-            meaning,
-            spacing,
-            affine: affine(header, n_axes, path)?,
-            plain_array: false,
+        let (numbers, version) = stated(true)
+            .or_else(|| stated(false))
+            .ok_or_else(|| file(path).malformed("its header does not state its own length"))?;
+        take(bytes, LENGTHS[version], path)?;
+        let magic = if version == 0 {
+            &bytes[344..348]
+        } else {
+            &bytes[4..8]
+        };
+        let known: [&[u8]; 2] = if version == 0 {
+            [b"n+1\0", b"ni1\0"]
+        } else {
+            [b"n+2\0", b"ni2\0"]
+        };
+        // ANALYZE has no sign; only pairs of files may lack it.
+        let pair = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("hdr") || e.eq_ignore_ascii_case("img"));
+        let analyze = version == 0 && pair && !known.contains(&magic);
+        if !analyze && !known.contains(&magic) {
+            return Err(file(path).malformed("its header does not have the sign of its version"));
+        }
+        let mut header = if version == 0 {
+            Self::first(&numbers)
+        } else {
+            Self::second(&numbers)
+        };
+        header.version = version;
+        header.little_endian = numbers.little_endian;
+        if analyze {
+            // What NIfTI has there is other or nothing.
+            header.scaling = (0.0, 0.0);
+            (header.qform_code, header.sform_code, header.xyzt_units) = (0, 0, 0);
+        }
+        header.dim = dimensions(&numbers, version)
+            .ok_or_else(|| file(path).malformed("its number of axes is not one from 1 to 7"))?;
+        Ok(header)
+    }
+
+    fn first(numbers: &Numbers<'_>) -> Self {
+        use NumberType::{F32, I16};
+        Self {
+            datatype: numbers.at(I16, 70) as i64,
+            pixdim: numbers.row(F32, 76),
+            stated_offset: numbers.at(F32, 108),
+            scaling: (numbers.at(F32, 112), numbers.at(F32, 116)),
+            xyzt_units: numbers.at(NumberType::U8, 123) as u8,
+            qform_code: numbers.at(I16, 252) as i64,
+            sform_code: numbers.at(I16, 254) as i64,
+            quatern: numbers.row(F32, 256),
+            qoffset: numbers.row(F32, 268),
+            srow: [280, 296, 312].map(|position| numbers.row(F32, position)),
+            ..Self::default()
+        }
+    }
+
+    fn second(numbers: &Numbers<'_>) -> Self {
+        use NumberType::{F64, I16, I32, I64};
+        Self {
+            datatype: numbers.at(I16, 12) as i64,
+            pixdim: numbers.row(F64, 104),
+            stated_offset: numbers.at(I64, 168),
+            scaling: (numbers.at(F64, 176), numbers.at(F64, 184)),
+            xyzt_units: numbers.at(I32, 500) as u8,
+            qform_code: numbers.at(I32, 344) as i64,
+            sform_code: numbers.at(I32, 348) as i64,
+            quatern: numbers.row(F64, 352),
+            qoffset: numbers.row(F64, 376),
+            srow: [400, 432, 464].map(|position| numbers.row(F64, position)),
+            ..Self::default()
+        }
+    }
+
+    /// Where the data begin in a single file.
+    fn offset(&self, path: &Path) -> Result<usize, InputError> {
+        // Many writers leave out the usual place.
+        let stated = self.stated_offset;
+        let offset = if stated == 0.0 {
+            USUAL_OFFSETS[self.version]
+        } else {
+            stated
+        };
+        if (LENGTHS[self.version] as f64..=MAX_OFFSET).contains(&offset) {
+            Ok(offset as usize)
+        } else {
+            Err(file(path).malformed(format!("its data start at byte {offset}")))
+        }
+    }
+
+    fn volume(&self, path: &Path) -> Result<Volume, InputError> {
+        let (size, count) = flattened(self.dim.clone(), path)?;
+        let (slope, shift) = self.scaling;
+        let scaled = slope != 0.0 && slope.is_finite() && shift.is_finite();
+        let n_axes = size.len();
+        Ok(Volume {
+            count,
+            numbers: number_type(self.datatype).ok_or_else(|| {
+                let kind = self.datatype;
+                file(path).malformed(format!(
+                    "it holds numbers of the type {kind}, which is not read"
+                ))
+            })?,
+            little_endian: self.little_endian,
+            scaling: scaled.then_some((slope, shift)),
+            spacing: (1..=n_axes).map(|k| self.unit() * self.pixdim[k]).collect(),
+            affine: self.affine(n_axes, path)?,
+            size,
+        })
+    }
+
+    /// The length unit of the file in millimetres, which are the unit of files that state none.
+    fn unit(&self) -> f64 {
+        match self.xyzt_units & 7 {
+            1 => 1e3,
+            3 => 1e-3,
+            _ => 1.0,
+        }
+    }
+
+    /// Voxel indices to world coordinates: the sform where stated, else the qform (quaternion,
+    /// handedness `pixdim[0]`), as the standard defines them.
+    fn affine(&self, n_axes: usize, path: &Path) -> Result<Option<[[f64; 4]; 3]>, InputError> {
+        let matrix = if self.sform_code > 0 {
+            self.srow
+        } else if self.qform_code > 0 {
+            self.quaternion_affine()
+        } else {
+            return Ok(None);
+        };
+        let matrix = matrix.map(|row| row.map(|x| self.unit() * x));
+        let square = self.quatern.iter().map(|x| x * x).sum::<f64>();
+        let fault = if self.sform_code <= 0 && square > 1.0 + ROUNDING {
+            Some("its orientation is not a quaternion of length 1")
+        } else {
+            affine_fault(&matrix, n_axes)
+        };
+        match fault {
+            None => Ok(Some(matrix)),
+            Some(reason) => Err(file(path).malformed(reason)),
+        }
+    }
+
+    fn quaternion_affine(&self) -> [[f64; 4]; 3] {
+        let [b, c, d] = self.quatern;
+        let a = (1.0 - b * b - c * c - d * d).max(0.0).sqrt();
+        let rotation = [
+            [
+                a * a + b * b - c * c - d * d,
+                2.0 * (b * c - a * d),
+                2.0 * (b * d + a * c),
+            ],
+            [
+                2.0 * (b * c + a * d),
+                a * a + c * c - b * b - d * d,
+                2.0 * (c * d - a * b),
+            ],
+            [
+                2.0 * (b * d - a * c),
+                2.0 * (c * d + a * b),
+                a * a + d * d - b * b - c * c,
+            ],
+        ];
+        let handedness = if self.pixdim[0] < 0.0 { -1.0 } else { 1.0 };
+        let spacing = [self.pixdim[1], self.pixdim[2], handedness * self.pixdim[3]];
+        std::array::from_fn(|i| {
+            let [x, y, z] = std::array::from_fn(|j| rotation[i][j] * spacing[j]);
+            [x, y, z, self.qoffset[i]]
         })
     }
 }
 
-fn number_type(header: &NiftiHeader, path: &Path) -> Result<NumberType, InputError> {
-    let stated = header
-        .data_type()
-        .map_err(|e| malformed(path, &e.to_string()))?;
-    Ok(match stated {
-        NiftiType::Uint8 => NumberType::U8,
-        NiftiType::Int8 => NumberType::I8,
-        NiftiType::Uint16 => NumberType::U16,
-        NiftiType::Int16 => NumberType::I16,
-        NiftiType::Uint32 => NumberType::U32,
-        NiftiType::Int32 => NumberType::I32,
-        NiftiType::Uint64 => NumberType::U64,
-        NiftiType::Int64 => NumberType::I64,
-        NiftiType::Float32 => NumberType::F32,
-        NiftiType::Float64 => NumberType::F64,
-        other => return Err(malformed(path, &format!("it holds {other:?} numbers"))),
-    })
-}
-
-/// Voxel indices to world coordinates: the sform where stated, else the qform (quaternion,
-/// handedness `pixdim[0]`), as the NIfTI-1 standard defines them.
-fn affine(
-    header: &NiftiHeader,
-    n_axes: usize,
-    path: &Path,
-) -> Result<Option<[[f64; 4]; 3]>, InputError> {
-    let matrix = if header.sform_code > 0 {
-        [header.srow_x, header.srow_y, header.srow_z].map(|row| row.map(f64::from))
-    } else if header.qform_code > 0 {
-        quaternion_affine(header)
+/// The samples along each axis; `None` unless there are one to seven axes. Sizes below 0 are 0.
+fn dimensions(numbers: &Numbers<'_>, version: usize) -> Option<Vec<u64>> {
+    let dim: [f64; 8] = if version == 0 {
+        numbers.row(NumberType::I16, 40)
     } else {
-        return Ok(None);
+        numbers.row(NumberType::I64, 16)
     };
-    let matrix = matrix.map(|row| row.map(|x| unit(header) * x));
-    let [b, c, d] = [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from);
-    let fault = if header.sform_code <= 0 && b * b + c * c + d * d > 1.0 + 1e-3 {
-        Some("its orientation is not a quaternion of length 1")
-    } else {
-        affine_fault(&matrix, n_axes)
-    };
-    match fault {
-        None => Ok(Some(matrix)),
-        Some(reason) => Err(malformed(path, reason)),
-    }
+    let axes = (1.0..=7.0).contains(&dim[0]).then_some(dim[0] as usize)?;
+    Some(dim[1..=axes].iter().map(|&n| n as u64).collect())
 }
 
-/// The length unit of the file in millimetres, which are the unit of files that state none.
-fn unit(header: &NiftiHeader) -> f64 {
-    match header.xyzt_units & 7 {
-        1 => 1e3,
-        3 => 1e-3,
-        _ => 1.0,
-    }
-}
-
-fn quaternion_affine(header: &NiftiHeader) -> [[f64; 4]; 3] {
-    let [b, c, d] = [header.quatern_b, header.quatern_c, header.quatern_d].map(f64::from);
-    let a = (1.0 - b * b - c * c - d * d).max(0.0).sqrt();
-    let rotation = [
-        [
-            a * a + b * b - c * c - d * d,
-            2.0 * (b * c - a * d),
-            2.0 * (b * d + a * c),
-        ],
-        [
-            2.0 * (b * c + a * d),
-            a * a + c * c - b * b - d * d,
-            2.0 * (c * d - a * b),
-        ],
-        [
-            2.0 * (b * d - a * c),
-            2.0 * (c * d + a * b),
-            a * a + d * d - b * b - c * c,
-        ],
-    ];
-    let handedness = if header.pixdim[0] < 0.0 { -1.0 } else { 1.0 };
-    let spacing = [
-        f64::from(header.pixdim[1]),
-        f64::from(header.pixdim[2]),
-        handedness * f64::from(header.pixdim[3]),
-    ];
-    let shift = [header.quatern_x, header.quatern_y, header.quatern_z].map(f64::from);
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            if j < 3 {
-                rotation[i][j] * spacing[j]
-            } else {
-                shift[i]
-            }
-        })
+fn number_type(code: i64) -> Option<NumberType> {
+    Some(match code {
+        2 => NumberType::U8,
+        256 => NumberType::I8,
+        4 => NumberType::I16,
+        512 => NumberType::U16,
+        8 => NumberType::I32,
+        768 => NumberType::U32,
+        1024 => NumberType::I64,
+        1280 => NumberType::U64,
+        16 => NumberType::F32,
+        64 => NumberType::F64,
+        _ => return None,
     })
 }
 
@@ -379,27 +425,29 @@ pub(crate) mod tests {
 
     #[test]
     fn orientations_are_checked() {
-        let usual = NiftiHeader {
+        let usual = Header {
             sform_code: 1,
-            srow_x: [2.0, 0.0, 0.0, -9.0],
-            srow_y: [0.0, 2.0, 0.0, 1.0],
-            srow_z: [0.0, 0.0, -3.0, 1.0],
-            ..NiftiHeader::default()
+            srow: [
+                [2.0, 0.0, 0.0, -9.0],
+                [0.0, 2.0, 0.0, 1.0],
+                [0.0, 0.0, -3.0, 1.0],
+            ],
+            ..Header::default()
         };
         let path = Path::new("v.nii");
-        assert!(affine(&usual, 3, path).unwrap().is_some());
-        let changed = |change: fn(&mut NiftiHeader)| {
+        assert!(usual.affine(3, path).unwrap().is_some());
+        let changed = |change: fn(&mut Header)| {
             let mut header = usual.clone();
             change(&mut header);
-            affine(&header, 3, path).unwrap_err().to_string()
+            header.affine(3, path).unwrap_err().to_string()
         };
-        assert!(changed(|h| h.srow_y = [0.0; 4]).contains("no length"));
-        assert!(changed(|h| h.srow_y[1] = 3e38).contains("finite"));
-        assert!(changed(|h| h.srow_y[1] = f32::NAN).contains("finite"));
-        assert!(changed(|h| h.srow_x[1] = 50.0).contains("singular"));
-        let turned = |h: &mut NiftiHeader| {
+        assert!(changed(|h| h.srow[1] = [0.0; 4]).contains("no length"));
+        assert!(changed(|h| h.srow[1][1] = 3e38).contains("finite"));
+        assert!(changed(|h| h.srow[1][1] = f64::NAN).contains("finite"));
+        assert!(changed(|h| h.srow[0][1] = 50.0).contains("singular"));
+        let turned = |h: &mut Header| {
             (h.sform_code, h.qform_code) = (0, 1);
-            [h.quatern_b, h.quatern_c, h.quatern_d] = [9.0; 3];
+            h.quatern = [9.0; 3];
         };
         assert!(changed(turned).contains("quaternion"));
     }
@@ -438,17 +486,97 @@ pub(crate) mod tests {
 
     #[test]
     fn a_half_turn_quaternion_gives_its_matrix() {
-        let header = NiftiHeader {
-            quatern_d: 1.0,
-            pixdim: [-1.0, 2.0, 3.0, 4.0, 1.0, 1.0, 1.0, 1.0],
-            quatern_x: 5.0,
-            ..NiftiHeader::default()
+        let header = Header {
+            quatern: [0.0, 0.0, 1.0],
+            pixdim: [-1.0, 2.0, 3.0, 4.0],
+            qoffset: [5.0, 0.0, 0.0],
+            ..Header::default()
         };
         let expected = [
             [-2.0, 0.0, 0.0, 5.0],
             [0.0, -3.0, 0.0, 0.0],
             [0.0, 0.0, -4.0, 0.0],
         ];
-        assert_eq!(quaternion_affine(&header), expected);
+        assert_eq!(header.quaternion_affine(), expected);
+    }
+
+    /// The same volume as NIfTI-2 of one byte order.
+    fn second(size: [i64; 3], labels: &[u8], little_endian: bool) -> Vec<u8> {
+        let mut bytes = vec![0u8; 544];
+        let mut put = |at: usize, little: &[u8]| {
+            let mut number = little.to_vec();
+            if !little_endian {
+                number.reverse();
+            }
+            bytes[at..at + number.len()].copy_from_slice(&number);
+        };
+        put(0, &540i32.to_le_bytes());
+        put(12, &2i16.to_le_bytes());
+        for (k, n) in [3, size[0], size[1], size[2], 1, 1, 1, 1]
+            .iter()
+            .enumerate()
+        {
+            put(16 + 8 * k, &n.to_le_bytes());
+        }
+        for (k, h) in [1.0, 1.5, 2.0, 3.0f64].iter().enumerate() {
+            put(104 + 8 * k, &h.to_le_bytes());
+        }
+        put(168, &544i64.to_le_bytes());
+        put(348, &1i32.to_le_bytes());
+        let rows = [
+            0.0, 0.0, 3.0, 1.0, 1.5, 0.0, 0.0, 2.0, 0.0, 2.0, 0.0, 4.0f64,
+        ];
+        for (k, x) in rows.iter().enumerate() {
+            put(400 + 8 * k, &x.to_le_bytes());
+        }
+        bytes[4..12].copy_from_slice(b"n+2\0\r\n\x1a\n");
+        bytes.extend(labels);
+        bytes
+    }
+
+    #[test]
+    fn the_second_version_is_read_in_both_byte_orders() {
+        let labels = [0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 2];
+        for little_endian in [true, false] {
+            let image = volume(&second([3, 2, 2], &labels, little_endian), "v.nii", Some(2));
+            assert_eq!((image.size, image.spacing), ([3, 2, 2], [1.5, 2.0, 3.0]));
+            assert_eq!(image.affine.unwrap()[1], [1.5, 0.0, 0.0, 2.0]);
+            assert_eq!(image.values.iter().sum::<f64>(), 2.0);
+        }
+        let cut = decode_image(
+            &second([3, 2, 2], &labels, true)[..500],
+            Path::new("v.nii"),
+            &ReadOptions::default(),
+        );
+        assert!(matches!(cut, Err(InputError::Truncated { .. })), "{cut:?}");
+    }
+
+    #[test]
+    fn a_pair_of_files_is_read_by_either_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let labels = [0, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 2];
+        let whole = file([3, 2, 2], [1.0, 1.5, 2.0], &labels);
+        for sign in [b"ni1\0", b"\0\0\0\0"] {
+            let mut header = whole[..348].to_vec();
+            header[108..112].copy_from_slice(&0f32.to_le_bytes());
+            header[344..348].copy_from_slice(sign);
+            let [hdr, img] = ["v.hdr", "v.img"].map(|name| folder.path().join(name));
+            std::fs::write(&hdr, &header).unwrap();
+            std::fs::write(&img, labels).unwrap();
+            for path in [&hdr, &img] {
+                let image = super::super::read_image(path, &ReadOptions::default()).unwrap();
+                let AnyImage::D3(image) = image else {
+                    panic!("three axes")
+                };
+                assert_eq!(image.spacing, [1.0, 1.5, 2.0]);
+                assert_eq!(image.values.iter().sum::<f64>(), 3.0);
+            }
+            std::fs::remove_file(&img).unwrap();
+            let lost = super::super::read_image(&hdr, &ReadOptions::default());
+            assert!(
+                matches!(lost, Err(InputError::Unreadable { .. })),
+                "{lost:?}"
+            );
+        }
     }
 }

@@ -51,6 +51,7 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
         size: header.size,
         channels: header.channels,
         numbers,
+        palette: Vec::new(),
     })
 }
 

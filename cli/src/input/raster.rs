@@ -1,12 +1,12 @@
-//! PNG, PNM and BMP pictures at their native depth.
+//! PNG, JPEG, PNM and BMP pictures at their native depth.
 
 use std::io::Cursor;
 use std::path::Path;
 
-use png::{BitDepth, Decoder, DecodingError, Limits, Transformations};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
 use super::decode::{Meaning, Samples, VALUE, check_size};
-use super::{InputError, bmp, pnm, reserve};
+use super::{InputError, bmp, jpeg, pnm, reserve};
 
 /// No lossless picture format packs more bytes of pixels than this into one byte of file.
 const MOST_COMPRESSION: usize = 4096;
@@ -20,6 +20,17 @@ pub(super) struct Pixels {
     pub channels: usize,
     /// All numbers.
     pub numbers: Numbers,
+    /// The colours of a picture that has stored their numbers.
+    pub palette: Vec<[u8; 3]>,
+}
+
+/// What becomes of coloured pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Colours {
+    /// They are refused, unless they are masks or label images of few colours.
+    Refused,
+    /// They are read as their luminance.
+    Luminance,
 }
 
 /// The numbers of a picture, channel fastest; the greatest one of their type is full white.
@@ -29,22 +40,40 @@ pub(super) enum Numbers {
     Words(Vec<u16>),
 }
 
-/// Reads a picture: its transparency where that varies, else its grey value.
-pub(super) fn decode(bytes: &[u8], path: &Path, extension: &str) -> Result<Samples, InputError> {
+/// Reads a picture: its transparency where that varies, else its grey value, else the numbers of its
+/// colours where these are stored.
+pub(super) fn decode(
+    bytes: &[u8],
+    path: &Path,
+    extension: &str,
+    colours: Colours,
+) -> Result<Samples, InputError> {
     let picture = match extension {
         "png" => png(bytes, path),
+        "jpg" | "jpeg" => jpeg::decode(bytes, path),
         "bmp" => bmp::decode(bytes, path),
         _ => pnm::decode(bytes, path),
     }?;
     let channels = picture.channels;
-    let (values, full) = match &picture.numbers {
+    let (mut values, full) = match &picture.numbers {
         Numbers::Bytes(numbers) => (one_channel(numbers, channels, 255), 255.0),
         Numbers::Words(numbers) => (one_channel(numbers, channels, u16::MAX), 65535.0),
     };
+    let mut meaning = Meaning::Grey(full);
+    if values.is_none() && colours == Colours::Luminance {
+        values = Some(match &picture.numbers {
+            Numbers::Bytes(numbers) => luminances(numbers, channels),
+            Numbers::Words(numbers) => luminances(numbers, channels),
+        });
+    }
+    if let (None, Numbers::Bytes(numbers)) = (&values, &picture.numbers) {
+        values = colour_numbers(numbers, channels, &picture.palette);
+        meaning = Meaning::Labels;
+    }
     Ok(Samples {
         values: values.ok_or_else(|| InputError::Colour { path: path.into() })?,
         size: picture.size.to_vec(),
-        meaning: Meaning::Grey(full),
+        meaning,
         spacing: vec![1.0; 2],
         affine: None,
         plain_array: false,
@@ -76,6 +105,10 @@ fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let mut reader = decoder.read_info().map_err(failed)?;
     let (width, height) = reader.info().size();
     check_size(&[width.into(), height.into()], path)?;
+    let palette = match (reader.info().color_type, &reader.info().palette) {
+        (ColorType::Indexed, Some(palette)) => palette.as_chunks().0.to_vec(),
+        _ => Vec::new(),
+    };
     let length = reader.output_buffer_size();
     let length = length.filter(|&n| n <= MAX_ALLOC);
     let length = length.ok_or_else(|| malformed("it is too large".into()))?;
@@ -94,6 +127,7 @@ fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
         size: [width as usize, height as usize],
         channels: frame.color_type.samples(),
         numbers,
+        palette,
     })
 }
 
@@ -154,7 +188,6 @@ pub(super) fn one_channel<T: Copy + PartialOrd + Into<f64>>(
         }
     }
     // Two colours: the lighter one is the object.
-    let luminance = |p: [f64; 3]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
     let lightest = colours.iter().copied().map(luminance).fold(0.0, f64::max);
     let value = |p: &[T]| {
         let is_light = luminance([p[0], p[1], p[2]].map(Into::into)) == lightest;
@@ -163,9 +196,47 @@ pub(super) fn one_channel<T: Copy + PartialOrd + Into<f64>>(
     Some(pixels().map(value).collect())
 }
 
+/// The luminance of a colour, from linear coefficients (ITU-R BT.709).
+fn luminance(p: [f64; 3]) -> f64 {
+    0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]
+}
+
+fn luminances<T: Copy + Into<f64>>(data: &[T], channels: usize) -> Vec<f64> {
+    let pixels = data.chunks_exact(channels);
+    pixels
+        .map(|p| luminance([p[0], p[1], p[2]].map(Into::into)))
+        .collect()
+}
+
+/// For every pixel the number of its colour in a palette; `None` without one.
+fn colour_numbers(data: &[u8], channels: usize, palette: &[[u8; 3]]) -> Option<Vec<f64>> {
+    if palette.is_empty() || channels < 3 {
+        return None;
+    }
+    let pixels = data.chunks_exact(channels);
+    pixels
+        .map(|p| {
+            let number = palette.iter().position(|colour| p[..3] == colour[..]);
+            number.map(|number| number as f64)
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_numbers_of_colours_are_labels() {
+        let palette = [[0, 0, 0], [128, 0, 0], [0, 128, 0]];
+        let data = [0, 128, 0, 0, 0, 0, 128, 0, 0];
+        let numbers = colour_numbers(&data, 3, &palette);
+        assert_eq!(numbers, Some(vec![2.0, 0.0, 1.0]));
+        assert_eq!(colour_numbers(&data, 3, &[]), None);
+        assert_eq!(colour_numbers(&data, 3, &palette[..2]), None);
+        let grey = luminances(&data, 3);
+        assert!((grey[0] - 0.7152 * 128.0).abs() < 1e-12 && grey[1] == 0.0);
+    }
 
     #[test]
     fn transparency_wins_where_it_varies() {

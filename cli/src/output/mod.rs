@@ -6,6 +6,7 @@ mod directory;
 pub mod energy;
 mod json;
 pub mod matrix;
+pub mod nifti;
 pub mod npy;
 pub(crate) mod png;
 pub mod pvd;

@@ -7,6 +7,22 @@ use std::path::Path;
 use super::OutputError;
 use crate::picture::Surface;
 
+/// How the header states that coordinates are those of the world (RAS), for readers that expect
+/// others where nothing is stated.
+const WORLD: &[u8] = b"SPACE=RAS";
+
+/// States in the header of a surface that has been written that it lies in the world.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub fn state_world(path: &Path) -> Result<(), OutputError> {
+    let mut file = File::options()
+        .write(true)
+        .open(path)
+        .map_err(OutputError::at(path))?;
+    file.write_all(WORLD).map_err(OutputError::at(path))
+}
+
 /// Writes a surface of triangles, corners counterclockwise as seen from outside.
 ///
 /// # Errors

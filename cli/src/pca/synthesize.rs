@@ -14,7 +14,7 @@ use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::output::ResultDir;
-use crate::output::stl::write_surface;
+use crate::output::stl::{state_world, write_surface};
 use crate::picture::{Canvas, INK, Shape, Tiles, colour};
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
@@ -96,11 +96,13 @@ impl Command for SynthesizeConfig {
         };
         sheet.draw().write_png(&directory.file("shape.png"))?;
         if D == 3 {
-            let shape = match &outcome.stored.average.world {
-                Some(world) => shape.map(|p| world.position(p)),
-                None => shape.clone(),
-            };
-            write_surface(&directory.file("shape.stl"), Shape::of(&shape).surface())?;
+            let world = outcome.stored.average.world;
+            let file = directory.file("shape.stl");
+            let place = |p| world.map_or(p, |world| world.position(p));
+            write_surface(&file, Shape::of(&shape.map(place)).surface())?;
+            if world.is_some() {
+                state_world(&file)?;
+            }
         }
         let record = record(outcome, self, [&shape, &outline], session.start)?;
         record.write(directory)?;

@@ -128,7 +128,7 @@ pub(crate) fn align<const D: usize>(
         inspect_reflections(inputs, &distances, &order)?;
     }
     keep_inside(inputs);
-    measure_ways(inputs, &before)
+    measure_ways(inputs, &before, reference)
 }
 
 /// Adds the doubts about shapes in the world that are not aligned, and that would fit another one
@@ -167,8 +167,10 @@ fn centres<const D: usize>(inputs: &[Input<D>]) -> Result<Vec<[f64; D]>, CliErro
 fn measure_ways<const D: usize>(
     inputs: &mut [Input<D>],
     before: &[[f64; D]],
+    reference: usize,
 ) -> Result<(), CliError> {
-    let Some(world) = WorldFrame::of_inputs(inputs) else {
+    let Some(world) = WorldFrame::of_inputs(inputs).and(WorldFrame::of_one(inputs, reference))
+    else {
         return Ok(());
     };
     for (input, before) in inputs.iter_mut().zip(before) {

@@ -23,6 +23,7 @@ use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 
 use crate::error::CliError;
 use crate::input::frame::{FrameRule, FrameTransform};
+use crate::input::lattice::Lattice;
 use crate::input::place::{are_near, centred_frames, fit_frames, physical_frames};
 use crate::input::{Image, LEVEL, boundary};
 use crate::options::{Align, Frame, MaskOptions, Size};
@@ -53,6 +54,8 @@ pub(crate) struct Placed<const D: usize> {
     pub size_factors: Vec<f64>,
     /// Their alignment.
     pub align: Align,
+    /// Number of the one in whose world the results lie.
+    pub like: usize,
 }
 
 impl<const D: usize> Placed<D> {
@@ -89,8 +92,25 @@ impl<const D: usize> Placed<D> {
             grid: Grid::cube(nodes),
             size_factors,
             align,
+            like: 0,
         })
     }
+}
+
+/// The number of the input that `--like` names, by its path or its file name; the first without.
+///
+/// # Errors
+/// [`CliError::Option`] for any other name.
+pub(crate) fn input_like(paths: &[PathBuf], like: Option<&Path>) -> Result<usize, CliError> {
+    let Some(like) = like else {
+        return Ok(0);
+    };
+    let same = |path: &PathBuf| path.ends_with(like);
+    paths.iter().position(same).ok_or_else(|| CliError::Option {
+        option: "--like",
+        value: format!("'{}'", like.display()),
+        remedy: "name one of the inputs, in whose coordinates the results are to lie".into(),
+    })
 }
 
 /// The images in the world, as far as their files state their place there and the options ask for
@@ -150,6 +170,11 @@ fn have_common_coordinates<const D: usize>(images: &[Image<D>]) -> bool {
         || first.affine.is_some() && images.iter().all(|image| image.affine == first.affine)
 }
 
+/// The samples of an input in the world, if it has a place there.
+pub(crate) fn lattice_of<const D: usize>(input: &Input<D>) -> Option<Lattice> {
+    Lattice::of_frame(&input.size, &input.frame)
+}
+
 /// A mask in the form used by computations.
 pub(crate) struct Input<const D: usize> {
     pub path: PathBuf,
@@ -168,6 +193,8 @@ pub(crate) struct Input<const D: usize> {
     pub contour: Contour<D>,
     /// The object's area or volume in the unit box.
     pub volume: f64,
+    /// Whether results lie in its world.
+    pub leads: bool,
     /// Doubts about it.
     pub doubts: Vec<Doubt>,
 }
@@ -195,6 +222,7 @@ pub(crate) fn prepare<const D: usize>(
         grid,
         size_factors,
         align: alignment,
+        like,
     } = placed;
     progress.stage("finding boundaries");
     let paths: Vec<_> = images.iter().map(|image| image.path.as_path()).collect();
@@ -203,6 +231,7 @@ pub(crate) fn prepare<const D: usize>(
         parallel::try_map(named, &|((image, frame), name)| input(image, *frame, name))?;
     for (i, (input, factor)) in inputs.iter_mut().zip(size_factors).enumerate() {
         input.size_factor = factor;
+        input.leads = i == like;
         let partly = views.get(i).is_some_and(Option::is_some);
         input.doubts = inspect_mask(&images[i], partly);
     }
@@ -255,6 +284,7 @@ fn input<const D: usize>(
         alignment: None,
         contour,
         volume,
+        leads: false,
         doubts: Vec::new(),
     })
 }

@@ -55,6 +55,9 @@ pub(crate) struct InputRecord<const D: usize> {
     affine: Option<[[f64; 4]; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alignment: Option<AlignmentRecord>,
+    /// Whether the results lie in its world.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub leads: bool,
     #[serde(flatten)]
     object: SizeRecord,
 }
@@ -130,6 +133,7 @@ impl<const D: usize> InputRecord<D> {
             size_factor: None,
             affine: None,
             alignment: None,
+            leads: false,
             object: SizeRecord::default(),
         }
     }
@@ -146,6 +150,7 @@ impl<const D: usize> InputRecord<D> {
             size_factor: Some(input.size_factor).filter(|&factor| factor != 1.0),
             affine: input.affine,
             alignment: input.alignment.map(|alignment| alignment.record()),
+            leads: input.leads && input.frame.in_world(),
             object: SizeRecord::new::<D>(input.volume, Some(input.scale())),
         }
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
 
-use super::{Input, SurfaceRecord, common_scale};
+use super::{Input, SurfaceRecord, WorldFrame, common_scale};
 use crate::output::OutputError;
 use crate::output::stl;
 use crate::picture::Shape;
@@ -24,11 +24,14 @@ pub(crate) fn write_surface<const D: usize>(
     }
     let (placed, record) = in_input_coordinates(inputs, shape);
     stl::write_surface(path, Shape::of(&placed).surface())?;
+    if record.coordinates == "world" {
+        stl::state_world(path)?;
+    }
     Ok(Some(record))
 }
 
-/// A shape in the position of the reference of the alignment, or of the first input without one, in
-/// world coordinates if its file states them. Inputs of different scales have no common length
+/// A shape in the world of the results, or else in the position of the reference of the alignment, or
+/// of the first input without one, in world coordinates if its file states them. Inputs of different scales have no common length
 /// unit: then the shape stays in the unit box.
 fn in_input_coordinates<const D: usize>(
     inputs: &[Input<D>],
@@ -41,13 +44,18 @@ fn in_input_coordinates<const D: usize>(
         };
         return (shape.clone(), record);
     }
+    if let Some(world) = WorldFrame::of_inputs(inputs) {
+        let record = SurfaceRecord {
+            coordinates: "world",
+            of_input: Some(world.number()),
+        };
+        return (shape.map(|p| world.position(p)), record);
+    }
     let is_reference = |input: &Input<D>| input.alignment.is_some_and(|a| a.reference);
     let reference = inputs.iter().position(is_reference).unwrap_or(0);
     let input = &inputs[reference];
     let unit = |p: [f64; D]| input.alignment.map_or(p, |a| a.motion.map_back(p));
-    let (placed, coordinates) = if input.frame.in_world() {
-        (shape.map(|p| input.frame.to_physical(unit(p))), "world")
-    } else if let Some(affine) = input.affine {
+    let (placed, coordinates) = if let Some(affine) = input.affine {
         let samples = shape.map(|p| input.frame.to_sample(unit(p)));
         let matrix = SMatrix::<f64, D, D>::from_fn(|i, j| affine[i][j]);
         let shift = SVector::<f64, D>::from_fn(|i, _| affine[i][3]);

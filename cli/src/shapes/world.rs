@@ -1,16 +1,18 @@
 //! The unit box in the world.
 
+use fe_grid::Grid;
 use serde::{Deserialize, Serialize};
 
 use super::{Input, InputRecord, common_scale};
 use crate::input::frame::FrameTransform;
+use crate::input::lattice::Lattice;
 
 /// A rotation, row by row, and a translation.
 pub(crate) type Motion<const D: usize> = ([[f64; D]; D], [f64; D]);
 
 /// From the unit box to the world: `world = direction (length unit) + origin`, in millimetres.
 ///
-/// The world is that of the reference of the alignment, or of the first input without one.
+/// The world of results is that of the input that leads: every other one is aligned with it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WorldFrame<const D: usize> {
     origin: [f64; D],
@@ -66,14 +68,19 @@ impl<const D: usize> WorldFrame<D> {
         if common_scale(inputs).is_none() || !inputs.iter().all(|i| i.frame.in_world()) {
             return None;
         }
-        let is_reference = |input: &Input<D>| input.alignment.is_some_and(|a| a.reference);
-        let number = inputs.iter().position(is_reference).unwrap_or(0);
-        let motion = inputs[number].alignment.map(|alignment| {
+        let number = inputs.iter().position(|input| input.leads).unwrap_or(0);
+        Self::of_one(inputs, number)
+    }
+
+    /// The world of one of several inputs, if it has one.
+    pub fn of_one(inputs: &[Input<D>], number: usize) -> Option<Self> {
+        let input = inputs.get(number)?;
+        let motion = input.alignment.map(|alignment| {
             let (rotation, shift) = (alignment.motion.rotation(), alignment.motion.translation());
             let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
             (rows, std::array::from_fn(|i| shift[i]))
         });
-        Self::of_input(&inputs[number].frame, motion, number)
+        Self::of_input(&input.frame, motion, number)
     }
 
     /// The same from their records.
@@ -83,9 +90,12 @@ impl<const D: usize> WorldFrame<D> {
         if !inputs.iter().all(in_world) {
             return None;
         }
-        let reference =
-            |input: &InputRecord<D>| input.alignment.as_ref().is_some_and(|a| a.reference);
-        let number = inputs.iter().position(reference).unwrap_or(0);
+        let number = inputs.iter().position(|input| input.leads).unwrap_or(0);
+        Self::of_record(inputs, number)
+    }
+
+    /// The world of one of several records, if it has one.
+    pub fn of_record(inputs: &[InputRecord<D>], number: usize) -> Option<Self> {
         let input = inputs.get(number)?;
         let motion = match &input.alignment {
             None => None,
@@ -106,6 +116,28 @@ impl<const D: usize> WorldFrame<D> {
         rows.map(|row| self.length * (0..D).map(|k| row[k] * unit[k]).sum::<f64>())
     }
 
+    /// The point of the box at world coordinates.
+    pub fn to_unit(&self, world: [f64; D]) -> [f64; D] {
+        let relative: [f64; D] = std::array::from_fn(|i| world[i] - self.origin[i]);
+        std::array::from_fn(|k| {
+            let along: f64 = (0..D).map(|i| self.direction[i][k] * relative[i]).sum();
+            along / self.length
+        })
+    }
+
+    /// The nodes of a grid of the box; `None` in the plane.
+    pub fn lattice(&self, grid: &Grid<D>) -> Option<Lattice> {
+        let h = self.length * grid.spacing();
+        if D != 3 {
+            return None;
+        }
+        let step = |i: usize, j: usize| h * self.direction[i][j];
+        Some(Lattice {
+            size: grid.nodes_per_axis().as_slice().try_into().ok()?,
+            affine: std::array::from_fn(|i| [step(i, 0), step(i, 1), step(i, 2), self.origin[i]]),
+        })
+    }
+
     /// The position of the first node.
     pub fn origin(&self) -> [f64; D] {
         self.origin
@@ -114,6 +146,11 @@ impl<const D: usize> WorldFrame<D> {
     /// The directions of the axes, row by row.
     pub fn direction(&self) -> [[f64; D]; D] {
         self.direction
+    }
+
+    /// Number of the input whose world this is.
+    pub fn number(&self) -> usize {
+        self.of_input
     }
 
     /// Millimetres of one length of the box.
@@ -161,6 +198,19 @@ mod tests {
         });
         let expected = [-6.0 + 5.0, 1.5 + 6.0, 21.0 + 7.0];
         for (found, expected) in world.position(aligned).into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        let back = world.to_unit(world.position(aligned));
+        for (found, expected) in back.into_iter().zip(aligned) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        let grid = Grid::<3>::cube(5);
+        let lattice = world.lattice(&grid).unwrap();
+        let (node, place) = (
+            lattice.position(77),
+            world.position(grid.position(grid.node(77))),
+        );
+        for (found, expected) in node.into_iter().zip(place) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
         let record = world.record(0.25);

@@ -1,0 +1,123 @@
+//! Lattices of samples in the world.
+
+use fe_grid::tensor::inverse_transpose;
+
+use super::frame::FrameTransform;
+
+/// Samples in the world, and how many there are along each axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// Samples along each axis, `x` first.
+    pub size: [usize; 3],
+    /// Sample indices to world coordinates.
+    pub affine: [[f64; 4]; 3],
+}
+
+impl Lattice {
+    /// The lattice of the samples of an image that lies in the world; `None` for any other frame.
+    pub fn of_frame<const D: usize>(size: &[usize], frame: &FrameTransform<D>) -> Option<Self> {
+        if D != 3 || !frame.in_world() {
+            return None;
+        }
+        let place = |sample: [f64; D]| frame.to_physical(frame.to_unit(sample));
+        let origin = place([0.0; D]);
+        let ends: [[f64; D]; D] =
+            std::array::from_fn(|k| place(std::array::from_fn(|i| f64::from(u8::from(i == k)))));
+        Some(Self {
+            size: size.try_into().ok()?,
+            affine: std::array::from_fn(|i| {
+                let step = |j: usize| ends[j][i] - origin[i];
+                [step(0), step(1), step(2), origin[i]]
+            }),
+        })
+    }
+
+    /// Number of samples.
+    pub fn count(&self) -> usize {
+        self.size.iter().product()
+    }
+
+    /// Distance of neighbouring samples along each axis.
+    pub fn spacing(&self) -> [f64; 3] {
+        let square = |j: usize| self.affine.iter().map(|row| row[j] * row[j]).sum::<f64>();
+        std::array::from_fn(|j| square(j).sqrt())
+    }
+
+    /// The sample at a position in memory.
+    pub fn sample(&self, index: usize) -> [usize; 3] {
+        let [nx, ny, _] = self.size;
+        [index % nx, index / nx % ny, index / (nx * ny)]
+    }
+
+    /// World coordinates of a (fractional) sample.
+    pub fn to_world(&self, sample: [f64; 3]) -> [f64; 3] {
+        self.affine
+            .map(|row| (0..3).map(|j| row[j] * sample[j]).sum::<f64>() + row[3])
+    }
+
+    /// World coordinates of the sample at a position in memory.
+    pub fn position(&self, index: usize) -> [f64; 3] {
+        self.to_world(self.sample(index).map(|i| i as f64))
+    }
+
+    /// The sample at a point of the world.
+    pub fn to_sample(&self, world: [f64; 3]) -> [f64; 3] {
+        let matrix: [[f64; 3]; 3] =
+            std::array::from_fn(|i| std::array::from_fn(|j| self.affine[i][j]));
+        let inverse = inverse_transpose(&matrix);
+        let relative: [f64; 3] = std::array::from_fn(|i| world[i] - self.affine[i][3]);
+        std::array::from_fn(|j| (0..3).map(|i| inverse[i][j] * relative[i]).sum())
+    }
+
+    /// The samples of this lattice, continued where needed, in the box around points of the world.
+    #[must_use]
+    pub fn around(&self, points: impl IntoIterator<Item = [f64; 3]>) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for point in points {
+            let sample = self.to_sample(point);
+            for k in 0..3 {
+                low[k] = low[k].min(sample[k]);
+                high[k] = high[k].max(sample[k]);
+            }
+        }
+        // Corners that are samples but for rounding are taken in.
+        let first = low.map(|x| (x - 1e-6).ceil());
+        let size =
+            std::array::from_fn(|k| ((high[k] + 1e-6).floor() - first[k]).max(1.0) as usize + 1);
+        let origin = self.to_world(first);
+        let mut affine = self.affine;
+        for (row, x) in affine.iter_mut().zip(origin) {
+            row[3] = x;
+        }
+        Self { size, affine }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_around_points_lie_on_the_lattice() {
+        let lattice = Lattice {
+            size: [4, 5, 6],
+            affine: [
+                [0.0, -2.0, 0.0, 1.0],
+                [1.0, 0.5, 0.0, 2.0],
+                [0.0, 0.0, 3.0, 3.0],
+            ],
+        };
+        let sample = lattice.to_sample(lattice.position(77));
+        assert_eq!(lattice.sample(77), [1, 4, 3]);
+        for (found, expected) in sample.into_iter().zip([1.0, 4.0, 3.0]) {
+            assert!((found - expected).abs() < 1e-12);
+        }
+        let corners = [[-1.0, -2.5, 1.0], [5.0, 1.0, -1.0]].map(|sample| lattice.to_world(sample));
+        let part = lattice.around(corners);
+        assert_eq!(part.size, [7, 4, 3]);
+        let first = lattice.to_sample(part.position(0));
+        for (found, expected) in first.into_iter().zip([-1.0, -2.0, -1.0]) {
+            assert!((found - expected).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Deformations as displacement fields in the world, as ITK applies them, and volumes of shapes.
+//!
+//! A deformation `φ` maps an input onto the average in the unit box. With the maps `A` of the world of
+//! the average and `S` of the world of the input to the box, it is `A⁻¹ φ S` in the world. A program
+//! that resamples an image asks the other way round, for every point of its result: `warp` is
+//! `S⁻¹ φ⁻¹ A`, which resamples the input in the space of the average, `inverse_warp` is `A⁻¹ φ S`,
+//! which resamples the average in the space of the input. Both are given at the nodes of the grid,
+//! whose piecewise multilinear interpolation is the deformation itself.
+
+use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
+use levelset::{Contour, ContourDistance};
+
+use crate::error::CliError;
+use crate::input::lattice::Lattice;
+use crate::output::nifti::{Values, write_volume};
+use crate::output::{ResultDir, numbered};
+use crate::shapes::{Input, WorldFrame, lattice_of};
+
+/// The part of the box in which volumes of shapes are written, between these coordinates.
+const PART: [f64; 2] = [0.05, 0.95];
+
+/// Writes the deformations of inputs onto a shape, and their inverses, where they have a world.
+///
+/// # Errors
+/// [`CliError::Output`].
+pub(crate) fn write_warps<const D: usize>(
+    directory: &ResultDir,
+    inputs: &[Input<D>],
+    displacements: &[Field<f64, D, D>],
+) -> Result<(), CliError> {
+    let Some(average) = WorldFrame::of_inputs(inputs) else {
+        return Ok(());
+    };
+    for (number, displacement) in displacements.iter().enumerate() {
+        let Some(subject) = WorldFrame::of_one(inputs, number) else {
+            continue;
+        };
+        let inverse = inverted(displacement);
+        let warps = [
+            ("warp", &average, &subject, &inverse),
+            ("inverse_warp", &subject, &average, displacement),
+        ];
+        for (kind, from, to, displacement) in warps {
+            let Some(lattice) = from.lattice(displacement.grid()) else {
+                return Ok(());
+            };
+            let vectors = ways(displacement, from, to);
+            let file = directory.file(numbered(kind, number, "nii.gz"));
+            write_volume(&file, &lattice, &Values::Displacements(&vectors))?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes a shape in the world of the results, on the samples of the input that leads, continued
+/// where needed: its mask, and its signed distance in millimetres.
+///
+/// # Errors
+/// [`CliError::Output`], [`CliError::Computation`] for a shape without a boundary.
+pub(crate) fn write_shape<const D: usize>(
+    directory: &ResultDir,
+    name: &str,
+    inputs: &[Input<D>],
+    shape: &Contour<D>,
+    grid: Grid<D>,
+) -> Result<(), CliError> {
+    let Some(world) = WorldFrame::of_inputs(inputs) else {
+        return Ok(());
+    };
+    let Some(samples) = lattice_of(&inputs[world.number()]) else {
+        return Ok(());
+    };
+    let lattice = within_box(&samples, &world);
+    let distance = ContourDistance::new(shape).map_err(|error| CliError::Computation {
+        message: format!("the shape has no distance: {error}"),
+        remedy: "use a finer --grid".into(),
+    })?;
+    let distance = distance.sample(grid);
+    let values = sampled(&distance, &lattice, &world);
+    let mask: Vec<u8> = values.iter().map(|&u| u8::from(u > 0.0)).collect();
+    let file = directory.file(format!("{name}.nii.gz"));
+    write_volume(&file, &lattice, &Values::Mask(&mask))?;
+    let file = directory.file(format!("{name}_distance.nii.gz"));
+    Ok(write_volume(&file, &lattice, &Values::Numbers(&values))?)
+}
+
+/// The samples of a lattice, continued where needed, that lie in the box.
+pub(super) fn within_box<const D: usize>(samples: &Lattice, world: &WorldFrame<D>) -> Lattice {
+    let corner = |number: usize| -> [f64; 3] {
+        let unit = std::array::from_fn(|k| PART[number >> k & 1]);
+        in_space(world.position(unit))
+    };
+    samples.around((0..8).map(corner))
+}
+
+/// A field in millimetres at the samples of a lattice.
+fn sampled<const D: usize>(
+    field: &ScalarField<f64, D>,
+    lattice: &Lattice,
+    world: &WorldFrame<D>,
+) -> Vec<f32> {
+    let value = |index| {
+        let unit = world.to_unit(of_space(lattice.position(index)));
+        (world.length() * field.sample(unit)[0]) as f32
+    };
+    (0..lattice.count()).map(value).collect()
+}
+
+/// The inverse of a deformation at the nodes. Where a node lies outside the image of the box, the
+/// displacement there is taken back.
+pub(super) fn inverted<const D: usize>(displacement: &Field<f64, D, D>) -> Field<f64, D, D> {
+    let inverse = InverseDeformation::new(displacement);
+    let grid = *displacement.grid();
+    let n = grid.n_nodes();
+    let mut back = Field::zeros(grid);
+    for node in 0..n {
+        let here = grid.position(grid.node(node));
+        let u = match inverse.position(node) {
+            Some(there) => std::array::from_fn(|k| there[k] - here[k]),
+            None => displacement.at(node).map(|u| -u),
+        };
+        for k in 0..D {
+            back.as_mut_slice()[k * n + node] = u[k];
+        }
+    }
+    back
+}
+
+/// The ways from the nodes in one world to where they go in another, in millimetres to the left, to
+/// the back and upwards.
+fn ways<const D: usize>(
+    displacement: &Field<f64, D, D>,
+    from: &WorldFrame<D>,
+    to: &WorldFrame<D>,
+) -> Vec<[f32; 3]> {
+    let grid = *displacement.grid();
+    (0..grid.n_nodes())
+        .map(|node| {
+            let here = grid.position(grid.node(node));
+            let u = displacement.at(node);
+            let there = to.position(std::array::from_fn(|k| here[k] + u[k]));
+            let start = from.position(here);
+            let way = in_space::<D>(std::array::from_fn(|k| there[k] - start[k]));
+            [-way[0] as f32, -way[1] as f32, way[2] as f32]
+        })
+        .collect()
+}
+
+/// A point of three coordinates, 0 where there are fewer.
+pub(super) fn in_space<const D: usize>(p: [f64; D]) -> [f64; 3] {
+    std::array::from_fn(|k| p.get(k).copied().unwrap_or(0.0))
+}
+
+/// The first coordinates of a point.
+pub(super) fn of_space<const D: usize>(p: [f64; 3]) -> [f64; D] {
+    std::array::from_fn(|k| p.get(k).copied().unwrap_or(0.0))
+}
