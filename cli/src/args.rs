@@ -17,6 +17,7 @@ use crate::print::note;
 use crate::segment::SegmentConfig;
 use crate::session::ComputeArgs;
 use crate::verify::{VerifyArgs, run_verify};
+use crate::warp::{WarpArgs, run_warp};
 
 /// Averages of 2D and 3D shapes, their modes of variation, geodesics and distances between them, and
 /// shapes in images.
@@ -50,6 +51,7 @@ enum Command {
     Synthesize(ComputeArgs<SynthesizeConfig>),
     /// Computes the scores of new shapes in the modes of variation.
     Score(ComputeArgs<ScoreConfig>),
+    Warp(WarpArgs),
     /// Draws a figure with a table that compares averages or modes, on built-in shapes or masks.
     Figure(FigureArgs),
     /// Runs numerical experiments that check the theory.
@@ -76,6 +78,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Pca(args) => args.run(),
         Command::Synthesize(args) => args.run(),
         Command::Score(args) => args.run(),
+        Command::Warp(args) => run_warp(args),
         Command::Figure(args) => run_figure(args),
         Command::Verify(args) => run_verify(args),
         Command::Check(args) => run_check(args),

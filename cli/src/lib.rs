@@ -40,7 +40,7 @@ mod session;
 mod shapes;
 mod summary;
 pub mod verify;
-mod warp;
+pub mod warp;
 mod watch;
 
 /// The examples of the README, as documentation tests.

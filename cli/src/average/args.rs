@@ -48,7 +48,8 @@ pub struct AverageRun {
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct AverageConfig {
-    /// Input masks, the object bright: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
+    /// Input masks, the object bright: PNG, JPEG, PGM, PBM, PPM, TIFF, BMP, .npy, NIfTI, NRRD or
+    /// MetaImage.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// How masks are read, placed and aligned.

@@ -36,7 +36,8 @@ pub struct DistancesArgs {
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct DistancesConfig {
-    /// Input masks, the object bright: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
+    /// Input masks, the object bright: PNG, JPEG, PGM, PBM, PPM, TIFF, BMP, .npy, NIfTI, NRRD or
+    /// MetaImage.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// How masks are read, placed and aligned, pair by pair.

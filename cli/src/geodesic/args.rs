@@ -14,8 +14,8 @@ use crate::options::{MaskOptions, named};
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct GeodesicConfig {
-    /// Mask of the first shape, the object bright: PNG, PGM, PBM, PPM, TIFF, BMP, .npy, .nii or
-    /// .nii.gz.
+    /// Mask of the first shape, the object bright: PNG, JPEG, PGM, PBM, PPM, TIFF, BMP, .npy, NIfTI,
+    /// NRRD or MetaImage.
     #[arg(value_name = "START")]
     pub start: PathBuf,
     /// Mask of the last shape.

@@ -173,6 +173,12 @@ pub enum InputError {
         /// Spacing along each axis, `x` first.
         spacing: Vec<f64>,
     },
+    /// A file that states no place in the world, where one is needed.
+    #[error("'{}' is no volume with a place in the world", path.display())]
+    Placeless {
+        /// The file.
+        path: PathBuf,
+    },
     /// Pictures among volumes.
     #[error("'{}' is a picture, but '{}' is a volume", flat.display(), solid.display())]
     MixedDimensions {
@@ -189,7 +195,8 @@ impl InputError {
         match self {
             Self::Unreadable { .. } => "check that the path is right and that the file may be read",
             Self::UnknownFormat { .. } => {
-                "use .png, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii or .nii.gz, and use that extension"
+                "use .png, .jpg, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii, .nii.gz, .hdr with .img, \
+                 .nrrd, .nhdr, .mha or .mhd, and use that extension"
             }
             Self::Malformed { .. } => {
                 "open the file in the program it came from and export it again"
@@ -226,6 +233,9 @@ impl InputError {
             }
             Self::NotLabels { .. } => "leave --label out, or give an image of whole numbers",
             Self::Spacing { .. } => "write the voxel size in millimetres into the header (pixdim)",
+            Self::Placeless { .. } => {
+                "give a volume whose header has an affine map, such as a NIfTI file with an sform"
+            }
             Self::MixedDimensions { .. } => "give masks that all have two axes, or all three",
         }
     }

@@ -40,6 +40,7 @@ pub use levels::grey_share;
 
 use crate::dimension::Dim;
 use crate::{files, memory};
+use lattice::Lattice;
 use raster::Colours;
 
 /// No input may have more values than this (2 GiB in double precision).
@@ -156,6 +157,36 @@ pub fn read_grey_images(paths: &[PathBuf]) -> Result<(AnyImages, Vec<GreyRange>)
     let read: Result<Vec<_>, _> = paths.iter().map(read).collect();
     let (images, ranges) = read?.into_iter().unzip();
     Ok((same_dimension(images)?, ranges))
+}
+
+/// The numbers of a volume as they are, and their place in the world.
+#[derive(Clone, Debug)]
+pub struct Numbers {
+    /// The numbers, `x` fastest.
+    pub values: Vec<f64>,
+    /// Their lattice.
+    pub lattice: Lattice,
+}
+
+/// Reads the numbers of a volume that has a place in the world.
+///
+/// # Errors
+/// [`InputError`] names the file, the defect and the remedy.
+pub fn read_numbers(path: &Path) -> Result<Numbers, InputError> {
+    let samples = decode_samples(&bytes_of(path)?, path, Colours::Refused)?;
+    mask::check_finite(&samples, path)?;
+    let placeless = || InputError::Placeless { path: path.into() };
+    Ok(Numbers {
+        lattice: Lattice {
+            size: samples
+                .size
+                .as_slice()
+                .try_into()
+                .map_err(|_| placeless())?,
+            affine: samples.affine.ok_or_else(placeless)?,
+        },
+        values: samples.values,
+    })
 }
 
 /// The bytes of a regular file, for which there is memory.

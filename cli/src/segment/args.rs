@@ -15,7 +15,7 @@ use crate::options::ScaleOptions;
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SegmentConfig {
-    /// Grey images: PNG, PGM, PPM, TIFF, BMP, .npy, .nii or .nii.gz.
+    /// Grey images: PNG, JPEG, PGM, PPM, TIFF, BMP, .npy, NIfTI, NRRD or MetaImage.
     #[arg(value_name = "IMAGE")]
     pub inputs: Vec<PathBuf>,
     /// Number of nodes along the longest side, 2^L + 1 [default: from the number of samples, at

@@ -48,7 +48,10 @@ pub(crate) fn stem(path: &Path) -> String {
     let lower = name.to_lowercase();
     let ending = [".nii.gz", ".nii", ".npy", ".png", ".pgm", ".pbm", ".ppm"]
         .into_iter()
-        .chain([".pnm", ".bmp", ".tif", ".tiff"])
+        .chain([
+            ".pnm", ".bmp", ".tif", ".tiff", ".jpg", ".jpeg", ".hdr", ".img",
+        ])
+        .chain([".nrrd", ".nhdr", ".mha", ".mhd", ".csv", ".stl"])
         .find(|ending| lower.ends_with(ending));
     // Extensions are ASCII: the text before them ends at a character boundary.
     name.get(..name.len() - ending.map_or(0, str::len))

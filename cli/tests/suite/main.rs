@@ -10,6 +10,7 @@ mod config;
 mod damaged_files;
 mod distances;
 mod figure;
+mod formats;
 mod frames;
 mod generate;
 mod geodesic;

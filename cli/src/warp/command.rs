@@ -1,0 +1,141 @@
+//! `shapespace warp`: carries images, surfaces and landmarks through the deformation of an input of
+//! an average, or its inverse.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use fe_grid::{Grid, ScalarField};
+
+use super::map::{Between, StoredMap, WorldMap, pulled_back};
+use super::points::{moved_landmarks, moved_surface};
+use crate::error::{CliError, Exit};
+use crate::input::lattice::Lattice;
+use crate::input::read_numbers;
+use crate::options::RunOptions;
+use crate::output::ResultDir;
+use crate::output::nifti::{Values, write_volume};
+use crate::pool::in_pool;
+use crate::print::{print, printable};
+use crate::shapes::stem;
+
+/// Carries images, surfaces and landmarks from an input of an average to the average, or back. All
+/// lie in the world (RAS, millimetres).
+#[derive(Clone, Debug, Args)]
+pub struct WarpArgs {
+    /// Result directory of an average of volumes with a place in the world.
+    #[arg(value_name = "AVERAGE")]
+    average: PathBuf,
+    /// Images (volumes of any format), surfaces (.stl), and landmarks (.csv, with x, y and z in the
+    /// first three columns).
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// Number of the input, from 0.
+    #[arg(long, value_name = "K")]
+    shape: usize,
+    /// From the average to the input, not from the input to the average.
+    #[arg(long)]
+    inverse: bool,
+    /// Values between the samples of images [default: nearest for whole numbers, such as labels and
+    /// masks, else linear].
+    #[arg(long, value_enum)]
+    interpolation: Option<Interpolation>,
+    /// Options that do not influence the results.
+    #[command(flatten)]
+    run: RunOptions,
+}
+
+/// Values between the samples of images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Interpolation {
+    /// Multilinear.
+    Linear,
+    /// Those of the nearest sample.
+    Nearest,
+}
+
+/// Runs `shapespace warp`.
+///
+/// # Errors
+/// [`CliError`]; then nothing has been written.
+pub fn run_warp(args: &WarpArgs) -> Result<Exit, CliError> {
+    ResultDir::check(&args.run.output)?;
+    in_pool(args.run.threads, || warp(args))
+}
+
+fn warp(args: &WarpArgs) -> Result<Exit, CliError> {
+    let stored = StoredMap::read(&args.average, args.shape, args.run.trust)?;
+    let target = stored.target(args.inverse);
+    let map = stored.direction(args.inverse);
+    // An image is pulled back: every point of the result asks where it comes from.
+    let back = stored.direction(!args.inverse);
+    let directory = ResultDir::create(&args.run.output)?;
+    let mut lines = Vec::new();
+    let mut taken: Vec<PathBuf> = Vec::new();
+    for path in &args.files {
+        let name = name_of(path);
+        if taken.contains(&name) {
+            return Err(CliError::Option {
+                option: "FILE",
+                value: format!("'{}'", path.display()),
+                remedy: "give files of different names, which those of the results are".into(),
+            });
+        }
+        let file = directory.file(&name);
+        let extension = name
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default();
+        let what = match extension {
+            "csv" => moved_landmarks(path, &file, &map)?,
+            "stl" => moved_surface(path, &file, &map)?,
+            _ => warped_image(path, &file, (&target, &back), args.interpolation)?,
+        };
+        lines.push(format!(
+            "  {what:<12} {}\n",
+            args.run.output.join(&name).display()
+        ));
+        taken.push(name);
+    }
+    directory.commit()?;
+    print(&printable(&lines.concat()))?;
+    Ok(Exit::Success)
+}
+
+/// The name of a result: images become `.nii.gz`.
+fn name_of(path: &Path) -> PathBuf {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some(kept @ ("csv" | "stl")) => format!("{}.{kept}", stem(path)).into(),
+        _ => format!("{}.nii.gz", stem(path)).into(),
+    }
+}
+
+fn warped_image(
+    path: &Path,
+    file: &Path,
+    (target, back): (&Lattice, &WorldMap),
+    interpolation: Option<Interpolation>,
+) -> Result<&'static str, CliError> {
+    let image = read_numbers(path)?;
+    let lattice = image.lattice;
+    let whole = image.values.iter().all(|value| value.fract() == 0.0);
+    let between = match interpolation {
+        Some(Interpolation::Linear) => Between::Linear,
+        Some(Interpolation::Nearest) => Between::Nearest,
+        None if whole => Between::Nearest,
+        None => Between::Linear,
+    };
+    let field = ScalarField::from_vec(Grid::with_nodes(lattice.size, 1.0)?, image.values)?;
+    let values = pulled_back((&field, &lattice), between, target, back);
+    let byte = |value: &f32| value.fract() == 0.0 && (0.0..=255.0).contains(value);
+    if values.iter().all(byte) {
+        let bytes: Vec<u8> = values.iter().map(|&value| value as u8).collect();
+        write_volume(file, target, &Values::Mask(&bytes))?;
+    } else {
+        write_volume(file, target, &Values::Numbers(&values))?;
+    }
+    Ok(match between {
+        Between::Nearest => "labels",
+        Between::Linear => "image",
+    })
+}
