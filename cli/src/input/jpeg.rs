@@ -110,7 +110,10 @@ mod tests {
             assert!(read(bytes).is_err());
         }
         let mut huge = DISK.to_vec();
-        let frame = huge.windows(2).position(|w| w == [0xff, 0xc0]).unwrap();
+        let frame = huge
+            .windows(2)
+            .position(|w| w == [0xff, 0xc0] || w == [0xff, 0xc2])
+            .unwrap();
         huge[frame + 5..frame + 9].fill(0xff);
         let result = read(&huge);
         assert!(

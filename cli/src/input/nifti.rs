@@ -27,7 +27,12 @@ pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
 
 /// Reads a compressed volume, once it is known how much is to be unpacked.
 pub(super) fn decode_compressed(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
-    let header = Header::parse(&file(path).start(bytes, LENGTHS[1])?, path)?;
+    // What follows a header of the first version may be padding.
+    let mut head = file(path).start(bytes, LENGTHS[0])?;
+    if version(&head).is_some_and(|(_, version)| version == 1) {
+        head = file(path).start(bytes, LENGTHS[1])?;
+    }
+    let header = Header::parse(&head, path)?;
     let offset = header.offset(path)?;
     let volume = header.volume(path)?;
     let length = offset + volume.data_bytes();
@@ -115,21 +120,28 @@ impl Numbers<'_> {
     }
 }
 
+/// The byte order and the version of a header, by the length that it states.
+fn version(bytes: &[u8]) -> Option<(bool, usize)> {
+    [true, false].into_iter().find_map(|little_endian| {
+        let numbers = Numbers {
+            bytes,
+            little_endian,
+        };
+        let length = numbers.at(NumberType::I32, 0);
+        let version = LENGTHS.iter().position(|&n| n as f64 == length)?;
+        Some((little_endian, version))
+    })
+}
+
 impl Header {
     fn parse(bytes: &[u8], path: &Path) -> Result<Self, InputError> {
         let bytes = take(bytes, LENGTHS[0], path).map(|_| bytes)?;
-        let stated = |little_endian| {
-            let numbers = Numbers {
-                bytes,
-                little_endian,
-            };
-            let length = numbers.at(NumberType::I32, 0);
-            let version = LENGTHS.iter().position(|&n| n as f64 == length)?;
-            Some((numbers, version))
-        };
-        let (numbers, version) = stated(true)
-            .or_else(|| stated(false))
+        let (little_endian, version) = version(bytes)
             .ok_or_else(|| file(path).malformed("its header does not state its own length"))?;
+        let numbers = Numbers {
+            bytes,
+            little_endian,
+        };
         take(bytes, LENGTHS[version], path)?;
         let magic = if version == 0 {
             &bytes[344..348]

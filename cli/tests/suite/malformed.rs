@@ -559,7 +559,7 @@ fn gzip_rows() -> Vec<Row> {
         ("a.nii.bz2", whole.clone(), "no known image format"),
         ("a", whole.clone(), "no known image format"),
         (".png", whole.clone(), "'.png'"),
-        ("a.jpg", whole.clone(), "no known image format"),
+        ("a.webp", whole.clone(), "no known image format"),
         ("a.dcm", whole, "no known image format"),
     ]
 }

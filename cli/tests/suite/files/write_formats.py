@@ -19,7 +19,7 @@ affine = numpy.eye(4)
 affine[:3, :3] = turn @ numpy.diag([-1.5, 1.0, 2.0])
 affine[:3, 3] = [12.0, -30.0, 44.0]
 i, j, k = numpy.meshgrid(*[numpy.arange(n) for n in shape], indexing="ij")
-mask = (((i - 9) / 7) ** 2 + ((j - 8) / 5) ** 2 + ((k - 7) / 4) ** 2 + 0.02 * i * j < 1).astype("uint8")
+mask = (((i - 9) / 7) ** 2 + ((j - 8) / 5) ** 2 + ((k - 7) / 4) ** 2 + 0.004 * i * j < 1).astype("uint8")
 
 for name, kind in [("one.nii", nibabel.Nifti1Image), ("two.nii", nibabel.Nifti2Image)]:
     for type_ in ("uint8", "int16", "float32"):
