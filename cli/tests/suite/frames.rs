@@ -121,10 +121,10 @@ fn resampled_copies_of_an_object_have_one_boundary() {
         })
         .collect();
     for [mean, largest] in apart(&images) {
-        // .02 samples of .5 mm. Chords of .7 mm on a ball of 3.5 mm are up to .02 mm inside of it,
-        // where balls are joined somewhat more.
+        // .02 samples of .5 mm, and a fifth of one: chords of .7 mm on a ball of 4 mm are up to
+        // .02 mm inside of it, and several times as far where balls are joined.
         assert!(mean < 0.01, "{mean}");
-        assert!(largest < 0.04, "{largest}");
+        assert!(largest < 0.1, "{largest}");
     }
 }
 
@@ -164,7 +164,8 @@ fn copies_of_one_object_have_their_own_average() {
             // Chords cut off .01 mm or a little more of a ball of 7 mm: .5 %.
             assert!((volume(i) / volume(0) - 1.0).abs() < 6e-3, "{}", volume(i));
             let mean = found.number(&format!("/hausdorff_input_units/{i}/mean"));
-            assert!(mean < 0.02, "{align}, {i}: {mean} mm");
+            // Chords, and what the elastic energy leaves of the differences that they make.
+            assert!(mean < 0.04, "{align}, {i}: {mean} mm");
             if align == "rigid" {
                 let of = |key| found.number(&format!("/input/{i}/alignment/{key}"));
                 assert!(of("moved_mm") < 0.02, "{i}: {} mm", of("moved_mm"));

@@ -5,7 +5,7 @@ use super::Place;
 /// An affine map from samples to the world, row by row.
 pub type Affine = [[f64; 4]; 3];
 
-/// Four balls of different radii that are joined smoothly: no rotation or reflection maps them to
+/// Four balls of different radii along a winding path, joined smoothly: no rotation or reflection maps them to
 /// themselves. `swelling` changes the radius of the second, in millimetres.
 #[derive(Clone, Copy)]
 pub struct Solid {
@@ -20,7 +20,7 @@ pub const SOLID: Solid = Solid {
 };
 
 /// Length over which the balls are joined, in millimetres.
-const JOINT: f64 = 1.5;
+const JOINT: f64 = 2.5;
 
 impl Solid {
     /// Approximate signed distance to the boundary, positive inside.
@@ -29,10 +29,10 @@ impl Solid {
             p[0] = 24.0 - p[0];
         }
         let balls = [
-            ([12.0, -30.0, 44.0], 7.0),
-            ([20.0, -30.0, 46.0], 4.5 + self.swelling),
-            ([13.0, -21.0, 39.0], 3.5),
-            ([8.0, -26.0, 52.0], 4.0),
+            ([10.0, -34.0, 40.0], 5.5),
+            ([19.0, -34.0, 40.0], 4.5 + self.swelling),
+            ([19.0, -25.0, 40.0], 4.5),
+            ([19.0, -25.0, 49.0], 4.0),
         ];
         let sum: f64 = balls
             .iter()
@@ -83,7 +83,7 @@ pub fn mapped(affine: &Affine, sample: [f64; 3]) -> [f64; 3] {
 
 /// A lattice whose axes are these vectors, and whose middle is that of the solid.
 pub fn lattice(axes: [[f64; 3]; 3], size: [usize; 3]) -> Affine {
-    let middle = [13.5, -28.0, 44.5];
+    let middle = [14.0, -30.0, 44.0];
     std::array::from_fn(|i| {
         let half: f64 = (0..3)
             .map(|j| axes[j][i] * 0.5 * (size[j] - 1) as f64)
