@@ -23,7 +23,7 @@ pub(super) fn affine_fault(affine: &[[f64; 4]; 3], n_axes: usize) -> Option<&'st
     }
     // A picture does not need its third axis.
     let axes: Vec<[f64; 3]> = (0..n_axes).map(|j| column(affine, j)).collect();
-    let lengths: Vec<f64> = axes.iter().map(|axis| norm(axis)).collect();
+    let lengths: Vec<f64> = axes.iter().map(norm).collect();
     if lengths.iter().any(|&length| length < SHORTEST) {
         return Some("its orientation has an axis of no length");
     }
@@ -98,7 +98,7 @@ mod tests {
         let changed = |change: fn(&mut [[f64; 4]; 3]), n_axes| {
             let mut affine = good;
             change(&mut affine);
-            affine_fault(&affine, n_axes).map(|reason| reason.to_owned())
+            affine_fault(&affine, n_axes).map(str::to_owned)
         };
         let fault = |change| changed(change, 3).unwrap();
         assert!(fault(|a| a[2] = [0.0; 4]).contains("no length"));

@@ -117,7 +117,7 @@ impl<const D: usize> WorldFrame<D> {
     }
 
     /// The point of the box at world coordinates.
-    pub fn to_unit(&self, world: [f64; D]) -> [f64; D] {
+    pub fn unit(&self, world: [f64; D]) -> [f64; D] {
         let relative: [f64; D] = std::array::from_fn(|i| world[i] - self.origin[i]);
         std::array::from_fn(|k| {
             let along: f64 = (0..D).map(|i| self.direction[i][k] * relative[i]).sum();
@@ -200,7 +200,7 @@ mod tests {
         for (found, expected) in world.position(aligned).into_iter().zip(expected) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
-        let back = world.to_unit(world.position(aligned));
+        let back = world.unit(world.position(aligned));
         for (found, expected) in back.into_iter().zip(aligned) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }

@@ -120,10 +120,9 @@ fn warped_image(
     let lattice = image.lattice;
     let whole = image.values.iter().all(|value| value.fract() == 0.0);
     let between = match interpolation {
-        Some(Interpolation::Linear) => Between::Linear,
         Some(Interpolation::Nearest) => Between::Nearest,
         None if whole => Between::Nearest,
-        None => Between::Linear,
+        Some(Interpolation::Linear) | None => Between::Linear,
     };
     let field = ScalarField::from_vec(Grid::with_nodes(lattice.size, 1.0)?, image.values)?;
     let values = pulled_back((&field, &lattice), between, target, back);

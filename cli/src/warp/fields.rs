@@ -100,7 +100,7 @@ fn sampled<const D: usize>(
     world: &WorldFrame<D>,
 ) -> Vec<f32> {
     let value = |index| {
-        let unit = world.to_unit(of_space(lattice.position(index)));
+        let unit = world.unit(of_space(lattice.position(index)));
         (world.length() * field.sample(unit)[0]) as f32
     };
     (0..lattice.count()).map(value).collect()

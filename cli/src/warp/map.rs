@@ -123,7 +123,7 @@ impl StoredMap {
 impl WorldMap {
     /// Where a point goes.
     pub fn point(&self, world: [f64; 3]) -> [f64; 3] {
-        let unit = self.from.to_unit(world);
+        let unit = self.from.unit(world);
         let mut image = moved(&self.displacement, unit);
         if let Some(forward) = &self.inverse_of {
             let residual = |x: [f64; 3]| {
