@@ -120,7 +120,7 @@ pub fn certify_within<T: Element, const D: usize>(
     }
     Certificate {
         certified: total.bound > threshold,
-        min_det: total.bound,
+        min_det: mutant!(total.bound, CertificateScale => 1.05 * total.bound),
         min_corner_det: total.corner,
         cell: total.cell,
     }

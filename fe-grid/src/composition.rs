@@ -138,7 +138,8 @@ impl<'a, T: Element, const D: usize> Interpolant<'a, T, D> {
         }
         let mut corners = [L::zero(); MAX_CORNERS];
         for c in 0..1usize << D {
-            let offset: usize = (0..D).map(|k| (c >> k & 1) * strides[k]).sum();
+            let corner = mutant!(c, CompositionCorners => (c >> 1 | c << 1) & ((1 << D) - 1));
+            let offset: usize = (0..D).map(|k| (corner >> k & 1) * strides[k]).sum();
             let mut values = [L::Element::default(); MAX_LANES];
             for l in 0..L::COUNT {
                 values[l] = L::Element::from_f64(self.field[base[l] + offset].to_f64());
@@ -199,6 +200,7 @@ impl<F: MatchDensity, T: Element, const D: usize> CellLaw<D, D> for Matching<'_,
     fn gradient<L: Lane>(&self, point: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
         let (s, slope) = self.sample(point);
         let (value, derivative, _) = self.density.derivatives(s, &point.coefficient);
+        let derivative = mutant!(derivative, CompositionSlope => derivative.scale(0.5));
         let mut jet = Jet::zero();
         for k in 0..D {
             jet.value[k] = derivative * slope[k];

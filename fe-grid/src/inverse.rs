@@ -107,6 +107,7 @@ impl<const D: usize> LaneKernel<f64> for LayerSearch<'_, D> {
                 cell,
                 &lattice,
                 &mut |node, local| {
+                    let local = mutant!(local, InverseMirrored => local.map(|x| 1.0 - x));
                     let x = std::array::from_fn(|k| (cell[k] as f64 + local[k]) * h);
                     found.push((node, x));
                 },

@@ -33,6 +33,30 @@
 //! # Ok::<(), fe_grid::GridError>(())
 //! ```
 
+/// A formula, and what stands in its place while a built-in error is switched on:
+/// `mutant!(right, Name => wrong)`. Without the feature `mutants` it is the formula alone.
+#[cfg(feature = "mutants")]
+#[macro_export]
+macro_rules! mutant {
+    ($right:expr, $name:ident => $wrong:expr) => {
+        if $crate::mutants::Mutant::$name.is_on() {
+            $wrong
+        } else {
+            $right
+        }
+    };
+}
+
+/// A formula, and what would stand in its place with a built-in error:
+/// `mutant!(right, Name => wrong)`. Without the feature `mutants` it is the formula alone.
+#[cfg(not(feature = "mutants"))]
+#[macro_export]
+macro_rules! mutant {
+    ($right:expr, $name:ident => $wrong:expr) => {
+        $right
+    };
+}
+
 mod buffer;
 mod certificate;
 pub mod composition;
@@ -49,6 +73,8 @@ pub mod linear;
 pub mod minimise;
 mod moments;
 pub mod multigrid;
+#[cfg(feature = "mutants")]
+pub mod mutants;
 pub mod operators;
 pub mod parallel;
 mod pool;

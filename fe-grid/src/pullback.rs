@@ -232,7 +232,8 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
             .map(|_| Block::zero::<Seen<F>>(self.grid))
             .collect();
         for (source, ranges) in self.sources.iter().zip(self.ranges) {
-            let weight = source.weight * self.grid.cell_volume() / f64::from(1u32 << D);
+            let factor = mutant!(source.weight, PullbackWeight => 1.0);
+            let weight = factor * self.grid.cell_volume() / f64::from(1u32 << D);
             let data = Data {
                 coefficients: source.coefficients,
                 cells: &[],

@@ -247,6 +247,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
         let rows_per_layer = per_layer / length;
         for y in 0..rows_per_layer {
             for (source, ranges) in self.sources.iter().zip(self.ranges) {
+                let factor = mutant!(source.weight, ScatterWeight => 1.0);
                 for layer in 0..cells[D - 1] {
                     let first = (layer * rows_per_layer + y) * runs;
                     let ranges = &ranges[first..first + runs];
@@ -262,7 +263,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
                     for (run, range) in ranges.iter().enumerate() {
                         if reached(range) {
                             let first = run * RUN;
-                            self.evaluate(&nodes, first, source.weight, &mut block, &mut points);
+                            self.evaluate(&nodes, first, factor, &mut block, &mut points);
                             accumulate::<L, T, D>(&points, moments);
                         }
                     }

@@ -66,7 +66,8 @@ impl Weights {
     fn new<const D: usize>(spacing: f64, coefficients: MassStiffness) -> Self {
         let MassStiffness { mass, stiffness } = coefficients;
         // Entries of the one-dimensional matrices on the diagonal and beside it.
-        let m = [2.0 * spacing / 3.0, spacing / 6.0];
+        let beside = mutant!(spacing / 6.0, UniformMass => spacing / 5.0);
+        let m = [2.0 * spacing / 3.0, beside];
         let k = [2.0 / spacing, -1.0 / spacing];
         let mut weights = Self {
             own: [0.0; 3],

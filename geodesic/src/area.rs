@@ -1,6 +1,6 @@
 //! The boundary area of a level set's shape, as a law of the cell engine.
 
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads, mutant};
 use levelset::Arctan;
 
 /// The density `H'(u) sqrt(|Du|^2 + rho^2)` of the area `int |D H(u)|`, regularised where `Du`
@@ -22,7 +22,7 @@ impl BoundaryArea {
         for g in gradient {
             squared = g.mul_add(*g, squared);
         }
-        squared.sqrt()
+        mutant!(squared.sqrt(), AreaHalved => squared.sqrt().scale(0.5))
     }
 }
 
@@ -44,7 +44,8 @@ impl<const D: usize> CellLaw<D, 1> for BoundaryArea {
         let norm = self.norm(&point.gradient[0]);
         let slope = self.step.derivative(point.value[0]);
         let mut jet = Jet::zero();
-        jet.value[0] = self.step.second_derivative(point.value[0]) * norm;
+        let bend = self.step.second_derivative(point.value[0]);
+        jet.value[0] = mutant!(bend, AreaSlope => L::zero()) * norm;
         let along = slope / norm;
         for k in 0..D {
             jet.gradient[0][k] = point.gradient[0][k] * along;

@@ -1,7 +1,7 @@
 //! Functions of level sets and step energies shared by both forms.
 
 use fe_grid::composition::{Interpolant, Outside};
-use fe_grid::{Field, Grid, Lane};
+use fe_grid::{Field, Grid, Lane, mutant};
 use levelset::Step;
 
 /// Weights of object and void in the energy of a deformation, as functions of the level set.
@@ -66,10 +66,12 @@ pub(crate) fn cells_with_corner<const D: usize>(
 
 /// Returns the length `sum sqrt W_k` of a path with these step energies.
 pub(crate) fn length(step_energies: &[f64]) -> f64 {
-    step_energies.iter().map(|w| w.max(0.0).sqrt()).sum()
+    let length = step_energies.iter().map(|w| w.max(0.0).sqrt()).sum();
+    mutant!(length, LengthOfSum => step_energies.iter().sum::<f64>().sqrt())
 }
 
 /// Returns the dissipation `K sum W_k` of a path with these step energies.
 pub(crate) fn dissipation(step_energies: &[f64]) -> f64 {
-    step_energies.len() as f64 * step_energies.iter().sum::<f64>()
+    let count = mutant!(step_energies.len(), DissipationCount => 1);
+    count as f64 * step_energies.iter().sum::<f64>()
 }

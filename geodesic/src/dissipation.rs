@@ -17,7 +17,7 @@
 //! the start domain.
 
 use crate::cells::ObjectWeights;
-use fe_grid::{Jet, Lane, Point, Reads, Tensor, tensor};
+use fe_grid::{Jet, Lane, Point, Reads, Tensor, mutant, tensor};
 use hyperelastic::{CompiledLaw, StrainDensity};
 
 /// The density of `W_k`, for a [`StrainEnergy`](hyperelastic::StrainEnergy). The unknown has
@@ -51,7 +51,8 @@ impl<L: Lane, const D: usize> PathKinematics<L, D> {
     /// `J`, or NaN if it is not positive.
     #[inline(always)]
     fn oriented(&self) -> L {
-        L::select(L::zero().less(self.volume), self.volume, L::splat(f64::NAN))
+        let volume = mutant!(self.volume, StepVolume => L::one());
+        L::select(L::zero().less(self.volume), volume, L::splat(f64::NAN))
     }
 
     /// Whether the law has a positive weight.
@@ -99,7 +100,10 @@ impl<const D: usize, const M: usize> StrainDensity<D, M> for PathDissipation<'_,
         let volume = tensor::determinant_with(&before, &cofactor);
         let inverse_transpose = tensor::scale(&cofactor, L::one() / volume);
         PathKinematics {
-            strain: tensor::product_transposed(&change, &inverse_transpose),
+            strain: mutant!(
+                tensor::product_transposed(&change, &inverse_transpose),
+                StepGradient => change
+            ),
             change,
             inverse_transpose,
             volume,
@@ -137,7 +141,7 @@ impl<const D: usize, const M: usize> StrainDensity<D, M> for PathDissipation<'_,
         let deformed = tensor::add_identity(&at.strain);
         let mut inner = tensor::scale(&tensor::transposed_product(&deformed, stress), -L::one());
         for i in 0..D {
-            inner[i][i] += value;
+            inner[i][i] += mutant!(value, StepStress => L::zero());
         }
         let before = tensor::product(&inner, &at.inverse_transpose);
         let mut jet = Jet::zero();

@@ -10,6 +10,7 @@
 
 use crate::cells;
 use crate::error::GeodesicError;
+use fe_grid::mutant;
 use hyperelastic::{CompiledLaw, LawSpec};
 use nalgebra::{DMatrix, DVector};
 
@@ -235,7 +236,7 @@ impl Dissimilarity<2> for StereographicSphere {
         let m = self.base(a, b);
         let below = 1.0 + m[0] * m[0] + m[1] * m[1];
         let squared = (b[0] - a[0]).powi(2) + (b[1] - a[1]).powi(2);
-        4.0 * squared / (below * below)
+        4.0 * squared / mutant!(below * below, SphereMetric => below)
     }
 
     fn gradients(&self, a: &[f64; 2], b: &[f64; 2]) -> ([f64; 2], [f64; 2]) {
@@ -286,7 +287,11 @@ impl<const D: usize> Balls<D> {
 
     /// Returns the volume of a ball.
     fn volume(radius: f64) -> f64 {
-        let unit = if D == 2 { 1.0 } else { 4.0 / 3.0 };
+        let unit = if D == 2 {
+            1.0
+        } else {
+            mutant!(4.0 / 3.0, BallVolume => 2.0)
+        };
         unit * std::f64::consts::PI * radius.powi(D as i32)
     }
 }
@@ -327,7 +332,8 @@ impl<const N: usize> Dissimilarity<N> for Dashpots {
         let mut sum = 0.0;
         for i in 0..N / 2 {
             for j in 0..i {
-                sum += 2.0 * self.viscosity * (length(b, i, j) - length(a, i, j)).powi(2);
+                let factor = mutant!(2.0, DashpotFactor => 1.0);
+                sum += factor * self.viscosity * (length(b, i, j) - length(a, i, j)).powi(2);
             }
         }
         sum + self.ground * (0..N).map(|i| (b[i] - a[i]).powi(2)).sum::<f64>()

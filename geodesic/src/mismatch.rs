@@ -3,7 +3,7 @@
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::scatter::PointWeights;
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads};
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads, mutant};
 use levelset::Arctan;
 
 /// The density `(H(s) - H(c))^2` of a composed level set `s = u_B o psi` and the level set `c` of
@@ -66,6 +66,7 @@ impl<const D: usize> Visibility<'_, D> {
     #[inline(always)]
     pub(crate) fn side<L: Lane>(&self, difference: L) -> L {
         let [lower, higher] = self.sides.map(L::splat);
+        let (lower, higher) = mutant!((lower, higher), SidesSwapped => (higher, lower));
         L::select(difference.less(L::zero()), lower, higher)
     }
 
@@ -229,7 +230,8 @@ impl<const D: usize, const M: usize> CellLaw<D, M> for StepMismatch<'_, D> {
     fn value<L: Lane>(&self, point: &Point<L, D, M>) -> L {
         let at = self.sample(point);
         let difference = self.step.value(at.value) - self.step.value(point.value[0]);
-        difference * difference * at.weight * self.visibility.side(difference)
+        let weight = mutant!(at.weight, MatchHalved => at.weight.scale(0.5));
+        difference * difference * weight * self.visibility.side(difference)
     }
 
     #[inline(always)]
@@ -241,11 +243,13 @@ impl<const D: usize, const M: usize> CellLaw<D, M> for StepMismatch<'_, D> {
         let twice = counted.scale(2.0) * at.weight;
         let by_other = twice * self.step.derivative(at.value);
         let mut jet = Jet::zero();
-        jet.value[0] = -(twice * self.step.derivative(point.value[0]));
+        let own = twice * self.step.derivative(point.value[0]);
+        jet.value[0] = mutant!(-own, MatchOwnSlope => own);
         for k in 0..D {
             jet.value[k + 1] = square.mul_add(at.weight_slope[k], by_other * at.slope[k]);
         }
-        (square * at.weight, jet)
+        let weight = mutant!(at.weight, MatchHalved => at.weight.scale(0.5));
+        (square * weight, jet)
     }
 
     /// Gauss-Newton approximation, with the weight held fixed.

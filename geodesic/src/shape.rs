@@ -10,7 +10,7 @@
 use crate::error::GeodesicError;
 use crate::mismatch::Visibility;
 use fe_grid::composition::Interpolant;
-use fe_grid::{Field, Grid, ScalarField};
+use fe_grid::{Field, Grid, ScalarField, mutant};
 
 /// Visibility of a shape.
 #[derive(Clone, Debug, Default)]
@@ -194,7 +194,7 @@ pub(crate) fn on_grid<const D: usize>(
 /// Returns the pointwise maximum of several level sets.
 pub(crate) fn union_of<const D: usize>(components: &[ScalarField<f64, D>]) -> ScalarField<f64, D> {
     let mut union = components[0].clone();
-    for other in &components[1..] {
+    for other in &components[1..mutant!(components.len(), UnionFirst => 1)] {
         for (u, v) in union.as_mut_slice().iter_mut().zip(other.as_slice()) {
             *u = u.max(*v);
         }

@@ -1,7 +1,7 @@
 //! Linear viscous friction.
 
 use crate::moduli::LameModuli;
-use fe_grid::{Lane, Tensor, tensor};
+use fe_grid::{Lane, Tensor, mutant, tensor};
 
 /// Rate of viscous dissipation of a velocity `v`,
 /// `diss[v] = lambda/2 (tr e)^2 + mu tr(e^2)`, `e = sym Dv`.
@@ -20,7 +20,7 @@ impl ViscousDissipation {
         let strain_rate = tensor::symmetric_part(velocity_gradient);
         let trace = tensor::trace(&strain_rate);
         (trace * trace).mul_add(
-            L::splat(0.5 * self.moduli.lambda),
+            L::splat(mutant!(0.5, ViscousTrace => 1.0) * self.moduli.lambda),
             tensor::contract(&strain_rate, &strain_rate).scale(self.moduli.mu),
         )
     }
@@ -36,7 +36,7 @@ impl ViscousDissipation {
         let pressure = tensor::trace(&strain_rate).scale(self.moduli.lambda);
         tensor::scale_add(
             &strain_rate,
-            L::splat(2.0 * self.moduli.mu),
+            L::splat(mutant!(2.0, ViscousShear => 1.0) * self.moduli.mu),
             &tensor::diagonal(pressure),
         )
     }

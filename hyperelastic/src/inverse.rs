@@ -4,7 +4,7 @@ use crate::hypotheses::{Growth, Hypotheses};
 use crate::kinematics::{Kinematics, Volume};
 use crate::moduli::LameModuli;
 use crate::stored_energy::{PolyconvexForm, StoredEnergy};
-use fe_grid::{Lane, Tensor, tensor};
+use fe_grid::{Lane, Tensor, mutant, tensor};
 
 /// The inverse model `W_inv(A) = det A  W(A^-1)`: the stored energy of the inverse deformation,
 /// integrated over the undeformed side (Definition 4.5). Same moduli as `W`; polyconvex if `W` is.
@@ -49,7 +49,8 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
         let state = Kinematics::new(h, false);
         let (_, g) = inverted(&state);
         let volume = &state.volume;
-        volume.barred(volume.determinant * self.base.value(&g))
+        let factor = mutant!(volume.determinant, InverseVolume => L::one());
+        volume.barred(factor * self.base.value(&g))
     }
 
     #[inline(always)]
@@ -58,7 +59,8 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
         let (m, g) = inverted(&state);
         let (w, s) = self.base.gradient(&g);
         let pulled = tensor::product(&tensor::product(&state.cofactor, &s), &m);
-        let stress = tensor::sub(&tensor::scale(&state.cofactor, w), &pulled);
+        let along_cofactor = mutant!(w, InverseStress => L::zero());
+        let stress = tensor::sub(&tensor::scale(&state.cofactor, along_cofactor), &pulled);
         let volume = &state.volume;
         (volume.barred(volume.determinant * w), stress)
     }

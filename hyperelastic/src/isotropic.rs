@@ -3,7 +3,7 @@
 use crate::kinematics::{Kinematics, Volume};
 use crate::moduli::LameModuli;
 use crate::terms::{NormTerm, VolumeTerm};
-use fe_grid::{Lane, Tensor, tensor};
+use fe_grid::{Lane, Tensor, mutant, tensor};
 
 /// A sum of three terms that is stress free at the identity: `2 f' + 2 (d-1) g' + k' = 0` there.
 ///
@@ -177,7 +177,8 @@ pub(crate) fn tangent<L: Lane, const D: usize>(
     out = tensor::scale_add(a, along_a, &out);
     if cofactor_present {
         let derivative = state.cofactor_norm_slope_derivative(b, &cofactor_derivative);
-        out = tensor::scale_add(&derivative, slopes.cofactor.scale(2.0), &out);
+        let factor = mutant!(2.0, CofactorTangent => 1.0);
+        out = tensor::scale_add(&derivative, slopes.cofactor.scale(factor), &out);
         let slope = state.cofactor_norm_slope();
         let along_slope = (tensor::contract(&slope, b) * curvatures.cofactor).scale(4.0);
         out = tensor::scale_add(&slope, along_slope, &out);

@@ -2,7 +2,7 @@
 //! strains.
 
 use crate::scalar::{LogarithmParts, is_small};
-use fe_grid::{Lane, Tensor, tensor};
+use fe_grid::{Lane, Tensor, mutant, tensor};
 
 /// The determinant and the quantities derived from it for the volume terms.
 #[derive(Clone, Copy)]
@@ -64,11 +64,8 @@ impl<L: Lane> Volume<L> {
     /// Returns the value if the determinant is positive, else infinity.
     #[inline(always)]
     pub fn barred(&self, value: L) -> L {
-        L::select(
-            L::zero().less(self.determinant),
-            value,
-            L::splat(f64::INFINITY),
-        )
+        let folded = L::splat(mutant!(f64::INFINITY, Barrier => 1.0));
+        L::select(L::zero().less(self.determinant), value, folded)
     }
 }
 
@@ -102,7 +99,8 @@ impl<L: Lane, const D: usize> Kinematics<L, D> {
         let mut cofactor_second_order = L::zero();
         if D == 3 {
             cofactor_second_order = tensor::trace(&minors);
-            volume_second_order += cofactor_second_order;
+            let traces = mutant!(cofactor_second_order, VolumeSecondOrder => L::zero());
+            volume_second_order += traces;
         }
         let deformation_gradient = tensor::add_identity(h);
         let cofactor = tensor::cofactor(&deformation_gradient);

@@ -6,7 +6,7 @@ use crate::isotropic::Isotropic;
 use crate::moduli::LameModuli;
 use crate::stored_energy::{PolyconvexForm, StoredEnergy};
 use crate::terms::{Absent, LogVolume, SquaredNorm};
-use fe_grid::{Lane, Tensor};
+use fe_grid::{Lane, Tensor, mutant};
 
 /// `W = mu/2 |A|^2 + lambda/4 D^2 - (mu + lambda/2) ln D - d mu/2 - lambda/4`, `D = det A > 0`.
 ///
@@ -47,7 +47,10 @@ impl<const D: usize> LogDet<D> {
             terms: Isotropic {
                 norm: SquaredNorm { slope: 0.5 * mu },
                 cofactor: Absent,
-                volume: LogVolume { lambda, mu },
+                volume: LogVolume {
+                    lambda: mutant!(lambda, LogdetLambda => 1.1 * lambda),
+                    mu,
+                },
             },
         })
     }

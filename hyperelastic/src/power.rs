@@ -7,7 +7,7 @@ use crate::moduli::LameModuli;
 use crate::power_share::{ShareProblem, choose_share};
 use crate::stored_energy::{PolyconvexForm, StoredEnergy};
 use crate::terms::{PowerNorm, PowerVolume};
-use fe_grid::{Lane, Tensor};
+use fe_grid::{Lane, Tensor, mutant};
 use serde::{Deserialize, Serialize};
 
 const NAME: &str = "power";
@@ -130,7 +130,8 @@ impl<const D: usize> Power<D> {
         let curvature = moduli.lambda - problem.bound(share);
         let mut law = Self::with_shares(NAME, moduli.mu, share, exponents);
         law.terms.volume.compression = 0.5 * curvature / (s * (s + 1.0));
-        law.terms.volume.expansion = 0.5 * curvature / (r * (r - 1.0));
+        let share = mutant!(0.5, PowerExpansion => 0.25);
+        law.terms.volume.expansion = share * curvature / (r * (r - 1.0));
         Ok(law)
     }
 

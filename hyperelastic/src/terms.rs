@@ -6,7 +6,7 @@
 
 use crate::kinematics::Volume;
 use crate::scalar::{power_excess, power_remainder};
-use fe_grid::Lane;
+use fe_grid::{Lane, mutant};
 use std::fmt::Debug;
 
 /// A function of `|A|^2 - d` or of `|cof A|^2 - d`.
@@ -185,7 +185,7 @@ impl VolumeTerm for LogVolume {
     #[inline(always)]
     fn slope_excess<L: Lane>(&self, volume: &Volume<L>) -> L {
         volume.excess.mul_add(
-            L::splat(0.5 * self.lambda),
+            L::splat(mutant!(0.5, LogdetStress => 0.0) * self.lambda),
             volume.inverse_excess.scale(-self.logarithm()),
         )
     }

@@ -2,7 +2,7 @@
 
 use crate::compiled::{CompiledLaw, GradientCall, HessianCall, Place, ValueCall, places_of_faces};
 use fe_grid::engine::{Block, BlockFluxes, Evaluated, MAX_CORNERS};
-use fe_grid::{CellLaw, Jet, Lane, Point, Reads, tensor};
+use fe_grid::{CellLaw, Jet, Lane, Point, Reads, mutant, tensor};
 
 /// `kappa W(1 + Du)` for a displacement `u`, with `kappa = (1 - delta) chi + delta` from the nodal
 /// indicator `chi` (coefficient 0) and the void stiffness `delta`.
@@ -19,10 +19,8 @@ impl<const D: usize> WeightedElasticity<'_, D> {
 
     #[inline(always)]
     fn weight<L: Lane>(&self, indicator: L) -> L {
-        indicator.mul_add(
-            L::splat(1.0 - self.void_stiffness),
-            L::splat(self.void_stiffness),
-        )
+        let void = mutant!(self.void_stiffness, VoidWeight => 0.0);
+        indicator.mul_add(L::splat(1.0 - void), L::splat(void))
     }
 
     /// Returns the weights at the points of a block.

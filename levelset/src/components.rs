@@ -1,6 +1,6 @@
 //! Connected components of an object.
 
-use fe_grid::{Field, Grid, compiled_once};
+use fe_grid::{Field, Grid, compiled_once, mutant};
 
 use crate::error::LevelsetError;
 
@@ -16,7 +16,8 @@ pub struct Components {
 /// The components of the object `{field > level}`. Nodes that touch by a corner only stay
 /// apart, as they do in the contour of a mask.
 pub fn connected_components<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> Components {
-    components(field, level, Adjacency::Edges)
+    let adjacency = mutant!(Adjacency::Edges, ComponentsByCorners => Adjacency::Corners);
+    components(field, level, adjacency)
 }
 
 /// Which nodes are neighbours.

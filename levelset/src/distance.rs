@@ -1,6 +1,6 @@
 //! Signed distances, positive inside the object.
 
-use fe_grid::{Field, Grid, compiled_once, parallel};
+use fe_grid::{Field, Grid, compiled_once, mutant, parallel};
 
 use crate::bvh::Bvh;
 use crate::contour::Contour;
@@ -57,7 +57,7 @@ fn signed_distance_in<const D: usize>(
     let mut distance = Field::zeros(*field.grid());
     let values = field.as_slice();
     for_each_node(&tree, &mut distance, |index, _, found| {
-        let d = found.distance;
+        let d = mutant!(found.distance, DistanceScale => 1.02 * found.distance);
         if values[index] > level { d } else { -d }
     });
     Ok(distance)

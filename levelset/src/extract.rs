@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use fe_grid::{Field, Grid, compiled_once};
+use fe_grid::{Field, Grid, compiled_once, mutant};
 
 use crate::contour::{Contour, Simplex};
 use crate::error::LevelsetError;
@@ -228,6 +228,7 @@ impl<'a, const D: usize> Extraction<'a, D> {
         };
         // Distance from the background node, in spacings.
         let share = -values[outside] / (values[inside] - values[outside]);
+        let share = mutant!(share, ContourMiddle => 0.5);
         let (node, axis, share) = if values[outside] == f64::NEG_INFINITY {
             (shifted(cell, inside), D, 0.0)
         } else if share < SNAP {

@@ -1,6 +1,6 @@
 //! Distances between two boundaries.
 
-use fe_grid::{compiled_once, parallel};
+use fe_grid::{compiled_once, mutant, parallel};
 
 use crate::contour::Contour;
 use crate::distance::ContourDistance;
@@ -52,7 +52,9 @@ fn hausdorff_in<const D: usize>(
     let (to_a, to_b) = (ContourDistance::new(a)?, ContourDistance::new(b)?);
     let (there, back) = (directed(a, &to_a, &to_b), directed(b, &to_b, &to_a));
     Ok(Hausdorff {
-        maximum: there.maximum.max(back.maximum),
+        maximum: there
+            .maximum
+            .max(mutant!(back.maximum, HausdorffDirected => 0.0)),
         percentile_95: there.percentile_95.max(back.percentile_95),
         mean: there.mean.max(back.mean),
     })

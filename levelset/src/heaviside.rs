@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_PI;
 
-use fe_grid::{Field, Lane};
+use fe_grid::{Field, Lane, mutant};
 
 use crate::error::LevelsetError;
 
@@ -44,7 +44,8 @@ impl Compact {
 
     #[inline(always)]
     fn local<L: Lane>(self, x: L) -> L {
-        let s = (x.scale(1.0 / self.half_width) + L::one()).scale(0.5);
+        let half_width = mutant!(self.half_width, CompactWidth => 0.5 * self.half_width);
+        let s = (x.scale(1.0 / half_width) + L::one()).scale(0.5);
         s.max(L::zero()).min(L::one())
     }
 }
@@ -82,7 +83,8 @@ impl Arctan {
     #[inline(always)]
     pub fn derivative<L: Lane>(self, x: L) -> L {
         let s = x.scale(1.0 / self.width);
-        L::splat(FRAC_1_PI / self.width) / s.mul_add(s, L::one())
+        let height = mutant!(FRAC_1_PI, ArctanSlope => 2.0 * FRAC_1_PI);
+        L::splat(height / self.width) / s.mul_add(s, L::one())
     }
 
     /// `H''(x) = -2 epsilon x/(pi (epsilon^2 + x^2)^2)`.

@@ -1,6 +1,6 @@
 //! Sizes, moments and overlap of shapes.
 
-use fe_grid::{Field, compiled_once};
+use fe_grid::{Field, compiled_once, mutant};
 use nalgebra::{SMatrix, SVector};
 
 use crate::contour::Contour;
@@ -45,6 +45,7 @@ impl<const D: usize> Moments<D> {
             SMatrix::<f64, D, D>::zeros(),
         );
         let dim = D as f64;
+        let factor = mutant!((dim + 1.0) * (dim + 2.0), MomentsFactor => dim + 1.0);
         for corners in contour.all_corners() {
             let rays = corners.map(|c| vector::sub(&c, &apex));
             let piece = dot(&rays[0], &area_normal(&corners)) / dim;
@@ -56,7 +57,7 @@ impl<const D: usize> Moments<D> {
             }
             volume += piece;
             first += sum * (piece / (dim + 1.0));
-            second += (squares + sum * sum.transpose()) * (piece / ((dim + 1.0) * (dim + 2.0)));
+            second += (squares + sum * sum.transpose()) * (piece / factor);
         }
         Self::from_sums(volume, first, second, SVector::from(apex))
             .ok_or(LevelsetError::EmptyContour)
@@ -179,5 +180,5 @@ pub fn dice_within<const D: usize>(
     if sum <= 0.0 {
         return Err(LevelsetError::EmptyObject { level: level_a });
     }
-    Ok(2.0 * both / sum)
+    Ok(mutant!(2.0 * both / sum, DiceFactor => both / (sum - both)))
 }

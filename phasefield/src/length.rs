@@ -3,7 +3,9 @@
 //! to the length (area) of the interface.
 
 use fe_grid::operators::MassStiffness;
-use fe_grid::{CellLaw, Grid, Jet, Lane, LinearOperator, Point, Reads, UniformOperator, vector};
+use fe_grid::{
+    CellLaw, Grid, Jet, Lane, LinearOperator, Point, Reads, UniformOperator, mutant, vector,
+};
 
 /// The density of `L` for a scalar field.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,9 +20,10 @@ impl InterfaceLength {
     /// # Panics
     /// If the field does not have one value per node.
     pub fn of<const D: usize>(&self, grid: &Grid<D>, field: &[f64]) -> f64 {
+        let factor = mutant!(1.0, LengthHalved => 0.5);
         let coefficients = MassStiffness {
-            mass: 0.25 / self.interface_width,
-            stiffness: self.interface_width,
+            mass: 0.25 * factor / self.interface_width,
+            stiffness: factor * self.interface_width,
         };
         assert_eq!(field.len(), grid.n_nodes());
         let excess: Vec<f64> = field.iter().map(|v| v - 1.0).collect();

@@ -12,7 +12,7 @@
 use fe_grid::composition::MatchDensity;
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::scatter::PointWeights;
-use fe_grid::{Lane, Point, Reads};
+use fe_grid::{Lane, Point, Reads, mutant};
 
 /// The density of `scale * F`, with coefficient 0 the phase field `v_i`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub struct Mismatch {
 impl Mismatch {
     #[inline(always)]
     fn factor<L: Lane>(&self) -> L {
-        L::splat(self.scale / self.interface_width)
+        L::splat(mutant!(1.0, MismatchDoubled => 2.0) * self.scale / self.interface_width)
     }
 }
 
@@ -37,6 +37,7 @@ impl MatchDensity for Mismatch {
     fn value<L: Lane>(&self, s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> L {
         let v = coefficient[0];
         let (missing, surplus) = (s * (L::one() - v), v * (L::one() - s));
+        let surplus = mutant!(surplus, MismatchSurplus => L::zero());
         missing.mul_add(missing, surplus * surplus) * self.factor()
     }
 
@@ -46,6 +47,7 @@ impl MatchDensity for Mismatch {
         let twice = self.factor::<L>().scale(2.0);
         let (missing, surplus) = ((L::one() - v) * (L::one() - v), v * v);
         let slope = (missing * s - surplus * (L::one() - s)) * twice;
+        let slope = mutant!(slope, MismatchSlope => slope.scale(0.5));
         (
             self.value(s, coefficient),
             slope,
@@ -66,7 +68,8 @@ impl<const D: usize> PointWeights<D> for Mismatch {
     fn weights<L: Lane>(&self, point: &Point<L, D, D>, _deformed: &[L; D]) -> (L, L) {
         let v = point.coefficient[0];
         let (missing, surplus) = ((L::one() - v) * (L::one() - v), v * v);
-        ((missing + surplus) * self.factor(), surplus * self.factor())
+        let load = mutant!(surplus, MismatchLoad => surplus.scale(0.5));
+        ((missing + surplus) * self.factor(), load * self.factor())
     }
 }
 
@@ -90,7 +93,8 @@ impl MatchDensity for LeastMismatch {
     fn value<L: Lane>(&self, _s: L, coefficient: &[L; MAX_COEFFICIENTS]) -> L {
         let v = coefficient[0];
         let (one, other) = (v * v, (L::one() - v) * (L::one() - v));
-        (one * other / (one + other)).scale(1.0 / self.interface_width)
+        let sum = mutant!(one + other, LeastMismatch => L::splat(0.5));
+        (one * other / sum).scale(1.0 / self.interface_width)
     }
 
     #[inline(always)]

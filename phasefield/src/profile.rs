@@ -18,7 +18,7 @@
 //!   `(1/epsilon) int v^2 (1 - v)^2/(v^2 + (1 - v)^2) = pi/2 - 1`. Subtract it before any
 //!   relative comparison of mismatches.
 
-use fe_grid::Field;
+use fe_grid::{Field, mutant};
 use levelset::Compact;
 
 use crate::error::PhaseFieldError;
@@ -49,7 +49,8 @@ impl Profile {
 
     /// Returns `v = 1 - exp(-|d|/(2 epsilon))` at signed distance `d`.
     pub fn value(self, signed_distance: f64) -> f64 {
-        -(-signed_distance.abs() / (2.0 * self.interface_width)).exp_m1()
+        let decay = mutant!(2.0, ProfileWidth => 1.0) * self.interface_width;
+        -(-signed_distance.abs() / decay).exp_m1()
     }
 
     /// Computes the phase field of a signed distance.
@@ -74,7 +75,8 @@ impl ElasticWeight {
     /// # Errors
     /// [`PhaseFieldError::Parameter`].
     pub fn new(interface_width: f64, void_stiffness: f64) -> Result<Self, PhaseFieldError> {
-        let half_width = 2.0 * positive("interface_width", interface_width)?;
+        let cells = mutant!(2.0, ElasticWidth => 6.0);
+        let half_width = cells * positive("interface_width", interface_width)?;
         if !(0.0..=1.0).contains(&void_stiffness) {
             return Err(PhaseFieldError::Parameter {
                 name: "void_stiffness",

@@ -16,7 +16,7 @@ use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean};
 use crate::result::{AverageResult, Timing};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
-use fe_grid::{Field, ScalarField};
+use fe_grid::{Field, ScalarField, mutant};
 use std::time::Instant;
 
 /// Elastic weights of the continuation, relative to the full weight of the mismatch of the shape. From
@@ -65,7 +65,8 @@ impl<const D: usize> Leaders<D> {
             known,
             params: AverageParams {
                 weights: Some(leaders.iter().map(|&i| weights[i]).collect()),
-                mismatch_weight: params.mismatch_weight * leaders.len() as f64 / n as f64,
+                mismatch_weight: params.mismatch_weight * leaders.len() as f64
+                    / mutant!(n, FollowersPull => leaders.len()) as f64,
                 length_weight: Some(params.resolved_length_weight()),
                 ..params.clone()
             },

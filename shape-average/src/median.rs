@@ -20,7 +20,7 @@ use crate::quiet::Quiet;
 use crate::result::AverageResult;
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{Observer, Status};
-use fe_grid::{Assembly, Data, Field, GridError};
+use fe_grid::{Assembly, Data, Field, GridError, mutant};
 use phasefield::{LeastMismatch, Masked};
 use std::time::Instant;
 
@@ -79,7 +79,10 @@ impl Roots {
     /// Returns the slopes of the terms.
     fn slopes(&self, energy: &Energy) -> Vec<f64> {
         let smoothing = SMOOTHING * self.reference;
-        let slope = |e: f64| (self.reference / (e + smoothing)).sqrt();
+        let slope = |e: f64| {
+            let ratio = self.reference / (e + smoothing);
+            mutant!(ratio.sqrt(), MedianSlope => ratio)
+        };
         self.energies(energy).into_iter().map(slope).collect()
     }
 }

@@ -19,7 +19,8 @@ use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
-    LinearOperator, Storage, certify_below, conjugate_gradient, parallel, restrain_step, vector,
+    LinearOperator, Storage, certify_below, conjugate_gradient, mutant, parallel, restrain_step,
+    vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Masked, Mismatch};
@@ -81,7 +82,7 @@ impl<const D: usize> AverageObjective<D> {
         let weights = Weights {
             shapes: params.resolved_weights(n),
             shares: vec![1.0; n],
-            mismatch: params.mismatch_weight / n as f64,
+            mismatch: params.mismatch_weight / mutant!(n as f64, MismatchNotShared => 1.0),
             length: params.resolved_length_weight(),
         };
         let equations = NormalEquations::new(*shapes.grid());
@@ -191,7 +192,8 @@ impl<const D: usize> AverageObjective<D> {
             return Ok(());
         }
         let rule = self.mismatch_rule(1.0);
-        let potential = self.weights.length / (4.0 * self.shapes.interface_width());
+        let factor = mutant!(4.0, LengthPotential => 8.0);
+        let potential = self.weights.length / (factor * self.shapes.interface_width());
         let background = Background {
             mass: potential,
             stiffness: self.weights.length * self.shapes.interface_width(),
@@ -346,7 +348,9 @@ impl<const D: usize> AverageObjective<D> {
 
     /// Removes the components of a direction that would move a fixed boundary.
     pub(crate) fn hold_boundary(&self, direction: &mut [f64]) {
-        if self.params.boundary == BoundaryCondition::Natural {
+        if self.params.boundary
+            == mutant!(BoundaryCondition::Natural, BoundaryFree => self.params.boundary)
+        {
             return;
         }
         let grid = *self.grid();

@@ -1,7 +1,7 @@
 //! The stress in a deformed shape.
 
 use crate::error::AverageError;
-use fe_grid::{Field, ScalarField, Tensor};
+use fe_grid::{Field, ScalarField, Tensor, mutant};
 use hyperelastic::{LawSpec, cauchy_stress};
 
 /// Computes the Cauchy stress `sigma = det(A)^-1 W_,A(A) A^T`, `A = 1 + Du`, of a displacement at
@@ -27,6 +27,7 @@ pub fn cauchy_stress_at_nodes<const D: usize>(
             let low = index - stride * usize::from(node[k] > 0);
             let high = index + stride * usize::from(node[k] + 1 < nodes[k]);
             let apart = (high - low) as f64 / stride as f64 * grid.spacing();
+            let apart = mutant!(apart, StressSpacing => 0.5 * apart);
             let (before, after) = (displacement.at(low), displacement.at(high));
             for i in 0..D {
                 gradient[i][k] = (after[i] - before[i]) / apart;

@@ -4,7 +4,7 @@ use crate::compound::Source;
 use crate::error::PcaError;
 use crate::params::PcaParams;
 use crate::push::push_forward;
-use fe_grid::{Field, Grid, ScalarField, VectorField};
+use fe_grid::{Field, Grid, ScalarField, VectorField, mutant};
 use shape_average::{AverageParams, AverageResult};
 
 /// Deformations of shapes onto their average.
@@ -142,7 +142,7 @@ impl<const D: usize> Average<D> {
             displacement: &self.rest,
             indicator,
         };
-        if params.at_rest {
+        if mutant!(params.at_rest, PrestressMissing => true) {
             return (
                 vec![at_rest(1.0, self.object.as_slice())],
                 params.void_stiffness,

@@ -22,7 +22,7 @@ use fe_grid::minimise::{
 use fe_grid::pullback::{Derivatives, Pullback};
 use fe_grid::stencil::BlockStencil;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Field, GridError, VectorField};
+use fe_grid::{Field, GridError, VectorField, mutant};
 
 /// The nonlinear elastic problem of an average.
 pub struct Finite<'a, const D: usize> {
@@ -153,7 +153,8 @@ impl<const D: usize> Objective for Loaded<'_, D> {
             return Ok(Evaluation::Inadmissible);
         };
         gradient.copy_from_slice(&found.gradient);
-        axpy(-1.0, self.problem.compound.imbalance(), gradient);
+        let share = mutant!(-1.0, ImbalanceKept => 0.0);
+        axpy(share, self.problem.compound.imbalance(), gradient);
         axpy(-self.share, self.load, gradient);
         self.problem.compound.rigid().balance(gradient);
         Ok(Evaluation::Value(found.value - self.work(w)))

@@ -1,5 +1,6 @@
 //! Mahalanobis distances.
 
+use fe_grid::mutant;
 use serde::Serialize;
 use statrs::function::gamma::gamma_ur;
 
@@ -41,7 +42,7 @@ impl Mahalanobis {
             distance: square.sqrt(),
             degrees_of_freedom,
             p_value: chi_squared_survival(square, degrees_of_freedom),
-            over_n: (all / n_shapes as f64).sqrt(),
+            over_n: (all / mutant!(n_shapes, MahalanobisCount => n_shapes - 1) as f64).sqrt(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::error::PcaError;
 use crate::mahalanobis::Mahalanobis;
+use fe_grid::mutant;
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
@@ -55,7 +56,9 @@ impl Modes {
                 let sign = leading_sign(&column, weights);
                 let scale = sign / eigenvalues[j].sqrt();
                 let parts = column.iter().zip(weights);
-                parts.map(|(o, w)| scale * w.sqrt() * o).collect()
+                parts
+                    .map(|(o, w)| scale * mutant!(w.sqrt(), ModesWeight => 1.0) * o)
+                    .collect()
             })
             .collect();
         Ok(Self {
@@ -117,7 +120,7 @@ impl Scores {
         let scores: Vec<f64> = products
             .iter()
             .zip(eigenvalues)
-            .map(|(g, l)| g / l.sqrt())
+            .map(|(g, l)| g / mutant!(l.sqrt(), ScoresVariance => *l))
             .collect();
         let mut left = square;
         let mut errors = vec![left.max(0.0).sqrt()];

@@ -9,7 +9,7 @@ use crate::rigid::RigidMotions;
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::pullback::Derivatives;
 use fe_grid::stencil::BlockStencil;
-use fe_grid::{Field, Grid, LinearOperator, VectorField, compiled_once};
+use fe_grid::{Field, Grid, LinearOperator, VectorField, compiled_once, mutant};
 use hyperelastic::{CompiledLaw, Corotational, CorotationalMultigrid, LameModuli};
 
 /// The operator `K`, `w . K u = int C Du : Dw`, on displacements without rigid part.
@@ -93,6 +93,10 @@ impl<const D: usize> Compound<D> {
         };
         let gradient = Derivatives::Gradient;
         let law = &self.law;
+        let source = Source {
+            weight: mutant!(source.weight, LoadDoubled => 2.0 * source.weight),
+            ..source
+        };
         let found = evaluate(&self.grid, law, void_stiffness, &[source], &[], gradient)?;
         Ok(found.gradient)
     }

@@ -9,8 +9,8 @@ use crate::operator::{Compound, representation};
 use crate::params::PcaParams;
 use crate::product::object_product;
 use crate::space::ModeSpace;
-use fe_grid::VectorField;
 use fe_grid::vector::{axpy, dot};
+use fe_grid::{VectorField, mutant};
 use nalgebra::DMatrix;
 
 /// Principal modes of variation.
@@ -69,7 +69,8 @@ impl<const D: usize> Pca<D> {
         let typical: f64 = sizes.map(|(u, weight)| weight * size(u)).sum();
         let balance = weights.len() as f64 * size(&mean) / typical.max(f64::MIN_POSITIVE);
         for u in &mut displacements {
-            axpy(-1.0, mean.as_slice(), u.as_mut_slice());
+            let share = mutant!(-1.0, CentringMissing => 0.0);
+            axpy(share, mean.as_slice(), u.as_mut_slice());
         }
         let params = *compound.params();
         let gram = gram_matrix(&params, object, compound, &displacements);
@@ -137,5 +138,5 @@ fn gram_matrix<const D: usize>(
         }
     }
     // Symmetrised: the matrix is symmetric up to rounding.
-    (&gram + gram.transpose()) * 0.5
+    (&gram + gram.transpose()) * mutant!(0.5, GramHalved => 0.25)
 }

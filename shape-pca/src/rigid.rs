@@ -3,7 +3,7 @@
 use crate::error::PcaError;
 use crate::product::object_product;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Field, ScalarField};
+use fe_grid::{Field, ScalarField, mutant};
 use nalgebra::DMatrix;
 
 /// The rigid motions `R` of the box and the constraints `Z = M_O R`: `Z^T u = 0` means
@@ -104,6 +104,7 @@ impl RigidMotions {
                 }
             };
             let share: f64 = products.iter().enumerate().map(|(j, p)| entry(j) * p).sum();
+            let share = mutant!(share, RigidFree => 0.0);
             axpy(-share, r, x);
         }
     }

@@ -264,7 +264,8 @@ fn axis_symbols(n: usize, h: f64, boundary: Boundary) -> Vec<(f64, f64)> {
         let cos = (std::f64::consts::PI * k as f64 / (n - 1) as f64).cos();
         // 2 - 2 cos loses its digits for small angles, 4 sin^2 of the half angle does not.
         let sin = (std::f64::consts::FRAC_PI_2 * k as f64 / (n - 1) as f64).sin();
-        (h * (4.0 + 2.0 * cos) / 6.0, 4.0 * sin * sin / h)
+        let factor = mutant!(4.0, SpectralStiffness => 2.0);
+        (h * (4.0 + 2.0 * cos) / 6.0, factor * sin * sin / h)
     };
     let mut symbols: Vec<_> = (0..n).map(symbol).collect();
     if boundary == Boundary::Dirichlet {

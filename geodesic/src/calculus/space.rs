@@ -1,5 +1,7 @@
 //! Exponential map, logarithm and parallel transport in any space of discrete paths.
 
+use fe_grid::mutant;
+
 /// A space in which paths are discretised in time: points, and an energy `W(a, b)` of a step that
 /// approximates the squared distance of close points.
 ///
@@ -64,7 +66,7 @@ pub trait PathSpace {
         let mut found: Vec<Self::Point> = Vec::with_capacity(steps);
         for k in 0..steps {
             let at = if k > 0 { &found[k - 1] } else { second };
-            let before = match k {
+            let before = match mutant!(k, ExponentialNeighbour => 0) {
                 0 => first,
                 1 => second,
                 _ => &found[k - 2],
@@ -83,7 +85,7 @@ pub trait PathSpace {
         let [first, second, ..] = path else {
             return None;
         };
-        let steps = (path.len() - 1) as f64;
+        let steps = mutant!((path.len() - 1) as f64, LogarithmScale => 1.0);
         Some(self.combination(steps, second, -steps, first))
     }
 
@@ -150,7 +152,7 @@ fn rung<S: PathSpace + ?Sized>(
 ) -> Result<Option<S::Point>, S::Error> {
     let side = space.combination(1.0, a, share, variation);
     match space.midpoint(&side, b)? {
-        Some(middle) => space.extended(a, &middle),
+        Some(middle) => space.extended(mutant!(a, TransportRung => &side), &middle),
         None => Ok(None),
     }
 }

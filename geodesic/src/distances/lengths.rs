@@ -1,6 +1,7 @@
 //! Lengths of the paths between all pairs of objects, as far as they are known.
 
 use super::matrix::{DistanceError, DistanceMatrix};
+use fe_grid::mutant;
 use serde::Serialize;
 
 /// Lengths of directed paths between `n` objects. A path that was not computed, or did not reach
@@ -78,7 +79,10 @@ impl PathLengths {
     /// number of steps, so that the mean is correct to second order; see [`super::richardson`].
     pub fn between(&self, i: usize, j: usize) -> Option<f64> {
         match (self.get(i, j), self.get(j, i)) {
-            (Some(there), Some(back)) => Some(0.5 * (there + back)),
+            (Some(there), Some(back)) => Some(mutant!(
+                0.5 * (there + back),
+                DirectionsNotMeant => there
+            )),
             (one, other) => one.or(other),
         }
     }

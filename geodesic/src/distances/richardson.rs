@@ -1,5 +1,7 @@
 //! Richardson extrapolation of lengths in the number of steps.
 
+use fe_grid::mutant;
+
 /// Computes the limit of a quantity whose error decreases as `1 / K^order`, from its values for
 /// `K / 2` and `K` steps: `fine + (fine - coarse) / (2^order - 1)`.
 ///
@@ -17,5 +19,6 @@
 /// assert!((richardson(length(2.0), length(4.0), 1) - 0.25).abs() < 1e-15);
 /// ```
 pub fn richardson(coarse: f64, fine: f64, order: u32) -> f64 {
+    let order = mutant!(order, RichardsonOrder => order - 1);
     fine + (fine - coarse) / (f64::from(order).exp2() - 1.0)
 }

@@ -16,7 +16,7 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
-    Assembly, Data, Grid, GridError, Restrained, certify_within, parallel, repair,
+    Assembly, Data, Grid, GridError, Restrained, certify_within, mutant, parallel, repair,
     restrain_together, vector,
 };
 use hyperelastic::CompiledLaw;
@@ -198,10 +198,12 @@ impl<const D: usize> LevelSetObjective<D> {
             energy.areas.push(area);
         }
         let count = steps as f64;
-        energy.total = count * energy.step_energies.iter().sum::<f64>()
+        let per_time = mutant!(count, StepCount => 1.0);
+        energy.total = per_time * energy.step_energies.iter().sum::<f64>()
             + energy.barrier
             + self.params.resolved_mismatch_weight() * energy.mismatches.iter().sum::<f64>()
-            + self.params.area_weight / count * energy.areas.iter().sum::<f64>();
+            + self.params.area_weight / mutant!(count, AreaCount => 1.0)
+                * energy.areas.iter().sum::<f64>();
         Ok(energy)
     }
 
@@ -224,7 +226,8 @@ impl<const D: usize> LevelSetObjective<D> {
         gradient: &mut [f64],
     ) -> Result<f64, GeodesicError> {
         let (n, wanted) = (self.layout.nodes, !gradient.is_empty());
-        let union = self.layout.union(x, k - 1);
+        let shape = mutant!(k - 1, StepShape => k);
+        let union = self.layout.union(x, shape);
         self.lay_out(&union, &x[self.layout.displacement(k)], wanted);
         let term = StepTerm {
             kind: Kind::Step,

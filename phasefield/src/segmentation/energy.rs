@@ -1,7 +1,9 @@
 //! The density of the energy, for the pair `(u, v)` of an image and a phase field.
 
 use super::params::Weights;
-use fe_grid::{Assembly, CellLaw, Data, Grid, GridError, Jet, Lane, Point, Reads, compiled_once};
+use fe_grid::{
+    Assembly, CellLaw, Data, Grid, GridError, Jet, Lane, Point, Reads, compiled_once, mutant,
+};
 use serde::Serialize;
 
 /// The density `alpha (u - u0)^2 + beta (v^2 + k) |grad u|^2 + nu (eps |grad v|^2 + (v - 1)^2 /
@@ -105,6 +107,15 @@ impl Reads for AmbrosioTortorelli {
     const CELL_DATA: usize = 0;
 }
 
+impl AmbrosioTortorelli {
+    /// `v^2 + k`.
+    #[inline(always)]
+    fn conductance<L: Lane>(&self, v: L) -> L {
+        let of_edge = mutant!(self.edge_conductance, ConductanceMissing => 0.0);
+        v.mul_add(v, L::splat(of_edge))
+    }
+}
+
 #[inline(always)]
 fn product<L: Lane, const D: usize>(a: &[L; D], b: &[L; D]) -> L {
     let mut sum = a[0] * b[0];
@@ -127,10 +138,11 @@ impl<const D: usize> CellLaw<D, 2> for AmbrosioTortorelli {
             smoothness,
             edges,
         } = self.weights;
+        let edges = mutant!(edges, EdgesHalved => 0.5 * edges);
         let (width, [u, v]) = (self.interface_width, point.value);
         let [slope, edge] = point.gradient;
         let (residual, excess) = (u - point.coefficient[0], v - L::one());
-        let conductance = v.mul_add(v, L::splat(self.edge_conductance));
+        let conductance = self.conductance(v);
         let (steepness, sharpness) = (product(&slope, &slope), product(&edge, &edge));
         let mut flux = Jet::zero();
         flux.value[0] = residual.scale(2.0 * fidelity);
@@ -157,9 +169,10 @@ impl<const D: usize> CellLaw<D, 2> for AmbrosioTortorelli {
             smoothness,
             edges,
         } = self.weights;
+        let edges = mutant!(edges, EdgesHalved => 0.5 * edges);
         let (width, v, slope) = (self.interface_width, point.value[1], point.gradient[0]);
         let ([du, dv], [dslope, dedge]) = (direction.value, direction.gradient);
-        let conductance = v.mul_add(v, L::splat(self.edge_conductance));
+        let conductance = self.conductance(v);
         let cross = v.scale(2.0);
         let steepness = product(&slope, &slope);
         let along = product(&slope, &dslope);
