@@ -99,7 +99,7 @@ mutants! {
     LengthPotential: "shape-average", "the potential of L^ε is halved in the average's equation", "average-field-equation";
     StressSpacing: "shape-average", "stresses at nodes come from differences over half the distance", "average-stress";
     BoundaryFree: "shape-average", "the faces of the box are not held", "average-fixed-faces";
-    FollowersPull: "shape-average", "shapes of weight zero keep their share of γ", "average-weights";
+    FollowersPull: "shape-average", "shapes of weight zero keep their share of γ", "average-weight-zero";
 
     GramHalved: "shape-pca", "products of displacements are halved", "modes-dilation";
     LoadDoubled: "shape-pca", "stresses are counted twice", "linear-dilation";
@@ -109,7 +109,7 @@ mutants! {
     HessianMetric: "shape-pca", "the Hessian product is that of L²", "modes-orthonormal";
     ScoresVariance: "shape-pca", "scores are divided by variances", "modes-mahalanobis";
     MahalanobisCount: "shape-pca", "d_M divides by n − 1", "modes-mahalanobis";
-    PrestressMissing: "shape-pca", "the compound object is at rest", "linear-response";
+    PrestressMissing: "shape-pca", "the compound object is at rest", "linear-dilation";
     ImbalanceKept: "shape-pca", "the forces of the average stay in the nonlinear problem", "linear-perturbed";
 
     StepVolume: "geodesic", "a step of a path is not multiplied by its volume", "path-step-energy";

@@ -7,6 +7,7 @@ mod bench;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod descent;
 mod figures;
+mod mutants;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod outcome;
 #[cfg(feature = "study")]
@@ -24,7 +25,8 @@ const TASKS: &str = "tasks:
   figures  regenerate docs/figures, or the named figures
   study    measure averages of built-in and real shapes (study --help)
   bench    measure speed: kernels, averages, other programs (bench --help)
-  verify   check the theory by experiments, and write docs/verification";
+  verify   check the theory by experiments, and write docs/verification
+  mutants  check that the experiments find errors built into the crates (mutants --help)";
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         Some("tidy") => tidy::run(),
         Some("figures") => figures::run(&rest),
         Some("verify") => verify::run(&rest),
+        Some("mutants") => mutants::run(&rest),
         #[cfg(feature = "study")]
         Some("study") => study::run(&rest),
         #[cfg(feature = "bench")]

@@ -15,6 +15,7 @@ use crate::outcome::{Outcome, Requirement};
 use crate::statement::{Setting, Statement};
 use crate::tools::matrices::stretches;
 use crate::tools::pointwise::{density, law, response};
+use crate::tools::search::least;
 use crate::tools::shapes::{ball, ellipse};
 
 /// The statements of this theme.
@@ -54,30 +55,6 @@ pub const STATEMENTS: &[Statement] = &[
 
 /// Radii of concentric balls that are averaged.
 const RADII: [f64; 3] = [0.16, 0.2, 0.29];
-
-/// The radius that minimises a function of the radius, by golden-section search.
-fn least(
-    f: impl Fn(f64) -> Result<f64, VerifyError>,
-    low: f64,
-    high: f64,
-) -> Result<f64, VerifyError> {
-    let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut a, mut b) = (low, high);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut fc, mut fd) = (f(c)?, f(d)?);
-    for _ in 0..80 {
-        if fc < fd {
-            (b, d, fd) = (d, c, fc);
-            c = b - golden * (b - a);
-            fc = f(c)?;
-        } else {
-            (a, c, fc) = (c, d, fd);
-            d = a + golden * (b - a);
-            fd = f(d)?;
-        }
-    }
-    Ok(0.5 * (a + b))
-}
 
 fn volume<const D: usize>(radius: f64) -> f64 {
     let unit = if D == 2 { PI } else { 4.0 / 3.0 * PI };

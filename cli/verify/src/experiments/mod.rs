@@ -2,16 +2,24 @@
 
 mod averages;
 mod balls;
+mod calculus;
 mod discretisation;
 mod dissipation;
 mod existence;
+mod fields;
 mod finite;
+mod forms;
+mod interpolation;
 mod laws;
 mod lengths;
+mod level;
 mod linear;
+mod mechanics;
 mod misprints;
 mod modes;
+mod objects;
 mod phases;
+mod terms;
 mod tube;
 
 use crate::statement::Statement;
@@ -22,15 +30,23 @@ pub fn all() -> Vec<Statement> {
         balls::STATEMENTS,
         dissipation::STATEMENTS,
         tube::STATEMENTS,
+        level::STATEMENTS,
+        terms::STATEMENTS,
+        forms::STATEMENTS,
         lengths::STATEMENTS,
         finite::STATEMENTS,
+        calculus::STATEMENTS,
         laws::STATEMENTS,
+        mechanics::STATEMENTS,
         existence::STATEMENTS,
         averages::STATEMENTS,
+        fields::STATEMENTS,
         phases::STATEMENTS,
         linear::STATEMENTS,
+        objects::STATEMENTS,
         modes::STATEMENTS,
         discretisation::STATEMENTS,
+        interpolation::STATEMENTS,
         misprints::STATEMENTS,
     ]
     .concat()
