@@ -1,15 +1,16 @@
 //! Checks statements with one error built into the crates.
 //!
-//! `mutant [--quick] [--mutant NAME] [STATEMENT…]` prints a line for every statement: its name, its
-//! verdict, its seconds and the figure that decided, with tabs between. `mutant --list` prints the
-//! errors: name, crate, claiming statement, description.
+//! `mutant [--quick] [--broken] [--mutant NAME] [STATEMENT…]` prints a line for every statement, with
+//! tabs between: its name, its verdict, its seconds, the numbers of the figures that fail with commas
+//! between, and the figure that decided with what was measured. `mutant --figures` prints all figures of
+//! all statements, `mutant --list` the errors: name, crate, claiming statement, description.
 
 use fe_grid::mutants::{Mutant, switch};
 use shapespace_verify::{Effort, Ingredient, Setting, experiments, run, select};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let mut names = Vec::new();
+    let (mut names, mut figures) = (Vec::new(), false);
     let mut setting = Setting {
         effort: Effort::Full,
         ingredient: Ingredient::Sound,
@@ -21,6 +22,7 @@ fn main() -> ExitCode {
                 list();
                 return ExitCode::SUCCESS;
             }
+            "--figures" => figures = true,
             "--quick" => setting.effort = Effort::Quick,
             "--broken" => setting.ingredient = Ingredient::Broken,
             "--mutant" => {
@@ -46,12 +48,29 @@ fn main() -> ExitCode {
         match run(&[statement], setting, &|_| ()) {
             Ok(record) => {
                 for found in &record.statements {
-                    let figure = format!("{}\t{}", found.observable, found.measured);
-                    let (name, word) = (&found.name, found.decided.word());
-                    println!("{name}\t{word}\t{:.2}\t{figure}", found.seconds);
+                    let name = found.name;
+                    if figures {
+                        for figure in &found.figures {
+                            println!("{name}\t{}\t{}", figure.observable, figure.measured);
+                        }
+                        continue;
+                    }
+                    let numbers = found.figures.iter().enumerate();
+                    let failing: Vec<String> = numbers
+                        .filter(|(_, figure)| !figure.holds)
+                        .map(|(number, _)| number.to_string())
+                        .collect();
+                    println!(
+                        "{name}\t{}\t{:.2}\t{}\t{}\t{}",
+                        found.decided.word(),
+                        found.seconds,
+                        failing.join(","),
+                        found.observable,
+                        found.measured
+                    );
                 }
             }
-            Err(error) => println!("{}\tfailed\t0\t{error}\t", statement.name),
+            Err(error) => println!("{}\tfailed\t0\t\t{error}\t", statement.name),
         }
     }
     ExitCode::SUCCESS
