@@ -147,14 +147,10 @@ fn tried(names: &[&String], claims: bool) -> io::Result<Vec<Mutant>> {
     };
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..PROCESSES).map(|_| scope.spawn(work)).collect();
-        workers
-            .into_iter()
-            .map(|worker| {
-                worker
-                    .join()
-                    .map_err(|_| io::Error::other("a worker failed"))?
-            })
-            .collect::<io::Result<()>>()
+        workers.into_iter().try_for_each(|worker| {
+            let ended = worker.join();
+            ended.map_err(|_| io::Error::other("a worker failed"))?
+        })
     })?;
     let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
     done.sort_by_key(|(place, _)| *place);
