@@ -4,7 +4,7 @@
 //! The errors are those of `fe_grid::mutants`. One process runs all statements with one of them; the
 //! statement that claims to find it must be among those that fail.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::fmt::Write as _;
 use std::fs;
 use std::io;
@@ -16,7 +16,7 @@ const HELP: &str = "cargo xtask mutants [--claims] [NAME...]
 
 Switches on every error that is built into the crates, one at a time, runs all statements of the
 verification (quick), and writes docs/verification/mutants.md. Fails if an error is not found by the
-statement that claims to find it.
+statement that claims to find it, or if a figure fails neither with an error nor in a broken run.
 
   --claims   run only the statements that claim to find an error, and write nothing
   NAME       only these errors; writes nothing";
@@ -42,16 +42,22 @@ struct Mutant {
     krate: String,
     claimed_by: String,
     error: String,
-    /// Statements that fail, and whether an experiment could not be made at all.
-    found_by: Vec<(String, bool)>,
+    found_by: Vec<Failure>,
 }
 
-impl Mutant {
-    fn is_found_as_claimed(&self) -> bool {
-        self.found_by
-            .iter()
-            .any(|(name, _)| *name == self.claimed_by)
-    }
+/// A statement that fails.
+struct Failure {
+    statement: String,
+    /// The numbers of the figures that fail; none if the experiment could not be made at all.
+    figures: Vec<usize>,
+}
+
+/// All that was tried.
+struct Trial {
+    mutants: Vec<Mutant>,
+    n_figures: usize,
+    /// Figures that fail neither with an error nor in a broken run; known if all were tried.
+    powerless: Vec<String>,
 }
 
 /// Runs the task.
@@ -67,7 +73,7 @@ pub fn run(arguments: &[String]) -> ExitCode {
         return ExitCode::from(2);
     }
     match tried(&names, claims) {
-        Ok(mutants) => judged(&mutants),
+        Ok(trial) => trial.judged(),
         Err(error) => {
             eprintln!("cannot run the verification with errors: {error}");
             ExitCode::FAILURE
@@ -75,74 +81,54 @@ pub fn run(arguments: &[String]) -> ExitCode {
     }
 }
 
-/// Prints the errors that are not found as claimed.
-fn judged(mutants: &[Mutant]) -> ExitCode {
-    let missed: Vec<&Mutant> = mutants
-        .iter()
-        .filter(|m| !m.is_found_as_claimed())
-        .collect();
-    for mutant in &missed {
-        let found = if mutant.found_by.is_empty() {
-            "no statement".to_owned()
-        } else {
-            statements(mutant)
-        };
-        let (name, claimed_by) = (&mutant.name, &mutant.claimed_by);
-        eprintln!("{name}: claimed by {claimed_by}, found by {found}");
-    }
-    println!(
-        "{} errors, {} not found as claimed",
-        mutants.len(),
-        missed.len()
-    );
-    ExitCode::from(u8::from(!missed.is_empty()))
-}
-
 /// Tries the errors of the names, or all.
-fn tried(names: &[&String], claims: bool) -> io::Result<Vec<Mutant>> {
+fn tried(names: &[&String], claims: bool) -> io::Result<Trial> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let root = here.parent().unwrap_or(here);
     let program = built(root)?;
     let mut mutants = listed(&program)?;
-    if let Some(name) = names
-        .iter()
-        .find(|n| !mutants.iter().any(|m| m.name == ***n))
-    {
-        return Err(io::Error::other(format!(
-            "there is no error of the name {name}"
-        )));
+    let exists = |name: &str| mutants.iter().any(|m| m.name == name);
+    if let Some(name) = names.iter().find(|name| !exists(name)) {
+        let message = format!("there is no error of the name {name}");
+        return Err(io::Error::other(message));
     }
     if !names.is_empty() {
         mutants.retain(|m| names.iter().any(|n| **n == m.name));
     }
     // Of a sound program every statement holds: else a failure would tell nothing.
-    let sound = failures(&program, None, &[])?;
-    if let Some((name, _)) = sound.first() {
-        return Err(io::Error::other(format!("{name} fails without any error")));
+    if let Some(failure) = failures(&program, &[], &[])?.first() {
+        let message = format!("{} fails without any error", failure.statement);
+        return Err(io::Error::other(message));
     }
-    let n = mutants.len();
-    let queue: Mutex<VecDeque<(usize, Mutant)>> =
-        Mutex::new(mutants.into_iter().enumerate().collect());
-    let done = Mutex::new(Vec::with_capacity(n));
+    try_each(&program, &mut mutants, claims)?;
+    let mut trial = Trial {
+        mutants,
+        n_figures: 0,
+        powerless: Vec::new(),
+    };
+    if names.is_empty() && !claims {
+        let broken = failures(&program, &["--broken"], &[])?;
+        trial.look_for_power(&program, &broken)?;
+        fs::write(root.join(TARGET), trial.table())?;
+        println!("wrote {TARGET}");
+    }
+    Ok(trial)
+}
+
+/// Runs the statements with each error, or the one that claims to find it alone.
+fn try_each(program: &Path, mutants: &mut [Mutant], claims: bool) -> io::Result<()> {
+    let queue: Mutex<VecDeque<&mut Mutant>> = Mutex::new(mutants.iter_mut().collect());
     let work = || -> io::Result<()> {
         loop {
-            let next = queue
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .pop_front();
-            let Some((place, mut mutant)) = next else {
+            let mut waiting = queue.lock().unwrap_or_else(PoisonError::into_inner);
+            let next = waiting.pop_front();
+            drop(waiting);
+            let Some(mutant) = next else {
                 return Ok(());
             };
-            let only = if claims {
-                vec![mutant.claimed_by.clone()]
-            } else {
-                Vec::new()
-            };
-            mutant.found_by = failures(&program, Some(&mutant.name), &only)?;
-            eprintln!("{:<22} {}", mutant.name, statements(&mutant));
-            done.lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .push((place, mutant));
+            let only: &[&str] = if claims { &[&mutant.claimed_by] } else { &[] };
+            mutant.found_by = failures(program, &["--mutant", &mutant.name], only)?;
+            eprintln!("{:<22} {}", mutant.name, mutant.statements());
         }
     };
     std::thread::scope(|scope| {
@@ -151,15 +137,112 @@ fn tried(names: &[&String], claims: bool) -> io::Result<Vec<Mutant>> {
             let ended = worker.join();
             ended.map_err(|_| io::Error::other("a worker failed"))?
         })
-    })?;
-    let mut done = done.into_inner().unwrap_or_else(PoisonError::into_inner);
-    done.sort_by_key(|(place, _)| *place);
-    let mutants: Vec<Mutant> = done.into_iter().map(|(_, mutant)| mutant).collect();
-    if names.is_empty() && !claims {
-        fs::write(root.join(TARGET), table(&mutants))?;
-        println!("wrote {TARGET}");
+    })
+}
+
+impl Mutant {
+    fn is_found_as_claimed(&self) -> bool {
+        let is_claimed = |failure: &Failure| failure.statement == self.claimed_by;
+        self.found_by.iter().any(is_claimed)
     }
-    Ok(mutants)
+
+    /// The statements that found it; those whose experiment could not be made are marked.
+    fn statements(&self) -> String {
+        let named = |failure: &Failure| {
+            let name = &failure.statement;
+            let no_result = if failure.figures.is_empty() {
+                " (no result)"
+            } else {
+                ""
+            };
+            if *name == self.claimed_by {
+                format!("**{name}**{no_result}")
+            } else {
+                format!("{name}{no_result}")
+            }
+        };
+        let found: Vec<String> = self.found_by.iter().map(named).collect();
+        found.join(", ")
+    }
+}
+
+impl Trial {
+    /// Prints the errors that are not found as claimed, and the figures that never fail.
+    fn judged(&self) -> ExitCode {
+        let missed = self.mutants.iter().filter(|m| !m.is_found_as_claimed());
+        let mut n_missed = 0;
+        for mutant in missed {
+            n_missed += 1;
+            let (name, claimed_by) = (&mutant.name, &mutant.claimed_by);
+            let found = mutant.statements();
+            eprintln!("{name}: claimed by {claimed_by}, found by [{found}]");
+        }
+        for figure in &self.powerless {
+            eprintln!("never fails: {figure}");
+        }
+        let n = self.mutants.len();
+        println!("{n} errors, {n_missed} not found as claimed");
+        ExitCode::from(u8::from(n_missed > 0 || !self.powerless.is_empty()))
+    }
+
+    /// Finds the figures that fail neither with an error nor in a broken run.
+    fn look_for_power(&mut self, program: &Path, broken: &[Failure]) -> io::Result<()> {
+        let output = Command::new(program)
+            .args(["--quick", "--figures"])
+            .output()?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        let with_errors = self.mutants.iter().flat_map(|m| &m.found_by);
+        let failed: BTreeSet<(&str, usize)> = with_errors
+            .chain(broken)
+            .flat_map(|f| f.figures.iter().map(|number| (&*f.statement, *number)))
+            .collect();
+        let (mut last, mut number) = ("", 0);
+        for line in text.lines() {
+            let mut parts = line.split('\t');
+            let (statement, figure) = (parts.next().unwrap_or(""), parts.next().unwrap_or(""));
+            number = if statement == last { number + 1 } else { 0 };
+            last = statement;
+            self.n_figures += 1;
+            if !failed.contains(&(statement, number)) {
+                self.powerless.push(format!("{statement}: {figure}"));
+            }
+        }
+        Ok(())
+    }
+
+    fn table(&self) -> String {
+        let (n, total) = (self.mutants.len(), self.n_figures);
+        let found = self.mutants.iter().filter(|m| m.is_found_as_claimed());
+        let mut text = format!(
+            "{HEAD}\n{} of {n} errors are found as claimed.\n\n",
+            found.count()
+        );
+        text.push_str("| crate | error | name | found by |\n|---|---|---|---|\n");
+        for mutant in &self.mutants {
+            // Writing into a string cannot fail.
+            let _ = writeln!(
+                text,
+                "| `{}` | {} | {} | {} |",
+                mutant.krate,
+                mutant.error.replace('|', "\\|"),
+                mutant.name,
+                mutant.statements()
+            );
+        }
+        let with_power = total - self.powerless.len();
+        let _ = writeln!(
+            text,
+            "\nOf the {total} figures of all statements {with_power} fail with one of these errors or in \
+             the [broken run](broken.md)."
+        );
+        if !self.powerless.is_empty() {
+            text.push_str("\nThe others:\n\n");
+        }
+        for figure in &self.powerless {
+            let _ = writeln!(text, "- {figure}");
+        }
+        text
+    }
 }
 
 /// Builds the program that runs statements with an error.
@@ -176,9 +259,8 @@ fn built(root: &Path) -> io::Result<PathBuf> {
     // Beside this task, which is built in the same way.
     let mut program = std::env::current_exe()?;
     program.pop();
-    Ok(program
-        .join("examples")
-        .join(format!("mutant{}", std::env::consts::EXE_SUFFIX)))
+    let name = format!("mutant{}", std::env::consts::EXE_SUFFIX);
+    Ok(program.join("examples").join(name))
 }
 
 /// All errors.
@@ -199,66 +281,30 @@ fn listed(program: &Path) -> io::Result<Vec<Mutant>> {
     Ok(text.lines().map(mutant).collect())
 }
 
-/// The statements that fail with an error, of the named ones or of all.
-fn failures(
-    program: &Path,
-    mutant: Option<&str>,
-    statements: &[String],
-) -> io::Result<Vec<(String, bool)>> {
-    let mut command = Command::new(program);
-    command.arg("--quick").env("RAYON_NUM_THREADS", "1");
-    if let Some(name) = mutant {
-        command.args(["--mutant", name]);
-    }
-    let output = command.args(statements).output()?;
+/// The statements that fail in a run with these options, of the named ones or of all.
+fn failures(program: &Path, options: &[&str], statements: &[&str]) -> io::Result<Vec<Failure>> {
+    let output = Command::new(program)
+        .arg("--quick")
+        .args(options)
+        .args(statements)
+        .env("RAYON_NUM_THREADS", "1")
+        .output()?;
     if !output.status.success() {
-        let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        return Err(io::Error::other(format!(
-            "{}: {message}",
-            mutant.unwrap_or("sound")
-        )));
+        let message = String::from_utf8_lossy(&output.stderr);
+        let message = format!("{}: {message}", options.join(" "));
+        return Err(io::Error::other(message));
     }
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let text = String::from_utf8_lossy(&output.stdout);
     let failed = text.lines().filter_map(|line| {
-        let mut parts = line.split('\t');
-        let (name, word) = (parts.next()?, parts.next()?);
-        let ended = word == "failed";
-        (ended || word == "refuted").then(|| (name.to_owned(), ended))
+        let parts: Vec<&str> = line.split('\t').collect();
+        let [statement, word, _, figures, ..] = parts[..] else {
+            return None;
+        };
+        let numbers = figures.split(',').filter_map(|n| n.parse().ok());
+        ["refuted", "failed"].contains(&word).then(|| Failure {
+            statement: statement.to_owned(),
+            figures: numbers.collect(),
+        })
     });
     Ok(failed.collect())
-}
-
-/// The statements that found an error; those whose experiment could not be made are marked.
-fn statements(mutant: &Mutant) -> String {
-    let named = |(name, ended): &(String, bool)| {
-        let mark = if *ended { " (no result)" } else { "" };
-        if *name == mutant.claimed_by {
-            format!("**{name}**{mark}")
-        } else {
-            format!("{name}{mark}")
-        }
-    };
-    let found: Vec<String> = mutant.found_by.iter().map(named).collect();
-    found.join(", ")
-}
-
-fn table(mutants: &[Mutant]) -> String {
-    let found = mutants.iter().filter(|m| m.is_found_as_claimed()).count();
-    let mut text = format!(
-        "{HEAD}\n{found} of {} errors are found as claimed.\n\n",
-        mutants.len()
-    );
-    text.push_str("| crate | error | name | found by |\n|---|---|---|---|\n");
-    for mutant in mutants {
-        // Writing into a string cannot fail.
-        let _ = writeln!(
-            text,
-            "| `{}` | {} | {} | {} |",
-            mutant.krate,
-            mutant.error.replace('|', "\\|"),
-            mutant.name,
-            statements(mutant)
-        );
-    }
-    text
 }

@@ -20,6 +20,7 @@ mod modes;
 mod objects;
 mod phases;
 mod terms;
+mod theorems;
 mod tube;
 
 use crate::statement::Statement;
@@ -41,6 +42,7 @@ pub fn all() -> Vec<Statement> {
         existence::STATEMENTS,
         averages::STATEMENTS,
         fields::STATEMENTS,
+        theorems::STATEMENTS,
         phases::STATEMENTS,
         linear::STATEMENTS,
         objects::STATEMENTS,
