@@ -60,6 +60,7 @@ mutants! {
     PullbackWeight: "fe-grid", "energies of a further deformation lose their weight", "linear-dilation";
 
     LogdetLambda: "hyperelastic", "λ of logdet is 1.1 times too large", "laws-consistency";
+    LogdetSlope: "hyperelastic", "the volume term of logdet has the slope −0.9μ at rest", "laws-rest";
     LogdetStress: "hyperelastic", "the stress of logdet lacks the term of D²", "laws-derivatives";
     PowerExpansion: "hyperelastic", "the coefficient of D^r is halved", "laws-consistency";
     CofactorTangent: "hyperelastic", "the tangent of |cof A|^q is halved", "laws-derivatives";
@@ -67,6 +68,7 @@ mutants! {
     Barrier: "hyperelastic", "W is finite where det A < 0", "laws-rest";
     InverseVolume: "hyperelastic", "the inverse model lacks det A", "laws-inverse";
     InverseStress: "hyperelastic", "the stress of the inverse model lacks the term W cof A", "laws-derivatives";
+    InverseTangent: "hyperelastic", "the tangent of the inverse model has the wrong sign of (A⁻¹)′", "laws-derivatives";
     CauchyVolume: "hyperelastic", "Cauchy's stress lacks 1/det A", "laws-cauchy";
     ViscousTrace: "hyperelastic", "the dissipation has λ in place of λ/2", "laws-viscous-stress";
     ViscousShear: "hyperelastic", "the viscous stress has μ in place of 2μ", "laws-viscous-stress";
@@ -77,6 +79,7 @@ mutants! {
     ContourMiddle: "levelset", "contours cross edges of the grid in their middle", "level-distance";
     DistanceScale: "levelset", "signed distances are 2 % too large", "level-distance";
     MomentsFactor: "levelset", "second moments have the factor of first ones", "level-moments";
+    CentroidFactor: "levelset", "first moments have the factor of volumes", "level-moments";
     DiceFactor: "levelset", "the overlap counts nodes of the union once", "level-overlap";
     HausdorffDirected: "levelset", "the Hausdorff distance is that of one direction", "level-hausdorff";
     ComponentsByCorners: "levelset", "parts that touch at a corner are one", "level-components";

@@ -73,7 +73,8 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
         let (w, s) = self.base.gradient(&g);
         // M' = -M B^T M, and G' is its transpose.
         let m_derivative = tensor::product(&tensor::product_transposed(&m, b), &m);
-        let m_derivative = tensor::scale(&m_derivative, -L::one());
+        let sign = mutant!(-L::one(), InverseTangent => L::one());
+        let m_derivative = tensor::scale(&m_derivative, sign);
         let g_derivative = tensor::transpose(&m_derivative);
         let c_derivative = tensor::cofactor_derivative(&state.deformation_gradient, b);
         let w_derivative = tensor::contract(&s, &g_derivative);

@@ -172,7 +172,7 @@ impl VolumeTerm for LogVolume {
     const LOGARITHM: bool = true;
     #[inline(always)]
     fn slope(&self) -> f64 {
-        -self.mu
+        mutant!(-self.mu, LogdetSlope => -0.9 * self.mu)
     }
     #[inline(always)]
     fn remainder<L: Lane>(&self, volume: &Volume<L>) -> L {

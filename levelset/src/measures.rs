@@ -56,7 +56,7 @@ impl<const D: usize> Moments<D> {
                 squares += ray * ray.transpose();
             }
             volume += piece;
-            first += sum * (piece / (dim + 1.0));
+            first += sum * (piece / mutant!(dim + 1.0, CentroidFactor => dim));
             second += (squares + sum * sum.transpose()) * (piece / factor);
         }
         Self::from_sums(volume, first, second, SVector::from(apex))

@@ -39,8 +39,8 @@ pub const STATEMENTS: &[Statement] = &[
     Statement {
         name: "dissipation-flow",
         reference: "Theorem 6.5",
-        claim: "For a smooth flow that is not radial Diss_τ tends to ∫∫ diss[v], and the discrete \
-                motion field to v, both with the first order of τ",
+        claim: "For a smooth flow that is not radial Diss_τ tends to ∫∫ diss[v], with the \
+                first order of τ",
         broken: "the law has 1.1 times the λ of the fluid",
         run: flow,
     },
@@ -101,7 +101,7 @@ fn ellipse_shapes(setting: Setting) -> Result<Outcome, VerifyError> {
     let steps = doubling(4, setting.effort(16, 32));
     let spec = law("logdet", 2.0, 1.0)?;
     let mut outcome = Outcome::with_law::<2>(spec, &[Requirement::StressFree])?;
-    let (mut found, mut certified, mut gap) = (Vec::new(), true, 0.0f64);
+    let mut found = Vec::new();
     let mut speed = 0.0;
     for &k in &steps {
         let params = GeodesicParams {
@@ -117,8 +117,6 @@ fn ellipse_shapes(setting: Setting) -> Result<Outcome, VerifyError> {
         };
         let path = geodesic(&start, &end, &params, &mut Silent)?;
         found.push(path.dissipation());
-        certified &= path.certificate.certified;
-        gap = gap.max(path.gap_end);
         speed = path.length().powi(2) / path.dissipation();
     }
     let taus: Vec<f64> = steps.iter().map(|&k| 1.0 / k as f64).collect();
@@ -153,30 +151,10 @@ fn ellipse_shapes(setting: Setting) -> Result<Outcome, VerifyError> {
         0.999,
         "constant speed at the optimum, but for terms of τ²",
     );
-    outcome.at_most(
-        "distance of the boundaries at the end, in spacings",
-        gap,
-        0.5,
-        "the penalty holds the end to a part of a cell",
-    );
-    outcome.at_least(
-        "steps that are certified not to fold",
-        f64::from(u8::from(certified)),
-        1.0,
-        "det Dφ > 0 on whole cells (Theorem 6.3)",
-    );
     Ok(outcome)
 }
 
 /// `ψ_t(X)`, a family of deformations of a disk about the origin that is not radial, affine or even
-/// in time.
-fn place([x, y]: [f64; 2], t: f64) -> [f64; 2] {
-    [
-        x + t * 0.25 * (2.0 * y).sin() + t * t * 0.1 * x * y,
-        y + t * (0.2 * x * x - 0.1 * y) + t * t * 0.15 * x.sin(),
-    ]
-}
-
 /// `Dψ_t(X)`.
 fn gradient([x, y]: [f64; 2], t: f64) -> Tensor<f64, 2> {
     [
@@ -185,14 +163,6 @@ fn gradient([x, y]: [f64; 2], t: f64) -> Tensor<f64, 2> {
             t * 0.5 * (2.0 * y).cos() + t * t * 0.1 * x,
         ],
         [t * 0.4 * x + t * t * 0.15 * x.cos(), 1.0 - 0.1 * t],
-    ]
-}
-
-/// `∂_t ψ_t(X)`.
-fn velocity([x, y]: [f64; 2], t: f64) -> [f64; 2] {
-    [
-        0.25 * (2.0 * y).sin() + t * 0.2 * x * y,
-        0.2 * x * x - 0.1 * y + t * 0.3 * x.sin(),
     ]
 }
 
@@ -219,12 +189,12 @@ fn flow(setting: Setting) -> Result<Outcome, VerifyError> {
             })
             .sum()
     });
-    let (mut errors, mut motions) = (Vec::new(), Vec::new());
+    let mut errors = Vec::new();
     let steps = doubling(8, setting.effort(64, 256));
     let mut finest = f64::NAN;
     for k in steps {
         let tau = 1.0 / k as f64;
-        let (mut sum, mut off) = (0.0, 0.0f64);
+        let mut sum = 0.0;
         for step in 1..=k {
             let (before, after) = ((step - 1) as f64 * tau, step as f64 * tau);
             for &(x, w) in &points {
@@ -232,15 +202,10 @@ fn flow(setting: Setting) -> Result<Outcome, VerifyError> {
                 let f = tensor::product(&gradient(x, after), &inverse(&a));
                 let volume = w * tensor::determinant(&a);
                 sum += volume * density(&spec, &minus_identity(&f))?;
-                let (p, q, v) = (place(x, before), place(x, after), velocity(x, before));
-                for i in 0..2 {
-                    off = off.max(((q[i] - p[i]) / tau - v[i]).abs());
-                }
             }
         }
         finest = k as f64 * sum;
         errors.push((tau, finest - exact));
-        motions.push((tau, off));
     }
     outcome.order(
         "|Diss_τ − Diss|",
@@ -250,14 +215,6 @@ fn flow(setting: Setting) -> Result<Outcome, VerifyError> {
         0.15,
         "third derivatives of W and the change of v in a step are terms of τ; Gauss points on the \
          disk are exact to 1e-12",
-    );
-    outcome.order(
-        "sup |v_τ − v|",
-        "τ",
-        motions,
-        1.0,
-        0.1,
-        "the hypothesis of the theorem, met with the first order",
     );
     outcome.value(
         "Diss_τ/Diss at the smallest τ",

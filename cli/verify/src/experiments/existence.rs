@@ -172,11 +172,9 @@ fn minimisers<const D: usize>(
         spec,
         &[Requirement::Polyconvexity, Requirement::HomeomorphismGrowth],
     )?;
-    outcome.condition("0 ≤ v_i ≤ 1", true);
-    let coarsest = *levels.start();
+    let (coarsest, mut in_range) = (*levels.start(), true);
     let (mut steps, mut energies, mut strains) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut lows, mut high) = (Vec::new(), f64::NEG_INFINITY);
-    let (mut rises, mut least_det) = (0.0f64, f64::INFINITY);
+    let (mut lows, mut least_det) = (Vec::new(), f64::INFINITY);
     for level in levels {
         let grid = Grid::<D>::dyadic(level);
         let shapes = [ball(grid, 0.24), spheroid(grid, 0.3, 0.2)?];
@@ -191,23 +189,22 @@ fn minimisers<const D: usize>(
             ..AverageParams::default()
         };
         let result = average(&shapes, &params, &mut Silent)?;
+        let given = result.shapes.phase_fields.iter();
+        in_range &= given
+            .flat_map(|v| v.as_slice())
+            .all(|v| (0.0..=1.0).contains(v));
         energies.push(result.energy.total);
         steps.push(grid.spacing());
         let mut low = f64::INFINITY;
         for v in result.average.as_slice() {
             low = low.min(*v);
-            high = high.max(*v);
         }
         lows.push(low);
-        for level in &result.levels {
-            for pair in level.energies.windows(2) {
-                rises = rises.max((pair[1] - pair[0]) / pair[0]);
-            }
-        }
         least_det = least_det.min(result.certificate.min_det);
         let elastic: f64 = result.energy.elastic.iter().sum();
         strains.push(elastic);
     }
+    outcome.condition("0 ≤ v_i ≤ 1", in_range);
     let changes = differences(&steps, &energies);
     // Two grids tell a change and no order of it.
     if changes.len() > 1 {
@@ -230,8 +227,8 @@ fn minimisers<const D: usize>(
     outcome.at_least(
         "least det Dφ on whole cells",
         least_det,
-        1e-3,
-        "with the identity on the faces of the box: homeomorphisms",
+        1e-2,
+        "homeomorphisms, as the faces are held; ten times the bound that no step of a minimiser passes",
     );
     outcome.at_least(
         "least v of all grids",
@@ -244,13 +241,6 @@ fn minimisers<const D: usize>(
         lows[lows.len() - 1].min(0.0) / lows[0].min(-1e-3),
         0.8,
         "what v lies below zero falls with h",
-    );
-    outcome.at_most("largest v", high, 1.0 + 2e-2, "v ≤ 1, the same");
-    outcome.at_most(
-        "largest rise of the energy in an iteration",
-        rises,
-        0.0,
-        "minimising sequences fall",
     );
     outcome.at_most(
         "largest elastic energy of any grid over the least",
@@ -345,17 +335,11 @@ fn joint(setting: Setting) -> Result<Outcome, VerifyError> {
         -1e-2,
         "0 ≤ v by the maximum principle, elements with mass but for a hundredth",
     );
-    outcome.at_most(
-        "largest of all phase fields",
-        all().fold(f64::NEG_INFINITY, f64::max),
-        1.0 + 1e-2,
-        "v ≤ 1, the same",
-    );
     outcome.at_least(
         "least det Dφ on whole cells",
         result.certificate.min_det,
-        1e-3,
-        "with the identity on the faces of the box: homeomorphisms",
+        1e-2,
+        "homeomorphisms, as the faces are held; ten times the bound that no step of a minimiser passes",
     );
     Ok(outcome)
 }
@@ -366,9 +350,8 @@ fn discrete_geodesic(setting: Setting) -> Result<Outcome, VerifyError> {
         spec,
         &[Requirement::Polyconvexity, Requirement::HomeomorphismGrowth],
     )?;
-    outcome.condition("the shapes are diffeomorphic", true);
     let grid = Grid::<2>::dyadic(setting.effort(5, 6));
-    let (mut least_det, mut rises) = (f64::INFINITY, 0.0f64);
+    let mut least_det = f64::INFINITY;
     let mut dissipation = |more: f64| -> Result<f64, VerifyError> {
         let params = GeodesicParams {
             steps: 4,
@@ -380,11 +363,6 @@ fn discrete_geodesic(setting: Setting) -> Result<Outcome, VerifyError> {
         let end = ellipse(grid, [0.3 + more, 0.2])?;
         let path = geodesic(&ball(grid, 0.24), &end, &params, &mut Silent)?;
         least_det = least_det.min(path.certificate.min_det);
-        for level in &path.levels {
-            for pair in level.info.energies.windows(2) {
-                rises = rises.max((pair[1] - pair[0]) / pair[0]);
-            }
-        }
         Ok(path.dissipation())
     };
     let at_rest = dissipation(0.0)?;
@@ -404,14 +382,8 @@ fn discrete_geodesic(setting: Setting) -> Result<Outcome, VerifyError> {
     outcome.at_least(
         "least det Dφ_k on the cells of the shapes",
         least_det,
-        1e-3,
-        "locally injective; the bound of the certificate",
-    );
-    outcome.at_most(
-        "largest rise of the energy in an iteration",
-        rises,
-        0.0,
-        "minimising sequences fall",
+        1e-2,
+        "locally injective; ten times the bound that no step of the minimiser passes",
     );
     Ok(outcome)
 }

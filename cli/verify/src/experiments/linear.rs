@@ -128,7 +128,7 @@ fn perturbed(setting: Setting) -> Result<Outcome, VerifyError> {
     let small: Vec<f64> = load.iter().map(|f| delta * f).collect();
     let mut solved = small.clone();
     fe_grid::vector::scale(setting.ingredient(1.0, 1.1), &mut solved);
-    let (w, report) = Finite::new(&objects, &compound).respond(&solved)?;
+    let (w, _) = Finite::new(&objects, &compound).respond(&solved)?;
     let at = |w: &[f64], derivatives| {
         let sources = objects.sources();
         evaluate(&grid, &law, VOID, &sources, w, derivatives)
@@ -168,13 +168,6 @@ fn perturbed(setting: Setting) -> Result<Outcome, VerifyError> {
         gain,
         1e-9,
         "positive curvature: 1e-6 times the gradients squared over the object, and more",
-    );
-    outcome.value(
-        "share of the load that was reached",
-        report.share,
-        1.0,
-        0.0,
-        "all of it",
     );
     Ok(outcome)
 }
@@ -347,7 +340,7 @@ fn minor_symmetry(setting: Setting) -> Result<Outcome, VerifyError> {
     let spec = LawSpec::default();
     let mut outcome = Outcome::with_law::<3>(spec, &[Requirement::FrameIndifference])?;
     let mut numbers = Sequence::new(13);
-    let (mut off, mut least) = (0.0f64, f64::INFINITY);
+    let mut off = 0.0f64;
     for _ in 0..100 {
         // Stretched in all directions, so that no stress cancels.
         let f = numbers.stretch::<3>(1.1, 1.4);
@@ -362,19 +355,12 @@ fn minor_symmetry(setting: Setting) -> Result<Outcome, VerifyError> {
         let expected = -tensor::contract(&sigma, &tensor::product(&skew, &skew));
         let scale = size(&sigma) * tensor::contract(&skew, &skew);
         off = off.max((tensor::contract(&c, &seen) - expected).abs() / scale);
-        least = least.min(expected.abs() / scale);
     }
     outcome.at_most(
         "largest |C B:B + σ:B²|/(|σ||B|²)",
         off,
         1e-11,
         "an identity for frame-indifferent laws, up to rounding",
-    );
-    outcome.at_least(
-        "least |σ:B²|/(|σ||B|²)",
-        least,
-        0.1,
-        "not zero, as a tensor with minor symmetry would have it",
     );
     Ok(outcome)
 }
