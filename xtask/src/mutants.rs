@@ -185,7 +185,8 @@ impl Trial {
         ExitCode::from(u8::from(n_missed > 0 || !self.powerless.is_empty()))
     }
 
-    /// Finds the figures that fail neither with an error nor in a broken run.
+    /// Finds the figures that fail neither with an error nor in a broken run, nor as the figure of the
+    /// same experiment for another law or dimension.
     fn look_for_power(&mut self, program: &Path, broken: &[Failure]) -> io::Result<()> {
         let output = Command::new(program)
             .args(["--quick", "--figures"])
@@ -197,13 +198,18 @@ impl Trial {
             .flat_map(|f| f.figures.iter().map(|number| (&*f.statement, *number)))
             .collect();
         let (mut last, mut number) = ("", 0);
+        let mut figures = Vec::new();
         for line in text.lines() {
             let mut parts = line.split('\t');
             let (statement, figure) = (parts.next().unwrap_or(""), parts.next().unwrap_or(""));
             number = if statement == last { number + 1 } else { 0 };
             last = statement;
-            self.n_figures += 1;
-            if !failed.contains(&(statement, number)) {
+            figures.push((statement, figure, failed.contains(&(statement, number))));
+        }
+        let with_power: BTreeSet<&str> = figures.iter().filter(|f| f.2).map(|f| f.1).collect();
+        self.n_figures = figures.len();
+        for (statement, figure, _) in &figures {
+            if !with_power.contains(figure) {
                 self.powerless.push(format!("{statement}: {figure}"));
             }
         }

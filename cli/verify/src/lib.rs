@@ -12,6 +12,10 @@
 //! An experiment must be able to fail: every statement also has a broken run, in which the same
 //! code gets one wrong ingredient (a factor, a law, a weight) and must be refuted.
 //!
+//! Whether the experiments notice errors in the crates is tried in the same way: `fe_grid::mutants` lists
+//! errors that are built in and can be switched on in tests, each with the statement that claims to find
+//! it (`tests/mutants.rs`, `examples/mutant.rs`, `cargo xtask mutants`).
+//!
 //! # Data flow
 //! [`experiments::all`] → [`select`] by name → [`run`]: each [`Statement::run`] in its [`Setting`] →
 //! [`Outcome`](outcome::Outcome) → [`Verdict`](verdict::Verdict) → [`record`], [`table`], [`plot`],

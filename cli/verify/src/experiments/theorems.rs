@@ -27,7 +27,7 @@ pub const STATEMENTS: &[Statement] = &[
         reference: "Theorem 4.7, transformation rule",
         claim: "For homeomorphisms that are the identity on the faces ∫f∘φ det Dφ = ∫f, on grids with \
                 the second order of h, and ∫det Dφ = |Ω| exactly",
-        broken: "det Dφ is that of 1.02 times the displacement",
+        broken: "the faces move",
         run: |setting| Ok(change_of_variables(setting)),
     },
     Statement {
@@ -80,11 +80,12 @@ pub const STATEMENTS: &[Statement] = &[
     },
 ];
 
-/// A deformation of the box that is the identity on its faces.
-fn inner(grid: Grid<2>) -> VectorField<f64, 2> {
+/// A deformation of the box that is the identity on its faces, and a further expansion.
+fn inner(grid: Grid<2>, expansion: f64) -> VectorField<f64, 2> {
     VectorField::from_fn(grid, |[x, y]| {
         let bump = (PI * x).sin() * (PI * y).sin();
-        [0.11 * bump * (1.0 + y), 0.09 * bump * (3.0 * x).cos()]
+        let [u, v] = [0.11 * bump * (1.0 + y), 0.09 * bump * (3.0 * x).cos()];
+        [u + expansion * x, v + expansion * y]
     })
 }
 
@@ -101,7 +102,7 @@ fn change_of_variables(setting: Setting) -> Outcome {
     for level in 3..=setting.effort(6, 8) {
         let grid = Grid::<2>::dyadic(level);
         let (h, strides, n) = (grid.spacing(), grid.strides(), grid.n_nodes());
-        let displacement = inner(grid);
+        let displacement = inner(grid, setting.ingredient(0.0, 0.02));
         let u = displacement.as_slice();
         let field = ScalarField::<f64, 2>::from_fn(grid, |x| [f(x)]);
         let gauss = Rule::gauss(3, 0.0, 1.0);
@@ -125,7 +126,6 @@ fn change_of_variables(setting: Setting) -> Outcome {
                             at[i] += value * shape[0][upper[0]] * shape[1][upper[1]];
                         }
                     }
-                    let gradient = tensor::scale(&gradient, setting.ingredient(1.0, 1.02));
                     let det = tensor::determinant(&tensor::add_identity(&gradient));
                     let weight = a * b * h * h * det;
                     sum += weight * field.sample(at)[0];
@@ -344,13 +344,6 @@ fn topology(setting: Setting) -> Result<Outcome, VerifyError> {
         1.0,
         0.0,
         "the disks have merged before the end",
-    );
-    outcome.value(
-        "parts of the first shape",
-        parts[0] as f64,
-        2.0,
-        0.0,
-        "two disks",
     );
     Ok(outcome)
 }
