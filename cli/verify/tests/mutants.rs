@@ -2,7 +2,6 @@
 
 use fe_grid::mutants::{Mutant, switch};
 use shapespace_verify::{Effort, Ingredient, Setting, Statement, experiments, run};
-use std::collections::BTreeSet;
 
 const QUICK: Setting = Setting {
     effort: Effort::Quick,
@@ -15,21 +14,18 @@ fn holds(statement: Statement) -> bool {
     run(&[statement], QUICK, &|_| ()).is_ok_and(|record| record.confirmed == 1)
 }
 
-/// One test for all: the errors are switched on in the whole process.
+/// One test for all: the errors are switched on in the whole process. That all statements hold without
+/// an error is a test of `shapespace verify`.
 #[test]
 fn errors_are_found_by_the_statements_that_claim_to() {
     let all = experiments::all();
     let named = |name: &str| all.iter().copied().find(|s| s.name == name);
-    let claims: BTreeSet<&str> = Mutant::ALL.iter().map(|m| m.claimed_by()).collect();
-    for name in claims {
-        let statement = named(name).unwrap_or_else(|| panic!("there is no statement {name}"));
-        assert!(holds(statement), "{name} fails without an error");
-    }
     let missed: Vec<&str> = Mutant::ALL
         .iter()
         .filter(|mutant| {
             switch(Some(**mutant));
-            named(mutant.claimed_by()).is_some_and(holds)
+            let name = mutant.claimed_by();
+            holds(named(name).unwrap_or_else(|| panic!("there is no statement {name}")))
         })
         .map(|mutant| mutant.name())
         .collect();
