@@ -49,7 +49,7 @@ fn params(spec: LawSpec, form: Form) -> GeodesicParams {
         steps: 2,
         law: spec,
         tolerance: 1e-6,
-        max_iterations: 400,
+        max_iterations: Some(400),
         ..GeodesicParams::default()
     }
 }
