@@ -52,9 +52,7 @@ macro_rules! mutant {
 #[cfg(not(feature = "mutants"))]
 #[macro_export]
 macro_rules! mutant {
-    ($right:expr, $name:ident => $wrong:expr) => {
-        $right
-    };
+    ($right:expr, $name:ident => $wrong:expr) => {{ $right }};
 }
 
 mod buffer;
