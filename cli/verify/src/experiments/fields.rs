@@ -73,7 +73,7 @@ pub const STATEMENTS: &[Statement] = &[
     },
     Statement {
         name: "median-shares",
-        reference: "section 4, generalisations; Fletcher et al.",
+        reference: "section 4, generalisations; Fletcher, Venkatasubramanian and Joshi",
         claim: "The median of shapes is the average in which the terms of a shape have the share 1/√e \
                 of its energy e, in the equations of the field and of every deformation",
         broken: "the shares are 1/e",
@@ -81,7 +81,7 @@ pub const STATEMENTS: &[Statement] = &[
     },
     Statement {
         name: "median-outlier",
-        reference: "section 4, generalisations; Fletcher et al.",
+        reference: "section 4, generalisations; Fletcher, Venkatasubramanian and Joshi",
         claim: "The median of disks, one of them far larger than the others, stays nearer to the others \
                 than the average",
         broken: "the mean is arithmetic",
