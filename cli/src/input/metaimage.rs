@@ -7,11 +7,10 @@ use std::path::Path;
 use super::InputError;
 use super::decode::{NumberType, Samples};
 use super::packed::Packed;
-use super::volume::{Storage, Volume, data_file, flattened, in_space};
-use super::world::affine_fault;
+use super::volume::{
+    MAX_HEADER, Storage, Volume, data_file, flattened, in_space, unread_type, usable_affine,
+};
 
-/// Headers may not be longer than this.
-const MAX_HEADER: usize = 1 << 20;
 /// Factors from the space of the format, to the left, to the back and upwards, to RAS.
 const SIGNS: [f64; 3] = [-1.0, -1.0, 1.0];
 
@@ -105,11 +104,7 @@ fn volume(fields: &Fields, file: Packed<'_>) -> Result<(Volume, Storage), InputE
         return Err(file.malformed("its DimSize are no whole numbers"));
     }
     let kind = fields.get(&["ElementType"]).unwrap_or_default();
-    let numbers = number_type(kind).ok_or_else(|| {
-        file.malformed(format!(
-            "it holds numbers of the type '{kind}', which is not read"
-        ))
-    })?;
+    let numbers = number_type(kind).ok_or_else(|| unread_type(format_args!("'{kind}'"), file))?;
     if fields
         .get(&["ElementNumberOfChannels"])
         .is_some_and(|channels| channels != "1")
@@ -154,9 +149,7 @@ fn volume(fields: &Fields, file: Packed<'_>) -> Result<(Volume, Storage), InputE
         let origin = [0, 1, 2].map(|i| offset.get(i).copied().unwrap_or(0.0));
         in_space(&vectors, origin, SIGNS)
     });
-    if let Some(reason) = affine.and_then(|affine| affine_fault(&affine, n_axes)) {
-        return Err(file.malformed(reason));
-    }
+    let affine = affine.map(|affine| usable_affine(affine, n_axes, file));
     let volume = Volume {
         size,
         count,
@@ -164,7 +157,7 @@ fn volume(fields: &Fields, file: Packed<'_>) -> Result<(Volume, Storage), InputE
         little_endian,
         scaling: None,
         spacing: spacing[..n_axes].to_vec(),
-        affine,
+        affine: affine.transpose()?,
     };
     Ok((volume, storage))
 }

@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::decode::{NumberType, Samples, VALUE, take};
 use super::packed::Packed;
-use super::volume::{Storage, Volume, flattened};
-use super::world::affine_fault;
+use super::volume::{Storage, Volume, flattened, unread_type, usable_affine};
 use super::{InputError, bytes_of, reserve};
 
 /// Bytes of the headers of both versions, which is also their first number.
@@ -235,12 +234,8 @@ impl Header {
         let n_axes = size.len();
         Ok(Volume {
             count,
-            numbers: number_type(self.datatype).ok_or_else(|| {
-                let kind = self.datatype;
-                file(path).malformed(format!(
-                    "it holds numbers of the type {kind}, which is not read"
-                ))
-            })?,
+            numbers: number_type(self.datatype)
+                .ok_or_else(|| unread_type(self.datatype, file(path)))?,
             little_endian: self.little_endian,
             scaling: scaled.then_some((slope, shift)),
             spacing: (1..=n_axes).map(|k| self.unit() * self.pixdim[k]).collect(),
@@ -270,15 +265,10 @@ impl Header {
         };
         let matrix = matrix.map(|row| row.map(|x| self.unit() * x));
         let square = self.quatern.iter().map(|x| x * x).sum::<f64>();
-        let fault = if self.sform_code <= 0 && square > 1.0 + ROUNDING {
-            Some("its orientation is not a quaternion of length 1")
-        } else {
-            affine_fault(&matrix, n_axes)
-        };
-        match fault {
-            None => Ok(Some(matrix)),
-            Some(reason) => Err(file(path).malformed(reason)),
+        if self.sform_code <= 0 && square > 1.0 + ROUNDING {
+            return Err(file(path).malformed("its orientation is not a quaternion of length 1"));
         }
+        usable_affine(matrix, n_axes, file(path)).map(Some)
     }
 
     fn quaternion_affine(&self) -> [[f64; 4]; 3] {

@@ -7,11 +7,9 @@ use std::path::Path;
 use super::InputError;
 use super::decode::{NumberType, Samples};
 use super::packed::Packed;
-use super::volume::{Storage, Volume, data_file, flattened, in_space};
-use super::world::affine_fault;
-
-/// Headers may not be longer than this.
-const MAX_HEADER: usize = 1 << 20;
+use super::volume::{
+    MAX_HEADER, Storage, Volume, data_file, flattened, in_space, unread_type, usable_affine,
+};
 
 /// Reads a volume; the name of a detached header ends with `.nhdr`.
 pub(super) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
@@ -74,12 +72,8 @@ fn volume(fields: &Fields<'_>, file: Packed<'_>) -> Result<(Volume, Storage), In
         let value = fields.get(name);
         value.ok_or_else(|| file.malformed(format!("its header has no '{name}'")))
     };
-    let numbers = number_type(needed("type")?).ok_or_else(|| {
-        let kind = fields.get("type").unwrap_or_default();
-        file.malformed(format!(
-            "it holds numbers of the type '{kind}', which is not read"
-        ))
-    })?;
+    let kind = needed("type")?;
+    let numbers = number_type(kind).ok_or_else(|| unread_type(format_args!("'{kind}'"), file))?;
     let storage = match needed("encoding")?.to_ascii_lowercase().as_str() {
         "raw" => Storage::Raw,
         "gzip" | "gz" => Storage::Gzip,
@@ -126,9 +120,7 @@ fn volume(fields: &Fields<'_>, file: Packed<'_>) -> Result<(Volume, Storage), In
     let affine = vectors
         .zip(signs)
         .map(|(vectors, signs)| in_space(&vectors, origin, signs));
-    if let Some(reason) = affine.and_then(|affine| affine_fault(&affine, n_axes)) {
-        return Err(file.malformed(reason));
-    }
+    let affine = affine.map(|affine| usable_affine(affine, n_axes, file));
     let volume = Volume {
         size,
         count,
@@ -136,7 +128,7 @@ fn volume(fields: &Fields<'_>, file: Packed<'_>) -> Result<(Volume, Storage), In
         little_endian,
         scaling: None,
         spacing,
-        affine,
+        affine: affine.transpose()?,
     };
     Ok((volume, storage))
 }

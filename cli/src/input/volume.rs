@@ -1,10 +1,15 @@
 //! Volumes of plain numbers behind a header: what NIfTI, NRRD and MetaImage have in common.
 
+use std::fmt::Display;
 use std::path::{Component, Path};
 
 use super::decode::{Meaning, NumberType, Samples, VALUE, check_size, take};
 use super::packed::Packed;
+use super::world::affine_fault;
 use super::{InputError, bytes_of, reserve};
+
+/// Headers of text may not be longer than this.
+pub(super) const MAX_HEADER: usize = 1 << 20;
 
 /// The numbers of a file, as its header describes them.
 pub(super) struct Volume {
@@ -91,6 +96,25 @@ impl Volume {
             affine: self.affine,
             plain_array: false,
         }
+    }
+}
+
+/// The error for numbers of a type that is not read.
+pub(super) fn unread_type(kind: impl Display, file: Packed<'_>) -> InputError {
+    file.malformed(format!(
+        "it holds numbers of the type {kind}, which is not read"
+    ))
+}
+
+/// An affine map of `n_axes` axes, if it can be used.
+pub(super) fn usable_affine(
+    affine: [[f64; 4]; 3],
+    n_axes: usize,
+    file: Packed<'_>,
+) -> Result<[[f64; 4]; 3], InputError> {
+    match affine_fault(&affine, n_axes) {
+        None => Ok(affine),
+        Some(reason) => Err(file.malformed(reason)),
     }
 }
 

@@ -17,6 +17,7 @@ use shape_average::{
 use crate::error::VerifyError;
 use crate::outcome::Outcome;
 use crate::statement::{Setting, Statement};
+use crate::tools::averages::close;
 use crate::tools::curves::disk_at;
 use crate::tools::matrices::stretches;
 use crate::tools::pointwise::{density, law, response};
@@ -93,15 +94,6 @@ pub const STATEMENTS: &[Statement] = &[
 fn radius_of(result: &AverageResult<2>) -> Result<f64, VerifyError> {
     let boundary = contour(&result.average_indicator, 0.5, BoxEdge::Open)?;
     Ok((Moments::of_contour(&boundary)?.volume / PI).sqrt())
-}
-
-/// Parameters of averages that are minimised closely.
-fn close() -> AverageParams {
-    AverageParams {
-        tolerance: 1e-6,
-        max_iterations: 300,
-        ..AverageParams::default()
-    }
 }
 
 fn weights(setting: Setting) -> Result<Outcome, VerifyError> {

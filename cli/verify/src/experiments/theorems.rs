@@ -14,6 +14,7 @@ use shape_pca::{Average, Compound, Pca, PcaParams};
 use crate::error::VerifyError;
 use crate::outcome::Outcome;
 use crate::statement::{Setting, Statement};
+use crate::tools::averages::close;
 use crate::tools::curves::disk_at;
 use crate::tools::matrices::{Sequence, minus_identity};
 use crate::tools::pointwise::{law, response};
@@ -152,15 +153,6 @@ fn change_of_variables(setting: Setting) -> Outcome {
         "a null Lagrangian, which the rule integrates exactly",
     );
     outcome
-}
-
-/// Parameters of averages that are minimised closely.
-fn close() -> AverageParams {
-    AverageParams {
-        tolerance: 1e-6,
-        max_iterations: 300,
-        ..AverageParams::default()
-    }
 }
 
 fn gauge(setting: Setting) -> Result<Outcome, VerifyError> {

@@ -1,5 +1,6 @@
 //! What several experiments need: laws at a point, random matrices, quadrature.
 
+pub mod averages;
 pub mod curves;
 pub mod derivatives;
 pub mod ellipses;

@@ -1,0 +1,12 @@
+//! Parameters of averages.
+
+use shape_average::AverageParams;
+
+/// Parameters of averages that are minimised closely.
+pub fn close() -> AverageParams {
+    AverageParams {
+        tolerance: 1e-6,
+        max_iterations: 300,
+        ..AverageParams::default()
+    }
+}
