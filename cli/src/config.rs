@@ -5,9 +5,11 @@
 //! they are written to `result.json`, and to the `config.toml` next to it, which repeats the run.
 //! Options override the file, and the file overrides the defaults.
 //!
-//! `file` reads such files, `print` writes them.
+//! `file` reads such files, `options` resolves the keys and values of a calling program, `print`
+//! writes files.
 
 mod file;
+mod options;
 mod print;
 
 use std::marker::PhantomData;
@@ -23,6 +25,7 @@ use toml::{Table, Value};
 use crate::error::CliError;
 use file::ConfigFile;
 
+pub(crate) use options::{keys_of, resolve};
 pub(crate) use print::write_config;
 pub use print::{ConfigArgs, run_config};
 

@@ -125,6 +125,14 @@ pub enum CliError {
         /// The remedy.
         remedy: String,
     },
+    /// An option of a call that does not exist, or has another type.
+    #[error("{message}")]
+    Key {
+        /// The defect.
+        message: String,
+        /// The remedy.
+        remedy: String,
+    },
     /// A law that does not exist for the moduli.
     #[error("--law {law} cannot be used: {source}")]
     Law {
@@ -340,7 +348,8 @@ impl CliError {
             Self::Output(error) => error.help(),
             Self::Option { remedy, .. }
             | Self::Computation { remedy, .. }
-            | Self::Config { remedy, .. } => remedy,
+            | Self::Config { remedy, .. }
+            | Self::Key { remedy, .. } => remedy,
             Self::Parameter { expected, .. } => return format!("allowed: {expected}").into(),
             Self::Missing { .. } => "name it after the command, or in the file after --config",
             Self::WeightSum { normalised, .. } => return normalised_help(normalised),
@@ -393,6 +402,20 @@ impl CliError {
         text.into()
     }
 
+    /// The error, and those of its causes that it does not state itself.
+    pub fn causes(&self) -> Vec<String> {
+        let mut texts = vec![printable(&self.to_string())];
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            let reason = printable(&error.to_string());
+            if texts.last().is_none_or(|text| !text.contains(&reason)) {
+                texts.push(reason);
+            }
+            cause = error.source();
+        }
+        texts
+    }
+
     /// Writes the report to standard error: the error, its causes, and the remedy.
     pub fn report(&self) {
         let [red, cyan, plain] = if std::io::stderr().is_terminal() {
@@ -400,18 +423,12 @@ impl CliError {
         } else {
             [""; 3]
         };
-        let mut text = printable(&self.to_string());
-        let mut lines = vec![format!("  {red}×{plain} {text}")];
-        let mut cause = self.source();
-        while let Some(error) = cause {
-            let reason = printable(&error.to_string());
-            // Some errors state their cause themselves.
-            if !text.contains(&reason) {
-                lines.push(format!("  {red}╰─▶{plain} {reason}"));
-                text = reason;
-            }
-            cause = error.source();
-        }
+        let mut marks = [format!("  {red}×{plain}")].into_iter();
+        let line = |text: String| match marks.next() {
+            Some(mark) => format!("{mark} {text}"),
+            None => format!("  {red}╰─▶{plain} {text}"),
+        };
+        let mut lines: Vec<String> = self.causes().into_iter().map(line).collect();
         lines.push(format!("  {cyan}help:{plain} {}", printable(&self.help())));
         note(lines.join("\n"));
     }

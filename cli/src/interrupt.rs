@@ -1,6 +1,7 @@
 //! Signals that ask the program to end: Ctrl-C (SIGINT), SIGTERM and SIGHUP.
 
 use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, LazyLock};
 
 use fe_grid::minimise::{Control, Iteration, Observer};
 
@@ -19,30 +20,41 @@ const WRITING: u8 = 3;
 /// A signal has come while results are being written: the next one ends the program.
 const WARNED: u8 = 4;
 
-/// A process has a single set of handlers, hence a single state.
-static STATE: AtomicU8 = AtomicU8::new(STARTING);
+/// The state of the program: a process has a single set of handlers. Calls from another program have
+/// a state each.
+static STATE: LazyLock<Arc<AtomicU8>> = LazyLock::new(Arc::default);
 
 /// Requests to stop. Before a computation has begun, a signal ends the program; the first one after
 /// that ends the minimisation, and the current state is written; the next one ends the program.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Interrupt(&'static AtomicU8);
+#[derive(Clone, Debug)]
+pub(crate) struct Interrupt(Arc<AtomicU8>);
 
 impl Interrupt {
     /// The state of this process.
     pub fn new() -> Self {
-        Self(&STATE)
+        Self(Arc::clone(&STATE))
+    }
+
+    /// The state of one call, which no signal changes.
+    pub fn of_call() -> Self {
+        Self(Arc::default())
+    }
+
+    /// Asks the computation to end.
+    pub fn ask(&self) {
+        self.0.store(ASKED, Ordering::SeqCst);
     }
 
     /// Whether a signal has come. From the first call on, the computation is expected to ask again
     /// and again.
-    pub fn asked(self) -> bool {
-        exchange(self.0, STARTING, RUNNING);
+    pub fn asked(&self) -> bool {
+        exchange(&self.0, STARTING, RUNNING);
         self.0.load(Ordering::SeqCst) == ASKED
     }
 
     /// The results are being written.
-    pub fn writing(self) {
-        if !exchange(self.0, ASKED, WARNED) {
+    pub fn writing(&self) {
+        if !exchange(&self.0, ASKED, WARNED) {
             self.0.store(WRITING, Ordering::SeqCst);
         }
     }
@@ -138,19 +150,19 @@ mod tests {
 
     #[test]
     fn every_state_has_its_answer() {
-        static STATE: AtomicU8 = AtomicU8::new(STARTING);
-        let interrupt = Interrupt(&STATE);
-        assert_eq!(answer(&STATE), Answer::End);
+        let interrupt = Interrupt::of_call();
+        let state = &interrupt.0;
+        assert_eq!(answer(state), Answer::End);
         assert!(!interrupt.asked());
-        assert!(matches!(answer(&STATE), Answer::Note(_)));
+        assert!(matches!(answer(state), Answer::Note(_)));
         assert!(interrupt.asked());
-        assert_eq!(answer(&STATE), Answer::End);
+        assert_eq!(answer(state), Answer::End);
         interrupt.writing();
-        assert_eq!(answer(&STATE), Answer::End);
-        STATE.store(RUNNING, Ordering::SeqCst);
+        assert_eq!(answer(state), Answer::End);
+        state.store(RUNNING, Ordering::SeqCst);
         interrupt.writing();
-        assert!(matches!(answer(&STATE), Answer::Note(_)));
+        assert!(matches!(answer(state), Answer::Note(_)));
         assert!(!interrupt.asked());
-        assert_eq!(answer(&STATE), Answer::End);
+        assert_eq!(answer(state), Answer::End);
     }
 }

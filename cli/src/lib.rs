@@ -4,6 +4,7 @@
 // These panic where their stream is closed or full; `print.rs` does not.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod api;
 pub mod args;
 pub mod average;
 mod bytes;

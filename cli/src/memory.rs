@@ -8,9 +8,10 @@ static LIMIT: AtomicU64 = AtomicU64::new(0);
 /// Memory of the inputs that have been read, which is counted where there is a limit.
 static HELD: AtomicU64 = AtomicU64::new(0);
 
-/// Sets a limit of the memory for inputs.
+/// Sets a limit of the memory for the inputs of the command that begins.
 pub(crate) fn set_limit(limit: Option<u64>) {
     LIMIT.store(limit.unwrap_or(0), Ordering::SeqCst);
+    HELD.store(0, Ordering::SeqCst);
 }
 
 /// Memory that is needed and not allowed.

@@ -1,16 +1,40 @@
-//! Progress on standard error: a line that is overwritten, or plain lines if it is no terminal.
+//! Progress on standard error, a line that is overwritten, or plain lines if it is no terminal; or
+//! events for a calling program.
 
 use std::io::IsTerminal;
+use std::sync::Arc;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::print::{note, printable};
 
+/// What a calling program hears of a computation.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Event {
+    /// A stage has begun, such as `level 2 of 5, 65 nodes a side`.
+    Stage(String),
+    /// An iteration of a minimiser.
+    Iteration {
+        /// Its number on this level.
+        iteration: usize,
+        /// Evaluations of the energy so far.
+        evaluations: usize,
+        /// The energy.
+        energy: f64,
+    },
+    /// A note, such as the work of a finished level, or a warning.
+    Note(String),
+}
+
+/// Receives events, on the thread of the computation.
+pub type Listener = Arc<dyn Fn(Event) + Send + Sync>;
+
 /// Progress of a computation: one line that is overwritten; finished stages stay above it.
-#[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
+    listener: Option<Listener>,
     /// Whether notes are printed as plain lines on standard error, without an overwritten line.
     plain: bool,
 }
@@ -30,6 +54,21 @@ impl Progress {
         Self::on(ProgressDrawTarget::hidden(), false)
     }
 
+    /// Shows nothing, and tells a calling program.
+    pub fn told(listener: Option<Listener>) -> Self {
+        Self {
+            bar: ProgressBar::hidden(),
+            listener,
+            plain: false,
+        }
+    }
+
+    fn tell(&self, event: impl FnOnce() -> Event) {
+        if let Some(listener) = &self.listener {
+            listener(event());
+        }
+    }
+
     fn on(target: ProgressDrawTarget, plain: bool) -> Self {
         let bar = ProgressBar::with_draw_target(None, target);
         // The template is a constant that parses; the plain style is as good where it does not.
@@ -37,17 +76,28 @@ impl Progress {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(120));
-        Self { bar, plain }
+        Self {
+            bar,
+            listener: None,
+            plain,
+        }
     }
 
     /// Starts a stage, such as `reading` or `65 nodes a side`.
     pub fn stage(&self, name: impl Into<String>) {
-        self.bar.set_prefix(printable(&name.into()));
+        let name = name.into();
+        self.tell(|| Event::Stage(name.clone()));
+        self.bar.set_prefix(printable(&name));
         self.bar.set_message("");
     }
 
     /// Shows an iteration of a minimiser.
     pub fn iteration(&self, iteration: usize, evaluations: usize, energy: f64) {
+        self.tell(|| Event::Iteration {
+            iteration,
+            evaluations,
+            energy,
+        });
         self.bar.set_message(format!(
             "iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}"
         ));
@@ -57,6 +107,7 @@ impl Progress {
     /// Prints a line above the overwritten one.
     pub fn note(&self, text: impl AsRef<str>) {
         let text = printable(text.as_ref());
+        self.tell(|| Event::Note(text.clone()));
         if self.plain {
             note(&text);
         }
@@ -73,6 +124,17 @@ impl Progress {
     /// Removes the overwritten line.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+impl std::fmt::Debug for Progress {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let told = self.listener.is_some();
+        f.debug_struct("Progress")
+            .field("bar", &self.bar)
+            .field("told", &told)
+            .field("plain", &self.plain)
+            .finish()
     }
 }
 
@@ -96,5 +158,28 @@ mod tests {
         assert_eq!(progress.bar.prefix(), "65 nodes a side");
         progress.finish();
         assert!(progress.bar.is_finished());
+    }
+
+    #[test]
+    fn a_calling_program_hears_every_event_in_order() {
+        let heard = Arc::new(std::sync::Mutex::new(Vec::new()));
+        let into = Arc::clone(&heard);
+        let progress = Progress::told(Some(Arc::new(move |event| {
+            into.lock().unwrap().push(event);
+        })));
+        progress.stage("reading");
+        progress.iteration(3, 5, 0.25);
+        progress.note("done");
+        let iteration = Event::Iteration {
+            iteration: 3,
+            evaluations: 5,
+            energy: 0.25,
+        };
+        let expected = [
+            Event::Stage("reading".into()),
+            iteration,
+            Event::Note("done".into()),
+        ];
+        assert_eq!(*heard.lock().unwrap(), expected);
     }
 }

@@ -11,7 +11,7 @@ use crate::config::{Config, write_config};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::memory;
-use crate::output::{ResultDir, write_json};
+use crate::output::ResultDir;
 use crate::shapes::{InputRecord, WorldFrame, WorldRecord};
 
 /// The file with the record.
@@ -100,8 +100,8 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
     /// # Errors
     /// [`CliError::Output`].
     pub fn write(&self, directory: &ResultDir) -> Result<(), CliError> {
-        write_config(&directory.file("config.toml"), &self.parameters)?;
-        Ok(write_json(&directory.file(RESULT), self)?)
+        directory.with_file("config.toml", |path| write_config(path, &self.parameters))?;
+        Ok(directory.record(RESULT, self)?)
     }
 }
 

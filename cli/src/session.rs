@@ -9,6 +9,7 @@ use fe_grid::Grid;
 use crate::config::{Config, Configured};
 use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
+use crate::input::Sources;
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::options::RunOptions;
@@ -24,6 +25,8 @@ pub(crate) struct Session<'a> {
     pub output: &'a Path,
     pub progress: Progress,
     pub interrupt: Interrupt,
+    /// Where inputs are looked up.
+    pub sources: Sources,
     pub start: Instant,
     /// Whether result directories are used without verification.
     pub trust: bool,
@@ -33,7 +36,7 @@ impl Session<'_> {
     /// An observer of a minimisation on these grids, coarsest first.
     pub fn observer<const D: usize>(&self, grids: &[Grid<D>]) -> ProgressObserver<'_> {
         let nodes = grids.iter().map(|grid| grid.nodes_per_axis()[0]).collect();
-        ProgressObserver::new(&self.progress, self.interrupt, nodes)
+        ProgressObserver::new(&self.progress, self.interrupt.clone(), nodes)
     }
 
     /// An observer of the solution of equations on one grid.
@@ -47,7 +50,7 @@ pub(crate) trait Command: Sync {
     /// Inputs that are read and checked, and the parameters with all defaults resolved.
     type Plan<const D: usize>: Send;
     /// The result of the computation.
-    type Outcome<const D: usize>;
+    type Outcome<const D: usize>: Send + 'static;
 
     /// Reads and checks the inputs.
     ///
@@ -132,6 +135,7 @@ pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit,
         output: &options.output,
         progress: Progress::stderr(),
         interrupt: Interrupt::new(),
+        sources: Sources::files(),
         start: Instant::now(),
         trust: options.trust,
     };

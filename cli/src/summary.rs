@@ -63,6 +63,11 @@ impl Summary {
         );
     }
 
+    /// The lines without the doubts and the names of files.
+    pub fn lines(&self) -> &[String] {
+        &self.lines
+    }
+
     /// Prints the summary. It ends with the picture, and with the doubts if there are any.
     ///
     /// # Errors

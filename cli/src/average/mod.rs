@@ -29,25 +29,25 @@ use crate::session::{self, Command, PlanOf, Session, Work};
 use crate::shapes::{Input, prepare};
 use crate::summary::Summary;
 use checkpoint::{Resumption, begin, compare_places, fingerprint};
-use joint::JointAverage;
+pub(crate) use joint::JointAverage;
 use memory::provide;
 use plan::{AveragePlan, plan_average, plan_images};
-use sweep::Sweep;
+pub(crate) use sweep::Sweep;
 
 pub use args::{AverageArgs, AverageConfig, AverageRun};
 pub(crate) use sweep::weights as weights_between;
 pub(crate) use write::write_inputs;
 
 /// Averages masks.
-struct Average<'a> {
-    config: AverageConfig,
-    run: &'a AverageRun,
+pub(crate) struct Average {
+    pub config: AverageConfig,
+    pub run: AverageRun,
     /// Images to average instead of files; they are written to the folder `inputs` of the results.
-    images: Option<Vec<Image<2>>>,
+    pub images: Option<Vec<Image<2>>>,
 }
 
 /// The result of a computation.
-struct Outcome<const D: usize> {
+pub(crate) struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     config: AverageConfig,
     result: AverageResult<D>,
@@ -65,7 +65,8 @@ pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
     memory_limit(run.memory);
     args.config.run(|config| {
         if config.joint {
-            session::run(&JointAverage { config, run }, &run.common)
+            let run = run.clone();
+            session::run(&JointAverage { config, run }, &args.run.common)
         } else if let Some(side) = config.sweep {
             session::run(&Sweep { config, side }, &run.common)
         } else {
@@ -91,13 +92,13 @@ fn run_on(
 ) -> Result<Exit, CliError> {
     let average = Average {
         config,
-        run,
+        run: run.clone(),
         images,
     };
     session::run(&average, &run.common)
 }
 
-impl Command for Average<'_> {
+impl Command for Average {
     type Plan<const D: usize> = AveragePlan<D>;
     type Outcome<const D: usize> = Outcome<D>;
 
@@ -105,7 +106,7 @@ impl Command for Average<'_> {
         let config = self.config.clone();
         match &self.images {
             Some(images) => plan_images(images.clone(), Vec::new(), config).map(Dim::D2),
-            None => plan_average(config, &session.progress),
+            None => plan_average(config, &session.sources, &session.progress),
         }
     }
 
@@ -122,7 +123,7 @@ impl Command for Average<'_> {
             ..config.params.clone()
         };
         let (n, partly) = (plan.placed.images.len(), !plan.views.is_empty());
-        let memory = provide(&mut params, n, partly, grid, self.run, &session.progress)?;
+        let memory = provide(&mut params, n, partly, grid, &self.run, &session.progress)?;
         let grids = grid.hierarchy(params.coarsest_nodes);
         let watch = session.observer(&grids);
         let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
@@ -131,7 +132,7 @@ impl Command for Average<'_> {
             Solver::Lbfgs => Resumption::Exact,
             Solver::Descent => Resumption::Restart,
         };
-        let run = self.run;
+        let run = &self.run;
         let (mut checkpointer, known) =
             begin(start, run, fingerprint, grids, leads, resumption, watch)?;
         let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;

@@ -4,13 +4,13 @@ use super::args::AverageConfig;
 use super::views;
 use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::{Image, read_images};
+use crate::input::{Image, Sources};
 use crate::options::check_law;
 use crate::progress::Progress;
 use crate::shapes::{Placed, VisibilityMask, input_like};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
-pub(super) struct AveragePlan<const D: usize> {
+pub(crate) struct AveragePlan<const D: usize> {
     /// The masks in the unit box.
     pub(super) placed: Placed<D>,
     /// Visibility masks of the shapes.
@@ -25,12 +25,13 @@ pub(super) struct AveragePlan<const D: usize> {
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
 pub(super) fn plan_average(
     config: AverageConfig,
+    sources: &Sources,
     progress: &Progress,
 ) -> Result<Dim<AveragePlan<2>, AveragePlan<3>>, CliError> {
     progress.stage(format!("reading {} masks", config.inputs.len()));
-    let images = read_images(&config.inputs, &config.masks.reading())?;
+    let images = sources.read_images(&config.inputs, &config.masks.reading())?;
     Ok(per_dimension!(images, images => {
-        plan_images(images, views::read(&config.valid)?, config)?
+        plan_images(images, views::read(&config.valid, sources)?, config)?
     }))
 }
 

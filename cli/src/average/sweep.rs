@@ -56,13 +56,13 @@ pub(crate) fn weights(shapes: usize, side: usize) -> Vec<Vec<f64>> {
 }
 
 /// Averages of two or three shapes for all weights, `side` per side.
-pub(super) struct Sweep {
+pub(crate) struct Sweep {
     pub config: AverageConfig,
     pub side: usize,
 }
 
 /// The averages, each with its weights.
-pub(super) struct Outcome<const D: usize> {
+pub(crate) struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     config: AverageConfig,
     grid: Grid<D>,
@@ -74,7 +74,7 @@ impl Command for Sweep {
     type Outcome<const D: usize> = Outcome<D>;
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
-        plan_average(self.config.clone(), &session.progress)
+        plan_average(self.config.clone(), &session.sources, &session.progress)
     }
 
     fn compute<const D: usize>(
@@ -126,7 +126,9 @@ impl Command for Sweep {
             directory.object(mask, &result.average_mask, 0.5)?;
             averages.push(one_record(weights, result, scale));
         }
-        picture(found, &outcome.grid, self.side).write_png(&directory.file("sweep.png"))?;
+        directory.with_file("sweep.png", |path| {
+            picture(found, &outcome.grid, self.side).write_png(path)
+        })?;
         let missing = weights(inputs.len(), self.side).len() - averages.len();
         let stopped = missing > 0 || averages.iter().any(|record| record.status == CANCELLED);
         let status = if stopped {

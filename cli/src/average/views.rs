@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use fe_grid::{Grid, ScalarField};
 
 use crate::error::CliError;
+use crate::input::Sources;
 use crate::shapes::{Input, VisibilityMask, read_view, view_of};
 
 const OPTION: &str = "--valid";
@@ -35,9 +36,13 @@ pub(super) fn check(valid: &[PathBuf], inputs: usize) -> Result<(), CliError> {
 /// [`CliError`] for masks that cannot be read, or have another number of axes than the inputs.
 pub(super) fn read<const D: usize>(
     valid: &[PathBuf],
+    sources: &Sources,
 ) -> Result<Vec<Option<VisibilityMask<D>>>, CliError> {
     let all = Path::new(ALL);
-    let read = |path: &PathBuf| (path != all).then(|| read_view(path, OPTION)).transpose();
+    let read = |path: &PathBuf| {
+        let view = (path != all).then(|| read_view(path, sources, OPTION));
+        view.transpose()
+    };
     valid.iter().map(read).collect()
 }
 

@@ -37,8 +37,10 @@ pub(super) fn write_all<const D: usize>(
         Some(levels.get(level)?.energy.parts.to_vec())
     })?;
     let outline = average_outline(outcome)?;
-    picture(outcome, &outline)?.write_png(&directory.file("average.png"))?;
-    let surface = write_surface(&directory.file("average.stl"), &outcome.inputs, &outline)?;
+    directory.with_file("average.png", |path| {
+        Ok::<_, CliError>(picture(outcome, &outline)?.write_png(path)?)
+    })?;
+    let surface = write_surface(directory, "average.stl", &outcome.inputs, &outline)?;
     let grid = *outcome.result.average.grid();
     write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
     write_warps(directory, &outcome.inputs, &outcome.result.displacements)?;
@@ -92,11 +94,12 @@ fn write_arrays<const D: usize>(
     };
     let weights: Vec<_> = shapes.indicators.iter().map(weight).collect();
     directory.arrays("weight", 0, &weights)?;
-    VtiFile::new(*result.average.grid(), Precision::Single)
-        .within(WorldFrame::of_inputs(&outcome.inputs))
-        .field("average", &result.average)
-        .field("mask", &result.average_mask)
-        .fields("displacement", &result.displacements)
-        .write(&directory.file("average.vti"))?;
-    Ok(())
+    Ok(directory.with_file("average.vti", |path| {
+        VtiFile::new(*result.average.grid(), Precision::Single)
+            .within(WorldFrame::of_inputs(&outcome.inputs))
+            .field("average", &result.average)
+            .field("mask", &result.average_mask)
+            .fields("displacement", &result.displacements)
+            .write(path)
+    })?)
 }

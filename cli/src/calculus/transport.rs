@@ -21,7 +21,7 @@ use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
-use crate::input::{Image, ReadOptions, read_image};
+use crate::input::{Image, ReadOptions};
 use crate::output::ResultDir;
 use crate::picture::{analogy, colour};
 use crate::report::word;
@@ -69,7 +69,8 @@ impl Command for TransportConfig {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the geodesic");
         let geodesic = read(&self.geodesic, session.trust)?;
-        let image = read_image(&self.variation, &ReadOptions { label: self.label })?;
+        let options = ReadOptions { label: self.label };
+        let image = session.sources.read_image(&self.variation, &options)?;
         let reason = match geodesic.dimension() {
             2 => "is a volume; the shapes of the geodesic are 2D",
             _ => "is a 2D image; the shapes of the geodesic are 3D",
@@ -115,7 +116,9 @@ impl Command for TransportConfig {
         let counterpart_name = path.parts.names[path.steps()].clone();
         let names = [first_name, last_name, self.name(), counterpart_name];
         let tiles: Vec<_> = ends.into_iter().zip([0, 0, 1, 1].map(colour)).collect();
-        analogy(&names, &portraits(&tiles)).write_png(&directory.file("analogy.png"))?;
+        directory.with_file("analogy.png", |file| {
+            analogy(&names, &portraits(&tiles)).write_png(file)
+        })?;
         let record = record(self, outcome, &path, &first, session.start)?;
         record.write(directory)?;
         Ok(summary(&record))

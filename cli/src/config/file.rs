@@ -6,12 +6,10 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 use toml::{Table, Value};
 
-use super::{Config, arguments, table};
+use super::Config;
+use super::options::{check_entry, over, write_one};
 use crate::error::CliError;
 use crate::files::read_text;
-
-/// Keys that are less similar than this are not suggested.
-const SIMILARITY: f64 = 0.4;
 
 /// A file and its keys.
 pub(super) struct ConfigFile {
@@ -66,14 +64,11 @@ impl ConfigFile {
     /// # Errors
     /// [`CliError::Config`] where they do not go together.
     pub fn over<C: Config>(&self, base: &C) -> Result<C, CliError> {
-        let mut all = table(base)?;
-        for (key, value, _) in &self.entries {
-            all.insert(key.clone(), value.clone());
-        }
-        C::deserialize(all).map_err(|error| CliError::Config {
+        let entries = self.entries.iter().map(|(key, value, _)| (key, value));
+        over(base, entries)?.map_err(|message| CliError::Config {
             path: self.path.clone(),
             line: 0,
-            message: error.message().into(),
+            message,
             remedy: write_one::<C>(),
         })
     }
@@ -88,36 +83,4 @@ impl ConfigFile {
         let found = self.entries.iter().find(|(name, ..)| name == key);
         found.map(|(_, _, line)| *line)
     }
-}
-
-fn write_one<C: Config>() -> String {
-    format!(
-        "`shapespace config {} > FILE` writes one with all keys",
-        C::COMMAND
-    )
-}
-
-/// Whether a key exists and has a value of its type: otherwise the defect and the remedy.
-fn check_entry<C: Config>(key: &str, value: &Value) -> Result<(), (String, String)> {
-    let Some(argument) = arguments::<C>().find(|argument| argument.get_id() == key) else {
-        let nearest = arguments::<C>()
-            .map(|known| known.get_id().to_string())
-            .map(|known| (strsim::normalized_damerau_levenshtein(key, &known), known))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|(similarity, _)| *similarity >= SIMILARITY);
-        let remedy = match nearest {
-            Some((_, known)) => format!("did you mean `{known}`?"),
-            None => write_one::<C>(),
-        };
-        return Err((format!("there is no key `{key}`"), remedy));
-    };
-    let alone = Table::from_iter([(key.to_owned(), value.clone())]);
-    let Err(error) = C::deserialize(alone) else {
-        return Ok(());
-    };
-    let meaning = argument.get_help().map(ToString::to_string);
-    Err((
-        format!("`{key}` cannot be {value}: {}", error.message()),
-        meaning.unwrap_or_else(write_one::<C>),
-    ))
 }

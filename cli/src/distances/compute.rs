@@ -113,7 +113,7 @@ impl<const D: usize> Task<'_, D> {
     fn pair(&self, ids: [usize; 2]) -> Result<bool, CliError> {
         let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
         let magnification = self.pairs.magnification(ids[0], ids[1]);
-        let interrupt = self.session.interrupt;
+        let interrupt = &self.session.interrupt;
         match compute(ids, &start, &end, magnification, self.config, interrupt)? {
             Some(record) => {
                 self.store.keep(&record)?;

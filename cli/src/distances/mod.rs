@@ -37,14 +37,14 @@ use study::Study;
 pub use args::{DistancesArgs, DistancesConfig};
 
 /// The distances between all pairs of masks.
-struct DistanceStudy {
-    config: DistancesConfig,
+pub(crate) struct DistanceStudy {
+    pub config: DistancesConfig,
     /// Paths computed at the same time.
-    at_once: Option<u32>,
+    pub at_once: Option<u32>,
 }
 
 /// The result of a computation.
-struct Outcome<const D: usize> {
+pub(crate) struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     classes: Option<Classes>,
     config: DistancesConfig,
@@ -74,7 +74,7 @@ impl Command for DistanceStudy {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         let n = self.config.inputs.len();
         session.progress.stage(format!("reading {n} masks"));
-        plan_distances(self.config.clone())
+        plan_distances(self.config.clone(), &session.sources)
     }
 
     fn compute<const D: usize>(

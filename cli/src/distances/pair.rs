@@ -150,7 +150,7 @@ pub(super) fn compute<const D: usize>(
     end: &ScalarField<f64, D>,
     magnification: f64,
     config: &DistancesConfig,
-    interrupt: Interrupt,
+    interrupt: &Interrupt,
 ) -> Result<Option<PairRecord>, GeodesicError> {
     let mut record = PairRecord {
         start: ids[0],
@@ -170,7 +170,7 @@ pub(super) fn compute<const D: usize>(
                     ..config.params.clone()
                 };
                 let begin = std::time::Instant::now();
-                let mut observer = interrupt;
+                let mut observer = interrupt.clone();
                 let path = geodesic(start, end, &params, &mut observer)?;
                 if interrupt.asked() {
                     return Ok(None);

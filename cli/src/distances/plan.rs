@@ -4,15 +4,15 @@ use super::args::DistancesConfig;
 use super::classes::Classes;
 use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::{Image, read_images};
+use crate::input::{Image, Sources};
 use crate::options::{Align, MaskOptions, check_law};
 use crate::shapes::Placed;
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
-pub(super) struct DistancesPlan<const D: usize> {
+pub(crate) struct DistancesPlan<const D: usize> {
     /// The masks in the unit box.
     pub placed: Placed<D>,
-    pub classes: Option<Classes>,
+    pub(super) classes: Option<Classes>,
     /// The configuration with all defaults resolved except the number of clusters.
     pub config: DistancesConfig,
 }
@@ -23,8 +23,9 @@ pub(super) struct DistancesPlan<const D: usize> {
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
 pub(super) fn plan_distances(
     config: DistancesConfig,
+    sources: &Sources,
 ) -> Result<Dim<DistancesPlan<2>, DistancesPlan<3>>, CliError> {
-    let images = read_images(&config.inputs, &config.masks.reading())?;
+    let images = sources.read_images(&config.inputs, &config.masks.reading())?;
     Ok(per_dimension!(images, images => plan_images(images, config)?))
 }
 

@@ -8,7 +8,7 @@ use super::record::{Record, record};
 use super::study::Distances;
 use super::summary::summary;
 use crate::error::CliError;
-use crate::output::matrix::{write_matrix_array, write_matrix_table};
+use crate::output::matrix::write_matrix_table;
 use crate::output::{ResultDir, write_text};
 use crate::session::Session;
 use crate::summary::Summary;
@@ -24,8 +24,11 @@ pub(super) fn write_all<const D: usize>(
 ) -> Result<Summary, CliError> {
     let record = record(outcome, session.start);
     write_tables(directory, outcome, &record)?;
-    for (name, canvas) in Sheets::new(outcome).draw(outcome) {
-        canvas.write_png(&directory.file(name))?;
+    let sheets = directory
+        .has_files()
+        .then(|| Sheets::new(outcome).draw(outcome));
+    for (name, canvas) in sheets.into_iter().flatten() {
+        directory.with_file(name, |path| canvas.write_png(path))?;
     }
     record.write(directory)?;
     Ok(summary(&record))
@@ -45,9 +48,11 @@ fn write_tables<const D: usize>(
         ("distances.csv", &study.distances),
         ("elastic.csv", &study.elastic),
     ] {
-        write_matrix_table(&directory.file(name), &names, |i, j| entry(distances, i, j))?;
+        directory.with_file(name, |path| {
+            write_matrix_table(path, &names, |i, j| entry(distances, i, j))
+        })?;
     }
-    write_matrix_array(&directory.file("distances.npy"), names.len(), |i, j| {
+    directory.matrix("distances.npy", names.len(), |i, j| {
         entry(&study.distances, i, j)
     })?;
     let mut table = Table::new([
@@ -80,7 +85,7 @@ fn write_tables<const D: usize>(
             exact(path.seconds),
         ]);
     }
-    write_text(&directory.file("paths.csv"), &table.csv())?;
+    directory.with_file("paths.csv", |path| write_text(path, &table.csv()))?;
     write_embedding(directory, outcome, &names)
 }
 
@@ -110,5 +115,5 @@ fn write_embedding<const D: usize>(
         let words = [name.clone(), class.into(), completed.labels[i].to_string()];
         table.texts(words.into_iter().chain([x, y, u, v].map(exact)));
     }
-    Ok(write_text(&directory.file("embedding.csv"), &table.csv())?)
+    Ok(directory.with_file("embedding.csv", |path| write_text(path, &table.csv()))?)
 }

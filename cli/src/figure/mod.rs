@@ -28,7 +28,7 @@ use crate::average::write_inputs;
 use crate::dimension::{Dim, per_dimension};
 use crate::doubts::named;
 use crate::error::{CliError, Exit};
-use crate::input::{Image, read_images};
+use crate::input::Image;
 use crate::options::check_law;
 use crate::output::{ResultDir, write_text};
 use crate::report::Record;
@@ -109,7 +109,9 @@ impl Command for Figure {
             });
         }
         session.progress.stage(format!("reading {found} masks"));
-        let images = read_images(&config.inputs, &config.masks.reading())?;
+        let images = session
+            .sources
+            .read_images(&config.inputs, &config.masks.reading())?;
         Ok(per_dimension!(images, images => Plan::new(images, config, None)?))
     }
 

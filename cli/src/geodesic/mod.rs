@@ -47,7 +47,7 @@ impl Command for GeodesicConfig {
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading 2 masks");
-        plan_geodesic(self.clone())
+        plan_geodesic(self.clone(), &session.sources)
     }
 
     fn compute<const D: usize>(

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::args::GeodesicConfig;
 use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::{Image, read_images, read_label_images};
+use crate::input::{Image, Sources};
 use crate::options::{Align, check_law};
 use crate::shapes::{Components, Placed, VisibilityMask, input_like, read_view};
 
@@ -27,18 +27,20 @@ pub(crate) struct GeodesicPlan<const D: usize> {
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
 pub(super) fn plan_geodesic(
     config: GeodesicConfig,
+    sources: &Sources,
 ) -> Result<Dim<GeodesicPlan<2>, GeodesicPlan<3>>, CliError> {
     let ends = [config.start.clone(), config.end.clone()];
     let images = if config.labels {
-        read_label_images(&ends)?
+        sources.read_label_images(&ends)?
     } else {
-        read_images(&ends, &config.masks.reading())?
+        sources.read_images(&ends, &config.masks.reading())?
     };
-    Ok(per_dimension!(images, images => plan_images(images, config)?))
+    Ok(per_dimension!(images, images => plan_images(images, sources, config)?))
 }
 
 fn plan_images<const D: usize>(
     images: Vec<Image<D>>,
+    sources: &Sources,
     mut config: GeodesicConfig,
 ) -> Result<GeodesicPlan<D>, CliError> {
     let (images, parts) = if config.labels {
@@ -54,7 +56,8 @@ fn plan_images<const D: usize>(
     }
     let view = |path: &Option<PathBuf>, option| {
         let path = path.as_deref();
-        path.map(|path| read_view(path, option)).transpose()
+        path.map(|path| read_view(path, sources, option))
+            .transpose()
     };
     let mut placed = Placed::new(images, &mut config.masks)?;
     let ends = [config.start.clone(), config.end.clone()];

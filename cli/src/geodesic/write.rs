@@ -62,12 +62,14 @@ pub(crate) fn write_path<const D: usize>(
     directory.deformations("deformation", 1, &path.parts.displacements)?;
     write_paraview(directory, path, WorldFrame::of_inputs(inputs))?;
     write_steps(directory, path)?;
-    film(path).write_png(&directory.file("geodesic.png"))?;
-    write_animation(&directory.file("geodesic.apng"), &animation(path))?;
+    directory.with_file("geodesic.png", |file| film(path).write_png(file))?;
+    directory.with_file("geodesic.apng", |file| {
+        write_animation(file, &animation(path))
+    })?;
     let mut coordinates = None;
     for (k, contour) in path.contours.iter().enumerate() {
-        let file = directory.file(numbered("shape", k, "stl"));
-        coordinates = write_surface(&file, inputs, contour)?;
+        let name = numbered("shape", k, "stl");
+        coordinates = write_surface(directory, name, inputs, contour)?;
     }
     Ok(coordinates)
 }
@@ -84,18 +86,20 @@ fn write_paraview<const D: usize>(
         let none = ScalarField::zeros(*level_set.grid());
         let still = Field::zeros(*level_set.grid());
         let name = numbered("shape", k, "vti");
-        VtiFile::new(*level_set.grid(), Precision::Single)
-            .within(world)
-            .field("level_set", level_set)
-            .field(
-                "displacement",
-                path.parts.displacements.get(k).unwrap_or(&still),
-            )
-            .field("dissipation", path.densities.get(k).unwrap_or(&none))
-            .write(&directory.file(&name))?;
+        directory.with_file(&name, |file| {
+            VtiFile::new(*level_set.grid(), Precision::Single)
+                .within(world)
+                .field("level_set", level_set)
+                .field(
+                    "displacement",
+                    path.parts.displacements.get(k).unwrap_or(&still),
+                )
+                .field("dissipation", path.densities.get(k).unwrap_or(&none))
+                .write(file)
+        })?;
         series.push((k as f64 / path.steps().max(1) as f64, name));
     }
-    Ok(write_series(&directory.file("geodesic.pvd"), &series)?)
+    Ok(directory.with_file("geodesic.pvd", |file| write_series(file, &series))?)
 }
 
 fn has_area<const D: usize>(outcome: &Outcome<D>) -> bool {
@@ -128,6 +132,6 @@ fn write_steps<const D: usize>(directory: &ResultDir, path: &Path<D>) -> Result<
         sizes: &path.sizes,
         size: if D == 2 { "area" } else { "volume" },
     };
-    write_steps_table(&directory.file("steps.csv"), &table)?;
-    Ok(write_steps_plot(&directory.file("steps.svg"), &table)?)
+    directory.with_file("steps.csv", |file| write_steps_table(file, &table))?;
+    Ok(directory.with_file("steps.svg", |file| write_steps_plot(file, &table))?)
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::{InputError, MAX_VALUES};
 
 /// The numbers of a file before they are read as a mask.
+#[derive(Clone, Debug)]
 pub(super) struct Samples {
     /// The numbers, `x` fastest.
     pub values: Vec<f64>,

@@ -27,6 +27,7 @@ mod packed;
 pub mod place;
 mod pnm;
 mod raster;
+mod sources;
 mod tiff;
 mod volume;
 mod world;
@@ -37,6 +38,7 @@ pub use boundary::boundary;
 pub use error::InputError;
 pub use grey::GreyRange;
 pub use levels::grey_share;
+pub use sources::{ArrayType, NamedArray, Sources};
 
 use crate::dimension::Dim;
 use crate::{files, memory};
@@ -130,33 +132,15 @@ pub type AnyImages = Dim<Vec<Image<2>>, Vec<Image<3>>>;
 /// # Errors
 /// [`InputError`] names the file, the defect and the remedy.
 pub fn read_image(path: &Path, options: &ReadOptions) -> Result<AnyImage, InputError> {
-    decode_image(&bytes_of(path)?, path, options)
+    Sources::files().read_image(path, options)
 }
 
-/// Reads one label image: whole numbers, not scaled; 0 is the background.
-///
-/// # Errors
-/// [`InputError`] names the file, the defect and the remedy.
-pub fn read_label_image(path: &Path) -> Result<AnyImage, InputError> {
-    mask::into_label_image(
-        decode_samples(&bytes_of(path)?, path, Colours::Refused)?,
-        path,
-    )
-}
-
-/// Reads grey images that all have the same number of axes, each on a scale on which nearly all
-/// values lie between 0 and 1.
+/// Reads grey images, as [`Sources::read_grey_images`].
 ///
 /// # Errors
 /// [`InputError`] names the file, the defect and the remedy.
 pub fn read_grey_images(paths: &[PathBuf]) -> Result<(AnyImages, Vec<GreyRange>), InputError> {
-    let read = |path: &PathBuf| {
-        let samples = decode_samples(&bytes_of(path)?, path, Colours::Luminance)?;
-        grey::into_grey_image(samples, path)
-    };
-    let read: Result<Vec<_>, _> = paths.iter().map(read).collect();
-    let (images, ranges) = read?.into_iter().unzip();
-    Ok((same_dimension(images)?, ranges))
+    Sources::files().read_grey_images(paths)
 }
 
 /// The numbers of a volume as they are, and their place in the world.
@@ -166,27 +150,6 @@ pub struct Numbers {
     pub values: Vec<f64>,
     /// Their lattice.
     pub lattice: Lattice,
-}
-
-/// Reads the numbers of a volume that has a place in the world.
-///
-/// # Errors
-/// [`InputError`] names the file, the defect and the remedy.
-pub fn read_numbers(path: &Path) -> Result<Numbers, InputError> {
-    let samples = decode_samples(&bytes_of(path)?, path, Colours::Refused)?;
-    mask::check_finite(&samples, path)?;
-    let placeless = || InputError::Placeless { path: path.into() };
-    Ok(Numbers {
-        lattice: Lattice {
-            size: samples
-                .size
-                .as_slice()
-                .try_into()
-                .map_err(|_| placeless())?,
-            affine: samples.affine.ok_or_else(placeless)?,
-        },
-        values: samples.values,
-    })
 }
 
 /// The bytes of a regular file, for which there is memory.
@@ -286,17 +249,7 @@ pub(crate) fn decode_array(
 /// # Errors
 /// As [`read_image`], and [`InputError::MixedDimensions`].
 pub fn read_images(paths: &[PathBuf], options: &ReadOptions) -> Result<AnyImages, InputError> {
-    let images = paths.iter().map(|path| read_image(path, options));
-    same_dimension(images.collect::<Result<_, _>>()?)
-}
-
-/// Reads label images that all have the same number of axes.
-///
-/// # Errors
-/// As [`read_label_image`], and [`InputError::MixedDimensions`].
-pub fn read_label_images(paths: &[PathBuf]) -> Result<AnyImages, InputError> {
-    let images = paths.iter().map(|path| read_label_image(path));
-    same_dimension(images.collect::<Result<_, _>>()?)
+    Sources::files().read_images(paths, options)
 }
 
 fn same_dimension(images: Vec<AnyImage>) -> Result<AnyImages, InputError> {

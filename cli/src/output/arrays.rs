@@ -1,14 +1,18 @@
-//! The arrays of a result directory, in double precision.
+//! The arrays and the record of a result, in a directory or in memory.
 
 use std::path::Path;
 
 use fe_grid::{Field, ScalarField};
+use serde::Serialize;
 
+use super::json::json;
+use super::kept::KeptNumbers;
+use super::matrix::write_matrix_array;
 use super::npy::{Precision, write_field, write_mask};
-use super::{OutputError, ResultDir, deformation, numbered};
+use super::{OutputError, ResultDir, deformation, numbered, write_json};
 
 impl ResultDir {
-    /// Writes a field.
+    /// Writes a field in double precision.
     ///
     /// # Errors
     /// [`OutputError::Unwritable`], as for all arrays.
@@ -17,7 +21,13 @@ impl ResultDir {
         name: impl AsRef<Path>,
         field: &Field<f64, D, M>,
     ) -> Result<(), OutputError> {
-        write_field(&self.file(name), field, Precision::Double)
+        match self.kept() {
+            Some(mut kept) => {
+                kept.field(name.as_ref(), field);
+                Ok(())
+            }
+            None => write_field(&self.file(name), field, Precision::Double),
+        }
     }
 
     /// Writes fields as `kind_000.npy` and so on, numbered from `first`.
@@ -56,6 +66,53 @@ impl ResultDir {
             .iter()
             .map(|&value| value > level)
             .collect();
-        write_mask(&self.file(name), &mask, &field.grid().nodes_per_axis())
+        self.mask(name, &mask, &field.grid().nodes_per_axis())
+    }
+
+    /// Writes a mask, `size` along each axis with `x` first.
+    pub(crate) fn mask(
+        &self,
+        name: impl AsRef<Path>,
+        mask: &[bool],
+        size: &[usize],
+    ) -> Result<(), OutputError> {
+        let Some(mut kept) = self.kept() else {
+            return write_mask(&self.file(name), mask, size);
+        };
+        let shape = size.iter().rev().copied().collect();
+        kept.push(name.as_ref(), shape, KeptNumbers::Mask(mask.to_vec()));
+        Ok(())
+    }
+
+    /// Writes a square matrix; entries that do not exist are NaN.
+    pub(crate) fn matrix(
+        &self,
+        name: impl AsRef<Path>,
+        n: usize,
+        entry: impl Fn(usize, usize) -> Option<f64>,
+    ) -> Result<(), OutputError> {
+        let Some(mut kept) = self.kept() else {
+            return write_matrix_array(&self.file(name), n, entry);
+        };
+        let values = (0..n * n).map(|at| entry(at / n, at % n).unwrap_or(f64::NAN));
+        let numbers = KeptNumbers::Real(values.collect());
+        kept.push(name.as_ref(), vec![n, n], numbers);
+        Ok(())
+    }
+
+    /// Writes the record.
+    ///
+    /// # Errors
+    /// Those of [`write_json`].
+    pub(crate) fn record(
+        &self,
+        name: impl AsRef<Path>,
+        record: &impl Serialize,
+    ) -> Result<(), OutputError> {
+        let Some(mut kept) = self.kept() else {
+            return write_json(&self.file(name), record);
+        };
+        kept.record = json(name.as_ref(), record)?;
+        Ok(())
     }
 }

@@ -1,19 +1,25 @@
-//! Result directories and files that appear under their names only when they are complete.
+//! Result directories and files that appear under their names only when they are complete, and
+//! results in memory.
 
+use std::cell::{RefCell, RefMut};
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
+use super::kept::Kept;
 use super::staging::{Folder, new_file, renamed};
 
 /// An incomplete result directory: a hidden sibling of its target, which is removed unless
-/// [`ResultDir::commit`] renames it; or a [`WorkDir`](super::WorkDir), which remains.
+/// [`ResultDir::commit`] renames it; or a [`WorkDir`](super::WorkDir), which remains; or a result in
+/// memory, which has the arrays and the record of the directory, and no other files.
 #[derive(Debug)]
 pub struct ResultDir {
     target: PathBuf,
     inner: PathBuf,
     origin: Origin,
+    /// Whether there are other files than arrays and the record.
+    drawn: bool,
 }
 
 /// How an incomplete directory was created.
@@ -23,6 +29,8 @@ enum Origin {
     Temporary(Folder),
     /// Over several runs, with the name of its lock, which is held if the file system has locks.
     Work(&'static str, Option<File>),
+    /// In memory.
+    Memory(RefCell<Kept>),
 }
 
 impl ResultDir {
@@ -48,6 +56,7 @@ impl ResultDir {
             target,
             inner,
             origin: Origin::Temporary(staging),
+            drawn: true,
         })
     }
 
@@ -63,6 +72,60 @@ impl ResultDir {
             target,
             inner,
             origin,
+            drawn: true,
+        }
+    }
+
+    /// A result in memory.
+    pub(crate) fn in_memory() -> Self {
+        Self {
+            target: PathBuf::new(),
+            inner: PathBuf::new(),
+            origin: Origin::Memory(RefCell::default()),
+            drawn: false,
+        }
+    }
+
+    /// Where the arrays and the record of a result in memory are kept.
+    pub(super) fn kept(&self) -> Option<RefMut<'_, Kept>> {
+        match &self.origin {
+            Origin::Memory(kept) => Some(kept.borrow_mut()),
+            _ => None,
+        }
+    }
+
+    /// The arrays and the record of a result in memory.
+    pub(crate) fn into_kept(self) -> Kept {
+        match self.origin {
+            Origin::Memory(kept) => kept.into_inner(),
+            _ => Kept::default(),
+        }
+    }
+
+    /// The same without all files but the arrays and the record.
+    pub(crate) fn without_pictures(mut self) -> Self {
+        self.drawn = false;
+        self
+    }
+
+    /// Whether there are other files than the arrays and the record.
+    pub(crate) fn has_files(&self) -> bool {
+        self.drawn
+    }
+
+    /// Writes a file that is neither an array nor the record, unless the result does without.
+    ///
+    /// # Errors
+    /// Those of writing it.
+    pub(crate) fn with_file<E>(
+        &self,
+        name: impl AsRef<Path>,
+        write: impl FnOnce(&Path) -> Result<(), E>,
+    ) -> Result<(), E> {
+        if self.has_files() {
+            write(&self.file(name))
+        } else {
+            Ok(())
         }
     }
 
@@ -104,6 +167,7 @@ impl ResultDir {
                 fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
                 drop(held);
             }
+            Origin::Memory(_) => {}
         }
         Ok(self.target)
     }

@@ -32,8 +32,10 @@ pub(crate) fn write_energy(
     parts: impl Fn(usize) -> Option<Vec<f64>>,
 ) -> Result<(), OutputError> {
     let points = energy_points(history, parts);
-    write_energy_table(&directory.file("energy.csv"), &points, names)?;
-    write_energy_plot(&directory.file("energy.svg"), &points, names)
+    directory.with_file("energy.csv", |path| {
+        write_energy_table(path, &points, names)
+    })?;
+    directory.with_file("energy.svg", |path| write_energy_plot(path, &points, names))
 }
 
 /// The points of a convergence history, with the terms of the energy at the end of each level.

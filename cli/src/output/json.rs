@@ -8,17 +8,27 @@ use serde_json::Value;
 
 use super::OutputError;
 
-/// Writes a value as indented JSON. A number that is not finite becomes `null` in JSON, so nulls
+/// A value as JSON. A number that is not finite becomes `null` in JSON, so nulls
 /// are an error: missing values have to be left out.
+///
+/// # Errors
+/// [`OutputError::NotFinite`] with the place of the first null.
+pub(super) fn json(path: &Path, value: &impl Serialize) -> Result<Value, OutputError> {
+    let failed = |error: serde_json::Error| OutputError::at(path)(error.into());
+    let value = serde_json::to_value(value).map_err(failed)?;
+    match first_null(&value) {
+        Some(key) => Err(OutputError::NotFinite { key }),
+        None => Ok(value),
+    }
+}
+
+/// Writes a value as indented JSON, in which there are no nulls.
 ///
 /// # Errors
 /// [`OutputError::NotFinite`] with the place of the first null, [`OutputError::Unwritable`].
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), OutputError> {
     let failed = |error: serde_json::Error| OutputError::at(path)(error.into());
-    let value = serde_json::to_value(value).map_err(failed)?;
-    if let Some(key) = first_null(&value) {
-        return Err(OutputError::NotFinite { key });
-    }
+    let value = json(path, value)?;
     let mut text = serde_json::to_string_pretty(&value).map_err(failed)?;
     text.push('\n');
     fs::write(path, text).map_err(OutputError::at(path))

@@ -5,6 +5,7 @@ mod arrays;
 mod directory;
 pub mod energy;
 mod json;
+mod kept;
 pub mod matrix;
 pub mod nifti;
 pub mod npy;
@@ -24,6 +25,8 @@ use shapespace_report::chart::{Chart, stacked};
 
 pub use directory::{ResultDir, write_new_file};
 pub use json::write_json;
+pub(crate) use kept::Kept;
+pub use kept::{KeptArray, KeptNumbers};
 pub(crate) use staging::discard_all;
 pub use work::WorkDir;
 pub(crate) use work::{DESCRIPTION, sync};

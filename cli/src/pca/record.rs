@@ -41,6 +41,8 @@ pub(super) struct Analysis<'a> {
     pub definite: bool,
     /// The smallest curvature, relative to linear elasticity.
     pub least_curvature: f64,
+    /// The scores of the training shapes, in standard deviations.
+    scores: Vec<&'a [f64]>,
     /// Of the training shapes.
     #[serde(flatten)]
     pub distances: Distances,
@@ -111,6 +113,7 @@ pub(super) fn record<'a, const D: usize>(
         balance: pca.balance,
         definite: pca.definite(),
         least_curvature: pca.least_curvature,
+        scores: pca.training.iter().map(|s| &*s.scores).collect(),
         distances: Distances::of(&pca.training),
         mahalanobis_over_n_rms: squares.map(|(d, w)| w * d * d).sum::<f64>().sqrt(),
         procrustes: fits.iter().map(|fit| fit.residual).collect(),

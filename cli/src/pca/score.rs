@@ -25,7 +25,7 @@ use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::input::place::frame_like;
-use crate::input::{Image, ReadOptions, read_images};
+use crate::input::{Image, ReadOptions};
 use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
 use crate::picture::{Canvas, Colour, INK, Tiles, colour};
@@ -85,7 +85,8 @@ impl Command for ScoreConfig {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the modes");
         let stored = read_pca(&self.pca, self.average.as_deref(), session.trust)?;
-        let images = read_images(&self.inputs, &ReadOptions { label: self.label })?;
+        let options = ReadOptions { label: self.label };
+        let images = session.sources.read_images(&self.inputs, &options)?;
         let [own, new] = [stored.dimension(), images.dimension()];
         let unfit = || CliError::NoResult {
             path: self.pca.clone(),
@@ -140,14 +141,12 @@ impl Command for ScoreConfig {
         let displacements = shapes.iter().map(|shape| &shape.displacement);
         directory.arrays("displacement", 0, displacements)?;
         let scores: Vec<Scores> = shapes.iter().map(|shape| shape.scores.clone()).collect();
-        write_scores(&directory.file("scores.csv"), names, &scores, &[])?;
-        write_reconstruction(
-            &directory.file("reconstruction.svg"),
-            names,
-            &placed.errors,
-            &placed.reconstruction_distance,
-        )?;
-        picture(names, shapes).write_png(&directory.file("score.png"))?;
+        directory.with_file("scores.csv", |path| write_scores(path, names, &scores, &[]))?;
+        directory.with_file("reconstruction.svg", |path| {
+            let distances = &placed.reconstruction_distance;
+            write_reconstruction(path, names, &placed.errors, distances)
+        })?;
+        directory.with_file("score.png", |path| picture(names, shapes).write_png(path))?;
         let (nodes, start) = (&outcome.nodes, session.start);
         let doubts = shapes.iter().enumerate();
         let doubts = doubts.flat_map(|(i, shape)| shape.doubts.iter().map(move |d| d.about(i)));

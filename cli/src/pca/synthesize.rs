@@ -86,23 +86,24 @@ impl Command for SynthesizeConfig {
         directory.array("shape.npy", &level_set)?;
         directory.array("displacement.npy", &outcome.displacement)?;
         directory.object("shape_mask.npy", &level_set, 0.0)?;
-        let pictures = portraits(&[(&outline, INK), (&shape, colour(0))]);
-        let names = ["average", "shape"].map(String::from);
-        let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
-        let sheet = Tiles {
-            tiles: &tiles,
-            columns: 2,
-            side: 360,
-        };
-        sheet.draw().write_png(&directory.file("shape.png"))?;
+        directory.with_file("shape.png", |path| {
+            let pictures = portraits(&[(&outline, INK), (&shape, colour(0))]);
+            let names = ["average", "shape"].map(String::from);
+            let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
+            let sheet = Tiles {
+                tiles: &tiles,
+                columns: 2,
+                side: 360,
+            };
+            sheet.draw().write_png(path)
+        })?;
         if D == 3 {
             let world = outcome.stored.average.world;
-            let file = directory.file("shape.stl");
             let place = |p| world.map_or(p, |world| world.position(p));
-            write_surface(&file, Shape::of(&shape.map(place)).surface())?;
-            if world.is_some() {
-                state_world(&file)?;
-            }
+            directory.with_file("shape.stl", |path| {
+                write_surface(path, Shape::of(&shape.map(place)).surface())?;
+                world.map_or(Ok(()), |_| state_world(path))
+            })?;
         }
         let record = record(outcome, self, [&shape, &outline], session.start)?;
         record.write(directory)?;

@@ -11,7 +11,6 @@ use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
 use crate::error::CliError;
 use crate::output::apng::write_animation;
-use crate::output::matrix::write_matrix_array;
 use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
@@ -30,26 +29,28 @@ pub(super) fn write_all<const D: usize>(
 ) -> Result<Summary, CliError> {
     write_arrays(directory, outcome)?;
     let pca = &outcome.pca;
-    write_scores(
-        &directory.file("scores.csv"),
-        &outcome.stored.names,
-        &pca.training,
-        &outcome.quality.left_out,
-    )?;
-    let compactness = &outcome.quality.compactness;
-    write_scree(&directory.file("scree.svg"), &pca.ratios(), compactness)?;
-    write_quality(
-        &directory.file("quality.svg"),
-        &directory.file("quality.csv"),
-        &outcome.quality,
-    )?;
+    let quality = &outcome.quality;
+    directory.with_file("scores.csv", |path| {
+        write_scores(
+            path,
+            &outcome.stored.names,
+            &pca.training,
+            &quality.left_out,
+        )
+    })?;
+    directory.with_file("scree.svg", |path| {
+        write_scree(path, &pca.ratios(), &quality.compactness)
+    })?;
+    directory.with_file("quality.svg", |path| {
+        write_quality(path, &directory.file("quality.csv"), quality)
+    })?;
     let (size, fits) = if let Some(image) = &outcome.stored.image {
         let modes = ImageModes {
             image,
             space: &pca.space,
             amplitude: outcome.config.amplitude,
         };
-        modes.strip().write_png(&directory.file("modes.png"))?;
+        directory.with_file("modes.png", |path| modes.strip().write_png(path))?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         // The whole box, without a boundary for comparison.
         (image.grid().extent().iter().product(), Vec::new())
@@ -62,13 +63,13 @@ pub(super) fn write_all<const D: usize>(
             eigenvalues: &pca.space.eigenvalues,
             amplitude: outcome.config.amplitude,
         };
-        modes.strip().write_png(&directory.file("modes.png"))?;
+        directory.with_file("modes.png", |path| modes.strip().write_png(path))?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
         (size, fits(outcome)?)
     };
     let record = record(outcome, size, &fits, session.start);
-    write_report(&directory.file("report.md"), &record)?;
+    directory.with_file("report.md", |path| write_report(path, &record))?;
     record.write(directory)?;
     Ok(summary(&record))
 }
@@ -80,7 +81,9 @@ fn write_animations(
     frames: impl Fn(usize) -> Vec<Canvas>,
 ) -> Result<(), CliError> {
     for j in 0..animated(modes) {
-        write_animation(&directory.file(numbered("mode", j, "apng")), &frames(j))?;
+        directory.with_file(numbered("mode", j, "apng"), |path| {
+            write_animation(path, &frames(j))
+        })?;
     }
     Ok(())
 }
@@ -109,11 +112,12 @@ fn write_arrays<const D: usize>(
     directory.array("mean_displacement.npy", &space.mean)?;
     directory.array("object.npy", &space.object)?;
     let gram = |i: usize, j: usize| Some(pca.gram[(i, j)]);
-    write_matrix_array(&directory.file("gram.npy"), pca.gram.nrows(), gram)?;
-    VtiFile::new(*space.object.grid(), Precision::Single)
-        .within(outcome.stored.world)
-        .field("object", &space.object)
-        .fields("mode", &space.fields)
-        .write(&directory.file("modes.vti"))?;
-    Ok(())
+    directory.matrix("gram.npy", pca.gram.nrows(), gram)?;
+    Ok(directory.with_file("modes.vti", |path| {
+        VtiFile::new(*space.object.grid(), Precision::Single)
+            .within(outcome.stored.world)
+            .field("object", &space.object)
+            .fields("mode", &space.fields)
+            .write(path)
+    })?)
 }

@@ -26,7 +26,7 @@ impl Command for SegmentConfig {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         let n = self.inputs.len();
         session.progress.stage(format!("reading {n} images"));
-        plan_segment(self.clone())
+        plan_segment(self.clone(), &session.sources)
     }
 
     fn compute<const D: usize>(

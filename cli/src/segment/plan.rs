@@ -9,7 +9,7 @@ use super::args::{SegmentConfig, wrong_truth};
 use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::input::place::{nodal_values, whole_frame};
-use crate::input::{GreyRange, Image, ReadOptions, read_grey_images, read_images};
+use crate::input::{GreyRange, Image, ReadOptions, Sources};
 use crate::options::check_nodes;
 use crate::shapes::{GreyInput, labels};
 
@@ -36,17 +36,19 @@ pub(crate) struct SegmentPlan<const D: usize> {
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
 pub(super) fn plan_segment(
     config: SegmentConfig,
+    sources: &Sources,
 ) -> Result<Dim<SegmentPlan<2>, SegmentPlan<3>>, CliError> {
-    let (images, ranges) = read_grey_images(&config.inputs)?;
-    Ok(per_dimension!(images, images => plan(images, ranges, config)?))
+    let (images, ranges) = sources.read_grey_images(&config.inputs)?;
+    Ok(per_dimension!(images, images => plan(images, ranges, sources, config)?))
 }
 
 fn plan<const D: usize>(
     images: Vec<Image<D>>,
     ranges: Vec<GreyRange>,
+    sources: &Sources,
     mut config: SegmentConfig,
 ) -> Result<SegmentPlan<D>, CliError> {
-    let truth = read_truth(&images, &config)?;
+    let truth = read_truth(&images, sources, &config)?;
     let names = labels(&images.iter().map(|i| i.path.as_path()).collect::<Vec<_>>());
     let placed = images.into_iter().zip(ranges).zip(names).zip(truth);
     let placed: Result<Vec<_>, CliError> = placed
@@ -71,14 +73,16 @@ fn plan<const D: usize>(
 /// Reads the masks of the true objects: one per image, or `None` for each.
 fn read_truth<const D: usize>(
     images: &[Image<D>],
+    sources: &Sources,
     config: &SegmentConfig,
 ) -> Result<Vec<Option<Image<D>>>, CliError> {
     let Some(first) = config.truth.first() else {
         return Ok(vec![None; images.len()]);
     };
     let wrong = |path: &Path, remedy| wrong_truth(path.display().to_string(), remedy);
-    let masks: Option<Vec<Image<D>>> =
-        read_images(&config.truth, &ReadOptions::default())?.of_type();
+    let masks: Option<Vec<Image<D>>> = sources
+        .read_images(&config.truth, &ReadOptions::default())?
+        .of_type();
     let Some(masks) = masks else {
         let remedy = "give masks with as many axes as the images";
         return Err(wrong(first, remedy.into()));

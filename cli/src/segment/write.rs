@@ -10,7 +10,7 @@ use super::draw;
 use super::record::{record, summary};
 use crate::error::CliError;
 use crate::output::energy::{EnergyPoint, energy_points, write_energy_plot, write_energy_table};
-use crate::output::npy::{Precision, write_mask};
+use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, numbered, write_text};
 use crate::session::Session;
@@ -33,10 +33,12 @@ pub(super) fn write_all<const D: usize>(
         write_image(directory, i, image)?;
     }
     let points: Vec<EnergyPoint> = found.iter().flat_map(points).collect();
-    write_energy_table(&directory.file("energy.csv"), &points, &PARTS)?;
+    directory.with_file("energy.csv", |path| {
+        write_energy_table(path, &points, &PARTS)
+    })?;
     let first = found.first().map(self::points).unwrap_or_default();
-    write_energy_plot(&directory.file("energy.svg"), &first, &PARTS)?;
-    draw::picture(found).write_png(&directory.file("segment.png"))?;
+    directory.with_file("energy.svg", |path| write_energy_plot(path, &first, &PARTS))?;
+    directory.with_file("segment.png", |path| draw::picture(found).write_png(path))?;
     let record = record(config, found, session.start);
     record.write(directory)?;
     Ok(summary(&record))
@@ -57,23 +59,27 @@ fn write_image<const D: usize>(
 ) -> Result<(), CliError> {
     let result = &found.result;
     let grid = *result.image.grid();
-    let file = |kind: &str, ending: &str| directory.file(numbered(kind, i, ending));
     let name = |kind: &str| numbered(kind, i, "npy");
     directory.array(name("smoothed"), &result.image)?;
     directory.array(name("phasefield"), &result.phase_field)?;
     let edges = result.phase_field.as_slice().iter().map(|v| *v < 0.5);
     let edges: Vec<bool> = edges.collect();
-    write_mask(&file("edges", "npy"), &edges, &grid.nodes_per_axis())?;
-    let mut vti = VtiFile::new(grid, Precision::Single)
-        .field("smoothed", &result.image)
-        .field("phase_field", &result.phase_field);
+    directory.mask(name("edges"), &edges, &grid.nodes_per_axis())?;
     if let Some(object) = &found.object {
-        write_mask(&file("mask", "npy"), &object.mask, &found.placed.image.size)?;
-        write_outline(&file("outline", "csv"), found, &object.outline)?;
-        vti = vti.field("object", &object.level_set);
+        directory.mask(name("mask"), &object.mask, &found.placed.image.size)?;
+        directory.with_file(numbered("outline", i, "csv"), |path| {
+            write_outline(path, found, &object.outline)
+        })?;
     }
-    vti.write(&file("segment", "vti"))?;
-    Ok(())
+    Ok(directory.with_file(numbered("segment", i, "vti"), |path| {
+        let mut vti = VtiFile::new(grid, Precision::Single)
+            .field("smoothed", &result.image)
+            .field("phase_field", &result.phase_field);
+        if let Some(object) = &found.object {
+            vti = vti.field("object", &object.level_set);
+        }
+        vti.write(path)
+    })?)
 }
 
 /// The boundary's simplices, one corner per line, in samples of the image: segments in 2D,

@@ -12,7 +12,7 @@ use levelset::{Compact, Contour, ContourDistance, Step};
 
 use super::{Input, distance, placed};
 use crate::error::CliError;
-use crate::input::{Image, LEVEL, ReadOptions, read_image};
+use crate::input::{Image, LEVEL, ReadOptions, Sources};
 
 /// Label images, split into components.
 #[derive(Clone, Debug)]
@@ -111,9 +111,10 @@ pub(crate) struct VisibilityMask<const D: usize> {
 /// [`CliError`] for masks that cannot be read, or do not have `D` axes.
 pub(crate) fn read_view<const D: usize>(
     path: &Path,
+    sources: &Sources,
     option: &'static str,
 ) -> Result<VisibilityMask<D>, CliError> {
-    match read_image(path, &ReadOptions::default())?.of_type() {
+    match sources.read_image(path, &ReadOptions::default())?.of_type() {
         Some(image) => Ok(VisibilityMask { image, option }),
         None => Err(CliError::Option {
             option,

@@ -6,8 +6,7 @@ use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
 
 use super::{Input, SurfaceRecord, WorldFrame, common_scale};
-use crate::output::OutputError;
-use crate::output::stl;
+use crate::output::{OutputError, ResultDir, stl};
 use crate::picture::Shape;
 
 /// Writes a boundary in 3D as a surface in the coordinates of the inputs, and returns these.
@@ -15,7 +14,8 @@ use crate::picture::Shape;
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub(crate) fn write_surface<const D: usize>(
-    path: &Path,
+    directory: &ResultDir,
+    name: impl AsRef<Path>,
     inputs: &[Input<D>],
     shape: &Contour<D>,
 ) -> Result<Option<SurfaceRecord>, OutputError> {
@@ -23,10 +23,13 @@ pub(crate) fn write_surface<const D: usize>(
         return Ok(None);
     }
     let (placed, record) = in_input_coordinates(inputs, shape);
-    stl::write_surface(path, Shape::of(&placed).surface())?;
-    if record.coordinates == "world" {
-        stl::state_world(path)?;
-    }
+    directory.with_file(name, |path| {
+        stl::write_surface(path, Shape::of(&placed).surface())?;
+        match record.coordinates {
+            "world" => stl::state_world(path),
+            _ => Ok(()),
+        }
+    })?;
     Ok(Some(record))
 }
 

@@ -38,13 +38,7 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
             Ingredient::Sound
         },
     };
-    let record = in_pool(args.threads, || {
-        run(&statements, setting, &say).map_err(|error| CliError::Computation {
-            message: error.to_string(),
-            remedy: "please report this; the other statements can be named on the command line"
-                .into(),
-        })
-    })?;
+    let record = tried(&statements, setting, args.threads, &say)?;
     write_all(&directory, &record)?;
     let target = directory.commit()?;
     print(&table::plain(&record))?;
@@ -60,6 +54,25 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     })
 }
 
+/// Runs the experiments of statements; another function hears how each ended.
+///
+/// # Errors
+/// [`CliError::Computation`] for an experiment that fails.
+pub(crate) fn tried(
+    statements: &[Statement],
+    setting: Setting,
+    threads: Option<u32>,
+    ended: &(dyn Fn(&StatementRecord) + Sync),
+) -> Result<VerifyRecord, CliError> {
+    in_pool(threads, || {
+        run(statements, setting, ended).map_err(|error| CliError::Computation {
+            message: error.to_string(),
+            remedy: "please report this; the other statements can be named on the command line"
+                .into(),
+        })
+    })
+}
+
 /// Says on standard error how an experiment ended.
 fn say(record: &StatementRecord) {
     note(format!(
@@ -71,7 +84,7 @@ fn say(record: &StatementRecord) {
 }
 
 /// Writes all files of a result directory.
-fn write_all(directory: &ResultDir, record: &VerifyRecord) -> Result<(), CliError> {
+pub(crate) fn write_all(directory: &ResultDir, record: &VerifyRecord) -> Result<(), CliError> {
     write_json(&directory.file("result.json"), record)?;
     let folder = directory.file("plots");
     let failed = OutputError::at(&folder);
@@ -92,7 +105,7 @@ fn write_all(directory: &ResultDir, record: &VerifyRecord) -> Result<(), CliErro
 }
 
 /// The statements that are named.
-fn selected(names: &[String]) -> Result<Vec<Statement>, CliError> {
+pub(crate) fn selected(names: &[String]) -> Result<Vec<Statement>, CliError> {
     select(experiments::all(), names).map_err(|UnknownStatement { name, near }| CliError::Option {
         option: "NAME",
         value: name,

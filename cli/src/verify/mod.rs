@@ -7,3 +7,4 @@ mod command;
 
 pub use args::VerifyArgs;
 pub use command::run_verify;
+pub(crate) use command::{selected, tried, write_all};

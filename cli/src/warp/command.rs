@@ -10,7 +10,7 @@ use super::map::{Between, StoredMap, WorldMap, pulled_back};
 use super::points::{moved_landmarks, moved_surface};
 use crate::error::{CliError, Exit};
 use crate::input::lattice::Lattice;
-use crate::input::read_numbers;
+use crate::input::{Numbers, Sources};
 use crate::options::RunOptions;
 use crate::output::ResultDir;
 use crate::output::nifti::{Values, write_volume};
@@ -46,7 +46,7 @@ pub struct WarpArgs {
 
 /// Values between the samples of images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Interpolation {
+pub enum Interpolation {
     /// Multilinear.
     Linear,
     /// Those of the nearest sample.
@@ -116,16 +116,8 @@ fn warped_image(
     (target, back): (&Lattice, &WorldMap),
     interpolation: Option<Interpolation>,
 ) -> Result<&'static str, CliError> {
-    let image = read_numbers(path)?;
-    let lattice = image.lattice;
-    let whole = image.values.iter().all(|value| value.fract() == 0.0);
-    let between = match interpolation {
-        Some(Interpolation::Nearest) => Between::Nearest,
-        None if whole => Between::Nearest,
-        Some(Interpolation::Linear) | None => Between::Linear,
-    };
-    let field = ScalarField::from_vec(Grid::with_nodes(lattice.size, 1.0)?, image.values)?;
-    let values = pulled_back((&field, &lattice), between, target, back);
+    let image = Sources::files().read_numbers(path)?;
+    let (values, between) = carried(image, (target, back), interpolation)?;
     let byte = |value: &f32| value.fract() == 0.0 && (0.0..=255.0).contains(value);
     if values.iter().all(byte) {
         let bytes: Vec<u8> = values.iter().map(|&value| value as u8).collect();
@@ -137,4 +129,25 @@ fn warped_image(
         Between::Nearest => "labels",
         Between::Linear => "image",
     })
+}
+
+/// The values of an image at the samples of a lattice, whose points a map sends back into it.
+///
+/// # Errors
+/// None in practice: the image has as many values as its lattice samples.
+pub(crate) fn carried(
+    image: Numbers,
+    (target, back): (&Lattice, &WorldMap),
+    interpolation: Option<Interpolation>,
+) -> Result<(Vec<f32>, Between), CliError> {
+    let lattice = image.lattice;
+    let whole = image.values.iter().all(|value| value.fract() == 0.0);
+    let between = match interpolation {
+        Some(Interpolation::Nearest) => Between::Nearest,
+        None if whole => Between::Nearest,
+        Some(Interpolation::Linear) | None => Between::Linear,
+    };
+    let field = ScalarField::from_vec(Grid::with_nodes(lattice.size, 1.0)?, image.values)?;
+    let values = pulled_back((&field, &lattice), between, target, back);
+    Ok((values, between))
 }

@@ -28,7 +28,7 @@ pub(crate) fn write_warps<const D: usize>(
     inputs: &[Input<D>],
     displacements: &[Field<f64, D, D>],
 ) -> Result<(), CliError> {
-    let Some(average) = WorldFrame::of_inputs(inputs) else {
+    let Some(average) = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files()) else {
         return Ok(());
     };
     for (number, displacement) in displacements.iter().enumerate() {
@@ -64,7 +64,7 @@ pub(crate) fn write_shape<const D: usize>(
     shape: &Contour<D>,
     grid: Grid<D>,
 ) -> Result<(), CliError> {
-    let Some(world) = WorldFrame::of_inputs(inputs) else {
+    let Some(world) = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files()) else {
         return Ok(());
     };
     let Some(samples) = lattice_of(&inputs[world.number()]) else {

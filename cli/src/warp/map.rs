@@ -16,7 +16,7 @@ use crate::shapes::WorldFrame;
 const STEPS: usize = 8;
 
 /// From one world to another, by way of the box.
-pub(super) struct WorldMap {
+pub(crate) struct WorldMap {
     from: WorldFrame<3>,
     to: WorldFrame<3>,
     displacement: Field<f64, 3, 3>,
@@ -25,7 +25,7 @@ pub(super) struct WorldMap {
 }
 
 /// An input of an average, with both maps and lattices.
-pub(super) struct StoredMap {
+pub(crate) struct StoredMap {
     displacement: Field<f64, 3, 3>,
     average: WorldFrame<3>,
     subject: WorldFrame<3>,
@@ -152,7 +152,7 @@ fn moved(displacement: &Field<f64, 3, 3>, unit: [f64; 3]) -> [f64; 3] {
 
 /// How values between samples are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Between {
+pub(crate) enum Between {
     /// The multilinear interpolation of the samples around.
     Linear,
     /// The value of the nearest sample.

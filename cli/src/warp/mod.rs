@@ -6,5 +6,7 @@ mod fields;
 mod map;
 mod points;
 
-pub use command::{WarpArgs, run_warp};
+pub(crate) use command::carried;
+pub use command::{Interpolation, WarpArgs, run_warp};
 pub(crate) use fields::{write_shape, write_warps};
+pub(crate) use map::StoredMap;

@@ -19,13 +19,13 @@ use crate::summary::Summary;
 use plan::{JointPlan, plan_joint};
 
 /// Segments and averages images.
-pub(super) struct JointAverage<'a> {
+pub(crate) struct JointAverage {
     pub config: AverageConfig,
-    pub run: &'a AverageRun,
+    pub run: AverageRun,
 }
 
 /// The result of a computation.
-pub(super) struct Outcome<const D: usize> {
+pub(crate) struct Outcome<const D: usize> {
     images: Vec<GreyInput<D>>,
     /// Their values on the grid.
     nodal: Vec<ScalarField<f64, D>>,
@@ -36,7 +36,7 @@ pub(super) struct Outcome<const D: usize> {
     checkpoints: Option<WorkDir>,
 }
 
-impl Command for JointAverage<'_> {
+impl Command for JointAverage {
     type Plan<const D: usize> = JointPlan<D>;
     type Outcome<const D: usize> = Outcome<D>;
 
@@ -44,7 +44,7 @@ impl Command for JointAverage<'_> {
         if self.run.memory.is_some() {
             return Err(not_joint("--memory"));
         }
-        plan_joint(self.config.clone(), &session.progress)
+        plan_joint(self.config.clone(), &session.sources, &session.progress)
     }
 
     fn compute<const D: usize>(
@@ -65,7 +65,7 @@ impl Command for JointAverage<'_> {
         compare_places(start, images.iter().map(|i| i.frame), &session.progress);
         let watch = session.observer(&grids);
         let leads = vec![true; nodal.len()];
-        let (run, restart) = (self.run, Resumption::Restart);
+        let (run, restart) = (&self.run, Resumption::Restart);
         let (mut checkpointer, known) =
             begin(start, run, fingerprint, grids, leads, restart, watch)?;
         let result = joint_average_from(&nodal, &known, &params, &mut checkpointer)?;

@@ -10,7 +10,7 @@ use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
 use crate::input::place::{lengths, nodal_values, whole_frames};
-use crate::input::{GreyRange, Image, read_grey_images};
+use crate::input::{GreyRange, Image, Sources};
 use crate::options::check_law;
 use crate::progress::Progress;
 use crate::shapes::{GreyInput, labels};
@@ -39,10 +39,11 @@ pub(crate) struct JointPlan<const D: usize> {
 /// [`CliError`] with exit code 2 for anything that is wrong with inputs or options.
 pub(super) fn plan_joint(
     config: AverageConfig,
+    sources: &Sources,
     progress: &Progress,
 ) -> Result<Dim<JointPlan<2>, JointPlan<3>>, CliError> {
     progress.stage(format!("reading {} images", config.inputs.len()));
-    let (images, ranges) = read_grey_images(&config.inputs)?;
+    let (images, ranges) = sources.read_grey_images(&config.inputs)?;
     Ok(per_dimension!(images, images => plan(&images, ranges, config)?))
 }
 

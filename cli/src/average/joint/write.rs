@@ -44,20 +44,24 @@ pub(super) fn write_all<const D: usize>(
             directory.array(numbered(kind, i, "npy"), &map)?;
         }
     }
-    let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
-        .field("average", &result.average)
-        .field("average_image", &result.average_image);
-    let pairs = result.displacements.iter().zip(&result.phase_fields);
-    for (i, (displacement, phase_field)) in pairs.enumerate() {
-        vti = vti
-            .field(&format!("displacement_{i:03}"), displacement)
-            .field(&format!("phase_field_{i:03}"), phase_field);
-    }
-    vti.write(&directory.file("average.vti"))?;
+    directory.with_file("average.vti", |path| {
+        let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
+            .field("average", &result.average)
+            .field("average_image", &result.average_image);
+        let pairs = result.displacements.iter().zip(&result.phase_fields);
+        for (i, (displacement, phase_field)) in pairs.enumerate() {
+            vti = vti
+                .field(&format!("displacement_{i:03}"), displacement)
+                .field(&format!("phase_field_{i:03}"), phase_field);
+        }
+        vti.write(path)
+    })?;
     write_energy(directory, &outcome.history, &PARTS, |level| {
         parts(outcome, level)
     })?;
-    draw::picture(outcome, &maps).write_png(&directory.file("average.png"))?;
+    directory.with_file("average.png", |path| {
+        draw::picture(outcome, &maps).write_png(path)
+    })?;
     let record = record(outcome, session.start);
     record.write(directory)?;
     Ok(summary(&record))

@@ -1,0 +1,199 @@
+//! Runs a command for another program.
+
+use std::time::Instant;
+
+use toml::Table;
+
+use super::computed::{Computed, Held};
+use crate::average::{Average, AverageConfig, AverageRun, JointAverage, Sweep};
+use crate::calculus::{ExtendConfig, TransportConfig};
+use crate::config::{Config, keys_of, resolve};
+use crate::dimension::Dim;
+use crate::distances::{DistanceStudy, DistancesConfig};
+use crate::error::CliError;
+use crate::geodesic::GeodesicConfig;
+use crate::input::Sources;
+use crate::interrupt::Interrupt;
+use crate::memory::set_limit;
+use crate::options::RunOptions;
+use crate::output::{OutputError, ResultDir};
+use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
+use crate::pool::in_pool;
+use crate::progress::{Listener, Progress};
+use crate::segment::SegmentConfig;
+use crate::session::{Command, Session, Work};
+
+/// The commands that can be called.
+pub const COMMANDS: [&str; 9] = [
+    "average",
+    "geodesic",
+    "distances",
+    "pca",
+    "score",
+    "synthesize",
+    "segment",
+    "extend",
+    "transport",
+];
+
+/// Asks a computation to end, from any thread. A computation that is asked to end before it has a
+/// result fails; one that has a result ends with the state that it has reached.
+#[derive(Clone, Debug)]
+pub struct Stop(Interrupt);
+
+impl Default for Stop {
+    fn default() -> Self {
+        Self(Interrupt::of_call())
+    }
+}
+
+impl Stop {
+    /// Asks it to end.
+    pub fn ask(&self) {
+        self.0.ask();
+    }
+}
+
+/// The call of a command.
+#[derive(Clone, Default)]
+pub struct Call {
+    /// The options and the inputs, by the keys of the command's configuration.
+    pub options: Table,
+    /// Arrays by their names.
+    pub sources: Sources,
+    /// Number of threads, all cores without. The result does not depend on it.
+    pub threads: Option<u32>,
+    /// Memory limit in bytes, as `--memory` of an average.
+    pub memory: Option<u64>,
+    /// Pairs that distances compute at the same time, as `--at-once`.
+    pub at_once: Option<u32>,
+    /// Whether result directories are used without verification, as `--trust`.
+    pub trust: bool,
+    /// Hears of the work.
+    pub listener: Option<Listener>,
+    /// Ends the work.
+    pub stop: Stop,
+}
+
+impl Call {
+    /// Runs one of the [`COMMANDS`].
+    ///
+    /// # Errors
+    /// [`CliError`], as the command line; [`CliError::Key`] for a command or an option that does not
+    /// exist.
+    pub fn run(&self, command: &str) -> Result<Computed, CliError> {
+        set_limit(self.memory);
+        match command {
+            "average" => self.average(),
+            "geodesic" => self.configured::<GeodesicConfig>(),
+            "distances" => {
+                let config: DistancesConfig = resolve(&self.options)?;
+                self.hold(DistanceStudy {
+                    config,
+                    at_once: self.at_once,
+                })
+            }
+            "pca" => self.configured::<PcaConfig>(),
+            "score" => self.configured::<ScoreConfig>(),
+            "synthesize" => self.configured::<SynthesizeConfig>(),
+            "segment" => self.configured::<SegmentConfig>(),
+            "extend" => self.configured::<ExtendConfig>(),
+            "transport" => self.configured::<TransportConfig>(),
+            other => Err(no_command(other)),
+        }
+    }
+
+    fn average(&self) -> Result<Computed, CliError> {
+        let config: AverageConfig = resolve(&self.options)?;
+        let run = AverageRun {
+            common: RunOptions {
+                // There are no checkpoints.
+                output: std::env::temp_dir().join("shapespace"),
+                threads: self.threads,
+                allow_doubtful: false,
+                trust: self.trust,
+            },
+            checkpoint: 0.0,
+            memory: self.memory,
+        };
+        if config.joint {
+            self.hold(JointAverage { config, run })
+        } else if let Some(side) = config.sweep {
+            self.hold(Sweep { config, side })
+        } else {
+            self.hold(Average {
+                config,
+                run,
+                images: None,
+            })
+        }
+    }
+
+    fn configured<C: Config + Command + Send + 'static>(&self) -> Result<Computed, CliError> {
+        self.hold(resolve::<C>(&self.options)?)
+    }
+
+    /// Plans and computes as [`crate::session::run`], and keeps the result.
+    fn hold<C: Command + Send + 'static>(&self, command: C) -> Result<Computed, CliError> {
+        // For unfinished work, which distances keep in files.
+        let place = tempfile::tempdir().map_err(OutputError::at(&std::env::temp_dir()))?;
+        let output = place.path().join("result");
+        let computed = in_pool(self.threads, || {
+            let session = Session {
+                output: &output,
+                progress: Progress::told(self.listener.clone()),
+                interrupt: self.stop.0.clone(),
+                sources: self.sources.clone(),
+                start: Instant::now(),
+                trust: self.trust,
+            };
+            match command.plan(&session)? {
+                Dim::D2(plan) => held(command, plan, &session),
+                Dim::D3(plan) => held(command, plan, &session),
+            }
+        })?;
+        Ok(computed.with_place(place))
+    }
+}
+
+/// The options of a command, by their keys.
+///
+/// # Errors
+/// [`CliError::Key`] for a command that does not exist.
+pub fn keys(command: &str) -> Result<Vec<String>, CliError> {
+    Ok(match command {
+        "average" => keys_of::<AverageConfig>(),
+        "geodesic" => keys_of::<GeodesicConfig>(),
+        "distances" => keys_of::<DistancesConfig>(),
+        "pca" => keys_of::<PcaConfig>(),
+        "score" => keys_of::<ScoreConfig>(),
+        "synthesize" => keys_of::<SynthesizeConfig>(),
+        "segment" => keys_of::<SegmentConfig>(),
+        "extend" => keys_of::<ExtendConfig>(),
+        "transport" => keys_of::<TransportConfig>(),
+        other => return Err(no_command(other)),
+    })
+}
+
+fn no_command(name: &str) -> CliError {
+    CliError::Key {
+        message: format!("there is no command `{name}`"),
+        remedy: format!("the commands are {}", COMMANDS.join(", ")),
+    }
+}
+
+fn held<C: Command + Send + 'static, const D: usize>(
+    command: C,
+    plan: C::Plan<D>,
+    session: &Session<'_>,
+) -> Result<Computed, CliError> {
+    let mut outcome = command.compute(plan, session)?;
+    let work = match C::work(&mut outcome) {
+        Work::Result(work) => Some(work),
+        Work::Temporary(_) | Work::None => None,
+    };
+    let directory = ResultDir::in_memory();
+    let summary = command.write(&outcome, session, &directory)?;
+    let held = Held::<C, D> { command, outcome };
+    Ok(Computed::new(held, work, directory.into_kept(), &summary))
+}

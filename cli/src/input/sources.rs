@@ -1,0 +1,264 @@
+//! Inputs by name: files, or arrays in memory.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::decode::{Meaning, NumberType, Samples};
+use super::lattice::Lattice;
+use super::raster::Colours;
+use super::world::affine_fault;
+use super::{
+    AnyImage, AnyImages, GreyRange, InputError, Numbers, ReadOptions, bytes_of, decode_samples,
+    grey, mask, same_dimension,
+};
+
+/// The type of the numbers of an array, which decides what they mean, as in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ArrayType {
+    /// True in the object.
+    Bool,
+    /// Grey values from 0 to 255.
+    U8,
+    /// Grey values from 0 to 65535.
+    U16,
+    /// Other integers: labels.
+    Integer,
+    /// Floating-point numbers.
+    Real,
+}
+
+/// An array in memory with its place, as a file would state it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedArray {
+    /// The numbers, `x` fastest.
+    pub values: Vec<f64>,
+    /// The type that they had.
+    pub numbers: ArrayType,
+    /// Samples along each axis, `x` first.
+    pub size: Vec<usize>,
+    /// Distance of neighbouring samples along each axis, `x` first.
+    pub spacing: Option<Vec<f64>>,
+    /// Affine map from sample indices to the world: right, front, up, in millimetres.
+    pub affine: Option<[[f64; 4]; 3]>,
+}
+
+impl NamedArray {
+    /// The numbers as those of a `.npy` file, or, in a volume with a spacing or a place, as those of
+    /// a file of volumes.
+    fn into_samples(self) -> Samples {
+        let plain = self.spacing.is_none() && self.affine.is_none();
+        let axes = self.size.len();
+        let volume = self.affine.is_some() || (!plain && axes == 3);
+        let numbers = match self.numbers {
+            ArrayType::Bool => NumberType::Bool,
+            ArrayType::U8 => NumberType::U8,
+            ArrayType::U16 => NumberType::U16,
+            ArrayType::Integer => NumberType::I64,
+            ArrayType::Real => NumberType::F64,
+        };
+        let meaning = match self.numbers {
+            ArrayType::Real if volume => Meaning::Real { labels: true },
+            _ if volume => Meaning::Labels,
+            _ => numbers.meaning(),
+        };
+        let of_affine = |affine: [[f64; 4]; 3]| -> Vec<f64> {
+            let length = |k: usize| affine.iter().map(|row| row[k] * row[k]).sum::<f64>().sqrt();
+            (0..axes).map(length).collect()
+        };
+        let spacing = self
+            .spacing
+            .or_else(|| self.affine.map(of_affine))
+            .unwrap_or_else(|| vec![1.0; axes]);
+        Samples {
+            values: self.values,
+            size: self.size,
+            meaning,
+            spacing,
+            affine: self.affine,
+            plain_array: plain,
+        }
+    }
+}
+
+/// The inputs of a command: arrays by their names, and files by their paths.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    arrays: BTreeMap<PathBuf, Arc<Samples>>,
+}
+
+impl Sources {
+    /// Files only.
+    pub fn files() -> Self {
+        Self::default()
+    }
+
+    /// Adds an array, which is read where an input has this name.
+    ///
+    /// # Errors
+    /// [`InputError::Axes`] for numbers that are not as many as the size or the spacing states,
+    /// [`InputError::Malformed`] for an affine map that is singular.
+    pub fn insert(&mut self, name: &Path, array: NamedArray) -> Result<(), InputError> {
+        let axes = array.size.len();
+        let whole = array.size.iter().try_fold(1usize, |n, k| n.checked_mul(*k));
+        let fits = whole == Some(array.values.len());
+        let spaced = array.spacing.as_ref().is_none_or(|h| h.len() == axes);
+        if !fits || !spaced {
+            return Err(InputError::Axes {
+                path: name.into(),
+                found: axes,
+            });
+        }
+        let fault = array.affine.and_then(|map| affine_fault(&map, axes.min(3)));
+        if let Some(reason) = fault {
+            return Err(InputError::Malformed {
+                path: name.into(),
+                format: "array with an affine map",
+                reason: reason.into(),
+            });
+        }
+        let samples = Arc::new(array.into_samples());
+        self.arrays.insert(name.into(), samples);
+        Ok(())
+    }
+
+    /// The numbers of an input.
+    fn samples(&self, path: &Path, colours: Colours) -> Result<Samples, InputError> {
+        match self.arrays.get(path) {
+            Some(samples) => Ok(Samples::clone(samples)),
+            None => decode_samples(&bytes_of(path)?, path, colours),
+        }
+    }
+
+    /// Reads one mask.
+    ///
+    /// # Errors
+    /// [`InputError`] names the input, the defect and the remedy.
+    pub fn read_image(&self, path: &Path, options: &ReadOptions) -> Result<AnyImage, InputError> {
+        mask::into_image(self.samples(path, Colours::Refused)?, path, options)
+    }
+
+    /// Reads masks that all have the same number of axes.
+    ///
+    /// # Errors
+    /// As [`Self::read_image`], and [`InputError::MixedDimensions`].
+    pub fn read_images(
+        &self,
+        paths: &[PathBuf],
+        options: &ReadOptions,
+    ) -> Result<AnyImages, InputError> {
+        let images = paths.iter().map(|path| self.read_image(path, options));
+        same_dimension(images.collect::<Result<_, _>>()?)
+    }
+
+    /// Reads label images that all have the same number of axes: whole numbers, not scaled; 0 is the
+    /// background.
+    ///
+    /// # Errors
+    /// As [`Self::read_images`].
+    pub fn read_label_images(&self, paths: &[PathBuf]) -> Result<AnyImages, InputError> {
+        let read =
+            |path: &PathBuf| mask::into_label_image(self.samples(path, Colours::Refused)?, path);
+        same_dimension(paths.iter().map(read).collect::<Result<_, _>>()?)
+    }
+
+    /// Reads grey images that all have the same number of axes, each on a scale on which nearly all
+    /// values lie between 0 and 1.
+    ///
+    /// # Errors
+    /// As [`Self::read_images`].
+    pub fn read_grey_images(
+        &self,
+        paths: &[PathBuf],
+    ) -> Result<(AnyImages, Vec<GreyRange>), InputError> {
+        let read =
+            |path: &PathBuf| grey::into_grey_image(self.samples(path, Colours::Luminance)?, path);
+        let read: Result<Vec<_>, _> = paths.iter().map(read).collect();
+        let (images, ranges) = read?.into_iter().unzip();
+        Ok((same_dimension(images)?, ranges))
+    }
+
+    /// Reads the numbers of a volume that has a place in the world.
+    ///
+    /// # Errors
+    /// As [`Self::read_image`], and [`InputError::Placeless`].
+    pub fn read_numbers(&self, path: &Path) -> Result<Numbers, InputError> {
+        let samples = self.samples(path, Colours::Refused)?;
+        mask::check_finite(&samples, path)?;
+        let placeless = || InputError::Placeless { path: path.into() };
+        Ok(Numbers {
+            lattice: Lattice {
+                size: samples
+                    .size
+                    .as_slice()
+                    .try_into()
+                    .map_err(|_| placeless())?,
+                affine: samples.affine.ok_or_else(placeless)?,
+            },
+            values: samples.values,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn array(values: &[f64], numbers: ArrayType) -> NamedArray {
+        NamedArray {
+            values: values.to_vec(),
+            numbers,
+            size: vec![2, values.len() / 2],
+            spacing: None,
+            affine: None,
+        }
+    }
+
+    #[test]
+    fn an_array_is_read_by_its_name_and_all_else_is_a_file() {
+        let mut sources = Sources::files();
+        let name = Path::new("mask_000");
+        let values = [0.0, 255.0, 0.0, 51.0];
+        sources.insert(name, array(&values, ArrayType::U8)).unwrap();
+        match sources.read_image(name, &ReadOptions::default()).unwrap() {
+            AnyImage::D2(image) => {
+                assert_eq!(image.values, [0.0, 1.0, 0.0, 0.2]);
+                assert!(image.plain_array);
+            }
+            AnyImage::D3(_) => panic!("the array has two axes"),
+        }
+        let other = sources.read_image(Path::new("mask_001"), &ReadOptions::default());
+        assert!(matches!(other, Err(InputError::Unreadable { .. })));
+    }
+
+    #[test]
+    fn sizes_have_to_fit() {
+        let mut sources = Sources::files();
+        let mut wrong = array(&[0.0; 4], ArrayType::Real);
+        wrong.size = vec![3, 2];
+        assert!(sources.insert(Path::new("a"), wrong).is_err());
+        let mut flat = array(&[0.0; 4], ArrayType::Real);
+        flat.affine = Some([[1.0; 4]; 3]);
+        let refused = sources.insert(Path::new("a"), flat);
+        assert!(matches!(refused, Err(InputError::Malformed { .. })));
+    }
+
+    #[test]
+    fn a_volume_with_a_place_has_labels_and_the_spacing_of_its_axes() {
+        let samples = NamedArray {
+            values: vec![0.0, 2.0],
+            numbers: ArrayType::U8,
+            size: vec![1, 1, 2],
+            spacing: None,
+            affine: Some([
+                [0.0, -2.0, 0.0, 5.0],
+                [3.0, 0.0, 0.0, 6.0],
+                [0.0, 0.0, 4.0, 7.0],
+            ]),
+        }
+        .into_samples();
+        assert_eq!(samples.spacing, [3.0, 2.0, 4.0]);
+        assert_eq!(samples.meaning, Meaning::Labels);
+        assert!(!samples.plain_array);
+    }
+}

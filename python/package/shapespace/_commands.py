@@ -1,0 +1,424 @@
+"""The commands, one function each."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from typing import Any, Iterable, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _shapespace
+from ._errors import InputError
+from ._inputs import Gathered, Image, Images
+from ._progress import Progress
+from ._results import (
+    Average,
+    Distances,
+    Extension,
+    Geodesic,
+    ImageAverage,
+    Pca,
+    Result,
+    Scores,
+    Segmentation,
+    Shape,
+    Sweep,
+    Transport,
+)
+
+#: A result, or the folder of one.
+Source = Union[Result, str, "os.PathLike[str]"]
+
+#: Keys of configurations that are arguments of the functions here.
+_INPUTS = {"inputs", "start", "end", "average", "pca", "geodesic", "variation"}
+
+
+def options(command: str) -> list[str]:
+    """The names of the options of a command, those of the command line with ``_`` for ``-``.
+
+    ``shapespace config COMMAND`` prints them with their meaning and their defaults."""
+    inputs = _INPUTS - {"start", "average"} if command == "average" else _INPUTS
+    return [key for key in _shapespace.keys(command) if key not in inputs]
+
+
+def _plain(value: Any) -> Any:
+    """A value that JSON has."""
+    if isinstance(value, Result):
+        return value._folder()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    return value
+
+
+class _Run:
+    """The arguments that no result depends on."""
+
+    def __init__(
+        self,
+        progress: Optional[Progress] = None,
+        threads: Optional[int] = None,
+        memory: Optional[int] = None,
+        at_once: Optional[int] = None,
+        trust: bool = False,
+    ) -> None:
+        self.arguments = {
+            "progress": progress,
+            "threads": threads,
+            "memory": memory,
+            "at_once": at_once,
+            "trust": trust,
+        }
+
+    def __call__(
+        self, command: str, given: Gathered, inputs: dict[str, Any], extra: dict[str, Any]
+    ) -> _shapespace.Computed:
+        values = dict(inputs)
+        for key, value in extra.items():
+            # `lambda_` is the option `lambda`, which is a word of Python.
+            key = key.rstrip("_")
+            if key in values:
+                raise TypeError(f"{key} is given twice")
+            values[key] = value
+        values = {key: _plain(value) for key, value in values.items() if value is not None}
+        try:
+            text = json.dumps(values, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"an option cannot be used: {error}",
+                help="options are finite numbers, texts, and lists of them",
+            ) from error
+        return _shapespace.run(command, text, given.arrays, **self.arguments)
+
+
+def _from(source: Source, kind: type, word: str) -> str:
+    """The folder of a result."""
+    if isinstance(source, kind):
+        return source._folder()
+    if isinstance(source, (str, os.PathLike)):
+        return os.fspath(source)
+    raise TypeError(f"{word} is needed, or the folder of one, not {type(source).__name__}")
+
+
+def _views(given: Gathered, valid: Any, n: int) -> Optional[list[str]]:
+    """Visibility masks, None for inputs that are completely visible."""
+    if valid is None:
+        return None
+    return [
+        "all" if view is None or (isinstance(view, str) and view == "all")
+        else given.image(view, f"valid_{k:03}")
+        for k, view in enumerate(valid)
+    ]
+
+
+def average(
+    masks: Images,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    names: Optional[Iterable[str]] = None,
+    valid: Optional[Sequence[Optional[Image]]] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    memory: Optional[int] = None,
+    trust: bool = False,
+    **options: Any,
+) -> Union[Average, ImageAverage, Sweep]:
+    """Computes the elastic average of two or more shapes in masks.
+
+    ``masks`` are arrays, names of files, or images of nibabel or SimpleITK; in arrays the object is
+    where the value is above 1/2, as ``shapespace average`` reads a ``.npy`` file of the same
+    numbers. ``spacing`` and ``affine`` are those of all arrays, or one for each: distances of
+    samples, and maps of indices to the world, in the order of the axes of the arrays.
+
+    ``valid`` has a visibility mask, or None, for each shape. ``progress`` is called with every
+    event, for example ``progress=print``. All other options are those of the command line
+    (:func:`options`), with the same defaults: ``grid=65``, ``align="rigid"``, ``joint=True``."""
+    given = Gathered()
+    inputs = given.images(masks, spacing, affine, names)
+    run = _Run(progress, threads, memory, None, trust)
+    views = _views(given, valid, len(inputs))
+    computed = run("average", given, {"inputs": inputs, "valid": views}, options)
+    start = options.get("start")
+    kind = Average
+    if options.get("joint"):
+        kind = ImageAverage
+    elif options.get("sweep") is not None:
+        return Sweep(computed)
+    return kind(computed, () if start is None else (start,))
+
+
+def geodesic(
+    start: Image,
+    end: Image,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    names: Optional[Iterable[str]] = None,
+    valid_start: Optional[Image] = None,
+    valid_end: Optional[Image] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    **options: Any,
+) -> Geodesic:
+    """Computes the shortest path between two shapes in masks, which :func:`average` describes."""
+    given = Gathered()
+    ends = ["start", "end"] if names is None else names
+    first, last = given.images([start, end], spacing, affine, ends)
+    views = {
+        key: None if view is None else given.image(view, key)
+        for key, view in [("valid_start", valid_start), ("valid_end", valid_end)]
+    }
+    inputs = {"start": first, "end": last, **views}
+    return Geodesic(_Run(progress, threads)("geodesic", given, inputs, options))
+
+
+def distances(
+    masks: Images,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    names: Optional[Iterable[str]] = None,
+    classes: Union[str, "os.PathLike[str]", Sequence[Any], None] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    at_once: Optional[int] = None,
+    **options: Any,
+) -> Distances:
+    """Computes the distances between all pairs of shapes in masks, which :func:`average` describes.
+
+    ``classes`` are the class of each shape, or as on the command line. ``at_once`` pairs are
+    computed at the same time."""
+    given = Gathered()
+    inputs = given.images(masks, spacing, affine, names)
+    run = _Run(progress, threads, None, at_once)
+    with tempfile.TemporaryDirectory(prefix="shapespace-") as folder:
+        if classes is not None and not isinstance(classes, (str, os.PathLike)):
+            classes = _listed(inputs, list(classes), os.path.join(folder, "classes.csv"))
+        values = {"inputs": inputs, "classes": classes}
+        return Distances(run("distances", given, values, options))
+
+
+def _listed(inputs: list[str], classes: list[Any], path: str) -> str:
+    """Classes as the file that the command line reads."""
+    if len(classes) != len(inputs):
+        raise InputError(f"there are {len(classes)} classes for {len(inputs)} shapes")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("file,class\n")
+        file.writelines(f"{name},{entry}\n" for name, entry in zip(inputs, classes))
+    return path
+
+
+def pca(
+    average: Source,
+    *,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    trust: bool = False,
+    **options: Any,
+) -> Pca:
+    """Computes the principal modes of variation of the shapes of an average.
+
+    ``average`` is the result of :func:`average`, or the folder of one. The modes of a result in
+    memory are computed from a copy in a temporary folder: save the average first, if the modes are
+    to be saved too."""
+    source = {"average": _from(average, Average, "an average")}
+    computed = _Run(progress, threads, trust=trust)("pca", Gathered(), source, options)
+    return Pca(computed, (average,))
+
+
+def score(
+    masks: Images,
+    pca: Source,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    names: Optional[Iterable[str]] = None,
+    average: Optional[Source] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    trust: bool = False,
+    **options: Any,
+) -> Scores:
+    """Computes the scores of new shapes in masks in the modes of variation.
+
+    ``average`` names the folder of the average if it has been moved."""
+    given = Gathered()
+    inputs = {
+        "inputs": given.images(masks, spacing, affine, names),
+        "pca": _from(pca, Pca, "the result of pca()"),
+        "average": None if average is None else _from(average, Average, "an average"),
+    }
+    computed = _Run(progress, threads, trust=trust)("score", given, inputs, options)
+    return Scores(computed, (pca,))
+
+
+def synthesize(
+    pca: Source,
+    scores: Any,
+    *,
+    average: Optional[Source] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    trust: bool = False,
+    **options: Any,
+) -> Shape:
+    """Computes the shape that has these scores in the first modes, in standard deviations."""
+    inputs = {
+        "pca": _from(pca, Pca, "the result of pca()"),
+        "scores": np.atleast_1d(np.asarray(scores, float)).tolist(),
+        "average": None if average is None else _from(average, Average, "an average"),
+    }
+    computed = _Run(progress, threads, trust=trust)("synthesize", Gathered(), inputs, options)
+    return Shape(computed, (pca,))
+
+
+def segment(
+    images: Images,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    names: Optional[Iterable[str]] = None,
+    truth: Optional[Sequence[Image]] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    **options: Any,
+) -> Segmentation:
+    """Segments grey images: their edges, and the objects bounded by them.
+
+    ``truth`` has masks of the true objects, with which those found are compared."""
+    given = Gathered()
+    inputs: dict[str, Any] = {"inputs": given.images(images, spacing, affine, names, "image")}
+    if truth is not None:
+        inputs["truth"] = given.images(truth, kind="truth")
+    return Segmentation(_Run(progress, threads)("segment", given, inputs, options))
+
+
+def extend(
+    geodesic: Source,
+    *,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    trust: bool = False,
+    **options: Any,
+) -> Extension:
+    """Continues a geodesic beyond its end."""
+    source = {"geodesic": _from(geodesic, Geodesic, "a geodesic")}
+    computed = _Run(progress, threads, trust=trust)("extend", Gathered(), source, options)
+    return Extension(computed, (geodesic,))
+
+
+def transport(
+    geodesic: Source,
+    variation: Image,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    trust: bool = False,
+    **options: Any,
+) -> Transport:
+    """Transports a variation of the first shape of a geodesic in parallel to the last.
+
+    ``variation`` is the mask of a shape near the first one, of the same size."""
+    given = Gathered()
+    inputs = {
+        "geodesic": _from(geodesic, Geodesic, "a geodesic"),
+        "variation": given.image(variation, "variation", spacing, affine),
+    }
+    computed = _Run(progress, threads, trust=trust)("transport", given, inputs, options)
+    return Transport(computed, (geodesic,))
+
+
+def warp(
+    average: Source,
+    image: Image,
+    *,
+    shape: int,
+    inverse: bool = False,
+    interpolation: Optional[str] = None,
+    affine: Any = None,
+    threads: Optional[int] = None,
+    trust: bool = False,
+) -> Any:
+    """Carries an image or points from an input of an average to the average, or back (``inverse``).
+
+    The average is one of volumes with a place in the world. ``image`` is a volume of any kind, with
+    its ``affine`` for an array: the result is an array with the axes of nibabel (x first) and its
+    affine map. An array of shape ``(n, 3)`` has points of the world, in millimetres: the result has
+    where they go."""
+    folder = _from(average, Average, "an average")
+    points = None if affine is not None else _points(image)
+    if points is not None:
+        moved = _shapespace.warp_points(
+            folder, points.tolist(), shape=shape, inverse=inverse, trust=trust
+        )
+        return np.array(moved).reshape(-1, 3)
+    given = Gathered()
+    name = given.image(image, "image", None, affine)
+    values, rows = _shapespace.warp_volume(
+        folder,
+        name,
+        given.arrays,
+        shape=shape,
+        inverse=inverse,
+        trust=trust,
+        interpolation=interpolation,
+        threads=threads,
+    )
+    return values.T, np.vstack([np.array(rows), [0.0, 0.0, 0.0, 1.0]])
+
+
+def _points(image: Any) -> Optional[np.ndarray]:
+    """Points as rows, if these are points and no image."""
+    if isinstance(image, (np.ndarray, list, tuple)):
+        array = np.asarray(image, float)
+        if array.ndim == 2 and array.shape[1] == 3:
+            return array
+    return None
+
+
+class Verification:
+    """The results of the experiments that check the theory."""
+
+    def __init__(self, verified: _shapespace.Verified) -> None:
+        self._verified = verified
+        #: The contents of ``result.json``.
+        self.record: dict[str, Any] = json.loads(verified.record())
+
+    def __bool__(self) -> bool:
+        """Whether every statement holds, or, with a broken ingredient, is refuted."""
+        return self._verified.is_well()
+
+    def __repr__(self) -> str:
+        n = len(self.record["statements"])
+        return f"<Verification of {n} statements: {'well' if self else 'NOT well'}>"
+
+    def __str__(self) -> str:
+        return self._verified.table()
+
+    def save(self, folder: "str | os.PathLike[str]") -> str:
+        """Writes the result directory of the command line, which must not exist."""
+        return self._verified.save(os.fspath(folder))
+
+
+def verify(
+    *names: str,
+    quick: bool = False,
+    broken: bool = False,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+) -> Verification:
+    """Runs numerical experiments that check the theory: all, or those of these names or themes.
+
+    Ctrl-C ends the wait; the experiments that have begun end by themselves."""
+    verified = _shapespace.verify(
+        list(names), quick=quick, broken=broken, threads=threads, progress=progress
+    )
+    return Verification(verified)
