@@ -4,6 +4,8 @@
 //! goes on to hear signals, `result` holds results, `report` makes exceptions, `warped` carries
 //! volumes and points. All that a user sees is written in Python, in `package/shapespace`.
 
+#![forbid(unsafe_code)]
+
 mod arrays;
 mod call;
 mod report;
