@@ -63,9 +63,23 @@ impl Summary {
         );
     }
 
-    /// The lines without the doubts and the names of files.
-    pub fn lines(&self) -> &[String] {
-        &self.lines
+    /// The summary without the names of files.
+    pub fn words(&self) -> String {
+        let lines = self.lines.iter().cloned();
+        let lines: Vec<String> = lines.chain(self.verdict()).collect();
+        printable(&lines.join("\n"))
+    }
+
+    /// The verdict, with the doubts if there are any.
+    fn verdict(&self) -> Vec<String> {
+        if self.doubts.is_empty() {
+            return vec![line("verdict", "sound")];
+        }
+        let doubts = in_words(&self.doubts).into_iter();
+        let doubts = doubts.map(|doubt| format!("    {doubt}"));
+        std::iter::once(line("verdict", "doubtful"))
+            .chain(doubts)
+            .collect()
     }
 
     /// Prints the summary. It ends with the picture, and with the doubts if there are any.
@@ -80,13 +94,11 @@ impl Summary {
             line("picture", path(self.picture)),
         ];
         if self.doubts.is_empty() {
-            lines.push(line("verdict", "sound"));
+            lines.extend(self.verdict());
             lines.extend(files);
         } else {
             lines.extend(files);
-            lines.push(line("verdict", "doubtful"));
-            let doubts = in_words(&self.doubts);
-            lines.extend(doubts.into_iter().map(|doubt| format!("    {doubt}")));
+            lines.extend(self.verdict());
         }
         lines.push(String::new());
         Ok(print(&printable(&lines.join("\n")))?)

@@ -66,7 +66,7 @@ pub fn sources(py: Python<'_>, given: Vec<Given<'_>>) -> PyResult<Sources> {
 }
 
 /// A NumPy array that owns the numbers of a result; they are not copied.
-pub fn numpy<'py>(py: Python<'py>, array: KeptArray) -> PyResult<Bound<'py, PyAny>> {
+pub fn numpy(py: Python<'_>, array: KeptArray) -> PyResult<Bound<'_, PyAny>> {
     let shape = array.shape;
     Ok(match array.numbers {
         KeptNumbers::Real(values) => PyArray1::from_vec(py, values).reshape(shape)?.into_any(),

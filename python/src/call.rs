@@ -28,12 +28,14 @@ pub fn run(
     options: &str,
     arrays: Vec<Given<'_>>,
     threads: Option<u32>,
-    memory: Option<u64>,
+    memory: Option<&str>,
     at_once: Option<u32>,
     trust: bool,
     progress: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Computed> {
     let heard = Heard::default();
+    let memory = memory.map(shapespace::api::memory).transpose();
+    let memory = memory.map_err(|error| exception(py, &error))?;
     let call = Call {
         options: table(options)?,
         sources: sources(py, arrays)?,

@@ -48,12 +48,12 @@ impl Computed {
 
     /// The summary as text.
     fn summary(&self) -> String {
-        self.inner().summary()
+        self.inner().summary().to_owned()
     }
 
     /// Writes the result directory, or only what later commands read of it.
     fn save(&self, py: Python<'_>, folder: PathBuf, drawn: bool) -> PyResult<PathBuf> {
-        py.detach(|| self.inner().save(&folder, drawn))
+        py.detach(move || self.inner().save(&folder, drawn))
             .map_err(|error| exception(py, &error))
     }
 }
@@ -87,7 +87,7 @@ impl Verified {
 
     /// Writes the result directory.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<PathBuf> {
-        py.detach(|| self.inner().save(&folder))
+        py.detach(move || self.inner().save(&folder))
             .map_err(|error| exception(py, &error))
     }
 }

@@ -47,19 +47,20 @@ class Program:
         assert plain(result.record) == plain(expected)
 
 
-# Times, and names and checksums of files.
-OTHERWISE = ("seconds", "path", "peak_memory_bytes", "arrays", "sha256", "inputs", "start", "end")
-OTHERWISE += ("average", "pca", "geodesic", "variation", "average_sum", "name", "shapes", "valid")
+# What depends on the run, and what on the names and the bytes of files, if it is a text or a list.
+TIMES = {"peak_memory_bytes", "arrays"}
+NAMES = {"path", "sha256", "inputs", "start", "end", "average", "pca", "geodesic", "variation"}
+NAMES |= {"average_sum", "name", "shapes", "valid"}
 
 
 def plain(value):
     """A record without what depends on times and on the names of files."""
     if isinstance(value, dict):
-        kept = {k: v for k, v in value.items() if not isinstance(v, (str, list)) or k not in OTHERWISE}
         return {
             k: plain(v)
-            for k, v in kept.items()
-            if not k.endswith("seconds") and k not in ("peak_memory_bytes", "arrays")
+            for k, v in value.items()
+            if not (k in TIMES or k.endswith("seconds"))
+            if not (k in NAMES and isinstance(v, (str, list)))
         }
     if isinstance(value, list):
         return [plain(entry) for entry in value]

@@ -40,6 +40,15 @@ def test_the_text_is_that_of_the_program(program, options):
     assert str(caught.value).splitlines() == expected
 
 
+def test_threads_and_memory_are_checked():
+    with pytest.raises(shapespace.InputError, match="--threads 100000 is not allowed"):
+        shapespace.average(ellipses(), threads=100000)
+    with pytest.raises(shapespace.InputError, match="--memory lots is not allowed"):
+        shapespace.average(ellipses(), memory="lots")
+    with pytest.raises(shapespace.InputError, match="of memory are not enough"):
+        shapespace.average(ellipses(), memory="1MB")
+
+
 def test_errors_are_of_kinds_that_python_knows():
     with pytest.raises(ValueError) as caught:
         shapespace.average(ellipses(), grid=100)
@@ -52,7 +61,8 @@ def test_errors_are_of_kinds_that_python_knows():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "right"), [("gird", "grid"), ("aling", "align"), ("mismatch_wieght", "mismatch_weight")]
+    ("wrong", "right"),
+    [("gird", "grid"), ("aling", "align"), ("mismatch_wieght", "mismatch_weight")],
 )
 def test_the_nearest_option_is_named(wrong, right):
     with pytest.raises(shapespace.InputError, match=f"no key `{wrong}`(.|\n)*did you mean `{right}`"):

@@ -6,8 +6,9 @@ use toml::Table;
 
 use super::computed::{Computed, Held};
 use crate::average::{Average, AverageConfig, AverageRun, JointAverage, Sweep};
+use crate::bytes::bytes;
 use crate::calculus::{ExtendConfig, TransportConfig};
-use crate::config::{Config, keys_of, resolve};
+use crate::config::{Config, allow, keys_of, resolve};
 use crate::dimension::Dim;
 use crate::distances::{DistanceStudy, DistancesConfig};
 use crate::error::CliError;
@@ -82,6 +83,14 @@ impl Call {
     /// [`CliError`], as the command line; [`CliError::Key`] for a command or an option that does not
     /// exist.
     pub fn run(&self, command: &str) -> Result<Computed, CliError> {
+        let threads = self.threads.unwrap_or(1);
+        allow(
+            (1..=4096).contains(&threads),
+            "threads",
+            &threads,
+            "1 to 4096",
+        )?;
+        // A process has a single memory, hence a single limit: that of the last call.
         set_limit(self.memory);
         match command {
             "average" => self.average(),
@@ -172,6 +181,18 @@ pub fn keys(command: &str) -> Result<Vec<String>, CliError> {
         "extend" => keys_of::<ExtendConfig>(),
         "transport" => keys_of::<TransportConfig>(),
         other => return Err(no_command(other)),
+    })
+}
+
+/// A number of bytes such as `4GiB`, as the command line reads it.
+///
+/// # Errors
+/// [`CliError::Parameter`].
+pub fn memory(text: &str) -> Result<u64, CliError> {
+    bytes(text).map_err(|expected| CliError::Parameter {
+        name: "memory",
+        value: text.into(),
+        expected,
     })
 }
 

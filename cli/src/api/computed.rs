@@ -22,7 +22,7 @@ pub struct Computed {
     /// Files that belong to the directory and have been written during the computation.
     work: Option<WorkDir>,
     kept: Kept,
-    lines: Vec<String>,
+    summary: String,
     interrupted: bool,
     /// The folder of the work.
     place: Option<TempDir>,
@@ -57,7 +57,7 @@ impl Computed {
             held: Box::new(held),
             work,
             kept,
-            lines: summary.lines().to_vec(),
+            summary: summary.words(),
             interrupted: summary.interrupted,
             place: None,
         }
@@ -83,9 +83,9 @@ impl Computed {
         &self.kept.record
     }
 
-    /// The summary of the command line, without doubts and names of files.
-    pub fn summary(&self) -> String {
-        self.lines.join("\n")
+    /// The summary of the command line, without the names of files.
+    pub fn summary(&self) -> &str {
+        &self.summary
     }
 
     /// Whether the caller has stopped the computation.

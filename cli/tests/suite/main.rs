@@ -3,6 +3,7 @@
 mod common;
 
 mod absurd_options;
+mod api;
 mod average;
 mod bad_input;
 mod calculus;

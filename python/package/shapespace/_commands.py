@@ -63,14 +63,14 @@ class _Run:
         self,
         progress: Optional[Progress] = None,
         threads: Optional[int] = None,
-        memory: Optional[int] = None,
+        memory: Union[int, str, None] = None,
         at_once: Optional[int] = None,
         trust: bool = False,
     ) -> None:
-        self.arguments = {
+        self.arguments: dict[str, Any] = {
             "progress": progress,
             "threads": threads,
-            "memory": memory,
+            "memory": None if memory is None else str(memory),
             "at_once": at_once,
             "trust": trust,
         }
@@ -96,9 +96,9 @@ class _Run:
         return _shapespace.run(command, text, given.arrays, **self.arguments)
 
 
-def _from(source: Source, kind: type, word: str) -> str:
+def _from(source: Source, kind: type[Result], word: str) -> str:
     """The folder of a result."""
-    if isinstance(source, kind):
+    if isinstance(source, Result) and isinstance(source, kind):
         return source._folder()
     if isinstance(source, (str, os.PathLike)):
         return os.fspath(source)
@@ -125,7 +125,7 @@ def average(
     valid: Optional[Sequence[Optional[Image]]] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
-    memory: Optional[int] = None,
+    memory: Union[int, str, None] = None,
     trust: bool = False,
     **options: Any,
 ) -> Union[Average, ImageAverage, Sweep]:

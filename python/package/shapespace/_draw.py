@@ -18,7 +18,7 @@ def _axes(ax: Any, size: tuple[float, float] = (4, 4)) -> Any:
         import matplotlib.pyplot as plt
     except ImportError as error:
         raise ImportError("plot() draws with matplotlib: pip install matplotlib") from error
-    return plt.figure(figsize=size).add_subplot()
+    return plt.figure(figsize=size, layout="constrained").add_subplot()
 
 
 def _bare(ax: Any) -> Any:
@@ -41,7 +41,7 @@ def average(result: Any, ax: Any) -> Any:
     for k, weight in enumerate(result.weights):
         ax.contour(_flat(weight), levels=[0.5], colors=[f"C{k % 10}"], linewidths=0.8)
     ax.contour(mask.astype(float), levels=[0.5], colors=[_INK], linewidths=1.6)
-    ax.set_title(repr(result)[1:-1], fontsize=8)
+    ax.set_title(f"average of {len(result.names)} shapes, {result.verdict}", fontsize=9)
     return ax
 
 
@@ -56,9 +56,7 @@ def row(masks: Sequence[np.ndarray], ax: Any) -> Any:
     flat = [_flat(mask).astype(float) for mask in masks]
     height = max(shape.shape[0] for shape in flat)
     gap = max(2, height // 20)
-    padded = [
-        np.pad(shape, ((0, height - shape.shape[0]), (gap, gap))) for shape in flat
-    ]
+    padded = [np.pad(shape, ((0, height - shape.shape[0]), (gap, gap))) for shape in flat]
     ax = _bare(_axes(ax, (2 * len(flat), 2)))
     ax.imshow(1.0 - 0.75 * np.hstack(padded), cmap="gray", vmin=0, vmax=1)
     return ax
@@ -97,7 +95,7 @@ def as_html(result: Any) -> str:
         from matplotlib.figure import Figure
     except ImportError:
         return ""
-    figure = Figure(figsize=(5, 4))
+    figure = Figure(figsize=(5, 4), layout="constrained")
     FigureCanvasAgg(figure)
     try:
         result.plot(figure.add_subplot())

@@ -139,9 +139,7 @@ class Result:
         return f"<{self._word}{self._shape_words()}: {state}, {verdict}>"
 
     def __str__(self) -> str:
-        lines = [self._computed.summary(), f"  verdict      {self.verdict}"]
-        lines += [f"    {doubt}" for doubt in self.doubts]
-        return "\n".join(lines)
+        return self._computed.summary()
 
     def _repr_html_(self) -> str:
         picture = _draw.as_html(self)
@@ -172,7 +170,7 @@ class Average(Result):
 
     @property
     def deformations(self) -> list[np.ndarray]:
-        """For every input, where its points go: positions in the unit box, ``(d, [nz,] ny, nx)``."""
+        """For every input, where its points go in the unit box: ``(d, [nz,] ny, nx)``."""
         return self._numbered("deformation")
 
     @property
@@ -315,8 +313,8 @@ class Distances(Result):
 
     @property
     def matrix(self) -> np.ndarray:
-        """The matrix of distances: symmetric, with zeros on the diagonal; NaN where no path of a pair
-        could be used. ``metric="precomputed"`` of scikit-learn takes it."""
+        """The matrix of distances: symmetric, with zeros on the diagonal; NaN where no path of a
+        pair could be used. ``metric="precomputed"`` of scikit-learn takes it."""
         return self.arrays["distances"]
 
     def condensed(self) -> np.ndarray:

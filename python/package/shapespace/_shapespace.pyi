@@ -26,7 +26,7 @@ def run(
     arrays: Sequence[_Given],
     *,
     threads: Optional[int],
-    memory: Optional[int],
+    memory: Optional[str],
     at_once: Optional[int],
     trust: bool,
     progress: Optional[Callable[[Any], object]],

@@ -55,7 +55,7 @@ class ShapePCA:
 
     def fit(self, masks: Images, y: Any = None) -> "ShapePCA":
         """Computes the average of the masks and its modes; ``y`` is ignored."""
-        run = {"progress": self.progress, "threads": self.threads}
+        run: dict[str, Any] = {"progress": self.progress, "threads": self.threads}
         self.average_ = average(masks, **run, **(self.average_options or {}))
         modes = {"modes": self.n_components, **(self.pca_options or {})}
         self.pca_ = pca(self.average_, **run, **modes)
