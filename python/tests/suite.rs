@@ -11,10 +11,9 @@ use std::{env, fs, io};
 /// What the interpreter has to have.
 const NEEDED: &str = "import sys, numpy, pytest; assert sys.version_info >= (3, 9)";
 
-/// The folder of the outputs of this build.
+/// The folder of the outputs of this build: this program and the module.
 fn outputs() -> PathBuf {
-    let test = env::current_exe().unwrap();
-    test.ancestors().nth(2).unwrap().into()
+    env::current_exe().unwrap().parent().unwrap().into()
 }
 
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
@@ -52,7 +51,7 @@ fn the_python_package_passes_its_tests() {
         );
         return;
     }
-    let program = outputs().join(format!("shapespace{EXE_SUFFIX}"));
+    let program = outputs().join(format!("../shapespace{EXE_SUFFIX}"));
     let tests = Command::new(&python)
         .args([
             "-m",

@@ -21,6 +21,12 @@ def centre(mask, affine):
     return (affine @ [*index, 1])[:3]
 
 
+def reach(mask, affine):
+    """How far an object reaches about its centre along the axes of the world."""
+    points = np.array(np.nonzero(mask)).T @ affine[:3, :3].T
+    return points.std(axis=0)
+
+
 @pytest.fixture(scope="module")
 def placed():
     return shapespace.average(volumes(), affine=AFFINE, grid=17)
@@ -29,6 +35,9 @@ def placed():
 def test_the_average_lies_where_the_shapes_do(placed):
     expected = centre(volumes()[0], AFFINE)
     assert np.allclose(centre(placed.mask, placed.affine), expected, atol=0.5)
+    bounds = np.sort([reach(volume, AFFINE) for volume in volumes()], axis=0)
+    found = reach(placed.mask, placed.affine)
+    assert (0.9 * bounds[0] < found).all() and (found < 1.1 * bounds[1]).all()
     sizes = [abs(np.linalg.det(AFFINE[:3, :3])) * volume.sum() for volume in volumes()]
     size = abs(np.linalg.det(placed.affine[:3, :3])) * placed.mask.sum()
     assert 0.85 * min(sizes) < size < 1.1 * max(sizes)
@@ -75,6 +84,17 @@ def test_nibabel_images_are_their_files(program):
     program.same(shapespace.average([nibabel.load(file) for file in files], grid=9), "out")
     # The array with its affine map is the same, too.
     program.same(shapespace.average(volumes(), affine=AFFINE, grid=9), "out")
+
+
+def test_units_of_nibabel_images_are_read(program):
+    nibabel = pytest.importorskip("nibabel", reason="nibabel is not installed")
+    images = [nibabel.Nifti1Image(volume, AFFINE) for volume in volumes()]
+    for k, image in enumerate(images):
+        image.header.set_xyzt_units("micron")
+        nibabel.save(image, program.folder / f"mask_{k:03}.nii")
+    files = sorted(program.folder.glob("*.nii"))
+    program.run("average", *files, "--grid", 9, "-o", "out")
+    program.same(shapespace.average(images, grid=9), "out")
 
 
 def test_the_affine_is_that_of_nibabel(placed):

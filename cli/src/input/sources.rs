@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use super::decode::{Meaning, NumberType, Samples};
 use super::lattice::Lattice;
+use super::packed::Packed;
 use super::raster::Colours;
-use super::world::affine_fault;
+use super::volume::usable_affine;
 use super::{
     AnyImage, AnyImages, GreyRange, InputError, Numbers, ReadOptions, bytes_of, decode_samples,
     grey, mask, same_dimension,
@@ -109,13 +110,9 @@ impl Sources {
                 found: axes,
             });
         }
-        let fault = array.affine.and_then(|map| affine_fault(&map, axes.min(3)));
-        if let Some(reason) = fault {
-            return Err(InputError::Malformed {
-                path: name.into(),
-                format: "array with an affine map",
-                reason: reason.into(),
-            });
+        if let Some(affine) = array.affine {
+            let format = "array with an affine map";
+            usable_affine(affine, axes.clamp(2, 3), Packed { path: name, format })?;
         }
         let samples = Arc::new(array.into_samples());
         self.arrays.insert(name.into(), samples);
