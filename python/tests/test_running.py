@@ -39,8 +39,10 @@ def test_an_exception_of_the_callback_ends_the_computation():
 
 
 LONG = """
-    import shapespace, sys, time
+    import shapespace, signal, sys
     from drawing import ellipses
+    # A process in the background may have been started without.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     def told(event):
         if isinstance(event, shapespace.Iteration):
             print("running", flush=True)
@@ -60,9 +62,12 @@ def test_ctrl_c_is_heard_at_once():
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert process.stdout.readline() == "running\n"
-    process.send_signal(signal.SIGINT)
-    output, _ = process.communicate(timeout=60)
+    try:
+        assert process.stdout.readline() == "running\n"
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert output.endswith("stopped\n")
     assert process.returncode == 7
 

@@ -51,7 +51,7 @@ def test_order_and_strides_of_memory_do_not_matter():
 
 
 def test_average_of_volumes(program):
-    masks = [ellipsoid(), ellipsoid(axes=(0.25, 0.3, 0.25))]
+    masks = [ellipsoid(9), ellipsoid(9, axes=(0.25, 0.3, 0.25))]
     files = program.save(**{f"mask_{k:03}": mask for k, mask in enumerate(masks)})
     program.run("average", *files, "--grid", 9, "-o", "out")
     program.same(shapespace.average(masks, grid=9), "out")

@@ -12,7 +12,7 @@ AFFINE = np.array(
 
 
 def volumes():
-    return [ellipsoid(15).astype("u1"), ellipsoid(15, axes=(0.25, 0.3, 0.25)).astype("u1")]
+    return [ellipsoid(11).astype("u1"), ellipsoid(11, axes=(0.25, 0.3, 0.25)).astype("u1")]
 
 
 def centre(mask, affine):
