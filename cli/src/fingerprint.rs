@@ -150,6 +150,14 @@ pub(crate) fn hash<const D: usize>(image: &Image<D>) -> String {
     for value in &image.values {
         take(value.to_bits());
     }
+    if let Some(outline) = &image.outline {
+        for number in outline.points().iter().flatten() {
+            take(number.to_bits());
+        }
+        for &corner in outline.simplices().iter().flatten() {
+            take(u64::from(corner));
+        }
+    }
     format!("{state:016x}")
 }
 
@@ -197,6 +205,8 @@ mod tests {
             affine: None,
             direction: None,
             plain_array: false,
+            outline: None,
+            remark: None,
         };
         let one = hash(&image(1.0));
         let renamed = Image {

@@ -35,6 +35,8 @@ pub(super) struct Found<'a, const D: usize> {
     average: SizeRecord,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<SurfaceRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outline: Option<SurfaceRecord>,
     /// Estimated bytes by purpose.
     memory_estimate: MemoryEstimate,
 }
@@ -52,7 +54,7 @@ enum Distance {
 pub(super) fn record<const D: usize>(
     outcome: &Outcome<D>,
     volume: Result<Moments<D>, LevelsetError>,
-    surface: Option<SurfaceRecord>,
+    [surface, outline]: [Option<SurfaceRecord>; 2],
     start: Instant,
 ) -> Record<'_, D> {
     let (inputs, result) = (&outcome.inputs, &outcome.result);
@@ -70,6 +72,7 @@ pub(super) fn record<const D: usize>(
             |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
         ),
         surface,
+        outline,
         memory_estimate: outcome.memory,
     };
     let status = overall(result.status, levels.last().map(|level| level.status));

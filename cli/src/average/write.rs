@@ -15,7 +15,7 @@ use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir};
 use crate::session::Session;
-use crate::shapes::{WorldFrame, write_surface};
+use crate::shapes::{WorldFrame, write_curves, write_surface};
 use crate::summary::Summary;
 use crate::warp::{write_shape, write_warps};
 
@@ -40,12 +40,14 @@ pub(super) fn write_all<const D: usize>(
     directory.with_file("average.png", |path| {
         Ok::<_, CliError>(picture(outcome, &outline)?.write_png(path)?)
     })?;
-    let surface = write_surface(directory, "average.stl", &outcome.inputs, &outline)?;
+    let extensions = ["stl", "ply", "vtp"];
+    let surface = write_surface(directory, "average", &extensions, &outcome.inputs, &outline)?;
+    let curves = write_curves(directory, "average_outline", &outcome.inputs, &outline)?;
     let grid = *outcome.result.average.grid();
     write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
     write_warps(directory, &outcome.inputs, &outcome.result.displacements)?;
     let volume = Moments::of_contour(&outline);
-    let record = record(outcome, volume, surface, session.start);
+    let record = record(outcome, volume, [surface, curves], session.start);
     record.write(directory)?;
     Ok(summary(&record, session.output))
 }

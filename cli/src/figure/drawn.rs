@@ -37,6 +37,8 @@ pub(crate) fn drawn_image(
         affine: None,
         direction: None,
         plain_array: true,
+        outline: None,
+        remark: None,
     }
 }
 

@@ -69,7 +69,7 @@ pub(crate) fn write_path<const D: usize>(
     let mut coordinates = None;
     for (k, contour) in path.contours.iter().enumerate() {
         let name = numbered("shape", k, "stl");
-        coordinates = write_surface(directory, name, inputs, contour)?;
+        coordinates = write_surface(directory, name, &["stl"], inputs, contour)?;
     }
     Ok(coordinates)
 }

@@ -6,7 +6,8 @@ use levelset::{BoxEdge, Contour, LevelsetError, contour};
 use super::frame::FrameTransform;
 use super::{Image, LEVEL};
 
-/// The boundary of a mask's object in the unit box: the contour of level 1/2 between the samples
+/// The boundary of a mask's object in the unit box: the exact one of an outline or a surface, else the
+/// contour of level 1/2 between the samples
 /// at their own resolution, so that nothing is lost where they are finer than a grid, and grey
 /// edges keep their sub-sample position. Beyond its samples an image is background, so that the
 /// boundary is always closed. The order and the directions in which samples are stored make no
@@ -19,6 +20,14 @@ pub fn boundary<const D: usize>(
     image: &Image<D>,
     frame: &FrameTransform<D>,
 ) -> Result<Contour<D>, LevelsetError> {
+    if let Some(outline) = &image.outline {
+        let placed = outline.map(|p| frame.to_unit(p));
+        return Ok(if frame.reflects() {
+            placed.flipped()
+        } else {
+            placed
+        });
+    }
     let bounds = image
         .object_bounds()
         .ok_or(LevelsetError::EmptyObject { level: LEVEL })?;

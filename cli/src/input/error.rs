@@ -173,6 +173,52 @@ pub enum InputError {
         /// Spacing along each axis, `x` first.
         spacing: Vec<f64>,
     },
+    /// A surface where an image is needed.
+    #[error("'{}' is a surface or an outline, not an image", path.display())]
+    NoImage {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A label of a surface.
+    #[error("'{}' is a surface or an outline and has no labels", path.display())]
+    NoLabels {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Too many triangles.
+    #[error("'{}' has {found} triangles, more than the limit of {}", path.display(), super::mesh::MAX_TRIANGLES)]
+    TooManyTriangles {
+        /// The file.
+        path: PathBuf,
+        /// Triangles found.
+        found: usize,
+    },
+    /// A surface with holes that are not small.
+    #[error(
+        "'{}' is not closed: {holes} holes with {open} open edges, the widest {widest:.3} across, where \
+         holes up to {limit:.3} are closed; {crowded} edges have more than two triangles",
+        path.display()
+    )]
+    OpenSurface {
+        /// The file.
+        path: PathBuf,
+        /// Edges where the surface ends.
+        open: usize,
+        /// Closed ways of such edges.
+        holes: usize,
+        /// Edges of more than two triangles.
+        crowded: usize,
+        /// The largest diagonal of the box around a hole.
+        widest: f64,
+        /// The largest one that is closed.
+        limit: f64,
+    },
+    /// A surface without an inside.
+    #[error("'{}' encloses no volume", path.display())]
+    FlatSurface {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file that states no place in the world, where one is needed.
     #[error("'{}' is no volume with a place in the world", path.display())]
     Placeless {
@@ -196,7 +242,7 @@ impl InputError {
             Self::Unreadable { .. } => "check that the path is right and that the file may be read",
             Self::UnknownFormat { .. } => {
                 "use .png, .jpg, .pgm, .pbm, .ppm, .tif, .bmp, .npy, .nii, .nii.gz, .hdr with .img, \
-                 .nrrd, .nhdr, .mha or .mhd, and use that extension"
+                 .nrrd, .nhdr, .mha, .mhd, .stl, .ply, .obj, .vtk, .vtp, .svg or .csv, and use that extension"
             }
             Self::Malformed { .. } => {
                 "open the file in the program it came from and export it again"
@@ -233,6 +279,18 @@ impl InputError {
             }
             Self::NotLabels { .. } => "leave --label out, or give an image of whole numbers",
             Self::Spacing { .. } => "write the voxel size in millimetres into the header (pixdim)",
+            Self::NoImage { .. } => {
+                "give a picture or a volume; surfaces and outlines go to the commands that take masks, such as \
+                 average"
+            }
+            Self::NoLabels { .. } => "leave --label out, or give a label image",
+            Self::TooManyTriangles { .. } => {
+                "reduce the number of triangles in a mesh program (decimation)"
+            }
+            Self::OpenSurface { .. } => {
+                "close its holes in a mesh program, or give the mask from which it was made"
+            }
+            Self::FlatSurface { .. } => "give a closed surface, or the mask from which it was made",
             Self::Placeless { .. } => {
                 "give a volume whose header has an affine map, such as a NIfTI file with an sform"
             }

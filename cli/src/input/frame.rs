@@ -120,6 +120,11 @@ impl<const D: usize> FrameTransform<D> {
         determinant(&counted) < 0.0
     }
 
+    /// Whether samples are reflected.
+    pub(super) fn reflects(&self) -> bool {
+        self.direction.is_some_and(|rows| determinant(&rows) < 0.0)
+    }
+
     /// Unit-box length of one length unit of the file.
     pub fn scale(&self) -> f64 {
         self.scale

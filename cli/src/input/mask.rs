@@ -73,6 +73,8 @@ fn shaped<const D: usize>(samples: Samples, path: &Path) -> Image<D> {
         affine: samples.affine,
         direction: None,
         plain_array: samples.plain_array,
+        outline: None,
+        remark: None,
     }
 }
 

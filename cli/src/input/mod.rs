@@ -11,6 +11,7 @@
 
 mod bmp;
 mod boundary;
+mod curves;
 mod decode;
 mod error;
 pub mod frame;
@@ -19,10 +20,12 @@ mod jpeg;
 pub mod lattice;
 mod levels;
 mod mask;
+mod mesh;
 mod metaimage;
 mod nifti;
 mod npy;
 mod nrrd;
+mod outline;
 mod packed;
 pub mod place;
 mod pnm;
@@ -30,6 +33,7 @@ mod raster;
 mod sources;
 mod tiff;
 mod volume;
+mod winding;
 mod world;
 
 use std::path::{Path, PathBuf};
@@ -38,7 +42,10 @@ pub use boundary::boundary;
 pub use error::InputError;
 pub use grey::GreyRange;
 pub use levels::grey_share;
+pub(crate) use mesh::{is_mesh, read_mesh};
 pub use sources::{ArrayType, NamedArray, Sources};
+
+use levelset::Contour;
 
 use crate::dimension::Dim;
 use crate::{files, memory};
@@ -86,6 +93,11 @@ pub struct Image<const D: usize> {
     /// Whether the values are the unchanged numbers of the file, so that they can be used as nodal
     /// values.
     pub plain_array: bool,
+    /// The exact boundary in (fractional) sample indices, where the file has one; the values are
+    /// then samples of what it encloses.
+    pub outline: Option<Contour<D>>,
+    /// What was mended when the file was read.
+    pub remark: Option<String>,
 }
 
 impl<const D: usize> Image<D> {
@@ -184,11 +196,26 @@ pub fn decode_image(
     path: &Path,
     options: &ReadOptions,
 ) -> Result<AnyImage, InputError> {
-    mask::into_image(
-        decode_samples(bytes, path, Colours::Refused)?,
-        path,
-        options,
-    )
+    let extension = extension_of(path);
+    let curves = curves::is_outline(&extension);
+    if curves || is_mesh(&extension) {
+        if options.label.is_some() {
+            return Err(InputError::NoLabels { path: path.into() });
+        }
+        return if curves {
+            curves::decode_image(bytes, path, &extension)
+        } else {
+            mesh::decode_image(bytes, path, &extension)
+        };
+    }
+    let samples = decode_samples(bytes, path, Colours::Refused)?;
+    mask::into_image(samples, path, options)
+}
+
+/// The extension of a file, in small letters; empty where there is none.
+pub(crate) fn extension_of(path: &Path) -> String {
+    let extension = path.extension().unwrap_or_default();
+    extension.to_string_lossy().to_lowercase()
 }
 
 fn decode_samples(
@@ -211,6 +238,9 @@ fn decode_samples(
         "tif" | "tiff" => tiff::decode(bytes, path),
         "png" | "jpg" | "jpeg" | "pgm" | "pbm" | "ppm" | "pnm" | "bmp" => {
             raster::decode(bytes, path, extension, colours)
+        }
+        _ if is_mesh(extension) || curves::is_outline(extension) => {
+            Err(InputError::NoImage { path: path.into() })
         }
         _ => Err(InputError::UnknownFormat { path: path.into() }),
     }

@@ -22,6 +22,7 @@
 //! The box of a sample reaches half a spacing to both sides.
 
 use fe_grid::{Grid, ScalarField};
+use levelset::Contour;
 
 use super::frame::{FrameRule, FrameTransform};
 use super::{Image, LEVEL};
@@ -44,6 +45,9 @@ struct Bounds<const D: usize> {
 impl<const D: usize> Bounds<D> {
     /// The box of an image's object; that of the whole image where there is no object.
     fn of_object(image: &Image<D>) -> Self {
+        if let Some(outline) = &image.outline {
+            return Self::of_points(image, outline);
+        }
         if let Some(directions) = &image.direction {
             return Self::of_turned(image, directions);
         }
@@ -55,6 +59,19 @@ impl<const D: usize> Bounds<D> {
             low: std::array::from_fn(|k| edge(k, samples[k][0] as f64 - 0.5)),
             high: std::array::from_fn(|k| edge(k, samples[k][1] as f64 + 0.5)),
         }
+    }
+
+    /// The box of an exact boundary.
+    fn of_points(image: &Image<D>, outline: &Contour<D>) -> Self {
+        let frame = FrameTransform::of_image(image, 1.0, [0.0; D], FrameRule::Whole);
+        let corners = outline.simplices().iter().flatten();
+        let points = corners.map(|&corner| frame.to_unit(outline.points()[corner as usize]));
+        let boxes = points.map(|p| Self { low: p, high: p });
+        // Outlines that were read have points.
+        boxes.reduce(Self::union).unwrap_or(Self {
+            low: image.origin,
+            high: image.origin,
+        })
     }
 
     /// The box around the boxes of an object's samples whose axes have these directions.
@@ -336,6 +353,8 @@ pub(crate) mod tests {
             affine: None,
             direction: None,
             plain_array: false,
+            outline: None,
+            remark: None,
         };
         for index in 0..image.values.len() {
             let sample = image.sample(index);

@@ -10,8 +10,8 @@ use super::packed::Packed;
 use super::raster::Colours;
 use super::volume::usable_affine;
 use super::{
-    AnyImage, AnyImages, GreyRange, InputError, Numbers, ReadOptions, bytes_of, decode_samples,
-    grey, mask, same_dimension,
+    AnyImage, AnyImages, GreyRange, InputError, Numbers, ReadOptions, bytes_of, decode_image,
+    decode_samples, grey, mask, same_dimension,
 };
 
 /// The type of the numbers of an array, which decides what they mean, as in a file.
@@ -132,7 +132,10 @@ impl Sources {
     /// # Errors
     /// [`InputError`] names the input, the defect and the remedy.
     pub fn read_image(&self, path: &Path, options: &ReadOptions) -> Result<AnyImage, InputError> {
-        mask::into_image(self.samples(path, Colours::Refused)?, path, options)
+        match self.arrays.get(path) {
+            Some(samples) => mask::into_image(Samples::clone(samples), path, options),
+            None => decode_image(&bytes_of(path)?, path, options),
+        }
     }
 
     /// Reads masks that all have the same number of axes.

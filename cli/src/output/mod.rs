@@ -9,11 +9,12 @@ mod kept;
 pub mod matrix;
 pub mod nifti;
 pub mod npy;
+pub mod outline;
 pub(crate) mod png;
 pub mod pvd;
 mod staging;
 pub mod steps;
-pub mod stl;
+pub mod surface;
 pub mod vti;
 mod work;
 

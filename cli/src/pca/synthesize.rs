@@ -14,7 +14,7 @@ use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::output::ResultDir;
-use crate::output::stl::{state_world, write_surface};
+use crate::output::surface::write_surface;
 use crate::picture::{Canvas, INK, Shape, Tiles, colour};
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
@@ -100,9 +100,9 @@ impl Command for SynthesizeConfig {
         if D == 3 {
             let world = outcome.stored.average.world;
             let place = |p| world.map_or(p, |world| world.position(p));
+            let shape = Shape::of(&shape.map(place));
             directory.with_file("shape.stl", |path| {
-                write_surface(path, Shape::of(&shape.map(place)).surface())?;
-                world.map_or(Ok(()), |_| state_world(path))
+                write_surface(path, shape.surface(), world.is_some())
             })?;
         }
         let record = record(outcome, self, [&shape, &outline], session.start)?;

@@ -55,6 +55,17 @@ impl Shape {
         }
     }
 
+    /// The closed curves of a flat shape.
+    pub fn closed_curves(&self) -> Vec<&[[f64; 2]]> {
+        match self {
+            Self::Flat(curves) => {
+                let closed = curves.iter().filter(|curve| curve.closed);
+                closed.map(|curve| curve.points.as_slice()).collect()
+            }
+            Self::Solid { .. } => Vec::new(),
+        }
+    }
+
     /// The surface of a solid shape.
     pub fn surface(&self) -> Surface<'_> {
         match self {

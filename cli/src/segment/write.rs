@@ -3,16 +3,23 @@
 use std::path::Path;
 
 use levelset::Contour;
+use nalgebra::{SMatrix, SVector};
 
 use super::args::SegmentConfig;
 use super::compute::Found;
 use super::draw;
 use super::record::{record, summary};
 use crate::error::CliError;
+use crate::input::Image;
+use crate::input::lattice::Lattice;
 use crate::output::energy::{EnergyPoint, energy_points, write_energy_plot, write_energy_table};
+use crate::output::nifti::{Values, write_volume};
 use crate::output::npy::Precision;
+use crate::output::outline::write_outline;
+use crate::output::surface::write_surface;
 use crate::output::vti::VtiFile;
-use crate::output::{OutputError, ResultDir, numbered, write_text};
+use crate::output::{OutputError, ResultDir, numbered};
+use crate::picture::Shape;
 use crate::session::Session;
 use crate::summary::Summary;
 
@@ -67,8 +74,9 @@ fn write_image<const D: usize>(
     directory.mask(name("edges"), &edges, &grid.nodes_per_axis())?;
     if let Some(object) = &found.object {
         directory.mask(name("mask"), &object.mask, &found.placed.image.size)?;
-        directory.with_file(numbered("outline", i, "csv"), |path| {
-            write_outline(path, found, &object.outline)
+        write_boundary(directory, i, found, &object.outline)?;
+        directory.with_file(numbered("mask", i, "nii.gz"), |path| {
+            write_volume_mask(path, &found.placed.image, &object.mask)
         })?;
     }
     Ok(directory.with_file(numbered("segment", i, "vti"), |path| {
@@ -82,21 +90,43 @@ fn write_image<const D: usize>(
     })?)
 }
 
-/// The boundary's simplices, one corner per line, in samples of the image: segments in 2D,
-/// triangles in 3D.
-fn write_outline<const D: usize>(
-    path: &Path,
+/// The boundary: closed curves in samples of the image, or a surface in the world of a volume, in
+/// lengths of its file where it has none.
+fn write_boundary<const D: usize>(
+    directory: &ResultDir,
+    i: usize,
     found: &Found<D>,
     outline: &Contour<D>,
 ) -> Result<(), OutputError> {
-    let axes = ["x", "y", "z"];
-    let mut lines = vec![format!("piece,{}\n", axes[..D].join(","))];
-    for (piece, corners) in outline.all_corners().enumerate() {
-        for corner in corners {
-            let sample = found.placed.input.frame.to_sample(corner);
-            let numbers = sample.map(|x| format!("{x:.4}"));
-            lines.push(format!("{piece},{}\n", numbers.join(",")));
-        }
+    let samples = outline.map(|p| found.placed.input.frame.to_sample(p));
+    if D == 2 {
+        return directory.with_file(numbered("outline", i, "csv"), |path| {
+            write_outline(path, &Shape::of(&samples).closed_curves())
+        });
     }
-    write_text(path, &lines.concat())
+    let image = &found.placed.image;
+    let affine = image.affine;
+    let matrix = SMatrix::<f64, D, D>::from_fn(|i, j| match affine {
+        Some(affine) => affine[i][j],
+        None => image.spacing[i] * f64::from(u8::from(i == j)),
+    });
+    let shift = SVector::<f64, D>::from_fn(|i, _| affine.map_or(0.0, |affine| affine[i][3]));
+    let placed = samples.transformed(&matrix, &shift);
+    directory.with_file(numbered("surface", i, "stl"), |path| {
+        write_surface(path, Shape::of(&placed).surface(), affine.is_some())
+    })
+}
+
+/// The mask of an object at the samples of a volume with a place in the world.
+fn write_volume_mask<const D: usize>(
+    path: &Path,
+    image: &Image<D>,
+    mask: &[bool],
+) -> Result<(), OutputError> {
+    let size: Option<[usize; 3]> = image.size.as_slice().try_into().ok();
+    let Some((size, affine)) = size.zip(image.affine) else {
+        return Ok(());
+    };
+    let bytes: Vec<u8> = mask.iter().map(|&inside| u8::from(inside)).collect();
+    write_volume(path, &Lattice { size, affine }, &Values::Mask(&bytes))
 }

@@ -38,7 +38,7 @@ pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
     GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
 };
-pub(crate) use surface::write_surface;
+pub(crate) use surface::{write_curves, write_surface};
 pub(crate) use world::{WorldFrame, WorldRecord};
 
 /// Masks that are read and placed in the unit box.
@@ -234,6 +234,9 @@ pub(crate) fn prepare<const D: usize>(
         input.leads = i == like;
         let partly = views.get(i).is_some_and(Option::is_some);
         input.doubts = inspect_mask(&images[i], partly);
+        if let Some(remark) = &images[i].remark {
+            progress.note(format!("'{}': {remark}", images[i].path.display()));
+        }
     }
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));

@@ -167,6 +167,7 @@ pub(crate) fn view_of<const D: usize>(
             ),
         ));
     }
+    image.outline = None;
     // The occlusion is bounded; the visible region extends beyond the image.
     for value in &mut image.values {
         *value = 2.0 * LEVEL - *value;

@@ -1,12 +1,18 @@
 //! Scaling of masks to objects of equal size.
 
+use levelset::Moments;
+
 use crate::input::{Image, LEVEL};
 
 /// Scales the spacings of images so that all objects have the mean extent, which is the root of
 /// area or volume. Returns the factors.
 pub(super) fn equalise<const D: usize>(images: &mut [Image<D>]) -> Vec<f64> {
     let extent = |image: &Image<D>| {
-        let samples = image.values.iter().filter(|v| **v > LEVEL).count() as f64;
+        let exact = image.outline.as_ref().map(Moments::of_contour);
+        let samples = match exact {
+            Some(Ok(exact)) => exact.volume,
+            _ => image.values.iter().filter(|v| **v > LEVEL).count() as f64,
+        };
         let volume = samples * image.sample_volume();
         volume.powf(1.0 / D as f64)
     };

@@ -6,16 +6,19 @@ use levelset::Contour;
 use nalgebra::{SMatrix, SVector};
 
 use super::{Input, SurfaceRecord, WorldFrame, common_scale};
-use crate::output::{OutputError, ResultDir, stl};
+use crate::output::outline::write_outline;
+use crate::output::{OutputError, ResultDir, surface};
 use crate::picture::Shape;
 
-/// Writes a boundary in 3D as a surface in the coordinates of the inputs, and returns these.
+/// Writes a boundary in 3D as a surface in the coordinates of the inputs, in files with these
+/// extensions, and returns the coordinates.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub(crate) fn write_surface<const D: usize>(
     directory: &ResultDir,
     name: impl AsRef<Path>,
+    extensions: &[&str],
     inputs: &[Input<D>],
     shape: &Contour<D>,
 ) -> Result<Option<SurfaceRecord>, OutputError> {
@@ -23,12 +26,32 @@ pub(crate) fn write_surface<const D: usize>(
         return Ok(None);
     }
     let (placed, record) = in_input_coordinates(inputs, shape);
+    let in_world = record.coordinates == "world";
+    for &extension in extensions {
+        let name = name.as_ref().with_extension(extension);
+        directory.with_file(name, |path| {
+            surface::write_surface(path, Shape::of(&placed).surface(), in_world)
+        })?;
+    }
+    Ok(Some(record))
+}
+
+/// Writes a boundary in 2D as closed curves in the coordinates of the inputs, and returns these.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub(crate) fn write_curves<const D: usize>(
+    directory: &ResultDir,
+    name: &str,
+    inputs: &[Input<D>],
+    shape: &Contour<D>,
+) -> Result<Option<SurfaceRecord>, OutputError> {
+    if D == 3 {
+        return Ok(None);
+    }
+    let (placed, record) = in_input_coordinates(inputs, shape);
     directory.with_file(name, |path| {
-        stl::write_surface(path, Shape::of(&placed).surface())?;
-        match record.coordinates {
-            "world" => stl::state_world(path),
-            _ => Ok(()),
-        }
+        write_outline(path, &Shape::of(&placed).closed_curves())
     })?;
     Ok(Some(record))
 }

@@ -10,7 +10,7 @@ use super::map::{Between, StoredMap, WorldMap, pulled_back};
 use super::points::{moved_landmarks, moved_surface};
 use crate::error::{CliError, Exit};
 use crate::input::lattice::Lattice;
-use crate::input::{Numbers, Sources};
+use crate::input::{Numbers, Sources, extension_of, is_mesh};
 use crate::options::RunOptions;
 use crate::output::ResultDir;
 use crate::output::nifti::{Values, write_volume};
@@ -25,7 +25,7 @@ pub struct WarpArgs {
     /// Result directory of an average of volumes with a place in the world.
     #[arg(value_name = "AVERAGE")]
     average: PathBuf,
-    /// Images (volumes of any format), surfaces (.stl), and landmarks (.csv, with x, y and z in the
+    /// Images (volumes of any format), surfaces (.stl, .ply, .obj, .vtk, .vtp), and landmarks (.csv, with x, y and z in the
     /// first three columns).
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
@@ -81,13 +81,10 @@ fn warp(args: &WarpArgs) -> Result<Exit, CliError> {
             });
         }
         let file = directory.file(&name);
-        let extension = name
-            .extension()
-            .and_then(|e| e.to_str())
-            .unwrap_or_default();
-        let what = match extension {
+        let extension = extension_of(path);
+        let what = match &*extension {
             "csv" => moved_landmarks(path, &file, &map)?,
-            "stl" => moved_surface(path, &file, &map)?,
+            other if is_mesh(other) => moved_surface(path, &file, &map)?,
             _ => warped_image(path, &file, (&target, &back), args.interpolation)?,
         };
         lines.push(format!(
@@ -101,13 +98,16 @@ fn warp(args: &WarpArgs) -> Result<Exit, CliError> {
     Ok(Exit::Success)
 }
 
-/// The name of a result: images become `.nii.gz`.
+/// The name of a result: images become `.nii.gz`, and surfaces have a format that is written.
 fn name_of(path: &Path) -> PathBuf {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some(kept @ ("csv" | "stl")) => format!("{}.{kept}", stem(path)).into(),
-        _ => format!("{}.nii.gz", stem(path)).into(),
-    }
+    let extension = extension_of(path);
+    let written = match &*extension {
+        "csv" | "stl" | "ply" | "vtp" => &extension,
+        "obj" => "ply",
+        "vtk" => "vtp",
+        _ => "nii.gz",
+    };
+    format!("{}.{written}", stem(path)).into()
 }
 
 fn warped_image(

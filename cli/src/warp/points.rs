@@ -1,13 +1,12 @@
 //! Landmarks and surfaces that are carried point by point.
 
-use std::io::Cursor;
 use std::path::Path;
 
 use super::map::WorldMap;
 use crate::error::CliError;
-use crate::input::{InputError, bytes_of};
+use crate::input::{InputError, bytes_of, read_mesh};
 use crate::output::OutputError;
-use crate::output::stl::{state_world, write_surface};
+use crate::output::surface::write_surface;
 use crate::picture::Surface;
 
 fn malformed(path: &Path, format: &'static str, reason: impl Into<String>) -> CliError {
@@ -59,32 +58,20 @@ pub(super) fn moved_landmarks(
     Ok("landmarks")
 }
 
-/// Writes a surface whose corners are at their new places. Coordinates are those of the world, unless
-/// the header states `SPACE=LPS`.
+/// Writes a surface whose corners are at their new places.
 pub(super) fn moved_surface(
     path: &Path,
     file: &Path,
     map: &WorldMap,
 ) -> Result<&'static str, CliError> {
-    let bytes = bytes_of(path)?;
-    let head = &bytes[..bytes.len().min(80)];
-    let to_the_left = head.windows(9).any(|window| window == b"SPACE=LPS");
-    let mesh = stl_io::read_stl(&mut Cursor::new(&bytes))
-        .map_err(|error| malformed(path, "STL", error.to_string()))?;
-    let place = |vertex: &stl_io::Vertex| {
-        let [x, y, z] = [0, 1, 2].map(|k| f64::from(vertex.0[k]));
-        map.point(if to_the_left { [-x, -y, z] } else { [x, y, z] })
-    };
-    let vertices: Vec<[f64; 3]> = mesh.vertices.iter().map(place).collect();
-    if vertices.iter().flatten().any(|x| !x.is_finite()) {
-        return Err(malformed(path, "STL", "a corner is not a finite number"));
-    }
-    let triangles: Vec<[usize; 3]> = mesh.faces.iter().map(|face| face.vertices).collect();
+    let mesh = read_mesh(path)?;
+    let vertices: Vec<[f64; 3]> = mesh.points.iter().map(|&p| map.point(p)).collect();
+    let corners = |triangle: &[u32; 3]| triangle.map(|corner| corner as usize);
+    let triangles: Vec<[usize; 3]> = mesh.triangles.iter().map(corners).collect();
     let surface = Surface {
         vertices: &vertices,
         triangles: &triangles,
     };
-    write_surface(file, surface)?;
-    state_world(file)?;
+    write_surface(file, surface, true)?;
     Ok("surface")
 }

@@ -20,6 +20,7 @@ mod integrity;
 mod joint;
 mod long_runs;
 mod malformed;
+mod meshes;
 mod own_law;
 mod pca;
 mod readme;

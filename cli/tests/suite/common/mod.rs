@@ -5,6 +5,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+pub mod ball;
 pub mod solid;
 
 /// A temporary folder in which the program runs.

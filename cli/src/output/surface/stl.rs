@@ -1,59 +1,37 @@
 //! Surfaces as binary STL.
 
-use std::fs::File;
 use std::io::{self, Write};
-use std::path::Path;
 
-use super::OutputError;
+use super::{WORLD, corner};
 use crate::picture::Surface;
 
-/// How the header states that coordinates are those of the world (RAS), for readers that expect
-/// others where nothing is stated.
-const WORLD: &[u8] = b"SPACE=RAS";
+/// Length of the header.
+const HEADER: usize = 80;
 
-/// States in the header of a surface that has been written that it lies in the world.
-///
-/// # Errors
-/// [`OutputError::Unwritable`].
-pub fn state_world(path: &Path) -> Result<(), OutputError> {
-    let mut file = File::options()
-        .write(true)
-        .open(path)
-        .map_err(OutputError::at(path))?;
-    file.write_all(WORLD).map_err(OutputError::at(path))
-}
-
-/// Writes a surface of triangles, corners counterclockwise as seen from outside.
-///
-/// # Errors
-/// [`OutputError::Unwritable`], also where a triangle names a vertex that does not exist.
-pub fn write_surface(path: &Path, surface: Surface<'_>) -> Result<(), OutputError> {
-    let mut file = File::create(path).map_err(OutputError::at(path))?;
-    surface_to(&mut file, surface).map_err(OutputError::at(path))
-}
-
-/// The same into any writer.
+/// Writes a surface; points in single precision.
 ///
 /// # Errors
 /// Those of the writer, and [`io::ErrorKind::InvalidData`] for an index out of range.
-pub fn surface_to(writer: &mut impl Write, surface: Surface<'_>) -> io::Result<()> {
+pub fn surface_to(writer: &mut impl Write, surface: Surface<'_>, in_world: bool) -> io::Result<()> {
     let facets = surface
         .triangles
         .iter()
-        .map(|&triangle| facet(surface.vertices, triangle))
+        .map(|&triangle| facet(&surface, triangle))
         .collect::<io::Result<Vec<_>>>()?;
-    stl_io::write_stl(writer, facets.iter())
+    let mut bytes = Vec::new();
+    stl_io::write_stl(&mut bytes, facets.iter())?;
+    if in_world {
+        // The header holds nothing otherwise.
+        bytes[..HEADER][..WORLD.len()].copy_from_slice(WORLD.as_bytes());
+    }
+    writer.write_all(&bytes)
 }
 
-fn facet(vertices: &[[f64; 3]], triangle: [usize; 3]) -> io::Result<stl_io::Triangle> {
+fn facet(surface: &Surface<'_>, triangle: [usize; 3]) -> io::Result<stl_io::Triangle> {
     let mut corners = [[0.0; 3]; 3];
-    for (corner, index) in corners.iter_mut().zip(triangle) {
-        *corner = *vertices.get(index).ok_or_else(|| {
-            io::Error::new(
-                io::ErrorKind::InvalidData,
-                format!("a triangle names vertex {index} of {}", vertices.len()),
-            )
-        })?;
+    for (place, index) in corners.iter_mut().zip(triangle) {
+        corner(surface, index)?;
+        *place = surface.vertices[index];
     }
     let [a, b, c] = corners;
     let u: [f64; 3] = std::array::from_fn(|k| b[k] - a[k]);
@@ -89,7 +67,7 @@ mod tests {
             vertices: &vertices,
             triangles,
         };
-        surface_to(&mut bytes, surface(&triangles)).unwrap();
+        surface_to(&mut bytes, surface(&triangles), true).unwrap();
         let mesh = stl_io::read_stl(&mut Cursor::new(bytes)).unwrap();
         assert_eq!(mesh.vertices.len(), 4);
         mesh.validate().unwrap();
@@ -105,6 +83,6 @@ mod tests {
             let outward: f32 = (0..3).map(|k| centre[k] * face.normal.0[k]).sum();
             assert!(outward > 0.0);
         }
-        assert!(surface_to(&mut Vec::new(), surface(&[[0, 1, 4]])).is_err());
+        assert!(surface_to(&mut Vec::new(), surface(&[[0, 1, 4]]), false).is_err());
     }
 }

@@ -1,0 +1,80 @@
+//! Outlines as inputs: closed curves in CSV tables and SVG drawings.
+//!
+//! Coordinates are those of pictures: y points down. Curves are closed; what lies inside an odd number
+//! of the curves of a table is the object, and what the fill rule of a drawing says.
+
+mod svg;
+mod table;
+
+use std::path::Path;
+
+use levelset::Contour;
+
+use super::outline::{Fill, into_image};
+use super::{AnyImage, InputError};
+
+/// No outline may have more points than this.
+const MOST_POINTS: usize = 1 << 20;
+/// Coordinates beyond this are damage.
+const LONGEST: f64 = 1e9;
+
+/// Closed curves; the first point is not repeated.
+type Curves = Vec<Vec<[f64; 2]>>;
+
+/// Whether files with this extension, in small letters, hold outlines.
+pub(super) fn is_outline(extension: &str) -> bool {
+    matches!(extension, "csv" | "svg")
+}
+
+/// Reads closed curves as a mask with an exact boundary.
+pub(super) fn decode_image(
+    bytes: &[u8],
+    path: &Path,
+    extension: &str,
+) -> Result<AnyImage, InputError> {
+    let (format, read) = if extension == "svg" {
+        ("SVG", svg::decode(bytes))
+    } else {
+        let table = table::decode(bytes);
+        ("CSV", table.map(|curves| (curves, Fill::EvenOdd)))
+    };
+    let malformed = |reason| InputError::Malformed {
+        path: path.into(),
+        format,
+        reason,
+    };
+    let (curves, fill) = read.map_err(malformed)?;
+    let contour = closed(curves).map_err(malformed)?;
+    Ok(AnyImage::D2(into_image(&contour, fill, path)?))
+}
+
+fn closed(curves: Curves) -> Result<Contour<2>, String> {
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    let mut segments = Vec::new();
+    for (number, mut curve) in curves.into_iter().enumerate() {
+        curve.dedup();
+        while curve.len() > 1 && curve.first() == curve.last() {
+            curve.pop();
+        }
+        if curve.len() < 3 {
+            let found = curve.len();
+            return Err(format!(
+                "curve {number} has {found} different points, not three"
+            ));
+        }
+        if let Some(p) = curve.iter().find(|p| !p.iter().all(|x| x.abs() <= LONGEST)) {
+            return Err(format!("a point of curve {number} lies at {p:?}"));
+        }
+        let (first, n) = (points.len(), curve.len());
+        if first + n > MOST_POINTS {
+            return Err(format!("it has more than {MOST_POINTS} points"));
+        }
+        let corner = |i: usize| (first + i % n) as u32;
+        segments.extend((0..n).map(|i| [corner(i), corner(i + 1)]));
+        points.extend(curve);
+    }
+    if segments.is_empty() {
+        return Err("it has no closed curve".into());
+    }
+    Contour::new(points, segments).map_err(|error| error.to_string())
+}

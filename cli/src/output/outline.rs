@@ -1,0 +1,188 @@
+//! Closed outlines of flat shapes as CSV, SVG and GeoJSON.
+//!
+//! The object lies to the left of the curves where x points to the right and y upwards: boundaries of
+//! parts have a positive area, those of holes a negative one.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::{OutputError, write_text};
+
+/// Digits of coordinates, relative to the extent of the outline.
+const DIGITS: i32 = 6;
+
+/// A closed curve; the first point is not repeated.
+type Curve = [[f64; 2]];
+
+/// Writes closed curves to files of this name with the extensions `csv` (numbers of curves, and x and y
+/// of their points), `svg` (one path) and `geojson` (a polygon for each part, with its holes).
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub fn write_outline(path: &Path, curves: &[&Curve]) -> Result<(), OutputError> {
+    let box_around = bounds(curves);
+    let extent = (0..2).map(|k| box_around[1][k] - box_around[0][k]);
+    let extent = extent.fold(0.0, f64::max);
+    // None of an outline without points.
+    let magnitude = extent.log10().floor().clamp(-12.0, 12.0) as i32;
+    let decimals = (DIGITS - magnitude).max(0) as usize;
+    write_text(&path.with_extension("csv"), &table(curves, decimals))?;
+    write_text(
+        &path.with_extension("svg"),
+        &drawing(curves, box_around, extent, decimals),
+    )?;
+    let text = polygons(curves, decimals).to_string();
+    write_text(&path.with_extension("geojson"), &text)
+}
+
+fn bounds(curves: &[&Curve]) -> [[f64; 2]; 2] {
+    let points = curves.iter().flat_map(|curve| curve.iter());
+    let around = points.fold(None, |around: Option<[[f64; 2]; 2]>, p| {
+        let [low, high] = around.unwrap_or([*p, *p]);
+        Some([
+            std::array::from_fn(|k| low[k].min(p[k])),
+            std::array::from_fn(|k| high[k].max(p[k])),
+        ])
+    });
+    around.unwrap_or_default()
+}
+
+fn table(curves: &[&Curve], decimals: usize) -> String {
+    let mut text = String::from("piece,x,y\n");
+    for (piece, curve) in curves.iter().enumerate() {
+        for [x, y] in *curve {
+            // Writing to a string does not fail.
+            let _ = writeln!(text, "{piece},{x:.decimals$},{y:.decimals$}");
+        }
+    }
+    text
+}
+
+fn drawing(curves: &[&Curve], [low, high]: [[f64; 2]; 2], extent: f64, decimals: usize) -> String {
+    let edge = 0.05 * extent;
+    let (x, y) = (low[0] - edge, low[1] - edge);
+    let (width, height) = (high[0] - x + edge, high[1] - y + edge);
+    let mut path = String::new();
+    for curve in curves {
+        for (i, [x, y]) in curve.iter().enumerate() {
+            let command = if i == 0 { 'M' } else { 'L' };
+            let _ = write!(path, "{command}{x:.decimals$} {y:.decimals$}");
+        }
+        path.push('Z');
+    }
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{x:.decimals$} {y:.decimals$} \
+         {width:.decimals$} {height:.decimals$}\">\n<path fill-rule=\"evenodd\" d=\"{path}\"/>\n</svg>\n"
+    )
+}
+
+/// Each part with the holes in it: a hole belongs to the smallest part around it.
+fn polygons(curves: &[&Curve], decimals: usize) -> Value {
+    let areas: Vec<f64> = curves.iter().map(|curve| area(curve)).collect();
+    let parts = || (0..curves.len()).filter(|&i| areas[i] > 0.0);
+    let owner = |hole: usize| {
+        let around = parts().filter(|&part| contains(curves[part], curves[hole][0]));
+        around.min_by(|&a, &b| areas[a].total_cmp(&areas[b]))
+    };
+    let holes: Vec<(usize, Option<usize>)> = (0..curves.len())
+        .filter(|&i| areas[i] < 0.0)
+        .map(|hole| (hole, owner(hole)))
+        .collect();
+    let ring = |i: usize| -> Value {
+        let points = curves[i].iter().chain(curves[i].first());
+        points
+            .map(|p| json!(p.map(|x| rounded(x, decimals))))
+            .collect()
+    };
+    let features: Vec<Value> = parts()
+        .enumerate()
+        .map(|(piece, part)| {
+            let own = holes.iter().filter(|(_, owner)| *owner == Some(part));
+            let rings: Vec<Value> = std::iter::once(part)
+                .chain(own.map(|(hole, _)| *hole))
+                .map(ring)
+                .collect();
+            json!({
+                "type": "Feature",
+                "properties": {"piece": piece},
+                "geometry": {"type": "Polygon", "coordinates": rings},
+            })
+        })
+        .collect();
+    json!({"type": "FeatureCollection", "features": features})
+}
+
+fn rounded(x: f64, decimals: usize) -> f64 {
+    let scale = 10f64.powi(decimals as i32);
+    (x * scale).round() / scale
+}
+
+fn segments(curve: &Curve) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
+    let next = curve.iter().cycle().skip(1);
+    curve.iter().zip(next).map(|(p, q)| [*p, *q])
+}
+
+fn area(curve: &Curve) -> f64 {
+    let sum: f64 = segments(curve)
+        .map(|[p, q]| p[0] * q[1] - p[1] * q[0])
+        .sum();
+    0.5 * sum
+}
+
+fn contains(curve: &Curve, [x, y]: [f64; 2]) -> bool {
+    let crossed = segments(curve).filter(|[p, q]| {
+        (p[1] > y) != (q[1] > y) && p[0] + (y - p[1]) / (q[1] - p[1]) * (q[0] - p[0]) < x
+    });
+    crossed.count() % 2 == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(low: f64, high: f64, hole: bool) -> Vec<[f64; 2]> {
+        let mut curve = vec![[low, low], [high, low], [high, high], [low, high]];
+        if hole {
+            curve.reverse();
+        }
+        curve
+    }
+
+    #[test]
+    fn holes_belong_to_the_smallest_part_around_them() {
+        let curves = [
+            square(4.0, 6.0, true),
+            square(0.0, 10.0, false),
+            square(1.0, 9.0, true),
+            square(2.0, 8.0, false),
+        ];
+        let curves: Vec<&Curve> = curves.iter().map(Vec::as_slice).collect();
+        let polygons = polygons(&curves, 3);
+        let rings = |part: usize| {
+            let feature = &polygons["features"][part]["geometry"]["coordinates"];
+            let rings = feature.as_array().unwrap();
+            let starts: Vec<f64> = rings.iter().map(|r| r[0][0].as_f64().unwrap()).collect();
+            assert!(
+                rings
+                    .iter()
+                    .all(|r| r[0] == r[4] && r.as_array().unwrap().len() == 5)
+            );
+            starts
+        };
+        assert_eq!(polygons["features"].as_array().unwrap().len(), 2);
+        assert_eq!((rings(0), rings(1)), (vec![0.0, 1.0], vec![2.0, 4.0]));
+    }
+
+    #[test]
+    fn coordinates_have_digits_for_their_extent() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("a");
+        let small = square(0.0, 1.0 / 3.0, false);
+        write_outline(&path, &[&small]).unwrap();
+        let text = std::fs::read_to_string(path.with_extension("csv")).unwrap();
+        assert!(text.contains("\n0,0.3333333,0.0000000\n"), "{text}");
+        write_outline(&path, &[]).unwrap();
+    }
+}

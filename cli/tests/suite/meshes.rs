@@ -1,0 +1,347 @@
+//! Surfaces and outlines as inputs.
+
+use std::process::Output;
+
+use levelset::{ContourDistance, Moments};
+use shapespace::input::place::physical_frames;
+use shapespace::input::{AnyImage, Image, InputError, ReadOptions, boundary, decode_image};
+
+use crate::common::ball::Mesh;
+use crate::common::solid::{SOLID, lattice};
+use crate::common::{Place, Results, succeeded};
+
+/// The report of a run that is refused.
+fn refused(run: &Output) -> String {
+    assert_eq!(run.status.code(), Some(2));
+    // Reports are wrapped to the width of the terminal.
+    let report = String::from_utf8_lossy(&run.stderr);
+    report.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn ball() -> Mesh {
+    Mesh::ball([20.0, -35.0, 41.0], 9.0, 24)
+}
+
+fn read(bytes: &[u8], name: &str) -> Result<AnyImage, InputError> {
+    decode_image(bytes, name.as_ref(), &ReadOptions::default())
+}
+
+fn solid(bytes: &[u8], name: &str) -> Image<3> {
+    match read(bytes, name) {
+        Ok(AnyImage::D3(image)) => image.in_world().unwrap(),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+/// The volume of the boundary of an image, and the distance of a point to it.
+fn measured(image: &Image<3>, point: [f64; 3]) -> (f64, f64) {
+    let frame = physical_frames(std::slice::from_ref(image))[0];
+    let drawn = boundary(image, &frame).unwrap();
+    assert!(drawn.is_closed());
+    let volume = Moments::of_contour(&drawn).unwrap().volume / frame.scale().powi(3);
+    let distance = ContourDistance::new(&drawn).unwrap();
+    let world = |p: [f64; 3]| {
+        let origin = frame.to_physical([0.0; 3]);
+        std::array::from_fn(|k| (p[k] - origin[k]) * frame.scale())
+    };
+    (
+        volume,
+        distance.signed_distance(world(point)) / frame.scale(),
+    )
+}
+
+/// Files of every kind, with the statement that coordinates are LPS or without.
+fn files(mesh: &Mesh, left: bool) -> Vec<(&'static str, Vec<u8>)> {
+    let (space, field) = if left {
+        let letters = "<FieldData><DataArray type=\"String\" Name=\"SPACE\" format=\"ascii\">76 80 83 \
+                       0</DataArray></FieldData>";
+        ("SPACE=LPS", letters)
+    } else {
+        ("", "")
+    };
+    let remark = format!("comment made {space}\n");
+    let mut files = vec![
+        ("a.stl", mesh.stl(&format!("solid by hand {space}"))),
+        ("b.ply", mesh.ply("ascii", &remark)),
+        ("c.ply", mesh.ply("binary_little_endian", &remark)),
+        ("d.ply", mesh.ply("binary_big_endian", &remark)),
+        ("e.obj", mesh.obj(space)),
+        ("n.vtp", mesh.vtp("ascii", false, field)),
+        ("o.vtp", mesh.vtp("binary", false, field)),
+        ("p.vtp", mesh.vtp("appended", false, field)),
+        ("q.vtp", mesh.vtp("appended", true, field)),
+    ];
+    for (binary, new) in [(false, false), (false, true), (true, false), (true, true)] {
+        files.push(("f.vtk", mesh.vtk(binary, new, &format!("ball {space}"))));
+    }
+    if !left {
+        files.push(("m.stl", mesh.stl_text()));
+    }
+    files
+}
+
+#[test]
+fn every_format_gives_the_same_surface() {
+    let ball = ball();
+    let files_here = files(&ball, false);
+    assert_eq!(files_here.len(), 14);
+    let point = [23.0, -33.5, 40.0];
+    let mut first = None;
+    for (name, bytes) in files_here {
+        let image = solid(&bytes, name);
+        assert_eq!(image.remark, None, "{name}");
+        let (volume, distance) = measured(&image, point);
+        // Coordinates are those of single precision; the rest is rounding in the unit box.
+        assert!(
+            (volume / ball.volume() - 1.0).abs() < 1e-9,
+            "{name}: {volume}"
+        );
+        let expected = *first.get_or_insert(distance);
+        assert!((distance - expected).abs() < 1e-9, "{name}: {distance}");
+        // Inside the facets of a ball of radius 9, at a depth of about 9 - |p - c|.
+        let depth = 9.0 - (9.0f64 + 2.25 + 1.0).sqrt();
+        assert!(
+            (depth - 0.2..depth).contains(&distance),
+            "{name}: {distance}"
+        );
+    }
+    let mut mirrored = ball.clone();
+    for p in &mut mirrored.points {
+        *p = [-p[0], -p[1], p[2]];
+    }
+    for (name, bytes) in files(&mirrored, true) {
+        let (volume, distance) = measured(&solid(&bytes, name), point);
+        assert!(
+            (volume / ball.volume() - 1.0).abs() < 1e-9,
+            "{name}: {volume}"
+        );
+        assert!(
+            (distance - first.unwrap()).abs() < 1e-9,
+            "{name}: {distance}"
+        );
+    }
+}
+
+#[test]
+fn orientations_are_mended() {
+    let ball = ball();
+    let mut inverted = ball.clone();
+    for t in &mut inverted.triangles {
+        t.swap(0, 1);
+    }
+    let mut mixed = ball.clone();
+    for t in mixed.triangles.iter_mut().step_by(3) {
+        t.swap(0, 1);
+    }
+    let mut doubled = ball.clone();
+    doubled.triangles.extend(ball.triangles[10..20].iter());
+    for (mesh, words) in [
+        (inverted, Some("normals turned outwards")),
+        (mixed, Some("turned as their neighbours are")),
+        (doubled, None),
+    ] {
+        let image = solid(&mesh.ply("ascii", ""), "a.ply");
+        let remark = image.remark.clone().unwrap_or_default();
+        assert!(remark.contains(words.unwrap_or_default()), "{remark}");
+        assert_eq!(remark.is_empty(), words.is_none());
+        let (volume, distance) = measured(&image, [20.0, -35.0, 41.0]);
+        assert!((volume / ball.volume() - 1.0).abs() < 1e-9, "{volume}");
+        assert!((8.8..9.0).contains(&distance), "{distance}");
+    }
+}
+
+#[test]
+fn a_cavity_stays_one() {
+    let ball = ball();
+    let mut cavity = Mesh::ball([21.0, -35.0, 41.0], 4.0, 16);
+    for t in &mut cavity.triangles {
+        t.swap(0, 1);
+    }
+    let both = ball.clone().joined(&cavity);
+    let image = solid(&both.stl(""), "a.stl");
+    let (volume, distance) = measured(&image, [21.0, -35.0, 41.0]);
+    assert!((volume / (ball.volume() + cavity.volume()) - 1.0).abs() < 1e-9);
+    // Outside, in the middle of the cavity.
+    assert!((-4.0..-3.8).contains(&distance), "{distance}");
+}
+
+#[test]
+fn small_holes_are_closed_and_large_ones_counted() {
+    let mut mesh = ball();
+    // The triangles around a pole: a hole of 24 edges, 9 sin(15°) in radius.
+    let whole = mesh.clone();
+    mesh.triangles.retain(|t| !t.contains(&0));
+    let error = read(&mesh.stl(""), "bowl.stl").unwrap_err().to_string();
+    let words = "'bowl.stl' is not closed: 1 holes with 24 open edges, the widest 6.588 across, where \
+                 holes up to 3.100 are closed; 0 edges have more than two triangles";
+    assert_eq!(error, words);
+    let fine = Mesh::ball([20.0, -35.0, 41.0], 9.0, 64);
+    let mut small = fine.clone();
+    small.triangles.retain(|t| !t.contains(&700));
+    let image = solid(&small.stl(""), "a.stl");
+    let remark = image.remark.clone().unwrap();
+    assert!(
+        remark.starts_with("1 hole of 6 open edges closed"),
+        "{remark}"
+    );
+    let (volume, _) = measured(&image, [20.0, -35.0, 41.0]);
+    let share = volume / fine.volume();
+    assert!((0.9995..0.99999).contains(&share), "{share}");
+    // Corners that differ by rounding do not open a surface.
+    let mut loose = whole.stl("");
+    for (k, byte) in loose[84..].iter_mut().enumerate() {
+        // The lowest byte of the x coordinate of the first corner of each triangle.
+        if k % 50 == 12 {
+            *byte ^= 1;
+        }
+    }
+    assert_eq!(solid(&loose, "a.stl").remark, None);
+    let mut flat = whole;
+    flat.triangles.truncate(1);
+    let back = flat.triangles[0];
+    flat.triangles.push([back[1], back[0], back[2]]);
+    let error = read(&flat.stl(""), "flat.stl").unwrap_err();
+    assert!(matches!(error, InputError::FlatSurface { .. }), "{error}");
+}
+
+/// Two balls of radius 9 whose middles are 9 apart have a lens of volume `5/12 pi r^3` in common.
+#[test]
+fn surfaces_that_cross_enclose_their_union() {
+    let centre = |x: f64| Mesh::ball([x, -35.0, 41.0], 9.0, 64);
+    let both = centre(20.0).joined(&centre(29.0));
+    let image = solid(&both.stl(""), "a.stl");
+    assert_eq!(image.outline, None);
+    let r3 = 9.0f64.powi(3) * std::f64::consts::PI;
+    let expected = (8.0 / 3.0 - 5.0 / 12.0) * r3;
+    let (volume, distance) = measured(&image, [24.5, -35.0, 41.0]);
+    // The facets take 4e-3 away; the samples are 27 / 128 apart.
+    let share = volume / expected;
+    assert!((0.994..0.999).contains(&share), "{share}");
+    // In the middle of the lens the waist is 7.79 away, the surfaces inside half as far.
+    assert!((7.6..7.9).contains(&distance), "{distance}");
+}
+
+/// The boundary does not depend on samples: a surface has one distance at any grid, and lies where a
+/// volume of the same object does.
+#[test]
+fn surfaces_and_volumes_of_one_object_overlay() {
+    let place = Place::new();
+    let axes = [[0.8, 0.0, 0.0], [0.0, 0.8, 0.0], [0.0, 0.0, 0.8]];
+    let size = [40, 40, 36];
+    SOLID.write(&place, "a.nii", size, &lattice(axes, size));
+    let common = ["--grid", "17", "--max-iterations", "2"];
+    let first = ["average", "a.nii", "a.nii", "--align", "none", "-o", "one"];
+    succeeded(&place.compute(&[&first[..], &common[..]].concat()));
+    for extension in ["stl", "ply", "vtp"] {
+        let name = format!("b.{extension}");
+        std::fs::copy(
+            place.path(&format!("one/average.{extension}")),
+            place.path(&name),
+        )
+        .unwrap();
+    }
+    let inputs = ["average", "b.stl", "b.ply", "b.vtp", "a.nii"];
+    let options = ["--align", "none", "--like", "a.nii", "-o", "two"];
+    let output = place.compute(&[&inputs[..], &options[..], &common[..]].concat());
+    succeeded(&output);
+    let results = Results::read(&place.path("two"));
+    assert_eq!(results.json["parameters"]["frame"], "physical");
+    // The phase field of 17 nodes rounds the volume off; surfaces of it are alike.
+    let volume = |i: usize| results.number(&format!("/input/{i}/volume_input_units"));
+    assert!((volume(0) / volume(1) - 1.0).abs() < 1e-5);
+    assert!((volume(1) / volume(2) - 1.0).abs() < 1e-12);
+    assert!((volume(0) / volume(3) - 1.0).abs() < 0.1);
+    assert!(results.number("/mean_dice") > 0.93);
+    // Surfaces are no images, and have no labels.
+    let report = refused(&place.run(&["segment", "b.ply", "-o", "x"]));
+    assert!(
+        report.contains("'b.ply' is a surface or an outline, not an image"),
+        "{report}"
+    );
+    let labels = ["average", "b.ply", "b.stl", "--label", "1", "-o", "x"];
+    let report = refused(&place.run(&labels));
+    assert!(report.contains("has no labels"), "{report}");
+    let mixed = ["average", "b.ply", "square.csv", "-o", "x"];
+    place.write("square.csv", b"0,0\n1,0\n1,1\n0,1\n");
+    let report = refused(&place.run(&mixed));
+    assert!(report.contains("is a picture, but"), "{report}");
+}
+
+fn flat(text: &str, name: &str) -> (Image<2>, f64) {
+    let image = match read(text.as_bytes(), name) {
+        Ok(AnyImage::D2(image)) => image,
+        other => panic!("{name}: {other:?}"),
+    };
+    let frame = shapespace::input::place::fit_frames(std::slice::from_ref(&image), 65)[0];
+    let drawn = boundary(&image, &frame).unwrap();
+    assert!(drawn.is_closed());
+    let area = Moments::of_contour(&drawn).unwrap().volume / frame.scale().powi(2);
+    (image, area)
+}
+
+#[test]
+fn outlines_have_their_areas() {
+    let outer = "0,0\n0,9\n9,9\n9,0\n0,0\n";
+    let inner = ["\n3,3\n6,3\n6,6\n3,6\n", "\n3,3\n3,6\n6,6\n6,3\n"];
+    for inner in inner {
+        let (image, area) = flat(&format!("{outer}{inner}"), "a.csv");
+        // Exact, in either sense of both curves.
+        assert!((area - 72.0).abs() < 1e-9, "{area}");
+        assert!(image.outline.is_some());
+        let middle = image.values[image.index([256, 256])];
+        assert_eq!(middle, 0.0);
+    }
+    // Squares that cross have the samples' boundary: 512 of them along a side of 14.
+    let (image, area) = flat("0,0\n9,0\n9,9\n0,9\n\n5,5\n14,5\n14,14\n5,14\n", "a.csv");
+    assert!(image.outline.is_none());
+    assert!((area - 130.0).abs() < 0.1, "{area}");
+    let svg = |rule: &str| {
+        let star = "M0 -10L5.878 8.09L-9.511 -3.09L9.511 -3.09L-5.878 8.09Z";
+        format!("<svg><path fill-rule='{rule}' d='{star}'/></svg>")
+    };
+    // A pentagram whose corners lie on a circle of radius 10, with and without its pentagon.
+    let (_, whole) = flat(&svg("nonzero"), "a.svg");
+    let (_, points) = flat(&svg("evenodd"), "a.svg");
+    assert!((whole - 112.257).abs() < 0.05, "{whole}");
+    assert!((whole - points - 34.69).abs() < 0.1, "{points}");
+}
+
+#[test]
+fn outlines_are_written_and_read_back() {
+    let place = Place::new();
+    let ring = "<svg><path d='M0 0h40v30h-40zM10 10v10h10v-10z'/></svg>";
+    place.write("a.svg", ring.as_bytes());
+    place.write(
+        "b.csv",
+        b"x,y\n0,0\n40,0\n40,30\n0,30\n\n10,10\n20,10\n20,20\n10,20\n",
+    );
+    let options = ["--grid", "33", "--max-iterations", "2", "--align", "none"];
+    let average = |inputs: [&str; 2], out: &str| {
+        let command = [&["average"], &inputs[..], &options[..], &["-o", out]].concat();
+        succeeded(&place.compute(&command));
+        Results::read(&place.path(out))
+    };
+    let results = average(["a.svg", "b.csv"], "one");
+    assert_eq!(results.json["outline"]["coordinates"], "input");
+    // 1200 less the hole; an average on 33 nodes rounds corners off.
+    let area = results.number("/average/area_input_units");
+    assert!((area / 1100.0 - 1.0).abs() < 0.03, "{area}");
+    let (_, of_table) = flat(
+        &std::fs::read_to_string(results.path("average_outline.csv")).unwrap(),
+        "average_outline.csv",
+    );
+    let (_, of_drawing) = flat(
+        &std::fs::read_to_string(results.path("average_outline.svg")).unwrap(),
+        "average_outline.svg",
+    );
+    assert!((of_table / area - 1.0).abs() < 1e-4, "{of_table} {area}");
+    assert!(
+        (of_drawing / area - 1.0).abs() < 1e-4,
+        "{of_drawing} {area}"
+    );
+    let text = std::fs::read_to_string(results.path("average_outline.geojson")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let rings = json["features"][0]["geometry"]["coordinates"].as_array();
+    assert_eq!(rings.unwrap().len(), 2);
+    assert_eq!(json["features"].as_array().unwrap().len(), 1);
+}
