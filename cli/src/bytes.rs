@@ -17,6 +17,9 @@ const UNITS: [(&str, f64); 13] = [
     ("b", 1.0),
 ];
 
+/// Fewer bytes than this need a unit: `4` is meant as GiB.
+const LEAST_PLAIN: f64 = 1_048_576.0;
+
 /// Reads a quantity of bytes: `4GiB`, `500 MB`, `2g`, `1000000`.
 pub(crate) fn bytes(text: &str) -> Result<u64, String> {
     let lower = text.trim().to_ascii_lowercase();
@@ -28,6 +31,12 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
         .trim_end()
         .parse()
         .map_err(|_| "a number of bytes is needed, such as 4GiB or 500MB".to_string())?;
+    let plain = lower.ends_with(|c: char| c.is_ascii_digit());
+    if plain && (1.0..LEAST_PLAIN).contains(&number) {
+        return Err(format!(
+            "{number} bytes are meant? give a unit, such as {number}GiB"
+        ));
+    }
     let bytes = number * unit;
     if bytes >= 1.0 && bytes < 2f64.powi(63) {
         Ok(bytes as u64)
@@ -60,12 +69,14 @@ mod tests {
             ("500MB", 500_000_000),
             ("2g", 2 << 30),
             ("64k", 65536),
-            ("100", 100),
+            ("2000000", 2_000_000),
             ("7 B", 7),
         ] {
             assert_eq!(bytes(text), Ok(expected), "{text}");
         }
-        for wrong in ["", "GiB", "-1GB", "nan", "inf", "0", "4 gigs", "1e40", "1x"] {
+        for wrong in [
+            "", "GiB", "-1GB", "nan", "inf", "0", "4 gigs", "1e40", "1x", "4", "1000",
+        ] {
             assert!(bytes(wrong).is_err(), "{wrong}");
         }
     }

@@ -23,6 +23,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use crate::error::CliError;
+use crate::input::{Kinds, expand};
 use file::ConfigFile;
 
 pub(crate) use options::{keys_of, resolve};
@@ -47,6 +48,11 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
     /// # Errors
     /// [`CliError`] for a value that is not allowed.
     fn check(&self) -> Result<(), CliError>;
+
+    /// The list of inputs, in which folders and patterns stand for their files.
+    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+        None
+    }
 
     /// The files and directories that it names.
     fn paths(&mut self) -> Vec<&mut PathBuf>;
@@ -76,7 +82,13 @@ impl<C: Config> Configured<C> {
         if let Some(base) = config.base() {
             config = self.over(base, file.as_ref())?;
         }
-        let checked = table(&config).and_then(|_| config.check());
+        let expanded = match config.inputs() {
+            Some((inputs, kinds)) => expand(inputs, kinds).map_err(CliError::from),
+            None => Ok(()),
+        };
+        let checked = expanded
+            .and_then(|()| table(&config))
+            .and_then(|_| config.check());
         checked
             .and_then(|()| run(config))
             .map_err(|error| self.located(error, file.as_ref()))

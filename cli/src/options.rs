@@ -56,6 +56,9 @@ pub struct MaskOptions {
     /// Label of the object in label images [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
+    /// The objects are dark, and their background is bright.
+    #[arg(long)]
+    pub invert: bool,
 }
 
 /// Positions and orientations of the shapes before they are aligned.
@@ -84,7 +87,10 @@ pub enum Align {
 impl MaskOptions {
     /// How masks are read.
     pub fn reading(&self) -> ReadOptions {
-        ReadOptions { label: self.label }
+        ReadOptions {
+            label: self.label,
+            invert: self.invert,
+        }
     }
 
     /// The number of nodes per side in `D` dimensions.

@@ -25,6 +25,9 @@ pub(crate) const RESULT: &str = "result.json";
 ))]
 pub(crate) struct Record<C, T, const D: usize> {
     pub version: String,
+    /// The command whose result it is.
+    #[serde(default)]
+    pub command: String,
     /// Status of the computation, in one word.
     pub status: String,
     #[serde(default)]
@@ -65,6 +68,7 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
     ) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
+            command: C::COMMAND.into(),
             status: status.into(),
             verdict: Verdict::of(&doubts),
             doubts,

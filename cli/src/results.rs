@@ -44,7 +44,21 @@ pub(crate) fn read_dimension(directory: &Path) -> Result<Dim<(), ()>, String> {
 fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
     let text = read_text(&directory.join(RESULT))
         .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;
-    serde_json::from_str(&text).map_err(|error| format!("its {RESULT} has other contents: {error}"))
+    serde_json::from_str(&text).map_err(|error| match command_of(&text) {
+        Some(command) => format!("it is one of `shapespace {command}`"),
+        None => format!("its {RESULT} has other contents: {error}"),
+    })
+}
+
+/// The command that has written a record.
+fn command_of(text: &str) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Written {
+        command: String,
+    }
+    serde_json::from_str::<Written>(text)
+        .ok()
+        .map(|written| written.command)
 }
 
 /// The arrays of a directory, which are verified by the checksums of its record.

@@ -139,7 +139,7 @@ const CRITERIA: [Criterion; 17] = [
         limit: Limit::AtMost(0.5),
         reason: "What covers most of the border surrounds the rest of the image: it is the \
                  background, and the mask is inverted.",
-        remedy: "invert the mask: the object must be bright, the background dark",
+        remedy: "use --invert: the object must be bright, the background dark",
     },
     Criterion {
         cause: Cause::GreyValues,

@@ -11,6 +11,7 @@ use super::views;
 use crate::bytes::bytes;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
+use crate::input::Kinds;
 use crate::numbers::{not_negative, shown};
 use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, Size, positive};
 
@@ -124,6 +125,15 @@ impl Config for AverageConfig {
         let weights = self.weights().map(Some)?;
         let params = self.params.clone();
         Ok(AverageParams { weights, ..params }.check(n)?)
+    }
+
+    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+        let kinds = if self.joint {
+            Kinds::Images
+        } else {
+            Kinds::Masks
+        };
+        Some((&mut self.inputs, kinds))
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -58,6 +58,9 @@ pub struct TransportConfig {
     /// Label of the object in a label image [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
+    /// The object is dark, and its background is bright.
+    #[arg(long)]
+    pub invert: bool,
     /// Solver of the equation of every step.
     #[serde(flatten)]
     #[command(flatten)]
@@ -71,6 +74,7 @@ impl Default for TransportConfig {
             variation: PathBuf::new(),
             steps: 4,
             label: None,
+            invert: false,
             solver: SolverOptions::default(),
         }
     }

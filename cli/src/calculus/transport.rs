@@ -69,7 +69,10 @@ impl Command for TransportConfig {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the geodesic");
         let geodesic = read(&self.geodesic, session.trust)?;
-        let options = ReadOptions { label: self.label };
+        let options = ReadOptions {
+            label: self.label,
+            invert: self.invert,
+        };
         let image = session.sources.read_image(&self.variation, &options)?;
         let reason = match geodesic.dimension() {
             2 => "is a volume; the shapes of the geodesic are 2D",

@@ -11,6 +11,7 @@ use super::classes;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_area, check_path};
+use crate::input::Kinds;
 use crate::options::{Align, MaskOptions, RunOptions};
 
 /// Options of `shapespace distances`.
@@ -142,6 +143,10 @@ impl Config for DistancesConfig {
             }),
             clusters => allow(clusters != Some(0), "clusters", &0, "at least 1"),
         }
+    }
+
+    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+        Some((&mut self.inputs, Kinds::Masks))
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -9,6 +9,7 @@ use shape_average::AverageParams;
 
 use crate::config::{Config, Configured};
 use crate::error::CliError;
+use crate::input::Kinds;
 use crate::options::{MaskOptions, RunOptions};
 
 /// Options of `shapespace figure`.
@@ -84,6 +85,10 @@ impl Config for FigureConfig {
 
     fn check(&self) -> Result<(), CliError> {
         Ok(self.params().check(self.inputs.len())?)
+    }
+
+    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+        Some((&mut self.inputs, Kinds::Masks))
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -71,6 +71,7 @@ impl Config for GeodesicConfig {
         named(Self::COMMAND, "two masks, START and END", &self.end)?;
         let of_one_component = [
             ("--label", self.masks.label.is_some()),
+            ("--invert", self.masks.invert),
             ("--valid-start", self.valid_start.is_some()),
             ("--valid-end", self.valid_end.is_some()),
         ];

@@ -173,14 +173,28 @@ pub enum InputError {
         /// Spacing along each axis, `x` first.
         spacing: Vec<f64>,
     },
+    /// A folder or a pattern without inputs.
+    #[error("there is nothing to read in '{}': {others} files of other kinds", path.display())]
+    NoInputs {
+        /// The folder or the pattern.
+        path: PathBuf,
+        /// Files that are no inputs.
+        others: usize,
+    },
+    /// A result where inputs are needed.
+    #[error("'{}' is a result of the program, not a folder of inputs", path.display())]
+    ResultFolder {
+        /// The folder.
+        path: PathBuf,
+    },
     /// A surface where an image is needed.
     #[error("'{}' is a surface or an outline, not an image", path.display())]
     NoImage {
         /// The file.
         path: PathBuf,
     },
-    /// A label of a surface.
-    #[error("'{}' is a surface or an outline and has no labels", path.display())]
+    /// A label or an inversion of a surface.
+    #[error("'{}' is a surface or an outline, which has no labels and no background", path.display())]
     NoLabels {
         /// The file.
         path: PathBuf,
@@ -273,17 +287,25 @@ impl InputError {
             Self::Empty { .. } => {
                 "the object must be at or near 1 (or 255); in a label image choose the object by --label N"
             }
-            Self::Full { .. } => "the background must be at or near 0; is the mask inverted?",
+            Self::Full { .. } => {
+                "the background must be at or near 0; --invert reads dark objects on a bright background"
+            }
             Self::LabelMissing { .. } => {
                 "give one of the labels that occur to --label, or leave the option out"
             }
             Self::NotLabels { .. } => "leave --label out, or give an image of whole numbers",
             Self::Spacing { .. } => "write the voxel size in millimetres into the header (pixdim)",
+            Self::NoInputs { .. } => {
+                "name a folder with masks or images, or a pattern that matches some, in quotes: 'masks/*.png'"
+            }
+            Self::ResultFolder { .. } => {
+                "name the files in it that are masks, for instance 'DIR/mask_*.npy'"
+            }
             Self::NoImage { .. } => {
                 "give a picture or a volume; surfaces and outlines go to the commands that take masks, such as \
                  average"
             }
-            Self::NoLabels { .. } => "leave --label out, or give a label image",
+            Self::NoLabels { .. } => "leave --label and --invert out, or give images",
             Self::TooManyTriangles { .. } => {
                 "reduce the number of triangles in a mesh program (decimation)"
             }

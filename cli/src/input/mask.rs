@@ -30,6 +30,9 @@ pub(super) fn into_image(
         Some(label) => select_label(&mut samples, label, path)?,
         None => scale(&mut samples, path)?,
     }
+    if options.invert {
+        samples.values.iter_mut().for_each(|v| *v = 1.0 - *v);
+    }
     check_two_sides(&samples.values, path)?;
     Ok(shaped_any(samples, path))
 }
@@ -256,7 +259,14 @@ mod tests {
             affine: None,
             plain_array: false,
         };
-        match into_image(samples, Path::new("m"), &ReadOptions { label })? {
+        match into_image(
+            samples,
+            Path::new("m"),
+            &ReadOptions {
+                label,
+                ..ReadOptions::default()
+            },
+        )? {
             AnyImage::D2(image) => Ok(image.values),
             AnyImage::D3(_) => unreachable!("the array has two axes"),
         }

@@ -14,6 +14,7 @@ mod boundary;
 mod curves;
 mod decode;
 mod error;
+mod folder;
 pub mod frame;
 mod grey;
 mod jpeg;
@@ -40,6 +41,8 @@ use std::path::{Path, PathBuf};
 
 pub use boundary::boundary;
 pub use error::InputError;
+pub use folder::Kinds;
+pub(crate) use folder::expand;
 pub use grey::GreyRange;
 pub use levels::grey_share;
 pub(crate) use mesh::{is_mesh, read_mesh};
@@ -67,6 +70,8 @@ pub const LEVEL: f64 = 0.5;
 pub struct ReadOptions {
     /// The object is where the number equals this label.
     pub label: Option<i64>,
+    /// The object is dark, and the background bright.
+    pub invert: bool,
 }
 
 /// A sampled image with values in `[0, 1]`. Sample `i` stands for the box of one spacing about
@@ -199,7 +204,7 @@ pub fn decode_image(
     let extension = extension_of(path);
     let curves = curves::is_outline(&extension);
     if curves || is_mesh(&extension) {
-        if options.label.is_some() {
+        if options.label.is_some() || options.invert {
             return Err(InputError::NoLabels { path: path.into() });
         }
         return if curves {

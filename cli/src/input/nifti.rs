@@ -353,7 +353,16 @@ pub(crate) mod tests {
     }
 
     fn volume(bytes: &[u8], name: &str, label: Option<i64>) -> super::super::Image<3> {
-        match decode_image(bytes, Path::new(name), &ReadOptions { label }).unwrap() {
+        match decode_image(
+            bytes,
+            Path::new(name),
+            &ReadOptions {
+                label,
+                ..ReadOptions::default()
+            },
+        )
+        .unwrap()
+        {
             AnyImage::D3(image) => image,
             AnyImage::D2(_) => panic!("the file holds a volume"),
         }

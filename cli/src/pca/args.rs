@@ -8,6 +8,7 @@ use shape_pca::PcaParams;
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
+use crate::input::Kinds;
 use crate::numbers::shown;
 use crate::options::{Align, Size, named};
 
@@ -150,6 +151,9 @@ pub struct ScoreConfig {
     /// Label of the object in label images [default: every label but 0].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
+    /// The object is dark, and its background is bright.
+    #[arg(long)]
+    pub invert: bool,
     /// Result directory of the average, if it has been moved.
     #[arg(long, value_name = "DIR")]
     pub average: Option<PathBuf>,
@@ -166,6 +170,10 @@ impl Config for ScoreConfig {
             "the directory of modes after --pca",
             &self.pca,
         )
+    }
+
+    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+        Some((&mut self.inputs, Kinds::Masks))
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -85,13 +85,19 @@ impl Command for ScoreConfig {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the modes");
         let stored = read_pca(&self.pca, self.average.as_deref(), session.trust)?;
-        let options = ReadOptions { label: self.label };
+        let options = ReadOptions {
+            label: self.label,
+            invert: self.invert,
+        };
         let images = session.sources.read_images(&self.inputs, &options)?;
         let [own, new] = [stored.dimension(), images.dimension()];
-        let unfit = || CliError::NoResult {
-            path: self.pca.clone(),
-            command: "pca",
-            reason: format!("its shapes are {own}D, the new ones {new}D"),
+        let unfit = || CliError::Option {
+            option: "--pca",
+            value: format!("'{}'", self.pca.display()),
+            remedy: format!(
+                "its shapes are {own}D and '{}' is {new}D: give new shapes as those of the average",
+                self.inputs[0].display()
+            ),
         };
         Ok(per_dimension!(stored, stored => {
             let images = images.of_type().ok_or_else(unfit)?;

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
+use crate::input::Kinds;
 use crate::numbers::shown;
 use crate::options::ScaleOptions;
 
@@ -114,6 +115,10 @@ impl Config for SegmentConfig {
         let iterations = self.params.max_iterations;
         allow(iterations > 0, "max_iterations", &iterations, "at least 1")?;
         Ok(self.params.check()?)
+    }
+
+    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+        Some((&mut self.inputs, Kinds::Images))
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

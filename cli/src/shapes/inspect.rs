@@ -3,7 +3,7 @@
 
 use fe_grid::{Grid, ScalarField, parallel};
 use levelset::inspect::{border_share, specks, thin_share};
-use levelset::{Cause, Doubt};
+use levelset::{Cause, Contour, Doubt};
 use shape_average::align::mismatches;
 
 use super::Input;
@@ -27,10 +27,17 @@ pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Ve
         border_share(&field, LEVEL)
     };
     let border = Doubt::check(Cause::Background, share);
+    // A thin part of an exact boundary may lose its connection between samples.
+    let whole = |outline: &Contour<D>| outline.n_components() == 1;
+    let specks = if image.outline.as_ref().is_some_and(whole) {
+        0
+    } else {
+        specks(&field, LEVEL)
+    };
     let doubts = [
         border.or_else(|| Doubt::check(Cause::Border, share)),
         Doubt::check(Cause::GreyValues, grey_share(image)),
-        Doubt::check(Cause::Specks, specks(&field, LEVEL) as f64),
+        Doubt::check(Cause::Specks, specks as f64),
     ];
     doubts.into_iter().flatten().collect()
 }

@@ -57,7 +57,14 @@ fn grey_bmp(width: u32, height: u32, grey: &[u8]) -> Vec<u8> {
 
 /// What comes through must be a usable mask.
 fn check(name: &str, bytes: &[u8], label: Option<i64>) {
-    let values = match decode_image(bytes, Path::new(name), &ReadOptions { label }) {
+    let values = match decode_image(
+        bytes,
+        Path::new(name),
+        &ReadOptions {
+            label,
+            ..ReadOptions::default()
+        },
+    ) {
         Ok(AnyImage::D2(image)) => image.values,
         Ok(AnyImage::D3(image)) => image.values,
         Err(error) => {

@@ -21,6 +21,7 @@ mod joint;
 mod long_runs;
 mod malformed;
 mod meshes;
+mod natural;
 mod own_law;
 mod pca;
 mod readme;

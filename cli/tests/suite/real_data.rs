@@ -88,7 +88,15 @@ fn label_volumes_keep_their_volume_and_spacing() {
     // A surface of 1500 samples that encloses 3000 of them: the cut corners of a convex shape are
     // 1.0 to 1.4 per cent of it.
     check_volumes(&whole, 65, 0.02);
-    let volume = |label| match read_images(&paths[..1], &ReadOptions { label }).unwrap() {
+    let volume = |label| match read_images(
+        &paths[..1],
+        &ReadOptions {
+            label,
+            ..ReadOptions::default()
+        },
+    )
+    .unwrap()
+    {
         AnyImages::D3(images) => images[0].values.iter().sum::<f64>(),
         AnyImages::D2(_) => 0.0,
     };

@@ -1,0 +1,156 @@
+//! What users do naturally: folders and patterns as inputs, dark objects, and mistakes that get an
+//! answer.
+
+use std::process::Output;
+
+use crate::common::{Place, Results, grey_png, npy_f64, succeeded};
+
+/// The report of a run that is refused.
+fn refused(run: &Output) -> String {
+    assert_eq!(run.status.code(), Some(2));
+    // Reports are wrapped to the width of the terminal.
+    let report = String::from_utf8_lossy(&run.stderr);
+    let words = report.split_whitespace().filter(|word| *word != "│");
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// A disk of this radius in a picture of 33 pixels a side, bright or dark.
+fn disk(radius: f64, bright: bool) -> Vec<u8> {
+    let pixel = |i: usize| {
+        let [x, y] = [i % 33, i / 33].map(|k| k as f64 - 16.0);
+        u8::from((x.hypot(y) < radius) == bright) * 255
+    };
+    grey_png(33, 33, &(0..33 * 33).map(pixel).collect::<Vec<_>>())
+}
+
+const QUICK: [&str; 4] = ["--grid", "17", "--max-iterations", "1"];
+
+fn averaged(place: &Place, inputs: &[&str], out: &str) -> (Results, String) {
+    let command = [&["average"], inputs, &QUICK[..], &["-o", out]].concat();
+    let run = place.compute(&command);
+    succeeded(&run);
+    let report = String::from_utf8(run.stderr).unwrap();
+    (Results::read(&place.path(out)), report)
+}
+
+fn names(results: &Results) -> Vec<String> {
+    let inputs = results.json["input"].as_array().unwrap();
+    let name = |input: &serde_json::Value| {
+        let path = input["path"].as_str().unwrap();
+        path.rsplit('/').next().unwrap().to_owned()
+    };
+    inputs.iter().map(name).collect()
+}
+
+#[test]
+fn folders_and_patterns_are_inputs() {
+    let place = Place::new();
+    std::fs::create_dir_all(place.path("masks/deeper")).unwrap();
+    for (name, radius) in [("d10", 10.0), ("d9", 9.0), ("D2", 8.0)] {
+        place.write(&format!("masks/{name}.png"), &disk(radius, true));
+    }
+    place.write("masks/manifest.csv", b"file,class\nd9.png,a\n");
+    place.write("masks/notes.txt", b"");
+    place.write("masks/.hidden.png", b"");
+    let (results, report) = averaged(&place, &["masks"], "one");
+    assert_eq!(names(&results), ["D2.png", "d9.png", "d10.png"]);
+    let skipped =
+        "'masks': 3 files, without 'deeper', 'manifest.csv', 'notes.txt', which are no inputs";
+    assert!(report.contains(skipped), "{report}");
+    let (results, report) = averaged(&place, &["masks/d*.png"], "two");
+    assert_eq!(names(&results), ["d9.png", "d10.png"]);
+    assert!(!report.contains("no inputs"), "{report}");
+    // A file whose name looks like a pattern is that file.
+    place.write("d[1].png", &disk(7.0, true));
+    let (results, _) = averaged(&place, &["d[1].png", "masks/d9.png"], "three");
+    assert_eq!(names(&results), ["d[1].png", "d9.png"]);
+
+    let report = refused(&place.run(&["average", "masks/deeper", "-o", "x"]));
+    assert!(
+        report.contains("nothing to read in 'masks/deeper': 0 files"),
+        "{report}"
+    );
+    let report = refused(&place.run(&["average", "masks/*.tif", "-o", "x"]));
+    assert!(
+        report.contains("nothing to read in 'masks/*.tif'"),
+        "{report}"
+    );
+    let report = refused(&place.run(&["average", "one", "-o", "x"]));
+    assert!(
+        report.contains("'one' is a result of the program"),
+        "{report}"
+    );
+    // Surfaces and outlines are no images.
+    place.write("masks/deeper/a.svg", b"<svg/>");
+    let report = refused(&place.run(&["segment", "masks/deeper", "-o", "x"]));
+    assert!(
+        report.contains("'masks/deeper': 1 files of other kinds"),
+        "{report}"
+    );
+}
+
+#[test]
+fn a_folder_of_outlines_is_read() {
+    let place = Place::new();
+    std::fs::create_dir(place.path("curves")).unwrap();
+    for side in [3, 4] {
+        let square = format!("0,0\n{side},0\n{side},{side}\n0,{side}\n");
+        place.write(&format!("curves/{side}.csv"), square.as_bytes());
+    }
+    let (results, _) = averaged(&place, &["curves"], "out");
+    assert_eq!(names(&results), ["3.csv", "4.csv"]);
+}
+
+#[test]
+fn dark_objects_are_inverted() {
+    let place = Place::new();
+    for (name, bright) in [("bright", true), ("dark", false)] {
+        place.write(&format!("{name}8.png"), &disk(8.0, bright));
+        place.write(&format!("{name}9.png"), &disk(9.0, bright));
+    }
+    let (results, _) = averaged(&place, &["bright8.png", "bright9.png"], "one");
+    let area = results.numbers("/average/area");
+    let (results, _) = averaged(&place, &["dark8.png", "dark9.png", "--invert"], "two");
+    assert_eq!(results.numbers("/average/area"), area);
+    let (results, _) = averaged(&place, &["dark8.png", "dark9.png"], "three");
+    let doubts = results.json["doubts"].to_string();
+    assert!(doubts.contains("use --invert"), "{doubts}");
+    // A full mask names the remedy, too.
+    place.write("full.npy", &npy_f64(&[4, 4], &[1.0; 16]));
+    let report = refused(&place.run(&["average", "full.npy", "dark8.png", "-o", "x"]));
+    assert!(report.contains("--invert reads dark objects"), "{report}");
+    place.write("a.svg", b"<svg><rect width='2' height='3'/></svg>");
+    let report = refused(&place.run(&["average", "a.svg", "a.svg", "--invert", "-o", "x"]));
+    assert!(report.contains("no background"), "{report}");
+}
+
+#[test]
+fn mistakes_get_an_answer() {
+    let place = Place::new();
+    place.write("a.png", &disk(8.0, true));
+    place.write("b.png", &disk(9.0, true));
+    averaged(&place, &["a.png", "b.png"], "mean");
+    let wrong = |command: &[&str], words: &str| {
+        let report = refused(&place.run(command));
+        assert!(report.contains(words), "{command:?}: {report}");
+    };
+    let average = ["average", "a.png", "b.png", "-o", "x"];
+    let with = |more: [&'static str; 2]| [&average[..], &more].concat();
+    wrong(&with(["--memory", "4"]), "give a unit, such as 4GiB");
+    wrong(&with(["--mu", "-1"]), "mu");
+    let another = "it is one of `shapespace average`";
+    wrong(&["extend", "mean", "-o", "x"], another);
+    wrong(&["score", "a.png", "--pca", "mean", "-o", "x"], another);
+    wrong(&["synthesize", "mean", "--scores", "1", "-o", "x"], another);
+    succeeded(&place.compute(&["pca", "mean", "-o", "modes"]));
+    let solid: Vec<f64> = (0..125).map(|i| f64::from(u8::from(i == 62))).collect();
+    place.write("solid.npy", &npy_f64(&[5, 5, 5], &solid));
+    wrong(
+        &["score", "solid.npy", "--pca", "modes", "-o", "x"],
+        "its shapes are 2D and 'solid.npy' is 3D",
+    );
+    wrong(
+        &["warp", "modes", "a.png", "--shape", "0", "-o", "x"],
+        "shapespace average",
+    );
+}
