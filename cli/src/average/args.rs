@@ -50,7 +50,8 @@ pub struct AverageRun {
 #[serde(default)]
 pub struct AverageConfig {
     /// Input masks, the object bright: PNG, JPEG, PGM, PBM, PPM, TIFF, BMP, .npy, NIfTI, NRRD or
-    /// MetaImage.
+    /// MetaImage; closed surfaces: STL, PLY, OBJ, VTK or VTP; outlines: SVG or CSV. A folder, or a
+    /// pattern in quotes, stands for its files.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// How masks are read, placed and aligned.

@@ -38,7 +38,8 @@ pub struct DistancesArgs {
 #[serde(default)]
 pub struct DistancesConfig {
     /// Input masks, the object bright: PNG, JPEG, PGM, PBM, PPM, TIFF, BMP, .npy, NIfTI, NRRD or
-    /// MetaImage.
+    /// MetaImage; closed surfaces: STL, PLY, OBJ, VTK or VTP; outlines: SVG or CSV. A folder, or a
+    /// pattern in quotes, stands for its files.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
     /// How masks are read, placed and aligned, pair by pair.

@@ -15,7 +15,7 @@ use crate::options::{MaskOptions, named};
 #[serde(default)]
 pub struct GeodesicConfig {
     /// Mask of the first shape, the object bright: PNG, JPEG, PGM, PBM, PPM, TIFF, BMP, .npy, NIfTI,
-    /// NRRD or MetaImage.
+    /// NRRD or MetaImage; closed surfaces: STL, PLY, OBJ, VTK or VTP; outlines: SVG or CSV.
     #[arg(value_name = "START")]
     pub start: PathBuf,
     /// Mask of the last shape.

@@ -69,7 +69,7 @@ fn of_pattern(pattern: &Path, kinds: Kinds) -> Result<Vec<PathBuf>, InputError> 
     let options = MatchOptions {
         require_literal_leading_dot: true,
         require_literal_separator: true,
-        ..MatchOptions::default()
+        ..MatchOptions::new()
     };
     // A pattern that cannot be read matches nothing.
     let found = glob_with(&pattern.to_string_lossy(), options).ok();
@@ -84,7 +84,7 @@ fn readable(
     mut paths: Vec<PathBuf>,
     kinds: Kinds,
 ) -> Result<Vec<PathBuf>, InputError> {
-    paths.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
+    in_order(&mut paths);
     let (mut files, mut others): (Vec<PathBuf>, Vec<PathBuf>) = paths
         .into_iter()
         .partition(|path| path.is_file() && is_readable(path, kinds));
@@ -95,6 +95,7 @@ fn readable(
         let (tables, rest) = files.into_iter().partition(is_table);
         files = rest;
         others.extend::<Vec<PathBuf>>(tables);
+        in_order(&mut others);
     }
     if files.is_empty() {
         return Err(InputError::NoInputs {
@@ -117,6 +118,10 @@ fn readable(
         )));
     }
     Ok(files)
+}
+
+fn in_order(paths: &mut [PathBuf]) {
+    paths.sort_by(|a, b| natural(&a.to_string_lossy(), &b.to_string_lossy()));
 }
 
 fn is_readable(path: &Path, kinds: Kinds) -> bool {

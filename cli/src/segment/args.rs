@@ -16,7 +16,8 @@ use crate::options::ScaleOptions;
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SegmentConfig {
-    /// Grey images: PNG, JPEG, PGM, PPM, TIFF, BMP, .npy, NIfTI, NRRD or MetaImage.
+    /// Grey images: PNG, JPEG, PGM, PPM, TIFF, BMP, .npy, NIfTI, NRRD or MetaImage. A folder, or a
+    /// pattern in quotes, stands for its files.
     #[arg(value_name = "IMAGE")]
     pub inputs: Vec<PathBuf>,
     /// Number of nodes along the longest side, 2^L + 1 [default: from the number of samples, at

@@ -10,7 +10,7 @@ use super::map::{Between, StoredMap, WorldMap, pulled_back};
 use super::points::{moved_landmarks, moved_surface};
 use crate::error::{CliError, Exit};
 use crate::input::lattice::Lattice;
-use crate::input::{Numbers, Sources, extension_of, is_mesh};
+use crate::input::{Kinds, Numbers, Sources, expand, extension_of, is_mesh};
 use crate::options::RunOptions;
 use crate::output::ResultDir;
 use crate::output::nifti::{Values, write_volume};
@@ -26,7 +26,7 @@ pub struct WarpArgs {
     #[arg(value_name = "AVERAGE")]
     average: PathBuf,
     /// Images (volumes of any format), surfaces (.stl, .ply, .obj, .vtk, .vtp), and landmarks (.csv, with x, y and z in the
-    /// first three columns).
+    /// first three columns). A folder, or a pattern in quotes, stands for its files.
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
     /// Number of the input, from 0.
@@ -59,10 +59,12 @@ pub enum Interpolation {
 /// [`CliError`]; then nothing has been written.
 pub fn run_warp(args: &WarpArgs) -> Result<Exit, CliError> {
     ResultDir::check(&args.run.output)?;
-    in_pool(args.run.threads, || warp(args))
+    let mut files = args.files.clone();
+    expand(&mut files, Kinds::Masks)?;
+    in_pool(args.run.threads, || warp(args, &files))
 }
 
-fn warp(args: &WarpArgs) -> Result<Exit, CliError> {
+fn warp(args: &WarpArgs, files: &[PathBuf]) -> Result<Exit, CliError> {
     let stored = StoredMap::read(&args.average, args.shape, args.run.trust)?;
     let target = stored.target(args.inverse);
     let map = stored.direction(args.inverse);
@@ -71,7 +73,7 @@ fn warp(args: &WarpArgs) -> Result<Exit, CliError> {
     let directory = ResultDir::create(&args.run.output)?;
     let mut lines = Vec::new();
     let mut taken: Vec<PathBuf> = Vec::new();
-    for path in &args.files {
+    for path in files {
         let name = name_of(path);
         if taken.contains(&name) {
             return Err(CliError::Option {

@@ -7,7 +7,7 @@
 //! which resamples the average in the space of the input. Both are given at the nodes of the grid,
 //! whose piecewise multilinear interpolation is the deformation itself.
 
-use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
+use fe_grid::{Field, Grid, InverseDeformation};
 use levelset::{Contour, ContourDistance};
 
 use crate::error::CliError;
@@ -75,8 +75,7 @@ pub(crate) fn write_shape<const D: usize>(
         message: format!("the shape has no distance: {error}"),
         remedy: "use a finer --grid".into(),
     })?;
-    let distance = distance.sample(grid);
-    let values = sampled(&distance, &lattice, &world);
+    let values = sampled(&distance, grid, &lattice, &world);
     let mask: Vec<u8> = values.iter().map(|&u| u8::from(u > 0.0)).collect();
     let file = directory.file(format!("{name}.nii.gz"));
     write_volume(&file, &lattice, &Values::Mask(&mask))?;
@@ -93,17 +92,28 @@ pub(super) fn within_box<const D: usize>(samples: &Lattice, world: &WorldFrame<D
     samples.around((0..8).map(corner))
 }
 
-/// A field in millimetres at the samples of a lattice.
+/// A distance in millimetres at the samples of a lattice: interpolated between the nodes of the grid,
+/// and exact outside of it, where corners of a lattice lie that is turned against it.
 fn sampled<const D: usize>(
-    field: &ScalarField<f64, D>,
+    distance: &ContourDistance<D>,
+    grid: Grid<D>,
     lattice: &Lattice,
     world: &WorldFrame<D>,
 ) -> Vec<f32> {
-    let value = |index| {
-        let unit = world.unit(of_space(lattice.position(index)));
-        (world.length() * field.sample(unit)[0]) as f32
+    let nodal = distance.sample(grid);
+    let extent = grid.extent();
+    let value = |index: usize| {
+        let unit: [f64; D] = world.unit(of_space(lattice.position(index)));
+        let within = (0..D).all(|k| (0.0..=extent[k]).contains(&unit[k]));
+        let value = if within {
+            nodal.sample(unit)[0]
+        } else {
+            distance.signed_distance(unit)
+        };
+        (world.length() * value) as f32
     };
-    (0..lattice.count()).map(value).collect()
+    let indices: Vec<usize> = (0..lattice.count()).collect();
+    fe_grid::parallel::map(indices, &value)
 }
 
 /// The inverse of a deformation at the nodes. Where a node lies outside the image of the box, the

@@ -49,7 +49,7 @@ fn files_that_cannot_be_read() {
     let place = place();
     refused(&place, "missing.png", &["missing.png", "cannot read"]);
     std::fs::create_dir(place.path("folder.npy")).unwrap();
-    refused(&place, "folder.npy", &["folder.npy", "cannot read"]);
+    refused(&place, "folder.npy", &["folder.npy", "nothing to read"]);
     place.write("shape.xyz", b"?");
     refused(&place, "shape.xyz", &["shape.xyz", "format"]);
     place.write("text.png", b"this is no picture");

@@ -11,20 +11,24 @@ use crate::common::{Place, Results, succeeded};
 const WRITE: &str = include_str!("files/write_formats.py");
 const CHECK: &str = include_str!("files/check_warps.py");
 
-/// Python with the modules that the scripts use.
-fn python() -> Option<String> {
+/// The modules for volumes.
+const VOLUMES: &str = "nibabel, numpy, SimpleITK";
+
+/// Python with the modules that a script uses.
+pub fn python(modules: &str) -> Option<String> {
     let named = std::env::var("SHAPESPACE_PYTHON").ok();
     let program = named.unwrap_or_else(|| "python3".into());
-    let modules = ["-c", "import nibabel, numpy, SimpleITK"];
-    let run = Command::new(&program).args(modules).output();
+    let imports = format!("import {modules}");
+    let run = Command::new(&program).args(["-c", &imports]).output();
     if run.is_ok_and(|run| run.status.success()) {
         return Some(program);
     }
-    println!("skipped: no Python with nibabel, numpy and SimpleITK (SHAPESPACE_PYTHON)");
+    println!("skipped: no Python with {modules} (SHAPESPACE_PYTHON)");
     None
 }
 
-fn run_script(
+/// Runs a script in a place, and reads the last line that it prints.
+pub fn run_script(
     program: &str,
     place: &Place,
     script: &str,
@@ -44,7 +48,9 @@ fn run_script(
 
 #[test]
 fn files_of_other_programs_are_read_as_these_wrote_them() {
-    let Some(program) = python() else { return };
+    let Some(program) = python(VOLUMES) else {
+        return;
+    };
     let place = Place::new();
     let written = run_script(&program, &place, WRITE, &[".".into()]);
     let samples = written["samples"].as_f64().unwrap();
@@ -94,7 +100,9 @@ fn averaged(place: &Place) -> Results {
 
 #[test]
 fn displacement_fields_are_applied_by_simpleitk() {
-    let Some(program) = python() else { return };
+    let Some(program) = python(VOLUMES) else {
+        return;
+    };
     let place = Place::new();
     let found = averaged(&place);
     assert_eq!(found.number("/world/of_input"), 0.0);

@@ -27,5 +27,6 @@ mod pca;
 mod readme;
 mod real_data;
 mod segment;
+mod surfaces_elsewhere;
 mod verdict;
 mod verify;

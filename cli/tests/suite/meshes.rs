@@ -4,10 +4,12 @@ use std::process::Output;
 
 use levelset::{ContourDistance, Moments};
 use shapespace::input::place::physical_frames;
-use shapespace::input::{AnyImage, Image, InputError, ReadOptions, boundary, decode_image};
+use shapespace::input::{
+    AnyImage, Image, InputError, ReadOptions, boundary, decode_image, read_numbers,
+};
 
 use crate::common::ball::Mesh;
-use crate::common::solid::{SOLID, lattice};
+use crate::common::solid::{SOLID, lattice, mapped, nifti_of};
 use crate::common::{Place, Results, succeeded};
 
 /// The report of a run that is refused.
@@ -26,15 +28,16 @@ fn read(bytes: &[u8], name: &str) -> Result<AnyImage, InputError> {
     decode_image(bytes, name.as_ref(), &ReadOptions::default())
 }
 
-fn solid(bytes: &[u8], name: &str) -> Image<3> {
+/// The mask of a surface, in the world.
+pub fn solid(bytes: &[u8], name: &str) -> Image<3> {
     match read(bytes, name) {
         Ok(AnyImage::D3(image)) => image.in_world().unwrap(),
         other => panic!("{name}: {other:?}"),
     }
 }
 
-/// The volume of the boundary of an image, and the distance of a point to it.
-fn measured(image: &Image<3>, point: [f64; 3]) -> (f64, f64) {
+/// The volume of the boundary of an image, and the distances of points to it, positive inside.
+pub fn measured(image: &Image<3>, points: &[[f64; 3]]) -> (f64, Vec<f64>) {
     let frame = physical_frames(std::slice::from_ref(image))[0];
     let drawn = boundary(image, &frame).unwrap();
     assert!(drawn.is_closed());
@@ -44,10 +47,14 @@ fn measured(image: &Image<3>, point: [f64; 3]) -> (f64, f64) {
         let origin = frame.to_physical([0.0; 3]);
         std::array::from_fn(|k| (p[k] - origin[k]) * frame.scale())
     };
-    (
-        volume,
-        distance.signed_distance(world(point)) / frame.scale(),
-    )
+    let to = |&point: &[f64; 3]| distance.signed_distance(world(point)) / frame.scale();
+    (volume, points.iter().map(to).collect())
+}
+
+/// The same for one point.
+fn measured_at(image: &Image<3>, point: [f64; 3]) -> (f64, f64) {
+    let (volume, distances) = measured(image, &[point]);
+    (volume, distances[0])
 }
 
 /// Files of every kind, with the statement that coordinates are LPS or without.
@@ -90,7 +97,7 @@ fn every_format_gives_the_same_surface() {
     for (name, bytes) in files_here {
         let image = solid(&bytes, name);
         assert_eq!(image.remark, None, "{name}");
-        let (volume, distance) = measured(&image, point);
+        let (volume, distance) = measured_at(&image, point);
         // Coordinates are those of single precision; the rest is rounding in the unit box.
         assert!(
             (volume / ball.volume() - 1.0).abs() < 1e-9,
@@ -110,7 +117,7 @@ fn every_format_gives_the_same_surface() {
         *p = [-p[0], -p[1], p[2]];
     }
     for (name, bytes) in files(&mirrored, true) {
-        let (volume, distance) = measured(&solid(&bytes, name), point);
+        let (volume, distance) = measured_at(&solid(&bytes, name), point);
         assert!(
             (volume / ball.volume() - 1.0).abs() < 1e-9,
             "{name}: {volume}"
@@ -144,7 +151,7 @@ fn orientations_are_mended() {
         let remark = image.remark.clone().unwrap_or_default();
         assert!(remark.contains(words.unwrap_or_default()), "{remark}");
         assert_eq!(remark.is_empty(), words.is_none());
-        let (volume, distance) = measured(&image, [20.0, -35.0, 41.0]);
+        let (volume, distance) = measured_at(&image, [20.0, -35.0, 41.0]);
         assert!((volume / ball.volume() - 1.0).abs() < 1e-9, "{volume}");
         assert!((8.8..9.0).contains(&distance), "{distance}");
     }
@@ -159,7 +166,7 @@ fn a_cavity_stays_one() {
     }
     let both = ball.clone().joined(&cavity);
     let image = solid(&both.stl(""), "a.stl");
-    let (volume, distance) = measured(&image, [21.0, -35.0, 41.0]);
+    let (volume, distance) = measured_at(&image, [21.0, -35.0, 41.0]);
     assert!((volume / (ball.volume() + cavity.volume()) - 1.0).abs() < 1e-9);
     // Outside, in the middle of the cavity.
     assert!((-4.0..-3.8).contains(&distance), "{distance}");
@@ -184,7 +191,7 @@ fn small_holes_are_closed_and_large_ones_counted() {
         remark.starts_with("1 hole of 6 open edges closed"),
         "{remark}"
     );
-    let (volume, _) = measured(&image, [20.0, -35.0, 41.0]);
+    let (volume, _) = measured_at(&image, [20.0, -35.0, 41.0]);
     let share = volume / fine.volume();
     assert!((0.9995..0.99999).contains(&share), "{share}");
     // Corners that differ by rounding do not open a surface.
@@ -213,7 +220,7 @@ fn surfaces_that_cross_enclose_their_union() {
     assert_eq!(image.outline, None);
     let r3 = 9.0f64.powi(3) * std::f64::consts::PI;
     let expected = (8.0 / 3.0 - 5.0 / 12.0) * r3;
-    let (volume, distance) = measured(&image, [24.5, -35.0, 41.0]);
+    let (volume, distance) = measured_at(&image, [24.5, -35.0, 41.0]);
     // The facets take 4e-3 away; the samples are 27 / 128 apart.
     let share = volume / expected;
     assert!((0.994..0.999).contains(&share), "{share}");
@@ -265,6 +272,56 @@ fn surfaces_and_volumes_of_one_object_overlay() {
     place.write("square.csv", b"0,0\n1,0\n1,1\n0,1\n");
     let report = refused(&place.run(&mixed));
     assert!(report.contains("is a picture, but"), "{report}");
+}
+
+/// The distance of an average is right at all samples, also where the lattice of the input that leads
+/// is turned against the grid and its corners lie outside.
+#[test]
+fn distances_on_turned_lattices_are_exact_outside_of_the_grid() {
+    let place = Place::new();
+    let (centre, radius) = ([20.0, -35.0, 41.0], 9.0);
+    place.write("ball.ply", &Mesh::ball(centre, radius, 64).ply("ascii", ""));
+    let (c, s) = (2.0 * 0.6, 2.0 * 0.8);
+    let axes = [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 2.0]];
+    let size = [14; 3];
+    let mut affine = lattice(axes, size);
+    for (row, shift) in affine.iter_mut().zip([6.0, -5.0, -3.0]) {
+        row[3] += shift;
+    }
+    let depth = |p: [f64; 3]| {
+        let square: f64 = (0..3).map(|k| (p[k] - centre[k]).powi(2)).sum();
+        radius - square.sqrt()
+    };
+    let values: Vec<f32> = (0..size.iter().product::<usize>())
+        .map(|i| {
+            let sample = [i % 14, i / 14 % 14, i / 196].map(|n| n as f64);
+            (0.5 + 0.25 * depth(mapped(&affine, sample))).clamp(0.0, 1.0) as f32
+        })
+        .collect();
+    place.write("turned.nii", &nifti_of(size, &affine, &values));
+    let inputs = ["average", "ball.ply", "turned.nii", "--like", "turned.nii"];
+    let options = [
+        "--align",
+        "none",
+        "--grid",
+        "33",
+        "--max-iterations",
+        "1",
+        "-o",
+        "out",
+    ];
+    succeeded(&place.compute(&[&inputs[..], &options].concat()));
+    let found = read_numbers(&place.path("out/average_distance.nii.gz")).unwrap();
+    let lattice = found.lattice;
+    let mut furthest = 0.0f64;
+    for (i, value) in found.values.iter().enumerate() {
+        let expected = depth(lattice.position(i));
+        // Grid spacing .8 mm: the average is not rounder than that, nor its middle sharper.
+        assert!((value - expected).abs() < 0.8, "{value} {expected}");
+        furthest = furthest.min(expected);
+    }
+    // The half diagonal of the part of the box is 20 mm, that of the lattice around it more.
+    assert!(furthest < -12.0, "{furthest}");
 }
 
 fn flat(text: &str, name: &str) -> (Image<2>, f64) {

@@ -109,9 +109,9 @@ fn dark_objects_are_inverted() {
         place.write(&format!("{name}9.png"), &disk(9.0, bright));
     }
     let (results, _) = averaged(&place, &["bright8.png", "bright9.png"], "one");
-    let area = results.numbers("/average/area");
+    let area = results.number("/average/area");
     let (results, _) = averaged(&place, &["dark8.png", "dark9.png", "--invert"], "two");
-    assert_eq!(results.numbers("/average/area"), area);
+    assert_eq!(results.number("/average/area"), area);
     let (results, _) = averaged(&place, &["dark8.png", "dark9.png"], "three");
     let doubts = results.json["doubts"].to_string();
     assert!(doubts.contains("use --invert"), "{doubts}");
