@@ -6,12 +6,9 @@
 mod svg;
 mod table;
 
-use std::path::Path;
-
 use levelset::Contour;
 
-use super::outline::{Fill, into_image};
-use super::{AnyImage, InputError};
+use super::winding::Fill;
 
 /// No outline may have more points than this.
 const MOST_POINTS: usize = 1 << 20;
@@ -26,26 +23,21 @@ pub(super) fn is_outline(extension: &str) -> bool {
     matches!(extension, "csv" | "svg")
 }
 
-/// Reads closed curves as a mask with an exact boundary.
-pub(super) fn decode_image(
+/// The closed curves of a file with this extension, and what they enclose; the name of the format for
+/// a reason why there are none.
+pub(super) fn decode(
     bytes: &[u8],
-    path: &Path,
     extension: &str,
-) -> Result<AnyImage, InputError> {
+) -> Result<(Contour<2>, Fill), (&'static str, String)> {
     let (format, read) = if extension == "svg" {
         ("SVG", svg::decode(bytes))
     } else {
         let table = table::decode(bytes);
         ("CSV", table.map(|curves| (curves, Fill::EvenOdd)))
     };
-    let malformed = |reason| InputError::Malformed {
-        path: path.into(),
-        format,
-        reason,
-    };
-    let (curves, fill) = read.map_err(malformed)?;
-    let contour = closed(curves).map_err(malformed)?;
-    Ok(AnyImage::D2(into_image(&contour, fill, path)?))
+    let named = |reason| (format, reason);
+    let (curves, fill) = read.map_err(named)?;
+    Ok((closed(curves).map_err(named)?, fill))
 }
 
 fn closed(curves: Curves) -> Result<Contour<2>, String> {

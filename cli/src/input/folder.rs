@@ -7,7 +7,8 @@ use std::str::Chars;
 
 use glob::{MatchOptions, glob_with};
 
-use super::{InputError, curves, extension_of, is_mesh};
+use super::exact::is_exact;
+use super::{InputError, extension_of};
 use crate::print::{note, printable};
 
 /// Files that are named at most when some are left out.
@@ -108,13 +109,14 @@ fn readable(
             let name = path.file_name().unwrap_or_default();
             format!("'{}'", name.to_string_lossy())
         });
-        let mut names = names.collect::<Vec<_>>().join(", ");
-        if others.len() > NAMED {
-            names += &format!(" and {} others", others.len() - NAMED);
-        }
+        let names = names.collect::<Vec<_>>().join(", ");
+        let more = match others.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} others"),
+        };
         let (whole, count) = (whole.display(), files.len());
         note(printable(&format!(
-            "'{whole}': {count} files, without {names}, which are no inputs"
+            "'{whole}': {count} files, without {names}{more}, which are no inputs"
         )));
     }
     Ok(files)
@@ -148,8 +150,7 @@ fn is_readable(path: &Path, kinds: Kinds) -> bool {
             | "pnm"
             | "bmp"
     );
-    let other = is_mesh(&extension) || curves::is_outline(&extension);
-    image || name.ends_with(".nii.gz") || kinds == Kinds::Masks && other
+    image || name.ends_with(".nii.gz") || kinds == Kinds::Masks && is_exact(&extension)
 }
 
 /// The order in which people count: numbers by their size, letters without their case.

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::decode::{Meaning, Samples, check_size};
+use super::decode::{Samples, check_size};
+use super::number::Meaning;
 use super::{AnyImage, Image, InputError, LEVEL, ReadOptions};
 
 /// Up to this number of different values, they are always treated as labels.

@@ -14,6 +14,7 @@ mod boundary;
 mod curves;
 mod decode;
 mod error;
+mod exact;
 mod folder;
 pub mod frame;
 mod grey;
@@ -26,6 +27,7 @@ mod metaimage;
 mod nifti;
 mod npy;
 mod nrrd;
+mod number;
 mod outline;
 mod packed;
 pub mod place;
@@ -41,17 +43,19 @@ use std::path::{Path, PathBuf};
 
 pub use boundary::boundary;
 pub use error::InputError;
+pub(crate) use exact::read_mesh;
 pub use folder::Kinds;
 pub(crate) use folder::expand;
 pub use grey::GreyRange;
 pub use levels::grey_share;
-pub(crate) use mesh::{is_mesh, read_mesh};
+pub(crate) use mesh::is_mesh;
 pub use sources::{ArrayType, NamedArray, Sources};
 
 use levelset::Contour;
 
 use crate::dimension::Dim;
 use crate::{files, memory};
+use exact::is_exact;
 use lattice::Lattice;
 use raster::Colours;
 
@@ -202,16 +206,11 @@ pub fn decode_image(
     options: &ReadOptions,
 ) -> Result<AnyImage, InputError> {
     let extension = extension_of(path);
-    let curves = curves::is_outline(&extension);
-    if curves || is_mesh(&extension) {
+    if is_exact(&extension) {
         if options.label.is_some() || options.invert {
             return Err(InputError::NoLabels { path: path.into() });
         }
-        return if curves {
-            curves::decode_image(bytes, path, &extension)
-        } else {
-            mesh::decode_image(bytes, path, &extension)
-        };
+        return exact::decode_image(bytes, path, &extension);
     }
     let samples = decode_samples(bytes, path, Colours::Refused)?;
     mask::into_image(samples, path, options)
@@ -244,9 +243,7 @@ fn decode_samples(
         "png" | "jpg" | "jpeg" | "pgm" | "pbm" | "ppm" | "pnm" | "bmp" => {
             raster::decode(bytes, path, extension, colours)
         }
-        _ if is_mesh(extension) || curves::is_outline(extension) => {
-            Err(InputError::NoImage { path: path.into() })
-        }
+        _ if is_exact(extension) => Err(InputError::NoImage { path: path.into() }),
         _ => Err(InputError::UnknownFormat { path: path.into() }),
     }
 }

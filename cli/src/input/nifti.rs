@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::decode::{NumberType, Samples, VALUE, take};
+use super::decode::{Samples, VALUE, take};
+use super::number::NumberType;
 use super::packed::Packed;
 use super::volume::{Storage, Volume, flattened, unread_type, usable_affine};
 use super::{InputError, bytes_of, reserve};
@@ -353,16 +354,9 @@ pub(crate) mod tests {
     }
 
     fn volume(bytes: &[u8], name: &str, label: Option<i64>) -> super::super::Image<3> {
-        match decode_image(
-            bytes,
-            Path::new(name),
-            &ReadOptions {
-                label,
-                ..ReadOptions::default()
-            },
-        )
-        .unwrap()
-        {
+        let invert = false;
+        let options = ReadOptions { label, invert };
+        match decode_image(bytes, Path::new(name), &options).unwrap() {
             AnyImage::D3(image) => image,
             AnyImage::D2(_) => panic!("the file holds a volume"),
         }

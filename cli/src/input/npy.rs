@@ -3,7 +3,8 @@
 
 use std::path::Path;
 
-use super::decode::{NumberType, Samples, VALUE, check_count, take};
+use super::decode::{Samples, VALUE, check_count, take};
+use super::number::NumberType;
 use super::{InputError, reserve};
 
 const MAX_HEADER: usize = 1 << 16;

@@ -5,7 +5,8 @@
 use std::path::Path;
 
 use super::InputError;
-use super::decode::{NumberType, Samples};
+use super::decode::Samples;
+use super::number::NumberType;
 use super::packed::Packed;
 use super::volume::{
     MAX_HEADER, Storage, Volume, data_file, flattened, in_space, unread_type, usable_affine,

@@ -11,7 +11,7 @@ use std::path::Path;
 use levelset::{Contour, ContourDistance};
 
 use super::decode::{VALUE, check_count};
-use super::winding::{Samples, winding_numbers};
+use super::winding::{Fill, Samples, winding_numbers};
 use super::{Image, InputError, LEVEL, reserve};
 
 /// Samples along the longest side of the object, in 2D and 3D.
@@ -20,24 +20,6 @@ const SAMPLES: [usize; 2] = [512, 128];
 const AROUND: usize = 3;
 /// Segments of which each is asked what lies to its sides.
 const MOST_SEGMENTS: usize = 20_000;
-
-/// What lies inside of an outline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Fill {
-    /// Points with a winding number other than 0.
-    NonZero,
-    /// Points with an odd winding number.
-    EvenOdd,
-}
-
-impl Fill {
-    fn holds(self, number: i32) -> bool {
-        match self {
-            Self::NonZero => number != 0,
-            Self::EvenOdd => number % 2 != 0,
-        }
-    }
-}
 
 /// A closed contour as a mask.
 pub(super) fn into_image<const D: usize>(

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
-use super::decode::{Meaning, Samples, VALUE, check_size};
+use super::decode::{Samples, VALUE, check_size};
+use super::number::Meaning;
 use super::{InputError, bmp, jpeg, pnm, reserve};
 
 /// No lossless picture format packs more bytes of pixels than this into one byte of file.

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::decode::{Meaning, NumberType, Samples};
+use super::decode::Samples;
 use super::lattice::Lattice;
+use super::number::{Meaning, NumberType};
 use super::packed::Packed;
 use super::raster::Colours;
 use super::volume::usable_affine;

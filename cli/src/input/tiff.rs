@@ -7,7 +7,8 @@ use ::tiff::ColorType;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 
 use super::InputError;
-use super::decode::{Meaning, Samples, check_size};
+use super::decode::{Samples, check_size};
+use super::number::Meaning;
 use super::raster::{one_channel, reserve_pixels};
 
 const MAX_PAGES: usize = 1 << 14;

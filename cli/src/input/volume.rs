@@ -3,7 +3,8 @@
 use std::fmt::Display;
 use std::path::{Component, Path};
 
-use super::decode::{Meaning, NumberType, Samples, VALUE, check_size, take};
+use super::decode::{Samples, VALUE, check_size, take};
+use super::number::{Meaning, NumberType};
 use super::packed::Packed;
 use super::world::affine_fault;
 use super::{InputError, bytes_of, reserve};

@@ -8,6 +8,25 @@
 
 use levelset::Contour;
 
+/// What lies inside of an outline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fill {
+    /// Points with a winding number other than 0.
+    NonZero,
+    /// Points with an odd winding number.
+    EvenOdd,
+}
+
+impl Fill {
+    /// Whether points of a winding number lie inside.
+    pub fn holds(self, number: i32) -> bool {
+        match self {
+            Self::NonZero => number != 0,
+            Self::EvenOdd => number % 2 != 0,
+        }
+    }
+}
+
 /// A box of samples with one spacing along all axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Samples<const D: usize> {

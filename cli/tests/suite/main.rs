@@ -20,6 +20,7 @@ mod integrity;
 mod joint;
 mod long_runs;
 mod malformed;
+mod malformed_surfaces;
 mod meshes;
 mod natural;
 mod own_law;

@@ -1,11 +1,12 @@
 //! Surfaces and outlines as inputs.
 
+use std::path::Path;
 use std::process::Output;
 
 use levelset::{ContourDistance, Moments};
 use shapespace::input::place::physical_frames;
 use shapespace::input::{
-    AnyImage, Image, InputError, ReadOptions, boundary, decode_image, read_numbers,
+    AnyImage, Image, InputError, Numbers, ReadOptions, Sources, boundary, decode_image,
 };
 
 use crate::common::ball::Mesh;
@@ -26,6 +27,10 @@ fn ball() -> Mesh {
 
 fn read(bytes: &[u8], name: &str) -> Result<AnyImage, InputError> {
     decode_image(bytes, name.as_ref(), &ReadOptions::default())
+}
+
+fn read_numbers(path: &Path) -> Result<Numbers, InputError> {
+    Sources::files().read_numbers(path)
 }
 
 /// The mask of a surface, in the world.

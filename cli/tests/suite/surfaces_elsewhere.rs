@@ -25,9 +25,6 @@ fn surfaces_of_other_programs_have_their_distances() {
     let places: Vec<[f64; 3]> = serde_json::from_value(written["places"].clone()).unwrap();
     let mut count = 0;
     for name in place.listing() {
-        if name.ends_with(".mtl") {
-            continue;
-        }
         let image = solid(&std::fs::read(place.path(&name)).unwrap(), &name);
         assert_eq!(image.remark, None, "{name}");
         assert!(image.outline.is_some(), "{name}");

@@ -4,7 +4,8 @@
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, Point, Rect, Shape};
 use roxmltree::{Document, Node};
 
-use super::{Curves, Fill, MOST_POINTS};
+use super::{Curves, MOST_POINTS};
+use crate::input::winding::Fill;
 
 /// Curves are replaced by segments to within this share of the drawing's diagonal.
 const TOLERANCE: f64 = 1e-4;

@@ -34,24 +34,23 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Curves, String> {
         let words = split(line);
         let at = |reason: &str| format!("line {}: {reason}", number + 1);
         let Some(columns) = &columns else {
-            columns = Some(match named(&words) {
-                Some(named) => named.ok_or_else(|| at("no columns are named x and y"))?,
-                None => {
-                    if words.len() > 2 {
-                        return Err(at("more than two columns need a line with their names"));
-                    }
-                    let point = [0, 1].map(|k| number_of(&words, k));
-                    let [Some(x), Some(y)] = point else {
-                        return Err(at("it does not begin with two numbers"));
-                    };
-                    curves.push(vec![[x, y]]);
-                    fresh = false;
-                    Columns {
-                        x: 0,
-                        y: 1,
-                        curve: None,
-                    }
-                }
+            if words.iter().all(|word| word.parse::<f64>().is_err()) {
+                columns = Some(named(&words).ok_or_else(|| at("no columns are named x and y"))?);
+                continue;
+            }
+            if words.len() > 2 {
+                return Err(at("more than two columns need a line with their names"));
+            }
+            let point = [0, 1].map(|k| number_of(&words, k));
+            let [Some(x), Some(y)] = point else {
+                return Err(at("it does not begin with two numbers"));
+            };
+            curves.push(vec![[x, y]]);
+            fresh = false;
+            columns = Some(Columns {
+                x: 0,
+                y: 1,
+                curve: None,
             });
             continue;
         };
@@ -84,11 +83,8 @@ fn number_of(words: &[&str], column: usize) -> Option<f64> {
     words.get(column)?.parse().ok()
 }
 
-/// The columns of a line of names; `None` for a line of numbers.
-fn named(words: &[&str]) -> Option<Option<Columns>> {
-    if words.iter().any(|word| word.parse::<f64>().is_ok()) {
-        return None;
-    }
+/// The columns of a line of names, if there are x and y.
+fn named(words: &[&str]) -> Option<Columns> {
     let names: Vec<String> = words
         .iter()
         .map(|word| word.trim_matches('"').to_lowercase())
@@ -103,7 +99,7 @@ fn named(words: &[&str]) -> Option<Option<Columns>> {
     let place = |name: &str| names.iter().position(|other| other == name);
     let curve = CURVE_NAMES.iter().find_map(|name| place(name));
     let both = place("x").zip(place("y"));
-    Some(both.map(|(x, y)| Columns { x, y, curve }))
+    both.map(|(x, y)| Columns { x, y, curve })
 }
 
 #[cfg(test)]

@@ -6,10 +6,8 @@
 //! every point is a whole number, whatever the triangles cross.
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
 
 use super::Mesh;
-use crate::input::InputError;
 
 /// Holes up to this share of the surface's diagonal are closed.
 const SMALL: f64 = 0.1;
@@ -20,7 +18,7 @@ const SAME: f64 = 1e-6;
 const LEAST_VOLUME: f64 = 1e-12;
 
 /// A surface without a boundary, normals outwards.
-pub(super) struct Mended {
+pub(crate) struct Mended {
     pub points: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
     /// What was changed, for the user.
@@ -29,7 +27,7 @@ pub(super) struct Mended {
 
 /// Why a surface has no inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::input) enum Fault {
+pub(crate) enum Fault {
     Open {
         open: usize,
         holes: usize,
@@ -40,31 +38,8 @@ pub(in crate::input) enum Fault {
     Flat,
 }
 
-impl Fault {
-    pub fn of_file(self, path: &Path) -> InputError {
-        let path = path.into();
-        match self {
-            Self::Open {
-                open,
-                holes,
-                crowded,
-                widest,
-                limit,
-            } => InputError::OpenSurface {
-                path,
-                open,
-                holes,
-                crowded,
-                widest,
-                limit,
-            },
-            Self::Flat => InputError::FlatSurface { path },
-        }
-    }
-}
-
 /// The triangles of a file as a closed surface.
-pub(super) fn mended(mesh: Mesh) -> Result<Mended, Fault> {
+pub(crate) fn mended(mesh: Mesh) -> Result<Mended, Fault> {
     let Mesh {
         mut points,
         mut triangles,
@@ -93,9 +68,9 @@ pub(super) fn mended(mesh: Mesh) -> Result<Mended, Fault> {
         return Err(Fault::Flat);
     }
     if volume < 0.0 {
-        triangles
-            .iter_mut()
-            .for_each(|triangle| triangle.swap(0, 1));
+        for triangle in &mut triangles {
+            triangle.swap(0, 1);
+        }
         remarks.push("normals turned outwards".into());
     }
     Ok(Mended {
@@ -131,7 +106,7 @@ fn merge(points: &mut Vec<[f64; 3]>, triangles: &mut Vec<[u32; 3]>, distance: f6
             }
         })
     };
-    let reach = if distance > 0.0 { 1 } else { 0 };
+    let reach = i64::from(distance > 0.0);
     let mut numbers = Vec::with_capacity(points.len());
     for p in points.iter() {
         let own = cell(p);

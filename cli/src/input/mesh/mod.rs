@@ -13,13 +13,7 @@ mod text;
 mod vtk;
 mod vtp;
 
-use std::path::Path;
-
-use levelset::Contour;
-
-use super::outline::{Fill, into_image};
-use super::{AnyImage, InputError, bytes_of, extension_of};
-pub(super) use mend::Fault;
+pub(super) use mend::{Fault, Mended, mended};
 use polygon::Polygons;
 
 /// No surface may have more triangles than this.
@@ -40,42 +34,9 @@ pub(crate) fn is_mesh(extension: &str) -> bool {
     matches!(extension, "stl" | "ply" | "obj" | "vtk" | "vtp")
 }
 
-/// Reads the triangles of a file.
-///
-/// # Errors
-/// [`InputError`] names the file, the defect and the remedy.
-pub(crate) fn read_mesh(path: &Path) -> Result<Mesh, InputError> {
-    decode(&bytes_of(path)?, path, &extension_of(path))
-}
-
-/// Reads a closed surface as a mask with an exact boundary.
-pub(super) fn decode_image(
-    bytes: &[u8],
-    path: &Path,
-    extension: &str,
-) -> Result<AnyImage, InputError> {
-    let mesh = decode(bytes, path, extension)?;
-    let fault = |fault: Fault| fault.of_file(path);
-    let mended = mend::mended(mesh).map_err(fault)?;
-    let malformed = |error: levelset::LevelsetError| InputError::Malformed {
-        path: path.into(),
-        format: "surface",
-        reason: error.to_string(),
-    };
-    let contour = Contour::new(mended.points, mended.triangles).map_err(malformed)?;
-    let mut image = into_image(&contour, Fill::NonZero, path)?;
-    let h = image.spacing[0];
-    let row = |k: usize| {
-        let mut row = [0.0, 0.0, 0.0, image.origin[k]];
-        row[k] = h;
-        row
-    };
-    image.affine = Some([row(0), row(1), row(2)]);
-    image.remark = mended.remark;
-    Ok(AnyImage::D3(image))
-}
-
-fn decode(bytes: &[u8], path: &Path, extension: &str) -> Result<Mesh, InputError> {
+/// The triangles of a file with this extension, and the name of the format for a reason why there are
+/// none.
+pub(super) fn decode(bytes: &[u8], extension: &str) -> Result<Mesh, (&'static str, String)> {
     let (format, read) = match extension {
         "stl" => ("STL", stl::decode(bytes)),
         "ply" => ("PLY", ply::decode(bytes)),
@@ -83,19 +44,9 @@ fn decode(bytes: &[u8], path: &Path, extension: &str) -> Result<Mesh, InputError
         "vtk" => ("VTK", vtk::decode(bytes)),
         _ => ("VTP", vtp::decode(bytes)),
     };
-    let malformed = |reason| InputError::Malformed {
-        path: path.into(),
-        format,
-        reason,
-    };
-    let (polygons, to_the_left) = read.map_err(malformed)?;
-    let mut mesh = polygons.triangulated().map_err(malformed)?;
-    if mesh.triangles.len() > MAX_TRIANGLES {
-        return Err(InputError::TooManyTriangles {
-            path: path.into(),
-            found: mesh.triangles.len(),
-        });
-    }
+    let named = |reason| (format, reason);
+    let (polygons, to_the_left) = read.map_err(named)?;
+    let mut mesh = polygons.triangulated().map_err(named)?;
     if to_the_left {
         for point in &mut mesh.points {
             *point = [-point[0], -point[1], point[2]];

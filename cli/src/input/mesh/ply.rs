@@ -3,7 +3,7 @@
 use super::polygon::Polygons;
 use super::text::{Words, index, text};
 use super::{Decoded, states_left};
-use crate::input::decode::NumberType;
+use crate::input::number::NumberType;
 
 /// A header longer than this is damage.
 const LONGEST_HEADER: usize = 1 << 20;

@@ -3,7 +3,7 @@
 use super::polygon::Polygons;
 use super::text::{index, parsed, text};
 use super::{Decoded, states_left};
-use crate::input::decode::NumberType;
+use crate::input::number::NumberType;
 
 struct Reader<'a> {
     rest: &'a [u8],

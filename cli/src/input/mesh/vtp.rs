@@ -11,7 +11,7 @@ use roxmltree::{Document, Node};
 use super::polygon::Polygons;
 use super::text::{Words, index, text};
 use super::{Decoded, states_left};
-use crate::input::decode::NumberType;
+use crate::input::number::NumberType;
 
 /// Bytes of an array at most, so many times those of the file: zlib packs no better.
 const MOST_PACKED: usize = 1032;

@@ -1,5 +1,6 @@
 //! Surfaces of triangles as bytes of files.
 
+use std::fmt::Write as _;
 use std::io::Write;
 
 use flate2::Compression;
@@ -87,7 +88,7 @@ impl Mesh {
         for t in &self.triangles {
             text += "facet normal 0 0 0\n outer loop\n";
             for [x, y, z] in t.map(|i| self.points[i as usize]) {
-                text += &format!("  vertex {x:e} {y} {z}\n");
+                writeln!(text, "  vertex {x:e} {y} {z}").unwrap();
             }
             text += " endloop\nendfacet\n";
         }
@@ -140,16 +141,17 @@ impl Mesh {
     pub fn obj(&self, remark: &str) -> Vec<u8> {
         let mut text = format!("# {remark}\nmtllib none.mtl\no ball\n");
         for [x, y, z] in &self.points {
-            text += &format!("v {x} {y} {z} 0.5 0.5 0.5\nvn 0 0 1\n");
+            write!(text, "v {x} {y} {z} 0.5 0.5 0.5\nvn 0 0 1\n").unwrap();
         }
         let n = self.points.len() as i64;
         for (k, t) in self.triangles.iter().enumerate() {
             let [a, b, c] = t.map(i64::from);
-            text += &if k % 2 == 0 {
+            let line = if k % 2 == 0 {
                 format!("f {}//1 {}/2/1 \\\n {}\n", a + 1, b + 1, c + 1)
             } else {
                 format!("f {} {} {}\n", a - n, b - n, c - n)
             };
+            text.push_str(&line);
         }
         text.into_bytes()
     }
