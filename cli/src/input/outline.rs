@@ -30,12 +30,17 @@ pub(super) fn into_image<const D: usize>(
     let samples = samples_around(contour, path)?;
     let count = check_count(&samples.size.map(|n| n as u64), path)? as u64;
     reserve(path, (VALUE + 4) * count, VALUE * count)?;
-    let open = || InputError::Malformed {
+    let unfit = |reason: &str| InputError::Malformed {
         path: path.into(),
         format: "outline",
-        reason: "it is not closed".into(),
+        reason: reason.into(),
     };
-    let numbers = winding_numbers(contour, &samples).ok_or_else(open)?;
+    let numbers = winding_numbers(contour, &samples).map_err(unfit)?;
+    if D == 2 && !numbers.iter().any(|&n| fill.holds(n)) {
+        return Err(unfit(
+            "it encloses no area, or is thinner than a 512th of its length",
+        ));
+    }
     let mut image = Image {
         values: Vec::new(),
         size: samples.size,
@@ -48,13 +53,6 @@ pub(super) fn into_image<const D: usize>(
         outline: None,
         remark: None,
     };
-    if D == 2 && !numbers.iter().any(|&n| fill.holds(n)) {
-        return Err(InputError::Malformed {
-            path: path.into(),
-            format: "outline",
-            reason: "it encloses no area, or is thinner than a 512th of its length".into(),
-        });
-    }
     let exact = exact(contour, fill, &numbers, &samples);
     if let Some(exact) = exact {
         let inside = numbers.iter().map(|&n| f64::from(u8::from(fill.holds(n))));
@@ -144,7 +142,7 @@ fn exact<const D: usize>(
     }
     let turned = Contour::new(contour.points().to_vec(), turned).ok()?;
     // Where segments cross, they would have to be turned at the crossing.
-    let found = winding_numbers(&turned, samples)?;
+    let found = winding_numbers(&turned, samples).ok()?;
     let inside = numbers.iter().map(|&n| i32::from(fill.holds(n)));
     found.into_iter().eq(inside).then_some(turned)
 }

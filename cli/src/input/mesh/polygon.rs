@@ -3,7 +3,7 @@
 use super::Mesh;
 
 /// More corners than this has no polygon.
-const MOST_CORNERS: usize = 10_000;
+const MOST_CORNERS: usize = 1000;
 
 /// Polygons with common points, not checked yet.
 #[derive(Clone, Debug, Default)]
