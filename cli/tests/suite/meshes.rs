@@ -329,6 +329,36 @@ fn distances_on_turned_lattices_are_exact_outside_of_the_grid() {
     assert!(furthest < -12.0, "{furthest}");
 }
 
+/// A segmented volume has its mask and its surface where the volume lies.
+#[test]
+fn segmented_objects_stay_in_the_world() {
+    let place = Place::new();
+    let axes = [[0.0, 1.2, 0.0], [-1.2, 0.0, 0.0], [0.0, 0.0, 1.2]];
+    let size = [24, 28, 24];
+    let affine = lattice(axes, size);
+    SOLID.write(&place, "a.nii", size, &affine);
+    succeeded(&place.compute(&["segment", "a.nii", "--grid", "17", "-o", "out"]));
+    let mask = read_numbers(&place.path("out/mask_000.nii.gz")).unwrap();
+    assert_eq!(mask.lattice.size, size);
+    for (found, expected) in mask.lattice.affine.iter().zip(affine) {
+        for k in 0..4 {
+            assert!((found[k] - expected[k]).abs() < 1e-4, "{found:?}");
+        }
+    }
+    let image = solid(
+        &std::fs::read(place.path("out/surface_000.stl")).unwrap(),
+        "a.stl",
+    );
+    // Normals point outwards although the axes are exchanged.
+    assert_eq!(image.remark, None);
+    let (volume, _) = measured(&image, &[]);
+    let of_mask = mask.values.iter().sum::<f64>() * 1.2f64.powi(3);
+    assert!((volume / of_mask - 1.0).abs() < 0.05, "{volume} {of_mask}");
+    // The middle of a ball of the solid, and a point outside.
+    let (_, distances) = measured(&image, &[[10.0, -34.0, 40.0], [10.0, -22.0, 49.0]]);
+    assert!(distances[0] > 2.0 && distances[1] < -2.0, "{distances:?}");
+}
+
 fn flat(text: &str, name: &str) -> (Image<2>, f64) {
     let image = match read(text.as_bytes(), name) {
         Ok(AnyImage::D2(image)) => image,
