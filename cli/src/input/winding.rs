@@ -209,6 +209,41 @@ mod tests {
         }
     }
 
+    /// Corners of four triangles lie on lines, whatever the order of the points.
+    #[test]
+    fn corners_on_the_lines_are_moved_all_together() {
+        let samples = Samples {
+            size: [9, 9, 9],
+            spacing: 1.0,
+            origin: [0.0; 3],
+        };
+        for shift in 0..6 {
+            // The corners at +x, -x, +y, -y, +z and -z of the middle, stored from another one on.
+            let corner = |n: usize| {
+                let mut p = [4.0; 3];
+                p[n / 2] += if n.is_multiple_of(2) { 3.0 } else { -3.0 };
+                p
+            };
+            let stored = |n: usize| ((n + shift) % 6) as u32;
+            let mut points = vec![[0.0; 3]; 6];
+            for n in 0..6 {
+                points[stored(n) as usize] = corner(n);
+            }
+            let mut triangles = Vec::new();
+            for [x, y, z] in (0..8).map(|n| [n & 1, n >> 1 & 1, n >> 2]) {
+                let [a, b, c] = [stored(x), stored(2 + y), stored(4 + z)];
+                let right = (x + y + z) % 2 == 0;
+                triangles.push(if right { [a, b, c] } else { [b, a, c] });
+            }
+            let octahedron = Contour::new(points, triangles).unwrap();
+            let numbers = winding_numbers(&octahedron, &samples).unwrap();
+            // 25 samples lie inside, and some of those on the triangles.
+            let count = numbers.iter().sum::<i32>();
+            assert!(numbers.iter().all(|n| [0, 1].contains(n)), "{shift}");
+            assert!((25..=63).contains(&count), "{shift}: {count}");
+        }
+    }
+
     #[test]
     fn overlapping_cubes_have_two_and_open_ones_none() {
         let samples = Samples {
