@@ -90,10 +90,9 @@ const CRITERIA: [Criterion; 17] = [
         cause: Cause::RemainingEnergy,
         figure: "estimated energy above the minimum, relative to the elastic energy",
         limit: Limit::AtMost(0.2),
-        reason: "At the default tolerance averages of families, fish and hands end .1 to 16 % of the \
-                 elastic energy above its minimum, and the angles of bent bars are 2 to 4 degrees from \
-                 their limits. Where elastic energies have to be known to 1 %, compare with the figure in \
-                 result.json and decrease the tolerance.",
+        reason: "At the default tolerance averages of built-in families and of fish end within 2 % of the \
+                 elastic energy above its minimum, and hands with fingers close together, where folds of \
+                 the void hold the deformations back, within 10 %.",
         remedy: "decrease --tolerance",
     },
     Criterion {
@@ -182,7 +181,7 @@ const CRITERIA: [Criterion; 17] = [
         limit: Limit::AtMost(0.03),
         reason: "The loads of the shapes add up to zero at the true average; what remains is \
                  an error of the modes. No average tried so far is below the limit.",
-        remedy: "average on a finer --grid with --length-weight 1e-5 --tolerance 1e-6 and more \
+        remedy: "average on a finer --grid with --length-weight 1e-5 --tolerance 2e-4 and more \
                  --max-iterations",
     },
     Criterion {
@@ -191,7 +190,7 @@ const CRITERIA: [Criterion; 17] = [
         limit: Limit::AtLeast(0.0),
         reason: "The average is not a minimum where the energy has a negative curvature, and \
                  modes are not orthogonal in its inner product.",
-        remedy: "average with --length-weight 1e-5 --tolerance 1e-6, or use --at-rest",
+        remedy: "average with --length-weight 1e-5 --tolerance 2e-4, or use --at-rest",
     },
     Criterion {
         cause: Cause::PathEnd,

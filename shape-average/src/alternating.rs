@@ -23,10 +23,8 @@ pub struct Alternating {
     /// Maximal number of outer iterations.
     pub max_iterations: usize,
     /// Relative tolerance: the iteration ends when five outer iterations decrease the energy by
-    /// less than this fraction of its excess over the floor.
+    /// less than this fraction of the elastic energy, as [`AverageObjective`] measures it.
     pub tolerance: f64,
-    /// A lower bound of the energy.
-    pub energy_floor: f64,
     /// The iteration ends when the energy has reached this value.
     pub target: Option<f64>,
 }
@@ -69,7 +67,9 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for Alternating {
             if observer.iteration(&iteration) == Control::Cancel {
                 break Status::Cancelled;
             }
-            if self.target.is_some_and(|target| energy <= target) || self.stalled(&energies) {
+            if self.target.is_some_and(|target| energy <= target)
+                || self.stalled(objective, &energies)
+            {
                 break Status::EnergyTolerance;
             }
             if energies.len() > self.max_iterations {
@@ -100,12 +100,12 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for Alternating {
 }
 
 impl Alternating {
-    fn stalled(&self, energies: &[f64]) -> bool {
+    fn stalled<O: Objective>(&self, objective: &O, energies: &[f64]) -> bool {
         const WINDOW: usize = 5;
         let last = energies[energies.len() - 1];
         energies.len() > WINDOW
             && energies[energies.len() - 1 - WINDOW] - last
-                <= self.tolerance * (last - self.energy_floor).abs()
+                <= self.tolerance * objective.energy_scale(last)
     }
 }
 

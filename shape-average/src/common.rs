@@ -13,18 +13,21 @@ use crate::level::{LevelShapes, shape};
 use crate::params::AverageParams;
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Grid, GridError, LinearOperator, locate, parallel};
+use fe_grid::{Buffer, Grid, GridError, LinearOperator, locate, parallel};
 use hyperelastic::{Corotational, CorotationalMultigrid};
 
 /// How many times the spacing of the grid of common motions is doubled.
 const COARSENINGS: usize = 2;
 /// Least number of cells along an axis of that grid.
 const LEAST_CELLS: usize = 4;
-/// Regularisation, relative to the stiffness of the object: on bars and ellipses 0.01 needs twice as
-/// many iterations.
-const REGULARISATION: f64 = 0.3;
+/// Regularisation in a minimisation, relative to the stiffness of the object: with 0.3 every second step
+/// of crosses and hands has to be shortened, with 10 half of the gain is lost.
+pub(crate) const MINIMISATION: f64 = 3.0;
+/// Regularisation for the estimate of the remaining energy: with 3 its few iterations miss a half of
+/// it, and on bars and ellipses 0.01 needs twice as many.
+pub(crate) const ESTIMATE: f64 = 0.3;
 
-/// The inverse metric of common motions, held in memory.
+/// The inverse metric of common motions.
 pub(crate) struct CommonMotion<const D: usize> {
     n_nodes: usize,
     grid: Grid<D>,
@@ -32,21 +35,25 @@ pub(crate) struct CommonMotion<const D: usize> {
     rigid: Rigid,
     /// For every shape the cell of `grid` into which each node is moved, as the number of its first
     /// node, and the `D` coordinates there.
-    places: Vec<f32>,
+    places: Buffer<f32>,
 }
 
 impl<const D: usize> CommonMotion<D> {
-    /// Computes the metric at displacements, for given weights of the elastic energies.
+    /// Computes the metric at displacements, for given weights of the elastic energies and a
+    /// regularisation relative to the stiffness of the objects.
     pub fn new(
         shapes: &LevelShapes<D>,
         params: &AverageParams,
         weights: &[f64],
         x: &[f64],
+        regularisation: f64,
     ) -> Result<Self, GridError> {
         let fine = *shapes.grid();
         let grid = coarsened(fine);
         let n_nodes = fine.n_nodes();
-        let mut places = vec![0.0f32; (D + 1) * n_nodes * weights.len()];
+        let mut places = params
+            .storage
+            .zeros::<f32>((D + 1) * n_nodes * weights.len())?;
         let dim = D * n_nodes;
         let void = params
             .void_stiffness
@@ -61,6 +68,7 @@ impl<const D: usize> CommonMotion<D> {
             }
             sums
         });
+        places.rest();
         let total: f64 = weights.iter().sum();
         // Every node stands for the volume of a cell.
         let volume = fine.cell_volume() / grid.cell_volume();
@@ -76,7 +84,7 @@ impl<const D: usize> CommonMotion<D> {
         let rigid = Rigid::new(&grid, &cells[0]);
         let law = Corotational {
             moduli: params.law.moduli,
-            regularisation: REGULARISATION * total,
+            regularisation: regularisation * total,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
         Ok(Self {
@@ -118,6 +126,7 @@ impl<const D: usize> CommonMotion<D> {
                 }
             });
         });
+        self.places.rest();
     }
 
     /// Calls `work` with every node of a shape, every node of the coarse grid about its image, and

@@ -2,7 +2,7 @@
 
 use crate::joint::JointResult;
 use crate::params::AverageParams;
-use crate::result::AverageResult;
+use crate::result::{AverageResult, unconverged};
 use fe_grid::minimise::Status;
 use levelset::{Cause, Doubt};
 
@@ -16,9 +16,8 @@ impl<const D: usize> AverageResult<D> {
     /// not converge, an energy too far above the minimum, a determinant at its lower bound, and
     /// shapes that are not deformed onto the average.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
-        let statuses = self.levels.iter().map(|level| level.status);
         let whole = [
-            not_converged(statuses, self.status),
+            not_converged(unconverged(&self.levels), self.status),
             self.remaining(),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
         ];
@@ -58,6 +57,7 @@ impl<const D: usize> JointResult<D> {
     /// average: levels that did not converge, and a determinant at its lower bound.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let statuses = self.levels.iter().map(|level| level.status);
+        let statuses = statuses.filter(|status| !status.converged());
         let doubts = [
             not_converged(statuses, self.status),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
@@ -66,9 +66,8 @@ impl<const D: usize> JointResult<D> {
     }
 }
 
-/// The doubt about levels, and the whole, that ended before they converged.
+/// The doubt about levels that ended before they converged, and the whole.
 fn not_converged(levels: impl Iterator<Item = Status>, whole: Status) -> Option<Doubt> {
-    let levels = levels.filter(|status| !status.converged()).count();
-    let ended = levels.max(usize::from(!whole.converged()));
+    let ended = levels.count().max(usize::from(!whole.converged()));
     Doubt::check(Cause::NotConverged, ended as f64)
 }

@@ -184,9 +184,12 @@ fn follow<const D: usize>(
         } else {
             vec![0.0; D * levels[0].grid().n_nodes()]
         };
+        let finest = levels.len() - 1;
         let mut problem = Levels::new(levels, &own).onto(targets);
-        let minimiser = |_| LevelMinimiser {
+        let minimiser = |level| LevelMinimiser {
             params: own.clone(),
+            finest: level == finest,
+            estimated: false,
         };
         let solution = minimise_levels(&mut problem, minimiser, start, quiet)?;
         // A cancelled run ends on a coarser grid: the shape is then not deformed.

@@ -14,7 +14,7 @@
 //! average follows, the second derivative between two jumps is larger by orders of magnitude, and an
 //! estimate of the remaining energy with it too small.
 
-use crate::common::CommonMotion;
+use crate::common;
 use crate::elastic::{ElasticTerm, elastic_hessian_into};
 use crate::error::AverageError;
 use crate::level::shape;
@@ -80,21 +80,15 @@ impl<const D: usize> SecondOrder for AverageObjective<D> {
 impl<const D: usize> AverageObjective<D> {
     /// Estimates the energy above the minimum at a state; `None` where it is inadmissible.
     pub(crate) fn remaining(&mut self, x: &[f64]) -> Result<Option<f64>, AverageError> {
-        if !self.fixed {
-            let weights: Vec<f64> = (0..self.shapes.n_shapes())
-                .map(|i| self.weights.of_elastic(i))
-                .collect();
-            let common = CommonMotion::new(&self.shapes, &self.params, &weights, x)?;
-            self.common = Some(common);
-        }
         let newton = NewtonCgParams {
             max_forcing: FORCING,
             max_inner_iterations: MOST_ACTIONS,
             ..NewtonCgParams::default()
         };
-        let remaining = newton.remaining(self, x)?;
-        self.common = None;
-        Ok(remaining)
+        self.common_regularisation = common::ESTIMATE;
+        let remaining = newton.remaining(self, x);
+        self.common_regularisation = common::MINIMISATION;
+        remaining
     }
 
     /// Computes the derivative of the average along a direction.

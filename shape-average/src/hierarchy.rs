@@ -1,6 +1,7 @@
 //! The levels of an average, from coarse to fine, and their stopping criteria.
 
 use crate::alternating::Alternating;
+use crate::confirm::minimise_in_rounds;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
@@ -8,10 +9,10 @@ use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Solver};
 use crate::result::{AverageResult, LevelReport, Timing, worst_certificate};
 use fe_grid::minimise::{
-    Info, LbfgsParams, LevelProblem, Minimiser, Observer, Status, Stopping, minimise_levels,
+    Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
 };
 use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Buffer, Field, Grid, Storage, parallel, repair};
+use fe_grid::{Buffer, Field, Grid, parallel, repair};
 use std::time::Instant;
 
 /// Number of iterations over which the decrease of the energy is measured.
@@ -19,10 +20,9 @@ const ENERGY_WINDOW: usize = 5;
 /// A level ends when the predicted decrease is below this fraction of the tolerance: levels that
 /// need no correction then take no steps, and equal shapes are not moved at all.
 const DECREMENT: f64 = 0.2;
-/// Lower bound of the excess over the floor, as a fraction of the energy. On coarse grids the
-/// floor, which is that of the continuum, may be close to the energy or above it; on fine grids the
-/// excess is at least this fraction.
-const LEAST_EXCESS: f64 = 0.2;
+/// Factor of the tolerance on the coarser levels. Their iterations cost little, and where a fine level
+/// ends depends on where it starts: the jumps of its discrete mismatch hold it back.
+const COARSE: f64 = 0.3;
 /// Number of pairs in the L-BFGS history. The metric contains most of the curvature, and the pairs
 /// dominate the memory (five are as good as thirty on hands and stars).
 pub(crate) const HISTORY: usize = 5;
@@ -42,8 +42,11 @@ pub(crate) fn solve_levels<const D: usize>(
     for (x, u) in first.chunks_exact_mut(dim).zip(problem.start) {
         x.copy_from_slice(u.as_slice());
     }
-    let minimiser = |_| LevelMinimiser {
+    let (finest, estimated) = (problem.grids.len() - 1, problem.estimated);
+    let minimiser = |level| LevelMinimiser {
         params: params.clone(),
+        finest: level == finest,
+        estimated,
     };
     let solution = minimise_levels(&mut problem, minimiser, first, observer)?;
     let timing = Timing {
@@ -56,6 +59,10 @@ pub(crate) fn solve_levels<const D: usize>(
 /// The minimiser selected by the parameters, with the stopping criterion of a level.
 pub(crate) struct LevelMinimiser {
     pub params: AverageParams,
+    /// Whether the level is the finest one.
+    pub finest: bool,
+    /// Whether the remaining energy is estimated on the finest level.
+    pub estimated: bool,
 }
 
 impl LevelMinimiser {
@@ -75,10 +82,9 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
         x: &mut [f64],
         observer: &mut dyn Observer,
     ) -> Result<Info, AverageError> {
-        let n = objective.shapes().n_shapes() as f64;
-        // The interface of a discrete phase field is slightly shorter than the shape's boundary.
-        let tolerance = self.params.tolerance * self.strictness(objective.shapes().n_shapes());
-        let floor = 0.9 * self.params.mismatch_weight / n * objective.shapes().mismatch_floor();
+        let factor = if self.finest { 1.0 } else { COARSE };
+        let strictness = self.strictness(objective.shapes().n_shapes());
+        let tolerance = factor * strictness * self.params.tolerance;
         match self.params.solver {
             Solver::Lbfgs => {
                 let stopping = Stopping {
@@ -87,22 +93,23 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
                     absolute_decrement: 0.0,
                     relative_energy: tolerance,
                     energy_window: ENERGY_WINDOW,
-                    energy_floor: floor,
-                    least_excess: LEAST_EXCESS,
                     max_iterations: self.params.max_iterations,
                 };
-                LbfgsParams {
+                let lbfgs = LbfgsParams {
                     metric_interval: METRIC_INTERVAL,
                     history: HISTORY,
                     stopping,
                     ..LbfgsParams::default()
+                };
+                if self.finest && self.estimated {
+                    minimise_in_rounds(&lbfgs, objective, x, observer)
+                } else {
+                    lbfgs.minimise(objective, x, observer)
                 }
-                .minimise(objective, x, observer)
             }
             Solver::Descent => Alternating {
                 max_iterations: self.params.max_iterations,
                 tolerance,
-                energy_floor: floor,
                 target: None,
             }
             .minimise(objective, x, observer),
@@ -172,7 +179,7 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
-    /// Estimates the remaining energy at the end.
+    /// Minimises on the finest level until the estimate of the remaining energy is small.
     pub(crate) fn estimated(self) -> Self {
         Self {
             estimated: true,
@@ -183,16 +190,6 @@ impl<'a, const D: usize> Levels<'a, D> {
     /// Starts from these displacements on the coarsest level, if there are any.
     pub(crate) fn from(self, start: &'a [Field<f64, D, D>]) -> Self {
         Self { start, ..self }
-    }
-
-    /// Returns whether the remaining energy is estimated after a level. A metric that is recomputed
-    /// in every application, for want of memory, would cost more than the minimisation.
-    fn estimates(&self, level: usize, info: &Info) -> bool {
-        self.estimated
-            && level + 1 == self.grids.len()
-            && self.params.solver == Solver::Lbfgs
-            && self.params.storage == Storage::Memory
-            && !matches!(info.status, Status::Cancelled | Status::InadmissibleStart)
     }
 
     fn into_result(
@@ -314,7 +311,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
 
     fn finish_level(
         &mut self,
-        level: usize,
+        _level: usize,
         objective: AverageObjective<D>,
         x: &[f64],
         info: &Info,
@@ -340,11 +337,8 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
             seconds: 0.0,
         });
         self.average = objective.average().to_vec();
-        if self.estimates(level, info) {
-            let remaining = objective.remaining(x)?;
-            if let Some(report) = self.reports.last_mut() {
-                report.energy.remaining = remaining;
-            }
+        if let Some(report) = self.reports.last_mut() {
+            report.energy.remaining = objective.found_remaining;
         }
         self.finest = Some(objective.into_shapes());
         Ok(())

@@ -3,7 +3,7 @@
 use crate::error::AverageError;
 use crate::params::AverageParams;
 use fe_grid::{Field, Grid};
-use phasefield::{ElasticWeight, InterfaceLength, Profile};
+use phasefield::{ElasticWeight, Profile};
 
 /// The data of all shapes on one grid.
 #[derive(Clone, Debug)]
@@ -101,28 +101,6 @@ impl<const D: usize> LevelShapes<D> {
     /// Returns the number of shapes.
     pub fn n_shapes(&self) -> usize {
         self.phase_fields.len()
-    }
-
-    /// Returns a lower bound of the sum of the shapes' mismatches: `pi/2 - 1` per unit of
-    /// interface.
-    pub(crate) fn mismatch_floor(&self) -> f64 {
-        let length = InterfaceLength {
-            interface_width: self.interface_width,
-        };
-        let length = |(i, v): (usize, &Field<f64, D, 1>)| match self.seen.get(i) {
-            Some(seen) => self.seen_length(v, seen),
-            None => length.of(&self.grid, v.as_slice()),
-        };
-        let lengths = self.phase_fields.iter().enumerate().map(length);
-        phasefield::profile::MISMATCH_FLOOR * lengths.sum::<f64>()
-    }
-
-    /// Computes the length of the visible part of an interface. In an optimal profile both halves
-    /// of the length functional are equal, so the half without derivatives suffices.
-    fn seen_length(&self, v: &Field<f64, D, 1>, seen: &Field<f64, D, 1>) -> f64 {
-        let nodes = v.as_slice().iter().zip(seen.as_slice());
-        let sum: f64 = nodes.map(|(v, seen)| seen * (1.0 - v) * (1.0 - v)).sum();
-        sum * self.grid.spacing().powi(D as i32) / (2.0 * self.interface_width)
     }
 }
 

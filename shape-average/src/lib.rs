@@ -44,6 +44,7 @@
 pub mod align;
 mod alternating;
 mod common;
+mod confirm;
 mod doubts;
 mod elastic;
 mod energy;
@@ -61,6 +62,7 @@ mod params;
 mod partial;
 mod quiet;
 mod result;
+mod rounds;
 mod solve;
 mod stress;
 

@@ -61,9 +61,12 @@ pub fn memory_estimate<const D: usize>(
     let seen = u64::from(partly_visible);
     let shapes = n * ((3 + 2 * seen) * sizes.field + (2 + seen) * coarser);
     let metric = sizes.metric();
+    // The part for common motions stores a cell and a position for every node.
+    let common = n * (sizes.d + 1) * sizes.field * SINGLE / DOUBLE;
     let (minimiser, history, metrics) = if lbfgs {
         let pairs = 2 * HISTORY as u64 * state * SINGLE / DOUBLE;
-        (4 * state, pairs, if spilled { state } else { n * metric })
+        let own = if spilled { state } else { n * metric };
+        (4 * state, pairs, own + common)
     } else {
         // The direction, the gradient and the trial state of one shape, and a spectral solve.
         (3 * sizes.d * sizes.field + 2 * sizes.field, 0, 0)

@@ -5,13 +5,14 @@
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
-use crate::common::CommonMotion;
+use crate::common::{self, CommonMotion};
 use crate::elastic::{ElasticTerm, add_elastic};
 use crate::energy::{Energy, ShapeTerms, Weights};
 use crate::error::AverageError;
 use crate::level::{LevelShapes, shape};
 use crate::metric::ShapeMetric;
 use crate::params::{AverageParams, BoundaryCondition};
+use crate::rounds::Rounds;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::multigrid::WorkSpace;
@@ -27,6 +28,13 @@ use phasefield::{InterfaceLength, Masked, Mismatch};
 
 /// Relative accuracy of the average; its error enters the energy squared.
 const AVERAGE_TOLERANCE: f64 = 1e-7;
+
+/// Lower bound of the energy that tolerances refer to, as a share of the whole: for shapes that differ
+/// little, whose elastic energy is below the jumps of a discrete mismatch.
+const LEAST_SCALE: f64 = 5e-4;
+
+/// Number of counters in [`Objective::memory`].
+const N_COUNTERS: usize = 2;
 
 /// The barrier acts at corners whose determinant is below this value.
 const BARRIER_ONSET: f64 = FoldBarrier::ONSET;
@@ -49,11 +57,16 @@ pub struct AverageObjective<const D: usize> {
     pub(crate) average: Vec<f64>,
     energy: Energy,
     metric: Metric<D>,
-    /// The part of the metric for common motions; only for the estimate of the remaining energy, and
-    /// none with a prescribed average.
-    pub(crate) common: Option<CommonMotion<D>>,
+    /// The part of the metric for common motions; none with a prescribed average.
+    common: Option<CommonMotion<D>>,
+    /// Its regularisation.
+    pub(crate) common_regularisation: f64,
     /// Whether the average is prescribed and never solved for.
     pub(crate) fixed: bool,
+    /// The rounds of the minimisation so far.
+    pub(crate) rounds: Rounds,
+    /// The last estimate of the remaining energy.
+    pub(crate) found_remaining: Option<f64>,
     /// Work space of the multigrid cycles of all shapes.
     work_space: WorkSpace<f32>,
     pub(crate) equations: NormalEquations<D>,
@@ -95,7 +108,10 @@ impl<const D: usize> AverageObjective<D> {
             energy: Energy::default(),
             metric: Metric::Kept(Vec::new()),
             common: None,
+            common_regularisation: common::MINIMISATION,
             fixed: false,
+            rounds: Rounds::default(),
+            found_remaining: None,
             work_space: WorkSpace::default(),
             equations,
             scratch: CgScratch::default(),
@@ -222,6 +238,18 @@ impl<const D: usize> AverageObjective<D> {
         self.average_iterations +=
             solve_equations(equations, load, average, AVERAGE_TOLERANCE, scratch)?;
         Ok(())
+    }
+
+    /// Returns the weighted elastic energy of the last evaluation, subject to a lower bound.
+    pub(crate) fn elastic_scale(&self) -> f64 {
+        let [elastic, ..] = self.energy.parts;
+        elastic.max(LEAST_SCALE * self.energy.objective())
+    }
+
+    /// Takes over the record of rounds from what [`Objective::memory`] has returned.
+    pub(crate) fn recall(&mut self, memory: &[f64]) {
+        let numbers = memory.get(self.average.len() + N_COUNTERS..);
+        self.rounds = Rounds::from_numbers(numbers.unwrap_or_default());
     }
 
     /// Returns the density of the mismatch for a share of its weight.
@@ -446,6 +474,12 @@ impl<const D: usize> Objective for AverageObjective<D> {
         self.evaluate(x, &mut [])
     }
 
+    /// The elastic energy: the mismatch, which is larger by orders of magnitude, has a part that no
+    /// deformation can lower.
+    fn energy_scale(&self, _energy: f64) -> f64 {
+        self.rounds.tightening() * self.elastic_scale()
+    }
+
     fn apply_inverse_metric(
         &mut self,
         gradient: &[f64],
@@ -493,7 +527,21 @@ impl<const D: usize> Objective for AverageObjective<D> {
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), AverageError> {
         let dim = self.shape_dim();
-        // The old metric is freed first; two at a time would double the memory.
+        // The old metrics are freed first; two at a time would double the memory.
+        self.common = None;
+        if !self.fixed {
+            let weights: Vec<f64> = (0..self.shapes.n_shapes())
+                .map(|i| self.weights.of_elastic(i))
+                .collect();
+            let common = CommonMotion::new(
+                &self.shapes,
+                &self.params,
+                &weights,
+                x,
+                self.common_regularisation,
+            )?;
+            self.common = Some(common);
+        }
         let old = std::mem::replace(&mut self.metric, Metric::Kept(Vec::new()));
         if self.params.storage != Storage::Memory {
             let mut copy = match old {
@@ -516,16 +564,21 @@ impl<const D: usize> Objective for AverageObjective<D> {
         Ok(())
     }
 
-    /// The average, which is the initial guess of the next solve, and two counters.
+    /// The average, which is the initial guess of the next solve, two counters, and the rounds.
     fn memory(&self) -> Vec<f64> {
-        let counters = [self.shape_evaluations, self.average_iterations];
+        let counters: [_; N_COUNTERS] = [self.shape_evaluations, self.average_iterations];
         let counters = counters.iter().map(|count| *count as f64);
-        self.average.iter().copied().chain(counters).collect()
+        let average = self.average.iter().copied();
+        average
+            .chain(counters)
+            .chain(self.rounds.to_numbers())
+            .collect()
     }
 
     fn restore(&mut self, memory: &[f64]) {
         let n = self.average.len();
-        if let [evaluations, iterations] = memory.get(n..).unwrap_or_default() {
+        if let [evaluations, iterations, ..] = memory.get(n..).unwrap_or_default() {
+            self.recall(memory);
             self.average.copy_from_slice(&memory[..n]);
             self.shape_evaluations = *evaluations as usize;
             self.average_iterations = *iterations as usize;

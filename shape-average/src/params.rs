@@ -92,9 +92,9 @@ pub struct AverageParams {
     /// Number of nodes along the longest side of the coarsest grid.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub coarsest_nodes: usize,
-    /// Stopping tolerance of a level: five iterations lower the energy by less than this, relative
-    /// to the excess of the energy over the smallest possible mismatch, or the next iteration is
-    /// expected to lower it by less than a tenth of that. With unequal weights it is multiplied by
+    /// Stopping tolerance: the minimisation ends when five iterations lower the energy by less than
+    /// this share of the elastic energy, or the next one is expected to lower it by less than a fifth
+    /// of that. Coarser levels have 0.3 times the tolerance. With unequal weights it is multiplied by
     /// the smallest weight relative to equal weights, or by 0.1.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
@@ -134,7 +134,7 @@ impl Default for AverageParams {
             solver: Solver::default(),
             boundary: BoundaryCondition::default(),
             coarsest_nodes: 9,
-            tolerance: 2e-4,
+            tolerance: 5e-3,
             max_iterations: 100,
             min_determinant: 1e-3,
             filter_width: 10f64.sqrt(),

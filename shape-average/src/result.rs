@@ -79,7 +79,8 @@ pub struct AverageResult<const D: usize> {
     /// For a median, the sum of roots before the first and after every iteration; otherwise empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub rounds: Vec<f64>,
-    /// A converged status, or else the status of the first level that did not converge.
+    /// A converged status, or else the status of the first level that did not converge; a coarser level
+    /// that reached its number of iterations does not count where the finest converged.
     #[serde(skip)]
     pub status: Status,
     /// Wall time, in seconds.
@@ -235,9 +236,17 @@ pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Ce
     Certificate::worst(parallel::map(parts, &|u| certify(grid, u, 0.0)))
 }
 
-/// Returns `Status::EnergyTolerance` if all levels converged, else the status of the first that did
+/// Returns `Status::EnergyTolerance` if the levels converged, else the status of the first that did
 /// not.
 pub(crate) fn overall_status(reports: &[LevelReport]) -> Status {
-    let bad = reports.iter().map(|r| r.status).find(|s| !s.converged());
+    let bad = unconverged(reports).next();
     bad.unwrap_or(Status::EnergyTolerance)
+}
+
+/// The statuses of the levels that did not converge. A coarser level that has reached its number of
+/// iterations does not count where the finest converged: it only is where that began.
+pub(crate) fn unconverged(reports: &[LevelReport]) -> impl Iterator<Item = Status> {
+    let finest = reports.last().is_some_and(|r| r.status.converged());
+    let statuses = reports.iter().map(|r| r.status);
+    statuses.filter(move |s| !(s.converged() || finest && *s == Status::MaxIterations))
 }

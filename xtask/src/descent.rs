@@ -77,7 +77,6 @@ impl<'a, const D: usize> LevelDescent<'a, D> {
         let method = Alternating {
             max_iterations: usize::MAX - 1,
             tolerance: 0.0,
-            energy_floor: 0.0,
             target: Some(target),
         };
         let mut count = Count {

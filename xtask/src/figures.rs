@@ -11,20 +11,20 @@ const FIGURES: [(&str, &[&str]); 12] = [
     ("median", &["--grid", "65"]),
     (
         "force-balance",
-        &["--tolerance", "1e-7", "--max-iterations", "1000"],
+        &["--tolerance", "2e-5", "--max-iterations", "1000"],
     ),
     ("elastic-domain", &[]),
     ("stiffness", &[]),
     ("adding-shapes", &[]),
     (
         "mismatch-weight",
-        &["--tolerance", "1e-7", "--max-iterations", "1000"],
+        &["--tolerance", "2e-5", "--max-iterations", "1000"],
     ),
     ("large-bends", &[]),
     ("missing-parts", &[]),
     (
         "inverse-model",
-        &["--tolerance", "1e-7", "--max-iterations", "1000"],
+        &["--tolerance", "2e-5", "--max-iterations", "1000"],
     ),
     ("pins", &[]),
     ("modes", &[]),

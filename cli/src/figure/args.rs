@@ -61,7 +61,7 @@ impl Default for FigureConfig {
             masks: MaskOptions::default(),
             law: usual.law,
             void_stiffness: usual.void_stiffness,
-            tolerance: 1e-5,
+            tolerance: 2e-3,
             max_iterations: usual.max_iterations,
         }
     }

@@ -75,7 +75,7 @@ pub(super) fn pins<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliErr
 /// Parameters for which the stresses balance: no length carries a part of them.
 fn balanced(params: &mut AverageParams) {
     params.length_weight = Some(1e-5 * params.mismatch_weight);
-    params.tolerance = params.tolerance.min(1e-6);
+    params.tolerance = params.tolerance.min(2e-4);
     params.max_iterations = params.max_iterations.max(1000);
 }
 

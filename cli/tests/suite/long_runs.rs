@@ -100,7 +100,7 @@ fn timeless(mut value: serde_json::Value) -> serde_json::Value {
 fn averages_resume_to_the_same_bits() {
     let place = Place::new();
     let inputs = drawn(&place, "crosses", "2", "33");
-    let common = ["--grid", "65", "--align", "none", "--tolerance", "1e-4"];
+    let common = ["--grid", "65", "--align", "none", "--tolerance", "2e-3"];
     for options in [
         &[][..],
         &["--mean", "median"],

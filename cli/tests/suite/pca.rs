@@ -9,7 +9,7 @@ fn analysed(place: &Place, shapes: &[String], grid: &str, options: &[&str]) -> R
     let mut arguments = vec!["average"];
     arguments.extend(shapes.iter().map(String::as_str));
     arguments.extend(["-o", "average", "--grid", grid]);
-    arguments.extend(["--length-weight", "1e-5", "--tolerance", "1e-6"]);
+    arguments.extend(["--length-weight", "1e-5", "--tolerance", "2e-4"]);
     succeeded(&place.compute(&arguments));
     let mut arguments = vec!["pca", "average", "-o", "modes"];
     arguments.extend(options);

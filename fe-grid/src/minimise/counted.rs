@@ -47,6 +47,11 @@ impl<'a, O: Objective> Counted<'a, O> {
         self.objective.apply_inverse_metric(gradient, out)
     }
 
+    /// The energy with the scale of relative tolerances.
+    pub(super) fn scaled(&self, energy: f64) -> (f64, f64) {
+        (energy, self.objective.energy_scale(energy))
+    }
+
     pub(super) fn memory(&self) -> Vec<f64> {
         self.objective.memory()
     }

@@ -78,7 +78,8 @@ impl DescentParams {
         for iteration in 1.. {
             let slope = objective.steepest_descent(&gradient, &mut direction)?;
             let evaluations = objective.evaluations;
-            if let Some(status) = monitor.judge(x, energy, slope, last_length, evaluations) {
+            let scaled = objective.scaled(energy);
+            if let Some(status) = monitor.judge(x, scaled, slope, last_length, evaluations) {
                 return Ok(status);
             }
             let start = Start {

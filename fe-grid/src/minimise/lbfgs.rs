@@ -124,7 +124,8 @@ impl<O: Objective> Run<'_, O> {
                 self.objective.evaluations = evaluations;
             } else {
                 let evaluations = self.objective.evaluations;
-                if let Some(status) = monitor.judge(x, energy, slope, step_length, evaluations) {
+                let scaled = self.objective.scaled(energy);
+                if let Some(status) = monitor.judge(x, scaled, slope, step_length, evaluations) {
                     return Ok(status);
                 }
                 if self.has_new_metric(iteration - 1) {

@@ -11,24 +11,18 @@ pub struct Stopping {
     /// value.
     pub relative_gradient: f64,
     /// Stops if half the slope along the next direction, the predicted decrease, is below this
-    /// fraction of `|E - energy_floor|`. 0: never.
+    /// fraction of [`Objective::energy_scale`](super::Objective::energy_scale). 0: never.
     pub relative_decrement: f64,
     /// Stops if half that slope is below this value, for any energy: if the minimum is zero, energy
     /// and slope finally consist of rounding errors. 0: never.
     pub absolute_decrement: f64,
-    /// Stops if the energy decreased by less than this fraction of its excess over
-    /// [`Stopping::energy_floor`] in [`Stopping::energy_window`] iterations.
+    /// Stops if the energy decreased by less than this fraction of
+    /// [`Objective::energy_scale`](super::Objective::energy_scale) in [`Stopping::energy_window`]
+    /// iterations.
     pub relative_energy: f64,
     /// Number of iterations over which the decrease of the energy is measured. 0: it is not
     /// measured.
     pub energy_window: usize,
-    /// A lower bound of the energy; [`Stopping::relative_energy`] and
-    /// [`Stopping::relative_decrement`] refer to the excess over it, subject to
-    /// [`Stopping::least_excess`].
-    pub energy_floor: f64,
-    /// Lower bound of the excess over the floor, as a fraction of the energy, for floors that are
-    /// estimates.
-    pub least_excess: f64,
     /// Maximal number of iterations.
     pub max_iterations: usize,
 }
@@ -41,8 +35,6 @@ impl Default for Stopping {
             absolute_decrement: 0.0,
             relative_energy: 1e-9,
             energy_window: 5,
-            energy_floor: 0.0,
-            least_excess: 0.0,
             max_iterations: 100,
         }
     }
@@ -77,11 +69,12 @@ impl<'a> Monitor<'a> {
     }
 
     /// Records a state (the first one, or the one after an accepted step) and returns whether to
-    /// stop there. `slope` is the derivative of the energy along the next direction `-P g`.
+    /// stop there. `scale` is what relative tolerances refer to, `slope` the derivative of the energy
+    /// along the next direction `-P g`.
     pub(super) fn judge(
         &mut self,
         x: &[f64],
-        energy: f64,
+        (energy, scale): (f64, f64),
         slope: f64,
         step_length: f64,
         evaluations: Evaluations,
@@ -107,7 +100,7 @@ impl<'a> Monitor<'a> {
         if slope.is_nan() || slope > 0.0 {
             return Some(Status::IndefiniteMetric);
         }
-        let share = self.stopping.relative_decrement * excess(self.stopping, energy);
+        let share = self.stopping.relative_decrement * scale;
         if -0.5 * slope <= share.max(self.stopping.absolute_decrement) {
             return Some(Status::GradientTolerance);
         }
@@ -115,7 +108,7 @@ impl<'a> Monitor<'a> {
         if info.gradient_norm <= tolerance {
             return Some(Status::GradientTolerance);
         }
-        if self.stalled(energy) {
+        if self.stalled(energy, scale) {
             return Some(Status::EnergyTolerance);
         }
         (self.info.iterations >= self.stopping.max_iterations).then_some(Status::MaxIterations)
@@ -142,18 +135,12 @@ impl<'a> Monitor<'a> {
         self.info
     }
 
-    fn stalled(&self, energy: f64) -> bool {
+    fn stalled(&self, energy: f64, scale: f64) -> bool {
         let window = self.stopping.energy_window;
         if window == 0 || self.info.iterations < window {
             return false;
         }
         let fall = self.info.energies[self.info.iterations - window] - energy;
-        fall <= self.stopping.relative_energy * excess(self.stopping, energy)
+        fall <= self.stopping.relative_energy * scale
     }
-}
-
-/// Returns the excess of the energy that relative criteria refer to.
-fn excess(stopping: &Stopping, energy: f64) -> f64 {
-    let above = (energy - stopping.energy_floor).abs();
-    above.max(stopping.least_excess * energy.abs())
 }

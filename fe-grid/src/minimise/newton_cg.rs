@@ -6,6 +6,7 @@ use super::line_search::{LineSearch, Start};
 use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, SecondOrder};
 use super::observer::Observer;
+use crate::buffer::Buffer;
 use crate::vector::{axpy, copy_into, dot, fill, scale, scale_add};
 
 /// Inexact Newton: `H d = -g` is solved by conjugate gradients, preconditioned by the objective's
@@ -52,12 +53,12 @@ const FORCING_SAFEGUARD: f64 = 0.1;
 struct Run<'a, O: SecondOrder> {
     params: &'a NewtonCgParams,
     objective: Counted<'a, O>,
-    gradient: Vec<f64>,
-    residual: Vec<f64>,
-    preconditioned: Vec<f64>,
-    search: Vec<f64>,
-    image: Vec<f64>,
-    direction: Vec<f64>,
+    gradient: Buffer<f64>,
+    residual: Buffer<f64>,
+    preconditioned: Buffer<f64>,
+    search: Buffer<f64>,
+    image: Buffer<f64>,
+    direction: Buffer<f64>,
 }
 
 impl NewtonCgParams {
@@ -72,7 +73,7 @@ impl NewtonCgParams {
         objective: &mut O,
         x: &[f64],
     ) -> Result<Option<f64>, O::Error> {
-        let mut run = Run::new(self, objective);
+        let mut run = Run::new(self, objective)?;
         let found = run.objective.value_and_gradient(x, &mut run.gradient)?;
         if found == Evaluation::Inadmissible {
             return Ok(None);
@@ -92,7 +93,7 @@ impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
         observer: &mut dyn Observer,
     ) -> Result<Info, O::Error> {
         assert_eq!(x.len(), objective.dim());
-        let mut run = Run::new(self, objective);
+        let mut run = Run::new(self, objective)?;
         let mut monitor = Monitor::new(&self.stopping, observer);
         let status = run.iterate(x, &mut monitor)?;
         Ok(monitor.finish(status, run.objective.evaluations))
@@ -100,19 +101,18 @@ impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
 }
 
 impl<'a, O: SecondOrder> Run<'a, O> {
-    fn new(params: &'a NewtonCgParams, objective: &'a mut O) -> Self {
+    fn new(params: &'a NewtonCgParams, objective: &'a mut O) -> Result<Self, O::Error> {
         let dim = objective.dim();
-        let zeros = || vec![0.0; dim];
-        Self {
+        Ok(Self {
             params,
+            gradient: objective.room(dim)?,
+            residual: objective.room(dim)?,
+            preconditioned: objective.room(dim)?,
+            search: objective.room(dim)?,
+            image: objective.room(dim)?,
+            direction: objective.room(dim)?,
             objective: Counted::new(objective),
-            gradient: zeros(),
-            residual: zeros(),
-            preconditioned: zeros(),
-            search: zeros(),
-            image: zeros(),
-            direction: zeros(),
-        }
+        })
     }
 
     fn iterate(&mut self, x: &mut [f64], monitor: &mut Monitor<'_>) -> Result<Status, O::Error> {
@@ -126,7 +126,8 @@ impl<'a, O: SecondOrder> Run<'a, O> {
         for iteration in 1.. {
             let squared_size = self.precondition_gradient()?;
             let evaluations = self.objective.evaluations;
-            let judgement = monitor.judge(x, energy, -squared_size, step_length, evaluations);
+            let scaled = self.objective.scaled(energy);
+            let judgement = monitor.judge(x, scaled, -squared_size, step_length, evaluations);
             if let Some(status) = judgement {
                 return Ok(status);
             }

@@ -43,6 +43,13 @@ pub trait Objective {
         self.value_and_gradient(x, &mut gradient)
     }
 
+    /// Returns the energy that relative tolerances refer to, positive, given the energy of the state that
+    /// was evaluated last. The default is that energy itself. An objective with a large part that no
+    /// state can lose returns the rest.
+    fn energy_scale(&self, energy: f64) -> f64 {
+        energy.abs()
+    }
+
     /// Computes `out = P gradient` with a fixed, symmetric and positive definite `P`, ideally close
     /// to the inverse Hessian. The default is the identity.
     ///

@@ -17,7 +17,7 @@ fn radius(law: &str, strain: f64) -> f64 {
             law: law.parse().unwrap(),
             ..LawSpec::default()
         },
-        tolerance: 1e-5,
+        tolerance: 5e-5,
         ..AverageParams::default()
     };
     let area = Moments::of_density(&run(&disks, &params).average_indicator)
@@ -28,7 +28,7 @@ fn radius(law: &str, strain: f64) -> f64 {
 
 #[test]
 fn inverse_averages_differ_by_the_second_power_of_the_strain() {
-    let gaps = [0.15, 0.3].map(|s| radius("inverse:logdet", s) - radius("logdet", s));
+    let gaps = [0.2, 0.4].map(|s| radius("inverse:logdet", s) - radius("logdet", s));
     // The inverse model charges the compression of the larger disk to the area of the average, which
     // is smaller: the average is larger, by a tenth of a spacing at these strains.
     assert!(gaps[1] > 0.0015, "{gaps:?}");

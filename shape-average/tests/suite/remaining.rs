@@ -5,7 +5,11 @@ use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
 use shape_average::{AverageParams, BoundaryCondition, average};
 
-/// Stops at the default tolerance and compares the estimate with the energy that a longer run still wins.
+/// Tolerances, and the factor by which the estimate may differ there. Close to the minimum the jumps of
+/// the discrete mismatch, which the estimate does not see, are a part of what remains.
+const TOLERANCES: [(f64, f64); 2] = [(1.5e-2, 3.0), (5e-3, 8.0)];
+
+/// Stops at several tolerances and compares the estimate with the energy that a longer run still wins.
 ///
 /// The energy of the longer run still differs from its limit by some hundredths of the remaining
 /// energy.
@@ -20,12 +24,16 @@ fn check<const D: usize>(name: &str, shapes: &[ScalarField<f64, D>], params: &Av
         assert!(result.status.converged());
         result.energy
     };
-    let (stopped, limit) = (energy(params.tolerance), energy(1e-7));
-    let estimate = stopped.remaining.expect("L-BFGS in memory");
-    let true_value = stopped.objective() - limit.objective();
-    let ratio = estimate / true_value;
-    println!("{name}: estimate {estimate:.2e}, true {true_value:.2e}, ratio {ratio:.2}");
-    assert!((1.0 / 3.0..3.0).contains(&ratio), "{name}: {ratio}");
+    let limit = energy(2e-5).objective();
+    for (tolerance, factor) in TOLERANCES {
+        let stopped = energy(tolerance);
+        let estimate = stopped.remaining.expect("L-BFGS");
+        let true_value = stopped.objective() - limit;
+        let ratio = estimate / true_value;
+        println!("{name}, {tolerance}: {estimate:.2e} for {true_value:.2e}, ratio {ratio:.2}");
+        let range = 1.0 / factor..factor;
+        assert!(range.contains(&ratio), "{name}, {tolerance}: {ratio}");
+    }
 }
 
 fn bars(angles: &[f64]) -> Vec<ScalarField<f64, 2>> {

@@ -70,7 +70,7 @@ fn force_balance(setting: Setting) -> Result<Outcome, VerifyError> {
         law: spec,
         interface_cells: 1.0,
         length_weight: Some(1e-6),
-        tolerance: 1e-7,
+        tolerance: 2e-5,
         max_iterations: 400,
         ..AverageParams::default()
     };
@@ -123,7 +123,7 @@ fn equilibrium(setting: Setting) -> Result<Outcome, VerifyError> {
     let params = AverageParams {
         interface_cells: 1.0,
         length_weight: Some(1e-5),
-        tolerance: 1e-7,
+        tolerance: 2e-5,
         max_iterations: 400,
         ..AverageParams::default()
     };
@@ -247,7 +247,7 @@ fn hard_constraint(setting: Setting) -> Result<Outcome, VerifyError> {
         let params = AverageParams {
             mismatch_weight: setting.ingredient(gamma, 0.5),
             length_weight: Some(1e-5),
-            tolerance: 1e-7,
+            tolerance: 2e-5,
             max_iterations: 400,
             ..AverageParams::default()
         };

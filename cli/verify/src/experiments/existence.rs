@@ -184,7 +184,7 @@ fn minimisers<const D: usize>(
             // The same width on every finest grid.
             interface_cells: f64::from(1u32 << (level - coarsest)),
             mismatch_weight: setting.ingredient(1.0, f64::from(1u32 << (level - coarsest))),
-            tolerance: 1e-7,
+            tolerance: 2e-5,
             max_iterations: 400,
             ..AverageParams::default()
         };

@@ -203,7 +203,7 @@ fn solvers(setting: Setting) -> Result<Outcome, VerifyError> {
     let params = AverageParams {
         solver: Solver::Descent,
         mismatch_weight: setting.ingredient(1.0, 1.1),
-        tolerance: 1e-7,
+        tolerance: 2e-5,
         max_iterations: 400,
         ..AverageParams::default()
     };

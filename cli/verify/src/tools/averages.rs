@@ -5,7 +5,7 @@ use shape_average::AverageParams;
 /// Parameters of averages that are minimised closely.
 pub fn close() -> AverageParams {
     AverageParams {
-        tolerance: 1e-6,
+        tolerance: 2e-4,
         max_iterations: 300,
         ..AverageParams::default()
     }
