@@ -15,6 +15,7 @@ mod levels;
 mod match_to;
 mod oracle;
 mod remaining;
+mod rounds;
 mod seen;
 mod start;
 mod weights;
