@@ -226,6 +226,7 @@ fn the_bits_do_not_depend_on_the_threads() {
             .iter()
             .map(|threads| {
                 let options = ["--grid", grid, "--align", align, "--threads", threads];
+                let options = [&options[..], &["--tolerance", "0.05"]].concat();
                 averaged(&place, inputs, &options, &format!("{name}_{threads}"))
             })
             .collect();

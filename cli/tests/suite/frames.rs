@@ -156,6 +156,7 @@ fn copies_of_one_object_have_their_own_average() {
         let mut arguments = vec!["average"];
         arguments.extend(copies.iter().map(String::as_str));
         arguments.extend(["--grid", "33", "--align", align, "-o", align]);
+        arguments.extend(["--tolerance", "0.02"]);
         succeeded(&place.run(&arguments));
         let found = Results::read(&place.path(align));
         assert_eq!(found.json["parameters"]["frame"], "physical");
