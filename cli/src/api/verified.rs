@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use shapespace_verify::record::{StatementRecord, VerifyRecord};
-use shapespace_verify::{Effort, Ingredient, Setting, table};
+use shapespace_verify::{Setting, table};
 
 use crate::error::CliError;
 use crate::output::{OutputError, ResultDir};
@@ -39,18 +39,7 @@ impl Trial {
     /// [`CliError`] for unknown names, and experiments that fail. A refuted statement is a result.
     pub fn run(&self) -> Result<Verified, CliError> {
         let statements = selected(&self.names)?;
-        let setting = Setting {
-            effort: if self.quick {
-                Effort::Quick
-            } else {
-                Effort::Full
-            },
-            ingredient: if self.broken {
-                Ingredient::Broken
-            } else {
-                Ingredient::Sound
-            },
-        };
+        let setting = Setting::new(self.quick, self.broken);
         let tell = |record: &StatementRecord| {
             if let Some(listener) = &self.listener {
                 let (word, name) = (record.decided.word(), &record.name);

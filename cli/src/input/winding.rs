@@ -192,19 +192,21 @@ mod tests {
         Contour::new((0..8).map(corner).collect(), triangles).unwrap()
     }
 
+    /// Samples at whole numbers.
+    const SAMPLES: Samples<3> = Samples {
+        size: [9, 9, 9],
+        spacing: 1.0,
+        origin: [0.0; 3],
+    };
+
     #[test]
     fn a_cube_on_the_samples_is_counted_once() {
         // Corners, edges and the diagonals of sides lie on the lines.
-        let samples = Samples {
-            size: [9, 9, 9],
-            spacing: 1.0,
-            origin: [0.0; 3],
-        };
         for (shift, side, expected) in [(2.0, 4.0, 64), (2.0, 3.0, 27), (1.5, 2.0, 8)] {
-            let numbers = winding_numbers(&cube(shift, side), &samples).unwrap();
+            let numbers = winding_numbers(&cube(shift, side), &SAMPLES).unwrap();
             assert!(numbers.iter().all(|n| [0, 1].contains(n)));
             assert_eq!(numbers.iter().sum::<i32>(), expected);
-            let turned = winding_numbers(&cube(shift, side).flipped(), &samples).unwrap();
+            let turned = winding_numbers(&cube(shift, side).flipped(), &SAMPLES).unwrap();
             assert!(numbers.iter().zip(&turned).all(|(a, b)| *a == -b));
         }
     }
@@ -212,11 +214,6 @@ mod tests {
     /// Corners of four triangles lie on lines, whatever the order of the points.
     #[test]
     fn corners_on_the_lines_are_moved_all_together() {
-        let samples = Samples {
-            size: [9, 9, 9],
-            spacing: 1.0,
-            origin: [0.0; 3],
-        };
         for shift in 0..6 {
             // The corners at +x, -x, +y, -y, +z and -z of the middle, stored from another one on.
             let corner = |n: usize| {
@@ -236,7 +233,7 @@ mod tests {
                 triangles.push(if right { [a, b, c] } else { [b, a, c] });
             }
             let octahedron = Contour::new(points, triangles).unwrap();
-            let numbers = winding_numbers(&octahedron, &samples).unwrap();
+            let numbers = winding_numbers(&octahedron, &SAMPLES).unwrap();
             // 25 samples lie inside, and some of those on the triangles.
             let count = numbers.iter().sum::<i32>();
             assert!(numbers.iter().all(|n| [0, 1].contains(n)), "{shift}");

@@ -4,8 +4,7 @@ use std::{fs, io};
 
 use shapespace_verify::record::{StatementRecord, VerifyRecord, figures_csv, lines_csv};
 use shapespace_verify::{
-    Effort, Ingredient, Setting, Statement, UnknownStatement, experiments, plot, report, run,
-    select, table,
+    Setting, Statement, UnknownStatement, experiments, plot, report, run, select, table,
 };
 
 use super::args::VerifyArgs;
@@ -26,18 +25,7 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
         return Ok(Exit::Success);
     };
     let directory = ResultDir::create(output)?;
-    let setting = Setting {
-        effort: if args.quick {
-            Effort::Quick
-        } else {
-            Effort::Full
-        },
-        ingredient: if args.broken {
-            Ingredient::Broken
-        } else {
-            Ingredient::Sound
-        },
-    };
+    let setting = Setting::new(args.quick, args.broken);
     let record = tried(&statements, setting, args.threads, &say)?;
     write_all(&directory, &record)?;
     let target = directory.commit()?;

@@ -46,6 +46,18 @@ pub enum Ingredient {
 }
 
 impl Setting {
+    /// The setting of a run, of small or full size, with a broken ingredient or none.
+    pub fn new(quick: bool, broken: bool) -> Self {
+        Self {
+            effort: if quick { Effort::Quick } else { Effort::Full },
+            ingredient: if broken {
+                Ingredient::Broken
+            } else {
+                Ingredient::Sound
+            },
+        }
+    }
+
     /// The ingredient of this run.
     pub fn ingredient<T>(self, sound: T, broken: T) -> T {
         match self.ingredient {
