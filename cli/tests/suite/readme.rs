@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Output;
 
 use crate::common::{Place, picture_size};
+use crate::verify::assert_every_statement_holds;
 
 fn readme() -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
@@ -137,6 +138,7 @@ fn every_command_of_the_readme_works() {
     let place = Place::new();
     let commands = commands(&text);
     assert!(commands.iter().any(|c| c.contains("demo")));
+    let mut verified = false;
     for command in &commands {
         if command.starts_with("cargo test") {
             eprintln!("not run here: `{command}`, which runs this test");
@@ -145,6 +147,10 @@ fn every_command_of_the_readme_works() {
         let output = run(&place, command);
         if command.ends_with(" demo") {
             assert_names_a_picture(&place, &output);
+        }
+        if command == "shapespace verify --quick -o verified" {
+            assert_every_statement_holds(&place, &output, "verified");
+            verified = true;
         }
         let table = TABLES.iter().find(|(start, _)| command.starts_with(start));
         if let Some((_, heading)) = table.filter(|(_, heading)| !heading.is_empty()) {
@@ -157,6 +163,7 @@ fn every_command_of_the_readme_works() {
             }
         }
     }
+    assert!(verified, "the README runs `verify` on all statements");
 }
 
 #[test]
