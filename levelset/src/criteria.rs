@@ -180,9 +180,10 @@ const CRITERIA: [Criterion; 17] = [
         figure: "norm of the sum of the boundary loads, relative to the sum of their norms",
         limit: Limit::AtMost(0.03),
         reason: "The loads of the shapes add up to zero at the true average; what remains is \
-                 an error of the modes. No average tried so far is below the limit.",
-        remedy: "average on a finer --grid with --length-weight 1e-5 --tolerance 2e-4 and more \
-                 --max-iterations",
+                 an error of the modes. `pca` continues averages until their loads add up to less, \
+                 except where deformations are at the lower bound of the determinant: there the \
+                 stresses of folds, and not those of the shapes, would be balanced.",
+        remedy: "average without the shapes of which the average is doubtful, or on a finer --grid",
     },
     Criterion {
         cause: Cause::Indefinite,
@@ -190,7 +191,8 @@ const CRITERIA: [Criterion; 17] = [
         limit: Limit::AtLeast(0.0),
         reason: "The average is not a minimum where the energy has a negative curvature, and \
                  modes are not orthogonal in its inner product.",
-        remedy: "average with --length-weight 1e-5 --tolerance 2e-4, or use --at-rest",
+        remedy: "average without the shapes of which the average is doubtful, or on a finer --grid, or use \
+                 --at-rest",
     },
     Criterion {
         cause: Cause::PathEnd,

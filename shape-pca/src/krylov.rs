@@ -3,7 +3,7 @@
 //! Besides the solution they return the extreme Ritz values of the preconditioned operator, which
 //! show whether it is positive definite. For this the iteration continues when the curvature of a
 //! direction is negative, where the solver of `fe-grid` stops; the iterates are then stationary
-//! points in the Krylov space and not minimisers.
+//! points in the Krylov space and not minimisers; [`Negative::Stop`] ends it there.
 
 use fe_grid::vector::{axpy, copy_into, dot, norm, scale_add};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -25,6 +25,15 @@ pub struct SolveReport {
     pub largest_curvature: f64,
 }
 
+/// What to do about a direction of negative curvature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Negative {
+    /// Go on to the stationary point.
+    PassOver,
+    /// Stop before it, or with the first direction: the solution is one of descent.
+    Stop,
+}
+
 /// Maximal number of iterations used for the Ritz values.
 const MAX_RITZ: usize = 400;
 
@@ -36,6 +45,7 @@ pub(crate) fn solve(
     b: &[f64],
     tolerance: f64,
     max_iterations: usize,
+    negative: Negative,
 ) -> (Vec<f64>, SolveReport) {
     let size = norm(b);
     let zeros = || vec![0.0; b.len()];
@@ -69,6 +79,13 @@ pub(crate) fn solve(
         // Breakdown: the sign of the curvature is undetermined, or the residual is zero.
         if !(product > 0.0 && curvature.is_finite()) || curvature == 0.0 {
             break;
+        }
+        if curvature < 0.0 && negative == Negative::Stop {
+            if report.iterations == 0 {
+                copy_into(&p, &mut x);
+            }
+            report.least_curvature = curvature;
+            return (x, report);
         }
         let step = product / curvature;
         axpy(step, &p, &mut x);
@@ -123,6 +140,7 @@ mod tests {
                 &b,
                 1e-12,
                 10,
+                Negative::PassOver,
             );
             for ((x, b), d) in x.iter().zip(b).zip(diagonal) {
                 assert!((x - b / d).abs() < 1e-10);
@@ -130,6 +148,31 @@ mod tests {
             // Four steps span the whole space: the Ritz values are the eigenvalues.
             assert!((report.least_curvature - least).abs() < 1e-9);
             assert!((report.largest_curvature - 7.0).abs() < 1e-9);
+        }
+    }
+
+    /// Down to a negative curvature the iterates are those of descent; where the first is negative, it is
+    /// the first direction.
+    #[test]
+    fn a_negative_curvature_ends_it_where_that_is_asked_for() {
+        for (diagonal, b) in [
+            ([1.0, 2.0, -0.1], [1.0, 1.0, 0.5]),
+            ([-1.0, -2.0, 0.5], [1.0; 3]),
+        ] {
+            let (x, report) = solve(
+                |x, y| {
+                    for (y, (x, d)) in y.iter_mut().zip(x.iter().zip(diagonal)) {
+                        *y = d * x;
+                    }
+                },
+                |x, y| y.copy_from_slice(x),
+                &b,
+                1e-12,
+                10,
+                Negative::Stop,
+            );
+            assert!(report.least_curvature < 0.0, "{report:?}");
+            assert!(dot(&x, &b) > 0.0, "{x:?}");
         }
     }
 }

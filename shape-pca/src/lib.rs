@@ -15,7 +15,8 @@
 //! away from shape `k`, and `S_k` is approximately `(1 - u_k)(S)`.
 //!
 //! # Data flow
-//! [`Average`] (deformations, indicators, weights) → [`Compound`], the operator `K` assembled by
+//! [`Average`] (deformations, indicators, weights) → [`Balancing`], where the stresses do not balance →
+//! [`Compound`], the operator `K` assembled by
 //! pull-back, without inverting deformations, under its rigid constraints → loads and
 //! displacements, centred → their Gram matrix in the inner product of [`Metric`] → [`Modes`] →
 //! [`Pca`], whose [`ModeSpace`] scores and reconstructs other shapes. [`Quality`] measures the
@@ -36,6 +37,7 @@
 mod average;
 mod compound;
 mod doubts;
+mod equilibrium;
 mod error;
 mod finite;
 mod krylov;
@@ -54,6 +56,7 @@ mod space;
 
 pub use average::Average;
 pub use compound::{Source, evaluate};
+pub use equilibrium::{BalanceReport, Balancing};
 pub use error::PcaError;
 pub use finite::{Finite, FiniteReport};
 pub use krylov::SolveReport;

@@ -3,7 +3,7 @@
 use crate::average::Average;
 use crate::compound::{Source, evaluate};
 use crate::error::PcaError;
-use crate::krylov::{self, SolveReport};
+use crate::krylov::{self, Negative, SolveReport};
 use crate::params::PcaParams;
 use crate::rigid::RigidMotions;
 use fe_grid::multigrid::MultigridParams;
@@ -21,6 +21,7 @@ pub struct Compound<const D: usize> {
     cycle: CorotationalMultigrid<D>,
     rigid: RigidMotions,
     imbalance: Vec<f64>,
+    energy: f64,
 }
 
 impl<const D: usize> Compound<D> {
@@ -45,6 +46,7 @@ impl<const D: usize> Compound<D> {
             cycle: cycle(&grid, params, &traces)?,
             rigid: RigidMotions::new(average.object())?,
             imbalance: found.gradient,
+            energy: found.value,
         })
     }
 
@@ -78,6 +80,21 @@ impl<const D: usize> Compound<D> {
     /// prestressed).
     pub fn imbalance(&self) -> &[f64] {
         &self.imbalance
+    }
+
+    /// Returns the elastic energy `sum_i lambda_i int W(Dphi_i)` of what the operator was assembled from.
+    pub fn energy(&self) -> f64 {
+        self.energy
+    }
+
+    /// Computes the same energy of other deformations.
+    ///
+    /// # Errors
+    /// Those of the law and of the grid layer.
+    pub(crate) fn energy_of(&self, average: &Average<D>) -> Result<f64, PcaError> {
+        let (sources, void_stiffness) = average.compound_sources(&self.params);
+        let (grid, value) = (&self.grid, Derivatives::Value);
+        Ok(evaluate(grid, &self.law, void_stiffness, &sources, &[], value)?.value)
     }
 
     /// Computes the load of a Cauchy stress: `int sigma : Dw` for the stress of one deformation.
@@ -114,7 +131,8 @@ impl<const D: usize> Compound<D> {
     /// # Errors
     /// [`PcaError::NotSolved`].
     pub fn respond(&self, load: &[f64]) -> Result<(Vec<f64>, SolveReport), PcaError> {
-        let (u, report) = self.solve(load, self.params.tolerance);
+        let (share, iterations) = (self.params.tolerance, self.params.max_iterations);
+        let (u, report) = self.solve(load, share, iterations, Negative::PassOver);
         if report.residual > self.params.tolerance {
             return Err(PcaError::NotSolved {
                 residual: report.residual,
@@ -124,16 +142,30 @@ impl<const D: usize> Compound<D> {
         Ok((u, report))
     }
 
+    /// Computes an approximate response to a load, down to a share of the residual or as far as this number
+    /// of iterations reaches, and not beyond a negative curvature: a direction of descent of `u . K u/2 - f
+    /// . u`.
+    pub(crate) fn descend(&self, load: &[f64], share: f64, iterations: usize) -> Vec<f64> {
+        self.solve(load, share, iterations, Negative::Stop).0
+    }
+
     /// Estimates the extreme curvatures of the operator with a rough load, which has components in
     /// all eigenvectors. Together with the curvatures found for the loads themselves, this is the
     /// basis of the check of definiteness.
     pub fn look_for_curvature(&self) -> SolveReport {
         let wave = |i: usize| ((i * 7919) % 1013) as f64 / 506.0 - 1.0;
         let rough: Vec<f64> = (0..self.stiffness.dim()).map(wave).collect();
-        self.solve(&rough, 1e-6).1
+        let iterations = self.params.max_iterations;
+        self.solve(&rough, 1e-6, iterations, Negative::PassOver).1
     }
 
-    fn solve(&self, load: &[f64], tolerance: f64) -> (Vec<f64>, SolveReport) {
+    fn solve(
+        &self,
+        load: &[f64],
+        tolerance: f64,
+        iterations: usize,
+        negative: Negative,
+    ) -> (Vec<f64>, SolveReport) {
         let mut balanced = load.to_vec();
         self.rigid.balance(&mut balanced);
         let (mut u, report) = krylov::solve(
@@ -144,7 +176,8 @@ impl<const D: usize> Compound<D> {
             |x, y| self.precondition_into(x, y),
             &balanced,
             tolerance,
-            self.params.max_iterations,
+            iterations,
+            negative,
         );
         self.rigid.constrain(&mut u);
         (u, report)

@@ -76,6 +76,11 @@ pub struct AverageConfig {
     /// N on a side for three.
     #[arg(long, value_name = "N")]
     pub sweep: Option<usize>,
+    /// Estimate the errors of energies, of the volume and of the boundary by repeating the computation on
+    /// grids of twice and four times the spacing.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[arg(long)]
+    pub error_bars: bool,
     /// Inputs are grey images of similar size: segment and average them simultaneously. The default
     /// of --boundary is then identity.
     #[arg(long)]
@@ -173,6 +178,8 @@ impl AverageConfig {
             let value = format!("of {} masks", self.inputs.len());
             let remedy = "give two masks for a line of averages, or three for a triangle";
             (value, remedy)
+        } else if self.error_bars {
+            ("with --error-bars".into(), "leave one of the two out")
         } else if self.params.weights.is_some() {
             ("with --weights".into(), "leave one of the two out")
         } else if self.start.is_some() {
@@ -197,6 +204,7 @@ impl AverageConfig {
             ("--mean median", self.params.mean != Mean::Arithmetic),
             ("--valid", !self.valid.is_empty()),
             ("--sweep", self.sweep.is_some()),
+            ("--error-bars", self.error_bars),
         ];
         match refused.into_iter().find(|(_, is_set)| *is_set) {
             Some((option, _)) => Err(not_joint(option)),

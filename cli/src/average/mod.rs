@@ -3,11 +3,12 @@
 //! `args` are the options, `plan` reads and validates the inputs, `memory` estimates and limits the
 //! memory, `checkpoint` provides initial deformations, `record` and `write` write the result
 //! directory, `draw` its picture. `sweep` averages with many weights, `views` reads visibility
-//! masks, `joint` averages grey images.
+//! masks, `error_bars` repeats averages on coarser grids, `joint` averages grey images.
 
 mod args;
 mod checkpoint;
 mod draw;
+mod error_bars;
 mod joint;
 mod memory;
 mod plan;
@@ -29,6 +30,7 @@ use crate::session::{self, Command, PlanOf, Session, Work};
 use crate::shapes::{Input, prepare};
 use crate::summary::Summary;
 use checkpoint::{Resumption, begin, compare_places, fingerprint};
+use error_bars::{ErrorBars, error_bars};
 pub(crate) use joint::JointAverage;
 use memory::provide;
 use plan::{AveragePlan, plan_average, plan_images};
@@ -53,6 +55,7 @@ pub(crate) struct Outcome<const D: usize> {
     result: AverageResult<D>,
     history: Vec<HistoryPoint>,
     memory: MemoryEstimate,
+    error_bars: Option<ErrorBars>,
     checkpoints: Option<WorkDir>,
 }
 
@@ -140,12 +143,18 @@ impl Command for Average {
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let result = average_from(&distances, &visibility, &known, &params, &mut checkpointer)?;
         let (history, checkpoints) = checkpointer.finish();
+        let error_bars = if config.error_bars {
+            error_bars(&result, distances, visibility, &params, session)?
+        } else {
+            None
+        };
         Ok(Outcome {
             inputs,
             config,
             result,
             history,
             memory,
+            error_bars,
             checkpoints,
         })
     }

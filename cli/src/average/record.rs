@@ -7,6 +7,7 @@ use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate};
 
+use super::error_bars::ErrorBars;
 use super::{AverageConfig, Outcome};
 use crate::doubts::named;
 use crate::report::{self, overall};
@@ -37,6 +38,9 @@ pub(super) struct Found<'a, const D: usize> {
     surface: Option<SurfaceRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     outline: Option<SurfaceRecord>,
+    /// With --error-bars, unless the grid is too coarse.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error_bars: Option<&'a ErrorBars>,
     /// Estimated bytes by purpose.
     memory_estimate: MemoryEstimate,
 }
@@ -73,6 +77,7 @@ pub(super) fn record<const D: usize>(
         ),
         surface,
         outline,
+        error_bars: outcome.error_bars.as_ref(),
         memory_estimate: outcome.memory,
     };
     let status = overall(result.status, levels.last().map(|level| level.status));
@@ -133,6 +138,9 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
         );
     }
     summary.certificate(&found.result.certificate);
+    if let Some(bars) = found.error_bars {
+        bars.add_to(&mut summary);
+    }
     if record.cancelled() {
         summary.line("to continue", format!("--start {}", target.display()));
     }

@@ -28,6 +28,10 @@ pub struct PcaConfig {
     /// Largest score of the drawn shapes, in standard deviations.
     #[arg(long, value_name = "A")]
     pub amplitude: f64,
+    /// Use the average as it is. Without this option an average whose stresses do not balance is moved
+    /// until they do: all its deformations are followed by the same further one, of least elastic energy.
+    #[arg(long)]
+    pub keep_average: bool,
     /// Parameters of the analysis.
     #[serde(flatten)]
     #[command(flatten)]
@@ -40,6 +44,7 @@ impl Default for PcaConfig {
             average: PathBuf::new(),
             modes: None,
             amplitude: 2.0,
+            keep_average: false,
             params: PcaParams::default(),
         }
     }

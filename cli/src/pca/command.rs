@@ -5,6 +5,7 @@ use std::fs;
 use shape_pca::{Compound, Pca, Quality};
 
 use super::args::PcaConfig;
+use super::balance::{Continuation, balanced};
 use super::read::{StoredAverage, read_average};
 use super::write::write_all;
 use crate::dimension::per_dimension;
@@ -17,6 +18,7 @@ use crate::summary::Summary;
 pub(crate) struct Outcome<const D: usize> {
     pub(super) config: PcaConfig,
     pub(super) stored: StoredAverage<D>,
+    pub(super) continuation: Option<Continuation>,
     pub(super) pca: Pca<D>,
     pub(super) quality: Quality,
 }
@@ -36,11 +38,16 @@ impl Command for PcaConfig {
 
     fn compute<const D: usize>(
         &self,
-        (config, stored): (PcaConfig, StoredAverage<D>),
+        (config, mut stored): (PcaConfig, StoredAverage<D>),
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let params = stored.pca_params(config.params);
         let most = config.modes.unwrap_or(usize::MAX);
+        let mut continuation = None;
+        if !config.keep_average {
+            session.progress.stage("balancing the stresses");
+            continuation = balanced(&mut stored, &params)?;
+        }
         session.progress.stage("assembling the compound operator");
         let compound = Compound::new(&stored.average, &params)?;
         let n = stored.average.n_shapes();
@@ -52,6 +59,7 @@ impl Command for PcaConfig {
             quality: Quality::new(&pca.gram, params.zero_eigenvalue, most)?,
             config,
             stored,
+            continuation,
             pca,
         })
     }

@@ -28,6 +28,9 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub phase_field: ScalarField<f64, D>,
     /// The average image, for averages of images.
     pub image: Option<ScalarField<f64, D>>,
+    /// The phase fields of its shapes; none for averages of images, medians, and shapes that are partly
+    /// hidden.
+    pub phase_fields: Vec<ScalarField<f64, D>>,
     /// Its parameters.
     pub params: AverageParams,
     /// Short names of its shapes.
@@ -99,6 +102,12 @@ fn stored_average<const D: usize>(
         .transpose()?;
     let (mut displacements, mut indicators) = (Vec::new(), Vec::new());
     let n = record.input.len();
+    let complete =
+        !config.joint && config.valid.is_empty() && config.params.mean == Mean::Arithmetic;
+    let with_phase_fields = if complete { n } else { 0 };
+    let phase_fields = (0..with_phase_fields)
+        .map(|i| fields.numbered_scalar::<D>("phasefield", i))
+        .collect::<Result<Vec<_>, _>>()?;
     for i in 0..n {
         displacements.push(fields.displacement(&grid, "deformation", i)?);
         if config.joint {
@@ -132,6 +141,7 @@ fn stored_average<const D: usize>(
         average: Average::new(displacements, indicators, weights)?,
         phase_field,
         image,
+        phase_fields,
         params,
         names: record
             .input
@@ -149,6 +159,20 @@ fn stored_average<const D: usize>(
 }
 
 impl<const D: usize> StoredAverage<D> {
+    /// Takes the deformations and the phase field of the continued average from the directory of its
+    /// modes.
+    fn continue_from(&mut self, fields: &ResultFields<'_>) -> Result<(), CliError> {
+        let grid = *self.average.grid();
+        let displacements = (0..self.average.n_shapes())
+            .map(|i| fields.displacement(&grid, "deformation", i))
+            .collect::<Result<Vec<_>, _>>()?;
+        let indicators = self.average.indicators().to_vec();
+        let weights = self.average.weights().to_vec();
+        self.average = Average::new(displacements, indicators, weights)?;
+        self.phase_field = fields.scalar::<D>(Path::new("average.npy"))?;
+        Ok(())
+    }
+
     /// Parameters of an analysis of this average, with the material of the average.
     pub fn pca_params(&self, params: PcaParams) -> PcaParams {
         PcaParams {
@@ -167,6 +191,15 @@ struct StoredModes {
     /// The checksum of the average.
     #[serde(default)]
     average_sum: Option<String>,
+    /// Whether the average was continued.
+    #[serde(default)]
+    continuation: Option<StoredContinuation>,
+}
+
+/// The record of the continuation of an average.
+#[derive(Clone, Debug, Deserialize)]
+struct StoredContinuation {
+    continued: bool,
 }
 
 /// The modes of an average.
@@ -214,8 +247,11 @@ fn stored_pca<const D: usize>(
     let stored = stored_average::<D>(&average, trust)?;
     let named = modes.average_sum.as_deref();
     stored.sums.is(named, &average, directory)?;
-    let average = stored;
+    let mut average = stored;
     let fields = ResultFields::new(directory, unfit_pca, trust)?;
+    if modes.continuation.as_ref().is_some_and(|c| c.continued) {
+        average.continue_from(&fields)?;
+    }
     if average.image.is_some() {
         return Err(unfit(
             "its modes are those of images, which have no boundaries",

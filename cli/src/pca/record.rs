@@ -7,6 +7,7 @@ use serde::Serialize;
 use shape_pca::{Mahalanobis, Quality, Scores, SolveReport};
 
 use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
+use super::balance::Continuation;
 use super::command::Outcome;
 use super::procrustes::Procrustes;
 use crate::doubts::{named, of_source};
@@ -37,6 +38,11 @@ pub(super) struct Analysis<'a> {
     pub ratios: Vec<f64>,
     /// `|sum u_k|` over the mean of `|u_k|` in `L^2`, before centring.
     pub balance: f64,
+    /// `|sum lambda_k u_k| / sum lambda_k |u_k|`, at most 1.
+    pub imbalance: f64,
+    /// How the average was continued until its stresses balance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub continuation: Option<&'a Continuation>,
     /// Whether every curvature of the compound operator found by the solver is positive.
     pub definite: bool,
     /// The smallest curvature, relative to linear elasticity.
@@ -111,6 +117,8 @@ pub(super) fn record<'a, const D: usize>(
         eigenvalues: &pca.modes.eigenvalues,
         ratios: pca.ratios(),
         balance: pca.balance,
+        imbalance: pca.imbalance(),
+        continuation: outcome.continuation.as_ref(),
         definite: pca.definite(),
         least_curvature: pca.least_curvature,
         scores: pca.training.iter().map(|s| &*s.scores).collect(),
@@ -126,6 +134,9 @@ pub(super) fn record<'a, const D: usize>(
     let nodes = stored.average.grid().nodes_per_axis();
     let mut doubts = pca.doubts();
     doubts.extend(of_source(&stored.doubts));
+    if let Some(continuation) = &outcome.continuation {
+        doubts.extend(continuation.doubt(stored.params.min_determinant));
+    }
     let doubts = named(&doubts, []);
     Record::new("complete", &nodes, &outcome.config, found, doubts, start)
         .within(stored.world.as_ref())
@@ -148,11 +159,22 @@ pub(super) fn summary<const D: usize>(record: &PcaRecord<'_, D>) -> Summary {
     } else {
         "NOT positive definite"
     };
-    let balance = 100.0 * found.balance;
+    let balance = 100.0 * found.imbalance;
     summary.line(
         "stresses",
         format!("balanced up to {balance:.1} %, object {state}"),
     );
+    if let Some(done) = found.continuation.filter(|done| done.continued) {
+        let before = 100.0 * done.report.imbalance.first().copied().unwrap_or_default();
+        let rounds = done.report.imbalance.len().saturating_sub(1);
+        let text = format!("continued from a balance of {before:.1} % in {rounds} rounds");
+        summary.line("average", text);
+    } else if found.continuation.is_some_and(|done| !done.report.balanced) {
+        summary.line(
+            "average",
+            "could not be continued to balance, and is used as it is",
+        );
+    }
     summary
 }
 

@@ -28,6 +28,11 @@ pub(super) fn write_all<const D: usize>(
     session: &Session<'_>,
 ) -> Result<Summary, CliError> {
     write_arrays(directory, outcome)?;
+    if outcome.continuation.as_ref().is_some_and(|c| c.continued) {
+        let stored = &outcome.stored;
+        directory.deformations("deformation", 0, stored.average.displacements())?;
+        directory.array("average.npy", &stored.phase_field)?;
+    }
     let pca = &outcome.pca;
     let quality = &outcome.quality;
     directory.with_file("scores.csv", |path| {

@@ -2,5 +2,6 @@
 
 mod support;
 
+mod balancing;
 mod oracle;
 mod properties;

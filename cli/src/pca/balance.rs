@@ -1,0 +1,126 @@
+//! Continues an average until its stresses balance, before its modes are computed.
+
+use fe_grid::minimise::Objective;
+use fe_grid::{Certificate, ScalarField, certify};
+use levelset::Doubt;
+use serde::Serialize;
+use shape_average::{AverageError, AverageObjective, LevelShapes};
+use shape_pca::{Average, BalanceReport, Balancing, PcaParams, push_forward};
+
+use super::draw::shown;
+use super::read::StoredAverage;
+use crate::error::CliError;
+
+/// What was done to an average, and how its shapes fit before and afterwards.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Continuation {
+    #[serde(flatten)]
+    pub report: BalanceReport,
+    /// Whether the modes refer to other deformations than those of the average: to `deformation_*.npy`
+    /// and `average.npy` beside this record.
+    pub continued: bool,
+    /// Before, and afterwards if the average was continued.
+    pub fits: Vec<Fit>,
+}
+
+impl Continuation {
+    /// The doubt about deformations that fold almost, where these are no longer those of the average.
+    pub fn doubt(&self, lower_bound: f64) -> Option<Doubt> {
+        let after = self.fits.last().filter(|_| self.continued)?;
+        Doubt::determinant(after.min_det, lower_bound)
+    }
+}
+
+/// How the shapes of an average fit it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Fit {
+    /// Least overlap of a deformed shape with the average object.
+    pub least_dice: f64,
+    /// Mean mismatch of the shapes with the average.
+    pub mismatch: f64,
+    /// Least determinant of a deformation.
+    pub min_det: f64,
+}
+
+/// Moves an average until its stresses balance; it stays as it is where they do. The average of images
+/// is the whole box, medians have other weights, and of shapes that are partly hidden the average field
+/// is not known: those stay as they are, and there is no record.
+///
+/// # Errors
+/// Those of the law and of the linear solves.
+pub(super) fn balanced<const D: usize>(
+    stored: &mut StoredAverage<D>,
+    params: &PcaParams,
+) -> Result<Option<Continuation>, CliError> {
+    if stored.phase_fields.is_empty() {
+        return Ok(None);
+    }
+    let balancing = Balancing {
+        min_determinant: stored.params.min_determinant,
+        ..Balancing::default()
+    };
+    let (average, report) = balancing.balance(&stored.average, params)?;
+    let mut fits = vec![fit(&stored.average, &objective(stored)?)?];
+    let continued = report.changed();
+    if continued {
+        stored.average = average;
+        let objective = objective(stored)?;
+        fits.push(fit(&stored.average, &objective)?);
+        let field = objective.average().to_vec();
+        stored.phase_field = ScalarField::from_vec(*stored.average.grid(), field)?;
+    }
+    stored.phase_fields = Vec::new();
+    Ok(Some(Continuation {
+        report,
+        continued,
+        fits,
+    }))
+}
+
+/// The functional of an average, evaluated at its deformations.
+fn objective<const D: usize>(
+    stored: &StoredAverage<D>,
+) -> Result<AverageObjective<D>, AverageError> {
+    let average = &stored.average;
+    let shapes = LevelShapes::from_fields(
+        *average.grid(),
+        stored.params.interface_cells * average.grid().spacing(),
+        stored.phase_fields.clone(),
+        average.indicators().to_vec(),
+    );
+    let params = shape_average::AverageParams {
+        weights: Some(average.weights().to_vec()),
+        ..stored.params.clone()
+    };
+    let start = stored.phase_field.as_slice().to_vec();
+    let mut objective = AverageObjective::new(shapes, &params, start)?;
+    let all: Vec<f64> = average
+        .displacements()
+        .iter()
+        .flat_map(fe_grid::Field::as_slice)
+        .copied()
+        .collect();
+    objective.value(&all)?;
+    Ok(objective)
+}
+
+fn fit<const D: usize>(
+    average: &Average<D>,
+    objective: &AverageObjective<D>,
+) -> Result<Fit, CliError> {
+    let shapes = average.indicators().iter().zip(average.displacements());
+    let mut least_dice = f64::INFINITY;
+    for (indicator, u) in shapes {
+        let pushed = push_forward(indicator, u, 0.0);
+        let dice = levelset::dice(&pushed, 0.5, average.object(), 0.5).map_err(shown)?;
+        least_dice = least_dice.min(dice);
+    }
+    let certificates = average.displacements().iter();
+    let certificates = certificates.map(|u| certify(average.grid(), u.as_slice(), 0.0));
+    let mismatch = &objective.energy().mismatch;
+    Ok(Fit {
+        least_dice,
+        mismatch: mismatch.iter().sum::<f64>() / mismatch.len().max(1) as f64,
+        min_det: Certificate::worst(certificates).min_det,
+    })
+}
