@@ -7,7 +7,8 @@
 //!   functions of a further one ([`pullback`]), its inverse ([`InverseDeformation`]), and the [`Certificate`] that it does not fold.
 //! - Linear systems: [`UniformOperator`], [`conjugate_gradient`], [`SpectralSolver`],
 //!   [`multigrid`].
-//! - Minimisation: [`minimise`], from coarse levels to fine.
+//! - Given values: [`HeldValues`], on the boundary or anywhere, for operators and objectives.
+//! - Minimisation: [`minimise`], from coarse levels to fine, and a check of derivatives.
 //! - Threads: [`parallel`] loops, whose scheduler is compiled once.
 //! - Compilation: [`dimension`] forwards generic code to a version for 2D and one for 3D.
 //!
@@ -60,6 +61,7 @@ mod certificate;
 pub mod composition;
 pub mod coupling;
 pub mod dimension;
+mod dirichlet;
 pub mod engine;
 mod error;
 mod field;
@@ -94,6 +96,7 @@ pub mod vector;
 
 pub use buffer::{Buffer, Storage};
 pub use certificate::{Certificate, certify, certify_below, certify_within, repair, violations};
+pub use dirichlet::{Held, HeldValues};
 pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_cells};
 pub use error::GridError;
 pub use field::{Field, ScalarField, VectorField, locate};
@@ -109,3 +112,8 @@ pub use simd_level::SimdLevel;
 pub use spectral::{Boundary, SpectralSolver};
 pub use tensor::Tensor;
 pub use uniform::UniformOperator;
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

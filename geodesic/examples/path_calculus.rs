@@ -1,7 +1,7 @@
 //! The tables of `docs/path-calculus.md`: errors of exponential map, logarithm and transport for
 //! paths of more and more steps, and the orders by which they fall.
 //!
-//! `cargo run --release -p geodesic --example path_calculus`
+//! `cargo run --release -p viscous-geodesic --example path_calculus`
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Field, Grid, ScalarField};

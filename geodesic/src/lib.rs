@@ -108,3 +108,8 @@ pub use mismatch::{
 pub use params::{DomainChoice, Form, GeodesicParams};
 pub use result::{Geodesic, geodesic, geodesic_between};
 pub use shape::{Known, Shape};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

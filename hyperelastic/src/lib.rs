@@ -84,3 +84,8 @@ pub use seed_literal::{SeedLiteral, SeedParameters};
 pub use stored_energy::{PolyconvexForm, StoredEnergy};
 pub use strain_energy::{StrainDensity, StrainEnergy};
 pub use weighted::WeightedElasticity;
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -38,5 +38,10 @@ pub use extract::{BoxEdge, contour};
 pub use hausdorff::{Hausdorff, hausdorff};
 pub use heaviside::{Arctan, Compact, Step};
 pub use measures::{Moments, dice, dice_within, mask_volume};
-pub use polyline::Polyline;
+pub use polyline::{Polyline, svg_path};
 pub use verdict::{Doubt, Verdict};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -1,6 +1,7 @@
 //! A 2D contour as curves.
 
 use std::collections::HashMap;
+use std::fmt::Write;
 
 use crate::contour::Contour;
 
@@ -57,5 +58,42 @@ impl Contour<2> {
             points.push(self.points()[here as usize]);
         }
         Some(Polyline { points, closed })
+    }
+}
+
+/// The path data of curves for an SVG drawing, closed where they are, with this number of decimals. `y`
+/// points upwards in the plane and downwards in drawings: scale by `(1, -1)`.
+///
+/// ```
+/// use levelset::{Polyline, svg_path};
+/// let triangle = Polyline { points: vec![[0.0, 0.0], [1.0, 0.0], [0.5, 1.0]], closed: true };
+/// assert_eq!(svg_path([(triangle.points.as_slice(), triangle.closed)], 1), "M0.0 0.0L1.0 0.0L0.5 1.0Z");
+/// ```
+pub fn svg_path<'a>(
+    curves: impl IntoIterator<Item = (&'a [[f64; 2]], bool)>,
+    decimals: usize,
+) -> String {
+    let mut path = String::new();
+    for (points, closed) in curves {
+        for (i, [x, y]) in points.iter().enumerate() {
+            let command = if i == 0 { 'M' } else { 'L' };
+            // Writing to a string does not fail.
+            let _ = write!(path, "{command}{x:.decimals$} {y:.decimals$}");
+        }
+        if closed {
+            path.push('Z');
+        }
+    }
+    path
+}
+
+impl Contour<2> {
+    /// The path data of the contour for an SVG drawing; see [`svg_path`].
+    pub fn svg_path(&self, decimals: usize) -> String {
+        let curves = self.polylines();
+        svg_path(
+            curves.iter().map(|c| (c.points.as_slice(), c.closed)),
+            decimals,
+        )
     }
 }

@@ -31,3 +31,8 @@ pub use error::PhaseFieldError;
 pub use length::InterfaceLength;
 pub use mismatch::{LeastMismatch, Masked, Mismatch};
 pub use profile::{ElasticWeight, Profile};
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -77,3 +77,8 @@ pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};
 pub use solve::{average, average_from, average_of_visible, average_on_levels, match_to};
 pub use stress::cauchy_stress_at_nodes;
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -70,3 +70,8 @@ pub use push::push_forward;
 pub use quality::Quality;
 pub use rigid::RigidMotions;
 pub use space::ModeSpace;
+
+/// The examples of the README are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

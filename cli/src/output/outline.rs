@@ -64,14 +64,7 @@ fn drawing(curves: &[&Curve], [low, high]: [[f64; 2]; 2], extent: f64, decimals:
     let edge = 0.05 * extent;
     let (x, y) = (low[0] - edge, low[1] - edge);
     let (width, height) = (high[0] - x + edge, high[1] - y + edge);
-    let mut path = String::new();
-    for curve in curves {
-        for (i, [x, y]) in curve.iter().enumerate() {
-            let command = if i == 0 { 'M' } else { 'L' };
-            let _ = write!(path, "{command}{x:.decimals$} {y:.decimals$}");
-        }
-        path.push('Z');
-    }
+    let path = levelset::svg_path(curves.iter().map(|curve| (*curve, true)), decimals);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{x:.decimals$} {y:.decimals$} \
          {width:.decimals$} {height:.decimals$}\">\n<path fill-rule=\"evenodd\" d=\"{path}\"/>\n</svg>\n"

@@ -30,6 +30,7 @@
 
 mod counted;
 mod descent;
+mod differences;
 mod history;
 mod info;
 mod lbfgs;
@@ -42,6 +43,7 @@ mod objective;
 mod observer;
 
 pub use descent::DescentParams;
+pub use differences::{compare_with_differences, gradient_errors, hessian_errors};
 pub use info::{Evaluations, Info, Status};
 pub use lbfgs::LbfgsParams;
 pub use line_search::LineSearch;

@@ -4,6 +4,7 @@ mod support;
 
 mod deformations;
 mod engine;
+mod held;
 mod history;
 mod lanes;
 mod linear;

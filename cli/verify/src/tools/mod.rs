@@ -2,7 +2,6 @@
 
 pub mod averages;
 pub mod curves;
-pub mod derivatives;
 pub mod ellipses;
 pub mod fields;
 pub mod matrices;
