@@ -4,6 +4,8 @@
 //! cargo run --release -p viscous-geodesic --example morph
 //! ```
 
+use std::fmt::Write;
+
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
 use geodesic::{GeodesicParams, geodesic};
@@ -42,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (k, level_set) in path.level_sets.iter().enumerate() {
         let boundary = contour(level_set, 0.0, BoxEdge::Closed)?;
         let moved = boundary.map(|[x, y]| [x - 0.175 + 0.65 * k as f64, y - 0.2]);
-        drawing += &format!("<path d=\"{}\"/>\n", moved.svg_path(4));
+        writeln!(drawing, "<path d=\"{}\"/>", moved.svg_path(4))?;
     }
     drawing += "</g>\n</svg>\n";
     std::fs::write("morph.svg", drawing)?;

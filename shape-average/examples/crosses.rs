@@ -4,6 +4,8 @@
 //! cargo run --release -p shape-average --example crosses
 //! ```
 
+use std::fmt::Write;
+
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, LevelsetError, contour, signed_distance};
@@ -40,9 +42,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 -1 1 1\">\n\
          <g transform=\"scale(1,-1)\" fill=\"none\" stroke-width=\".004\">\n",
     );
-    let mut draw = |field: &ScalarField<f64, 2>, level, style: &str| -> Result<(), LevelsetError> {
+    let mut draw = |field: &ScalarField<f64, 2>,
+                    level,
+                    style: &str|
+     -> Result<(), Box<dyn std::error::Error>> {
         let path = contour(field, level, BoxEdge::Closed)?.svg_path(4);
-        drawing += &format!("<path d=\"{path}\" {style}/>\n");
+        writeln!(drawing, "<path d=\"{path}\" {style}/>")?;
         Ok(())
     };
     draw(

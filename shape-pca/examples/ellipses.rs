@@ -4,6 +4,8 @@
 //! cargo run --release -p shape-pca --example ellipses
 //! ```
 
+use std::fmt::Write;
+
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, LevelsetError, contour, signed_distance};
@@ -53,7 +55,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let at = u.sample(x);
                 [x[0] - at[0] + mode as f64, x[1] - at[1]]
             });
-            drawing += &format!("<path d=\"{}\" stroke=\"{colour}\"/>\n", moved.svg_path(4));
+            writeln!(
+                drawing,
+                "<path d=\"{}\" stroke=\"{colour}\"/>",
+                moved.svg_path(4)
+            )?;
         }
     }
     drawing += "</g>\n</svg>\n";

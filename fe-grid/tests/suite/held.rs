@@ -182,6 +182,20 @@ fn faces_and_masks_are_the_nodes_they_say() {
     );
 }
 
+/// An objective whose gradient is 1 % too large.
+struct Wrong(Quartic<2>);
+impl Objective for Wrong {
+    type Error = GridError;
+    fn dim(&self) -> usize {
+        self.0.dim()
+    }
+    fn value_and_gradient(&mut self, x: &[f64], g: &mut [f64]) -> Result<Evaluation, GridError> {
+        let value = self.0.value_and_gradient(x, g);
+        vector::scale(1.01, g);
+        value
+    }
+}
+
 /// An error in a derivative shows, and a right one has the second order.
 #[test]
 fn differences_tell_right_derivatives_from_wrong_ones() {
@@ -197,23 +211,6 @@ fn differences_tell_right_derivatives_from_wrong_ones() {
     };
     second_order(&gradient_errors(&mut right, &x, &direction, &steps).unwrap());
     second_order(&hessian_errors(&mut right, &x, &direction, &test, &steps).unwrap());
-
-    struct Wrong(Quartic<2>);
-    impl Objective for Wrong {
-        type Error = GridError;
-        fn dim(&self) -> usize {
-            self.0.dim()
-        }
-        fn value_and_gradient(
-            &mut self,
-            x: &[f64],
-            g: &mut [f64],
-        ) -> Result<Evaluation, GridError> {
-            let value = self.0.value_and_gradient(x, g);
-            vector::scale(1.01, g);
-            value
-        }
-    }
     let wrong = gradient_errors(&mut Wrong(quartic(grid, 4)), &x, &direction, &[1e-4]).unwrap();
     assert_relative_eq!(wrong[0].1, 0.01 / 1.01, epsilon = 1e-6);
 }

@@ -1,13 +1,13 @@
 //! Fields seen through a deformation, and its inverse, on grids.
 
 use fe_grid::composition::{Interpolant, Matching};
-use fe_grid::minimise::compare_with_differences;
 use fe_grid::{Assembly, Data, Grid, InverseDeformation, ScalarField, VectorField};
 use phasefield::Mismatch;
 
 use crate::error::VerifyError;
 use crate::outcome::Outcome;
 use crate::statement::{Setting, Statement};
+use crate::tools::derivatives::against_differences;
 use crate::tools::quadrature::Rule;
 
 /// The statements of this theme.
@@ -144,7 +144,7 @@ fn composition_gradient(setting: Setting) -> Result<Outcome, VerifyError> {
     Assembly::<_, f64, 2, 2>::new(grid, &law, data)
         .value_and_gradient_into(&state, &mut gradient)?;
     let steps = [8e-3, 4e-3, 2e-3];
-    let points = compare_with_differences(&state, direction.as_slice(), &gradient, &steps, |u| {
+    let points = against_differences(&state, direction.as_slice(), &gradient, &steps, |u| {
         integral(&v, &c, u)
     })?;
     let mut outcome = Outcome::default();

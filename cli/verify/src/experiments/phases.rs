@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
-use fe_grid::minimise::{Silent, compare_with_differences};
+use fe_grid::minimise::Silent;
 use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::vector::dot;
@@ -18,6 +18,7 @@ use crate::error::VerifyError;
 use crate::outcome::Outcome;
 use crate::statement::{Setting, Statement};
 use crate::tools::curves::rectangle;
+use crate::tools::derivatives::against_differences;
 use crate::tools::fields::{displacement, elastic_energy};
 use crate::tools::matrices::stretches;
 use crate::tools::pointwise::{density, law};
@@ -272,7 +273,7 @@ fn mismatch_gradient(setting: Setting) -> Result<Outcome, VerifyError> {
     Assembly::<_, f64, 2, 2>::new(grid, &law, data)
         .value_and_gradient_into(state.as_slice(), &mut gradient)?;
     let steps = [4e-3, 2e-3, 1e-3];
-    let points = compare_with_differences(
+    let points = against_differences(
         state.as_slice(),
         direction.as_slice(),
         &gradient,

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use fe_grid::composition::Interpolant;
-use fe_grid::minimise::{Evaluation, compare_with_differences};
+use fe_grid::minimise::Evaluation;
 use fe_grid::{Assembly, Data, Grid, ScalarField, VectorField, tensor};
 use geodesic::lagrangian::PathObjective;
 use geodesic::level_sets::LevelSetObjective;
@@ -18,6 +18,7 @@ use crate::error::VerifyError;
 use crate::outcome::Outcome;
 use crate::statement::{Setting, Statement};
 use crate::tools::curves::{disk_at, lens};
+use crate::tools::derivatives::against_differences;
 use crate::tools::matrices::{inverse, minus_identity, stretches};
 use crate::tools::pointwise::{density, law};
 use crate::tools::quadrature::Rule;
@@ -270,10 +271,9 @@ fn gradients(setting: Setting) -> Result<Outcome, VerifyError> {
     let mut gradient = vec![0.0; n];
     Assembly::<_, f64, 2, 1>::new(grid, &area(seen), Data::default())
         .value_and_gradient_into(own.as_slice(), &mut gradient)?;
-    let points =
-        compare_with_differences(own.as_slice(), change.as_slice(), &gradient, &steps, |u| {
-            Ok(Assembly::<_, f64, 2, 1>::new(grid, &area(step), Data::default()).value(u)?)
-        })?;
+    let points = against_differences(own.as_slice(), change.as_slice(), &gradient, &steps, |u| {
+        Ok(Assembly::<_, f64, 2, 1>::new(grid, &area(step), Data::default()).value(u)?)
+    })?;
     outcome.order("E_area by u", "t", points, 2.0, 0.1, reason);
 
     let law = |step| StepMismatch {
@@ -287,7 +287,7 @@ fn gradients(setting: Setting) -> Result<Outcome, VerifyError> {
     let mut gradient = vec![0.0; 3 * n];
     Assembly::<_, f64, 2, 3>::new(grid, &law(seen), Data::default())
         .value_and_gradient_into(&state, &mut gradient)?;
-    let points = compare_with_differences(&state, &direction, &gradient, &steps, |x| {
+    let points = against_differences(&state, &direction, &gradient, &steps, |x| {
         Ok(Assembly::<_, f64, 2, 3>::new(grid, &law(step), Data::default()).value(x)?)
     })?;
     outcome.order("E_match by the own u", "t", points, 2.0, 0.1, reason);
@@ -434,7 +434,7 @@ fn step_forces(setting: Setting) -> Result<Outcome, VerifyError> {
     let direction: Vec<f64> = (0..x.len()).map(|i| (0.37 * i as f64).sin()).collect();
     // Small enough that no cell folds.
     let direction: Vec<f64> = direction.iter().map(|d| 0.1 * grid.spacing() * d).collect();
-    let points = compare_with_differences(&x, &direction, &gradient, &[1.0, 0.5, 0.25], |x| {
+    let points = against_differences(&x, &direction, &gradient, &[1.0, 0.5, 0.25], |x| {
         let mut objective = objective(grid, spec)?;
         Ok(match objective.evaluate(x, &mut [])? {
             Evaluation::Value(total) => total,

@@ -2,6 +2,7 @@
 
 pub mod averages;
 pub mod curves;
+pub mod derivatives;
 pub mod ellipses;
 pub mod fields;
 pub mod matrices;
