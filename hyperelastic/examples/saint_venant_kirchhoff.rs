@@ -4,7 +4,7 @@
 //! It is written once for every lane type; from the registry it can be named like the built-in laws.
 //!
 //! ```sh
-//! cargo run --release -p hyperelastic --example own_law
+//! cargo run --release -p hyperelastic --example saint_venant_kirchhoff
 //! ```
 
 use fe_grid::minimise::compare_with_differences;
