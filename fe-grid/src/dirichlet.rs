@@ -1,5 +1,7 @@
 //! Unknowns with given values: Dirichlet data, masks, pinned nodes.
 
+use std::convert::Infallible;
+
 use crate::buffer::Buffer;
 use crate::error::GridError;
 use crate::field::Field;
@@ -7,7 +9,7 @@ use crate::grid::Grid;
 use crate::lane::Element;
 use crate::linear::{CgInfo, CgParams, CgScratch, LinearOperator, conjugate_gradient};
 use crate::minimise::{Evaluation, Objective, SecondOrder};
-use crate::vector::{axpy, norm};
+use crate::vector::axpy;
 
 /// The unknowns of a problem that have given values, and are held while the others are computed.
 ///
@@ -106,6 +108,22 @@ impl HeldValues {
         }
     }
 
+    /// Computes `y = P A P x + (1 - P) x` for `apply`, which computes `y = A x`.
+    fn projected<E>(
+        &self,
+        x: &[f64],
+        y: &mut [f64],
+        apply: impl FnOnce(&[f64], &mut [f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut free = x.to_vec();
+        self.project(&mut free);
+        apply(&free, y)?;
+        for &i in &self.held {
+            y[i] = x[i];
+        }
+        Ok(())
+    }
+
     /// The operator `P A P + (1 - P)` of the operator, or of the preconditioner, `A`.
     pub fn operator<A>(&self, operator: A) -> Held<'_, A> {
         Held {
@@ -157,7 +175,6 @@ impl HeldValues {
             &mut scratch,
         );
         axpy(1.0, &correction, x);
-        debug_assert!(norm(x).is_finite() || info.is_err());
         info
     }
 }
@@ -182,12 +199,11 @@ impl<A: LinearOperator> LinearOperator for Held<'_, A> {
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        let mut free = x.to_vec();
-        self.values.project(&mut free);
-        self.inner.apply_into(&free, y);
-        for &i in &self.values.held {
-            y[i] = x[i];
-        }
+        let applied = self.values.projected(x, y, |x, y| {
+            self.inner.apply_into(x, y);
+            Ok::<(), Infallible>(())
+        });
+        let Ok(()) = applied;
     }
 }
 
@@ -222,13 +238,9 @@ impl<O: Objective> Objective for Held<'_, O> {
         gradient: &[f64],
         out: &mut [f64],
     ) -> Result<(), Self::Error> {
-        let mut free = gradient.to_vec();
-        self.values.project(&mut free);
-        self.inner.apply_inverse_metric(&free, out)?;
-        for &i in &self.values.held {
-            out[i] = gradient[i];
-        }
-        Ok(())
+        self.values.projected(gradient, out, |g, out| {
+            self.inner.apply_inverse_metric(g, out)
+        })
     }
 
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), Self::Error> {
@@ -262,12 +274,8 @@ impl<O: SecondOrder> SecondOrder for Held<'_, O> {
         direction: &[f64],
         out: &mut [f64],
     ) -> Result<(), Self::Error> {
-        let mut free = direction.to_vec();
-        self.values.project(&mut free);
-        self.inner.hessian_action(x, &free, out)?;
-        for &i in &self.values.held {
-            out[i] = direction[i];
-        }
-        Ok(())
+        self.values.projected(direction, out, |d, out| {
+            self.inner.hessian_action(x, d, out)
+        })
     }
 }
