@@ -125,23 +125,22 @@ fn ritz(steps: &[f64], shares: &[f64]) -> Option<(f64, f64)> {
 mod tests {
     use super::*;
 
+    /// Solves `D x = b` for a diagonal matrix, in at most ten iterations.
+    fn solve_diagonal(diagonal: &[f64], b: &[f64], negative: Negative) -> (Vec<f64>, SolveReport) {
+        let apply = |x: &[f64], y: &mut [f64]| {
+            for (y, (x, d)) in y.iter_mut().zip(x.iter().zip(diagonal)) {
+                *y = d * x;
+            }
+        };
+        solve(apply, |x, y| y.copy_from_slice(x), b, 1e-12, 10, negative)
+    }
+
     #[test]
     fn curvature_of_either_sign_is_met() {
         for least in [0.5, -0.5] {
             let diagonal = [least, 1.0, 2.0, 7.0];
             let b = [1.0, -2.0, 0.5, 1.0];
-            let (x, report) = solve(
-                |x, y| {
-                    for (y, (x, d)) in y.iter_mut().zip(x.iter().zip(diagonal)) {
-                        *y = d * x;
-                    }
-                },
-                |x, y| y.copy_from_slice(x),
-                &b,
-                1e-12,
-                10,
-                Negative::PassOver,
-            );
+            let (x, report) = solve_diagonal(&diagonal, &b, Negative::PassOver);
             for ((x, b), d) in x.iter().zip(b).zip(diagonal) {
                 assert!((x - b / d).abs() < 1e-10);
             }
@@ -159,18 +158,7 @@ mod tests {
             ([1.0, 2.0, -0.1], [1.0, 1.0, 0.5]),
             ([-1.0, -2.0, 0.5], [1.0; 3]),
         ] {
-            let (x, report) = solve(
-                |x, y| {
-                    for (y, (x, d)) in y.iter_mut().zip(x.iter().zip(diagonal)) {
-                        *y = d * x;
-                    }
-                },
-                |x, y| y.copy_from_slice(x),
-                &b,
-                1e-12,
-                10,
-                Negative::Stop,
-            );
+            let (x, report) = solve_diagonal(&diagonal, &b, Negative::Stop);
             assert!(report.least_curvature < 0.0, "{report:?}");
             assert!(dot(&x, &b) > 0.0, "{x:?}");
         }
