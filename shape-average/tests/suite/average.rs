@@ -9,6 +9,7 @@ use levelset::Moments;
 use shape_average::align::align_group;
 use shape_average::{AverageParams, AverageResult};
 use std::f64::consts::{FRAC_PI_3, PI};
+use test_support::golden_section;
 
 #[track_caller]
 fn near(what: &str, found: f64, expected: f64, tolerance: f64) {
@@ -65,22 +66,13 @@ fn dilation_energy(q: f64, dim: f64) -> f64 {
     0.5 * dim * q * q + 0.25 * q.powf(2.0 * dim) - 1.5 * dim * q.ln() - 0.5 * dim - 0.25
 }
 
-/// The radius that minimises `sum_i R_i^D W(R/R_i)`, by golden section.
+/// The radius that minimises `sum_i R_i^D W(R/R_i)`.
 fn average_radius(radii: [f64; 2], dim: f64) -> f64 {
     let energy = |radius: f64| -> f64 {
         let terms = radii.map(|r| r.powf(dim) * dilation_energy(radius / r, dim));
         terms.iter().sum()
     };
-    let [mut low, mut high] = radii;
-    for _ in 0..80 {
-        let section = 0.381_966 * (high - low);
-        if energy(low + section) < energy(high - section) {
-            high -= section;
-        } else {
-            low += section;
-        }
-    }
-    0.5 * (low + high)
+    golden_section(radii, energy)
 }
 
 /// Volume of the average against the closed form without void and interface width. The

@@ -3,7 +3,7 @@
 use crate::support::{blob, smooth, three};
 use fe_grid::{Field, Grid, certify};
 use shape_pca::{Average, Balancing, Compound, Pca, PcaParams, push_forward};
-use test_support::on_threads;
+use test_support::{golden_section, on_threads};
 
 /// `s^2 (mu d q^2/2 + lambda q^2d/4 - (mu + lambda/2) d log q)`, moduli one, `q = radius / s`: the energy of
 /// a disk of radius `s` that is dilated, but for a factor and a constant.
@@ -12,19 +12,10 @@ fn disk_energy(s: f64, radius: f64) -> f64 {
     s * s * (q * q + 0.25 * q.powi(4) - 3.0 * q.ln())
 }
 
-/// The radius of least energy of two disks, by golden section.
+/// The radius of least energy of two disks.
 fn least_radius(radii: [f64; 2]) -> f64 {
     let energy = |radius: f64| -> f64 { radii.iter().map(|s| disk_energy(*s, radius)).sum() };
-    let [mut low, mut high] = radii;
-    for _ in 0..80 {
-        let section = 0.381_966 * (high - low);
-        if energy(low + section) < energy(high - section) {
-            high -= section;
-        } else {
-            low += section;
-        }
-    }
-    0.5 * (low + high)
+    golden_section(radii, energy)
 }
 
 /// Two disks that are dilated to a disk of the wrong radius: the balance finds the right one, of which

@@ -1,4 +1,4 @@
-//! Helpers of the tests of several crates: reference values, and pools of threads.
+//! Helpers of the tests of several crates: reference values, pools of threads, minima.
 
 #![forbid(unsafe_code)]
 
@@ -58,4 +58,17 @@ pub fn flat(value: &Value) -> Vec<f64> {
 pub fn on_threads<T: Send>(n: usize, work: impl FnOnce() -> T + Send) -> T {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
     pool.unwrap_or_else(|e| panic!("{e}")).install(work)
+}
+
+/// Returns the minimum of a unimodal function between two numbers, by golden section.
+pub fn golden_section([mut low, mut high]: [f64; 2], value: impl Fn(f64) -> f64) -> f64 {
+    for _ in 0..80 {
+        let section = 0.381_966 * (high - low);
+        if value(low + section) < value(high - section) {
+            high -= section;
+        } else {
+            low += section;
+        }
+    }
+    0.5 * (low + high)
 }
