@@ -110,40 +110,28 @@ pub(super) fn error_bars<const D: usize>(
         nodes.push(n);
         found.push(figures(&average)?);
     }
+    Ok(bars(nodes, start.elapsed().as_secs_f64(), &found))
+}
+
+/// The error bars of figures on grids of these nodes a side; `None` of a single grid.
+fn bars(nodes: Vec<usize>, seconds: f64, found: &[Vec<f64>]) -> Option<ErrorBars> {
     let bar = |k: usize| {
         let values: Vec<f64> = found.iter().map(|figures| figures[k]).collect();
         ErrorBar::of(&values, ASSUMED_ORDER)
     };
-    let bars: Option<Vec<ErrorBar>> = (0..found[0].len()).map(bar).collect();
-    let Some(mut bars) = bars else {
-        return Ok(None);
-    };
-    let elastic_of_shapes = bars.split_off(7);
-    let seconds = start.elapsed().as_secs_f64();
-    let made = bars.try_into().ok().map(|bars: [ErrorBar; 7]| {
-        let [
-            total,
-            elastic,
-            mismatch,
-            length_term,
-            volume,
-            boundary,
-            radius,
-        ] = bars;
-        ErrorBars {
-            nodes,
-            seconds,
-            total,
-            elastic,
-            mismatch,
-            length_term,
-            elastic_of_shapes,
-            volume,
-            boundary,
-            radius,
-        }
-    });
-    Ok(made)
+    let shapes = 7..found.first()?.len();
+    Some(ErrorBars {
+        nodes,
+        seconds,
+        total: bar(0)?,
+        elastic: bar(1)?,
+        mismatch: bar(2)?,
+        length_term: bar(3)?,
+        volume: bar(4)?,
+        boundary: bar(5)?,
+        radius: bar(6)?,
+        elastic_of_shapes: shapes.map(bar).collect::<Option<_>>()?,
+    })
 }
 
 /// Values at the nodes of a coarser grid, which are nodes of the finer one.
