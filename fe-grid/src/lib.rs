@@ -75,6 +75,7 @@ mod moments;
 pub mod multigrid;
 #[cfg(feature = "mutants")]
 pub mod mutants;
+mod nearest;
 pub mod operators;
 pub mod parallel;
 mod pool;

@@ -6,6 +6,7 @@
 use crate::certificate::{certify_within, violations};
 use crate::compiled_once;
 use crate::grid::Grid;
+use crate::nearest::squared_distances;
 use crate::parallel;
 use crate::vector;
 use std::ops::Range;
@@ -140,27 +141,41 @@ fn longest<const D: usize>(grid: &Grid<D>, step: &[f64], cells: &[usize]) -> f64
 
 /// Reduces a factor to [`DAMPING`] at the cells; it increases linearly to one over `reach` cells.
 fn damp<const D: usize>(grid: &Grid<D>, cells: &[usize], reach: f64, factor: &mut [f64]) {
+    if cells.is_empty() {
+        return;
+    }
     let nodes = grid.nodes_per_axis();
     let radius = reach.ceil() as usize;
-    for &cell in cells {
-        let cell = grid.cell(cell);
-        let first: [usize; D] = std::array::from_fn(|k| cell[k].saturating_sub(radius));
-        let count: [usize; D] =
-            std::array::from_fn(|k| (cell[k] + 1 + radius).min(nodes[k] - 1) + 1 - first[k]);
-        for mut code in 0..count.iter().product() {
-            let mut squared = 0.0;
-            let node: [usize; D] = std::array::from_fn(|k| {
-                let i = first[k] + code % count[k];
-                code /= count[k];
-                // Distance from the cell, zero at its corners.
-                let away = (cell[k].saturating_sub(i)).max(i.saturating_sub(cell[k] + 1)) as f64;
-                squared += away * away;
-                i
-            });
-            let share = (f64::sqrt(squared) / reach).min(1.0);
-            let damped = DAMPING + (1.0 - DAMPING) * share;
-            let index = grid.node_index(node);
-            factor[index] = f64::min(factor[index], damped);
+    // The nodes about the cells that can be nearer than `reach`.
+    let (mut first, mut last) = (nodes, [0; D]);
+    for cell in cells.iter().map(|&cell| grid.cell(cell)) {
+        for k in 0..D {
+            first[k] = first[k].min(cell[k].saturating_sub(radius));
+            last[k] = last[k].max((cell[k] + 1 + radius).min(nodes[k] - 1));
         }
+    }
+    let count: [usize; D] = std::array::from_fn(|k| last[k] + 1 - first[k]);
+    let about = |node: [usize; D]| {
+        (0..D)
+            .rev()
+            .fold(0, |i, k| i * count[k] + node[k] - first[k])
+    };
+    let mut squared = vec![f64::INFINITY; count.iter().product()];
+    for cell in cells.iter().map(|&cell| grid.cell(cell)) {
+        for corner in 0..1 << D {
+            squared[about(std::array::from_fn(|k| cell[k] + (corner >> k & 1)))] = 0.0;
+        }
+    }
+    squared_distances(count, &mut squared);
+    for (mut code, squared) in squared.into_iter().enumerate() {
+        let node = std::array::from_fn(|k| {
+            let i = first[k] + code % count[k];
+            code /= count[k];
+            i
+        });
+        let share = (f64::sqrt(squared) / reach).min(1.0);
+        let damped = DAMPING + (1.0 - DAMPING) * share;
+        let index = grid.node_index(node);
+        factor[index] = f64::min(factor[index], damped);
     }
 }
