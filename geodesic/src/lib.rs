@@ -82,6 +82,7 @@ mod energy;
 mod error;
 mod extension;
 pub mod finite;
+mod given;
 pub mod lagrangian;
 mod laws;
 pub mod level_sets;
@@ -100,13 +101,14 @@ pub use density::dissipation_density;
 pub use dissipation::PathDissipation;
 pub use energy::PathEnergy;
 pub use error::GeodesicError;
+pub use given::GivenPath;
 pub use lagrangian::Domain;
 pub use levels::LevelReport;
 pub use mismatch::{
     ComposedMismatch, HeavisideMismatch, MismatchWeights, StepMismatch, Visibility,
 };
 pub use params::{DomainChoice, Form, GeodesicParams};
-pub use result::{Geodesic, geodesic, geodesic_between};
+pub use result::{Geodesic, geodesic, geodesic_between, geodesics_both_ways};
 pub use shape::{Known, Shape};
 
 /// The examples of the README are tests.

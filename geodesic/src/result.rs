@@ -3,11 +3,13 @@
 use crate::cells::object_cells;
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
-use crate::lagrangian::{Domain, Eulerian, LagrangianPath, eulerian, lagrangian_path};
+use crate::lagrangian::{
+    Domain, Eulerian, LagrangianPath, eulerian, lagrangian_path, lagrangian_path_back,
+};
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::levels::LevelReport;
 use crate::overlap::{Overlaps, carried_overlaps, is_reached, overlaps, worst};
-use crate::params::{Form, GeodesicParams};
+use crate::params::{DomainChoice, Form, GeodesicParams};
 use crate::shape::{Known, Shape, on_grid, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
@@ -129,29 +131,74 @@ compiled_once! {
     ) -> Result<Geodesic<D>, GeodesicError> = geodesic_between_in;
 }
 
+compiled_once! {
+    /// Computes the geodesics between two shapes in both directions: from the start to the end, and
+    /// from there to the start.
+    ///
+    /// Both are the same in the limit of small steps. The second one is minimised from the first if
+    /// that reaches its end, and otherwise by itself; if only the second one does, the first is
+    /// minimised from that. The lengths then differ by the discretisation in time, and not because
+    /// of different local minima. Paths of level sets, and those of a prescribed domain, are
+    /// computed independently.
+    ///
+    /// # Errors
+    /// As for [`geodesic_between`].
+    pub fn geodesics_both_ways<'a, D>(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<[Geodesic<D>; 2], GeodesicError> = geodesics_both_ways_in;
+}
+
+fn geodesics_both_ways_in<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<[Geodesic<D>; 2], GeodesicError> {
+    check_both(start, end, params)?;
+    if params.form != Form::Lagrangian || params.domain != DomainChoice::Better {
+        return Ok([
+            geodesic_between(start, end, params, observer)?,
+            geodesic_between(end, start, params, observer)?,
+        ]);
+    }
+    let path = lagrangian_path(start, end, params, observer)?;
+    let mut forth = of_domain(start, end, &path)?;
+    if forth.end_reached()
+        && let Some(path) = lagrangian_path_back(start, end, &path, params, observer)?
+    {
+        let back = of_domain(end, start, &path)?;
+        if back.end_reached() {
+            return Ok([forth, back]);
+        }
+    }
+    let path = lagrangian_path(end, start, params, observer)?;
+    let back = of_domain(end, start, &path)?;
+    if back.end_reached()
+        && !forth.end_reached()
+        && let Some(path) = lagrangian_path_back(end, start, &path, params, observer)?
+    {
+        let again = of_domain(start, end, &path)?;
+        if again.end_reached() {
+            forth = again;
+        }
+    }
+    Ok([forth, back])
+}
+
 fn geodesic_between_in<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<Geodesic<D>, GeodesicError> {
-    params.check()?;
-    check(start, "start")?;
-    check(end, "end")?;
-    if start.grid() != end.grid() {
-        return Err(GeodesicError::GridsDiffer);
-    }
-    let counts = [start.components().len(), end.components().len()];
-    if counts[0] != counts[1] {
-        return Err(GeodesicError::Components {
-            start: counts[0],
-            end: counts[1],
-        });
-    }
+    check_both(start, end, params)?;
     match params.form {
         Form::Lagrangian => {
             let path = lagrangian_path(start, end, params, observer)?;
-            of_domain(start, end, path)
+            of_domain(start, end, &path)
         }
         Form::LevelSets => {
             let paths = first_paths(start, end, params, observer)?;
@@ -180,13 +227,13 @@ fn geodesic_between_in<const D: usize>(
 fn of_domain<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
-    path: LagrangianPath<D>,
+    path: &LagrangianPath<D>,
 ) -> Result<Geodesic<D>, GeodesicError> {
     let Eulerian {
         shapes,
         displacements,
         motions,
-    } = eulerian(start.components(), end.components(), &path)?;
+    } = eulerian(start.components(), end.components(), path)?;
     let [from, to] = path.domain.order(start, end);
     let across = path.displacements[path.displacements.len() - 1].clone();
     let overlaps = carried_overlaps(from, to, &across)?;
@@ -197,7 +244,7 @@ fn of_domain<const D: usize>(
         displacements,
         certificate,
         overlaps,
-        levels: path.levels,
+        levels: path.levels.clone(),
     };
     let mut found = found.finish();
     if path.domain == Domain::End {
@@ -223,6 +270,28 @@ fn inside<const D: usize>(
         f64::INFINITY,
         Some(&object),
     )
+}
+
+/// Checks the parameters and the shapes of a path.
+fn check_both<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    params: &GeodesicParams,
+) -> Result<(), GeodesicError> {
+    params.check()?;
+    check(start, "start")?;
+    check(end, "end")?;
+    if start.grid() != end.grid() {
+        return Err(GeodesicError::GridsDiffer);
+    }
+    let counts = [start.components().len(), end.components().len()];
+    if counts[0] != counts[1] {
+        return Err(GeodesicError::Components {
+            start: counts[0],
+            end: counts[1],
+        });
+    }
+    Ok(())
 }
 
 fn check<const D: usize>(shape: &Shape<D>, which: &'static str) -> Result<(), GeodesicError> {

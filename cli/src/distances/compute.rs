@@ -10,6 +10,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use ::geodesic::Shape;
 use fe_grid::Grid;
 
 use super::args::DistancesConfig;
@@ -42,12 +43,15 @@ impl<const D: usize> Task<'_, D> {
     /// # Errors
     /// The first error of a path, and those of files.
     pub fn run(&self, wanted: &[[usize; 2]]) -> Result<Option<Vec<PairRecord>>, CliError> {
+        // Both directions of a pair are computed together.
+        let directions = if self.config.one_way { 1 } else { 2 };
         let missing: Vec<[usize; 2]> = wanted
-            .iter()
-            .copied()
-            .filter(|ids| self.store.pair(*ids).is_none())
+            .chunks(directions)
+            .filter(|pair| pair.iter().any(|ids| self.store.pair(*ids).is_none()))
+            .map(|pair| pair[0])
             .collect();
-        let progress_of_pairs = PairProgress::new(wanted.len(), wanted.len() - missing.len());
+        let before = wanted.len() - directions * missing.len();
+        let progress_of_pairs = PairProgress::new(wanted.len(), before);
         progress_of_pairs.show(&self.session.progress);
         self.compute(&missing, &progress_of_pairs)?;
         if self.session.interrupt.asked() {
@@ -81,10 +85,13 @@ impl<const D: usize> Task<'_, D> {
                     let Some(ids) = missing.get(next.fetch_add(1, Ordering::Relaxed)) else {
                         break;
                     };
-                    if !self.pair(*ids)? {
+                    let paths = self.pair(*ids)?;
+                    if paths == 0 {
                         break;
                     }
-                    progress_of_pairs.one_more(&self.session.progress);
+                    for _ in 0..paths {
+                        progress_of_pairs.one_more(&self.session.progress);
+                    }
                 }
                 Ok(())
             });
@@ -109,18 +116,18 @@ impl<const D: usize> Task<'_, D> {
         }
     }
 
-    /// Computes and stores a pair, unless it is interrupted.
-    fn pair(&self, ids: [usize; 2]) -> Result<bool, CliError> {
+    /// Computes and stores a pair, unless it is interrupted; returns the number of directions.
+    fn pair(&self, ids: [usize; 2]) -> Result<usize, CliError> {
         let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
+        let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
         let magnification = self.pairs.magnification(ids[0], ids[1]);
         let interrupt = &self.session.interrupt;
-        match compute(ids, &start, &end, magnification, self.config, interrupt)? {
-            Some(record) => {
-                self.store.keep(&record)?;
-                Ok(true)
-            }
-            None => Ok(false),
+        let records = compute(ids, &shapes, magnification, self.config, interrupt)?;
+        let records = records.unwrap_or_default();
+        for record in &records {
+            self.store.keep(record)?;
         }
+        Ok(records.len())
     }
 }
 

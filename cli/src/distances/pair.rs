@@ -1,7 +1,8 @@
 //! The paths from one shape to another: their computation, storage and selection.
 
-use ::geodesic::{Form, Geodesic, GeodesicError, GeodesicParams, geodesic};
-use fe_grid::ScalarField;
+use ::geodesic::{
+    Form, Geodesic, GeodesicError, GeodesicParams, Shape, geodesic_between, geodesics_both_ways,
+};
 use serde::{Deserialize, Serialize};
 
 use super::args::DistancesConfig;
@@ -132,36 +133,56 @@ impl PairRecord {
         found.iter().find(whole).or(found.first()).copied()
     }
 
+    /// Whether the paths of all these numbers of steps are usable in some form.
+    fn has(&self, group: &[usize], config: &DistancesConfig) -> bool {
+        let usable = |form: Form, steps: usize| {
+            let path = self.path(form, steps);
+            path.is_some_and(|path| path.usable(config).is_some())
+        };
+        let mut forms = config.forms();
+        forms.any(|form| group.iter().all(|&steps| usable(form, steps)))
+    }
+
     /// Paths that fold or do not reach their end.
     pub fn faulty(&self) -> impl Iterator<Item = &PathRecord> {
         self.paths.iter().filter(|path| !path.sound())
     }
 }
 
-/// Computes all paths from one shape to another: those that make a distance, and the one of a
-/// single step, whose length is the elastic distance. If one of them is unusable, it is computed in
-/// the other form on request. Returns `None` if interrupted.
+/// Computes all paths of a pair, in one direction or in both: those that make a distance, and the one
+/// of a single step, whose length is the elastic distance. If one of them is unusable, it is computed
+/// in the other form on request. Returns a record for every direction, the first from the first shape
+/// to the second, or `None` if interrupted.
 ///
 /// # Errors
 /// [`GeodesicError`] for shapes and parameters that do not fit.
 pub(super) fn compute<const D: usize>(
     ids: [usize; 2],
-    start: &ScalarField<f64, D>,
-    end: &ScalarField<f64, D>,
+    shapes: &[Shape<D>; 2],
     magnification: f64,
     config: &DistancesConfig,
     interrupt: &Interrupt,
-) -> Result<Option<PairRecord>, GeodesicError> {
-    let mut record = PairRecord {
-        start: ids[0],
-        end: ids[1],
-        magnification,
-        paths: Vec::new(),
-    };
+) -> Result<Option<Vec<PairRecord>>, GeodesicError> {
+    let directions = if config.one_way { 1 } else { 2 };
+    let mut records: Vec<PairRecord> = (0..directions)
+        .map(|way| PairRecord {
+            start: ids[way],
+            end: ids[1 - way],
+            magnification,
+            paths: Vec::new(),
+        })
+        .collect();
     for group in [config.steps(), vec![1]] {
         for form in config.forms() {
             for &steps in &group {
-                if record.path(form, steps).is_some() {
+                // A group that is usable in one form is not computed in another.
+                let missing: Vec<usize> = (0..directions)
+                    .filter(|&way| {
+                        let record = &records[way];
+                        record.path(form, steps).is_none() && !record.has(&group, config)
+                    })
+                    .collect();
+                if missing.is_empty() {
                     continue;
                 }
                 let params = GeodesicParams {
@@ -170,26 +191,34 @@ pub(super) fn compute<const D: usize>(
                     ..config.params.clone()
                 };
                 let begin = std::time::Instant::now();
-                let mut observer = interrupt.clone();
-                let path = geodesic(start, end, &params, &mut observer)?;
+                let paths = geodesics(shapes, &missing, &params, interrupt)?;
                 if interrupt.asked() {
                     return Ok(None);
                 }
-                let seconds = begin.elapsed().as_secs_f64();
-                record
-                    .paths
-                    .push(PathRecord::new(form, &path, magnification, seconds));
-            }
-            let reached = |steps: &usize| {
-                let path = record.path(form, *steps);
-                path.is_some_and(|path| path.usable(config).is_some())
-            };
-            if group.iter().all(reached) {
-                break;
+                let seconds = begin.elapsed().as_secs_f64() / missing.len() as f64;
+                for (way, path) in missing.into_iter().zip(&paths) {
+                    let path = PathRecord::new(form, path, magnification, seconds);
+                    records[way].paths.push(path);
+                }
             }
         }
     }
-    Ok(Some(record))
+    Ok(Some(records))
+}
+
+/// The geodesics in some directions: 0 from the first shape to the second, 1 back.
+fn geodesics<const D: usize>(
+    [first, second]: &[Shape<D>; 2],
+    ways: &[usize],
+    params: &GeodesicParams,
+    interrupt: &Interrupt,
+) -> Result<Vec<Geodesic<D>>, GeodesicError> {
+    let mut observer = interrupt.clone();
+    Ok(match ways {
+        [_, _] => geodesics_both_ways(first, second, params, &mut observer)?.into(),
+        [1] => vec![geodesic_between(second, first, params, &mut observer)?],
+        _ => vec![geodesic_between(first, second, params, &mut observer)?],
+    })
 }
 
 #[cfg(test)]

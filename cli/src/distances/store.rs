@@ -2,7 +2,7 @@
 //!
 //! Until all paths are computed, the result directory is `DIR.partial`, with the [`Fingerprint`] of
 //! the work. It holds `pairs/START_END.json` for every finished pair. The evaluation of the paths
-//! afterwards (clusters, classes, whether both directions count) may be chosen anew.
+//! afterwards (clusters, classes) may be chosen anew.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ pub(super) fn fingerprint<const D: usize>(
     images: &[Image<D>],
 ) -> Fingerprint {
     let mut fingerprint = Fingerprint::new(config, images.iter().map(hash).collect());
-    for afterwards in ["one_way", "linkage", "clusters", "classes"] {
+    for afterwards in ["linkage", "clusters", "classes"] {
         fingerprint.leave_out(afterwards);
     }
     // Without a second attempt, the threshold for complete paths is only used afterwards.

@@ -72,6 +72,62 @@ compiled_once! {
     ) -> Result<LagrangianPath<D>, GeodesicError> = lagrangian_path_in;
 }
 
+compiled_once! {
+    /// Computes the shortest path from the second shape of a path to its first, which is minimised
+    /// from the path itself, on its domain.
+    ///
+    /// Both paths have the same limit of small steps: on one domain, the deformations of the one
+    /// are those of the other in reverse order, with the inverse law. The weight of the mismatch is the
+    /// last of the given path, or a larger one.
+    ///
+    /// `None` if the law has no inverse model, or if the path was computed with other steps or on
+    /// another grid than that of the shapes.
+    ///
+    /// # Errors
+    /// As for [`lagrangian_path`].
+    pub fn lagrangian_path_back<'a, D>(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        path: &'a LagrangianPath<D>,
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Option<LagrangianPath<D>>, GeodesicError> = lagrangian_path_back_in;
+}
+
+fn lagrangian_path_back_in<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    path: &LagrangianPath<D>,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<Option<LagrangianPath<D>>, GeodesicError> {
+    params.check()?;
+    if start.grid() != end.grid() {
+        return Err(GeodesicError::GridsDiffer);
+    }
+    let level = Level {
+        grid: *start.grid(),
+        steps: params.steps,
+        tolerance: 1.0,
+    };
+    let on_level = path.displacements.len() == level.steps
+        && path.displacements.iter().all(|u| *u.grid() == level.grid);
+    let last = path.levels.last().filter(|_| on_level);
+    let (Some(last), Some(_)) = (last, params.law.law.inverted()) else {
+        return Ok(None);
+    };
+    let factor = last.mismatch_weight / params.resolved_mismatch_weight();
+    let domain = match path.domain {
+        Domain::Start => Domain::End,
+        Domain::End => Domain::Start,
+    };
+    let x = path.displacements.iter().flat_map(Field::as_slice).copied();
+    let mut search = Search::on_one_level(end, start, params, level);
+    let from = PathOnLevel::new(level, x.collect());
+    let found = search.minimise(domain, from, &[level], factor, observer)?;
+    search.in_rounds(found, factor, observer).map(Some)
+}
+
 /// Factor of the tolerance on all levels but the finest: their paths are starts only.
 const COARSE_TOLERANCE: f64 = 20.0;
 
@@ -109,12 +165,12 @@ fn lagrangian_path_in<const D: usize>(
     search.finish(found.swap_remove(best), observer)
 }
 
-/// Largest number of rounds with a larger weight of the mismatch on the finest level.
-const ROUNDS: i32 = 3;
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
 const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
 const GROWTH: f64 = 4.0;
+/// Largest factor: that of the third round.
+const LARGEST_FACTOR: f64 = GROWTH * GROWTH * GROWTH;
 
 /// A path on a coarse grid.
 struct Candidate<const D: usize> {
@@ -164,6 +220,23 @@ impl<'a, const D: usize> Search<'a, D> {
             params,
             coarse,
             fine,
+            reports: Vec::new(),
+        }
+    }
+
+    /// The search from a path that is known on one level.
+    fn on_one_level(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        params: &'a GeodesicParams,
+        level: Level<D>,
+    ) -> Self {
+        Self {
+            start,
+            end,
+            params,
+            coarse: Vec::new(),
+            fine: vec![level],
             reports: Vec::new(),
         }
     }
@@ -229,20 +302,28 @@ impl<'a, const D: usize> Search<'a, D> {
     ) -> Result<LagrangianPath<D>, GeodesicError> {
         let levels = std::mem::take(&mut self.fine);
         let Candidate { domain, path, .. } = best;
-        let mut found = self.minimise(domain, path, &levels, 1.0, observer)?;
-        for round in 1..=ROUNDS {
-            if found.reached || self.ended() {
-                break;
-            }
+        let found = self.minimise(domain, path, &levels, 1.0, observer)?;
+        self.in_rounds(found, 1.0, observer)
+    }
+
+    /// Continues a path that was minimised with a factor of the weight of the mismatch with larger
+    /// ones, until it reaches the other end.
+    fn in_rounds(
+        mut self,
+        mut found: Candidate<D>,
+        mut factor: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<LagrangianPath<D>, GeodesicError> {
+        while factor < LARGEST_FACTOR && !found.reached && !self.ended() {
             let (level, gap) = ([found.path.level], found.gap);
-            let factor = GROWTH.powi(round);
-            found = self.minimise(domain, found.path, &level, factor, observer)?;
+            factor *= GROWTH;
+            found = self.minimise(found.domain, found.path, &level, factor, observer)?;
             if found.gap > LEAST_PROGRESS * gap {
                 break;
             }
         }
         Ok(LagrangianPath {
-            domain,
+            domain: found.domain,
             displacements: displacements(&found.path)?,
             levels: self.reports,
         })

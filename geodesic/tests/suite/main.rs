@@ -1,10 +1,12 @@
 //! All tests of the shortest paths and of their calculus, as one program: what is generic is
 //! compiled once for all.
 
+mod both_ways;
 mod calculus;
 mod calculus_finite;
 mod components;
 mod distances;
 mod finite;
+mod given;
 mod known;
 mod oracle;

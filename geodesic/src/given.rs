@@ -1,0 +1,91 @@
+//! The length and dissipation of a given path: a sequence of shapes.
+
+use crate::error::GeodesicError;
+use crate::params::GeodesicParams;
+use crate::result::{Geodesic, geodesic_between};
+use crate::shape::Shape;
+use fe_grid::Certificate;
+use fe_grid::minimise::{Observer, Status};
+use levelset::Doubt;
+
+/// A path through given shapes, with a geodesic between every two consecutive ones.
+///
+/// The time between two shapes is the same for all of them, and the whole path takes unit time. With
+/// `N` steps in all, `length = sum sqrt W_k` and `dissipation = N sum W_k`, which is at least the
+/// square of the length, and equal to it if all steps have the same length. Neither depends on
+/// rotations and translations of the shapes. The length of the geodesic between the first and the
+/// last shape is a lower bound of the length, up to the discretisation.
+///
+/// Source: the lecture notes of Rumpf and Wirth, length and dissipation of a discrete path.
+#[derive(Clone, Debug)]
+pub struct GivenPath<const D: usize> {
+    /// The geodesics between consecutive shapes.
+    pub pieces: Vec<Geodesic<D>>,
+}
+
+impl<const D: usize> GivenPath<D> {
+    /// Joins consecutive shapes by geodesics of `params.steps` steps.
+    ///
+    /// The observer is notified of every level and iteration; if it cancels, the pieces after the
+    /// current one are missing.
+    ///
+    /// # Errors
+    /// [`GeodesicError`] for parameters out of range and unsuitable shapes.
+    pub fn new(
+        shapes: &[Shape<D>],
+        params: &GeodesicParams,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, GeodesicError> {
+        let mut pieces = Vec::with_capacity(shapes.len().saturating_sub(1));
+        for pair in shapes.windows(2) {
+            let piece = geodesic_between(&pair[0], &pair[1], params, observer)?;
+            let last = piece.levels.last();
+            let cancelled = last.is_some_and(|level| level.info.status == Status::Cancelled);
+            pieces.push(piece);
+            if cancelled {
+                break;
+            }
+        }
+        Ok(Self { pieces })
+    }
+
+    /// Returns the energies `W_1, ..., W_N` of all steps.
+    pub fn step_energies(&self) -> Vec<f64> {
+        let energies = self.pieces.iter().map(|piece| &piece.energy.step_energies);
+        energies.flatten().copied().collect()
+    }
+
+    /// Returns the length `sum sqrt W_k`.
+    pub fn length(&self) -> f64 {
+        self.pieces.iter().map(Geodesic::length).sum()
+    }
+
+    /// Returns the dissipation `N sum W_k`.
+    pub fn dissipation(&self) -> f64 {
+        let energies = self.step_energies();
+        energies.len() as f64 * energies.iter().sum::<f64>()
+    }
+
+    /// Returns the worst certificate of the pieces.
+    pub fn certificate(&self) -> Certificate {
+        Certificate::worst(self.pieces.iter().map(|piece| piece.certificate))
+    }
+
+    /// Returns the doubts about all pieces, each about the shape at its end; `shapes` and `params`
+    /// are those of the path.
+    ///
+    /// # Errors
+    /// [`GeodesicError::Shape`] for a shape without a boundary.
+    pub fn doubts(
+        &self,
+        shapes: &[Shape<D>],
+        params: &GeodesicParams,
+    ) -> Result<Vec<Doubt>, GeodesicError> {
+        let mut doubts = Vec::new();
+        for (k, (piece, pair)) in self.pieces.iter().zip(shapes.windows(2)).enumerate() {
+            let of_piece = piece.doubts(&pair[0], &pair[1], params)?;
+            doubts.extend(of_piece.into_iter().map(|doubt| doubt.about(k + 1)));
+        }
+        Ok(doubts)
+    }
+}

@@ -1,0 +1,96 @@
+//! Lengths and dissipations of given paths.
+
+use fe_grid::minimise::Silent;
+use fe_grid::{Grid, ScalarField};
+use geodesic::{DomainChoice, GeodesicParams, GivenPath, Shape, geodesic};
+use levelset::signed_distance;
+
+fn ellipse(axes: [f64; 2], angle: f64) -> Shape<2> {
+    let (sin, cos) = f64::sin_cos(angle);
+    let implicit = ScalarField::from_fn(Grid::dyadic(5), |[x, y]| {
+        let [x, y] = [x - 0.5, y - 0.5];
+        let (across, along) = (cos * x + sin * y, cos * y - sin * x);
+        [axes[0].min(axes[1]) * (1.0 - (across / axes[0]).hypot(along / axes[1]))]
+    });
+    Shape::new(signed_distance(&implicit, 0.0).unwrap())
+}
+
+fn params(steps: usize) -> GeodesicParams {
+    GeodesicParams {
+        steps,
+        // A given path has a direction, and its dissipation one domain a step.
+        domain: DomainChoice::Start,
+        ..GeodesicParams::default()
+    }
+}
+
+fn given(shapes: &[Shape<2>], steps: usize) -> GivenPath<2> {
+    let found = GivenPath::new(shapes, &params(steps), &mut Silent).unwrap();
+    assert_eq!(found.pieces.len(), shapes.len() - 1);
+    assert_eq!(found.step_energies().len(), steps * (shapes.len() - 1));
+    assert!(found.certificate().certified);
+    found
+}
+
+/// The shapes of a geodesic, given as a path, have its length: each step is then minimal by itself.
+#[test]
+fn a_geodesic_has_its_own_length() {
+    let (start, end) = (ellipse([0.2, 0.2], 0.0), ellipse([0.3, 0.24], 0.0));
+    let [from, to] = [&start, &end].map(|shape| &shape.components()[0]);
+    let path = geodesic(from, to, &params(3), &mut Silent).unwrap();
+    let between = path.level_sets[1..3].iter();
+    let between = between.map(|u| Shape::new(signed_distance(u, 0.0).unwrap()));
+    let shapes: Vec<_> = [start.clone()]
+        .into_iter()
+        .chain(between)
+        .chain([end.clone()])
+        .collect();
+    let film = given(&shapes, 1);
+    // Each of the steps may end a twentieth of a cell of 1/32 before its shape, with that part of its
+    // length of .035: the mismatch has a finite weight.
+    let ratio = film.length() / path.length();
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    assert!((film.dissipation() / path.dissipation() - 1.0).abs() < 0.1);
+    assert!(film.doubts(&shapes, &params(1)).unwrap().is_empty());
+}
+
+/// The time of a path is shared evenly: a pause costs dissipation, and no length.
+#[test]
+fn a_pause_costs_dissipation_only() {
+    let (small, large) = (ellipse([0.2, 0.2], 0.0), ellipse([0.26, 0.26], 0.0));
+    let once = given(&[small.clone(), large.clone()], 1);
+    let paused = given(&[small.clone(), large.clone(), large.clone()], 1);
+    // What moves where both shapes are equal is rounding and the smoothing of their corners.
+    assert!((paused.length() / once.length() - 1.0).abs() < 1e-3);
+    assert!((paused.dissipation() / once.dissipation() - 2.0).abs() < 1e-3);
+    let back = given(&[small.clone(), large, small], 1);
+    // There and back have the same length in the limit of small steps; these are of a quarter.
+    assert!(
+        (back.length() / once.length() - 2.0).abs() < 0.2,
+        "{}",
+        back.length() / once.length()
+    );
+}
+
+/// A detour is longer than the geodesic between its ends; a rotation has no length.
+#[test]
+fn detours_are_longer_and_rotations_are_free() {
+    let (start, end) = (ellipse([0.2, 0.2], 0.0), ellipse([0.25, 0.25], 0.0));
+    let straight = given(&[start.clone(), end.clone()], 2);
+    let detour = given(&[start, ellipse([0.3, 0.18], 0.0), end], 1);
+    assert!(
+        detour.length() > 1.3 * straight.length(),
+        "{}",
+        detour.length()
+    );
+    let turned: Vec<_> = [0.0, 0.15, 0.3]
+        .map(|angle| ellipse([0.3, 0.2], angle))
+        .into();
+    let turns = given(&turned, 1);
+    // The shear of an ellipse that would do the same without rotation has a length of about .05.
+    assert!(
+        turns.length() < 0.05 * straight.length(),
+        "{}",
+        turns.length()
+    );
+}
