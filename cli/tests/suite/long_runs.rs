@@ -33,7 +33,7 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     let mut arguments = vec![
         "average",
         "--grid",
-        "257",
+        "129",
         "--checkpoint",
         "1e-6",
         "-o",
@@ -48,11 +48,11 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     });
     assert!(state.is_file() && !place.path("out").exists());
     let mut other = arguments.clone();
-    other[2] = "129";
+    other[2] = "65";
     let refused = place.run(&other);
     let report = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2), "{report}");
-    assert!(report.contains("257 there, 129 here"), "{report}");
+    assert!(report.contains("129 there, 65 here"), "{report}");
 
     let run = place.run(&arguments);
     let report = String::from_utf8_lossy(&run.stderr).into_owned();
@@ -60,8 +60,8 @@ fn a_killed_run_goes_on_from_its_checkpoint() {
     assert!(report.contains("going on from the checkpoint"), "{report}");
     assert_eq!(place.listing(), ["crosses", "out"]);
     let resumed = Results::read(&place.path("out"));
-    check(&resumed, 4, &[257, 257]);
-    let whole = averaged(&place, &inputs, &["--grid", "257"], "whole");
+    check(&resumed, 4, &[129, 129]);
+    let whole = averaged(&place, &inputs, &["--grid", "129"], "whole");
     assert_same(&resumed, &whole);
 }
 
