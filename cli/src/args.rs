@@ -12,6 +12,7 @@ use crate::error::{CliError, Exit};
 use crate::figure::{FigureArgs, run_figure};
 use crate::generate::{GenerateArgs, run_generate};
 use crate::geodesic::GeodesicConfig;
+use crate::length::LengthConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use crate::print::note;
 use crate::segment::SegmentConfig;
@@ -37,6 +38,8 @@ enum Command {
     Average(Box<AverageArgs>),
     /// Computes the geodesic (shortest path) between two shapes in masks.
     Geodesic(Box<ComputeArgs<GeodesicConfig>>),
+    /// Measures a given path: its length and dissipation, beside those of the geodesic.
+    Length(ComputeArgs<LengthConfig>),
     /// Continues a geodesic beyond its end (discrete exponential map).
     Extend(ComputeArgs<ExtendConfig>),
     /// Transports a variation of the first shape of a geodesic in parallel to the last.
@@ -71,6 +74,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
     match &cli.command {
         Command::Average(args) => run_average(args),
         Command::Geodesic(args) => args.run(),
+        Command::Length(args) => args.run(),
         Command::Extend(args) => args.run(),
         Command::Transport(args) => args.run(),
         Command::Distances(args) => run_distances(args),

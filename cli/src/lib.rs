@@ -25,6 +25,7 @@ mod history;
 pub mod input;
 mod integrity;
 pub mod interrupt;
+pub mod length;
 mod memory;
 mod numbers;
 pub mod options;

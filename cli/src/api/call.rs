@@ -15,6 +15,7 @@ use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
 use crate::input::Sources;
 use crate::interrupt::Interrupt;
+use crate::length::LengthConfig;
 use crate::memory::set_limit;
 use crate::options::RunOptions;
 use crate::output::{OutputError, ResultDir};
@@ -25,9 +26,10 @@ use crate::segment::SegmentConfig;
 use crate::session::{Command, Session, Work};
 
 /// The commands that can be called.
-pub const COMMANDS: [&str; 9] = [
+pub const COMMANDS: [&str; 10] = [
     "average",
     "geodesic",
+    "length",
     "distances",
     "pca",
     "score",
@@ -95,6 +97,7 @@ impl Call {
         match command {
             "average" => self.average(),
             "geodesic" => self.configured::<GeodesicConfig>(),
+            "length" => self.configured::<LengthConfig>(),
             "distances" => {
                 let config: DistancesConfig = resolve(&self.options)?;
                 self.hold(DistanceStudy {
@@ -173,6 +176,7 @@ pub fn keys(command: &str) -> Result<Vec<String>, CliError> {
     Ok(match command {
         "average" => keys_of::<AverageConfig>(),
         "geodesic" => keys_of::<GeodesicConfig>(),
+        "length" => keys_of::<LengthConfig>(),
         "distances" => keys_of::<DistancesConfig>(),
         "pca" => keys_of::<PcaConfig>(),
         "score" => keys_of::<ScoreConfig>(),

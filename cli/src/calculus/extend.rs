@@ -10,7 +10,7 @@ use super::record::{Extended, ExtensionRecord};
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::path::{Parts, Path};
-use crate::geodesic::write::write_path;
+use crate::geodesic::write::{STEM, write_path};
 use crate::output::ResultDir;
 use crate::report::word;
 use crate::session::{Command, PlanOf, Session};
@@ -69,7 +69,7 @@ impl Command for ExtendConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = Path::of(parts(outcome)?, &outcome.geodesic.params.law)?;
-        write_path(directory, &[], &path)?;
+        write_path(directory, STEM, &[], &path)?;
         let record = record(outcome, path, session.start);
         record.write(directory)?;
         Ok(summary(&record))

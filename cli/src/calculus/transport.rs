@@ -20,7 +20,7 @@ use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
-use crate::geodesic::write::write_path;
+use crate::geodesic::write::{STEM, write_path};
 use crate::input::{Image, ReadOptions};
 use crate::output::ResultDir;
 use crate::picture::{analogy, colour};
@@ -105,7 +105,7 @@ impl Command for TransportConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = self.path(outcome)?;
-        write_path(directory, &[], &path)?;
+        write_path(directory, STEM, &[], &path)?;
         let variation = &outcome.variation;
         let end = &outcome.counterpart.velocity;
         for (place, velocity) in [("start", &variation.velocity), ("end", end)] {

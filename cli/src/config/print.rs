@@ -12,6 +12,7 @@ use crate::calculus::{ExtendConfig, TransportConfig};
 use crate::distances::DistancesConfig;
 use crate::error::{CliError, Exit};
 use crate::geodesic::GeodesicConfig;
+use crate::length::LengthConfig;
 use crate::output::OutputError;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use crate::print::print;
@@ -32,6 +33,8 @@ enum Configurable {
     Average,
     /// Geodesics between two shapes.
     Geodesic,
+    /// Lengths of given paths.
+    Length,
     /// Distances between all pairs of shapes.
     Distances,
     /// Modes of variation.
@@ -56,6 +59,7 @@ pub fn run_config(args: &ConfigArgs) -> Result<Exit, CliError> {
     let text = match args.command {
         Configurable::Average => usual::<AverageConfig>(),
         Configurable::Geodesic => usual::<GeodesicConfig>(),
+        Configurable::Length => usual::<LengthConfig>(),
         Configurable::Distances => usual::<DistancesConfig>(),
         Configurable::Pca => usual::<PcaConfig>(),
         Configurable::Synthesize => usual::<SynthesizeConfig>(),

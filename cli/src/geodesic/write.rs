@@ -19,6 +19,8 @@ use crate::session::Session;
 use crate::shapes::{Input, SurfaceRecord, WorldFrame, write_surface};
 use crate::summary::Summary;
 
+/// The name of the pictures of a geodesic.
+pub(crate) const STEM: &str = "geodesic";
 /// Names of the parts of the energy; level sets alone have the last.
 const PARTS: [&str; 3] = ["dissipation", "mismatch", "area"];
 
@@ -32,7 +34,7 @@ pub(super) fn write_all<const D: usize>(
     session: &Session<'_>,
 ) -> Result<Summary, CliError> {
     let path = Path::new(outcome)?;
-    let surface = write_path(directory, &outcome.inputs, &path)?;
+    let surface = write_path(directory, STEM, &outcome.inputs, &path)?;
     directory.deformations("psi", 1, &outcome.result.motions)?;
     for (k, components) in outcome.result.components.iter().enumerate() {
         for (i, level_set) in components.iter().enumerate() {
@@ -49,21 +51,23 @@ pub(super) fn write_all<const D: usize>(
 }
 
 /// Writes the files of any path: shapes and steps as arrays, as series, as tables and in pictures,
-/// and surfaces in 3D. Returns the coordinate system of the surfaces.
+/// and surfaces in 3D. Pictures and series have the name `stem`. Returns the coordinate system of the
+/// surfaces.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
 pub(crate) fn write_path<const D: usize>(
     directory: &ResultDir,
+    stem: &str,
     inputs: &[Input<D>],
     path: &Path<D>,
 ) -> Result<Option<SurfaceRecord>, CliError> {
     directory.arrays("shape", 0, &path.parts.level_sets)?;
     directory.deformations("deformation", 1, &path.parts.displacements)?;
-    write_paraview(directory, path, WorldFrame::of_inputs(inputs))?;
+    write_paraview(directory, stem, path, WorldFrame::of_inputs(inputs))?;
     write_steps(directory, path)?;
-    directory.with_file("geodesic.png", |file| film(path).write_png(file))?;
-    directory.with_file("geodesic.apng", |file| {
+    directory.with_file(format!("{stem}.png"), |file| film(path).write_png(file))?;
+    directory.with_file(format!("{stem}.apng"), |file| {
         write_animation(file, &animation(path))
     })?;
     let mut coordinates = None;
@@ -78,6 +82,7 @@ pub(crate) fn write_path<const D: usize>(
 /// zeros there, since all files of a series hold the same fields.
 fn write_paraview<const D: usize>(
     directory: &ResultDir,
+    stem: &str,
     path: &Path<D>,
     world: Option<WorldFrame<D>>,
 ) -> Result<(), CliError> {
@@ -99,7 +104,7 @@ fn write_paraview<const D: usize>(
         })?;
         series.push((k as f64 / path.steps().max(1) as f64, name));
     }
-    Ok(directory.with_file("geodesic.pvd", |file| write_series(file, &series))?)
+    Ok(directory.with_file(format!("{stem}.pvd"), |file| write_series(file, &series))?)
 }
 
 fn has_area<const D: usize>(outcome: &Outcome<D>) -> bool {

@@ -13,9 +13,10 @@ use shape_pca::{Metric, PcaParams};
 
 use crate::common::{Place, Results, draw, drawn, succeeded};
 
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "average",
     "geodesic",
+    "length",
     "distances",
     "pca",
     "synthesize",

@@ -16,13 +16,14 @@ fn readme() -> String {
 
 /// Commands that write a directory, and the headings over the tables of their files.
 /// Of several beginnings of a command the first counts; those without a table have no heading.
-const TABLES: [(&str, &str); 9] = [
+const TABLES: [(&str, &str); 10] = [
     ("shapespace average --joint", "### Several images together"),
     ("shapespace average --sweep", ""),
     ("shapespace segment", "## Shapes in images"),
     ("shapespace average", "## What it writes"),
     ("shapespace pca", "## Modes of variation"),
     ("shapespace geodesic", "## Geodesics"),
+    ("shapespace length", "### The length of a given path"),
     ("shapespace distances", "## Distances, clusters and maps"),
     ("shapespace verify --quick", ""),
     (
@@ -32,12 +33,13 @@ const TABLES: [(&str, &str); 9] = [
 ];
 
 /// Commands whose results have a verdict.
-const COMPUTING: [&str; 10] = [
+const COMPUTING: [&str; 11] = [
     "average",
     "distances",
     "extend",
     "figure",
     "geodesic",
+    "length",
     "pca",
     "score",
     "segment",

@@ -1,0 +1,84 @@
+//! Options of `shapespace length`.
+
+use std::path::PathBuf;
+
+use ::geodesic::GeodesicParams;
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+use crate::config::{Config, allow};
+use crate::error::CliError;
+use crate::geodesic::{check_area, check_path};
+use crate::input::Kinds;
+use crate::options::MaskOptions;
+
+/// Maximum number of steps of the whole path.
+const MOST_STEPS: usize = 256;
+
+/// Configuration of `shapespace length`.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LengthConfig {
+    /// Masks of the shapes along the path, in order, the object bright: PNG, JPEG, PGM, PBM, PPM, TIFF,
+    /// BMP, .npy, NIfTI, NRRD or MetaImage; closed surfaces: STL, PLY, OBJ, VTK or VTP; outlines: SVG
+    /// or CSV. A folder, or a pattern in quotes, stands for its files in the order of their names.
+    #[arg(value_name = "SHAPE")]
+    pub inputs: Vec<PathBuf>,
+    /// How masks are read, placed and aligned.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub masks: MaskOptions,
+    /// Do not compute the geodesic between the first and the last shape for comparison.
+    #[arg(long)]
+    pub no_geodesic: bool,
+    /// Parameters of the paths; the number of steps is that between two consecutive shapes.
+    #[serde(flatten)]
+    #[command(flatten)]
+    pub params: GeodesicParams,
+}
+
+impl Default for LengthConfig {
+    fn default() -> Self {
+        Self {
+            inputs: Vec::new(),
+            masks: MaskOptions::default(),
+            no_geodesic: false,
+            params: GeodesicParams {
+                steps: 1,
+                ..GeodesicParams::default()
+            },
+        }
+    }
+}
+
+impl Config for LengthConfig {
+    const COMMAND: &'static str = "length";
+
+    fn check(&self) -> Result<(), CliError> {
+        let found = self.inputs.len();
+        if found < 2 {
+            return Err(CliError::TooFewInputs {
+                command: Self::COMMAND,
+                needed: 2,
+                found,
+            });
+        }
+        check_path(&self.params)?;
+        check_area(&self.params)?;
+        let steps = (found - 1) * self.params.steps;
+        allow(
+            steps <= MOST_STEPS,
+            "steps",
+            &steps,
+            "at most 256 for the whole path: leave out shapes, or choose fewer steps between them",
+        )
+    }
+
+    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+        Some((&mut self.inputs, Kinds::Masks))
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        self.inputs.iter_mut().collect()
+    }
+}

@@ -1,0 +1,172 @@
+//! `shapespace length`: the length and dissipation of a given path, beside those of the geodesic
+//! between its ends.
+//!
+//! Consecutive shapes are joined by geodesics, of one step by default.
+
+mod args;
+mod record;
+
+use ::geodesic::{Form, Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between};
+use fe_grid::ScalarField;
+use levelset::Doubt;
+
+use crate::dimension::per_dimension;
+use crate::error::CliError;
+use crate::geodesic::draw::film;
+use crate::geodesic::path::{Parts, Path};
+use crate::geodesic::write::write_path;
+use crate::input::Image;
+use crate::options::check_law;
+use crate::output::ResultDir;
+use crate::session::{Command, PlanOf, Session};
+use crate::shapes::{Input, Placed, doubts_of, prepare};
+use crate::summary::Summary;
+
+pub use args::LengthConfig;
+
+/// The name of the pictures of the given path.
+const STEM: &str = "path";
+
+/// Inputs that are read, placed and validated.
+pub(crate) struct LengthPlan<const D: usize> {
+    placed: Placed<D>,
+    /// With all defaults resolved.
+    config: LengthConfig,
+}
+
+/// The lengths of a path and of the geodesic.
+pub(crate) struct Outcome<const D: usize> {
+    config: LengthConfig,
+    inputs: Vec<Input<D>>,
+    distances: Vec<ScalarField<f64, D>>,
+    given: GivenPath<D>,
+    shortest: Option<Geodesic<D>>,
+    doubts: Vec<Doubt>,
+    /// Whether the user stopped the computation.
+    interrupted: bool,
+}
+
+impl Command for LengthConfig {
+    type Plan<const D: usize> = LengthPlan<D>;
+    type Outcome<const D: usize> = Outcome<D>;
+
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        let count = self.inputs.len();
+        session.progress.stage(format!("reading {count} masks"));
+        let sources = &session.sources;
+        let images = sources.read_images(&self.inputs, &self.masks.reading())?;
+        Ok(per_dimension!(images, images => plan(images, self.clone())?))
+    }
+
+    fn compute<const D: usize>(
+        &self,
+        plan: LengthPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        let LengthPlan { placed, config } = plan;
+        let (params, grid) = (&config.params, placed.grid);
+        let (inputs, distances) = prepare(placed, &[], &session.progress)?;
+        let shapes: Vec<_> = distances.iter().cloned().map(Shape::new).collect();
+        session.progress.stage("joining consecutive shapes");
+        let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
+        let given = GivenPath::new(&shapes, params, &mut watch)?;
+        let mut doubts = doubts_of(&inputs);
+        doubts.extend(given.doubts(&shapes, params)?);
+        let mut shortest = None;
+        if let ([first, .., last], false) =
+            (&shapes[..], self.no_geodesic || session.interrupt.asked())
+        {
+            session.progress.stage("computing the geodesic");
+            let params = GeodesicParams {
+                steps: given.step_energies().len(),
+                ..params.clone()
+            };
+            let path = geodesic_between(first, last, &params, &mut watch)?;
+            doubts.extend(path.doubts(first, last, &params)?);
+            shortest = Some(path);
+        }
+        Ok(Outcome {
+            config,
+            inputs,
+            distances,
+            given,
+            shortest,
+            doubts,
+            interrupted: session.interrupt.asked(),
+        })
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        let path = outcome.path()?;
+        let surface = write_path(directory, STEM, &outcome.inputs, &path)?;
+        if let Some(shortest) = &outcome.shortest {
+            let path = outcome.geodesic(shortest)?;
+            directory.with_file("geodesic.png", |file| film(&path).write_png(file))?;
+        }
+        let record = record::record(outcome, &path, surface, session.start);
+        record.write(directory)?;
+        Ok(record::summary(&record))
+    }
+}
+
+fn plan<const D: usize>(
+    images: Vec<Image<D>>,
+    mut config: LengthConfig,
+) -> Result<LengthPlan<D>, CliError> {
+    check_law::<D>(&config.params.law)?;
+    let placed = Placed::new(images, &mut config.masks)?;
+    Ok(LengthPlan { placed, config })
+}
+
+impl<const D: usize> Outcome<D> {
+    /// The given shapes, what lies between them, and the steps.
+    fn path(&self) -> Result<Path<D>, CliError> {
+        let (mut level_sets, mut displacements, mut names) = (Vec::new(), Vec::new(), Vec::new());
+        for (k, piece) in self.given.pieces.iter().enumerate() {
+            let steps = piece.displacements.len();
+            level_sets.push(self.distances[k].clone());
+            level_sets.extend(piece.level_sets[1..steps].iter().cloned());
+            displacements.extend(piece.displacements.iter().cloned());
+            names.push(self.inputs[k].name.clone());
+            names.extend((1..steps).map(|i| format!("{i} of {steps}")));
+        }
+        let last = self.given.pieces.len();
+        level_sets.push(self.distances[last].clone());
+        names.push(self.inputs[last].name.clone());
+        let parts = Parts {
+            level_sets,
+            steps: displacements.len(),
+            displacements,
+            energies: self.given.step_energies(),
+            names,
+            target: None,
+        };
+        Path::of(parts, &self.config.params.law)
+    }
+
+    /// The geodesic between the ends.
+    fn geodesic(&self, shortest: &Geodesic<D>) -> Result<Path<D>, CliError> {
+        let last = self.inputs.len() - 1;
+        let steps = shortest.displacements.len();
+        let name = |k: usize| match k {
+            0 => self.inputs[0].name.clone(),
+            k if k == steps => self.inputs[last].name.clone(),
+            k => format!("{k} of {steps}"),
+        };
+        let lagrangian = self.config.params.form == Form::Lagrangian;
+        let parts = Parts {
+            level_sets: shortest.level_sets.clone(),
+            displacements: shortest.displacements.clone(),
+            energies: shortest.energy.step_energies.clone(),
+            steps,
+            names: (0..=steps).map(name).collect(),
+            target: lagrangian.then(|| self.inputs[last].contour.clone()),
+        };
+        Path::of(parts, &self.config.params.law)
+    }
+}
