@@ -14,11 +14,11 @@ use crate::generate::{GenerateArgs, run_generate};
 use crate::geodesic::GeodesicConfig;
 use crate::length::LengthConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
-use crate::print::note;
 use crate::segment::SegmentConfig;
 use crate::session::ComputeArgs;
 use crate::verify::{VerifyArgs, run_verify};
 use crate::warp::{WarpArgs, run_warp};
+use shapespace_input::terminal::note;
 
 /// Averages of 2D and 3D shapes, their modes of variation, geodesics and distances between them, and
 /// shapes in images.

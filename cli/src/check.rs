@@ -8,15 +8,16 @@ use serde_json::Value;
 use shape_average::elastic_energy;
 use shapespace_report::table::Table;
 
-use crate::dimension::per_dimension;
 use crate::error::{CliError, Exit};
-use crate::files::read_text;
 use crate::integrity::{Sums, sum_of_file, unlisted};
 use crate::numbers::shown;
 use crate::pca::{StoredAverage, read_average};
-use crate::print::{print, printable};
+use crate::print::print;
 use crate::report::RESULT;
 use crate::results::ResultFields;
+use shapespace_input::dimension::per_dimension;
+use shapespace_input::files::read_text;
+use shapespace_input::terminal::printable;
 
 /// Relative tolerance of recomputed numbers. Displacements are stored as positions, whose rounding
 /// errors are about 1e-16; strains are these over the spacing, and energies are quadratic in them.

@@ -23,8 +23,8 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use crate::error::CliError;
-use crate::input::{Kinds, expand};
 use file::ConfigFile;
+use shapespace_input::{Kinds, expand};
 
 pub(crate) use options::{keys_of, resolve};
 pub(crate) use print::write_config;

@@ -9,8 +9,8 @@ use shapespace_generate::letters;
 use crate::average::{AverageConfig, AverageRun, run_drawn};
 use crate::error::{CliError, Exit};
 use crate::figure::drawn_image;
-use crate::input::Image;
 use crate::options::{MaskOptions, RunOptions};
+use shapespace_input::Image;
 
 /// Nodes per side.
 const NODES: usize = 129;

@@ -6,10 +6,10 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use crate::input::InputError;
 use crate::numbers::shown;
 use crate::output::OutputError;
-use crate::print::{note, printable};
+use shapespace_input::InputError;
+use shapespace_input::terminal::{note, printable};
 
 /// The exit code of the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,7 +225,7 @@ pub enum CliError {
     #[error("{0}")]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
-    #[error("{} of memory are not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", crate::bytes::format_bytes(*limit), crate::bytes::format_bytes(*needed))]
+    #[error("{} of memory are not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", shapespace_input::bytes::format_bytes(*limit), shapespace_input::bytes::format_bytes(*needed))]
     Memory {
         /// The memory limit.
         limit: u64,

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::CliError;
-use crate::input::Image;
 use crate::output::{DESCRIPTION, OutputError, WorkDir};
+use shapespace_input::Image;
 
 /// Everything that a result depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

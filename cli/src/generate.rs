@@ -13,8 +13,8 @@ use shapespace_generate::{
 use crate::error::CliError;
 use crate::numbers::{finite, positive, shown};
 use crate::output::npy::{Precision, field_to};
-use crate::output::png::encode;
 use crate::output::{OutputError, ResultDir, write_new_file};
+use shapespace_picture::png::encode;
 
 /// Draws a test shape or a family of test shapes.
 #[derive(Debug, Args)]

@@ -11,9 +11,9 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use crate::error::CliError;
-use crate::files::read_text;
 use crate::output::{OutputError, ResultDir, write_json};
 use crate::report::RESULT;
+use shapespace_input::files::read_text;
 
 /// The key of the checksums in a record.
 const ARRAYS: &str = "arrays";

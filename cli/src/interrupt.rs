@@ -7,7 +7,7 @@ use fe_grid::minimise::{Control, Iteration, Observer};
 
 use crate::error::Exit;
 use crate::output::discard_all;
-use crate::print::note;
+use shapespace_input::terminal::note;
 
 /// Nothing has been computed that could be written: a signal ends the program.
 const STARTING: u8 = 0;

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::allow;
 use crate::error::CliError;
-use crate::input::ReadOptions;
 use crate::numbers::shown;
+use shapespace_input::ReadOptions;
 
 /// Fewest nodes a side.
 const FEWEST_NODES: usize = 9;

@@ -1,4 +1,4 @@
-//! Text for standard output and standard error; neither has to exist.
+//! Text for standard output, which does not have to exist.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,38 +19,5 @@ pub(crate) fn print(text: &str) -> Result<(), OutputError> {
             Err(OutputError::at(Path::new("standard output"))(error))
         }
         _ => Ok(()),
-    }
-}
-
-/// Text from files and names without the characters that control terminals.
-pub(crate) fn printable(text: &str) -> String {
-    let controls = |c: char| c.is_control() && c != '\n';
-    if !text.contains(controls) {
-        return text.into();
-    }
-    let shown = |c: char| {
-        if controls(c) {
-            c.escape_default().to_string()
-        } else {
-            c.into()
-        }
-    };
-    text.chars().map(shown).collect()
-}
-
-/// Prints a line on standard error. It is lost where that cannot be written, which ends no
-/// computation.
-pub(crate) fn note(line: impl AsRef<str>) {
-    let _ = writeln!(io::stderr(), "{}", line.as_ref());
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn terminals_are_not_controlled() {
-        assert_eq!(printable("größe\n2"), "größe\n2");
-        assert_eq!(printable("a\u{1b}[31m\u{9b}\r"), "a\\u{1b}[31m\\u{9b}\\r");
     }
 }

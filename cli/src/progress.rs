@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::print::{note, printable};
+use shapespace_input::terminal::{note, printable};
 
 /// What a calling program hears of a computation.
 #[derive(Clone, Debug, PartialEq)]

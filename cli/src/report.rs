@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::config::{Config, write_config};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
-use crate::memory;
 use crate::output::ResultDir;
 use crate::shapes::{InputRecord, WorldFrame, WorldRecord};
+use shapespace_input::memory;
 
 /// The file with the record.
 pub(crate) const RESULT: &str = "result.json";

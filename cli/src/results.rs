@@ -6,13 +6,13 @@ use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-use crate::dimension::Dim;
 use crate::error::CliError;
-use crate::files::read_text;
-use crate::input::{bytes_of, decode_array};
 use crate::integrity::Sums;
 use crate::output::numbered;
 use crate::report::{RESULT, Record};
+use shapespace_input::dimension::Dim;
+use shapespace_input::files::read_text;
+use shapespace_input::{bytes_of, decode_array};
 
 /// The record of a directory.
 ///

@@ -7,9 +7,7 @@ use clap::Args;
 use fe_grid::Grid;
 
 use crate::config::{Config, Configured};
-use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
-use crate::input::Sources;
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::options::RunOptions;
@@ -18,6 +16,8 @@ use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::watch::ProgressObserver;
+use shapespace_input::Sources;
+use shapespace_input::dimension::Dim;
 
 /// The circumstances of a run.
 pub(crate) struct Session<'a> {

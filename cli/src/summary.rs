@@ -7,9 +7,10 @@ use fe_grid::Certificate;
 
 use crate::doubts::{DoubtRecord, in_words};
 use crate::error::CliError;
-use crate::print::{print, printable};
+use crate::print::print;
 use crate::report::{RESULT, Record, certified};
 use crate::shapes::describe_placement;
+use shapespace_input::terminal::printable;
 
 /// A short description of a result.
 pub(crate) struct Summary {

@@ -104,7 +104,9 @@ mod tests {
             let marks: Vec<usize> = (0..marked)
                 .map(|_| (random.uniform() * 210.0) as usize)
                 .collect();
-            marks.iter().for_each(|&i| values[i] = 0.0);
+            for &mark in &marks {
+                values[mark] = 0.0;
+            }
             squared_distances(points, &mut values);
             for (i, value) in values.into_iter().enumerate() {
                 let squared = marks.iter().map(|&mark| {

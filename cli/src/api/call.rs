@@ -6,17 +6,13 @@ use toml::Table;
 
 use super::computed::{Computed, Held};
 use crate::average::{Average, AverageConfig, AverageRun, JointAverage, Sweep};
-use crate::bytes::bytes;
 use crate::calculus::{ExtendConfig, TransportConfig};
 use crate::config::{Config, allow, keys_of, resolve};
-use crate::dimension::Dim;
 use crate::distances::{DistanceStudy, DistancesConfig};
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
-use crate::input::Sources;
 use crate::interrupt::Interrupt;
 use crate::length::LengthConfig;
-use crate::memory::set_limit;
 use crate::options::RunOptions;
 use crate::output::{OutputError, ResultDir};
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
@@ -24,6 +20,10 @@ use crate::pool::in_pool;
 use crate::progress::{Listener, Progress};
 use crate::segment::SegmentConfig;
 use crate::session::{Command, Session, Work};
+use shapespace_input::Sources;
+use shapespace_input::bytes::bytes;
+use shapespace_input::dimension::Dim;
+use shapespace_input::memory::set_limit;
 
 /// The commands that can be called.
 pub const COMMANDS: [&str; 10] = [

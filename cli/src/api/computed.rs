@@ -8,13 +8,13 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::error::CliError;
-use crate::input::Sources;
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::output::{Kept, KeptArray, OutputError, ResultDir, WorkDir};
 use crate::progress::Progress;
 use crate::session::{Command, Session};
 use crate::summary::Summary;
+use shapespace_input::Sources;
 
 /// A result: its arrays, its record, and all that is needed to write its directory.
 pub struct Computed {

@@ -27,7 +27,7 @@ pub use verified::{Trial, Verified};
 pub use warped::{Warp, Warped};
 
 pub use crate::error::CliError;
-pub use crate::input::{ArrayType, NamedArray, Sources};
 pub use crate::output::{KeptArray, KeptNumbers};
 pub use crate::progress::{Event, Listener};
 pub use crate::warp::Interpolation;
+pub use shapespace_input::{ArrayType, NamedArray, Sources};

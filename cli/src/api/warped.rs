@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use crate::error::CliError;
-use crate::input::Sources;
 use crate::pool::in_pool;
 use crate::warp::{Interpolation, StoredMap, carried};
+use shapespace_input::Sources;
 
 /// The deformation of one input of an average, as `shapespace warp` uses it.
 pub struct Warp {

@@ -8,12 +8,12 @@ use shape_average::joint::JointParams;
 use shape_average::{AverageParams, Mean, Solver};
 
 use super::views;
-use crate::bytes::bytes;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
-use crate::input::Kinds;
 use crate::numbers::{not_negative, shown};
 use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, Size, positive};
+use shapespace_input::Kinds;
+use shapespace_input::bytes::bytes;
 
 /// Options of `shapespace average`.
 #[derive(Clone, Debug, Args)]

@@ -22,8 +22,6 @@ use super::remembered::Remembered;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::history::HistoryPoint;
-use crate::input::Image;
-use crate::input::frame::FrameTransform;
 use crate::integrity::Sums;
 use crate::output::npy::{Precision, write_field};
 use crate::output::{OutputError, WorkDir, deformation, numbered, sync};
@@ -32,6 +30,8 @@ use crate::report::RESULT;
 use crate::results::{ResultFields, read_record};
 use crate::shapes::VisibilityMask;
 use crate::watch::ProgressObserver;
+use shapespace_input::Image;
+use shapespace_input::frame::FrameTransform;
 
 const STATE: &str = "state.json";
 

@@ -6,7 +6,7 @@ use shape_average::AverageError;
 
 use super::Outcome;
 use crate::error::CliError;
-use crate::picture::{Canvas, ContactSheet, Shape, ShapeTile, SurfaceSheet};
+use shapespace_picture::{Canvas, ContactSheet, Shape, ShapeTile, SurfaceSheet};
 
 /// `average.png`.
 ///

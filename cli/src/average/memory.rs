@@ -6,10 +6,10 @@ use fe_grid::{Grid, Storage};
 use shape_average::{AverageParams, MemoryEstimate, memory_estimate};
 
 use super::args::AverageRun;
-use crate::bytes::format_bytes;
 use crate::error::CliError;
-use crate::memory;
 use crate::progress::Progress;
+use shapespace_input::bytes::format_bytes;
+use shapespace_input::memory;
 
 /// Estimates and prints the memory of an average, and moves data beyond `--memory`, or else beyond
 /// the free memory, to temporary files.

@@ -20,11 +20,8 @@ mod write;
 
 use shape_average::{AverageParams, AverageResult, MemoryEstimate, Solver, average_from};
 
-use crate::dimension::Dim;
 use crate::error::{CliError, Exit};
 use crate::history::HistoryPoint;
-use crate::input::Image;
-use crate::memory::set_limit as memory_limit;
 use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session, Work};
 use crate::shapes::{Input, prepare};
@@ -34,6 +31,9 @@ use error_bars::{ErrorBars, error_bars};
 pub(crate) use joint::JointAverage;
 use memory::provide;
 use plan::{AveragePlan, plan_average, plan_images};
+use shapespace_input::Image;
+use shapespace_input::dimension::Dim;
+use shapespace_input::memory::set_limit as memory_limit;
 pub(crate) use sweep::Sweep;
 
 pub use args::{AverageArgs, AverageConfig, AverageRun};

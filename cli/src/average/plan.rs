@@ -2,12 +2,12 @@
 
 use super::args::AverageConfig;
 use super::views;
-use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::{Image, Sources};
 use crate::options::check_law;
 use crate::progress::Progress;
 use crate::shapes::{Placed, VisibilityMask, input_like};
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::{Image, Sources};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
 pub(crate) struct AveragePlan<const D: usize> {

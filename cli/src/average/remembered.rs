@@ -8,10 +8,10 @@ use fe_grid::minimise::{Evaluations, Memory, MemoryPair};
 use serde::{Deserialize, Serialize};
 
 use crate::error::CliError;
-use crate::files;
 use crate::history::HistoryPoint;
 use crate::integrity::Sums;
 use crate::output::{OutputError, sync};
+use shapespace_input::files;
 
 const STATE: &str = "state.bin";
 const GRADIENT: &str = "gradient.bin";

@@ -12,11 +12,11 @@ use super::views;
 use crate::doubts::named;
 use crate::error::CliError;
 use crate::output::{ResultDir, numbered};
-use crate::picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
 use crate::report::{CANCELLED, Record, first_failure, overall};
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, doubts_of, prepare};
 use crate::summary::Summary;
+use shapespace_picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
 
 /// Everything in `result.json`.
 type SweepRecord<const D: usize> = Record<AverageConfig, Averages, D>;
@@ -126,9 +126,7 @@ impl Command for Sweep {
             directory.object(mask, &result.average_mask, 0.5)?;
             averages.push(one_record(weights, result, scale));
         }
-        directory.with_file("sweep.png", |path| {
-            picture(found, &outcome.grid, self.side).write_png(path)
-        })?;
+        directory.picture("sweep.png", || picture(found, &outcome.grid, self.side))?;
         let missing = weights(inputs.len(), self.side).len() - averages.len();
         let stopped = missing > 0 || averages.iter().any(|record| record.status == CANCELLED);
         let status = if stopped {

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use fe_grid::{Grid, ScalarField};
 
 use crate::error::CliError;
-use crate::input::Sources;
 use crate::shapes::{Input, VisibilityMask, read_view, view_of};
+use shapespace_input::Sources;
 
 const OPTION: &str = "--valid";
 /// Denotes a mask that is bright everywhere.

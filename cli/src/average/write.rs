@@ -9,7 +9,6 @@ use super::Outcome;
 use super::draw::picture;
 use super::record::{record, summary};
 use crate::error::CliError;
-use crate::input::Image;
 use crate::output::energy::write_energy;
 use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
@@ -18,6 +17,7 @@ use crate::session::Session;
 use crate::shapes::{WorldFrame, write_curves, write_surface};
 use crate::summary::Summary;
 use crate::warp::{write_shape, write_warps};
+use shapespace_input::Image;
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["elastic", "mismatch", "length"];
@@ -38,7 +38,8 @@ pub(super) fn write_all<const D: usize>(
     })?;
     let outline = average_outline(outcome)?;
     directory.with_file("average.png", |path| {
-        Ok::<_, CliError>(picture(outcome, &outline)?.write_png(path)?)
+        let picture = picture(outcome, &outline)?.write_png(path);
+        picture.map_err(|source| CliError::from(OutputError::at(path)(source)))
     })?;
     let extensions = ["stl", "ply", "vtp"];
     let surface = write_surface(directory, "average", &extensions, &outcome.inputs, &outline)?;

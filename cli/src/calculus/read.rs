@@ -8,14 +8,14 @@ use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
 
 use super::args::SolverOptions;
-use crate::dimension::{Dim, per_dimension};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
-use crate::input::frame::FrameTransform;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::InputRecord;
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::frame::FrameTransform;
 
 /// The record of the steps of a geodesic.
 #[derive(Clone, Debug, Deserialize)]

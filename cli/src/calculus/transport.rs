@@ -15,19 +15,19 @@ use levelset::{
 use super::args::TransportConfig;
 use super::read::{StoredGeodesic, read};
 use super::record::{TransportRecord, Transported};
-use crate::dimension::per_dimension;
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::{STEM, write_path};
-use crate::input::{Image, ReadOptions};
 use crate::output::ResultDir;
-use crate::picture::{analogy, colour};
 use crate::report::word;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{inspect_mask, inspect_resolution, labels, place_like};
 use crate::summary::Summary;
+use shapespace_input::dimension::per_dimension;
+use shapespace_input::{Image, ReadOptions};
+use shapespace_picture::{analogy, colour};
 
 /// The result of a computation.
 pub(crate) struct Outcome<const D: usize> {
@@ -119,9 +119,7 @@ impl Command for TransportConfig {
         let counterpart_name = path.parts.names[path.steps()].clone();
         let names = [first_name, last_name, self.name(), counterpart_name];
         let tiles: Vec<_> = ends.into_iter().zip([0, 0, 1, 1].map(colour)).collect();
-        directory.with_file("analogy.png", |file| {
-            analogy(&names, &portraits(&tiles)).write_png(file)
-        })?;
+        directory.picture("analogy.png", || analogy(&names, &portraits(&tiles)))?;
         let record = record(self, outcome, &path, &first, session.start)?;
         record.write(directory)?;
         Ok(summary(&record))

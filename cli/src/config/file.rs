@@ -9,7 +9,7 @@ use toml::{Table, Value};
 use super::Config;
 use super::options::{check_entry, over, write_one};
 use crate::error::CliError;
-use crate::files::read_text;
+use shapespace_input::files::read_text;
 
 /// A file and its keys.
 pub(super) struct ConfigFile {

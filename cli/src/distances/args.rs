@@ -11,8 +11,8 @@ use super::classes;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_area, check_path};
-use crate::input::Kinds;
 use crate::options::{Align, MaskOptions, RunOptions};
+use shapespace_input::Kinds;
 
 /// Options of `shapespace distances`.
 #[derive(Clone, Debug, Args)]

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::CliError;
-use crate::files::read_text;
+use shapespace_input::files::read_text;
 
 const FOLDER: &str = "folder";
 const PREFIX: &str = "prefix";

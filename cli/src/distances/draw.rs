@@ -4,7 +4,7 @@ use fe_grid::parallel;
 
 use super::Outcome;
 use super::study::Completed;
-use crate::picture::{
+use shapespace_picture::{
     Camera, Canvas, Colour, HeatMap, Key, ScatterPlot, Shape, TreeChart, WHITE, colour, mix,
 };
 

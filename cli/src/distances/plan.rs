@@ -2,11 +2,11 @@
 
 use super::args::DistancesConfig;
 use super::classes::Classes;
-use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::{Image, Sources};
 use crate::options::{Align, MaskOptions, check_law};
 use crate::shapes::Placed;
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::{Image, Sources};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
 pub(crate) struct DistancesPlan<const D: usize> {

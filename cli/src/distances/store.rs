@@ -10,8 +10,8 @@ use super::args::DistancesConfig;
 use super::pair::PairRecord;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
-use crate::input::Image;
 use crate::output::{OutputError, WorkDir};
+use shapespace_input::Image;
 
 const PAIRS: &str = "pairs";
 

@@ -28,7 +28,7 @@ pub(super) fn write_all<const D: usize>(
         .has_files()
         .then(|| Sheets::new(outcome).draw(outcome));
     for (name, canvas) in sheets.into_iter().flatten() {
-        directory.with_file(name, |path| canvas.write_png(path))?;
+        directory.picture(name, || canvas)?;
     }
     record.write(directory)?;
     Ok(summary(&record))

@@ -9,8 +9,8 @@ use shape_average::AverageParams;
 
 use crate::config::{Config, Configured};
 use crate::error::CliError;
-use crate::input::Kinds;
 use crate::options::{MaskOptions, RunOptions};
+use shapespace_input::Kinds;
 
 /// Options of `shapespace figure`.
 #[derive(Clone, Debug, Args)]

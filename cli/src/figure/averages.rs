@@ -11,7 +11,7 @@ use super::scene::{Scene, distance, outline};
 use super::sheet::{Comparison, Sheet};
 use crate::average::weights_between;
 use crate::error::CliError;
-use crate::picture::colour;
+use shapespace_picture::colour;
 
 /// `--weights` from one shape to the next, and within the triangle of the first three.
 pub(super) fn weights<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {

@@ -8,7 +8,7 @@ use shapespace_generate::{
 };
 
 use super::FigureName;
-use crate::input::Image;
+use shapespace_input::Image;
 
 type Drawn = (String, Box<dyn Implicit<2>>);
 

@@ -10,7 +10,7 @@ use shapespace_report::table::Cell;
 use super::scene::{Scene, outline};
 use super::sheet::{Comparison, Sheet, Tiles};
 use crate::error::CliError;
-use crate::picture::{Canvas, INK, Slice, WHITE, colour, heat};
+use shapespace_picture::{Canvas, INK, Slice, WHITE, colour, heat};
 
 /// Weights of the mismatch.
 const WEIGHTS: [f64; 3] = [0.1, 1.0, 10.0];

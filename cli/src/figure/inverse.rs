@@ -9,7 +9,7 @@ use shapespace_report::table::{Cell, Table};
 use super::scene::{Scene, distance, outline};
 use super::sheet::{Sheet, Tiles};
 use crate::error::CliError;
-use crate::picture::colour;
+use shapespace_picture::colour;
 
 /// Averages by the law of the options and by its inverse model, and the energies of both on the
 /// deformations of the first, whole and in part.

@@ -25,17 +25,17 @@ pub use args::{FigureArgs, FigureConfig, FigureName};
 pub(crate) use drawn::drawn_image;
 
 use crate::average::write_inputs;
-use crate::dimension::{Dim, per_dimension};
 use crate::doubts::named;
 use crate::error::{CliError, Exit};
-use crate::input::Image;
 use crate::options::check_law;
-use crate::output::{ResultDir, write_text};
+use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{InputRecord, Placed, doubts_of, prepare};
 use crate::summary::Summary;
 use scene::Scene;
+use shapespace_input::Image;
+use shapespace_input::dimension::{Dim, per_dimension};
 use sheet::Sheet;
 
 /// A figure that is drawn.
@@ -149,7 +149,11 @@ impl Command for Figure {
         }
         let sheet = &outcome.sheet;
         let (title, text, table) = (sheet.title, &sheet.text, &sheet.table);
-        sheet.picture.write_png(&directory.file("figure.png"))?;
+        let file = directory.file("figure.png");
+        sheet
+            .picture
+            .write_png(&file)
+            .map_err(OutputError::at(&file))?;
         write_text(&directory.file("table.csv"), &table.csv())?;
         let markdown = table.markdown();
         let page = format!("# {title}\n\n{text}\n\n{markdown}\n![{title}](figure.png)\n");

@@ -10,7 +10,7 @@ use super::averages::materials;
 use super::scene::{Scene, outline};
 use super::sheet::{Comparison, Sheet, Tiles};
 use crate::error::CliError;
-use crate::picture::{INK, deviation, mix};
+use shapespace_picture::{INK, deviation, mix};
 
 /// Shapes of a mode, to both sides of the average.
 const COLUMNS: usize = 5;

@@ -5,7 +5,7 @@ use levelset::Contour;
 use shape_average::AverageResult;
 use shapespace_report::table::{Cell, Table};
 
-use crate::picture::{Canvas, Colour, INK, Slice, TileRows, WHITE, colour, mix};
+use shapespace_picture::{Canvas, Colour, INK, Slice, TileRows, WHITE, colour, mix};
 
 /// A picture and a table.
 pub(super) struct Sheet {

@@ -4,7 +4,7 @@ use fe_grid::parallel;
 use levelset::Contour;
 
 use super::path::Path;
-use crate::picture::{
+use shapespace_picture::{
     Camera, Canvas, Colour, FilmStrip, INK, Shape, colour, heat, tile_width, time, tint,
 };
 

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use super::args::GeodesicConfig;
-use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::{Image, Sources};
 use crate::options::{Align, check_law};
 use crate::shapes::{Components, Placed, VisibilityMask, input_like, read_view};
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::{Image, Sources};
 
 /// Inputs that are read, placed and validated, and the parameters of the computation.
 pub(crate) struct GeodesicPlan<const D: usize> {

@@ -66,7 +66,7 @@ pub(crate) fn write_path<const D: usize>(
     directory.deformations("deformation", 1, &path.parts.displacements)?;
     write_paraview(directory, stem, path, WorldFrame::of_inputs(inputs))?;
     write_steps(directory, path)?;
-    directory.with_file(format!("{stem}.png"), |file| film(path).write_png(file))?;
+    directory.picture(format!("{stem}.png"), || film(path))?;
     directory.with_file(format!("{stem}.apng"), |file| {
         write_animation(file, &animation(path))
     })?;

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::config::{Config, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_area, check_path};
-use crate::input::Kinds;
 use crate::options::MaskOptions;
+use shapespace_input::Kinds;
 
 /// Maximum number of steps of the whole path.
 const MOST_STEPS: usize = 256;

@@ -10,17 +10,17 @@ use ::geodesic::{Form, Geodesic, GeodesicParams, GivenPath, Shape, geodesic_betw
 use fe_grid::ScalarField;
 use levelset::Doubt;
 
-use crate::dimension::per_dimension;
 use crate::error::CliError;
 use crate::geodesic::draw::film;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
-use crate::input::Image;
 use crate::options::check_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Input, Placed, doubts_of, prepare};
 use crate::summary::Summary;
+use shapespace_input::Image;
+use shapespace_input::dimension::per_dimension;
 
 pub use args::LengthConfig;
 
@@ -106,7 +106,7 @@ impl Command for LengthConfig {
         let surface = write_path(directory, STEM, &outcome.inputs, &path)?;
         if let Some(shortest) = &outcome.shortest {
             let path = outcome.geodesic(shortest)?;
-            directory.with_file("geodesic.png", |file| film(&path).write_png(file))?;
+            directory.picture("geodesic.png", || film(&path))?;
         }
         let record = record::record(outcome, &path, surface, session.start);
         record.write(directory)?;

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use super::OutputError;
-use crate::picture::Canvas;
+use shapespace_picture::Canvas;
 
 /// Frames a second.
 const RATE: u16 = 20;

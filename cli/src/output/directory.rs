@@ -6,6 +6,8 @@ use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use shapespace_picture::Canvas;
+
 use super::OutputError;
 use super::kept::Kept;
 use super::staging::{Folder, new_file, renamed};
@@ -127,6 +129,20 @@ impl ResultDir {
         } else {
             Ok(())
         }
+    }
+
+    /// Writes a picture, which is drawn only if the directory has files.
+    ///
+    /// # Errors
+    /// [`OutputError::Unwritable`].
+    pub(crate) fn picture(
+        &self,
+        name: impl AsRef<Path>,
+        draw: impl FnOnce() -> Canvas,
+    ) -> Result<(), OutputError> {
+        self.with_file(name, |path| {
+            draw().write_png(path).map_err(OutputError::at(path))
+        })
     }
 
     /// The path of a file of the directory.

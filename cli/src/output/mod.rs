@@ -10,7 +10,6 @@ pub mod matrix;
 pub mod nifti;
 pub mod npy;
 pub mod outline;
-pub(crate) mod png;
 pub mod pvd;
 mod staging;
 pub mod steps;

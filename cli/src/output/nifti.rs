@@ -8,7 +8,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 
 use super::OutputError;
-use crate::input::lattice::Lattice;
+use shapespace_input::lattice::Lattice;
 
 /// Bytes of the header, and of the sign that no extension follows.
 const HEADER: usize = 352;
@@ -166,7 +166,7 @@ fn quaternion(lattice: &Lattice) -> Option<([f64; 3], f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::{AnyImage, ReadOptions, decode_image};
+    use shapespace_input::{AnyImage, ReadOptions, decode_image};
 
     fn read_back(affine: [[f64; 4]; 3], change: impl Fn(&mut [u8])) -> [[f64; 4]; 3] {
         let lattice = Lattice {

@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn a_written_field_is_read_as_the_same_image() {
-        use crate::input::{AnyImage, ReadOptions, read_image};
+        use shapespace_input::{AnyImage, ReadOptions, read_image};
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("f.npy");
         let field = ScalarField::<f64, 2>::from_fn(Grid::cube(5), |x| [x[0] * x[1]]);

@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 
 use super::directory::{ResultDir, check_target, plain_name};
 use super::{OutputError, write_json};
-use crate::files::read_text;
+use shapespace_input::files::read_text;
 
 /// Ending of the name while the directory is not complete.
 const ENDING: &str = ".partial";

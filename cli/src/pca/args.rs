@@ -8,9 +8,9 @@ use shape_pca::PcaParams;
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::input::Kinds;
 use crate::numbers::shown;
 use crate::options::{Align, Size, named};
+use shapespace_input::Kinds;
 
 /// The largest score, in standard deviations.
 const MOST_DEVIATIONS: f64 = 1000.0;

@@ -8,11 +8,11 @@ use super::args::PcaConfig;
 use super::balance::{Continuation, balanced};
 use super::read::{StoredAverage, read_average};
 use super::write::write_all;
-use crate::dimension::per_dimension;
 use crate::error::CliError;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
+use shapespace_input::dimension::per_dimension;
 
 /// The result of an analysis.
 pub(crate) struct Outcome<const D: usize> {

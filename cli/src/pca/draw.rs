@@ -5,7 +5,7 @@ use levelset::Contour;
 
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
-use crate::picture::{Canvas, Colour, Tiles, deviation};
+use shapespace_picture::{Canvas, Colour, Tiles, deviation};
 
 /// Most modes in the strip.
 const ROWS: usize = 5;

@@ -3,7 +3,7 @@
 use fe_grid::ScalarField;
 use shape_pca::{ModeSpace, push_forward};
 
-use crate::picture::{Canvas, Slice, TileRows};
+use shapespace_picture::{Canvas, Slice, TileRows};
 
 /// Maximum number of modes in the strip.
 const ROWS: usize = 5;

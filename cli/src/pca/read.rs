@@ -9,16 +9,16 @@ use shape_pca::{Average, ModeSpace, PcaParams};
 
 use super::args::PcaConfig;
 use crate::average::AverageConfig;
-use crate::dimension::{Dim, per_dimension};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
-use crate::input::frame::FrameTransform;
 use crate::integrity::Sums;
 use crate::options::{Align, Frame, Size};
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::WorldFrame;
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::frame::FrameTransform;
 
 /// An average and its record.
 pub(crate) struct StoredAverage<const D: usize> {

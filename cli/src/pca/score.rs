@@ -20,18 +20,18 @@ use super::procrustes::{Procrustes, there_and_back};
 use super::read::{StoredPca, read_pca};
 use super::record::{Distances, Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
-use crate::dimension::per_dimension;
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
-use crate::input::place::frame_like;
-use crate::input::{Image, ReadOptions};
 use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
-use crate::picture::{Canvas, Colour, INK, Tiles, colour};
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{inspect_mask, inspect_resolution, labels, place_like};
 use crate::summary::Summary;
+use shapespace_input::dimension::per_dimension;
+use shapespace_input::place::frame_like;
+use shapespace_input::{Image, ReadOptions};
+use shapespace_picture::{Canvas, Colour, INK, Tiles, colour};
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
 const ALIGNMENT_NODES: [usize; 2] = [65, 33];
@@ -152,7 +152,7 @@ impl Command for ScoreConfig {
             let distances = &placed.reconstruction_distance;
             write_reconstruction(path, names, &placed.errors, distances)
         })?;
-        directory.with_file("score.png", |path| picture(names, shapes).write_png(path))?;
+        directory.picture("score.png", || picture(names, shapes))?;
         let (nodes, start) = (&outcome.nodes, session.start);
         let doubts = shapes.iter().enumerate();
         let doubts = doubts.flat_map(|(i, shape)| shape.doubts.iter().map(move |d| d.about(i)));

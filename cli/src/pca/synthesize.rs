@@ -15,9 +15,9 @@ use crate::error::CliError;
 use crate::geodesic::draw::portraits;
 use crate::output::ResultDir;
 use crate::output::surface::write_surface;
-use crate::picture::{Canvas, INK, Shape, Tiles, colour};
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
+use shapespace_picture::{Canvas, INK, Shape, Tiles, colour};
 
 /// A shape as a displacement of the average.
 pub(crate) struct Outcome<const D: usize> {
@@ -86,7 +86,7 @@ impl Command for SynthesizeConfig {
         directory.array("shape.npy", &level_set)?;
         directory.array("displacement.npy", &outcome.displacement)?;
         directory.object("shape_mask.npy", &level_set, 0.0)?;
-        directory.with_file("shape.png", |path| {
+        directory.picture("shape.png", || {
             let pictures = portraits(&[(&outline, INK), (&shape, colour(0))]);
             let names = ["average", "shape"].map(String::from);
             let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
@@ -95,7 +95,7 @@ impl Command for SynthesizeConfig {
                 columns: 2,
                 side: 360,
             };
-            sheet.draw().write_png(path)
+            sheet.draw()
         })?;
         if D == 3 {
             let world = outcome.stored.average.world;

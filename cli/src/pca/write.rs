@@ -14,9 +14,9 @@ use crate::output::apng::write_animation;
 use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
-use crate::picture::Canvas;
 use crate::session::Session;
 use crate::summary::Summary;
+use shapespace_picture::Canvas;
 
 /// Writes everything, `result.json` last.
 ///
@@ -55,7 +55,7 @@ pub(super) fn write_all<const D: usize>(
             space: &pca.space,
             amplitude: outcome.config.amplitude,
         };
-        directory.with_file("modes.png", |path| modes.strip().write_png(path))?;
+        directory.picture("modes.png", || modes.strip())?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         // The whole box, without a boundary for comparison.
         (image.grid().extent().iter().product(), Vec::new())
@@ -68,7 +68,7 @@ pub(super) fn write_all<const D: usize>(
             eigenvalues: &pca.space.eigenvalues,
             amplitude: outcome.config.amplitude,
         };
-        directory.with_file("modes.png", |path| modes.strip().write_png(path))?;
+        directory.picture("modes.png", || modes.strip())?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
         (size, fits(outcome)?)

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::input::Kinds;
 use crate::numbers::shown;
 use crate::options::ScaleOptions;
+use shapespace_input::Kinds;
 
 /// Configuration of `shapespace segment`.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]

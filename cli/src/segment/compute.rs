@@ -8,9 +8,9 @@ use super::args::{Object, SegmentConfig};
 use super::plan::Placed;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
-use crate::input::{Image, LEVEL, boundary};
 use crate::numbers::shown;
 use crate::session::Session;
+use shapespace_input::{Image, LEVEL, boundary};
 
 /// An image and its segmentation.
 pub(crate) struct Found<const D: usize> {

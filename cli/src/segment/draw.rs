@@ -2,7 +2,7 @@
 //! the object with its boundary. Volumes are shown by the plane through the middle.
 
 use super::compute::Found;
-use crate::picture::{Canvas, Slice, TileRows, colour, pale};
+use shapespace_picture::{Canvas, Slice, TileRows, colour, pale};
 
 const COLUMNS: usize = 4;
 

@@ -6,12 +6,12 @@ use fe_grid::{Grid, ScalarField};
 use phasefield::segmentation::{SegmentationParams, Weights};
 
 use super::args::{SegmentConfig, wrong_truth};
-use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
-use crate::input::place::{nodal_values, whole_frame};
-use crate::input::{GreyRange, Image, ReadOptions, Sources};
 use crate::options::check_nodes;
 use crate::shapes::{GreyInput, labels};
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::place::{nodal_values, whole_frame};
+use shapespace_input::{GreyRange, Image, ReadOptions, Sources};
 
 /// An image on its grid.
 pub(crate) struct Placed<const D: usize> {

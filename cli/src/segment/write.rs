@@ -10,8 +10,6 @@ use super::compute::Found;
 use super::draw;
 use super::record::{record, summary};
 use crate::error::CliError;
-use crate::input::Image;
-use crate::input::lattice::Lattice;
 use crate::output::energy::{EnergyPoint, energy_points, write_energy_plot, write_energy_table};
 use crate::output::nifti::{Values, write_volume};
 use crate::output::npy::Precision;
@@ -19,9 +17,11 @@ use crate::output::outline::write_outline;
 use crate::output::surface::write_surface;
 use crate::output::vti::VtiFile;
 use crate::output::{OutputError, ResultDir, numbered};
-use crate::picture::Shape;
 use crate::session::Session;
 use crate::summary::Summary;
+use shapespace_input::Image;
+use shapespace_input::lattice::Lattice;
+use shapespace_picture::Shape;
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 3] = ["fidelity", "smoothness", "edges"];
@@ -45,7 +45,7 @@ pub(super) fn write_all<const D: usize>(
     })?;
     let first = found.first().map(self::points).unwrap_or_default();
     directory.with_file("energy.svg", |path| write_energy_plot(path, &first, &PARTS))?;
-    directory.with_file("segment.png", |path| draw::picture(found).write_png(path))?;
+    directory.picture("segment.png", || draw::picture(found))?;
     let record = record(config, found, session.start);
     record.write(directory)?;
     Ok(summary(&record))

@@ -279,8 +279,9 @@ pub(super) fn bounds<'a, const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::place::{fit_frames, tests::block};
-    use crate::input::{Image, boundary};
+    use shapespace_input::block;
+    use shapespace_input::place::fit_frames;
+    use shapespace_input::{Image, boundary};
 
     fn input<const D: usize>(image: &Image<D>) -> Input<D> {
         let frame = fit_frames(std::slice::from_ref(image), 33)[0];

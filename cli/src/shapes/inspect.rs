@@ -8,7 +8,7 @@ use shape_average::align::mismatches;
 
 use super::Input;
 use crate::error::CliError;
-use crate::input::{Image, LEVEL, grey_share};
+use shapespace_input::{Image, LEVEL, grey_share};
 
 /// Mismatch of aligned shapes up to which a shape is not compared with its reflection: nearly equal
 /// shapes are not reflected.

@@ -22,13 +22,13 @@ use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 
 use crate::error::CliError;
-use crate::input::frame::{FrameRule, FrameTransform};
-use crate::input::lattice::Lattice;
-use crate::input::place::{are_near, centred_frames, fit_frames, physical_frames};
-use crate::input::{Image, LEVEL, boundary};
 use crate::options::{Align, Frame, MaskOptions, Size};
 use crate::progress::Progress;
 use align::{Alignment, align, inspect_unaligned};
+use shapespace_input::frame::{FrameRule, FrameTransform};
+use shapespace_input::lattice::Lattice;
+use shapespace_input::place::{are_near, centred_frames, fit_frames, physical_frames};
+use shapespace_input::{Image, LEVEL, boundary};
 use size::equalise;
 
 pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution};

@@ -166,9 +166,10 @@ impl<const D: usize> Pairs<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::Image;
-    use crate::input::place::{fit_frames, tests::block};
     use levelset::{BoxEdge, Moments, contour, dice};
+    use shapespace_input::Image;
+    use shapespace_input::block;
+    use shapespace_input::place::fit_frames;
 
     const NODES: usize = 65;
 

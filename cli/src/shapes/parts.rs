@@ -12,7 +12,7 @@ use levelset::{Compact, Contour, ContourDistance, Step};
 
 use super::{Input, distance, placed};
 use crate::error::CliError;
-use crate::input::{Image, LEVEL, ReadOptions, Sources};
+use shapespace_input::{Image, LEVEL, ReadOptions, Sources};
 
 /// Label images, split into components.
 #[derive(Clone, Debug)]
@@ -204,7 +204,7 @@ pub(crate) fn view_of<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::place::tests::block;
+    use shapespace_input::block;
 
     #[test]
     fn few_level_sets_distinguish_all_labels() {

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::Input;
 use super::align::AlignmentRecord;
-use crate::input::frame::FrameTransform;
-use crate::input::{GreyRange, Image};
+use shapespace_input::frame::FrameTransform;
+use shapespace_input::{GreyRange, Image};
 
 /// A grey image and its placement.
 pub(crate) struct GreyInput<const D: usize> {

@@ -2,7 +2,7 @@
 
 use levelset::Moments;
 
-use crate::input::{Image, LEVEL};
+use shapespace_input::{Image, LEVEL};
 
 /// Scales the spacings of images so that all objects have the mean extent, which is the root of
 /// area or volume. Returns the factors.
@@ -33,7 +33,8 @@ pub(super) fn equalise<const D: usize>(images: &mut [Image<D>]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::place::{fit_frames, tests::block};
+    use shapespace_input::block;
+    use shapespace_input::place::fit_frames;
 
     #[test]
     fn equal_sizes_are_equal_in_the_box() {

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector};
 use super::{Input, SurfaceRecord, WorldFrame, common_scale};
 use crate::output::outline::write_outline;
 use crate::output::{OutputError, ResultDir, surface};
-use crate::picture::Shape;
+use shapespace_picture::Shape;
 
 /// Writes a boundary in 3D as a surface in the coordinates of the inputs, in files with these
 /// extensions, and returns the coordinates.

@@ -4,8 +4,8 @@ use fe_grid::Grid;
 use serde::{Deserialize, Serialize};
 
 use super::{Input, InputRecord, common_scale};
-use crate::input::frame::FrameTransform;
-use crate::input::lattice::Lattice;
+use shapespace_input::frame::FrameTransform;
+use shapespace_input::lattice::Lattice;
 
 /// A rotation, row by row, and a translation.
 pub(crate) type Motion<const D: usize> = ([[f64; D]; D], [f64; D]);
@@ -174,7 +174,8 @@ impl<const D: usize> WorldFrame<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::place::{physical_frames, tests::block};
+    use shapespace_input::block;
+    use shapespace_input::place::physical_frames;
 
     #[test]
     fn an_aligned_reference_keeps_its_place_in_the_world() {

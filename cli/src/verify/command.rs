@@ -11,7 +11,8 @@ use super::args::VerifyArgs;
 use crate::error::{CliError, Exit};
 use crate::output::{OutputError, ResultDir, write_json, write_text};
 use crate::pool::in_pool;
-use crate::print::{note, print};
+use crate::print::print;
+use shapespace_input::terminal::note;
 
 /// Checks statements, and writes the results.
 ///

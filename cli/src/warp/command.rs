@@ -9,14 +9,15 @@ use fe_grid::{Grid, ScalarField};
 use super::map::{Between, StoredMap, WorldMap, pulled_back};
 use super::points::{moved_landmarks, moved_surface};
 use crate::error::{CliError, Exit};
-use crate::input::lattice::Lattice;
-use crate::input::{Kinds, Numbers, Sources, expand, extension_of, is_mesh};
 use crate::options::RunOptions;
 use crate::output::ResultDir;
 use crate::output::nifti::{Values, write_volume};
 use crate::pool::in_pool;
-use crate::print::{print, printable};
+use crate::print::print;
 use crate::shapes::stem;
+use shapespace_input::lattice::Lattice;
+use shapespace_input::terminal::printable;
+use shapespace_input::{Kinds, Numbers, Sources, expand, extension_of, is_mesh};
 
 /// Carries images, surfaces and landmarks from an input of an average to the average, or back. All
 /// lie in the world (RAS, millimetres).

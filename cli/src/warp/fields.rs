@@ -11,10 +11,10 @@ use fe_grid::{Field, Grid, InverseDeformation};
 use levelset::{Contour, ContourDistance};
 
 use crate::error::CliError;
-use crate::input::lattice::Lattice;
 use crate::output::nifti::{Values, write_volume};
 use crate::output::{ResultDir, numbered};
 use crate::shapes::{Input, WorldFrame, lattice_of};
+use shapespace_input::lattice::Lattice;
 
 /// The part of the box in which volumes of shapes are written, between these coordinates.
 const PART: [f64; 2] = [0.05, 0.95];

@@ -7,10 +7,10 @@ use fe_grid::{Field, ScalarField};
 use super::fields::inverted;
 use crate::average::AverageConfig;
 use crate::error::CliError;
-use crate::input::lattice::Lattice;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::WorldFrame;
+use shapespace_input::lattice::Lattice;
 
 /// Steps that refine the inverse at a point between nodes.
 const STEPS: usize = 8;

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use super::map::WorldMap;
 use crate::error::CliError;
-use crate::input::{InputError, bytes_of, read_mesh};
 use crate::output::OutputError;
 use crate::output::surface::write_surface;
-use crate::picture::Surface;
+use shapespace_input::{InputError, bytes_of, read_mesh};
+use shapespace_picture::Surface;
 
 fn malformed(path: &Path, format: &'static str, reason: impl Into<String>) -> CliError {
     CliError::Input(InputError::Malformed {

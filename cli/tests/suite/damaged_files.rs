@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::common::{grey_png, nifti, npy_f64};
 use proptest::prelude::*;
-use shapespace::input::{AnyImage, ReadOptions, decode_image};
+use shapespace_input::{AnyImage, ReadOptions, decode_image};
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray8;
 

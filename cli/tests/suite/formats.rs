@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use shapespace::input::{AnyImage, ReadOptions, read_image};
+use shapespace_input::{AnyImage, ReadOptions, read_image};
 
 use crate::common::solid::{SOLID, Solid, lattice, mapped};
 use crate::common::{Place, Results, succeeded};

@@ -2,8 +2,8 @@
 //! samples.
 
 use levelset::{Contour, ContourDistance};
-use shapespace::input::place::physical_frames;
-use shapespace::input::{AnyImage, Image, ReadOptions, boundary, decode_image};
+use shapespace_input::place::physical_frames;
+use shapespace_input::{AnyImage, Image, ReadOptions, boundary, decode_image};
 
 use crate::common::solid::{Affine, SOLID, Solid, lattice, nifti_of};
 use crate::common::{Place, Results, npy_f64, succeeded};

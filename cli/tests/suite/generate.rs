@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::common::Place;
-use shapespace::input::{AnyImage, Image, ReadOptions, read_image};
+use shapespace_input::{AnyImage, Image, ReadOptions, read_image};
 
 fn picture(path: &Path) -> Image<2> {
     match read_image(path, &ReadOptions::default()).unwrap() {

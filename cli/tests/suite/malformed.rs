@@ -6,7 +6,7 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 use shapespace::error::{CliError, Exit};
-use shapespace::input::{ReadOptions, decode_image};
+use shapespace_input::{ReadOptions, decode_image};
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::{ColorType, Gray8, Gray32Float, RGB8};
 

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Output;
 
 use levelset::{ContourDistance, Moments};
-use shapespace::input::place::physical_frames;
-use shapespace::input::{
+use shapespace_input::place::physical_frames;
+use shapespace_input::{
     AnyImage, Image, InputError, Numbers, ReadOptions, Sources, boundary, decode_image,
 };
 
@@ -364,7 +364,7 @@ fn flat(text: &str, name: &str) -> (Image<2>, f64) {
         Ok(AnyImage::D2(image)) => image,
         other => panic!("{name}: {other:?}"),
     };
-    let frame = shapespace::input::place::fit_frames(std::slice::from_ref(&image), 65)[0];
+    let frame = shapespace_input::place::fit_frames(std::slice::from_ref(&image), 65)[0];
     let drawn = boundary(&image, &frame).unwrap();
     assert!(drawn.is_closed());
     let area = Moments::of_contour(&drawn).unwrap().volume / frame.scale().powi(2);

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use levelset::Moments;
-use shapespace::input::frame::FrameRule;
-use shapespace::input::place::fit_frames;
-use shapespace::input::{
+use shapespace_input::frame::FrameRule;
+use shapespace_input::place::fit_frames;
+use shapespace_input::{
     AnyImages, Image, InputError, ReadOptions, boundary, read_image, read_images,
 };
 

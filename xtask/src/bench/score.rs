@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use shape_average::{AverageObjective, AverageParams, Energy};
-use shapespace::input::read_array;
+use shapespace_input::read_array;
 
 use super::averages::authors_levels;
 use super::shapes::{Source, nodal};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use fe_grid::{Grid, ScalarField};
 use levelset::signed_distance;
 use serde::{Deserialize, Serialize};
-use shapespace::input::{AnyImage, LEVEL, ReadOptions, read_image};
 use shapespace_generate::{Blob, Placed, area_share};
+use shapespace_input::{AnyImage, LEVEL, ReadOptions, read_image};
 
 use crate::outcome::Outcome;
 

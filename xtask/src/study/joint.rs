@@ -6,8 +6,8 @@ use fe_grid::{Grid, ScalarField};
 use levelset::{dice, signed_distance};
 use phasefield::segmentation::{SegmentationParams, Weights, segment, split_classes};
 use shape_average::joint::{JointParams, joint_average};
-use shapespace::input::LEVEL;
 use shapespace_generate::{Family, Placed, area_share, family, letters, make_grey};
+use shapespace_input::LEVEL;
 
 use super::Section;
 use crate::outcome::Outcome;

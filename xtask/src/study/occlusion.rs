@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use fe_grid::{Field, ScalarField};
-use shapespace::input::{AnyImage, ReadOptions, read_image};
 use shapespace::output::npy::{Precision, write_field};
+use shapespace_input::{AnyImage, ReadOptions, read_image};
 
 use super::Section;
 use super::paths::Place;

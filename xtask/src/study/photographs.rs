@@ -7,8 +7,8 @@ use fe_grid::{InverseDeformation, ScalarField};
 use levelset::{dice, signed_distance};
 use phasefield::segmentation::{SegmentationParams, Weights};
 use shape_average::joint::{JointParams, JointResult, joint_average, spread};
-use shapespace::input::place::{nodal_values, whole_frames};
-use shapespace::input::{AnyImages, Image, LEVEL, ReadOptions, read_grey_images, read_images};
+use shapespace_input::place::{nodal_values, whole_frames};
+use shapespace_input::{AnyImages, Image, LEVEL, ReadOptions, read_grey_images, read_images};
 
 use super::Section;
 use super::real::files;

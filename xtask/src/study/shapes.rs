@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use fe_grid::{Grid, ScalarField};
 use levelset::{ContourDistance, signed_distance};
 use shape_average::align::align_group;
-use shapespace::input::place::fit_frames;
-use shapespace::input::{AnyImages, LEVEL, ReadOptions, boundary, read_images};
 use shapespace_generate::{Bar, Ellipsoid, Implicit, Placed, area_share};
+use shapespace_input::place::fit_frames;
+use shapespace_input::{AnyImages, LEVEL, ReadOptions, boundary, read_images};
 
 use crate::outcome::Outcome;
 

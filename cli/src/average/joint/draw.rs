@@ -6,7 +6,7 @@ use fe_grid::{Field, Grid};
 use shape_average::joint::StrainMaps;
 
 use super::Outcome;
-use crate::picture::{Canvas, INK, Slice, TileRows, colour, heat, pale};
+use shapespace_picture::{Canvas, INK, Slice, TileRows, colour, heat, pale};
 
 const COLUMNS: usize = 4;
 /// Lines of the regular grid along the longest side.

@@ -6,14 +6,14 @@ use shape_average::joint::JointParams;
 
 use super::super::args::AverageConfig;
 use super::super::checkpoint::fingerprint;
-use crate::dimension::{Dim, per_dimension};
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
-use crate::input::place::{lengths, nodal_values, whole_frames};
-use crate::input::{GreyRange, Image, Sources};
 use crate::options::check_law;
 use crate::progress::Progress;
 use crate::shapes::{GreyInput, labels};
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::place::{lengths, nodal_values, whole_frames};
+use shapespace_input::{GreyRange, Image, Sources};
 
 /// Weight of the edge length of an image, relative to the mismatch weight: with a smaller weight,
 /// dissimilar images lose their individual features (docs/study/joint.md).

@@ -59,9 +59,7 @@ pub(super) fn write_all<const D: usize>(
     write_energy(directory, &outcome.history, &PARTS, |level| {
         parts(outcome, level)
     })?;
-    directory.with_file("average.png", |path| {
-        draw::picture(outcome, &maps).write_png(path)
-    })?;
+    directory.picture("average.png", || draw::picture(outcome, &maps))?;
     let record = record(outcome, session.start);
     record.write(directory)?;
     Ok(summary(&record))

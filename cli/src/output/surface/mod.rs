@@ -10,7 +10,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use super::OutputError;
-use crate::picture::Surface;
+use shapespace_picture::Surface;
 
 /// How a header states that coordinates are those of the world.
 const WORLD: &str = "SPACE=RAS";

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::{WORLD, corner};
-use crate::picture::Surface;
+use shapespace_picture::Surface;
 
 /// Length of the header.
 const HEADER: usize = 80;

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::{WORLD, corner};
-use crate::picture::Surface;
+use shapespace_picture::Surface;
 
 /// Writes a surface; points in double precision.
 pub(super) fn surface_to(

@@ -1,0 +1,93 @@
+//! Surfaces and outlines in files as masks with exact boundaries.
+
+use std::path::Path;
+
+use levelset::Contour;
+
+use super::curves::{self, is_outline};
+use super::mesh::{self, Fault, MAX_TRIANGLES, Mended, Mesh, is_mesh};
+use super::outline::into_image;
+use super::winding::Fill;
+use super::{AnyImage, InputError, bytes_of, extension_of};
+
+/// Whether files with this extension, in small letters, hold surfaces or outlines.
+pub(crate) fn is_exact(extension: &str) -> bool {
+    is_mesh(extension) || is_outline(extension)
+}
+
+/// Reads the triangles of a file, in the world.
+///
+/// # Errors
+/// [`InputError`] names the file, the defect and the remedy.
+pub fn read_mesh(path: &Path) -> Result<Mesh, InputError> {
+    triangles(&bytes_of(path)?, path, &extension_of(path))
+}
+
+/// Reads a surface or an outline as a mask.
+pub(crate) fn decode_image(
+    bytes: &[u8],
+    path: &Path,
+    extension: &str,
+) -> Result<AnyImage, InputError> {
+    if is_outline(extension) {
+        let (contour, fill) = curves::decode(bytes, extension).map_err(malformed(path))?;
+        return Ok(AnyImage::D2(into_image(&contour, fill, path)?));
+    }
+    let mesh = triangles(bytes, path, extension)?;
+    let Mended {
+        points,
+        triangles,
+        remark,
+    } = mesh::mended(mesh).map_err(|fault| unfit(fault, path))?;
+    let contour = Contour::new(points, triangles)
+        .map_err(|error| malformed(path)(("surface", error.to_string())))?;
+    let mut image = into_image(&contour, Fill::NonZero, path)?;
+    let h = image.spacing[0];
+    let row = |k: usize| {
+        let mut row = [0.0, 0.0, 0.0, image.origin[k]];
+        row[k] = h;
+        row
+    };
+    image.affine = Some([row(0), row(1), row(2)]);
+    image.remark = remark;
+    Ok(AnyImage::D3(image))
+}
+
+fn triangles(bytes: &[u8], path: &Path, extension: &str) -> Result<Mesh, InputError> {
+    let mesh = mesh::decode(bytes, extension).map_err(malformed(path))?;
+    let found = mesh.triangles.len();
+    if found > MAX_TRIANGLES {
+        let path = path.into();
+        return Err(InputError::TooManyTriangles { path, found });
+    }
+    Ok(mesh)
+}
+
+fn malformed(path: &Path) -> impl Fn((&'static str, String)) -> InputError + '_ {
+    |(format, reason)| InputError::Malformed {
+        path: path.into(),
+        format,
+        reason,
+    }
+}
+
+fn unfit(fault: Fault, path: &Path) -> InputError {
+    let path = path.into();
+    match fault {
+        Fault::Open {
+            open,
+            holes,
+            crowded,
+            widest,
+            limit,
+        } => InputError::OpenSurface {
+            path,
+            open,
+            holes,
+            crowded,
+            widest,
+            limit,
+        },
+        Fault::Flat => InputError::FlatSurface { path },
+    }
+}

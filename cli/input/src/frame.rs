@@ -1,0 +1,311 @@
+//! Transforms from samples to the unit box.
+
+use fe_grid::tensor::{determinant, inverse_transpose};
+use serde::{Deserialize, Serialize};
+
+use super::Image;
+
+/// The rule by which an image was placed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameRule {
+    /// Samples are nodes.
+    AsIs,
+    /// One transform for all images.
+    Shared,
+    /// One scale for all images, each object in the middle.
+    Centred,
+    /// One transform from the world to the box for all images.
+    Physical,
+    /// The whole image in the middle of the box, in which the longest side of all is one.
+    Whole,
+}
+
+/// From sample indices to the unit box:
+/// `unit = scale * physical + offset` with `physical = direction (sample * spacing) + origin`.
+/// Images that have no place in the world have no direction; their axes are those of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(into = "FrameRecord", try_from = "FrameRecord")]
+pub struct FrameTransform<const D: usize> {
+    scale: f64,
+    spacing: [f64; D],
+    origin: [f64; D],
+    direction: Option<[[f64; D]; D]>,
+    offset: [f64; D],
+    rule: FrameRule,
+}
+
+impl<const D: usize> FrameTransform<D> {
+    /// The transform of an image whose lengths are scaled by a factor, and then moved.
+    pub(crate) fn of_image(
+        image: &Image<D>,
+        scale: f64,
+        offset: [f64; D],
+        rule: FrameRule,
+    ) -> Self {
+        Self {
+            scale,
+            spacing: image.spacing,
+            origin: image.origin,
+            direction: image.direction,
+            offset,
+            rule,
+        }
+    }
+
+    /// The transform of an image that puts a point of its physical space into the middle of the
+    /// box.
+    pub(crate) fn around(image: &Image<D>, scale: f64, centre: [f64; D], rule: FrameRule) -> Self {
+        Self::of_image(image, scale, centre.map(|c| 0.5 - scale * c), rule)
+    }
+
+    /// The transform of an image whose samples are the nodes of a grid of `nodes` a side.
+    pub(crate) fn nodal(nodes: usize) -> Self {
+        Self {
+            scale: 1.0 / (nodes - 1) as f64,
+            spacing: [1.0; D],
+            origin: [0.0; D],
+            direction: None,
+            offset: [0.0; D],
+            rule: FrameRule::AsIs,
+        }
+    }
+
+    /// The same transform from physical space to the box, from the samples of another image.
+    pub fn for_image(&self, image: &Image<D>) -> Self {
+        Self::of_image(image, self.scale, self.offset, self.rule)
+    }
+
+    /// Whether the samples of an image have the same physical positions.
+    pub fn has_lattice_of(&self, image: &Image<D>) -> bool {
+        self.spacing == image.spacing
+            && self.origin == image.origin
+            && self.direction == image.direction
+    }
+
+    /// The rule that determined it.
+    pub fn rule(&self) -> FrameRule {
+        self.rule
+    }
+
+    /// Whether its physical space is the world, in millimetres.
+    pub fn in_world(&self) -> bool {
+        self.direction.is_some()
+    }
+
+    /// For every axis of the box the axis of samples that is nearest to it, and whether that has
+    /// the opposite direction.
+    pub fn box_axes(&self) -> [(usize, bool); D] {
+        let Some(rows) = &self.direction else {
+            return std::array::from_fn(|k| (k, false));
+        };
+        let mut free: Vec<usize> = (0..D).collect();
+        std::array::from_fn(|i| {
+            let nearest = (0..free.len())
+                .max_by(|&a, &b| rows[i][free[a]].abs().total_cmp(&rows[i][free[b]].abs()));
+            // There are as many axes of samples as of the box.
+            let axis = free.remove(nearest.unwrap_or(0));
+            (axis, rows[i][axis] < 0.0)
+        })
+    }
+
+    /// Whether samples that are counted along the axes of the box ([`Self::box_axes`]) are reflected.
+    pub fn reverses(&self) -> bool {
+        let Some(rows) = &self.direction else {
+            return false;
+        };
+        let axes = self.box_axes();
+        let counted = rows
+            .map(|row| axes.map(|(axis, reversed)| if reversed { -row[axis] } else { row[axis] }));
+        determinant(&counted) < 0.0
+    }
+
+    /// Whether samples are reflected.
+    pub(crate) fn reflects(&self) -> bool {
+        self.direction.is_some_and(|rows| determinant(&rows) < 0.0)
+    }
+
+    /// Unit-box length of one length unit of the file.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// Unit-box length of one sample along each axis.
+    pub fn sample_size(&self) -> [f64; D] {
+        self.spacing.map(|h| self.scale * h)
+    }
+
+    /// The frame scaled towards the centre of the box by a factor.
+    pub fn shrunk(&self, factor: f64) -> Self {
+        Self {
+            scale: factor * self.scale,
+            offset: self.offset.map(|x| 0.5 + factor * (x - 0.5)),
+            ..*self
+        }
+    }
+
+    /// Whether it maps samples to the same positions as another frame, up to rounding.
+    pub fn like(&self, other: &Self) -> bool {
+        let axes = (0..D).map(|k| std::array::from_fn(|i| f64::from(u8::from(i == k))));
+        let mut points = axes.chain([[0.0; D], [1.0; D]]);
+        points.all(|sample| {
+            let (a, b) = (self.to_unit(sample), other.to_unit(sample));
+            (0..D).all(|k| (a[k] - b[k]).abs() < 1e-9)
+        })
+    }
+
+    /// Unit-box position of a (fractional) sample index.
+    pub fn to_unit(&self, sample: [f64; D]) -> [f64; D] {
+        let along: [f64; D] = std::array::from_fn(|k| sample[k] * self.spacing[k]);
+        let turned = match &self.direction {
+            None => along,
+            Some(rows) => rows.map(|row| (0..D).map(|k| row[k] * along[k]).sum()),
+        };
+        std::array::from_fn(|k| self.scale * (turned[k] + self.origin[k]) + self.offset[k])
+    }
+
+    /// Sample index of a point of the unit box.
+    pub fn to_sample(&self, unit: [f64; D]) -> [f64; D] {
+        let physical = self.to_physical(unit);
+        let from_origin: [f64; D] = std::array::from_fn(|k| physical[k] - self.origin[k]);
+        let along = match &self.direction {
+            None => from_origin,
+            Some(rows) => solved(rows, from_origin),
+        };
+        std::array::from_fn(|k| along[k] / self.spacing[k])
+    }
+
+    /// Position in the file's length units of a point of the unit box; in the world where the frame
+    /// lies [there](Self::in_world).
+    pub fn to_physical(&self, unit: [f64; D]) -> [f64; D] {
+        std::array::from_fn(|k| (unit[k] - self.offset[k]) / self.scale)
+    }
+}
+
+/// The solution of `rows x = right`.
+fn solved<const D: usize>(rows: &[[f64; D]; D], right: [f64; D]) -> [f64; D] {
+    let inverse = inverse_transpose(rows);
+    std::array::from_fn(|k| (0..D).map(|i| inverse[i][k] * right[i]).sum())
+}
+
+/// The form in which a transform is written to files.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrameRecord {
+    rule: FrameRule,
+    scale: f64,
+    spacing: Vec<f64>,
+    origin: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    direction: Option<Vec<Vec<f64>>>,
+    offset: Vec<f64>,
+}
+
+impl<const D: usize> From<FrameTransform<D>> for FrameRecord {
+    fn from(frame: FrameTransform<D>) -> Self {
+        Self {
+            rule: frame.rule,
+            scale: frame.scale,
+            spacing: frame.spacing.to_vec(),
+            origin: frame.origin.to_vec(),
+            direction: frame
+                .direction
+                .map(|rows| rows.iter().map(|row| row.to_vec()).collect()),
+            offset: frame.offset.to_vec(),
+        }
+    }
+}
+
+/// A written transform that cannot be one of this dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "a frame transform needs a positive scale and positive spacings, one number for each axis, and \
+     independent directions"
+)]
+pub struct FrameRecordError;
+
+impl<const D: usize> TryFrom<FrameRecord> for FrameTransform<D> {
+    type Error = FrameRecordError;
+
+    fn try_from(record: FrameRecord) -> Result<Self, FrameRecordError> {
+        let axes = |numbers: Vec<f64>| <[f64; D]>::try_from(numbers).map_err(|_| FrameRecordError);
+        let direction = record.direction.map(|rows| {
+            let rows: Result<Vec<[f64; D]>, _> = rows.into_iter().map(axes).collect();
+            <[[f64; D]; D]>::try_from(rows?).map_err(|_| FrameRecordError)
+        });
+        let frame = Self {
+            rule: record.rule,
+            scale: record.scale,
+            spacing: axes(record.spacing)?,
+            origin: axes(record.origin)?,
+            direction: direction.transpose()?,
+            offset: axes(record.offset)?,
+        };
+        let positive = |x: &f64| *x > 0.0 && x.is_finite();
+        let independent = frame.direction.is_none_or(|rows| {
+            let size = determinant(&rows).abs();
+            size > 0.0 && size.is_finite()
+        });
+        if positive(&frame.scale) && frame.spacing.iter().all(positive) && independent {
+            Ok(frame)
+        } else {
+            Err(FrameRecordError)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block;
+
+    #[test]
+    fn sheared_and_reflected_axes_invert_and_are_written() {
+        let mut image = block([9, 9, 9], [1.0; 3], [2; 3], [6; 3]);
+        image.spacing = [0.5, 2.0, 3.0];
+        image.origin = [-4.0, 7.0, 1.0];
+        image.direction = Some([[0.0, 0.6, 0.1], [-1.0, 0.0, 0.0], [0.0, 0.8, -0.9]]);
+        let frame = FrameTransform::around(&image, 0.04, [1.0, 2.0, 3.0], FrameRule::Physical);
+        let sample = [1.25, -3.0, 8.0];
+        let unit = frame.to_unit(sample);
+        // The first axis points along -y, the second has the direction (.6, 0, .8).
+        let world = [
+            0.6 * -6.0 + 0.1 * 24.0 - 4.0,
+            -0.625 + 7.0,
+            0.8 * -6.0 - 0.9 * 24.0 + 1.0,
+        ];
+        let back = frame.to_sample(unit);
+        for k in 0..3 {
+            assert!((frame.to_physical(unit)[k] - world[k]).abs() < 1e-12);
+            assert!((back[k] - sample[k]).abs() < 1e-12);
+        }
+        assert!((determinant(&image.direction.unwrap()) + 0.62).abs() < 1e-14);
+        assert_eq!(frame.box_axes(), [(1, false), (0, true), (2, true)]);
+        // Reversed twice and exchanged once, the axes are right-handed.
+        assert!(!frame.reverses() && frame.in_world());
+        let text = serde_json::to_string(&frame).unwrap();
+        assert_eq!(
+            serde_json::from_str::<FrameTransform<3>>(&text).unwrap(),
+            frame
+        );
+        image.direction = Some([[0.0, 0.6, 0.1]; 3]);
+        let flat = serde_json::to_string(&frame.for_image(&image)).unwrap();
+        assert!(serde_json::from_str::<FrameTransform<3>>(&flat).is_err());
+    }
+
+    #[test]
+    fn frames_that_differ_in_one_axis_are_not_alike() {
+        let image = block([9, 9], [1.0; 2], [2; 2], [6; 2]);
+        let frame = |direction| {
+            let turned = Image {
+                direction: Some(direction),
+                ..image.clone()
+            };
+            FrameTransform::around(&turned, 0.1, [4.0; 2], FrameRule::Physical)
+        };
+        let upright = frame([[1.0, 0.0], [0.0, 1.0]]);
+        // Axes that are exchanged leave the corners on the diagonal where they are.
+        assert!(!upright.like(&frame([[0.0, 1.0], [1.0, 0.0]])));
+        assert!(upright.like(&frame([[1.0, 1e-12], [0.0, 1.0]])));
+    }
+}

@@ -1,0 +1,76 @@
+//! Whether a mask has two levels.
+
+use super::{Image, LEVEL};
+
+/// Values of an object above this are white.
+const WHITE: f64 = 0.9;
+/// Distance from the boundary, in samples along every axis, up to which grey values are those of a
+/// smoothed boundary.
+const EDGE: usize = 2;
+
+/// The share of the object's samples that are grey although the object continues two samples
+/// further in every direction: none in a mask with smoothed boundaries, most in a grey image.
+pub fn grey_share<const D: usize>(image: &Image<D>) -> f64 {
+    let inside = |value: &&f64| **value > LEVEL;
+    let grey = image.values.iter().enumerate().filter(|(index, value)| {
+        (LEVEL..WHITE).contains(*value) && is_deep(image, image.sample(*index))
+    });
+    let object = image.values.iter().filter(inside).count();
+    grey.count() as f64 / object.max(1) as f64
+}
+
+/// Whether all samples around one lie in the object. What lies beyond the image is unknown.
+fn is_deep<const D: usize>(image: &Image<D>, sample: [usize; D]) -> bool {
+    let side = 2 * EDGE + 1;
+    (0..side.pow(D as u32)).all(|mut number| {
+        let mut near = sample;
+        for k in 0..D {
+            let Some(i) = (sample[k] + number % side).checked_sub(EDGE) else {
+                return true;
+            };
+            if i >= image.size[k] {
+                return true;
+            }
+            near[k] = i;
+            number /= side;
+        }
+        image.values[image.index(near)] > LEVEL
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::block;
+
+    /// A disk of radius 12 whose values fall over this number of samples.
+    fn disk(ramp: f64) -> Image<2> {
+        let mut image = block([40, 40], [1.0; 2], [0, 0], [0, 0]);
+        for index in 0..image.values.len() {
+            let [x, y] = image.sample(index).map(|i| i as f64 - 19.6);
+            image.values[index] = (0.5 + (12.0 - x.hypot(y)) / ramp).clamp(0.0, 1.0);
+        }
+        image
+    }
+
+    #[test]
+    fn masks_and_smoothed_masks_have_no_grey_values() {
+        assert_eq!(
+            grey_share(&block([20, 20, 20], [1.0; 3], [4; 3], [15; 3])),
+            0.0
+        );
+        for ramp in [1e-9, 1.0, 3.0] {
+            assert_eq!(grey_share(&disk(ramp)), 0.0, "{ramp}");
+        }
+    }
+
+    #[test]
+    fn a_scan_is_grey() {
+        // A cone: white in the middle only.
+        let share = grey_share(&disk(24.0));
+        assert!((0.3..0.9).contains(&share), "{share}");
+        let mut scan = block([20, 20, 20], [1.0; 3], [0; 3], [19; 3]);
+        scan.values.iter_mut().for_each(|value| *value *= 0.7);
+        assert_eq!(grey_share(&scan), 1.0);
+    }
+}

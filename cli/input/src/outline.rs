@@ -1,0 +1,205 @@
+//! Masks with exact boundaries, from closed outlines and surfaces.
+//!
+//! The samples of such a mask serve where something is asked of samples: whether the object touches
+//! the border, how many pieces it has, and where volumes are written. Distances are those to the
+//! exact boundary, whatever the grid. Where the outline or surface crosses itself, so that parts of it
+//! lie inside the object, the boundary is that of the samples instead; their values then rise linearly with the
+//! distance, so that it is accurate to second order in the spacing.
+
+use std::path::Path;
+
+use levelset::{Contour, ContourDistance};
+
+use super::decode::{VALUE, check_count};
+use super::winding::{Fill, Samples, winding_numbers};
+use super::{Image, InputError, LEVEL, reserve};
+
+/// Samples along the longest side of the object, in 2D and 3D.
+const SAMPLES: [usize; 2] = [512, 128];
+/// Samples beyond the object, to each side.
+const AROUND: usize = 3;
+/// Segments of which each is asked what lies to its sides.
+const MOST_SEGMENTS: usize = 20_000;
+
+/// A closed contour as a mask.
+pub(crate) fn into_image<const D: usize>(
+    contour: &Contour<D>,
+    fill: Fill,
+    path: &Path,
+) -> Result<Image<D>, InputError> {
+    let samples = samples_around(contour, path)?;
+    let count = check_count(&samples.size.map(|n| n as u64), path)? as u64;
+    reserve(path, (VALUE + 4) * count, VALUE * count)?;
+    let unfit = |reason: &str| InputError::Malformed {
+        path: path.into(),
+        format: "outline",
+        reason: reason.into(),
+    };
+    let numbers = winding_numbers(contour, &samples).map_err(unfit)?;
+    if D == 2 && !numbers.iter().any(|&n| fill.holds(n)) {
+        return Err(unfit(
+            "it encloses no area, or is thinner than a 512th of its length",
+        ));
+    }
+    let mut image = Image {
+        values: Vec::new(),
+        size: samples.size,
+        spacing: [samples.spacing; D],
+        origin: samples.origin,
+        path: path.into(),
+        affine: None,
+        direction: None,
+        plain_array: false,
+        outline: None,
+        remark: None,
+    };
+    let exact = exact(contour, fill, &numbers, &samples);
+    if let Some(exact) = exact {
+        let inside = numbers.iter().map(|&n| f64::from(u8::from(fill.holds(n))));
+        image.values = inside.collect();
+        let h = samples.spacing;
+        let sample = |p: [f64; D]| std::array::from_fn(|k| (p[k] - samples.origin[k]) / h);
+        image.outline = Some(exact.map(sample));
+    } else {
+        image.values = ramp(contour, fill, &numbers, &image)?;
+    }
+    Ok(image)
+}
+
+fn samples_around<const D: usize>(
+    contour: &Contour<D>,
+    path: &Path,
+) -> Result<Samples<D>, InputError> {
+    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
+    for p in contour.simplices().iter().flatten() {
+        let p = contour.points()[*p as usize];
+        for k in 0..D {
+            (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
+        }
+    }
+    let sides: [f64; D] = std::array::from_fn(|k| high[k] - low[k]);
+    let longest = sides.iter().fold(0.0f64, |a, b| a.max(*b));
+    let spacing = longest / SAMPLES[D - 2] as f64;
+    if !(spacing.is_finite() && (1e-6..=1e6).contains(&spacing)) {
+        return Err(InputError::Spacing {
+            path: path.into(),
+            spacing: vec![spacing; D],
+        });
+    }
+    let steps = sides.map(|side| (side / spacing).ceil() as usize);
+    // The object lies in the middle of its samples.
+    let origin = std::array::from_fn(|k| {
+        let slack = 0.5 * (steps[k] as f64 * spacing - sides[k]);
+        low[k] - slack - AROUND as f64 * spacing
+    });
+    Ok(Samples {
+        size: steps.map(|n| n + 1 + 2 * AROUND),
+        spacing,
+        origin,
+    })
+}
+
+/// The contour as the boundary of what lies inside, if it is: oriented, and without parts inside.
+fn exact<const D: usize>(
+    contour: &Contour<D>,
+    fill: Fill,
+    numbers: &[i32],
+    samples: &Samples<D>,
+) -> Option<Contour<D>> {
+    let all = |expected: i32| numbers.iter().all(|&n| n == 0 || n == expected);
+    if all(1) {
+        return Some(contour.clone());
+    }
+    if all(-1) {
+        return Some(contour.clone().flipped());
+    }
+    if D == 3 || contour.simplices().len() > MOST_SEGMENTS {
+        return None;
+    }
+    // Each segment of an outline is turned such that the object lies to its left.
+    let inside = |p: [f64; D]| fill.holds(winding_number(contour, p));
+    let sides = |number: usize| {
+        let [p, q] = [contour.corners(number)[0], contour.corners(number)[D - 1]];
+        let normal = [p[1] - q[1], q[0] - p[0]];
+        let step = 1e-6;
+        [step, -step].map(|step| {
+            inside(std::array::from_fn(|k| {
+                0.5 * (p[k] + q[k]) + step * normal[k]
+            }))
+        })
+    };
+    let mut turned = Vec::new();
+    for (number, simplex) in contour.simplices().iter().enumerate() {
+        let mut simplex = *simplex;
+        match sides(number) {
+            [true, false] => turned.push(simplex),
+            [false, true] => {
+                simplex.swap(0, 1);
+                turned.push(simplex);
+            }
+            _ => {}
+        }
+    }
+    let turned = Contour::new(contour.points().to_vec(), turned).ok()?;
+    // Where segments cross, they would have to be turned at the crossing.
+    let found = winding_numbers(&turned, samples).ok()?;
+    let inside = numbers.iter().map(|&n| i32::from(fill.holds(n)));
+    found.into_iter().eq(inside).then_some(turned)
+}
+
+/// The winding number of an outline about one point.
+fn winding_number<const D: usize>(contour: &Contour<D>, place: [f64; D]) -> i32 {
+    let crossing = |[p, q]: [[f64; D]; 2]| {
+        let above = [p[1] > place[1], q[1] > place[1]];
+        if above[0] == above[1] {
+            return 0;
+        }
+        let x = p[0] + (place[1] - p[1]) / (q[1] - p[1]) * (q[0] - p[0]);
+        if x >= place[0] {
+            0
+        } else if above[0] {
+            1
+        } else {
+            -1
+        }
+    };
+    let corners = contour.all_corners();
+    corners.map(|c| crossing([c[0], c[D - 1]])).sum()
+}
+
+/// Values that cross the level at the boundary, between a sample inside and one outside.
+fn ramp<const D: usize>(
+    contour: &Contour<D>,
+    fill: Fill,
+    numbers: &[i32],
+    image: &Image<D>,
+) -> Result<Vec<f64>, InputError> {
+    let distance = ContourDistance::new(contour).map_err(|error| InputError::Malformed {
+        path: image.path.clone(),
+        format: "surface",
+        reason: error.to_string(),
+    })?;
+    let inside: Vec<bool> = numbers.iter().map(|&n| fill.holds(n)).collect();
+    let strides: [usize; D] = std::array::from_fn(|k| image.size[..k].iter().product());
+    let at_the_boundary = |index: usize| {
+        let sample = image.sample(index);
+        (0..D).any(|k| {
+            let before = sample[k] > 0 && inside[index - strides[k]] != inside[index];
+            let after = sample[k] + 1 < image.size[k];
+            before || after && inside[index + strides[k]] != inside[index]
+        })
+    };
+    let indices: Vec<usize> = (0..inside.len()).collect();
+    let value = |&index: &usize| {
+        let side = if inside[index] { 1.0 } else { -1.0 };
+        if !at_the_boundary(index) {
+            return LEVEL + 0.5 * side;
+        }
+        let sample = image.sample(index);
+        let place = std::array::from_fn(|k| image.origin[k] + sample[k] as f64 * image.spacing[k]);
+        let far = distance.nearest(place).distance / image.spacing[0];
+        // A sample on the boundary belongs to the side that it counts to.
+        LEVEL + 0.25 * side * far.clamp(1e-6, 1.9)
+    };
+    Ok(fe_grid::parallel::map(&indices, &value))
+}

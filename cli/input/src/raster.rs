@@ -1,0 +1,257 @@
+//! PNG, JPEG, PNM and BMP pictures at their native depth.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
+
+use super::decode::{Samples, VALUE, check_size};
+use super::number::Meaning;
+use super::{InputError, bmp, jpeg, pnm, reserve};
+
+/// No lossless picture format packs more bytes of pixels than this into one byte of file.
+const MOST_COMPRESSION: usize = 4096;
+const MAX_ALLOC: usize = 1 << 30;
+
+/// The pixels of a picture, row 0 first.
+pub(crate) struct Pixels {
+    /// Pixels along each axis, `x` first.
+    pub size: [usize; 2],
+    /// Numbers a pixel: grey, grey and alpha, colours, or colours and alpha.
+    pub channels: usize,
+    /// All numbers.
+    pub numbers: Numbers,
+    /// The colours of a picture that has stored their numbers.
+    pub palette: Vec<[u8; 3]>,
+}
+
+/// What becomes of coloured pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Colours {
+    /// They are refused, unless they are masks or label images of few colours.
+    Refused,
+    /// They are read as their luminance.
+    Luminance,
+}
+
+/// The numbers of a picture, channel fastest; the greatest one of their type is full white.
+#[derive(Debug, PartialEq)]
+pub(crate) enum Numbers {
+    Bytes(Vec<u8>),
+    Words(Vec<u16>),
+}
+
+/// Reads a picture: its transparency where that varies, else its grey value, else the numbers of its
+/// colours where these are stored.
+pub(crate) fn decode(
+    bytes: &[u8],
+    path: &Path,
+    extension: &str,
+    colours: Colours,
+) -> Result<Samples, InputError> {
+    let picture = match extension {
+        "png" => png(bytes, path),
+        "jpg" | "jpeg" => jpeg::decode(bytes, path),
+        "bmp" => bmp::decode(bytes, path),
+        _ => pnm::decode(bytes, path),
+    }?;
+    let channels = picture.channels;
+    let (mut values, full) = match &picture.numbers {
+        Numbers::Bytes(numbers) => (one_channel(numbers, channels, 255), 255.0),
+        Numbers::Words(numbers) => (one_channel(numbers, channels, u16::MAX), 65535.0),
+    };
+    let mut meaning = Meaning::Grey(full);
+    if values.is_none() && colours == Colours::Luminance {
+        values = Some(match &picture.numbers {
+            Numbers::Bytes(numbers) => luminances(numbers, channels),
+            Numbers::Words(numbers) => luminances(numbers, channels),
+        });
+    }
+    if let (None, Numbers::Bytes(numbers)) = (&values, &picture.numbers) {
+        values = colour_numbers(numbers, channels, &picture.palette);
+        meaning = Meaning::Labels;
+    }
+    Ok(Samples {
+        values: values.ok_or_else(|| InputError::Colour { path: path.into() })?,
+        size: picture.size.to_vec(),
+        meaning,
+        spacing: vec![1.0; 2],
+        affine: None,
+        plain_array: false,
+    })
+}
+
+/// Asks for the memory of a picture: so many bytes while it is decoded, and its values.
+pub(crate) fn reserve_pixels(
+    path: &Path,
+    n_pixels: usize,
+    decoded: usize,
+) -> Result<(), InputError> {
+    let values = VALUE * n_pixels as u64;
+    reserve(path, values + decoded as u64, values)
+}
+
+/// Pixels of fewer than 8 bits and those of a palette become numbers of 8 bits.
+fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
+    let malformed = |reason: String| InputError::Malformed {
+        path: path.into(),
+        format: "PNG",
+        reason,
+    };
+    let failed = |error: DecodingError| malformed(failure(&error, bytes.len()));
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_ALLOC });
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(failed)?;
+    let (width, height) = reader.info().size();
+    check_size(&[width.into(), height.into()], path)?;
+    let palette = match (reader.info().color_type, &reader.info().palette) {
+        (ColorType::Indexed, Some(palette)) => palette.as_chunks().0.to_vec(),
+        _ => Vec::new(),
+    };
+    let length = reader.output_buffer_size();
+    let length = length.filter(|&n| n <= MAX_ALLOC);
+    let length = length.ok_or_else(|| malformed("it is too large".into()))?;
+    check_compression(length, bytes.len(), path)?;
+    // Numbers of 16 bits are put in order in a second array.
+    reserve_pixels(path, width as usize * height as usize, 2 * length)?;
+    let mut data = vec![0; length];
+    let frame = reader.next_frame(&mut data).map_err(failed)?;
+    let numbers = if frame.bit_depth == BitDepth::Sixteen {
+        let numbers = data.as_chunks().0.iter();
+        Numbers::Words(numbers.map(|&raw| u16::from_be_bytes(raw)).collect())
+    } else {
+        Numbers::Bytes(data)
+    };
+    Ok(Pixels {
+        size: [width as usize, height as usize],
+        channels: frame.color_type.samples(),
+        numbers,
+        palette,
+    })
+}
+
+/// Checks that this number of bytes of pixels is possible for a file of this length.
+pub(crate) fn check_compression(
+    pixels: usize,
+    found: usize,
+    path: &Path,
+) -> Result<(), InputError> {
+    let expected = pixels / MOST_COMPRESSION;
+    if expected > found {
+        return Err(InputError::Truncated {
+            path: path.into(),
+            expected: expected as u64,
+            found: found as u64,
+        });
+    }
+    Ok(())
+}
+
+fn failure(error: &DecodingError, found: usize) -> String {
+    match error {
+        DecodingError::LimitsExceeded => "it is too large".to_owned(),
+        DecodingError::IoError(io) if io.kind() == std::io::ErrorKind::UnexpectedEof => {
+            format!("it is cut off after {found} bytes")
+        }
+        other => other.to_string(),
+    }
+}
+
+/// One number a pixel out of 1 to 4 channels: transparency where it varies, else grey. `None` for
+/// a coloured picture, unless it has two colours only, which make a mask as well.
+pub(crate) fn one_channel<T: Copy + PartialOrd + Into<f64>>(
+    data: &[T],
+    channels: usize,
+    full: T,
+) -> Option<Vec<f64>> {
+    let pixels = || data.chunks_exact(channels);
+    let channel = |k: usize| Some(pixels().map(|p| p[k].into()).collect());
+    if matches!(channels, 2 | 4) {
+        let mut alpha = pixels().map(|p| p[channels - 1]);
+        let first = alpha.next();
+        if alpha.any(|a| Some(a) != first) {
+            return channel(channels - 1);
+        }
+    }
+    if channels <= 2 || pixels().all(|p| p[0] == p[1] && p[1] == p[2]) {
+        return channel(0);
+    }
+    let mut colours: Vec<[f64; 3]> = Vec::new();
+    for p in pixels() {
+        let colour = [p[0], p[1], p[2]].map(Into::into);
+        if !colours.contains(&colour) {
+            colours.push(colour);
+        }
+        if colours.len() > 2 {
+            return None;
+        }
+    }
+    // Two colours: the lighter one is the object.
+    let lightest = colours.iter().copied().map(luminance).fold(0.0, f64::max);
+    let value = |p: &[T]| {
+        let is_light = luminance([p[0], p[1], p[2]].map(Into::into)) == lightest;
+        if is_light { full.into() } else { 0.0 }
+    };
+    Some(pixels().map(value).collect())
+}
+
+/// The luminance of a colour, from linear coefficients (ITU-R BT.709).
+fn luminance(p: [f64; 3]) -> f64 {
+    0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]
+}
+
+fn luminances<T: Copy + Into<f64>>(data: &[T], channels: usize) -> Vec<f64> {
+    let pixels = data.chunks_exact(channels);
+    pixels
+        .map(|p| luminance([p[0], p[1], p[2]].map(Into::into)))
+        .collect()
+}
+
+/// For every pixel the number of its colour in a palette; `None` without one.
+fn colour_numbers(data: &[u8], channels: usize, palette: &[[u8; 3]]) -> Option<Vec<f64>> {
+    if palette.is_empty() || channels < 3 {
+        return None;
+    }
+    let pixels = data.chunks_exact(channels);
+    pixels
+        .map(|p| {
+            let number = palette.iter().position(|colour| p[..3] == colour[..]);
+            number.map(|number| number as f64)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_numbers_of_colours_are_labels() {
+        let palette = [[0, 0, 0], [128, 0, 0], [0, 128, 0]];
+        let data = [0, 128, 0, 0, 0, 0, 128, 0, 0];
+        let numbers = colour_numbers(&data, 3, &palette);
+        assert_eq!(numbers, Some(vec![2.0, 0.0, 1.0]));
+        assert_eq!(colour_numbers(&data, 3, &[]), None);
+        assert_eq!(colour_numbers(&data, 3, &palette[..2]), None);
+        let grey = luminances(&data, 3);
+        assert!((grey[0] - 0.7152 * 128.0).abs() < 1e-12 && grey[1] == 0.0);
+    }
+
+    #[test]
+    fn transparency_wins_where_it_varies() {
+        let cut_out = [9u8, 9, 9, 0, 9, 9, 9, 255];
+        assert_eq!(one_channel(&cut_out, 4, 255).unwrap(), [0.0, 255.0]);
+        let opaque = [0u8, 255, 255, 255];
+        assert_eq!(one_channel(&opaque, 2, 255).unwrap(), [0.0, 255.0]);
+    }
+
+    #[test]
+    fn two_colours_are_a_mask_and_three_are_not() {
+        let two = [128u8, 0, 0, 0, 0, 0];
+        assert_eq!(one_channel(&two, 3, 255).unwrap(), [255.0, 0.0]);
+        let three = [128u8, 0, 0, 0, 0, 0, 1, 2, 3];
+        assert!(one_channel(&three, 3, 255).is_none());
+    }
+}
