@@ -108,7 +108,7 @@ pub use lattice::Lattice;
 pub use linear::conjugate_gradient;
 pub use linear::{CgInfo, CgParams, CgScratch, CgStatus, Diagonal, Identity, LinearOperator};
 pub use preimages::{Preimage, preimages};
-pub use restraint::{Restrained, restrain_step, restrain_together};
+pub use restraint::{Restrained, restrain_step, restrain_together, shorten_together};
 pub use simd_level::SimdLevel;
 pub use spectral::{Boundary, SpectralSolver};
 pub use tensor::Tensor;

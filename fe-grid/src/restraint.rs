@@ -1,7 +1,8 @@
 //! Restriction of a step such that a deformation stays injective.
 //!
-//! A step that folds a few cells is not shortened everywhere: it is damped around these cells, over
-//! a distance that grows with the step, so that the damping itself does not fold other cells.
+//! A step that folds a few cells is not shortened everywhere by [`restrain_together`]: it is damped
+//! around these cells, over a distance that grows with the step, so that the damping itself does not
+//! fold other cells. [`shorten_together`] shortens it everywhere.
 
 use crate::certificate::{certify_within, violations};
 use crate::compiled_once;
@@ -77,19 +78,10 @@ fn restrain_in<const D: usize>(
 ) {
     let n = grid.n_nodes();
     assert_eq!(step.len() % n, 0);
-    let trial = |deformation: &Restrained<'_>, step: &[f64]| {
-        let mut trial = vec![0.0; D * n];
-        add(
-            deformation.displacement,
-            &step[deformation.range.clone()],
-            &mut trial,
-        );
-        trial
-    };
     let most = (MOST_VIOLATIONS * grid.n_cells() as f64) as usize;
     for round in 0..LOCAL_ROUNDS {
         let folding: Vec<Vec<usize>> = parallel::map(deformations, &|d| {
-            violations(grid, &trial(d, step), threshold, d.within)
+            violations(grid, &trial(grid, d, step), threshold, d.within)
         });
         if folding.iter().all(Vec::is_empty) {
             return;
@@ -110,9 +102,34 @@ fn restrain_in<const D: usize>(
             }
         }
     }
+    shorten_in(grid, deformations, step, threshold);
+}
+
+compiled_once! {
+    /// Like [`restrain_together`], but the whole step is halved until no deformation folds, so that it
+    /// keeps its direction; it is zero if twenty times do not suffice.
+    ///
+    /// # Panics
+    /// As for [`restrain_together`].
+    pub fn shorten_together<'a, D>(
+        grid: &'a Grid<D>,
+        deformations: &'a [Restrained<'a>],
+        step: &'a mut [f64],
+        threshold: f64,
+    ) = shorten_in;
+}
+
+fn shorten_in<const D: usize>(
+    grid: &Grid<D>,
+    deformations: &[Restrained<'_>],
+    step: &mut [f64],
+    threshold: f64,
+) {
+    assert_eq!(step.len() % grid.n_nodes(), 0);
     for _ in 0..GLOBAL_ROUNDS {
         let holds = parallel::all(deformations, &|d| {
-            certify_within(grid, &trial(d, step), threshold, threshold, d.within).certified
+            let trial = trial(grid, d, step);
+            certify_within(grid, &trial, threshold, threshold, d.within).certified
         });
         if holds {
             return;
@@ -120,6 +137,17 @@ fn restrain_in<const D: usize>(
         vector::scale(0.5, step);
     }
     step.fill(0.0);
+}
+
+/// The displacement after a step.
+fn trial<const D: usize>(grid: &Grid<D>, deformation: &Restrained<'_>, step: &[f64]) -> Vec<f64> {
+    let mut trial = vec![0.0; D * grid.n_nodes()];
+    add(
+        deformation.displacement,
+        &step[deformation.range.clone()],
+        &mut trial,
+    );
+    trial
 }
 
 fn add(u: &[f64], step: &[f64], out: &mut [f64]) {

@@ -101,7 +101,7 @@ pub struct GeodesicParams {
     /// Stopping tolerance of a level: relative decrease of the energy over five iterations.
     #[cfg_attr(feature = "clap", arg(long, value_name = "SHARE"))]
     pub tolerance: f64,
-    /// Maximum number of iterations per level [default: 200 for deformations of a start shape, 100
+    /// Maximum number of iterations per level [default: 500 for deformations of a start shape, 100
     /// for level sets].
     #[cfg_attr(feature = "clap", arg(long, value_name = "N"))]
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -148,7 +148,7 @@ impl GeodesicParams {
     /// Returns the maximum number of iterations per level.
     pub fn resolved_max_iterations(&self) -> usize {
         self.max_iterations.unwrap_or(match self.form {
-            Form::Lagrangian => 200,
+            Form::Lagrangian => 500,
             Form::LevelSets => 100,
         })
     }
