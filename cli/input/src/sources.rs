@@ -11,8 +11,8 @@ use super::packed::Packed;
 use super::raster::Colours;
 use super::volume::usable_affine;
 use super::{
-    AnyImage, AnyImages, GreyRange, InputError, Numbers, ReadOptions, bytes_of, decode_image,
-    decode_samples, grey, mask, same_dimension,
+    AnyImage, AnyImages, GreyRange, InputError, ReadOptions, bytes_of, decode_image,
+    decode_samples, grey, mask,
 };
 
 /// The type of the numbers of an array, which decides what they mean, as in a file.
@@ -198,6 +198,33 @@ impl Sources {
             },
             values: samples.values,
         })
+    }
+}
+
+/// The numbers of a volume as they are, and their place in the world.
+#[derive(Clone, Debug)]
+pub struct Numbers {
+    /// The numbers, `x` fastest.
+    pub values: Vec<f64>,
+    /// Their lattice.
+    pub lattice: Lattice,
+}
+
+fn same_dimension(images: Vec<AnyImage>) -> Result<AnyImages, InputError> {
+    let (mut flat, mut solid) = (Vec::new(), Vec::new());
+    for image in images {
+        match image {
+            AnyImage::D2(image) => flat.push(image),
+            AnyImage::D3(image) => solid.push(image),
+        }
+    }
+    match (flat.first(), solid.first()) {
+        (Some(flat), Some(solid)) => Err(InputError::MixedDimensions {
+            flat: flat.path.clone(),
+            solid: solid.path.clone(),
+        }),
+        (None, Some(_)) => Ok(AnyImages::D3(solid)),
+        _ => Ok(AnyImages::D2(flat)),
     }
 }
 

@@ -6,6 +6,7 @@
 
 mod analogy;
 mod canvas;
+mod curve;
 mod film;
 mod key;
 mod matrix;
@@ -24,13 +25,14 @@ mod window;
 
 pub use analogy::analogy;
 pub use canvas::Canvas;
+pub use curve::Curve;
 pub use film::{FilmStrip, tile_width};
 pub use key::Key;
 pub use matrix::HeatMap;
 pub use mesh::{Bounds, Paint, Surface, View};
 pub use scatter::ScatterPlot;
 pub use shape::{Camera, Shape};
-pub use sheet2::{ContactSheet, Curve, ShapeTile};
+pub use sheet2::{ContactSheet, ShapeTile};
 pub use sheet3::SurfaceSheet;
 pub use slice::{Slice, TileRows, pale};
 pub use tiles::Tiles;

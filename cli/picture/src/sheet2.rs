@@ -1,20 +1,12 @@
 //! The picture of a flat average: the inputs, the average, and the warped inputs over it.
 
 use super::{
-    Canvas, Colour, GAP, GREY, INK, LABEL, PALE, Rows, Shape, WHITE, colour, dashes, mix, text,
+    Canvas, Colour, Curve, GAP, GREY, INK, LABEL, PALE, Rows, Shape, WHITE, colour, dashes, mix,
+    text,
 };
 
 const WIDTH: usize = 920;
 const MOST_TILE: usize = 300;
-
-/// A line in unit-box coordinates.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
-    /// Its points.
-    pub points: Vec<[f64; 2]>,
-    /// Whether the last point is joined to the first.
-    pub closed: bool,
-}
 
 /// A shape to be shown in one tile.
 #[derive(Clone, Copy, Debug)]

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::InputError;
-use super::decode::{check_size, take};
-use super::raster::{Numbers, Pixels, reserve_pixels};
+use crate::InputError;
+use crate::decode::{check_size, take};
+use crate::raster::{Numbers, Pixels, reserve_pixels};
 
 struct Header {
     size: [usize; 2],

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::InputError;
-use super::decode::{check_size, take};
-use super::raster::{Numbers, Pixels, check_compression, reserve_pixels};
+use crate::InputError;
+use crate::decode::{check_size, take};
+use crate::raster::{Numbers, Pixels, check_compression, reserve_pixels};
 
 // Ways to store the pixels.
 const PLAIN: u32 = 0;

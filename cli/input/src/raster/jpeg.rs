@@ -7,9 +7,9 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::InputError;
-use super::decode::check_size;
-use super::raster::{Numbers, Pixels, check_compression, reserve_pixels};
+use crate::InputError;
+use crate::decode::check_size;
+use crate::raster::{Numbers, Pixels, check_compression, reserve_pixels};
 
 /// Colours of grey pictures differ by up to this much from grey.
 const TINT: u8 = 16;
@@ -68,13 +68,13 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{AnyImage, ReadOptions, decode_image, read_grey_images};
     use super::*;
+    use crate::{AnyImage, ReadOptions, decode_image, read_grey_images};
 
     /// A white disk in the left half of 48 x 32 black pixels, of quality 90.
-    const DISK: &[u8] = include_bytes!("../../tests/suite/files/disk.jpg");
+    const DISK: &[u8] = include_bytes!("../../tests/files/disk.jpg");
     /// A red and a green half.
-    const COLOURS: &[u8] = include_bytes!("../../tests/suite/files/colours.jpg");
+    const COLOURS: &[u8] = include_bytes!("../../tests/files/colours.jpg");
 
     fn read(bytes: &[u8]) -> Result<AnyImage, InputError> {
         decode_image(bytes, Path::new("a.jpg"), &ReadOptions::default())

@@ -1,13 +1,17 @@
 //! PNG, JPEG, PNM and BMP pictures at their native depth.
 
+mod bmp;
+mod jpeg;
+mod pnm;
+
 use std::io::Cursor;
 use std::path::Path;
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
-use super::decode::{Samples, VALUE, check_size};
-use super::number::Meaning;
-use super::{InputError, bmp, jpeg, pnm, reserve};
+use crate::decode::{Samples, VALUE, check_size};
+use crate::number::Meaning;
+use crate::{InputError, reserve};
 
 /// No lossless picture format packs more bytes of pixels than this into one byte of file.
 const MOST_COMPRESSION: usize = 4096;

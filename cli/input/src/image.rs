@@ -1,0 +1,122 @@
+//! Sampled images, and how the numbers of files become their values.
+
+use std::path::PathBuf;
+
+use levelset::Contour;
+
+use crate::dimension::Dim;
+
+/// The value that separates the object from the rest.
+pub const LEVEL: f64 = 0.5;
+
+/// How the numbers of a file are converted to values in `[0, 1]`.
+///
+/// Without a label: numbers of exactly two levels become 0 and 1; 8-bit and 16-bit images are
+/// divided by their full range (numbers that are only 0 and 1 stay); floating-point numbers must
+/// lie in `[0, 1]` already. In volumes of integers every number but 0 is the object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ReadOptions {
+    /// The object is where the number equals this label.
+    pub label: Option<i64>,
+    /// The object is dark, and the background bright.
+    pub invert: bool,
+}
+
+/// A sampled image with values in `[0, 1]`. Sample `i` stands for the box of one spacing about
+/// the point `origin + i * spacing`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image<const D: usize> {
+    /// The values, `x` fastest.
+    pub values: Vec<f64>,
+    /// Samples along each axis, `x` first.
+    pub size: [usize; D],
+    /// Distance of neighbouring samples along each axis, in the units of the file.
+    pub spacing: [f64; D],
+    /// Position of sample 0.
+    pub origin: [f64; D],
+    /// The file.
+    pub path: PathBuf,
+    /// Affine map from sample indices to world coordinates (rows of a 3x4 matrix), if the file
+    /// states it.
+    pub affine: Option<[[f64; 4]; 3]>,
+    /// Directions of the axes in the world, row by row, for an image that is placed in the world
+    /// ([`Image::in_world`]): then sample `i` stands for the box about
+    /// `direction (i * spacing) + origin`, in millimetres.
+    pub direction: Option<[[f64; D]; D]>,
+    /// Whether the values are the unchanged numbers of the file, so that they can be used as nodal
+    /// values.
+    pub plain_array: bool,
+    /// The exact boundary in (fractional) sample indices, where the file has one; the values are
+    /// then samples of what it encloses.
+    pub outline: Option<Contour<D>>,
+    /// What was mended when the file was read.
+    pub remark: Option<String>,
+}
+
+impl<const D: usize> Image<D> {
+    /// Position in memory of a sample.
+    pub fn index(&self, sample: [usize; D]) -> usize {
+        (0..D)
+            .rev()
+            .fold(0, |index, k| index * self.size[k] + sample[k])
+    }
+
+    /// The sample at a position in memory.
+    pub fn sample(&self, mut index: usize) -> [usize; D] {
+        self.size.map(|n| {
+            let i = index % n;
+            index /= n;
+            i
+        })
+    }
+
+    /// First and last sample of the object along each axis, or `None` where there is no object.
+    pub fn object_bounds(&self) -> Option<[[usize; 2]; D]> {
+        let mut bounds: Option<[[usize; 2]; D]> = None;
+        for (index, &value) in self.values.iter().enumerate() {
+            if value > LEVEL {
+                let sample = self.sample(index);
+                let bounds = bounds.get_or_insert_with(|| sample.map(|i| [i, i]));
+                for k in 0..D {
+                    bounds[k] = [bounds[k][0].min(sample[k]), bounds[k][1].max(sample[k])];
+                }
+            }
+        }
+        bounds
+    }
+}
+
+/// Returns an image that is 1 from one sample to another along each axis, both included, and 0
+/// elsewhere.
+pub fn block<const D: usize>(
+    size: [usize; D],
+    spacing: [f64; D],
+    low: [usize; D],
+    high: [usize; D],
+) -> Image<D> {
+    let mut image = Image {
+        values: vec![0.0; size.iter().product()],
+        size,
+        spacing,
+        origin: [0.0; D],
+        path: "block".into(),
+        affine: None,
+        direction: None,
+        plain_array: false,
+        outline: None,
+        remark: None,
+    };
+    for index in 0..image.values.len() {
+        let sample = image.sample(index);
+        if (0..D).all(|k| (low[k]..=high[k]).contains(&sample[k])) {
+            image.values[index] = 1.0;
+        }
+    }
+    image
+}
+
+/// An image of either dimension.
+pub type AnyImage = Dim<Image<2>, Image<3>>;
+
+/// Images of one dimension.
+pub type AnyImages = Dim<Vec<Image<2>>, Vec<Image<3>>>;
