@@ -107,10 +107,18 @@ fn in_files(params: &AverageParams, folder: &std::path::Path) -> AverageParams {
     }
 }
 
+/// Some iterations a level, after which no more memory is used.
+fn short() -> AverageParams {
+    AverageParams {
+        max_iterations: 12,
+        ..AverageParams::default()
+    }
+}
+
 #[test]
 fn estimates_are_what_is_used() {
     let _alone = ALONE.lock();
-    let params = AverageParams::default();
+    let params = short();
     check::<3>(3, 33, &params);
     check::<2>(4, 129, &params);
     check_visibility::<3>(2, 33, true, &params);
@@ -141,7 +149,7 @@ fn estimates_are_what_is_used_at_full_size() {
 fn files_save_memory_and_change_nothing() {
     let _alone = ALONE.lock();
     let folder = tempfile::tempdir().unwrap();
-    let params = AverageParams::default();
+    let params = short();
     let spilled = in_files(&params, folder.path());
     let (plain, _) = measured::<3>(3, 33, false, &params);
     let same = check::<3>(3, 33, &spilled);
