@@ -1,10 +1,10 @@
-//! Doubts in `result.json` and on the terminal.
+//! Doubts in `result.json`, on the terminal and in the report.
 
 use levelset::verdict::worst;
 use levelset::{Cause, Doubt, Limit};
 use serde::{Deserialize, Serialize};
 
-/// Doubts of one cause that are listed on the terminal.
+/// Doubts of one cause that are listed on the terminal and in the report.
 const LISTED: usize = 6;
 
 /// A doubt with the name of its shape and a remedy.
@@ -47,18 +47,36 @@ pub(crate) fn of_source(doubts: &[DoubtRecord]) -> Option<Doubt> {
     Doubt::check(Cause::Source, doubts.len() as f64)
 }
 
-/// The doubts in words, with the remedy after all of one cause.
-pub(crate) fn in_words(doubts: &[DoubtRecord]) -> Vec<String> {
-    let mut lines = Vec::new();
-    for same in doubts.chunk_by(|a, b| a.what == b.what) {
-        lines.extend(same.iter().take(LISTED).map(sentence));
+/// The doubts of one cause in words.
+pub(crate) struct Grouped {
+    pub sentences: Vec<String>,
+    pub remedy: String,
+}
+
+/// The doubts in words, by cause; of every cause the first.
+pub(crate) fn grouped(doubts: &[DoubtRecord]) -> Vec<Grouped> {
+    let groups = doubts.chunk_by(|a, b| a.what == b.what).map(|same| {
+        let mut sentences: Vec<String> = same.iter().take(LISTED).map(sentence).collect();
         if same.len() > LISTED {
-            lines.push(format!(
+            sentences.push(format!(
                 "and {} others, see result.json",
                 same.len() - LISTED
             ));
         }
-        lines.push(format!("remedy: {}", same[0].remedy));
+        Grouped {
+            sentences,
+            remedy: same[0].remedy.clone(),
+        }
+    });
+    groups.collect()
+}
+
+/// The doubts in words, with the remedy after all of one cause.
+pub(crate) fn in_words(doubts: &[DoubtRecord]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for same in grouped(doubts) {
+        lines.extend(same.sentences);
+        lines.push(format!("remedy: {}", same.remedy));
     }
     lines
 }

@@ -25,6 +25,7 @@ pub mod length;
 mod numbers;
 pub mod options;
 pub mod output;
+mod page;
 pub mod pca;
 mod pool;
 mod print;

@@ -12,6 +12,7 @@ use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::options::RunOptions;
 use crate::output::{ResultDir, WorkDir};
+use crate::page::{command_line, write_page};
 use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::summary::Summary;
@@ -180,6 +181,7 @@ fn execute<C: Command, const D: usize>(
         Work::None => ResultDir::create(session.output)?,
     };
     let summary = command.write(&outcome, session, &directory)?;
+    write_page(&directory, &summary, Some(&command_line()))?;
     seal(&directory)?;
     let target = directory.commit()?;
     if let Some(work) = temporary {

@@ -11,6 +11,7 @@ use crate::print::print;
 use crate::report::{RESULT, Record, certified};
 use crate::shapes::describe_placement;
 use shapespace_input::terminal::printable;
+use shapespace_picture::Canvas;
 
 /// A short description of a result.
 pub(crate) struct Summary {
@@ -23,6 +24,8 @@ pub(crate) struct Summary {
     pub results: &'static str,
     /// The picture.
     picture: &'static str,
+    /// Small pictures of the shapes, where they have been drawn.
+    pub marks: Vec<Canvas>,
 }
 
 impl Summary {
@@ -38,6 +41,7 @@ impl Summary {
             doubts: record.doubts.clone(),
             results: RESULT,
             picture,
+            marks: Vec::new(),
         };
         if let Some(alignment) = describe_placement(&record.input) {
             summary.line("alignment", alignment);
@@ -62,6 +66,21 @@ impl Summary {
             "deformation",
             format!("{state}, determinant at least {det:.3e}"),
         );
+    }
+
+    /// The first line.
+    pub fn title(&self) -> &str {
+        self.lines.first().map_or("", String::as_str)
+    }
+
+    /// All lines but the verdict and the files.
+    pub fn lines(&self) -> &[String] {
+        &self.lines
+    }
+
+    /// The name of the picture.
+    pub fn picture(&self) -> &'static str {
+        self.picture
     }
 
     /// The summary without the names of files.

@@ -178,13 +178,20 @@ impl Canvas {
             .collect()
     }
 
+    /// The picture as a PNG file.
+    ///
+    /// # Errors
+    /// Those of [`encode`], for a picture without pixels.
+    pub fn png(&self) -> io::Result<Vec<u8>> {
+        encode(self.size(), ColorType::Rgb, &self.bytes())
+    }
+
     /// Writes the picture as a PNG file.
     ///
     /// # Errors
     /// Those of the file system.
     pub fn write_png(&self, path: &Path) -> io::Result<()> {
-        let file = encode(self.size(), ColorType::Rgb, &self.bytes())?;
-        std::fs::write(path, file)
+        std::fs::write(path, self.png()?)
     }
 }
 

@@ -1,6 +1,8 @@
-//! Tables of named columns, as CSV, as Markdown and as aligned text.
+//! Tables of named columns, as CSV, as Markdown, as HTML and as aligned text.
 
 use serde::Serialize;
+
+use crate::html::{Markup, element, head, row};
 
 /// Rows of cells under the names of their columns.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -119,6 +121,24 @@ impl Table {
         lines.concat()
     }
 
+    /// Formats the table as HTML; numbers are of the class `number`.
+    pub fn html(&self) -> Markup {
+        let cell = |cell: &Cell| match cell {
+            Cell::Number(_) => element("td", &[("class", "number")], cell.short()),
+            Cell::Text(text) => element("td", &[], text.as_str()),
+        };
+        let rows = self
+            .rows
+            .iter()
+            .map(|cells| row("", cells.iter().map(cell)));
+        let head = head(self.columns.iter().map(|name| Markup::from(name.as_str())));
+        element(
+            "table",
+            &[],
+            [head].into_iter().chain(rows).collect::<Markup>(),
+        )
+    }
+
     /// Formats the table as indented lines of text with aligned columns.
     pub fn aligned(&self, indent: &str) -> String {
         let mut widths = vec![0; self.columns.len()];
@@ -152,7 +172,7 @@ impl Table {
 
 impl Cell {
     /// The text, or about four digits of the number.
-    fn short(&self) -> String {
+    pub fn short(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
             Self::Number(x) if *x == 0.0 || x.fract() == 0.0 && x.abs() < 1e6 => x.to_string(),
@@ -201,6 +221,17 @@ mod tests {
         );
         assert_eq!(exact(0.5), "5e-1");
         assert_eq!(exact_or_empty(None), "");
+    }
+
+    #[test]
+    fn cells_of_html_are_escaped_and_numbers_are_marked() {
+        let mut table = Table::new(["<b>", "n"]);
+        table.row(["a & b".into(), 0.5.into()]);
+        assert_eq!(
+            table.html().as_str(),
+            "<table>\n<tr><th>&lt;b&gt;</th><th>n</th></tr>\n<tr><td>a &amp; b</td>\
+             <td class=\"number\">0.5000</td></tr>\n</table>\n"
+        );
     }
 
     #[test]

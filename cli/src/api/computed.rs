@@ -11,6 +11,7 @@ use crate::error::CliError;
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::output::{Kept, KeptArray, OutputError, ResultDir, WorkDir};
+use crate::page::write_page;
 use crate::progress::Progress;
 use crate::session::{Command, Session};
 use crate::summary::Summary;
@@ -41,8 +42,8 @@ trait Writable: Send {
 
 impl<C: Command + Send, const D: usize> Writable for Held<C, D> {
     fn write(&self, session: &Session<'_>, directory: &ResultDir) -> Result<(), CliError> {
-        let summary = self.command.write(&self.outcome, session, directory);
-        summary.map(drop)
+        let summary = self.command.write(&self.outcome, session, directory)?;
+        Ok(write_page(directory, &summary, None)?)
     }
 }
 

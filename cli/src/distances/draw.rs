@@ -63,6 +63,11 @@ impl Sheets {
         }
     }
 
+    /// The small pictures of the shapes.
+    pub fn into_marks(self) -> Vec<Canvas> {
+        self.small
+    }
+
     /// All pictures with the names of their files. Without distances between all shapes there is
     /// only the matrix.
     pub fn draw<const D: usize>(&self, outcome: &Outcome<D>) -> Vec<(&'static str, Canvas)> {

@@ -24,14 +24,16 @@ pub(super) fn write_all<const D: usize>(
 ) -> Result<Summary, CliError> {
     let record = record(outcome, session.start);
     write_tables(directory, outcome, &record)?;
-    let sheets = directory
-        .has_files()
-        .then(|| Sheets::new(outcome).draw(outcome));
-    for (name, canvas) in sheets.into_iter().flatten() {
-        directory.picture(name, || canvas)?;
+    let mut summary = summary(&record);
+    if directory.has_files() {
+        let sheets = Sheets::new(outcome);
+        for (name, canvas) in sheets.draw(outcome) {
+            directory.picture(name, || canvas)?;
+        }
+        summary.marks = sheets.into_marks();
     }
     record.write(directory)?;
-    Ok(summary(&record))
+    Ok(summary)
 }
 
 fn write_tables<const D: usize>(

@@ -24,6 +24,7 @@ mod malformed_surfaces;
 mod meshes;
 mod natural;
 mod own_law;
+mod page;
 mod pca;
 mod readme;
 mod real_data;

@@ -1,6 +1,6 @@
 //! `report.html`: the table, and every statement with its figures and its plot, in one file.
 
-use std::fmt::Write as _;
+use shapespace_report::html::{Markup, Page, cell, element, head, row, single};
 
 use crate::plot::Plot;
 use crate::record::{LawRecord, StatementRecord, VerifyRecord};
@@ -8,144 +8,155 @@ use crate::table::hypotheses;
 use crate::verdict::Verdict;
 
 const STYLE: &str = "\
-body{font:15px/1.5 system-ui,sans-serif;color:#21262e;max-width:72rem;margin:2rem auto;padding:0 1rem}
-h1{font-size:1.5rem}h2{font-size:1.1rem;margin:2.2rem 0 .3rem}
-table{border-collapse:collapse;font-size:13px;width:100%}
-th,td{text-align:left;vertical-align:top;padding:.25rem .6rem .25rem 0;border-bottom:1px solid #e4e6e9}
-th{color:#5a6069;font-weight:600}
+table{width:100%}
 .all td:nth-child(3){max-width:15rem}.all td:nth-child(n+5){white-space:nowrap}
-a{color:inherit}code{font-size:92%}
 .confirmed,.refuted,.not{font-weight:600;white-space:nowrap}
-.confirmed{color:#1f7a4d}.refuted{color:#b3261e}.not{color:#8a6100}
-.miss td{color:#b3261e}.reason,.notes{color:#5a6069;font-size:13px}
-.reference{color:#5a6069;font-weight:400}
-svg{max-width:100%;height:auto;border:1px solid #e4e6e9;margin-top:.6rem}";
+.confirmed{color:var(--good)}.refuted{color:var(--bad)}.not{color:var(--fair)}
+.miss td{color:var(--bad)}.reason,.notes{color:var(--faint);font-size:13px}
+.reference{color:var(--faint);font-weight:400}
+svg{max-width:100%;height:auto;border:1px solid var(--line);margin-top:.6rem}
+";
 
 /// The report as HTML.
 pub fn page(record: &VerifyRecord, plots: &[Plot]) -> String {
-    let mut text = String::new();
-    // Writing into a string cannot fail.
-    let _ = write_page(&mut text, record, plots);
-    text
-}
-
-fn write_page(text: &mut String, record: &VerifyRecord, plots: &[Plot]) -> std::fmt::Result {
     let title = if record.broken {
         "Theory with broken ingredients"
     } else {
         "Theory, verified by runs"
     };
-    writeln!(
-        text,
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title>\
-         <style>{STYLE}</style></head><body>\n<h1>{title}</h1>\n<p>{}.</p>",
-        escaped(&capital(&record.summary()))
-    )?;
-    let (head, why) = if record.broken {
+    let summary = format!("{}.", capital(&record.summary()));
+    let mut body = element("h1", &[], title);
+    body.push(element("p", &[], summary));
+    body.push(overview(record));
+    for s in &record.statements {
+        body.push(statement(s));
+        if let Some(plot) = plots.iter().find(|plot| plot.name == s.name) {
+            body.push(Markup::trusted(plot.svg.as_str()));
+        }
+    }
+    let page = Page {
+        title,
+        style: STYLE,
+        script: "",
+        body,
+    };
+    page.document()
+}
+
+/// All statements, with the figure that decides.
+fn overview(record: &VerifyRecord) -> Markup {
+    let (third, why): (_, Markup) = if record.broken {
         (
             "broken ingredient",
             "Each experiment is made with one wrong ingredient, by the same code as without it; \
-             what it claims must then be refuted.",
+             what it claims must then be refuted."
+                .into(),
         )
     } else {
         (
             "hypotheses",
-            "Shown is the figure that decides. The same experiments with one wrong ingredient each, \
-             <code>--broken</code>, must all end refuted.",
+            [
+                "Shown is the figure that decides. The same experiments with one wrong ingredient \
+                 each, "
+                    .into(),
+                element("code", &[], "--broken"),
+                ", must all end refuted.".into(),
+            ]
+            .into_iter()
+            .collect(),
         )
     };
-    writeln!(
-        text,
-        "<p>{why}</p>\n<table class=\"all\"><tr><th>statement<th>reference<th>{head}<th>observable<th>expected\
-         <th>measured<th>verdict</tr>"
-    )?;
-    for s in &record.statements {
+    let columns = [
+        "statement",
+        "reference",
+        third,
+        "observable",
+        "expected",
+        "measured",
+        "verdict",
+    ];
+    let rows = record.statements.iter().map(|s| {
         let middle = s
             .broken_ingredient
             .map_or_else(|| hypotheses(s), str::to_owned);
-        writeln!(
-            text,
-            "<tr><td><a href=\"#{0}\"><code>{0}</code></a><td>{1}<td>{2}<td>{3}<td>{4}<td>{5}<td>{6}</tr>",
-            s.name,
-            escaped(s.reference),
-            escaped(&middle),
-            escaped(&s.observable),
-            escaped(&s.expected),
-            escaped(&s.measured),
+        let link = [("href", &*format!("#{}", s.name))];
+        let name = element("a", &link, element("code", &[], s.name));
+        let cells = [
+            name,
+            s.reference.into(),
+            middle.into(),
+            s.observable.as_str().into(),
+            s.expected.as_str().into(),
+            s.measured.as_str().into(),
             verdict(&s.decided),
-        )?;
-    }
-    writeln!(text, "</table>")?;
-    for s in &record.statements {
-        write_statement(text, s)?;
-        if let Some(plot) = plots.iter().find(|plot| plot.name == s.name) {
-            writeln!(text, "{}", plot.svg)?;
-        }
-    }
-    writeln!(text, "</body></html>")
+        ];
+        row("", cells.map(cell))
+    });
+    let table = [head(columns.map(Markup::from))].into_iter().chain(rows);
+    let mut all = element("p", &[], why);
+    all.push(element(
+        "table",
+        &[("class", "all")],
+        table.collect::<Markup>(),
+    ));
+    all
 }
 
-fn write_statement(text: &mut String, s: &StatementRecord) -> std::fmt::Result {
-    writeln!(
-        text,
-        "<h2 id=\"{0}\"><code>{0}</code> <span class=\"reference\">{1}</span> {2}</h2>\n<p>{3}.</p>",
-        s.name,
-        escaped(s.reference),
+fn statement(s: &StatementRecord) -> Markup {
+    let title: Markup = [
+        element("code", &[], s.name),
+        " ".into(),
+        element("span", &[("class", "reference")], s.reference),
+        " ".into(),
         verdict(&s.decided),
-        escaped(s.claim),
-    )?;
+    ]
+    .into_iter()
+    .collect();
+    let mut all = element("h2", &[("id", s.name)], title);
+    all.push(element("p", &[], format!("{}.", s.claim)));
     if let Some(what) = s.broken_ingredient {
-        writeln!(text, "<p>Broken: {}.</p>", escaped(what))?;
+        all.push(element("p", &[], format!("Broken: {what}.")));
     }
     if let Some(law) = &s.law {
-        write_law(text, law)?;
+        all.push(law_notes(law));
     }
     if !s.hypotheses.is_empty() {
-        writeln!(text, "<p class=\"notes\">Hypotheses:")?;
+        let mut lines = Markup::from("Hypotheses:");
         for h in &s.hypotheses {
-            let mark = if h.met { "✓" } else { "✗" };
-            writeln!(text, "<br>{mark} {}", escaped(&h.name))?;
+            lines.push(single("br", &[]));
+            lines.push(format!("{} {}", mark(h.met), h.name));
         }
-        writeln!(text, "</p>")?;
+        all.push(notes(lines));
     }
-    writeln!(
-        text,
-        "<table><tr><th>observable<th>expected<th>measured<th>why</tr>"
-    )?;
-    for f in &s.figures {
-        let (class, mark) = if f.holds {
-            ("", "")
-        } else {
-            (" class=\"miss\"", " ≠")
-        };
-        writeln!(
-            text,
-            "<tr{class}><td>{}<td>{}<td>{}{mark}<td class=\"reason\">{}</tr>",
-            escaped(&f.observable),
-            escaped(&f.expected),
-            escaped(&f.measured),
-            escaped(&f.reason),
-        )?;
-    }
-    writeln!(text, "</table>")?;
+    let rows = s.figures.iter().map(|f| {
+        let (class, sign) = if f.holds { ("", "") } else { ("miss", " ≠") };
+        let cells = [
+            cell(f.observable.as_str()),
+            cell(f.expected.as_str()),
+            cell(format!("{}{sign}", f.measured)),
+            element("td", &[("class", "reason")], f.reason.as_str()),
+        ];
+        row(class, cells)
+    });
+    let columns = ["observable", "expected", "measured", "why"].map(Markup::from);
+    let table = [head(columns)].into_iter().chain(rows);
+    all.push(element("table", &[], table.collect::<Markup>()));
     for note in &s.notes {
-        writeln!(text, "<p class=\"notes\">{}</p>", escaped(note))?;
+        all.push(notes(note.as_str()));
     }
-    Ok(())
+    all
 }
 
 /// A law, and what it satisfies.
-fn write_law(text: &mut String, law: &LawRecord) -> std::fmt::Result {
+fn law_notes(law: &LawRecord) -> Markup {
     let (moduli, h) = (law.spec.moduli, &law.satisfies);
-    writeln!(
-        text,
-        "<p class=\"notes\">Law: <code>{}</code>, λ = {}, μ = {}, in {} dimensions.<br>",
-        escaped(&law.spec.law.to_string()),
-        moduli.lambda,
-        moduli.mu,
-        h.dimension
-    )?;
+    let mut lines = Markup::from("Law: ");
+    lines.push(element("code", &[], law.spec.law.to_string()));
+    lines.push(format!(
+        ", λ = {}, μ = {}, in {} dimensions.",
+        moduli.lambda, moduli.mu, h.dimension
+    ));
+    lines.push(single("br", &[]));
     for (name, met) in [
         ("frame indifferent", h.frame_indifferent),
         ("isotropic", h.isotropic),
@@ -156,25 +167,26 @@ fn write_law(text: &mut String, law: &LawRecord) -> std::fmt::Result {
         ("growth of Theorem 4.2", h.existence_theorem()),
         ("growth of Theorem 4.7", h.homeomorphism_theorem()),
     ] {
-        let mark = if met { "✓" } else { "✗" };
-        write!(text, "{mark} {name} &ensp;")?;
+        lines.push(format!("{} {name} \u{2002}", mark(met)));
     }
-    writeln!(text, "</p>")
+    notes(lines)
 }
 
-fn verdict(verdict: &Verdict) -> String {
+fn notes(inner: impl Into<Markup>) -> Markup {
+    element("p", &[("class", "notes")], inner)
+}
+
+fn mark(met: bool) -> char {
+    if met { '✓' } else { '✗' }
+}
+
+fn verdict(verdict: &Verdict) -> Markup {
     let class = match verdict {
         Verdict::Confirmed => "confirmed",
         Verdict::NotCovered { .. } => "not",
         Verdict::Refuted { .. } => "refuted",
     };
-    format!("<span class=\"{class}\">{}</span>", verdict.word())
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    element("span", &[("class", class)], verdict.word())
 }
 
 fn capital(text: &str) -> String {

@@ -1,0 +1,89 @@
+//! Modes of variation in 3D: the average object, and where its points move.
+
+use std::path::Path;
+
+use fe_grid::{Grid, ScalarField, VectorField};
+use levelset::{BoxEdge, contour};
+use serde_json::Value;
+
+use super::mesh::Mesh;
+use super::scene::Scene;
+use super::source::Source;
+use super::values::{at, one, text};
+use crate::output::numbered;
+use shapespace_input::read_array;
+
+/// Most modes with a slider.
+const MOST: usize = 5;
+/// Most nodes a side: finer surfaces have too many triangles for a page, and fields take too long to
+/// read.
+const NODES: usize = 129;
+
+/// A mode, with the standard deviation of its score.
+pub(super) struct Mode {
+    pub name: String,
+    field: VectorField<f64, 3>,
+    deviation: f64,
+}
+
+impl Mode {
+    /// Where points move per unit of score: a shape of score `s` is `(1 - s sqrt Lambda y)(S)`.
+    pub fn offsets(&self, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let moved = |p: &[f64; 3]| self.field.sample(*p).map(|u| -self.deviation * u);
+        points.iter().map(moved).collect()
+    }
+}
+
+/// The modes of an analysis of volumes.
+pub(super) fn modes(source: &Source<'_>) -> Option<Scene> {
+    let record = &source.record;
+    let dimension = one(record, "/dimension").and_then(Value::as_u64);
+    if text(record, "/command") != "pca" || dimension != Some(3) {
+        return None;
+    }
+    let object = scalar(&source.path("object.npy"))?;
+    // Images vary in the whole box.
+    if object.as_slice().iter().all(|inside| *inside > 0.5) {
+        return None;
+    }
+    let outline = contour(&object, 0.5, BoxEdge::Closed).ok()?;
+    let mesh = Mesh {
+        points: outline.points().to_vec(),
+        triangles: outline.simplices().to_vec(),
+    };
+    let eigenvalues = at(record, "/eigenvalues/*").into_iter().flatten();
+    let mode = |(j, value): (usize, &Value)| {
+        Some(Mode {
+            name: format!("mode {j}"),
+            field: vector(
+                object.grid(),
+                &source.path(numbered("mode", j, "npy").to_str()?),
+            )?,
+            deviation: value.as_f64().filter(|value| *value > 0.0)?.sqrt(),
+        })
+    };
+    Some(Scene {
+        title: "average and modes".into(),
+        frames: vec![("average".into(), mesh)],
+        modes: eigenvalues.take(MOST).enumerate().map_while(mode).collect(),
+        amplitude: one(record, "/parameters/amplitude")
+            .and_then(Value::as_f64)
+            .unwrap_or(2.0),
+    })
+}
+
+/// A field on a cube of nodes.
+fn scalar(path: &Path) -> Option<ScalarField<f64, 3>> {
+    let (size, values) = read_array(path).ok()?;
+    let nodes = *size.first()?;
+    let is_cube = size.len() == 3 && (3..=NODES).contains(&nodes) && size.iter().all(|&n| n == nodes);
+    ScalarField::from_vec(is_cube.then(|| Grid::cube(nodes))?, values).ok()
+}
+
+/// A field of vectors on a grid.
+fn vector(grid: &Grid<3>, path: &Path) -> Option<VectorField<f64, 3>> {
+    let (size, values) = read_array(path).ok()?;
+    let nodes = grid.nodes_per_axis();
+    let fits = size.len() == 4 && size[..3] == nodes[..] && size[3] == 3;
+    VectorField::from_vec(*grid, fits.then_some(values)?).ok()
+}

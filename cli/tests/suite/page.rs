@@ -1,0 +1,85 @@
+//! The report of a result as a page.
+
+use crate::common::{Place, drawn, succeeded};
+use serde_json::Value;
+
+fn report(place: &Place) -> String {
+    std::fs::read_to_string(place.path("out/report.html")).unwrap()
+}
+
+/// The contents of an element of the page, the first that begins like this.
+fn within<'a>(page: &'a str, start: &str, end: &str) -> &'a str {
+    let (_, rest) = page
+        .split_once(start)
+        .unwrap_or_else(|| panic!("no {start}"));
+    rest.split_once(end).unwrap().0
+}
+
+#[test]
+fn a_report_shows_what_its_directory_has() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "17");
+    let evil = "<img src=x onerror=alert(1)>.npy";
+    let named = if cfg!(unix) { evil } else { "it's & so.npy" };
+    std::fs::copy(place.path(&inputs[0]), place.path(named)).unwrap();
+    let arguments = ["average", named, &inputs[1], "--grid", "17", "-o", "out"];
+    let printed = succeeded(&place.compute(&arguments));
+    let page = report(&place);
+    assert!(!page.contains("<img src=x"));
+    for (at, _) in page.match_indices("src=\"") {
+        assert!(
+            page[at..].starts_with("src=\"data:image/png;base64,")
+                || page[at..].starts_with("src=\"data:image/svg+xml;base64,")
+        );
+    }
+    assert!(!page.contains("http://") && !page.contains("https://"));
+    // The verdict as printed.
+    let doubtful = printed.contains("doubtful");
+    let verdict = within(&page, "<section class=\"verdict ", "</section>");
+    assert_eq!(verdict.starts_with("fair"), doubtful, "{verdict}");
+    assert_eq!(verdict.contains("Remedy: "), doubtful);
+    // The figures of the record.
+    let json: Value =
+        serde_json::from_slice(&std::fs::read(place.path("out/result.json")).unwrap()).unwrap();
+    let energy = json["energy"]["total"].as_f64().unwrap();
+    let shown = within(&page, "<dt>energy</dt><dd>", "</dd>");
+    assert!((shown.parse::<f64>().unwrap() / energy - 1.0).abs() < 1e-3);
+    assert!(within(&page, "<pre>shapespace average", "</pre>").ends_with("--allow-doubtful"));
+    assert!(page.contains("grid = 17"));
+    // The pictures of the directory, the plots, the tables, the files.
+    assert_eq!(page.matches("data:image/png;").count(), 1);
+    assert_eq!(page.matches("data:image/svg+xml;").count(), 2);
+    assert!(page.contains("energy.csv") && page.contains("href=\"deformation_001.npy\""));
+    // It is no array, and checksums are of arrays.
+    succeeded(&place.run(&["check", "out"]));
+}
+
+#[test]
+fn surfaces_are_in_the_report_with_16_bits() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "3", "17");
+    let arguments = [
+        "average", &inputs[0], &inputs[1], "--grid", "9", "-o", "out",
+    ];
+    succeeded(&place.compute(&arguments));
+    let page = report(&place);
+    let data = within(
+        &page,
+        "<script type=\"application/json\" id=\"scene-0\">",
+        "</script>",
+    );
+    let scene: Value = serde_json::from_str(data).unwrap();
+    let [frame] = &scene["frames"].as_array().unwrap()[..] else {
+        panic!("one surface is expected");
+    };
+    assert_eq!(frame["name"], "average.stl");
+    let header = std::fs::read(place.path("out/average.ply")).unwrap();
+    let header = String::from_utf8_lossy(&header[..300]).into_owned();
+    let count = |word: &str| -> usize {
+        let number = within(&header, word, "\n");
+        number.parse().unwrap()
+    };
+    let letters = |key: &str| frame[key].as_str().unwrap().trim_end_matches('=').len() * 3 / 4;
+    assert_eq!(letters("points"), 6 * count("element vertex "));
+    assert_eq!(letters("corners"), 6 * count("element face "));
+}
