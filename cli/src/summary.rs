@@ -70,7 +70,8 @@ impl Summary {
 
     /// The first line.
     pub fn title(&self) -> &str {
-        self.lines.first().map_or("", String::as_str)
+        let first = self.lines.first().and_then(|text| text.lines().next());
+        first.unwrap_or_default()
     }
 
     /// All lines but the verdict and the files.

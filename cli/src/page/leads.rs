@@ -49,14 +49,14 @@ const LEADS: &[Lead] = &[
             ("Dice, mean", "/mean_dice", All),
             ("Dice, least", "/dice/*", Least),
             (
-                "Hausdorff distance, most",
+                "Hausdorff distance in input units, most",
                 "/hausdorff_input_units/*/maximum",
                 Most,
             ),
             ("determinant, least", "/certificate/min_det", All),
             ("without folds", "/certificate/certified", All),
-            ("area", "/average/area_input_units", All),
-            ("volume", "/average/volume_input_units", All),
+            ("area in input units", "/average/area_input_units", All),
+            ("volume in input units", "/average/volume_input_units", All),
             ("area in the unit box", "/average/area", All),
             ("volume in the unit box", "/average/volume", All),
             ("iterations", "/iterations", All),
@@ -67,8 +67,14 @@ const LEADS: &[Lead] = &[
             ("Dice", "/dice/*"),
             ("elastic energy", "/energy/elastic/*"),
             ("mismatch", "/energy/mismatch/*"),
-            ("Hausdorff distance", "/hausdorff_input_units/*/maximum"),
-            ("mean distance", "/hausdorff_input_units/*/mean"),
+            (
+                "Hausdorff in input units",
+                "/hausdorff_input_units/*/maximum",
+            ),
+            (
+                "mean distance in input units",
+                "/hausdorff_input_units/*/mean",
+            ),
         ],
     },
     Lead {
@@ -87,8 +93,14 @@ const LEADS: &[Lead] = &[
             ("energy", "/averages/*/energy"),
             ("Dice", "/averages/*/dice"),
             ("determinant, least", "/averages/*/certificate/min_det"),
-            ("area", "/averages/*/average/area_input_units"),
-            ("volume", "/averages/*/average/volume_input_units"),
+            (
+                "area in input units",
+                "/averages/*/average/area_input_units",
+            ),
+            (
+                "volume in input units",
+                "/averages/*/average/volume_input_units",
+            ),
             ("status", "/averages/*/status"),
         ],
     },
@@ -202,16 +214,27 @@ const LEADS: &[Lead] = &[
             ("energy", "/images/*/energy/total", Sum),
             ("length of the edges", "/images/*/edge_length", Sum),
             ("regions", "/images/*/regions", Sum),
-            ("area", "/images/*/object/area_input_units", Mean),
-            ("volume", "/images/*/object/volume_input_units", Mean),
+            (
+                "area in input units",
+                "/images/*/object/area_input_units",
+                Mean,
+            ),
+            (
+                "volume in input units",
+                "/images/*/object/volume_input_units",
+                Mean,
+            ),
         ],
         names: ("name", "/images/*/name"),
         columns: &[
             ("file", "/images/*/path"),
             ("threshold", "/images/*/object/threshold"),
             ("regions", "/images/*/regions"),
-            ("area", "/images/*/object/area_input_units"),
-            ("volume", "/images/*/object/volume_input_units"),
+            ("area in input units", "/images/*/object/area_input_units"),
+            (
+                "volume in input units",
+                "/images/*/object/volume_input_units",
+            ),
             ("energy", "/images/*/energy/total"),
             ("Dice", "/images/*/object/dice"),
         ],
@@ -271,20 +294,14 @@ const LEADS: &[Lead] = &[
             ("Dice", "/dice/*"),
         ],
     },
-    Lead {
-        command: "figure",
-        figures: &[("rows", "/table/rows/*", Count)],
-        names: INPUTS,
-        columns: &[],
-    },
 ];
 
 /// What all commands have of their inputs.
 const OF_INPUTS: [Column; 4] = [
     ("file", "/input/*/path"),
     ("class", "/input/*/class"),
-    ("area", "/input/*/area_input_units"),
-    ("volume", "/input/*/volume_input_units"),
+    ("area in input units", "/input/*/area_input_units"),
+    ("volume in input units", "/input/*/volume_input_units"),
 ];
 
 /// What leads the report of a record; its inputs where nothing else is known.

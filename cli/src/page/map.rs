@@ -53,14 +53,17 @@ pub(super) fn map(source: &Source<'_>) -> Markup {
         element(
             "figcaption",
             &[],
-            "The map, and the distances in the order of the tree: point at a shape or a cell. A row is \
-             the shape of its line, the darker the further.",
+            "Point at a shape of the map or at a cell of the matrix, whose rows and columns are in the \
+             order of the tree: the darker, the further apart.",
         ),
         data_block("distances", &data),
     ]
     .into_iter()
     .collect();
-    section("Point at it", element("figure", &[("class", "map")], inner))
+    section(
+        "Map and matrix",
+        element("figure", &[("class", "map")], inner),
+    )
 }
 
 /// What each shape belongs to, with its colour: its class, or else its cluster.

@@ -76,7 +76,8 @@ pub(super) fn modes(source: &Source<'_>) -> Option<Scene> {
 fn scalar(path: &Path) -> Option<ScalarField<f64, 3>> {
     let (size, values) = read_array(path).ok()?;
     let nodes = *size.first()?;
-    let is_cube = size.len() == 3 && (3..=NODES).contains(&nodes) && size.iter().all(|&n| n == nodes);
+    let is_cube =
+        size.len() == 3 && (3..=NODES).contains(&nodes) && size.iter().all(|&n| n == nodes);
     ScalarField::from_vec(is_cube.then(|| Grid::cube(nodes))?, values).ok()
 }
 

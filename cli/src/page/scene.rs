@@ -32,7 +32,7 @@ pub(super) fn scenes(source: &Source<'_>) -> Markup {
     let shown = all
         .enumerate()
         .filter_map(|(i, scene)| draw(source, i, &scene));
-    section("Turn it", shown.collect())
+    section("In 3D", shown.collect())
 }
 
 /// The surfaces in files, those with numbers as series.

@@ -68,6 +68,11 @@ const viewer = figure => {
     score: 0,
   }));
   let shown = 0;
+  // Of the ball around the middle that has all points.
+  let radius = 1e-3;
+  for (const {places} of frames) {
+    for (let i = 0; i < places.length; i += 3) radius = Math.max(radius, Math.hypot(places[i], places[i + 1], places[i + 2]));
+  }
   const start = {azimuth: -60, elevation: 25, zoom: 1};
   const view = Object.assign({}, start);
   gl.useProgram(shader);
@@ -94,7 +99,7 @@ const viewer = figure => {
     const [a, e] = [view.azimuth, view.elevation].map(angle => angle * Math.PI / 180);
     const [sa, ca, se, ce] = [Math.sin(a), Math.cos(a), Math.sin(e), Math.cos(e)];
     gl.uniformMatrix3fv(uniform('turn'), false, [-sa, -se * ca, ce * ca, ca, -se * sa, ce * sa, 0, ce, se]);
-    const size = 0.72 * view.zoom * Math.min(width, height);
+    const size = 0.95 / radius * view.zoom * Math.min(width, height);
     gl.uniform2f(uniform('size'), size / width, size / height);
     gl.uniform3f(uniform('hue'), 0.45, 0.68, 0.92);
     const corners = frames[shown].corners;
