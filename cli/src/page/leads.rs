@@ -342,7 +342,7 @@ pub(super) fn figure(record: &Value, (_, place, how): &Figure) -> Option<String>
         Share => return Some(format!("{:.1} %", 100.0 * numbers().next()?)),
         Count => Some(found.len() as f64).filter(|count| *count > 0.0),
         First => numbers().next(),
-        Last => numbers().last(),
+        Last => numbers().next_back(),
         Least => numbers().reduce(f64::min),
         Most => numbers().reduce(f64::max),
         Sum => numbers().reduce(|sum, next| sum + next),

@@ -29,9 +29,12 @@ pub(super) fn others(source: &Source<'_>) -> Markup {
         .ending(".svg")
         .filter_map(|name| picture(source, name, SVG));
     let plots: Markup = plots.collect();
-    let row = |figures: Markup| match figures.is_empty() {
-        true => figures,
-        false => element("div", &[("class", "row")], figures),
+    let row = |figures: Markup| {
+        if figures.is_empty() {
+            figures
+        } else {
+            element("div", &[("class", "row")], figures)
+        }
     };
     [
         section("In motion", row(animations)),
@@ -42,51 +45,47 @@ pub(super) fn others(source: &Source<'_>) -> Markup {
     .collect()
 }
 
-/// A figure of a file of this type; its name only where there is no room for it.
+/// A figure of a file of this type.
 fn picture(source: &Source<'_>, name: &str, kind: &str) -> Option<Markup> {
-    let Some(image) = image(source, name, kind)? else {
-        return Some(left_out(name));
-    };
-    let inner: Markup = [image, element("figcaption", &[], name)]
-        .into_iter()
-        .collect();
-    Some(element("figure", &[], inner))
+    embedded(source, name, kind, |image| {
+        let inner = [image, element("figcaption", &[], name)];
+        element("figure", &[], inner.into_iter().collect::<Markup>())
+    })
 }
 
 /// An animation, with a slider for those who run scripts.
 fn player(source: &Source<'_>, name: &str) -> Option<Markup> {
-    let Some(image) = image(source, name, PNG)? else {
-        return Some(left_out(name));
-    };
-    let slider = [
-        ("type", "range"),
-        ("min", "0"),
-        ("max", "0"),
-        ("value", "0"),
-        ("aria-label", name),
-    ];
-    let controls: Markup = [
-        element("button", &[("type", "button")], "pause"),
-        single("input", &slider),
-        element("output", &[], ""),
-    ]
-    .into_iter()
-    .collect();
-    let inner: Markup = [
-        image,
-        element("div", &[("class", "controls"), ("hidden", "")], controls),
-        element("figcaption", &[], name),
-    ]
-    .into_iter()
-    .collect();
-    let (word, [low, high]) = range(source, name);
-    let attributes = [
-        ("class", "player"),
-        ("data-word", word),
-        ("data-low", low.as_str()),
-        ("data-high", high.as_str()),
-    ];
-    Some(element("figure", &attributes, inner))
+    embedded(source, name, PNG, |image| {
+        let slider = [
+            ("type", "range"),
+            ("min", "0"),
+            ("max", "0"),
+            ("value", "0"),
+            ("aria-label", name),
+        ];
+        let controls: Markup = [
+            element("button", &[("type", "button")], "pause"),
+            single("input", &slider),
+            element("output", &[], ""),
+        ]
+        .into_iter()
+        .collect();
+        let inner: Markup = [
+            image,
+            element("div", &[("class", "controls"), ("hidden", "")], controls),
+            element("figcaption", &[], name),
+        ]
+        .into_iter()
+        .collect();
+        let (word, [low, high]) = range(source, name);
+        let attributes = [
+            ("class", "player"),
+            ("data-word", word),
+            ("data-low", low.as_str()),
+            ("data-high", high.as_str()),
+        ];
+        element("figure", &attributes, inner)
+    })
 }
 
 /// What runs in an animation, and from where to where: scores of a mode, or time.
@@ -98,15 +97,18 @@ fn range(source: &Source<'_>, name: &str) -> (&'static str, [String; 2]) {
     }
 }
 
-/// The image of a file; none within where there is no room for it, nothing where it is not there.
-fn image(source: &Source<'_>, name: &str, kind: &str) -> Option<Option<Markup>> {
+/// What is made of the image of a file of this type, or its name where there is no room for it;
+/// nothing where it is not there.
+fn embedded(
+    source: &Source<'_>,
+    name: &str,
+    kind: &str,
+    figure: impl FnOnce(Markup) -> Markup,
+) -> Option<Markup> {
     let url = data_url(kind, &source.bytes(name)?);
-    if !source.take(url.len()) {
-        return Some(None);
-    }
-    Some(Some(single("img", &[("alt", name), ("src", &url)])))
-}
-
-fn left_out(name: &str) -> Markup {
-    element("p", &[], format!("{name}: too large for this page"))
+    Some(if source.take(url.len()) {
+        figure(single("img", &[("alt", name), ("src", &url)]))
+    } else {
+        element("p", &[], format!("{name}: too large for this page"))
+    })
 }

@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn long_tables_are_cut_and_counted() {
-        let rows: String = (0..MOST[0] + 5).map(|i| format!("{i},<b>\n")).collect();
+        let rows = "0.5,<b>\n".repeat(MOST[0] + 5);
         let (table, size) = read(&format!("n,\"a,b\"\n{rows}")).unwrap();
         assert_eq!(size, [MOST[0] + 5, 2]);
         let html = table.html();
