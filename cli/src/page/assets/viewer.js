@@ -12,7 +12,8 @@ in vec3 across; out vec4 colour; uniform vec3 hue;
 void main() {
   vec3 n = across / max(length(across), 1e-9);
   if (!gl_FrontFacing) n = -n;
-  float light = 0.25 + 0.75 * max(dot(n, normalize(vec3(-0.4, 0.5, 0.8))), 0.0);
+  // One light from above on the left, and one at the eye.
+  float light = 0.3 + 0.5 * max(dot(n, normalize(vec3(-0.4, 0.5, 0.8))), 0.0) + 0.25 * n.z;
   colour = vec4(hue * light, 1.0);
 }`;
 const program = gl => {
