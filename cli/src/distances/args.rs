@@ -158,6 +158,11 @@ impl Config for DistancesConfig {
 }
 
 impl DistancesConfig {
+    /// Number of directions in which the path of a pair is computed.
+    pub(super) fn directions(&self) -> usize {
+        if self.one_way { 1 } else { 2 }
+    }
+
     /// Numbers of steps of the paths for one distance, that of the reported length first.
     pub(super) fn steps(&self) -> Vec<usize> {
         let steps = self.params.steps;

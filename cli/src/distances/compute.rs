@@ -44,7 +44,7 @@ impl<const D: usize> Task<'_, D> {
     /// The first error of a path, and those of files.
     pub fn run(&self, wanted: &[[usize; 2]]) -> Result<Option<Vec<PairRecord>>, CliError> {
         // Both directions of a pair are computed together.
-        let directions = if self.config.one_way { 1 } else { 2 };
+        let directions = self.config.directions();
         let missing: Vec<[usize; 2]> = wanted
             .chunks(directions)
             .filter(|pair| pair.iter().any(|ids| self.store.pair(*ids).is_none()))

@@ -112,13 +112,15 @@ impl PairRecord {
         paths.find(|path| path.form == form && path.steps == steps)
     }
 
+    /// The length of the attempt in a form with this number of steps, if it is usable.
+    fn usable(&self, form: Form, steps: usize, config: &DistancesConfig) -> Option<f64> {
+        self.path(form, steps)?.usable(config)
+    }
+
     /// The usable paths of these numbers of steps: all of one form, the first for which all are
     /// usable; else of the first form for which the first number is.
     pub fn measured(&self, config: &DistancesConfig, steps: &[usize]) -> Option<Measured> {
-        let usable = |form: Form, steps: usize| {
-            let path = self.path(form, steps);
-            path.and_then(|path| path.usable(config))
-        };
+        let usable = |form, steps| self.usable(form, steps, config);
         let found: Vec<Measured> = config
             .forms()
             .filter_map(|form| {
@@ -135,12 +137,9 @@ impl PairRecord {
 
     /// Whether the paths of all these numbers of steps are usable in some form.
     fn has(&self, group: &[usize], config: &DistancesConfig) -> bool {
-        let usable = |form: Form, steps: usize| {
-            let path = self.path(form, steps);
-            path.is_some_and(|path| path.usable(config).is_some())
-        };
+        let usable = |form, steps: &usize| self.usable(form, *steps, config).is_some();
         let mut forms = config.forms();
-        forms.any(|form| group.iter().all(|&steps| usable(form, steps)))
+        forms.any(|form| group.iter().all(|steps| usable(form, steps)))
     }
 
     /// Paths that fold or do not reach their end.
@@ -163,7 +162,7 @@ pub(super) fn compute<const D: usize>(
     config: &DistancesConfig,
     interrupt: &Interrupt,
 ) -> Result<Option<Vec<PairRecord>>, GeodesicError> {
-    let directions = if config.one_way { 1 } else { 2 };
+    let directions = config.directions();
     let mut records: Vec<PairRecord> = (0..directions)
         .map(|way| PairRecord {
             start: ids[way],

@@ -1,14 +1,14 @@
 //! Quantities that are measured and drawn along a path: boundaries, sizes and densities of its
 //! shapes.
 
-use ::geodesic::{Form, GeodesicError, dissipation_density};
+use ::geodesic::{Form, Geodesic, GeodesicError, GeodesicParams, dissipation_density};
 use fe_grid::{Field, ScalarField, parallel};
 use hyperelastic::LawSpec;
 use levelset::{BoxEdge, Contour, LevelsetError, Moments, contour};
 
 use super::Outcome;
 use crate::error::CliError;
-use crate::shapes::belongs;
+use crate::shapes::{Input, belongs};
 
 /// Densities up to this are rounding: moduli are of the order of one.
 const ROUNDING: f64 = 1e-12;
@@ -50,22 +50,6 @@ impl<const D: usize> Path<D> {
     /// [`CliError::Geodesic`] for level sets that are not finite.
     pub(super) fn new(outcome: &Outcome<D>) -> Result<Self, CliError> {
         let (result, inputs) = (&outcome.result, &outcome.inputs);
-        let last = result.displacements.len();
-        let name = |k: usize| match k {
-            0 => inputs[0].name.clone(),
-            // The last shape is close to the end shape, and is named after it.
-            _ if k == last => inputs[1].name.clone(),
-            _ => format!("{k} of {last}"),
-        };
-        let lagrangian = outcome.config.params.form == Form::Lagrangian;
-        let parts = Parts {
-            level_sets: result.level_sets.clone(),
-            displacements: result.displacements.clone(),
-            energies: result.energy.step_energies.clone(),
-            steps: last,
-            names: (0..=last).map(name).collect(),
-            target: lagrangian.then(|| inputs[1].contour.clone()),
-        };
         let count = outcome.labels.len();
         let labels: Result<Vec<_>, GeodesicError> =
             parallel::try_map(&result.components, &|components| {
@@ -73,8 +57,36 @@ impl<const D: usize> Path<D> {
             });
         Ok(Self {
             labels: labels?,
-            ..Self::of(parts, &outcome.config.params.law)?
+            ..Self::of_geodesic([&inputs[0], &inputs[1]], result, &outcome.config.params)?
         })
+    }
+
+    /// The path of a geodesic of one component between two inputs.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn of_geodesic(
+        [start, end]: [&Input<D>; 2],
+        geodesic: &Geodesic<D>,
+        params: &GeodesicParams,
+    ) -> Result<Self, CliError> {
+        let last = geodesic.displacements.len();
+        let name = |k: usize| match k {
+            0 => start.name.clone(),
+            // The last shape is close to the end shape, and is named after it.
+            _ if k == last => end.name.clone(),
+            _ => format!("{k} of {last}"),
+        };
+        let lagrangian = params.form == Form::Lagrangian;
+        let parts = Parts {
+            level_sets: geodesic.level_sets.clone(),
+            displacements: geodesic.displacements.clone(),
+            energies: geodesic.energy.step_energies.clone(),
+            steps: last,
+            names: (0..=last).map(name).collect(),
+            target: lagrangian.then(|| end.contour.clone()),
+        };
+        Self::of(parts, &params.law)
     }
 
     /// The path of these parts under a law.

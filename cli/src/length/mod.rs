@@ -6,7 +6,7 @@
 mod args;
 mod record;
 
-use ::geodesic::{Form, Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between};
+use ::geodesic::{Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between};
 use fe_grid::ScalarField;
 use levelset::Doubt;
 
@@ -104,8 +104,8 @@ impl Command for LengthConfig {
     ) -> Result<Summary, CliError> {
         let path = outcome.path()?;
         let surface = write_path(directory, STEM, &outcome.inputs, &path)?;
-        if let Some(shortest) = &outcome.shortest {
-            let path = outcome.geodesic(shortest)?;
+        if let (Some(shortest), [first, .., last]) = (&outcome.shortest, &outcome.inputs[..]) {
+            let path = Path::of_geodesic([first, last], shortest, &outcome.config.params)?;
             directory.picture("geodesic.png", || film(&path))?;
         }
         let record = record::record(outcome, &path, surface, session.start);
@@ -145,27 +145,6 @@ impl<const D: usize> Outcome<D> {
             energies: self.given.step_energies(),
             names,
             target: None,
-        };
-        Path::of(parts, &self.config.params.law)
-    }
-
-    /// The geodesic between the ends.
-    fn geodesic(&self, shortest: &Geodesic<D>) -> Result<Path<D>, CliError> {
-        let last = self.inputs.len() - 1;
-        let steps = shortest.displacements.len();
-        let name = |k: usize| match k {
-            0 => self.inputs[0].name.clone(),
-            k if k == steps => self.inputs[last].name.clone(),
-            k => format!("{k} of {steps}"),
-        };
-        let lagrangian = self.config.params.form == Form::Lagrangian;
-        let parts = Parts {
-            level_sets: shortest.level_sets.clone(),
-            displacements: shortest.displacements.clone(),
-            energies: shortest.energy.step_energies.clone(),
-            steps,
-            names: (0..=steps).map(name).collect(),
-            target: lagrangian.then(|| self.inputs[last].contour.clone()),
         };
         Path::of(parts, &self.config.params.law)
     }

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use ::geodesic::Geodesic;
 use fe_grid::Certificate;
-use fe_grid::minimise::Status;
 use serde::Serialize;
 
 use super::{LengthConfig, Outcome};
@@ -54,6 +53,13 @@ struct Measures {
 #[derive(Clone, Debug, Serialize)]
 struct Piece {
     length: f64,
+    #[serde(flatten)]
+    end: Arrival,
+}
+
+/// How a geodesic ends.
+#[derive(Clone, Debug, Serialize)]
+struct Arrival {
     /// Whether the overlap shows that the shape at its end is reached.
     end_reached: bool,
     /// Dice overlap with that shape.
@@ -71,10 +77,8 @@ struct Shortest {
     /// The length of the given path over that of the geodesic.
     #[serde(skip_serializing_if = "Option::is_none")]
     length_ratio: Option<f64>,
-    end_reached: bool,
-    dice_end: f64,
-    gap_end: f64,
-    status: String,
+    #[serde(flatten)]
+    end: Arrival,
 }
 
 impl Measures {
@@ -106,16 +110,17 @@ pub(super) fn record<const D: usize>(
         Shortest {
             length_ratio: Some(ratio).filter(|ratio| ratio.is_finite()),
             path,
-            end_reached: geodesic.end_reached(),
-            dice_end: geodesic.dice_end,
-            gap_end: geodesic.gap_end,
-            status: state(geodesic),
+            end: Arrival::of(geodesic),
         }
     });
-    let pieces: Vec<_> = given.pieces.iter().map(Piece::new).collect();
-    let all = pieces.iter().map(|piece| &*piece.status);
-    let all = all.chain(shortest.iter().map(|shortest| &*shortest.status));
-    let mut status = first_failure(all).to_owned();
+    let piece = |geodesic: &Geodesic<D>| Piece {
+        length: geodesic.length(),
+        end: Arrival::of(geodesic),
+    };
+    let pieces: Vec<_> = given.pieces.iter().map(piece).collect();
+    let ends = pieces.iter().map(|piece| &piece.end);
+    let ends = ends.chain(shortest.iter().map(|shortest| &shortest.end));
+    let mut status = first_failure(ends.map(|end| &*end.status)).to_owned();
     if status == CONVERGED && outcome.interrupted {
         status = report::CANCELLED.into();
     }
@@ -133,22 +138,16 @@ pub(super) fn record<const D: usize>(
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 
-impl Piece {
-    fn new<const D: usize>(geodesic: &Geodesic<D>) -> Self {
+impl Arrival {
+    fn of<const D: usize>(geodesic: &Geodesic<D>) -> Self {
+        let last = geodesic.levels.last().map(|level| level.info.status);
         Self {
-            length: geodesic.length(),
             end_reached: geodesic.end_reached(),
             dice_end: geodesic.dice_end,
             gap_end: geodesic.gap_end,
-            status: state(geodesic),
+            status: overall(geodesic.status, last),
         }
     }
-}
-
-/// The status of a path in one word.
-fn state<const D: usize>(geodesic: &Geodesic<D>) -> String {
-    let last: Option<Status> = geodesic.levels.last().map(|level| level.info.status);
-    overall(geodesic.status, last)
 }
 
 /// The summary of a result.
