@@ -40,6 +40,7 @@ mod doubts;
 mod equilibrium;
 mod error;
 mod finite;
+pub mod groups;
 mod krylov;
 mod mahalanobis;
 mod metric;

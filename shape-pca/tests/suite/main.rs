@@ -3,5 +3,6 @@
 mod support;
 
 mod balancing;
+mod groups;
 mod oracle;
 mod properties;

@@ -1,0 +1,105 @@
+//! Regression of scores on a covariate.
+
+use super::labels::{GroupError, check_table};
+use super::relabelling::Relabelling;
+use serde::Serialize;
+
+/// Scores as linear functions of a covariate, `score_j = intercept_j + slope_j x`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Regression {
+    /// The score of every mode at zero.
+    pub intercept: Vec<f64>,
+    /// The change of the score of every mode per unit of the covariate.
+    pub slope: Vec<f64>,
+    /// The coefficient of determination of every mode.
+    pub r_squared: Vec<f64>,
+    /// The p-value of every mode, regarded by itself.
+    pub p_value: Vec<f64>,
+    /// The p-value of every mode with control of the family-wise error.
+    pub p_value_family_wise: Vec<f64>,
+    /// The share of the variance of all modes that the covariate explains.
+    pub r_squared_overall: f64,
+    /// Its p-value.
+    pub p_value_overall: f64,
+}
+
+impl Regression {
+    /// The scores at a value of the covariate.
+    pub fn predict(&self, x: f64) -> Vec<f64> {
+        let pairs = self.intercept.iter().zip(&self.slope);
+        pairs.map(|(a, b)| a + b * x).collect()
+    }
+}
+
+/// Fits scores, a row for every shape, to a covariate by least squares, and tests them by permutations of
+/// the covariate.
+///
+/// # Errors
+/// [`GroupError::TooFewShapes`] below three, [`GroupError::ConstantCovariate`], and
+/// [`GroupError::Count`] or [`GroupError::NotFinite`] for unsuitable numbers.
+pub fn regress(
+    scores: &[Vec<f64>],
+    covariate: &[f64],
+    relabelling: Relabelling,
+) -> Result<Regression, GroupError> {
+    let n = covariate.len();
+    if n < 3 {
+        return Err(GroupError::TooFewShapes { found: n });
+    }
+    check_table(scores, n)?;
+    if let Some(index) = covariate.iter().position(|x| !x.is_finite()) {
+        let what = "covariate";
+        return Err(GroupError::NotFinite { what, index });
+    }
+    let modes = scores.first().map_or(0, Vec::len);
+    let mean = covariate.iter().sum::<f64>() / n as f64;
+    let centred: Vec<f64> = covariate.iter().map(|x| x - mean).collect();
+    let square: f64 = centred.iter().map(|x| x * x).sum();
+    let scale = covariate.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    // Equal numbers differ from their mean by rounding.
+    if square.sqrt() <= 1e-12 * scale * (n as f64).sqrt() {
+        return Err(GroupError::ConstantCovariate);
+    }
+    let means: Vec<f64> = (0..modes)
+        .map(|j| scores.iter().map(|row| row[j]).sum::<f64>() / n as f64)
+        .collect();
+    let totals: Vec<f64> = (0..modes)
+        .map(|j| scores.iter().map(|row| (row[j] - means[j]).powi(2)).sum())
+        .collect();
+    let products = |x: &[f64]| -> Vec<f64> {
+        let sum = |j: usize| x.iter().zip(scores).map(|(x, row)| x * row[j]).sum();
+        (0..modes).map(sum).collect()
+    };
+    let explained = |x: &[f64]| -> Vec<f64> {
+        let products = products(x).into_iter();
+        products.map(|product| product * product / square).collect()
+    };
+    let shares = |x: &[f64]| -> Vec<f64> {
+        let pairs = explained(x).into_iter().zip(&totals);
+        pairs
+            .map(|(e, &t)| if t > 0.0 { e / t } else { 0.0 })
+            .collect()
+    };
+    let p = relabelling.p_values(&centred, &shares);
+    let overall = |x: &[f64]| vec![explained(x).iter().sum::<f64>()];
+    let p_overall = relabelling.p_values(&centred, &overall);
+    let slope: Vec<f64> = products(&centred).iter().map(|p| p / square).collect();
+    let all: f64 = totals.iter().sum();
+    Ok(Regression {
+        intercept: means
+            .iter()
+            .zip(&slope)
+            .map(|(m, b)| m - b * mean)
+            .collect(),
+        r_squared: shares(&centred),
+        p_value: p.single,
+        p_value_family_wise: p.largest,
+        r_squared_overall: if all > 0.0 {
+            overall(&centred)[0] / all
+        } else {
+            0.0
+        },
+        p_value_overall: p_overall.single[0],
+        slope,
+    })
+}

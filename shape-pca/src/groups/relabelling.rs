@@ -1,0 +1,108 @@
+//! Relabellings of shapes, random or all of them, and the p-values that they give.
+
+use fe_grid::parallel::map;
+use fe_grid::random::SplitMix64;
+
+/// How many relabellings a test tries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Relabelling {
+    /// Number of random permutations.
+    pub permutations: usize,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+impl Default for Relabelling {
+    fn default() -> Self {
+        Self {
+            permutations: 9999,
+            seed: 0,
+        }
+    }
+}
+
+/// The odd constant of SplitMix64, which separates the seeds of successive relabellings.
+const STRIDE: u64 = 0x9e37_79b9_7f4a_7c15;
+/// Relative difference up to which statistics count as equal: sums in another order differ by rounding.
+const EQUAL: f64 = 1e-10;
+
+/// Relabellings that one thread tries at a time.
+const BLOCK: usize = 64;
+
+/// The p-values of several statistics.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PValues {
+    /// Of every statistic by itself.
+    pub single: Vec<f64>,
+    /// Of every statistic by the largest of all: the probability that any is as large.
+    pub largest: Vec<f64>,
+}
+
+impl Relabelling {
+    /// The permutation with this number.
+    pub(super) fn permuted<T: Copy>(&self, number: usize, given: &[T]) -> Vec<T> {
+        let start = self.seed ^ STRIDE.wrapping_mul(number as u64 + 1).rotate_left(17);
+        let mut random = SplitMix64::new(start);
+        let mut all = given.to_vec();
+        // Fisher and Yates.
+        for last in (1..all.len()).rev() {
+            let other = (random.uniform() * (last + 1) as f64) as usize;
+            all.swap(last, other.min(last));
+        }
+        all
+    }
+
+    /// Computes the p-values of the statistics of given labels, large where labels matter.
+    ///
+    /// `p = (1 + #{permutations with a statistic at least as large}) / (1 + #permutations)`.
+    ///
+    /// Source: Phipson and Smyth, *Permutation P-values Should Never Be Zero* (2010); for the largest of
+    /// all statistics Westfall and Young, *Resampling-Based Multiple Testing* (1993).
+    pub(super) fn p_values<T: Copy + Sync>(
+        &self,
+        given: &[T],
+        statistics: &(dyn Fn(&[T]) -> Vec<f64> + Sync),
+    ) -> PValues {
+        let own = statistics(given);
+        let starts: Vec<usize> = (0..self.permutations).step_by(BLOCK).collect();
+        let found = map(starts, &|start| {
+            let mut counted = vec![[0u32; 2]; own.len()];
+            for number in start..self.permutations.min(start + BLOCK) {
+                let of_labels = statistics(&self.permuted(number, given));
+                let largest = of_labels.iter().copied().fold(f64::MIN, f64::max);
+                for ((count, &x), &y) in counted.iter_mut().zip(&own).zip(&of_labels) {
+                    let least = x - EQUAL * x.abs();
+                    count[0] += u32::from(y >= least);
+                    count[1] += u32::from(largest >= least);
+                }
+            }
+            counted
+        });
+        // The given labels are one of the relabellings.
+        let mut counted = vec![[1u32; 2]; own.len()];
+        for block in &found {
+            for (count, more) in counted.iter_mut().zip(block) {
+                count[0] += more[0];
+                count[1] += more[1];
+            }
+        }
+        let all = (self.permutations + 1) as f64;
+        let share = |k: usize| counted.iter().map(|c| f64::from(c[k]) / all).collect();
+        PValues {
+            single: share(0),
+            largest: share(1),
+        }
+    }
+}
+
+/// The number of different relabellings of groups of these sizes, `n! / (n_1! ... n_g!)`.
+pub(super) fn n_relabellings(sizes: &[usize]) -> f64 {
+    let (mut count, mut n) = (1.0, 0.0);
+    for &size in sizes {
+        for k in 1..=size {
+            n += 1.0;
+            count *= n / k as f64;
+        }
+    }
+    count
+}
