@@ -5,6 +5,7 @@ use clap::{Parser, Subcommand};
 use crate::average::{AverageArgs, run_average};
 use crate::calculus::{ExtendConfig, TransportConfig};
 use crate::check::{CheckArgs, run_check};
+use crate::compare::CompareConfig;
 use crate::config::{ConfigArgs, run_config};
 use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
@@ -54,6 +55,8 @@ enum Command {
     Synthesize(ComputeArgs<SynthesizeConfig>),
     /// Computes the scores of new shapes in the modes of variation.
     Score(ComputeArgs<ScoreConfig>),
+    /// Tests whether groups of shapes differ, where, and whether they can be told apart.
+    Compare(ComputeArgs<CompareConfig>),
     Warp(WarpArgs),
     /// Draws a figure with a table that compares averages or modes, on built-in shapes or masks.
     Figure(FigureArgs),
@@ -82,6 +85,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Pca(args) => args.run(),
         Command::Synthesize(args) => args.run(),
         Command::Score(args) => args.run(),
+        Command::Compare(args) => args.run(),
         Command::Warp(args) => run_warp(args),
         Command::Figure(args) => run_figure(args),
         Command::Verify(args) => run_verify(args),

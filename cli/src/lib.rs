@@ -9,6 +9,7 @@ pub mod args;
 pub mod average;
 pub mod calculus;
 pub mod check;
+pub mod compare;
 pub mod config;
 pub mod demo;
 pub mod distances;

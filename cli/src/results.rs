@@ -41,6 +41,19 @@ pub(crate) fn read_dimension(directory: &Path) -> Result<Dim<(), ()>, String> {
     }
 }
 
+/// Some of the contents of the record of a directory.
+///
+/// # Errors
+/// As [`read_record`].
+pub(crate) fn read_contents<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
+    read(directory)
+}
+
+/// The command whose result a directory is, if it says so.
+pub(crate) fn command_in(directory: &Path) -> Option<String> {
+    command_of(&read_text(&directory.join(RESULT)).ok()?)
+}
+
 fn read<T: DeserializeOwned>(directory: &Path) -> Result<T, String> {
     let text = read_text(&directory.join(RESULT))
         .map_err(|error| format!("its {RESULT} cannot be read: {error}"))?;

@@ -39,6 +39,8 @@ pub enum Cause {
     Asymmetry,
     /// Distances that are longer than a way through a third shape.
     TriangleInequality,
+    /// The least p-value that groups of these sizes can have.
+    GroupSizes,
     /// Doubts about the result that this one is computed from.
     Source,
 }
@@ -78,7 +80,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 17] = [
+const CRITERIA: [Criterion; 18] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -218,6 +220,14 @@ const CRITERIA: [Criterion; 17] = [
                  of a finite number of steps. No violation was available to choose the limit \
                  by.",
         remedy: "use more steps (-K) or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::GroupSizes,
+        figure: "least p-value that relabellings of groups of these sizes can have",
+        limit: Limit::AtMost(0.05),
+        reason: "A permutation test of two groups of three shapes has ten different relabellings: no \
+                 difference, however large, has a p-value below 1/10.",
+        remedy: "add shapes: two groups of four can have 1/35, three and five 1/56",
     },
     Criterion {
         cause: Cause::Source,

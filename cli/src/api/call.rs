@@ -7,6 +7,7 @@ use toml::Table;
 use super::computed::{Computed, Held};
 use crate::average::{Average, AverageConfig, AverageRun, JointAverage, Sweep};
 use crate::calculus::{ExtendConfig, TransportConfig};
+use crate::compare::CompareConfig;
 use crate::config::{Config, allow, keys_of, resolve};
 use crate::distances::{DistanceStudy, DistancesConfig};
 use crate::error::CliError;
@@ -26,7 +27,7 @@ use shapespace_input::dimension::Dim;
 use shapespace_input::memory::set_limit;
 
 /// The commands that can be called.
-pub const COMMANDS: [&str; 10] = [
+pub const COMMANDS: [&str; 11] = [
     "average",
     "geodesic",
     "length",
@@ -34,6 +35,7 @@ pub const COMMANDS: [&str; 10] = [
     "pca",
     "score",
     "synthesize",
+    "compare",
     "segment",
     "extend",
     "transport",
@@ -108,6 +110,7 @@ impl Call {
             "pca" => self.configured::<PcaConfig>(),
             "score" => self.configured::<ScoreConfig>(),
             "synthesize" => self.configured::<SynthesizeConfig>(),
+            "compare" => self.configured::<CompareConfig>(),
             "segment" => self.configured::<SegmentConfig>(),
             "extend" => self.configured::<ExtendConfig>(),
             "transport" => self.configured::<TransportConfig>(),
@@ -181,6 +184,7 @@ pub fn keys(command: &str) -> Result<Vec<String>, CliError> {
         "pca" => keys_of::<PcaConfig>(),
         "score" => keys_of::<ScoreConfig>(),
         "synthesize" => keys_of::<SynthesizeConfig>(),
+        "compare" => keys_of::<CompareConfig>(),
         "segment" => keys_of::<SegmentConfig>(),
         "extend" => keys_of::<ExtendConfig>(),
         "transport" => keys_of::<TransportConfig>(),

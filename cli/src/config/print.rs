@@ -9,6 +9,7 @@ use toml::Table;
 use super::{Config, absolute, arguments, table};
 use crate::average::AverageConfig;
 use crate::calculus::{ExtendConfig, TransportConfig};
+use crate::compare::CompareConfig;
 use crate::distances::DistancesConfig;
 use crate::error::{CliError, Exit};
 use crate::geodesic::GeodesicConfig;
@@ -43,6 +44,8 @@ enum Configurable {
     Synthesize,
     /// Scores of shapes.
     Score,
+    /// Comparison of groups.
+    Compare,
     /// Continuation of geodesics.
     Extend,
     /// Parallel transport of variations along geodesics.
@@ -64,6 +67,7 @@ pub fn run_config(args: &ConfigArgs) -> Result<Exit, CliError> {
         Configurable::Pca => usual::<PcaConfig>(),
         Configurable::Synthesize => usual::<SynthesizeConfig>(),
         Configurable::Score => usual::<ScoreConfig>(),
+        Configurable::Compare => usual::<CompareConfig>(),
         Configurable::Extend => usual::<ExtendConfig>(),
         Configurable::Transport => usual::<TransportConfig>(),
         Configurable::Segment => usual::<SegmentConfig>(),

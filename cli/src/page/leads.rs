@@ -294,6 +294,29 @@ const LEADS: &[Lead] = &[
             ("Dice", "/dice/*"),
         ],
     },
+    Lead {
+        command: "compare",
+        figures: &[
+            ("groups", "/groups/*", Count),
+            ("shapes", "/shapes/*", Count),
+            ("p-value of all modes", "/scores/p_value_overall", All),
+            ("p-value of the distances", "/distances/p_value", All),
+            ("variance between groups", "/scores/explained", Share),
+            ("variance between groups", "/distances/explained", Share),
+            ("boundary that differs", "/boundary/different_share", Share),
+            (
+                "balanced accuracy, left out",
+                "/classification/balanced_accuracy",
+                Share,
+            ),
+            ("p-value of it", "/classification/p_value", All),
+        ],
+        names: ("name", "/shapes/*"),
+        columns: &[
+            ("group", "/group_of_shape/*"),
+            ("assigned to", "/assigned_group/*"),
+        ],
+    },
 ];
 
 /// What all commands have of their inputs.

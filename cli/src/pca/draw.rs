@@ -15,7 +15,7 @@ const COLUMNS: usize = 5;
 const FRAMES: usize = 17;
 
 /// A contour that cannot be drawn.
-pub(super) fn shown(error: impl std::fmt::Display) -> CliError {
+pub(crate) fn shown(error: impl std::fmt::Display) -> CliError {
     CliError::Computation {
         message: format!("the average cannot be drawn: {error}"),
         remedy: "check that the average contains nodes of its grid".into(),
@@ -23,7 +23,7 @@ pub(super) fn shown(error: impl std::fmt::Display) -> CliError {
 }
 
 /// The average shape moved by a multiple of a displacement.
-pub(super) fn moved<const D: usize>(
+pub(crate) fn moved<const D: usize>(
     shape: &Contour<D>,
     u: &VectorField<f64, D>,
     factor: f64,

@@ -19,7 +19,8 @@ mod synthesize;
 mod tables;
 mod write;
 
-pub(crate) use read::{StoredAverage, read_average};
+pub(crate) use draw::{moved, shown};
+pub(crate) use read::{StoredAverage, StoredPca, read_average, read_pca};
 
 pub use args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 pub use procrustes::{Procrustes, there_and_back};

@@ -35,6 +35,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub params: AverageParams,
     /// Short names of its shapes.
     pub names: Vec<String>,
+    /// The files of its shapes.
+    pub files: Vec<PathBuf>,
     /// Samples of the first input along each axis, and its placement in the unit box.
     pub frame: (Vec<usize>, FrameTransform<D>),
     /// The world of its shapes, if they have one.
@@ -148,6 +150,11 @@ fn stored_average<const D: usize>(
             .iter()
             .map(|input| input.name.clone())
             .collect(),
+        files: record
+            .input
+            .iter()
+            .map(|input| input.path.clone())
+            .collect(),
         frame: (first.size.clone(), first.frame),
         world: WorldFrame::of_records(&record.input),
         placing: config.masks.frame,
@@ -216,7 +223,7 @@ pub(crate) struct StoredPca<const D: usize> {
 ///
 /// # Errors
 /// As [`read_average`]; [`CliError::NoResult`] for modes of images, which have no boundaries.
-pub(super) fn read_pca(
+pub(crate) fn read_pca(
     directory: &Path,
     average: Option<&Path>,
     trust: bool,

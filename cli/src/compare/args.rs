@@ -1,0 +1,105 @@
+//! Options of `shapespace compare`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+use shape_pca::groups::Relabelling;
+
+use crate::config::{Config, allow};
+use crate::error::CliError;
+use crate::options::named;
+
+/// Most relabellings.
+const MOST: usize = 1_000_000;
+
+/// Configuration of `shapespace compare`.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct CompareConfig {
+    /// Result directory of `shapespace pca` or `shapespace distances`.
+    #[arg(value_name = "RESULT")]
+    pub result: PathBuf,
+    /// Table of the shapes as CSV with a header: the first column has their names or files, others their
+    /// groups and covariates. Lines of other shapes are ignored.
+    #[arg(long, value_name = "FILE.csv")]
+    pub groups: PathBuf,
+    /// Column of the groups.
+    #[arg(long, value_name = "NAME")]
+    pub column: String,
+    /// Columns of covariates, such as ages [default: every other column of numbers].
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
+    pub covariates: Vec<String>,
+    /// Number of modes that are compared [default: those with at least 1 % of the variance].
+    #[arg(long, value_name = "M")]
+    pub modes: Option<usize>,
+    /// Number of random relabellings; p-values are multiples of 1 over this number plus 1.
+    #[arg(long, value_name = "N")]
+    pub permutations: usize,
+    /// Seed of the random relabellings.
+    #[arg(long, value_name = "SEED")]
+    pub seed: u64,
+    /// False discovery rate up to which a point of the boundary counts as different.
+    #[arg(long, value_name = "RATE")]
+    pub discovery_rate: f64,
+    /// Result directory of the average, if it has been moved.
+    #[arg(long, value_name = "DIR")]
+    pub average: Option<PathBuf>,
+}
+
+impl Default for CompareConfig {
+    fn default() -> Self {
+        let Relabelling { permutations, seed } = Relabelling::default();
+        Self {
+            result: PathBuf::new(),
+            groups: PathBuf::new(),
+            column: "group".into(),
+            covariates: Vec::new(),
+            modes: None,
+            permutations,
+            seed,
+            discovery_rate: 0.05,
+            average: None,
+        }
+    }
+}
+
+impl CompareConfig {
+    pub(super) fn relabelling(&self) -> Relabelling {
+        Relabelling {
+            permutations: self.permutations,
+            seed: self.seed,
+        }
+    }
+}
+
+impl Config for CompareConfig {
+    const COMMAND: &'static str = "compare";
+
+    fn check(&self) -> Result<(), CliError> {
+        named(
+            Self::COMMAND,
+            "the directory of modes or distances",
+            &self.result,
+        )?;
+        named(Self::COMMAND, "a table after --groups", &self.groups)?;
+        allow(self.modes != Some(0), "modes", &0, "at least 1")?;
+        allow(
+            (19..=MOST).contains(&self.permutations),
+            "permutations",
+            &self.permutations,
+            "19 to 1000000: fewer cannot give a p-value of .05",
+        )?;
+        allow(
+            self.discovery_rate > 0.0 && self.discovery_rate < 1.0,
+            "discovery_rate",
+            &self.discovery_rate,
+            "above 0, below 1",
+        )
+    }
+
+    fn paths(&mut self) -> Vec<&mut PathBuf> {
+        let own = [&mut self.result, &mut self.groups];
+        own.into_iter().chain(&mut self.average).collect()
+    }
+}

@@ -1,0 +1,189 @@
+//! The pictures of a comparison.
+
+use super::record::differences;
+use super::tests::{Found, OfModes, Outcome};
+use crate::error::CliError;
+use crate::output::ResultDir;
+use crate::pca::moved;
+use fe_grid::parallel;
+use shapespace_picture::{
+    Camera, Canvas, Colour, HeatMap, INK, Key, ScatterPlot, Shape, TileRows, WHITE, colour, heat,
+    mix,
+};
+
+/// Tiles in a row.
+const COLUMNS: usize = 3;
+/// Side of a mark in a matrix.
+const MARK: usize = 12;
+
+/// `compare.png` and, of modes, `scores.png`.
+pub(super) fn pictures<const D: usize>(
+    outcome: &Outcome<D>,
+    directory: &ResultDir,
+) -> Result<(), CliError> {
+    match &outcome.found {
+        Found::Modes(found) => {
+            directory.picture("compare.png", || sheet(outcome, found))?;
+            if found.tests.f.len() > 1 {
+                directory.picture("scores.png", || scores(outcome, found))?;
+            }
+        }
+        Found::Distances(_) => {
+            directory.picture("compare.png", || matrix(outcome))?;
+        }
+    }
+    Ok(())
+}
+
+/// The means of the groups, the boundary with the differences and their false discovery rates, and the shapes
+/// that the covariates predict.
+fn sheet<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
+    let labelled = &outcome.compared.labelled;
+    let mean = Shape::of(&found.outline);
+    let means: Vec<Shape> = found.means.iter().map(|m| Shape::of(&m.outline)).collect();
+    let of_covariates = found.covariates.iter().flat_map(|c| &c.shapes);
+    let predicted: Vec<Shape> = of_covariates
+        .map(|shape| Shape::of(&shape.outline))
+        .collect();
+    let all: Vec<Shape> = [mean.clone()]
+        .into_iter()
+        .chain(means.iter().cloned())
+        .chain(predicted.iter().cloned())
+        .collect();
+    let camera = Camera::around(&all, TileRows::width(COLUMNS));
+    let mut rows = TileRows::new(COLUMNS);
+    let over = |shape: &Shape, tone: Colour| {
+        let mut canvas = camera.portrait(shape, tone);
+        camera.outline_over(&mut canvas, &mean, INK);
+        canvas
+    };
+    for (g, (name, shape)) in labelled.names.iter().zip(&means).enumerate() {
+        let size = labelled.groups.sizes()[g];
+        rows.push(format!("mean of {name} ({size})"), over(shape, colour(g)));
+    }
+    rows.end_row();
+    let points = found.outline.points();
+    let at = |values: &[f64], p: &[f64]| values[nearest(points, p)];
+    let differences = differences(&found.displacements);
+    let most = differences.iter().copied().fold(0.0, f64::max);
+    let shade = |p: &[f64]| {
+        heat(if most > 0.0 {
+            at(&differences, p) / most
+        } else {
+            0.0
+        })
+    };
+    rows.push(
+        format!("difference of the means, up to {most:.3}"),
+        camera.shaded(&mean, INK, shade),
+    );
+    let rate = |p: &[f64]| strength(at(&found.points.false_discovery_rate, p));
+    rows.push(
+        "false discovery rate: .05 to .001",
+        camera.shaded(&mean, INK, rate),
+    );
+    rows.end_row();
+    let mut shapes = predicted.iter();
+    for covariate in &found.covariates {
+        let p = covariate.regression.p_value_overall;
+        for value in covariate.values {
+            if let Some(shape) = shapes.next() {
+                let label = format!("{} = {value:.4} (p {p:.3})", covariate.name);
+                rows.push(label, over(shape, INK));
+            }
+        }
+    }
+    rows.draw()
+}
+
+/// White above a rate of .05, and dark at .001.
+fn strength(rate: f64) -> Colour {
+    let (most, least) = (0.05f64, 0.001f64);
+    if rate > most {
+        return WHITE;
+    }
+    let share = (most / rate.max(least)).ln() / (most / least).ln();
+    heat(0.3 + 0.7 * share)
+}
+
+/// The index of the point nearest to a place.
+fn nearest<const D: usize>(points: &[[f64; D]], place: &[f64]) -> usize {
+    let distance =
+        |p: &[f64; D]| -> f64 { p.iter().zip(place).map(|(a, b)| (a - b) * (a - b)).sum() };
+    let mut best = (0, f64::INFINITY);
+    for (q, p) in points.iter().enumerate() {
+        let found = distance(p);
+        if found < best.1 {
+            best = (q, found);
+        }
+        // The vertices of a surface are points themselves.
+        if found == 0.0 {
+            break;
+        }
+    }
+    best.0
+}
+
+/// The shapes at their scores in the first two modes.
+fn scores<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
+    let labelled = &outcome.compared.labelled;
+    let groups = labelled.groups.labels();
+    let points: Vec<[f64; 2]> = found.scores.iter().map(|s| [s[0], s[1]]).collect();
+    let side = ScatterPlot::mark_side(&points);
+    let shapes: Vec<Shape> = match &outcome.compared.kind {
+        super::source::Kind::Modes(stored, _) => found
+            .scores
+            .iter()
+            // Scores of this analysis are never too many for its modes.
+            .filter_map(|s| stored.space.synthesise(s).ok())
+            .map(|u| Shape::of(&moved(&found.outline, &u, -1.0)))
+            .collect(),
+        super::source::Kind::Distances(_) => Vec::new(),
+    };
+    let camera = Camera::around(&shapes, side).with_longer_side(side);
+    let marks = parallel::map(shapes.iter().zip(groups), &|(shape, &group)| {
+        let tone = colour(group);
+        camera.drawn(shape, mix(WHITE, tone, 0.45), 1.2, tone)
+    });
+    ScatterPlot {
+        points: &points,
+        marks: &marks,
+        names: &outcome.compared.names,
+        groups,
+        key: &key(&labelled.names),
+        title: "scores in the first two modes, in standard deviations",
+        unit: "",
+    }
+    .draw()
+}
+
+fn key(names: &[String]) -> Vec<Key> {
+    let all = names.iter().enumerate();
+    all.map(|(category, name)| Key {
+        name: name.clone(),
+        category,
+    })
+    .collect()
+}
+
+/// The distances, by groups.
+fn matrix<const D: usize>(outcome: &Outcome<D>) -> Canvas {
+    let compared = &outcome.compared;
+    let groups = compared.labelled.groups.labels();
+    let mut order: Vec<usize> = (0..groups.len()).collect();
+    order.sort_by_key(|&i| groups[i]);
+    let marks: Vec<Canvas> = groups.iter().map(|_| Canvas::new(MARK, MARK)).collect();
+    let value = |i: usize, j: usize| match &compared.kind {
+        super::source::Kind::Distances(matrix) => Some(matrix[i][j]),
+        super::source::Kind::Modes(..) => None,
+    };
+    HeatMap {
+        names: &compared.names,
+        marks: &marks,
+        groups,
+        order: &order,
+        value: &value,
+        title: "distance L",
+    }
+    .draw()
+}

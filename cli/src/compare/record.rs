@@ -1,0 +1,255 @@
+//! The contents of `result.json` of a comparison.
+
+use std::time::Instant;
+
+use levelset::{Cause, Doubt};
+use serde::Serialize;
+use shape_pca::groups::{Classification, Permanova, Regression, ScoreTests};
+
+use super::CompareConfig;
+use super::source::Kind;
+use super::tests::{Found, OfModes, Outcome};
+use crate::doubts::{named, of_source};
+use crate::report;
+use crate::summary::Summary;
+
+/// Everything in `result.json`.
+pub(super) type Record<'a, const D: usize> = report::Record<CompareConfig, Body<'a>, D>;
+
+/// The result.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Body<'a> {
+    /// The shapes of the result.
+    shapes: &'a [String],
+    groups: Vec<Group<'a>>,
+    /// The name of every shape's group.
+    group_of_shape: Vec<&'a str>,
+    /// Lines of the table of other shapes.
+    ignored_lines: usize,
+    /// Number of modes that are compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    n_modes: Option<usize>,
+    /// Tests of the scores.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scores: Option<&'a ScoreTests>,
+    /// The test of the distances.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    distances: Option<&'a Permanova>,
+    /// Tests at the points of the boundary of the average.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    boundary: Option<Boundary>,
+    /// Regressions of the scores.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    covariates: Vec<OfCovariate<'a>>,
+    /// Every shape assigned by the others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    classification: Option<&'a Classification>,
+    /// The name of the group to which every shape is assigned.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    assigned_group: Vec<&'a str>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct Group<'a> {
+    name: &'a str,
+    n_shapes: usize,
+    /// Its mean scores.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mean_scores: Option<&'a [f64]>,
+}
+
+/// Where groups differ.
+#[derive(Clone, Debug, Serialize)]
+struct Boundary {
+    points: usize,
+    /// The share of the points with a false discovery rate up to the limit.
+    different_share: f64,
+    /// The least p-value with control of the family-wise error.
+    least_p_value_family_wise: f64,
+    /// The largest distance between the means of two groups along the normal, in length units of the
+    /// unit box.
+    largest_difference: f64,
+}
+
+#[derive(Clone, Debug, Serialize)]
+struct OfCovariate<'a> {
+    name: &'a str,
+    least: f64,
+    mean: f64,
+    greatest: f64,
+    #[serde(flatten)]
+    regression: &'a Regression,
+}
+
+/// The record of a result. The time is measured up to this call.
+pub(super) fn record<'a, const D: usize>(
+    config: &CompareConfig,
+    outcome: &'a Outcome<D>,
+    start: Instant,
+) -> Record<'a, D> {
+    let compared = &outcome.compared;
+    let labelled = &compared.labelled;
+    let modes = match &outcome.found {
+        Found::Modes(found) => Some(&**found),
+        Found::Distances(_) => None,
+    };
+    let name = |label: &usize| &*labelled.names[*label];
+    let sizes = labelled.groups.sizes().iter().enumerate();
+    let body = Body {
+        shapes: &compared.names,
+        groups: sizes
+            .map(|(g, &n_shapes)| Group {
+                name: name(&g),
+                n_shapes,
+                mean_scores: modes.map(|found| &*found.means[g].scores),
+            })
+            .collect(),
+        group_of_shape: labelled.groups.labels().iter().map(name).collect(),
+        ignored_lines: labelled.ignored,
+        n_modes: modes.map(|found| found.tests.f.len()),
+        scores: modes.map(|found| &found.tests),
+        distances: match &outcome.found {
+            Found::Distances(found) => Some(found),
+            Found::Modes(_) => None,
+        },
+        boundary: modes.map(|found| boundary(found, config.discovery_rate)),
+        covariates: modes.map_or_else(Vec::new, |found| {
+            let all = found.covariates.iter();
+            all.map(|c| OfCovariate {
+                name: &c.name,
+                least: c.values[0],
+                mean: c.values[1],
+                greatest: c.values[2],
+                regression: &c.regression,
+            })
+            .collect()
+        }),
+        classification: modes.map(|found| &found.classification),
+        assigned_group: modes.map_or_else(Vec::new, |found| {
+            found.classification.assigned.iter().map(name).collect()
+        }),
+    };
+    let least = match &outcome.found {
+        Found::Modes(found) => found.tests.least_p_value,
+        Found::Distances(found) => found.least_p_value,
+    };
+    let doubts = [
+        Doubt::check(Cause::GroupSizes, least),
+        of_source(&compared.doubts),
+    ];
+    let doubts: Vec<Doubt> = doubts.into_iter().flatten().collect();
+    let (nodes, world) = match &compared.kind {
+        Kind::Modes(stored, _) => (
+            stored.space.object.grid().nodes_per_axis().to_vec(),
+            stored.average.world.as_ref(),
+        ),
+        Kind::Distances(_) => (Vec::new(), None),
+    };
+    Record::new("complete", &nodes, config, body, named(&doubts, []), start).within(world)
+}
+
+fn boundary<const D: usize>(found: &OfModes<D>, rate: f64) -> Boundary {
+    let rates = &found.points.false_discovery_rate;
+    let different = rates.iter().filter(|r| **r <= rate).count();
+    let least = found.points.p_value_family_wise.iter().copied();
+    Boundary {
+        points: rates.len(),
+        different_share: different as f64 / rates.len().max(1) as f64,
+        least_p_value_family_wise: least.fold(1.0, f64::min),
+        largest_difference: differences(&found.displacements)
+            .into_iter()
+            .fold(0.0, f64::max),
+    }
+}
+
+/// The largest difference between two groups at every point.
+pub(super) fn differences(means: &[Vec<f64>]) -> Vec<f64> {
+    let points = means.first().map_or(0, Vec::len);
+    let range = |q: usize| {
+        let values = || means.iter().map(|row| row[q]);
+        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min)
+    };
+    (0..points).map(range).collect()
+}
+
+/// The summary of a comparison.
+pub(super) fn summary<const D: usize>(record: &Record<'_, D>, outcome: &Outcome<D>) -> Summary {
+    let body = &record.body;
+    let sizes = body.groups.iter();
+    let sizes: Vec<String> = sizes
+        .map(|g| format!("{} {}", g.n_shapes, g.name))
+        .collect();
+    let title = format!(
+        "Comparison of {} groups ({}), {:.1} s",
+        body.groups.len(),
+        sizes.join(", "),
+        record.seconds
+    );
+    let mut summary = Summary::new(record, "compare.png", title);
+    if let Some(found) = body.distances {
+        summary.line(
+            "distances",
+            format!(
+                "p = {:.4}, F = {:.3}, {:.1} % of the variance between the groups",
+                found.p_value,
+                found.f,
+                100.0 * found.explained
+            ),
+        );
+    }
+    if let Some(found) = body.scores {
+        summary.line(
+            "all modes",
+            format!(
+                "p = {:.4}, F = {:.3}, {:.1} % of the variance between the groups",
+                found.p_value_overall,
+                found.f_overall,
+                100.0 * found.explained
+            ),
+        );
+        let p = found.p_value_family_wise.iter().take(6);
+        let p: Vec<String> = p.map(|p| format!("{p:.4}")).collect();
+        summary.line(
+            "each mode",
+            format!("p = {}, of the largest F of all", p.join(" ")),
+        );
+    }
+    if let Some(found) = &body.boundary {
+        summary.line(
+            "boundary",
+            format!(
+                "{:.1} % of {} points differ (false discovery rate {})",
+                100.0 * found.different_share,
+                found.points,
+                record.parameters.discovery_rate
+            ),
+        );
+    }
+    for found in &body.covariates {
+        summary.line(
+            found.name,
+            format!(
+                "p = {:.4}, R2 = {:.3}",
+                found.regression.p_value_overall, found.regression.r_squared_overall
+            ),
+        );
+    }
+    if let Some(found) = body.classification {
+        summary.line(
+            "left out",
+            format!(
+                "{:.1} % assigned to their group (mean of the groups, {} modes), p = {:.4}",
+                100.0 * found.balanced_accuracy,
+                found.modes,
+                found.p_value
+            ),
+        );
+    }
+    if let (Found::Distances(_), true) = (
+        &outcome.found,
+        !outcome.compared.labelled.covariates.is_empty(),
+    ) {
+        summary.line("covariates", "need the scores of `shapespace pca`");
+    }
+    summary
+}

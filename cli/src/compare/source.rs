@@ -1,0 +1,144 @@
+//! The result whose shapes are compared.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use shapespace_input::dimension::{Dim, per_dimension};
+
+use super::CompareConfig;
+use super::table::{Known, Labelled, read as read_table};
+use crate::doubts::DoubtRecord;
+use crate::error::CliError;
+use crate::pca::{StoredPca, read_pca};
+use crate::results::{command_in, read_contents};
+use crate::session::PlanOf;
+
+/// What is known of the shapes.
+pub(super) enum Kind<const D: usize> {
+    /// Modes of variation, and the scores of the shapes.
+    Modes(Box<StoredPca<D>>, Scores),
+    /// The distances between them.
+    Distances(Vec<Vec<f64>>),
+}
+
+/// A result and the groups of its shapes.
+pub(crate) struct Compared<const D: usize> {
+    pub(super) kind: Kind<D>,
+    /// The names of its shapes.
+    pub(super) names: Vec<String>,
+    pub(super) labelled: Labelled,
+    /// The doubts about it.
+    pub(super) doubts: Vec<DoubtRecord>,
+}
+
+/// The scores in the record of an analysis.
+#[derive(Deserialize)]
+pub(super) struct Scores {
+    shapes: Vec<String>,
+    pub scores: Vec<Vec<f64>>,
+    /// Number of modes that are not negligible.
+    pub degrees_of_freedom: usize,
+}
+
+#[derive(Deserialize)]
+struct Distances {
+    dimension: usize,
+    input: Vec<Named>,
+    distances: Matrix,
+    #[serde(default)]
+    doubts: Vec<DoubtRecord>,
+}
+
+#[derive(Deserialize)]
+struct Named {
+    name: String,
+    path: PathBuf,
+}
+
+#[derive(Deserialize)]
+struct Matrix {
+    #[serde(default)]
+    matrix: Vec<Vec<Option<f64>>>,
+}
+
+fn unfit(directory: &Path, reason: String) -> CliError {
+    CliError::NoResult {
+        path: directory.into(),
+        command: "pca` or `shapespace distances",
+        reason,
+    }
+}
+
+/// Reads the result and the table.
+///
+/// # Errors
+/// [`CliError::NoResult`] for other directories, and those of the table and of reading modes.
+pub(super) fn read(config: &CompareConfig, trust: bool) -> Result<PlanOf<CompareConfig>, CliError> {
+    let directory = &config.result;
+    match command_in(directory).as_deref() {
+        Some("distances") => distances(config),
+        Some("score" | "average" | "geodesic") => {
+            let reason = "its shapes have neither scores of one analysis nor distances";
+            Err(unfit(directory, reason.into()))
+        }
+        _ => {
+            let modes = read_pca(directory, config.average.as_deref(), trust)?;
+            Ok(per_dimension!(modes, modes => of_modes(config, modes)?))
+        }
+    }
+}
+
+fn of_modes<const D: usize>(
+    config: &CompareConfig,
+    modes: StoredPca<D>,
+) -> Result<Compared<D>, CliError> {
+    let scores: Scores =
+        read_contents(&config.result).map_err(|reason| unfit(&config.result, reason))?;
+    let n = modes.average.names.len();
+    if scores.scores.len() != n || scores.shapes.len() != n {
+        let reason = "its scores are not those of the shapes of its average";
+        return Err(unfit(&config.result, reason.into()));
+    }
+    let known = Known {
+        names: &scores.shapes,
+        files: &modes.average.files,
+    };
+    Ok(Compared {
+        labelled: read_table(config, &known)?,
+        names: scores.shapes.clone(),
+        doubts: modes.doubts.clone(),
+        kind: Kind::Modes(Box::new(modes), scores),
+    })
+}
+
+fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> {
+    let directory = &config.result;
+    let found: Distances = read_contents(directory).map_err(|reason| unfit(directory, reason))?;
+    let dimension = found.dimension;
+    let (names, files): (Vec<String>, Vec<PathBuf>) =
+        found.input.into_iter().map(|i| (i.name, i.path)).unzip();
+    let known = Known {
+        names: &names,
+        files: &files,
+    };
+    let labelled = read_table(config, &known)?;
+    let rows = found.distances.matrix.into_iter();
+    let matrix: Option<Vec<Vec<f64>>> = rows.map(|row| row.into_iter().collect()).collect();
+    let matrix = matrix
+        .filter(|matrix| matrix.len() == names.len())
+        .ok_or_else(|| {
+            let reason = "some of its distances are missing: a comparison needs all of them";
+            unfit(directory, reason.into())
+        })?;
+    let dimension = match dimension {
+        2 => Dim::D2(()),
+        3 => Dim::D3(()),
+        other => return Err(unfit(directory, format!("it has {other} dimensions"))),
+    };
+    Ok(per_dimension!(dimension, () => Compared {
+        kind: Kind::Distances(matrix.clone()),
+        names: names.clone(),
+        labelled: labelled.clone(),
+        doubts: found.doubts.clone(),
+    }))
+}

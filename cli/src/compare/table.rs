@@ -1,0 +1,191 @@
+//! The table of groups and covariates.
+
+use std::path::{Path, PathBuf};
+
+use shape_pca::groups::{GroupError, Groups};
+use shapespace_input::files::read_text;
+
+use super::CompareConfig;
+use crate::error::CliError;
+use crate::shapes::stem;
+
+/// The groups and covariates of shapes.
+#[derive(Clone, Debug)]
+pub(super) struct Labelled {
+    /// In the order of their first shapes in the table.
+    pub names: Vec<String>,
+    pub groups: Groups,
+    pub covariates: Vec<Covariate>,
+    /// Lines of other shapes.
+    pub ignored: usize,
+}
+
+/// A number for every shape.
+#[derive(Clone, Debug)]
+pub(super) struct Covariate {
+    pub name: String,
+    pub values: Vec<f64>,
+}
+
+/// The names and files of the shapes of a result.
+pub(super) struct Known<'a> {
+    pub names: &'a [String],
+    pub files: &'a [PathBuf],
+}
+
+/// Most names in a message.
+const LISTED: usize = 5;
+
+/// Reads the table for the shapes of a result.
+///
+/// # Errors
+/// [`CliError::Config`] for a table that cannot be used, with the line.
+pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliError> {
+    let path = &config.groups;
+    let wrong = |line: u64, message: String, remedy: &str| CliError::Config {
+        path: path.clone(),
+        line: usize::try_from(line).unwrap_or(0),
+        message,
+        remedy: remedy.into(),
+    };
+    let text = read_text(path).map_err(|error| {
+        let remedy = "give a CSV file with a header and a line for every shape";
+        wrong(0, format!("it cannot be read: {error}"), remedy)
+    })?;
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+    let place = |error: &csv::Error| error.position().map_or(0, csv::Position::line);
+    let unreadable = |error: csv::Error| {
+        let remedy = "give every line as many cells as the header, separated by commas";
+        wrong(place(&error), error.to_string(), remedy)
+    };
+    let header: Vec<String> = reader
+        .headers()
+        .map_err(unreadable)?
+        .iter()
+        .map(String::from)
+        .collect();
+    let columns = header.join(", ");
+    let column = |name: &str| {
+        let found = header.iter().skip(1).position(|column| column == name);
+        let message = format!("it has no column '{name}' after the first");
+        let remedy = format!("its columns are {columns}: name one with --column or --covariates");
+        found
+            .map(|at| at + 1)
+            .ok_or_else(|| wrong(1, message, &remedy))
+    };
+    let of_group = column(&config.column)?;
+    let mut lines: Vec<Option<Vec<String>>> = vec![None; known.names.len()];
+    let mut ignored = 0;
+    for line in reader.records() {
+        let line = line.map_err(unreadable)?;
+        let cells: Vec<String> = line.iter().map(String::from).collect();
+        let at = line.position().map_or(0, csv::Position::line);
+        let Some(shape) = known.find(&cells[0]) else {
+            ignored += 1;
+            continue;
+        };
+        if lines[shape].is_some() {
+            let message = format!("'{}' stands in two lines", known.names[shape]);
+            return Err(wrong(at, message, "keep one of them"));
+        }
+        if cells[of_group].is_empty() {
+            let message = format!("'{}' has no group", cells[0]);
+            return Err(wrong(at, message, "name its group"));
+        }
+        lines[shape] = Some(cells);
+    }
+    let missing: Vec<&str> = (0..lines.len())
+        .filter(|&i| lines[i].is_none())
+        .map(|i| &*known.names[i])
+        .collect();
+    if !missing.is_empty() {
+        let shown = missing
+            .iter()
+            .take(LISTED)
+            .copied()
+            .collect::<Vec<_>>()
+            .join("', '");
+        let more = if missing.len() > LISTED { ", …" } else { "" };
+        let count = missing.len();
+        let message = format!("it has no line for {count} shapes of the result: '{shown}'{more}");
+        let remedy =
+            "name every shape in the first column, by its file or by its name in the result";
+        return Err(wrong(0, message, remedy));
+    }
+    let lines: Vec<Vec<String>> = lines.into_iter().flatten().collect();
+    let (mut names, mut labels) = (Vec::<String>::new(), Vec::new());
+    for line in &lines {
+        let name = &line[of_group];
+        let known = names.iter().position(|n| n == name);
+        labels.push(known.unwrap_or(names.len()));
+        if known.is_none() {
+            names.push(name.clone());
+        }
+    }
+    let groups = Groups::new(labels).map_err(|error: GroupError| {
+        let remedy = "a comparison needs two groups, and two shapes in one of them";
+        wrong(0, format!("column '{}': {error}", config.column), remedy)
+    })?;
+    let numbers = |at: usize| -> Option<Vec<f64>> {
+        let cells = lines.iter().map(|line| line[at].parse().ok());
+        cells
+            .map(|x: Option<f64>| x.filter(|x| x.is_finite()))
+            .collect()
+    };
+    let mut covariates = Vec::new();
+    if config.covariates.is_empty() {
+        for at in (1..header.len()).filter(|&at| at != of_group) {
+            let name = header[at].clone();
+            // A constant says nothing; asked for, it is an error.
+            let values = numbers(at).filter(|values| values.iter().any(|x| *x != values[0]));
+            covariates.extend(values.map(|values| Covariate { name, values }));
+        }
+    }
+    for name in &config.covariates {
+        let values = numbers(column(name)?).ok_or_else(|| {
+            let message = format!("the column '{name}' has a cell that is not a number");
+            wrong(
+                0,
+                message,
+                "a covariate needs a number for every shape of the result",
+            )
+        })?;
+        covariates.push(Covariate {
+            name: name.clone(),
+            values,
+        });
+    }
+    Ok(Labelled {
+        names,
+        groups,
+        covariates,
+        ignored,
+    })
+}
+
+impl Known<'_> {
+    /// The shape of this name: its name in the result, its file or the end of its path, or the name of its
+    /// file without extension.
+    fn find(&self, name: &str) -> Option<usize> {
+        let only = |fits: &dyn Fn(usize) -> bool| {
+            let mut found = (0..self.names.len()).filter(|&i| fits(i));
+            found.next().filter(|_| found.next().is_none())
+        };
+        let path = Path::new(name);
+        let by_name = || only(&|i| self.names[i] == name);
+        let by_end = || only(&|i| self.files.get(i).is_some_and(|file| file.ends_with(path)));
+        let by_stem = || {
+            only(&|i| {
+                self.files
+                    .get(i)
+                    .is_some_and(|file| stem(file) == stem(path))
+            })
+        };
+        if name.is_empty() {
+            return None;
+        }
+        by_name().or_else(by_end).or_else(by_stem)
+    }
+}
