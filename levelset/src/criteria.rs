@@ -39,6 +39,10 @@ pub enum Cause {
     Asymmetry,
     /// Distances that are longer than a way through a third shape.
     TriangleInequality,
+    /// The velocity of a boundary beside the one that it should have.
+    BoundaryVelocity,
+    /// The estimated error of a finite grid.
+    GridError,
     /// Doubts about the result that this one is computed from.
     Source,
 }
@@ -78,7 +82,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 17] = [
+const CRITERIA: [Criterion; 19] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -218,6 +222,20 @@ const CRITERIA: [Criterion; 17] = [
                  of a finite number of steps. No violation was available to choose the limit \
                  by.",
         remedy: "use more steps (-K) or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::BoundaryVelocity,
+        figure: "difference of the normal velocity of the flow from the variation, relative to it",
+        limit: Limit::AtMost(0.1),
+        reason: "Smooth boundaries that the grid resolves move as they should to 1 %.",
+        remedy: "use a finer --grid, or a variation of fewer oscillations",
+    },
+    Criterion {
+        cause: Cause::GridError,
+        figure: "estimated error of the metric by the spacing of the grid, relative to it",
+        limit: Limit::AtMost(0.1),
+        reason: "On smooth shapes the error falls to a quarter with half the spacing.",
+        remedy: "use a finer --grid",
     },
     Criterion {
         cause: Cause::Source,
