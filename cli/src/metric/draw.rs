@@ -17,7 +17,7 @@ const SHORTEST: f64 = 0.03;
 /// Share of the values that reach the darkest colour, at corners for example.
 const OUTLIERS: f64 = 0.005;
 
-/// The picture of a flow. In 3D, the surface and the plane through the middle of the box.
+/// The picture of a flow. In 3D, the surface and the plane through its middle.
 pub(super) fn picture<const D: usize>(outcome: &Outcome<D>) -> Canvas {
     let flow = &outcome.found.flow;
     let shape = Shape::of(&outcome.outline);
@@ -52,9 +52,8 @@ pub(super) fn picture<const D: usize>(outcome: &Outcome<D>) -> Canvas {
     let dissipating = camera.shaded(&shape, INK, |p| of_density(place(p)));
     tiles.push(format!("dissipation, up to {densest:.3e}"), dissipating);
     if D == 3 {
-        let grid = outcome.distance.grid();
-        let slice = Slice::middle(grid, TileRows::width(COLUMNS));
-        let middle = 0.5 * grid.extent()[D - 1];
+        let (low, high) = bounds(&outcome.outline);
+        let slice = Slice::around(&low, &high, TileRows::width(COLUMNS));
         let over = |colour: &dyn Fn([f64; D]) -> Colour| {
             let mut tile = slice.painted(|x| {
                 if outcome.distance.sample(x)[0] > 0.0 {
@@ -67,7 +66,7 @@ pub(super) fn picture<const D: usize>(outcome: &Outcome<D>) -> Canvas {
             tile
         };
         let mut moving = over(&of_speed);
-        for arrow in arrows(outcome, fastest, Some(middle)) {
+        for arrow in arrows(outcome, fastest, Some(slice.height())) {
             for line in arrow {
                 slice.line(&mut moving, &line, 1.1, INK);
             }

@@ -6,13 +6,13 @@ use crate::common::{Place, Results, arrays, npy_f64, picture_size, succeeded};
 
 const NODES: usize = 33;
 
-/// Writes the mask of a ball with a boundary of one pixel, whose level 1/2 is the ball.
+/// Writes the mask of a ball with a soft boundary, whose level 1/2 is the ball.
 fn ball(place: &Place, name: &str, dimension: usize, radius: f64) {
     let h = 1.0 / (NODES - 1) as f64;
     let value = |node: usize| {
         let at = |k: usize| (node / NODES.pow(k as u32) % NODES) as f64 * h - 0.49;
         let r = (0..dimension).map(|k| at(k).powi(2)).sum::<f64>().sqrt();
-        (0.5 + (radius - r) / h).clamp(0.0, 1.0)
+        (0.5 + (radius - r) / (6.0 * h)).clamp(0.0, 1.0)
     };
     let values: Vec<f64> = (0..NODES.pow(dimension as u32)).map(value).collect();
     place.write(name, &npy_f64(&vec![NODES; dimension], &values));
@@ -103,7 +103,7 @@ fn a_variation_is_one_motion_of_the_boundary() {
             vec!["disk.npy", "--translation", "1"],
             vec!["--translation"],
         ),
-        (vec!["disk.npy", "--dilation", "--mu", "0"], vec!["moduli"]),
+        (vec!["disk.npy", "--dilation", "--mu", "0"], vec!["--mu"]),
         (
             vec!["disk.npy", "--dilation", "--void-stiffness", "0"],
             vec!["--void-stiffness"],

@@ -16,7 +16,7 @@ fn readme() -> String {
 
 /// Commands that write a directory, and the headings over the tables of their files.
 /// Of several beginnings of a command the first counts; those without a table have no heading.
-const TABLES: [(&str, &str); 10] = [
+const TABLES: [(&str, &str); 11] = [
     ("shapespace average --joint", "### Several images together"),
     ("shapespace average --sweep", ""),
     ("shapespace segment", "## Shapes in images"),

@@ -44,9 +44,8 @@ impl MetricParams {
     /// Checks all parameters.
     ///
     /// # Errors
-    /// [`GeodesicError::Law`] for the moduli, and [`GeodesicError::Parameter`].
+    /// [`GeodesicError::Parameter`].
     pub fn check(&self) -> Result<(), GeodesicError> {
-        self.moduli.checked()?;
         let within = |name, value: f64, [least, most]: [f64; 2], expected| {
             if (least..=most).contains(&value) {
                 Ok(())
@@ -58,6 +57,9 @@ impl MetricParams {
                 })
             }
         };
+        let LameModuli { lambda, mu } = self.moduli;
+        within("lambda", lambda, [0.0, 1e12], "from 0 to 1e12")?;
+        within("mu", mu, [1e-12, 1e12], "from 1e-12 to 1e12")?;
         let stiffness = self.void_stiffness;
         within("void_stiffness", stiffness, [1e-8, 1.0], "from 1e-8 to 1")?;
         within("penalty", self.penalty, [1e-2, 1e4], "from 0.01 to 10000")?;

@@ -93,7 +93,7 @@ impl<const D: usize> ShapeMetric<D> {
     /// The metric at the shape `{u > 0}` of a signed distance, positive inside.
     ///
     /// # Errors
-    /// [`GeodesicError::Parameter`] and [`GeodesicError::Law`] for the parameters;
+    /// [`GeodesicError::Parameter`] for the parameters;
     /// [`GeodesicError::NotFinite`] and [`GeodesicError::Degenerate`] for the shape.
     pub fn new(
         distance: &ScalarField<f64, D>,
@@ -156,7 +156,7 @@ impl<const D: usize> ShapeMetric<D> {
         } else {
             state.converged = true;
         }
-        Ok(self.finished(state, &wanted, size))
+        Ok(self.finished(&state, &wanted, size))
     }
 
     fn solve(&self, wanted: &[f64], size: f64, state: &mut State) -> Result<(), GeodesicError> {
@@ -207,7 +207,7 @@ impl<const D: usize> ShapeMetric<D> {
         defect
     }
 
-    fn finished(&self, state: State, wanted: &[f64], size: f64) -> Flow<D> {
+    fn finished(&self, state: &State, wanted: &[f64], size: f64) -> Flow<D> {
         let defect = self.boundary.norm(&self.defect(&state.velocity, wanted));
         let mut velocity = Field::zeros(self.cells.grid);
         velocity.as_mut_slice().copy_from_slice(&state.velocity);
