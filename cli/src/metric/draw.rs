@@ -11,7 +11,7 @@ const COLUMNS: usize = 2;
 /// Arrows along the longest side of the shape.
 const ARROWS: usize = 22;
 /// Length of the longest arrow, relative to the distance of two.
-const LONGEST: f64 = 1.4;
+const LONGEST: f64 = 0.95;
 /// Arrows shorter than this share of the longest are not drawn.
 const SHORTEST: f64 = 0.03;
 /// Share of the values that reach the darkest colour, at corners for example.

@@ -9,7 +9,7 @@ use fe_grid::LinearOperator;
 use fe_grid::multigrid::MultigridParams;
 use hyperelastic::{Corotational, CorotationalMultigrid, CorotationalOperator};
 
-/// Mass of the fluid, relative to `mu` in the unit box. Of all velocities with the least dissipation,
+/// Mass of the fluid in the object, relative to `mu` in the unit box. Of all velocities with the least dissipation,
 /// which differ by rigid motions, it selects the slowest; it changes `G` by its square only.
 const MASS: f64 = 1e-3;
 /// The same in the preconditioner, in single precision: rigid motions are left to the iteration.
@@ -49,14 +49,17 @@ impl<'a, const D: usize> Augmented<'a, D> {
             // The object's part of cut cells has matrices of its own; the cycle knows fractions only.
             let whole = if fraction < 1.0 { void } else { 1.0 };
             let data = Corotational::<D>::undeformed(whole);
-            let approximate = Corotational::<D>::undeformed(fraction + void * (1.0 - fraction));
+            let weight = fraction + void * (1.0 - fraction);
+            let approximate = Corotational::<D>::undeformed(weight);
             for entry in 0..Corotational::<D>::CELL_DATA {
                 exact[entry][cell] = data[entry];
                 rounded[entry][cell] = approximate[entry] as f32;
             }
+            for i in 0..D {
+                exact[Corotational::<D>::mass_entry(i, i)][cell] = MASS * moduli.mu * weight;
+            }
         }
         for i in 0..D {
-            exact[Corotational::<D>::mass_entry(i, i)].fill(MASS * moduli.mu);
             let mass = ROUNDED_MASS * moduli.mu;
             rounded[Corotational::<D>::mass_entry(i, i)].fill(mass as f32);
         }

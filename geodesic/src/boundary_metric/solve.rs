@@ -38,7 +38,8 @@ pub struct ShapeMetric<const D: usize> {
 /// The optimal velocity of a variation.
 #[derive(Clone, Debug)]
 pub struct Flow<const D: usize> {
-    /// The velocity at the nodes; only inside the object and in its cells it is that of the fluid.
+    /// The velocity at the nodes; only inside the object and in its cells it is that of the fluid. Of
+    /// velocities that differ by rigid motions along the boundary, as in a disk, it is the slowest.
     pub velocity: Field<f64, D, D>,
     /// The density of the dissipation at the nodes, zero outside.
     pub density: ScalarField<f64, D>,

@@ -102,7 +102,10 @@ fn harmonics_of_a_disk_have_order_two() {
 
 #[test]
 fn harmonics_of_a_ball_have_their_metric() {
-    let params = params(1.0, 1.0);
+    let params = MetricParams {
+        tolerance: 1e-3,
+        ..params(1.0, 1.0)
+    };
     let error = |nodes, degree| {
         let found = flow(&ball::<3>(nodes, RADIUS), &harmonic(degree), &params);
         found.metric() / on_ball(degree, RADIUS, params.moduli) - 1.0
@@ -170,7 +173,7 @@ fn translations<const D: usize>(nodes: usize, velocity: [f64; D]) {
     assert!(!found.deforms());
     // The translation itself satisfies the condition at the boundary, up to the solvers.
     assert!(found.residual < 1e-4, "{:e}", found.residual);
-    let middle = found.velocity.sample([0.5; D]);
+    let middle = found.velocity.sample([0.45; D]);
     for k in 0..D {
         assert!((middle[k] - velocity[k]).abs() < 1e-3, "{middle:?}");
     }
