@@ -14,6 +14,7 @@ use crate::figure::{FigureArgs, run_figure};
 use crate::generate::{GenerateArgs, run_generate};
 use crate::geodesic::GeodesicConfig;
 use crate::length::LengthConfig;
+use crate::metric::MetricConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use crate::segment::SegmentConfig;
 use crate::session::ComputeArgs;
@@ -41,6 +42,8 @@ enum Command {
     Geodesic(Box<ComputeArgs<GeodesicConfig>>),
     /// Measures a given path: its length and dissipation, beside those of the geodesic.
     Length(ComputeArgs<LengthConfig>),
+    /// Computes the metric of a variation of a shape, and the optimal velocity of the fluid in it.
+    Metric(ComputeArgs<MetricConfig>),
     /// Continues a geodesic beyond its end (discrete exponential map).
     Extend(ComputeArgs<ExtendConfig>),
     /// Transports a variation of the first shape of a geodesic in parallel to the last.
@@ -78,6 +81,7 @@ pub fn run(cli: &Cli) -> Result<Exit, CliError> {
         Command::Average(args) => run_average(args),
         Command::Geodesic(args) => args.run(),
         Command::Length(args) => args.run(),
+        Command::Metric(args) => args.run(),
         Command::Extend(args) => args.run(),
         Command::Transport(args) => args.run(),
         Command::Distances(args) => run_distances(args),

@@ -42,6 +42,9 @@
 //! stiffness and the viscosity `void_viscosity` instead; then cells of the void may fold, and only
 //! those that meet the object must not. The certificate of a result applies to the object.
 //!
+//! [`boundary_metric`] computes the metric itself, at one shape: the least dissipation of a normal
+//! variation, and the optimal velocity.
+//!
 //! [`distances`] computes statistics of the lengths of many paths: matrices, clusters, maps.
 //!
 //! Sources: Rumpf and Wirth, *Variational Models in Shape Space and Links to Continuum Mechanics*,
@@ -69,6 +72,7 @@
 #![forbid(unsafe_code)]
 
 mod area;
+pub mod boundary_metric;
 pub mod calculus;
 mod cells;
 mod deformation;

@@ -11,7 +11,7 @@ const LARGEST: f64 = 1e12;
 /// Energies are dimensionless, so both are plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct LameModuli {
     /// First Lamé parameter, at least 0.
     #[cfg_attr(feature = "clap", arg(long))]

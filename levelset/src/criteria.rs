@@ -41,6 +41,10 @@ pub enum Cause {
     TriangleInequality,
     /// The least p-value that groups of these sizes can have.
     GroupSizes,
+    /// The velocity of a boundary beside the one that it should have.
+    BoundaryVelocity,
+    /// The estimated error of a finite grid.
+    GridError,
     /// Doubts about the result that this one is computed from.
     Source,
 }
@@ -80,7 +84,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 18] = [
+const CRITERIA: [Criterion; 20] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -228,6 +232,20 @@ const CRITERIA: [Criterion; 18] = [
         reason: "A permutation test of two groups of three shapes has ten different relabellings: no \
                  difference, however large, has a p-value below 1/10.",
         remedy: "add shapes: two groups of four can have 1/35, three and five 1/56",
+    },
+    Criterion {
+        cause: Cause::BoundaryVelocity,
+        figure: "difference of the normal velocity of the flow from the variation, relative to it",
+        limit: Limit::AtMost(0.1),
+        reason: "Smooth boundaries that the grid resolves move as they should to 1 %.",
+        remedy: "use a finer --grid, or a variation of fewer oscillations",
+    },
+    Criterion {
+        cause: Cause::GridError,
+        figure: "estimated error of the metric by the spacing of the grid, relative to it",
+        limit: Limit::AtMost(0.1),
+        reason: "On smooth shapes the error falls to a quarter with half the spacing.",
+        remedy: "use a finer --grid",
     },
     Criterion {
         cause: Cause::Source,

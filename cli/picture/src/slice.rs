@@ -12,6 +12,8 @@ const WIDTH: usize = 1240;
 /// A plane of a box, orthogonal to the last axis in 3D, as a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Slice<const D: usize> {
+    /// Coordinates of the first corner along `x` and `y`.
+    low: [f64; 2],
     /// Pixels of one unit.
     scale: f64,
     /// Pixels along `x` and `y`.
@@ -26,16 +28,36 @@ impl<const D: usize> Slice<D> {
         let extent = grid.extent();
         let scale = width as f64 / extent[0];
         Self {
+            low: [0.0; 2],
             scale,
             size: [width, ((scale * extent[1]).round() as usize).max(1)],
             height: 0.5 * extent[D - 1],
         }
     }
 
+    /// The plane through the middle of the box between two corners, in a square picture of this side
+    /// that shows the box with some room around it.
+    pub fn around(low: &[f64; D], high: &[f64; D], side: usize) -> Self {
+        const ROOM: f64 = 1.14;
+        let longest = (high[0] - low[0]).max(high[1] - low[1]).max(1e-6);
+        let middle = |k: usize| 0.5 * (low[k] + high[k]);
+        Self {
+            low: [0, 1].map(|k| middle(k) - 0.5 * ROOM * longest),
+            scale: side as f64 / (ROOM * longest),
+            size: [side; 2],
+            height: middle(D - 1),
+        }
+    }
+
+    /// The coordinate of the plane along the last axis.
+    pub fn height(&self) -> f64 {
+        self.height
+    }
+
     fn point(&self, x: usize, y: usize) -> [f64; D] {
         let mut point = [self.height; D];
-        point[0] = (x as f64 + 0.5) / self.scale;
-        point[1] = (y as f64 + 0.5) / self.scale;
+        point[0] = self.low[0] + (x as f64 + 0.5) / self.scale;
+        point[1] = self.low[1] + (y as f64 + 0.5) / self.scale;
         point
     }
 
@@ -86,7 +108,7 @@ impl<const D: usize> Slice<D> {
     }
 
     fn pixels(&self, point: &[f64; D]) -> [f32; 2] {
-        [0, 1].map(|k| (self.scale * point[k]) as f32)
+        [0, 1].map(|k| (self.scale * (point[k] - self.low[k])) as f32)
     }
 
     /// Draws a boundary where it meets the plane.
@@ -204,6 +226,20 @@ mod tests {
         assert!(canvas.pixel(50, 20)[0] < 0.5 && canvas.pixel(50, 50)[0] == 1.0);
         let grey = slice.grey(&ball);
         assert!((grey.pixel(50, 50)[0] - 0.3).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_plane_shows_a_part_of_its_box() {
+        let slice = Slice::<3>::around(&[0.2, 0.4, 0.1], &[0.4, 0.5, 0.7], 114);
+        assert!((slice.height() - 0.4).abs() < 1e-12);
+        let left = slice.point(7, 57);
+        let expected = [0.2 + 0.001, 0.45 + 0.001, 0.4];
+        assert!(
+            (0..3).all(|k| (left[k] - expected[k]).abs() < 1e-4),
+            "{left:?}"
+        );
+        let back = slice.pixels(&left);
+        assert!((back[0] - 7.5).abs() < 1e-3 && (back[1] - 57.5).abs() < 1e-3);
     }
 
     #[test]

@@ -14,6 +14,7 @@ use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
 use crate::interrupt::Interrupt;
 use crate::length::LengthConfig;
+use crate::metric::MetricConfig;
 use crate::options::RunOptions;
 use crate::output::{OutputError, ResultDir};
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
@@ -27,10 +28,11 @@ use shapespace_input::dimension::Dim;
 use shapespace_input::memory::set_limit;
 
 /// The commands that can be called.
-pub const COMMANDS: [&str; 11] = [
+pub const COMMANDS: [&str; 12] = [
     "average",
     "geodesic",
     "length",
+    "metric",
     "distances",
     "pca",
     "score",
@@ -100,6 +102,7 @@ impl Call {
             "average" => self.average(),
             "geodesic" => self.configured::<GeodesicConfig>(),
             "length" => self.configured::<LengthConfig>(),
+            "metric" => self.configured::<MetricConfig>(),
             "distances" => {
                 let config: DistancesConfig = resolve(&self.options)?;
                 self.hold(DistanceStudy {
@@ -180,6 +183,7 @@ pub fn keys(command: &str) -> Result<Vec<String>, CliError> {
         "average" => keys_of::<AverageConfig>(),
         "geodesic" => keys_of::<GeodesicConfig>(),
         "length" => keys_of::<LengthConfig>(),
+        "metric" => keys_of::<MetricConfig>(),
         "distances" => keys_of::<DistancesConfig>(),
         "pca" => keys_of::<PcaConfig>(),
         "score" => keys_of::<ScoreConfig>(),

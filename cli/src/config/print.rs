@@ -14,6 +14,7 @@ use crate::distances::DistancesConfig;
 use crate::error::{CliError, Exit};
 use crate::geodesic::GeodesicConfig;
 use crate::length::LengthConfig;
+use crate::metric::MetricConfig;
 use crate::output::OutputError;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use crate::print::print;
@@ -36,6 +37,8 @@ enum Configurable {
     Geodesic,
     /// Lengths of given paths.
     Length,
+    /// The metric of a variation of a shape.
+    Metric,
     /// Distances between all pairs of shapes.
     Distances,
     /// Modes of variation.
@@ -63,6 +66,7 @@ pub fn run_config(args: &ConfigArgs) -> Result<Exit, CliError> {
         Configurable::Average => usual::<AverageConfig>(),
         Configurable::Geodesic => usual::<GeodesicConfig>(),
         Configurable::Length => usual::<LengthConfig>(),
+        Configurable::Metric => usual::<MetricConfig>(),
         Configurable::Distances => usual::<DistancesConfig>(),
         Configurable::Pca => usual::<PcaConfig>(),
         Configurable::Synthesize => usual::<SynthesizeConfig>(),

@@ -156,6 +156,25 @@ const LEADS: &[Lead] = &[
         columns: &[],
     },
     Lead {
+        command: "metric",
+        figures: &[
+            ("metric", "/metric", All),
+            ("metric in input units", "/metric_input_units", All),
+            ("speed, its root", "/speed", All),
+            ("error by the grid", "/discretisation/error", All),
+            ("change of volume", "/volume_share", Share),
+            ("shear", "/shear_share", Share),
+            (
+                "velocity of the boundary off by",
+                "/boundary_residual",
+                Share,
+            ),
+            ("energy of the void", "/void_share", Share),
+        ],
+        names: INPUTS,
+        columns: &[],
+    },
+    Lead {
         command: "extend",
         figures: &[
             ("length", "/length", All),

@@ -13,10 +13,11 @@ use shape_pca::{Metric, PcaParams};
 
 use crate::common::{Place, Results, draw, drawn, succeeded};
 
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 11] = [
     "average",
     "geodesic",
     "length",
+    "metric",
     "distances",
     "pca",
     "synthesize",

@@ -22,6 +22,7 @@ mod long_runs;
 mod malformed;
 mod malformed_surfaces;
 mod meshes;
+mod metric;
 mod natural;
 mod own_law;
 mod page;

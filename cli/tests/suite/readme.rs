@@ -16,7 +16,7 @@ fn readme() -> String {
 
 /// Commands that write a directory, and the headings over the tables of their files.
 /// Of several beginnings of a command the first counts; those without a table have no heading.
-const TABLES: [(&str, &str); 10] = [
+const TABLES: [(&str, &str); 11] = [
     ("shapespace average --joint", "### Several images together"),
     ("shapespace average --sweep", ""),
     ("shapespace segment", "## Shapes in images"),
@@ -24,6 +24,7 @@ const TABLES: [(&str, &str); 10] = [
     ("shapespace pca", "## Modes of variation"),
     ("shapespace geodesic", "## Geodesics"),
     ("shapespace length", "### The length of a given path"),
+    ("shapespace metric", "### The metric at a shape"),
     ("shapespace distances", "## Distances, clusters and maps"),
     ("shapespace verify --quick", ""),
     (
@@ -33,13 +34,14 @@ const TABLES: [(&str, &str); 10] = [
 ];
 
 /// Commands whose results have a verdict.
-const COMPUTING: [&str; 11] = [
+const COMPUTING: [&str; 12] = [
     "average",
     "distances",
     "extend",
     "figure",
     "geodesic",
     "length",
+    "metric",
     "pca",
     "score",
     "segment",

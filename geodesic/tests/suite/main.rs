@@ -2,6 +2,7 @@
 //! compiled once for all.
 
 mod both_ways;
+mod boundary_metric;
 mod calculus;
 mod calculus_finite;
 mod components;

@@ -1,0 +1,151 @@
+//! `shapespace metric`: the length of a variation of a shape in the metric of shape space, and the
+//! velocity of least dissipation that carries it out.
+
+mod args;
+mod draw;
+mod record;
+
+use ::geodesic::boundary_metric::{Estimate, Variation, estimate};
+use fe_grid::ScalarField;
+use levelset::{BoxEdge, Contour, Doubt, Moments, contour};
+
+use crate::error::CliError;
+use crate::options::Align;
+use crate::output::ResultDir;
+use crate::output::npy::Precision;
+use crate::output::vti::VtiFile;
+use crate::session::{Command, PlanOf, Session};
+use crate::shapes::{Input, Placed, WorldFrame, doubts_of, prepare};
+use crate::summary::Summary;
+use shapespace_input::Image;
+use shapespace_input::dimension::per_dimension;
+
+pub use args::MetricConfig;
+
+/// Inputs that are read, placed and validated.
+pub(crate) struct MetricPlan<const D: usize> {
+    placed: Placed<D>,
+    /// With all defaults resolved.
+    config: MetricConfig,
+}
+
+/// The metric of a variation.
+pub(crate) struct Outcome<const D: usize> {
+    config: MetricConfig,
+    /// The shape, and the one that the variation leads to if there is one.
+    inputs: Vec<Input<D>>,
+    distance: ScalarField<f64, D>,
+    outline: Contour<D>,
+    found: Estimate<D>,
+    doubts: Vec<Doubt>,
+}
+
+impl Command for MetricConfig {
+    type Plan<const D: usize> = MetricPlan<D>;
+    type Outcome<const D: usize> = Outcome<D>;
+
+    fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        let paths: Vec<_> = std::iter::once(&self.shape)
+            .chain(&self.variation)
+            .cloned()
+            .collect();
+        let count = paths.len();
+        session.progress.stage(match count {
+            1 => "reading a mask".into(),
+            _ => format!("reading {count} masks"),
+        });
+        let images = session.sources.read_images(&paths, &self.masks.reading())?;
+        Ok(per_dimension!(images, images => plan(images, self.clone())?))
+    }
+
+    fn compute<const D: usize>(
+        &self,
+        plan: MetricPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Outcome<D>, CliError> {
+        let MetricPlan { placed, config } = plan;
+        let (inputs, distances) = prepare(placed, &[], &session.progress)?;
+        let mut distances = distances.into_iter();
+        let (Some(distance), Some(input)) = (distances.next(), inputs.first()) else {
+            return Err(CliError::Missing {
+                command: "metric",
+                what: "a mask, SHAPE",
+            });
+        };
+        let variation = match (distances.next(), config.mode) {
+            (Some(end), _) => Variation::towards(&distance, &end)?,
+            (None, Some(degree)) => Variation::Harmonic {
+                degree,
+                centre: centroid(input)?,
+            },
+            (None, None) if config.dilation => Variation::Growth,
+            (None, None) => {
+                // The number of coordinates was checked in the plan.
+                Variation::Translation(std::array::from_fn(|k| config.translation[k]))
+            }
+        };
+        session.progress.stage("computing the optimal velocity");
+        let found = estimate(&distance, &variation, &config.params)?;
+        let outline = contour(&distance, 0.0, BoxEdge::Closed);
+        Ok(Outcome {
+            doubts: [doubts_of(&inputs), found.doubts()].concat(),
+            outline: outline.map_err(::geodesic::GeodesicError::from)?,
+            config,
+            inputs,
+            distance,
+            found,
+        })
+    }
+
+    fn write<const D: usize>(
+        &self,
+        outcome: &Outcome<D>,
+        session: &Session<'_>,
+        directory: &ResultDir,
+    ) -> Result<Summary, CliError> {
+        let flow = &outcome.found.flow;
+        directory.array("level_set.npy", &outcome.distance)?;
+        directory.array("velocity.npy", &flow.velocity)?;
+        directory.array("dissipation.npy", &flow.density)?;
+        directory.with_file("metric.vti", |file| {
+            VtiFile::new(*outcome.distance.grid(), Precision::Single)
+                .within(WorldFrame::of_inputs(&outcome.inputs))
+                .field("level_set", &outcome.distance)
+                .field("velocity", &flow.velocity)
+                .field("dissipation", &flow.density)
+                .write(file)
+        })?;
+        directory.picture(record::PICTURE, || draw::picture(outcome))?;
+        let record = record::record(outcome, session.start);
+        record.write(directory)?;
+        Ok(record::summary(&record))
+    }
+}
+
+fn plan<const D: usize>(
+    images: Vec<Image<D>>,
+    mut config: MetricConfig,
+) -> Result<MetricPlan<D>, CliError> {
+    let coordinates = config.translation.len();
+    if coordinates != 0 && coordinates != D {
+        return Err(CliError::Option {
+            option: "--translation",
+            value: format!("with {coordinates} coordinates"),
+            remedy: format!("the shape has {D} dimensions"),
+        });
+    }
+    if images.len() == 1 {
+        config.masks.align.get_or_insert(Align::None);
+    }
+    let placed = Placed::new(images, &mut config.masks)?;
+    Ok(MetricPlan { placed, config })
+}
+
+/// The centroid of an input in the unit box.
+fn centroid<const D: usize>(input: &Input<D>) -> Result<[f64; D], CliError> {
+    let moments = Moments::of_contour(&input.contour).map_err(|source| CliError::Shape {
+        path: input.path.clone(),
+        source,
+    })?;
+    Ok(moments.centroid.into())
+}
