@@ -1,12 +1,13 @@
 //! Options of `shapespace compare`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
 use shape_pca::groups::Relabelling;
 
 use crate::config::{Config, allow};
+use crate::distances::NAMED;
 use crate::error::CliError;
 use crate::options::named;
 
@@ -21,7 +22,8 @@ pub struct CompareConfig {
     #[arg(value_name = "RESULT")]
     pub result: PathBuf,
     /// Table of the shapes as CSV with a header: the first column has their names or files, others their
-    /// groups and covariates. Lines of other shapes are ignored.
+    /// groups and covariates. Lines of other shapes are ignored. Or 'folder' or 'prefix': the folder of each
+    /// file, or the beginning of its name, is its group.
     #[arg(long, value_name = "FILE.csv")]
     pub groups: PathBuf,
     /// Column of the groups.
@@ -99,7 +101,9 @@ impl Config for CompareConfig {
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {
-        let own = [&mut self.result, &mut self.groups];
-        own.into_iter().chain(&mut self.average).collect()
+        let named = NAMED.map(Path::new).contains(&&*self.groups);
+        let table = Some(&mut self.groups).filter(|_| !named);
+        let own = std::iter::once(&mut self.result).chain(table);
+        own.chain(&mut self.average).collect()
     }
 }

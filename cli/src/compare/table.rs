@@ -6,6 +6,7 @@ use shape_pca::groups::{GroupError, Groups};
 use shapespace_input::files::read_text;
 
 use super::CompareConfig;
+use crate::distances::{Classes, NAMED};
 use crate::error::CliError;
 use crate::shapes::stem;
 
@@ -42,6 +43,9 @@ const LISTED: usize = 5;
 /// [`CliError::Config`] for a table that cannot be used, with the line.
 pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliError> {
     let path = &config.groups;
+    if NAMED.map(Path::new).contains(&&**path) {
+        return by_file(config, known);
+    }
     let wrong = |line: u64, message: String, remedy: &str| CliError::Config {
         path: path.clone(),
         line: usize::try_from(line).unwrap_or(0),
@@ -162,6 +166,28 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         groups,
         covariates,
         ignored,
+    })
+}
+
+/// The groups by the folders or names of files.
+fn by_file(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliError> {
+    let unfit = |reason: String| CliError::Option {
+        option: "--groups",
+        value: config.groups.display().to_string(),
+        remedy: format!("{reason}; give a CSV file instead"),
+    };
+    if let Some(name) = config.covariates.first() {
+        return Err(unfit(format!(
+            "there is no covariate '{name}' without a table"
+        )));
+    }
+    let classes =
+        Classes::of(&config.groups, known.files).map_err(|error| unfit(error.to_string()))?;
+    Ok(Labelled {
+        groups: Groups::new(classes.of_input).map_err(|error| unfit(error.to_string()))?,
+        names: classes.names,
+        covariates: Vec::new(),
+        ignored: 0,
     })
 }
 

@@ -16,11 +16,11 @@ use shapespace_input::files::read_text;
 const FOLDER: &str = "folder";
 const PREFIX: &str = "prefix";
 /// Values of the option that are no files.
-pub(super) const NAMED: [&str; 2] = [FOLDER, PREFIX];
+pub(crate) const NAMED: [&str; 2] = [FOLDER, PREFIX];
 
 /// The classes of all inputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Classes {
+pub(crate) struct Classes {
     /// Their names, in the order of their first objects.
     pub names: Vec<String>,
     /// The number of each input's class.

@@ -27,7 +27,7 @@ use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session, Work};
 use crate::shapes::{Input, Pairs, prepare};
 use crate::summary::Summary;
-use classes::Classes;
+pub(crate) use classes::{Classes, NAMED};
 use compute::Task;
 use pair::PairRecord;
 use plan::{DistancesPlan, plan_distances};

@@ -13,7 +13,7 @@ use shape_pca::{Metric, PcaParams};
 
 use crate::common::{Place, Results, draw, drawn, succeeded};
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 12] = [
     "average",
     "geodesic",
     "length",
@@ -21,6 +21,7 @@ const COMMANDS: [&str; 11] = [
     "distances",
     "pca",
     "synthesize",
+    "compare",
     "score",
     "extend",
     "transport",

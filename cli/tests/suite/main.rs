@@ -7,6 +7,7 @@ mod api;
 mod average;
 mod bad_input;
 mod calculus;
+mod compare;
 mod config;
 mod damaged_files;
 mod distances;

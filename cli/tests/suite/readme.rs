@@ -16,7 +16,7 @@ fn readme() -> String {
 
 /// Commands that write a directory, and the headings over the tables of their files.
 /// Of several beginnings of a command the first counts; those without a table have no heading.
-const TABLES: [(&str, &str); 11] = [
+const TABLES: [(&str, &str); 12] = [
     ("shapespace average --joint", "### Several images together"),
     ("shapespace average --sweep", ""),
     ("shapespace segment", "## Shapes in images"),
@@ -25,6 +25,7 @@ const TABLES: [(&str, &str); 11] = [
     ("shapespace geodesic", "## Geodesics"),
     ("shapespace length", "### The length of a given path"),
     ("shapespace metric", "### The metric at a shape"),
+    ("shapespace compare", "### Groups"),
     ("shapespace distances", "## Distances, clusters and maps"),
     ("shapespace verify --quick", ""),
     (
@@ -34,8 +35,9 @@ const TABLES: [(&str, &str); 11] = [
 ];
 
 /// Commands whose results have a verdict.
-const COMPUTING: [&str; 12] = [
+const COMPUTING: [&str; 13] = [
     "average",
+    "compare",
     "distances",
     "extend",
     "figure",

@@ -1,0 +1,213 @@
+//! `compare` from files to files.
+
+use crate::common::{Place, Results, arrays, npy_f64, picture_size, succeeded};
+
+const NODES: usize = 33;
+const SHAPES: usize = 8;
+
+/// Writes ellipses: every second one wide, the others tall, of growing sizes.
+fn ellipses(place: &Place) -> Vec<String> {
+    let h = 1.0 / (NODES - 1) as f64;
+    let mut names = Vec::new();
+    for k in 0..SHAPES {
+        let size = 0.26 + 0.01 * (k / 2) as f64;
+        let tall = if k % 2 == 0 { 0.8 } else { 1.25 };
+        let value = |node: usize| {
+            let (x, y) = (
+                (node % NODES) as f64 * h - 0.5,
+                (node / NODES) as f64 * h - 0.5,
+            );
+            (0.5 + (size - (x * tall).hypot(y / tall)) / (4.0 * h)).clamp(0.0, 1.0)
+        };
+        let values: Vec<f64> = (0..NODES * NODES).map(value).collect();
+        names.push(format!("ellipse_{k}.npy"));
+        place.write(&names[k], &npy_f64(&[NODES, NODES], &values));
+    }
+    names
+}
+
+fn compare(
+    place: &Place,
+    result: &str,
+    table: &str,
+    output: &str,
+    more: &[&str],
+) -> (Results, String) {
+    let fixed = [
+        "compare",
+        result,
+        "--groups",
+        table,
+        "-o",
+        output,
+        "--allow-doubtful",
+    ];
+    let run = place.run(&[&fixed[..], &["--permutations", "499"], more].concat());
+    let text = succeeded(&run);
+    (Results::read(&place.path(output)), text)
+}
+
+#[test]
+fn groups_of_modes_and_of_distances_are_told_apart() {
+    let place = Place::new();
+    let names = ellipses(&place);
+    let masks: Vec<&str> = names.iter().map(String::as_str).collect();
+    let average = [
+        "average",
+        "-o",
+        "average",
+        "--grid",
+        "33",
+        "--allow-doubtful",
+        "--align",
+        "none",
+    ];
+    succeeded(&place.run(&[&average[..], &masks].concat()));
+    succeeded(&place.run(&["pca", "average", "-o", "modes", "--allow-doubtful"]));
+    // In another order than the result, with a line of another shape, and spaces.
+    let mut table = "file, group, size, remark\nother.npy, wide, 3, x\n".to_owned();
+    for k in (0..SHAPES).rev() {
+        let group = if k % 2 == 0 { "wide" } else { "tall" };
+        table += &format!("ellipse_{k}.npy, {group}, {}, ellipse\n", 26 + k / 2);
+    }
+    place.write("groups.csv", table.as_bytes());
+    let (found, text) = compare(&place, "modes", "groups.csv", "compared", &[]);
+    assert_eq!(found.json["groups"][0]["name"], "wide");
+    assert_eq!(found.number("/groups/1/n_shapes"), 4.0);
+    assert_eq!(found.number("/ignored_lines"), 1.0);
+    // Two of the seventy divisions in halves are that of the shapes; four standard errors of 500.
+    let p = found.number("/scores/p_value_overall");
+    assert!((p - 2.0 / 70.0).abs() < 0.03, "{p}");
+    assert!(found.number("/scores/p_value_family_wise/0") < 0.07);
+    assert_eq!(found.number("/classification/balanced_accuracy"), 1.0);
+    assert!(found.number("/boundary/different_share") > 0.5);
+    // The half axes of the wide and of the tall ones differ by size * (1.25 - 0.8), about .124. Modes are
+    // the linear response to the stresses, which falls short of such deformations by a tenth.
+    let difference = found.number("/boundary/largest_difference");
+    assert!((difference / 0.124 - 1.0).abs() < 0.2, "{difference}");
+    // The size is the covariate, whose order the groups do not know.
+    assert_eq!(found.json["covariates"].as_array().unwrap().len(), 1);
+    assert_eq!(found.number("/covariates/0/least"), 26.0);
+    assert!(found.number("/covariates/0/p_value_overall") < 0.05);
+    let volume = |name: &str| {
+        let inside = found.array(name).1.into_iter().filter(|d| *d > 0.0);
+        inside.count() as f64
+    };
+    // Areas as the squares of 26 and 29, counted in nodes.
+    let ratio = volume("predicted_002.npy") / volume("predicted_000.npy");
+    assert!(
+        (ratio / (29.0f64 / 26.0).powi(2) - 1.0).abs() < 0.05,
+        "{ratio}"
+    );
+    assert!((volume("mean_000.npy") / volume("mean_001.npy") - 1.0).abs() < 0.05);
+    for word in [
+        "Comparison of 2 groups",
+        "all modes",
+        "left out",
+        "size",
+        "verdict",
+    ] {
+        assert!(text.contains(word), "no '{word}' in: {text}");
+    }
+    for name in ["compare.png", "scores.png"] {
+        assert!(picture_size(&found.path(name))[0] > 500, "{name}");
+    }
+    for (name, rows) in [
+        ("shapes.csv", SHAPES),
+        ("modes.csv", found.number("/n_modes") as usize),
+    ] {
+        let text = std::fs::read_to_string(found.path(name)).unwrap();
+        assert_eq!(text.lines().count(), rows + 1, "{name}");
+    }
+    assert!(found.path("boundary.csv").is_file() && found.path("report.html").is_file());
+
+    let (again, _) = compare(&place, "modes", "groups.csv", "again", &["--threads", "1"]);
+    assert_eq!(arrays(&found), arrays(&again));
+    assert_eq!(found.json["scores"], again.json["scores"]);
+
+    // Groups that are no groups.
+    place.write("halves.csv", b"file,group\nellipse_0,a\nellipse_1,a\nellipse_2,b\nellipse_3,b\nellipse_4,b\nellipse_5,b\nellipse_6,a\nellipse_7,a\n");
+    let (none, _) = compare(&place, "modes", "halves.csv", "none", &[]);
+    assert!(none.number("/scores/p_value_overall") > 0.3);
+
+    let distances = [
+        "distances",
+        "-o",
+        "distances",
+        "--grid",
+        "33",
+        "-K",
+        "2",
+        "--allow-doubtful",
+    ];
+    succeeded(&place.run(&[&distances[..], &masks[..5], &["--align", "none"]].concat()));
+    let (found, _) = compare(&place, "distances", "groups.csv", "by_distance", &[]);
+    // One of the ten divisions of five shapes into three and two.
+    assert!((found.number("/distances/p_value") - 0.1).abs() < 0.06);
+    assert_eq!(found.json["doubts"][0]["what"], "group_sizes");
+}
+
+#[test]
+fn tables_that_cannot_be_used_are_refused() {
+    let place = Place::new();
+    let names = ellipses(&place);
+    let masks = [&*names[0], &names[1], &names[2]];
+    let average = [
+        "average",
+        "-o",
+        "average",
+        "--grid",
+        "17",
+        "--allow-doubtful",
+    ];
+    succeeded(&place.run(&[&average[..], &masks].concat()));
+    succeeded(&place.run(&["pca", "average", "-o", "modes", "--allow-doubtful"]));
+    let cases: [(&str, &[&str]); 8] = [
+        ("file,kind\nellipse_0,a\n", &["no column 'group'", "kind"]),
+        (
+            "file,group\nellipse_0,a\nellipse_1,b\n",
+            &["ellipse_2", "1 shapes"],
+        ),
+        (
+            "file,group\nellipse_0,a\nellipse_1,a\nellipse_2,a\n",
+            &["two groups"],
+        ),
+        (
+            "file,group\nellipse_0,a\nellipse_1,b\nellipse_2,c\n",
+            &["3 shapes in 3 groups"],
+        ),
+        ("file,group\nellipse_0,a\nellipse_0,b\n", &["two lines"]),
+        ("file,group\nellipse_0,\n", &["no group"]),
+        ("file,group\nellipse_0,a,b\n", &["line"]),
+        ("", &["no column"]),
+    ];
+    for (table, words) in cases {
+        place.write("groups.csv", table.as_bytes());
+        let run = place.run(&["compare", "modes", "--groups", "groups.csv", "-o", "out"]);
+        let text = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(2), "{table}: {text}");
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in words {
+            assert!(text.contains(word), "no '{word}' in: {text}");
+        }
+        assert!(!place.path("out").exists());
+    }
+    for arguments in [
+        &["compare", "average", "--groups", "groups.csv", "-o", "out"][..],
+        &["compare", "modes", "--groups", "missing.csv", "-o", "out"],
+        &["compare", "modes", "-o", "out"],
+        &[
+            "compare",
+            "modes",
+            "--groups",
+            "groups.csv",
+            "--permutations",
+            "5",
+            "-o",
+            "out",
+        ],
+    ] {
+        let run = place.run(arguments);
+        assert_eq!(run.status.code(), Some(2), "{arguments:?}");
+    }
+}
