@@ -16,7 +16,7 @@ use crate::session::PlanOf;
 /// What is known of the shapes.
 pub(super) enum Kind<const D: usize> {
     /// Modes of variation, and the scores of the shapes.
-    Modes(Box<StoredPca<D>>, Scores),
+    Modes(Box<StoredPca<D>>, StoredScores),
     /// The distances between them.
     Distances(Vec<Vec<f64>>),
 }
@@ -33,7 +33,7 @@ pub(crate) struct Compared<const D: usize> {
 
 /// The scores in the record of an analysis.
 #[derive(Deserialize)]
-pub(super) struct Scores {
+pub(super) struct StoredScores {
     shapes: Vec<String>,
     pub scores: Vec<Vec<f64>>,
     /// Number of modes that are not negligible.
@@ -41,7 +41,7 @@ pub(super) struct Scores {
 }
 
 #[derive(Deserialize)]
-struct Distances {
+struct StoredDistances {
     dimension: usize,
     input: Vec<Named>,
     distances: Matrix,
@@ -81,7 +81,11 @@ pub(super) fn read(config: &CompareConfig, trust: bool) -> Result<PlanOf<Compare
             let reason = "its shapes have neither scores of one analysis nor distances";
             Err(unfit(directory, reason.into()))
         }
-        _ => {
+        None => Err(unfit(
+            directory,
+            "it has no result.json of a command".into(),
+        )),
+        Some(_) => {
             let modes = read_pca(directory, config.average.as_deref(), trust)?;
             Ok(per_dimension!(modes, modes => of_modes(config, modes)?))
         }
@@ -92,7 +96,7 @@ fn of_modes<const D: usize>(
     config: &CompareConfig,
     modes: StoredPca<D>,
 ) -> Result<Compared<D>, CliError> {
-    let scores: Scores =
+    let scores: StoredScores =
         read_contents(&config.result).map_err(|reason| unfit(&config.result, reason))?;
     let n = modes.average.names.len();
     if scores.scores.len() != n || scores.shapes.len() != n {
@@ -113,7 +117,8 @@ fn of_modes<const D: usize>(
 
 fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> {
     let directory = &config.result;
-    let found: Distances = read_contents(directory).map_err(|reason| unfit(directory, reason))?;
+    let found: StoredDistances =
+        read_contents(directory).map_err(|reason| unfit(directory, reason))?;
     let dimension = found.dimension;
     let (names, files): (Vec<String>, Vec<PathBuf>) =
         found.input.into_iter().map(|i| (i.name, i.path)).unzip();

@@ -9,7 +9,7 @@ use shape_pca::groups::{
 use shape_pca::{ModeSpace, PcaError};
 
 use super::CompareConfig;
-use super::source::{Compared, Kind, Scores};
+use super::source::{Compared, Kind, StoredScores};
 use super::table::Covariate;
 use crate::error::CliError;
 use crate::pca::{moved, shown};
@@ -64,9 +64,9 @@ pub(super) fn compute<const D: usize>(
 ) -> Result<Outcome<D>, CliError> {
     let groups = &compared.labelled.groups;
     let found = match &compared.kind {
-        Kind::Distances(matrix) => {
-            Found::Distances(permanova(matrix, groups, config.relabelling()).map_err(failed)?)
-        }
+        Kind::Distances(matrix) => Found::Distances(
+            permanova(matrix, groups, config.relabelling()).map_err(|error| failed(&error))?,
+        ),
         Kind::Modes(stored, scores) => {
             let found = of_modes(config, &stored.space, scores, &compared)?;
             Found::Modes(Box::new(found))
@@ -78,7 +78,7 @@ pub(super) fn compute<const D: usize>(
 fn of_modes<const D: usize>(
     config: &CompareConfig,
     space: &ModeSpace<D>,
-    stored: &Scores,
+    stored: &StoredScores,
     compared: &Compared<D>,
 ) -> Result<OfModes<D>, CliError> {
     let (groups, relabelling) = (&compared.labelled.groups, config.relabelling());
@@ -90,6 +90,15 @@ fn of_modes<const D: usize>(
     let rows = stored.scores.iter();
     let scores: Vec<Vec<f64>> = rows
         .map(|row| row.iter().take(modes).copied().collect())
+        .collect();
+    let deviations: Vec<f64> = space
+        .eigenvalues
+        .iter()
+        .map(|v| v.max(0.0).sqrt())
+        .collect();
+    let coordinates: Vec<Vec<f64>> = scores
+        .iter()
+        .map(|row| row.iter().zip(&deviations).map(|(s, d)| s * d).collect())
         .collect();
     let outline = contour(&space.object, 0.5, BoxEdge::Closed).map_err(shown)?;
     let distance = signed_distance(&space.object, 0.5).map_err(shown)?;
@@ -119,7 +128,7 @@ fn of_modes<const D: usize>(
         .iter()
         .map(|s| at_points(s))
         .collect::<Result<_, _>>()?;
-    let means = groups.means(&scores).map_err(failed)?;
+    let means = groups.means(&scores).map_err(|error| failed(&error))?;
     let displacements = means
         .iter()
         .map(|s| at_points(s))
@@ -127,7 +136,14 @@ fn of_modes<const D: usize>(
     let covariates = compared.labelled.covariates.iter();
     let covariates = covariates
         .map(|Covariate { name, values }| {
-            let regression = regress(&scores, values, relabelling).map_err(failed)?;
+            let mut regression =
+                regress(&coordinates, values, relabelling).map_err(|error| failed(&error))?;
+            // From coordinates to scores; modes that are compared vary.
+            for numbers in [&mut regression.intercept, &mut regression.slope] {
+                for (x, deviation) in numbers.iter_mut().zip(&deviations) {
+                    *x /= deviation.max(f64::MIN_POSITIVE);
+                }
+            }
             let least = values.iter().copied().fold(f64::INFINITY, f64::min);
             let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let values = [
@@ -145,9 +161,10 @@ fn of_modes<const D: usize>(
         })
         .collect::<Result<_, CliError>>()?;
     Ok(OfModes {
-        tests: compare_scores(&scores, groups, relabelling).map_err(failed)?,
-        classification: classify(&scores, groups, modes, relabelling).map_err(failed)?,
-        points: compare_points(&loads, groups, relabelling).map_err(failed)?,
+        tests: compare_scores(&coordinates, groups, relabelling).map_err(|error| failed(&error))?,
+        classification: classify(&scores, groups, modes, relabelling)
+            .map_err(|error| failed(&error))?,
+        points: compare_points(&loads, groups, relabelling).map_err(|error| failed(&error))?,
         means: means.into_iter().map(predicted).collect::<Result<_, _>>()?,
         displacements,
         covariates,
@@ -174,7 +191,7 @@ fn outwards<const D: usize>(outline: &Contour<D>, distance: &ScalarField<f64, D>
     outline.points().iter().map(normal).collect()
 }
 
-fn failed(error: GroupError) -> CliError {
+fn failed(error: &GroupError) -> CliError {
     let remedy = match error {
         GroupError::ConstantCovariate | GroupError::TooFewShapes { .. } => {
             "leave the covariate out with --covariates"

@@ -68,7 +68,8 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
     let mut table = "file, group, size, remark\nother.npy, wide, 3, x\n".to_owned();
     for k in (0..SHAPES).rev() {
         let group = if k % 2 == 0 { "wide" } else { "tall" };
-        table += &format!("ellipse_{k}.npy, {group}, {}, ellipse\n", 26 + k / 2);
+        let line = format!("ellipse_{k}.npy, {group}, {}, ellipse\n", 26 + k / 2);
+        table.push_str(&line);
     }
     place.write("groups.csv", table.as_bytes());
     let (found, text) = compare(&place, "modes", "groups.csv", "compared", &[]);
@@ -124,6 +125,10 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
     let (again, _) = compare(&place, "modes", "groups.csv", "again", &["--threads", "1"]);
     assert_eq!(arrays(&found), arrays(&again));
     assert_eq!(found.json["scores"], again.json["scores"]);
+
+    // Modes of little variance do not hide the difference.
+    let (all, _) = compare(&place, "modes", "groups.csv", "all", &["--modes", "7"]);
+    assert!(all.number("/scores/p_value_overall") < 0.07);
 
     // Groups that are no groups.
     place.write("halves.csv", b"file,group\nellipse_0,a\nellipse_1,a\nellipse_2,b\nellipse_3,b\nellipse_4,b\nellipse_5,b\nellipse_6,a\nellipse_7,a\n");

@@ -1,15 +1,15 @@
-//! Regression of scores on a covariate.
+//! Regression of shapes on a covariate.
 
 use super::labels::{GroupError, check_table};
 use super::relabelling::Relabelling;
 use serde::Serialize;
 
-/// Scores as linear functions of a covariate, `score_j = intercept_j + slope_j x`.
+/// Coordinates as linear functions of a covariate, `intercept_j + slope_j x`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Regression {
-    /// The score of every mode at zero.
+    /// The coordinate in every mode at zero.
     pub intercept: Vec<f64>,
-    /// The change of the score of every mode per unit of the covariate.
+    /// The change of the coordinate in every mode per unit of the covariate.
     pub slope: Vec<f64>,
     /// The coefficient of determination of every mode.
     pub r_squared: Vec<f64>,
@@ -24,21 +24,22 @@ pub struct Regression {
 }
 
 impl Regression {
-    /// The scores at a value of the covariate.
+    /// The coordinates at a value of the covariate.
     pub fn predict(&self, x: f64) -> Vec<f64> {
         let pairs = self.intercept.iter().zip(&self.slope);
         pairs.map(|(a, b)| a + b * x).collect()
     }
 }
 
-/// Fits scores, a row for every shape, to a covariate by least squares, and tests them by permutations of
-/// the covariate.
+/// Fits the coordinates of shapes in their modes, a row for every shape, to a covariate by least squares, and
+/// tests them by permutations of the covariate. As for [`compare_scores`](super::compare_scores), a mode
+/// counts by its variance in the test of all modes.
 ///
 /// # Errors
 /// [`GroupError::TooFewShapes`] below three, [`GroupError::ConstantCovariate`], and
 /// [`GroupError::Count`] or [`GroupError::NotFinite`] for unsuitable numbers.
 pub fn regress(
-    scores: &[Vec<f64>],
+    coordinates: &[Vec<f64>],
     covariate: &[f64],
     relabelling: Relabelling,
 ) -> Result<Regression, GroupError> {
@@ -46,12 +47,12 @@ pub fn regress(
     if n < 3 {
         return Err(GroupError::TooFewShapes { found: n });
     }
-    check_table(scores, n)?;
+    check_table(coordinates, n)?;
     if let Some(index) = covariate.iter().position(|x| !x.is_finite()) {
         let what = "covariate";
         return Err(GroupError::NotFinite { what, index });
     }
-    let modes = scores.first().map_or(0, Vec::len);
+    let modes = coordinates.first().map_or(0, Vec::len);
     let mean = covariate.iter().sum::<f64>() / n as f64;
     let centred: Vec<f64> = covariate.iter().map(|x| x - mean).collect();
     let square: f64 = centred.iter().map(|x| x * x).sum();
@@ -61,13 +62,18 @@ pub fn regress(
         return Err(GroupError::ConstantCovariate);
     }
     let means: Vec<f64> = (0..modes)
-        .map(|j| scores.iter().map(|row| row[j]).sum::<f64>() / n as f64)
+        .map(|j| coordinates.iter().map(|row| row[j]).sum::<f64>() / n as f64)
         .collect();
     let totals: Vec<f64> = (0..modes)
-        .map(|j| scores.iter().map(|row| (row[j] - means[j]).powi(2)).sum())
+        .map(|j| {
+            coordinates
+                .iter()
+                .map(|row| (row[j] - means[j]).powi(2))
+                .sum()
+        })
         .collect();
     let products = |x: &[f64]| -> Vec<f64> {
-        let sum = |j: usize| x.iter().zip(scores).map(|(x, row)| x * row[j]).sum();
+        let sum = |j: usize| x.iter().zip(coordinates).map(|(x, row)| x * row[j]).sum();
         (0..modes).map(sum).collect()
     };
     let explained = |x: &[f64]| -> Vec<f64> {

@@ -5,7 +5,7 @@ use super::labels::{GroupError, Groups};
 use super::relabelling::{Relabelling, n_relabellings};
 use serde::Serialize;
 
-/// Whether scores differ between groups.
+/// Whether the modes of shapes differ between groups.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ScoreTests {
     /// The ratio `F` of the mean squares between and within the groups in every mode.
@@ -15,8 +15,7 @@ pub struct ScoreTests {
     /// The p-value of every mode with control of the family-wise error: the probability that the largest
     /// `F` of all modes is at least that of the mode.
     pub p_value_family_wise: Vec<f64>,
-    /// The share of the variance of all modes that lies between the groups, scores as standard
-    /// deviations.
+    /// The share of the variance of all modes that lies between the groups.
     pub explained: f64,
     /// The ratio `F` of all modes together, `sum_j B_j / (g - 1) / (sum_j W_j / (n - g))`.
     pub f_overall: f64,
@@ -26,20 +25,24 @@ pub struct ScoreTests {
     pub least_p_value: f64,
 }
 
-/// Tests whether scores, a row for every shape, differ between groups.
+/// Tests whether the coordinates of shapes in their modes, a row for every shape, differ between groups.
+///
+/// Coordinates are scores times the standard deviations of their modes, so that a mode counts in the test of
+/// all modes by its variance. Scores themselves are not suitable there: in all `n - 1` modes of `n` shapes the
+/// share between groups is the same for every labelling.
 ///
 /// # Errors
 /// [`GroupError::Count`] and [`GroupError::NotFinite`] for an unsuitable table.
 pub fn compare_scores(
-    scores: &[Vec<f64>],
+    coordinates: &[Vec<f64>],
     groups: &Groups,
     relabelling: Relabelling,
 ) -> Result<ScoreTests, GroupError> {
-    groups.check_rows(scores)?;
-    let modes = scores.first().map_or(0, Vec::len);
+    groups.check_rows(coordinates)?;
+    let modes = coordinates.first().map_or(0, Vec::len);
     let (n, sizes) = (groups.n_shapes(), groups.sizes());
     let columns: Vec<Vec<f64>> = (0..modes)
-        .map(|j| scores.iter().map(|row| row[j]).collect())
+        .map(|j| coordinates.iter().map(|row| row[j]).collect())
         .collect();
     let totals: Vec<f64> = columns.iter().map(|column| total(column)).collect();
     let all: f64 = totals.iter().sum();
