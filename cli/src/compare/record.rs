@@ -226,11 +226,14 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, outcome: &Outcome<
         );
     }
     for found in &body.covariates {
+        let of_modes = found.regression.p_value_family_wise.iter().copied();
         summary.line(
             found.name,
             format!(
-                "p = {:.4}, R2 = {:.3}",
-                found.regression.p_value_overall, found.regression.r_squared_overall
+                "p = {:.4} of all modes, R2 = {:.3}; {:.4} of the mode that shows it best",
+                found.regression.p_value_overall,
+                found.regression.r_squared_overall,
+                of_modes.fold(1.0, f64::min)
             ),
         );
     }
