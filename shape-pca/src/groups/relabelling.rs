@@ -106,3 +106,32 @@ pub(super) fn n_relabellings(sizes: &[usize]) -> f64 {
     }
     count
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    #[test]
+    fn every_order_is_equally_likely() {
+        let relabelling = Relabelling::default();
+        let mut counts = BTreeMap::new();
+        for number in 0..6000 {
+            *counts
+                .entry(relabelling.permuted(number, &[0, 1, 2]))
+                .or_insert(0) += 1;
+        }
+        assert_eq!(counts.len(), 6);
+        // Four standard deviations of a binomial distribution, sqrt(6000 5/36) = 28.9.
+        assert!(
+            counts.values().all(|n| (*n - 1000_i32).abs() < 116),
+            "{counts:?}"
+        );
+    }
+
+    #[test]
+    fn relabellings_are_counted() {
+        assert_eq!(n_relabellings(&[3, 2]), 10.0);
+        assert_eq!(n_relabellings(&[2, 2, 2]), 90.0);
+    }
+}

@@ -174,6 +174,21 @@ fn a_shape_is_not_classified_by_itself() {
 }
 
 #[test]
+fn groups_of_unequal_sizes_count_alike() {
+    // One of the five shapes of the first group lies in the second.
+    let rows: Vec<Vec<f64>> = [0.0, 0.2, 0.1, 1.0, 5.0, 5.1, 5.2, 5.0]
+        .map(|x| vec![x])
+        .to_vec();
+    let groups = Groups::new(vec![0, 0, 0, 0, 0, 1, 1, 1]).unwrap();
+    let found = classify(&rows, &groups, 1, few(9, 0)).unwrap();
+    assert_eq!(found.confusion, [[4, 1], [0, 3]]);
+    assert_relative_eq!(found.balanced_accuracy, 0.9, max_relative = 1e-12);
+    let means = groups.means(&rows).unwrap();
+    assert_relative_eq!(means[0][0], 6.3 / 5.0, max_relative = 1e-12);
+    assert_relative_eq!(means[1][0], 5.1, max_relative = 1e-12);
+}
+
+#[test]
 fn results_do_not_depend_on_the_number_of_threads() {
     let rows = table(12, 4, 2);
     let run = |threads: usize| {
