@@ -129,6 +129,8 @@ mutants! {
     UnionFirst: "geodesic", "several components dissipate as the first one", "components-dissipation";
     LengthOfSum: "geodesic", "the length is the root of the sum", "length-dissipation";
     DissipationCount: "geodesic", "the dissipation lacks the number of steps", "dissipation-balls-2d";
+    MetricCutWhole: "geodesic", "cells at the boundary dissipate as a whole in the metric", "metric-disk";
+    MetricPenalty: "geodesic", "the normal velocity of the metric is held by its penalty alone", "metric-disk";
     SphereMetric: "geodesic", "the metric of the chart has the first power of 1 + |x|²", "finite-sphere";
     BallVolume: "geodesic", "a ball has the volume of a cylinder", "dissipation-balls-3d";
     DashpotFactor: "geodesic", "dashpots dissipate half", "finite-springs-dashpots";

@@ -4,8 +4,8 @@ use super::cut::{CutPoint, ObjectCells};
 use super::shape::{corner_gradients, offset};
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{
-    CellProbe, Data, Field, Lane, Point, Reads, ScalarField, Tensor, compiled_once, probe_cells,
-    tensor,
+    CellProbe, Data, Field, Lane, Point, Reads, ScalarField, Tensor, compiled_once, mutant,
+    probe_cells, tensor,
 };
 use hyperelastic::{LameModuli, ViscousDissipation};
 
@@ -89,7 +89,8 @@ fn dissipation_in<const D: usize>(
         rates[*cell] = sums[1] / fraction;
     }
     let sum = |rates: &[f64]| {
-        let parts = rates.iter().zip(&cells.fractions).map(|(r, f)| r * f);
+        let parts = rates.iter().zip(&cells.fractions);
+        let parts = parts.map(|(r, &f)| r * mutant!(f, MetricCutWhole => f.ceil()));
         grid.cell_volume() * parts.sum::<f64>()
     };
     Dissipation {

@@ -17,7 +17,7 @@ use super::variation::Variation;
 use crate::error::GeodesicError;
 use fe_grid::{
     CgParams, CgScratch, CgStatus, Field, Grid, ScalarField, compiled_once, conjugate_gradient,
-    vector,
+    mutant, vector,
 };
 
 /// Residual of the linear systems, relative to the tolerance of the multipliers.
@@ -189,7 +189,7 @@ impl<const D: usize> ShapeMetric<D> {
             state.iterations += info.iterations;
             let means = boundary.means(&self.defect(&state.velocity, wanted));
             for (multiplier, mean) in state.multipliers.iter_mut().zip(&means) {
-                *multiplier += operator.penalty * mean;
+                *multiplier += mutant!(operator.penalty, MetricPenalty => 0.0) * mean;
             }
             state.residual = boundary.norm_of_means(&means) / size;
             let solved = info.status == CgStatus::Converged;

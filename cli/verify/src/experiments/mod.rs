@@ -15,6 +15,7 @@ mod lengths;
 mod level;
 mod linear;
 mod mechanics;
+mod metric;
 mod misprints;
 mod modes;
 mod objects;
@@ -30,6 +31,7 @@ pub fn all() -> Vec<Statement> {
     [
         balls::STATEMENTS,
         dissipation::STATEMENTS,
+        metric::STATEMENTS,
         tube::STATEMENTS,
         level::STATEMENTS,
         terms::STATEMENTS,

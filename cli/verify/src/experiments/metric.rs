@@ -1,0 +1,85 @@
+//! The metric of shape space at one shape.
+
+use std::f64::consts::PI;
+
+use fe_grid::{Grid, ScalarField};
+use geodesic::boundary_metric::{MetricParams, ShapeMetric, Variation};
+use hyperelastic::LameModuli;
+
+use crate::error::VerifyError;
+use crate::outcome::Outcome;
+use crate::statement::{Setting, Statement};
+
+/// The statements of this theme.
+pub const STATEMENTS: &[Statement] = &[Statement {
+    name: "metric-disk",
+    reference: "section 6",
+    claim: "The least dissipation of a disk whose boundary moves with the normal velocity cos nθ is \
+            2πμ(n+1)/(κ + (n+1)/(n−1)) with κ = (λ+3μ)/(λ+μ), and 2π(λ+μ) for n = 0",
+    broken: "the fluid has 1.1 times its λ",
+    run: disk,
+}];
+
+/// A disk that is nowhere symmetric to the grid.
+const CENTRE: [f64; 2] = [0.51, 0.497];
+const RADIUS: f64 = 0.3;
+
+/// The closed form: potentials of Kolosov and Muskhelishvili without shear stress on the boundary.
+fn exact(n: u32, LameModuli { lambda, mu }: LameModuli) -> f64 {
+    if n == 0 {
+        return 2.0 * PI * (lambda + mu);
+    }
+    let (n, kappa) = (f64::from(n), (lambda + 3.0 * mu) / (lambda + mu));
+    2.0 * PI * mu * (n + 1.0) / (kappa + (n + 1.0) / (n - 1.0))
+}
+
+fn disk(setting: Setting) -> Result<Outcome, VerifyError> {
+    let mut outcome = Outcome::default();
+    let moduli = LameModuli::default();
+    let params = MetricParams {
+        moduli: LameModuli {
+            lambda: setting.ingredient(1.0, 1.1) * moduli.lambda,
+            ..moduli
+        },
+        tolerance: 1e-5,
+        ..MetricParams::default()
+    };
+    let levels = 5..=setting.effort(6, 8);
+    let metrics = levels
+        .clone()
+        .map(|level| {
+            let disk = ScalarField::<f64, 2>::from_fn(Grid::dyadic(level), |[x, y]| {
+                [RADIUS - (x - CENTRE[0]).hypot(y - CENTRE[1])]
+            });
+            ShapeMetric::new(&disk, &params)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    for (n, largest) in [(0, 3e-4), (2, 2e-3), (3, 6e-3)] {
+        let variation = Variation::Harmonic {
+            degree: n,
+            centre: CENTRE,
+        };
+        let mut errors = Vec::new();
+        for (level, metric) in levels.clone().zip(&metrics) {
+            let found = metric.flow(&variation)?.metric();
+            let spacing = Grid::<2>::dyadic(level).spacing();
+            errors.push((spacing, found / exact(n, moduli) - 1.0));
+        }
+        let last = errors[errors.len() - 1].1;
+        outcome.order_at_least(
+            format!("|G/G exact − 1|, n = {n}"),
+            "h",
+            errors,
+            1.6,
+            "two for smooth boundaries; where the contour lies in its cells adds some noise",
+        );
+        outcome.value(
+            format!("G/G exact on the finest grid, n = {n}"),
+            1.0 + last,
+            1.0,
+            largest,
+            "twice the error at 65 nodes a side",
+        );
+    }
+    Ok(outcome)
+}
