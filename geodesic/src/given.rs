@@ -73,19 +73,13 @@ impl<const D: usize> GivenPath<D> {
 
     /// Returns the doubts about all pieces, each about the shape at its end; `shapes` and `params`
     /// are those of the path.
-    ///
-    /// # Errors
-    /// [`GeodesicError::Shape`] for a shape without a boundary.
-    pub fn doubts(
-        &self,
-        shapes: &[Shape<D>],
-        params: &GeodesicParams,
-    ) -> Result<Vec<Doubt>, GeodesicError> {
-        let mut doubts = Vec::new();
-        for (k, (piece, pair)) in self.pieces.iter().zip(shapes.windows(2)).enumerate() {
-            let of_piece = piece.doubts(&pair[0], &pair[1], params)?;
-            doubts.extend(of_piece.into_iter().map(|doubt| doubt.about(k + 1)));
-        }
-        Ok(doubts)
+    pub fn doubts(&self, params: &GeodesicParams) -> Vec<Doubt> {
+        let pieces = self.pieces.iter().enumerate();
+        pieces
+            .flat_map(|(k, piece)| {
+                let of_piece = piece.doubts(params);
+                of_piece.into_iter().map(move |doubt| doubt.about(k + 1))
+            })
+            .collect()
     }
 }

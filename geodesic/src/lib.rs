@@ -72,9 +72,11 @@
 #![forbid(unsafe_code)]
 
 mod area;
+mod arrival;
 pub mod boundary_metric;
 pub mod calculus;
 mod cells;
+mod contact;
 mod deformation;
 mod density;
 mod descent;
@@ -99,7 +101,9 @@ mod result;
 mod shape;
 
 pub use area::BoundaryArea;
+pub use arrival::Arrival;
 pub use cells::ObjectWeights;
+pub use contact::{Change, Contact};
 pub use deformation::StepDeformation;
 pub use density::dissipation_density;
 pub use dissipation::PathDissipation;

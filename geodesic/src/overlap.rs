@@ -1,29 +1,51 @@
 //! Overlap of the deformed start shape with the end shape.
 
+use crate::arrival::Arrival;
 use crate::end_mismatch::{EndMismatch, LatticeOverlap};
 use crate::error::GeodesicError;
 use crate::level_sets::compose;
-use crate::shape::{Known, Shape, ShapeOnGrid, union_of};
+use crate::shape::{Shape, ShapeOnGrid, union_of};
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
-use levelset::{BoxEdge, Compact, Contour, ContourDistance, LevelsetError, contour, hausdorff};
+use levelset::criteria::RESOLVED_DISTANCE;
+use levelset::{BoxEdge, Cause, Compact, Contour, ContourDistance, Doubt, contour};
 
-/// Dice overlap at which the end shape counts as reached.
-const REACHED_DICE: f64 = 0.95;
-/// Mean distance of the boundaries, in spacings, up to which the end shape counts as reached for
-/// any overlap: for thin shapes, and for volumes on coarse grids, an offset of the boundary by a
-/// fraction of a cell reduces the overlap by a tenth.
-const REACHED_GAP: f64 = 0.25;
+/// Dice overlap from which a path ends near the end shape.
+const NEAR_DICE: f64 = 0.95;
+/// Distance of the boundaries, in spacings, on 95 % of their lengths or areas, up to which it does:
+/// parts that are squeezed to slivers, or holes that are closed to slits, have little volume but a
+/// boundary.
+const NEAR_BOUNDARY: f64 = 3.0;
 
-/// Distance of the boundaries, in spacings, up to which the end shape counts as reached, on 95 % of
-/// their lengths or areas: parts that are squeezed to slivers, or holes that are closed to slits,
-/// have little volume but a boundary.
-const REACHED_BOUNDARY: f64 = 3.0;
+/// How a path ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End {
+    /// Smallest Dice overlap of all components.
+    pub dice: f64,
+    /// Mean distance of the boundaries, in spacings.
+    pub gap: f64,
+    /// The boundaries beside each other; fully visible shapes only.
+    pub arrival: Option<Arrival>,
+}
 
-/// Returns whether an overlap, or a mean distance of the boundaries, suffices for a shape to count
-/// as reached, and most of the boundaries are close.
-pub(crate) fn is_reached(dice: f64, gap: f64, boundary: Option<f64>) -> bool {
-    let close = boundary.is_none_or(|distance| distance <= REACHED_BOUNDARY);
-    (dice >= REACHED_DICE || gap <= REACHED_GAP) && close
+impl End {
+    /// Returns whether the path arrives at the end shape, but for its smallest parts: the figures are
+    /// within the limits of [`Cause::PathEnd`] and [`Cause::PathBoundary`].
+    pub fn reached(&self) -> bool {
+        let overlap = Doubt::overlap(Cause::PathEnd, self.dice, self.gap);
+        let boundary = self
+            .arrival
+            .and_then(|found| Doubt::check(Cause::PathBoundary, found.percentile_95));
+        overlap.is_none() && boundary.is_none()
+    }
+
+    /// Returns whether the path ends so close to the end shape that its length is of use.
+    pub fn near(&self) -> bool {
+        let overlap = Doubt::below(Cause::PathEnd, self.dice, NEAR_DICE);
+        let close = self
+            .arrival
+            .is_none_or(|found| found.percentile_95 <= NEAR_BOUNDARY);
+        close && (overlap.is_none() || self.gap <= RESOLVED_DISTANCE)
+    }
 }
 
 /// Returns the smallest of several overlaps.
@@ -40,9 +62,8 @@ pub(crate) struct Overlaps {
     /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
     /// spacings, of the component where it is largest.
     pub gap: f64,
-    /// Distance between the boundaries that is not exceeded on 95 % of each, in spacings; paths of
-    /// one domain and fully visible shapes only.
-    pub boundary: Option<f64>,
+    /// The boundaries beside each other; fully visible shapes only.
+    pub arrival: Option<Arrival>,
 }
 
 /// Overlap and distance of two shapes, computed from the nodes inside.
@@ -56,9 +77,13 @@ struct Common {
 }
 
 impl Overlaps {
-    /// Returns whether every component of the end shape counts as reached.
-    pub fn reached(&self) -> bool {
-        is_reached(worst(&self.forwards), self.gap, self.boundary)
+    /// Returns the figures by which the end of the path is judged.
+    pub fn end(&self) -> End {
+        End {
+            dice: worst(&self.forwards),
+            gap: self.gap,
+            arrival: self.arrival,
+        }
     }
 }
 
@@ -79,7 +104,7 @@ pub(crate) fn overlaps<const D: usize>(
         forwards: Vec::new(),
         backwards: pulled_overlaps(&start, &end, carry),
         gap: 0.0,
-        boundary: None,
+        arrival: arrival(&start, &end, carry)?,
     };
     // Hidden parts, and their images, are not compared.
     let visible_ahead = visible_start.as_ref().map(|weight| {
@@ -124,16 +149,12 @@ pub(crate) fn carried_overlaps<const D: usize>(
     deformation: &Field<f64, D, D>,
 ) -> Result<Overlaps, GeodesicError> {
     let grid = *deformation.grid();
-    let visible = [from, to].map(|shape| matches!(shape.known(), Known::Everywhere));
     let (from, to) = (from.on_grid(&grid), to.on_grid(&grid));
     let step = Compact::new(SHARP * grid.spacing())?;
     let backwards = pulled_overlaps(&from, &to, |x| image(deformation, x));
     let mut forwards = Vec::new();
     let mut gap: f64 = 0.0;
-    let boundary = match visible {
-        [true, true] => Some(boundary_distance(&from, &to, deformation)?),
-        _ => None,
-    };
+    let arrival = arrival(&from, &to, |x| image(deformation, x))?;
     let visible = to.visibility();
     let found = EndMismatch::new(&from, &to, step).overlaps(deformation.as_slice());
     for (
@@ -162,7 +183,7 @@ pub(crate) fn carried_overlaps<const D: usize>(
         forwards,
         backwards,
         gap,
-        boundary,
+        arrival,
     })
 }
 
@@ -180,21 +201,21 @@ fn image<const D: usize>(displacement: &Field<f64, D, D>, point: [f64; D]) -> [f
     std::array::from_fn(|k| point[k] + u[k])
 }
 
-/// Returns the 95th percentile of the distance between the boundaries of a deformed shape and of
-/// another, in spacings; infinite if one has no boundary on the grid.
-fn boundary_distance<const D: usize>(
+/// Compares the boundary of a shape that is carried by a map with that of another; `None` if a part of
+/// one is hidden.
+fn arrival<const D: usize>(
     from: &ShapeOnGrid<D>,
     to: &ShapeOnGrid<D>,
-    deformation: &Field<f64, D, D>,
-) -> Result<f64, GeodesicError> {
+    carry: impl Fn([f64; D]) -> [f64; D],
+) -> Result<Option<Arrival>, GeodesicError> {
+    if from.visibility().is_some() || to.visibility().is_some() {
+        return Ok(None);
+    }
     let outline =
         |shape: &ShapeOnGrid<D>| contour(&union_of(&shape.components), 0.0, BoxEdge::Open);
-    let carried = moved(&outline(from)?, deformation);
-    match hausdorff(&carried, &outline(to)?) {
-        Ok(found) => Ok(found.percentile_95 / deformation.grid().spacing()),
-        Err(LevelsetError::EmptyContour) => Ok(f64::INFINITY),
-        Err(error) => Err(error.into()),
-    }
+    let (start, end) = (outline(from)?, outline(to)?);
+    let spacing = to.components[0].grid().spacing();
+    Arrival::new(&start.map(carry), &end, spacing).map(Some)
 }
 
 /// Returns the length or area of the visible part of a boundary.
@@ -277,10 +298,24 @@ mod tests {
         assert!((found.gap - 1.0).abs() < 0.15, "{}", found.gap);
     }
 
+    fn end(dice: f64, gap: f64, percentile_95: Option<f64>) -> End {
+        let arrival = percentile_95.map(|percentile_95| Arrival {
+            percentile_95,
+            missing: percentile_95,
+            surplus: percentile_95,
+            slits: 0.0,
+            films: 0.0,
+        });
+        End { dice, gap, arrival }
+    }
+
     #[test]
     fn a_fraction_of_a_cell_is_reached_and_a_missing_limb_is_not() {
-        assert!(is_reached(0.96, 1.0, None) && is_reached(0.9, 0.2, Some(1.0)));
-        assert!(!is_reached(0.96, 0.2, Some(10.0)));
+        assert!(end(0.985, 1.0, None).reached() && end(0.9, 0.2, Some(0.4)).reached());
+        assert!(!end(0.99, 0.1, Some(0.6)).reached() && !end(0.97, 0.3, None).reached());
+        assert!(end(0.96, 0.3, Some(2.0)).near() && end(0.9, 0.2, Some(1.0)).near());
+        assert!(!end(0.96, 0.2, Some(10.0)).near() && !end(0.9, 0.3, None).near());
+        assert!(!end(f64::NAN, 0.3, None).near() && !end(0.99, 0.1, Some(f64::NAN)).near());
         let grid = Grid::cube(65);
         let arm = |length: f64| {
             ScalarField::<f64, 2>::from_fn(grid, move |[x, y]| {
@@ -288,9 +323,9 @@ mod tests {
             })
         };
         let found = common(&arm(0.7), &arm(0.9), None);
-        assert!(!is_reached(found.dice, found.gap, None));
+        assert!(!end(found.dice, found.gap, None).near());
         let nothing = ScalarField::<f64, 2>::zeros(grid);
         let found = common(&arm(0.7), &arm(0.9), Some(&nothing));
-        assert!(!is_reached(found.dice, found.gap, None));
+        assert!(!end(found.dice, found.gap, None).near());
     }
 }

@@ -1,6 +1,8 @@
 //! The result of a geodesic, common to both forms.
 
+use crate::arrival::{Arrival, pressed};
 use crate::cells::object_cells;
+use crate::contact::{Contact, contacts};
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::lagrangian::{
@@ -8,12 +10,13 @@ use crate::lagrangian::{
 };
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::levels::LevelReport;
-use crate::overlap::{Overlaps, carried_overlaps, is_reached, overlaps, worst};
+use crate::overlap::{End, Overlaps, carried_overlaps, moved, overlaps, worst};
 use crate::params::{DomainChoice, Form, GeodesicParams};
 use crate::shape::{Known, Shape, on_grid, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
+use levelset::{BoxEdge, contour};
 use serde::Serialize;
 
 /// A discrete geodesic: shapes and the deformations between them.
@@ -54,10 +57,14 @@ pub struct Geodesic<const D: usize> {
     /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
     /// spacings of the grid; of the component where it is largest.
     pub gap_end: f64,
-    /// Distance between these boundaries that is not exceeded on 95 % of each, in spacings of the
-    /// grid; paths of one domain and fully visible shapes only.
+    /// How closely these boundaries agree, and where they are pressed together; fully visible shapes
+    /// only.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub boundary_end: Option<f64>,
+    pub arrival: Option<Arrival>,
+    /// Where parts of the boundary are pressed together to reach the end: changes of topology, the
+    /// largest first; paths of one domain and fully visible shapes only.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<Contact>,
     /// Dice overlap of the start shape with the end shape pulled back through all steps, which
     /// decreases with compressed void; the smallest of all components.
     pub dice_pulled: f64,
@@ -71,12 +78,26 @@ pub struct Geodesic<const D: usize> {
 }
 
 impl<const D: usize> Geodesic<D> {
-    /// Returns whether the deformations map the start shape approximately to the end shape: to a
-    /// Dice overlap of 0.95, or to a mean distance of a quarter of a spacing, and 95 % of the
-    /// boundaries to a distance of three spacings. A minimiser may have
-    /// converged to a path that does not reach the end shape.
+    /// Returns whether the path arrives at the end shape: at a Dice overlap of 0.98 or a mean distance
+    /// of the boundaries of a quarter of a spacing, and with 95 % of them within half a spacing, slits
+    /// and films left out ([`Arrival`]). A minimiser may have converged to a path that does not.
     pub fn end_reached(&self) -> bool {
-        is_reached(self.dice_end, self.gap_end, self.boundary_end)
+        self.end().reached()
+    }
+
+    /// Returns whether the path ends so close to the end shape that its length is of use: at a Dice
+    /// overlap of 0.95 or a mean distance of a quarter of a spacing, and with 95 % of the boundaries
+    /// within three spacings.
+    pub fn end_near(&self) -> bool {
+        self.end().near()
+    }
+
+    fn end(&self) -> End {
+        End {
+            dice: self.dice_end,
+            gap: self.gap_end,
+            arrival: self.arrival,
+        }
     }
 
     /// Returns the length `sum sqrt W_k`.
@@ -166,22 +187,22 @@ fn geodesics_both_ways_in<const D: usize>(
     }
     let path = lagrangian_path(start, end, params, observer)?;
     let mut forth = of_domain(start, end, &path)?;
-    if forth.end_reached()
+    if forth.end_near()
         && let Some(path) = lagrangian_path_back(start, end, &path, params, observer)?
     {
         let back = of_domain(end, start, &path)?;
-        if back.end_reached() {
+        if back.end_near() {
             return Ok([forth, back]);
         }
     }
     let path = lagrangian_path(end, start, params, observer)?;
     let back = of_domain(end, start, &path)?;
-    if back.end_reached()
-        && !forth.end_reached()
+    if back.end_near()
+        && !forth.end_near()
         && let Some(path) = lagrangian_path_back(end, start, &path, params, observer)?
     {
         let again = of_domain(start, end, &path)?;
-        if again.end_reached() {
+        if again.end_near() {
             forth = again;
         }
     }
@@ -250,10 +271,31 @@ fn of_domain<const D: usize>(
     if path.domain == Domain::End {
         found.energy.step_energies.reverse();
     }
+    if found.arrival.is_some() {
+        found.contacts = contacts_of(&from.union(), &to.union(), path)?;
+    }
     found.motions = motions;
     found.domain = Some(path.domain);
     found.across = Some(across);
     Ok(found)
+}
+
+/// The changes of topology of a path between the unions of two shapes, first that of its domain.
+fn contacts_of<const D: usize>(
+    from: &ScalarField<f64, D>,
+    to: &ScalarField<f64, D>,
+    path: &LagrangianPath<D>,
+) -> Result<Vec<Contact>, GeodesicError> {
+    let grid = *path.displacements[0].grid();
+    let outline = |u: &ScalarField<f64, D>| contour(&on_grid(&grid, u), 0.0, BoxEdge::Open);
+    let (own, end) = (outline(from)?, outline(to)?);
+    if own.is_empty() || end.is_empty() {
+        return Ok(Vec::new());
+    }
+    let moved = path.displacements.iter().map(|psi| moved(&own, psi));
+    let carried: Vec<_> = std::iter::once(own.clone()).chain(moved).collect();
+    let pressed = pressed(&carried[carried.len() - 1], &end, grid.spacing())?;
+    Ok(contacts(&pressed, &carried, path.domain, grid.spacing())?)
 }
 
 /// Returns the certificate of a deformation inside a shape.
@@ -333,7 +375,7 @@ impl<const D: usize> Found<D> {
             forwards,
             backwards,
             gap,
-            boundary,
+            arrival,
         } = self.overlaps;
         let last = self.levels.last();
         let level_sets = self.shapes.iter().map(|shape| union_of(shape)).collect();
@@ -350,7 +392,8 @@ impl<const D: usize> Found<D> {
             certificate: self.certificate,
             dice_end: worst(&forwards),
             gap_end: gap,
-            boundary_end: boundary,
+            arrival,
+            contacts: Vec::new(),
             dice_pulled: worst(&backwards),
             dice_components: forwards,
             levels: self.levels,

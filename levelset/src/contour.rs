@@ -119,6 +119,11 @@ impl<const D: usize> Contour<D> {
         self
     }
 
+    /// Returns the length of one segment, or the area of one triangle.
+    pub fn size(&self, simplex: usize) -> f64 {
+        norm(&area_normal(&self.corners(simplex)))
+    }
+
     /// Returns the length of a 2D contour, or the area of a 3D one.
     pub fn perimeter(&self) -> f64 {
         self.all_corners().map(|c| norm(&area_normal(&c))).sum()

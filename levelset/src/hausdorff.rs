@@ -19,8 +19,8 @@ const MAX_HALVINGS: u32 = 24;
 /// Number of points searched for by one thread at a time.
 const RUN: usize = 64 * PACKET;
 
-/// Distances between two boundaries, in the unit of their coordinates. Each is the maximum over
-/// both directions.
+/// Distances between two boundaries, in the unit of their coordinates: of [`hausdorff`] the maximum
+/// over both directions, of [`directed_hausdorff`] from the first boundary to the second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Hausdorff {
     /// The Hausdorff distance: the largest distance of any point of one boundary, corner or not,
@@ -43,6 +43,25 @@ compiled_once! {
         a: &'a Contour<D>,
         b: &'a Contour<D>,
     ) -> Result<Hausdorff, LevelsetError> = hausdorff_in;
+}
+
+compiled_once! {
+    /// The distances of the points of the first boundary from the second.
+    ///
+    /// # Errors
+    /// As for [`hausdorff`].
+    pub fn directed_hausdorff<'a, D>(
+        from: &'a Contour<D>,
+        to: &'a Contour<D>,
+    ) -> Result<Hausdorff, LevelsetError> = directed_in;
+}
+
+fn directed_in<const D: usize>(
+    from: &Contour<D>,
+    to: &Contour<D>,
+) -> Result<Hausdorff, LevelsetError> {
+    let (to_from, to_to) = (ContourDistance::new(from)?, ContourDistance::new(to)?);
+    Ok(directed(from, &to_from, &to_to))
 }
 
 fn hausdorff_in<const D: usize>(

@@ -1,7 +1,8 @@
 //! The paths from one shape to another: their computation, storage and selection.
 
 use ::geodesic::{
-    Form, Geodesic, GeodesicError, GeodesicParams, Shape, geodesic_between, geodesics_both_ways,
+    Arrival, Form, Geodesic, GeodesicError, GeodesicParams, Shape, geodesic_between,
+    geodesics_both_ways,
 };
 use serde::{Deserialize, Serialize};
 
@@ -38,10 +39,12 @@ pub(super) struct PathRecord {
     /// Mean distance of the boundaries at the end, in spacings; `None` if it is not finite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap_end: Option<f64>,
-    /// What that distance does not exceed on 95 % of the boundaries.
+    /// How closely the boundaries agree there; fully visible shapes with boundaries only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub boundary_end: Option<f64>,
+    pub arrival: Option<Arrival>,
     pub end_reached: bool,
+    /// Whether it ends so close that its length is of use.
+    pub end_near: bool,
     pub certified: bool,
     pub min_det: f64,
     pub status: String,
@@ -80,8 +83,9 @@ impl PathRecord {
             dissipation: finite(path.dissipation() / unit),
             dice_end: path.dice_end,
             gap_end: finite(path.gap_end),
-            boundary_end: path.boundary_end.and_then(finite),
+            arrival: path.arrival.filter(|found| found.missing.is_finite()),
             end_reached: path.end_reached(),
+            end_near: path.end_near(),
             certified: path.certificate.certified,
             min_det: path.certificate.min_det,
             status: overall(path.status, levels.last().map(|l| l.info.status)),
@@ -91,7 +95,7 @@ impl PathRecord {
         }
     }
 
-    /// Whether the path reaches its end without a fold, so that its length is meaningful.
+    /// Whether the path arrives at its end without a fold.
     pub fn sound(&self) -> bool {
         self.end_reached && self.certified && self.length.is_some()
     }
@@ -100,7 +104,7 @@ impl PathRecord {
     pub fn usable(&self, config: &DistancesConfig) -> Option<f64> {
         let reached = config
             .reached
-            .map_or(self.end_reached, |least| self.dice_end >= least);
+            .map_or(self.end_near, |least| self.dice_end >= least);
         self.length.filter(|_| reached && self.certified)
     }
 }
@@ -232,8 +236,9 @@ mod tests {
             dissipation: None,
             dice_end: if usable { 1.0 } else { 0.8 },
             gap_end: None,
-            boundary_end: None,
+            arrival: None,
             end_reached: usable,
+            end_near: usable,
             certified: true,
             min_det: 0.5,
             status: "converged".into(),

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use ::geodesic::Form;
 use ::geodesic::distances::{Linkage, Merge};
+use ::geodesic::{Arrival, Form};
 use levelset::{Cause, Doubt};
 use serde::Serialize;
 
@@ -70,9 +70,9 @@ pub(super) struct LengthRecord {
     /// Mean distance of the boundaries there, in spacings of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_end: Option<f64>,
-    /// What that distance does not exceed on 95 % of the boundaries.
+    /// How closely the boundaries agree there.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub boundary_end: Option<f64>,
+    pub arrival: Option<Arrival>,
     /// Lower bound of the determinants.
     pub min_det: f64,
     /// Status of the path that is used.
@@ -146,7 +146,9 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let records = &outcome.records;
     let distances = &study.distances;
     let marked: Vec<_> = records.iter().flat_map(|r| marks(r, config)).collect();
-    let used = marked.iter().any(|mark| mark.outcome == MarkOutcome::Used);
+    // Paths that end near their end are complete, with a doubt.
+    let asked = |mark: &MarkRecord<'_>| mark.outcome == MarkOutcome::Used && !mark.path.end_near;
+    let used = marked.iter().any(asked);
     let completed = distances.completed.as_ref();
     let complete = completed.is_some_and(|c| c.filled.is_empty()) && !used;
     let scale = common_scale(inputs);
@@ -183,23 +185,18 @@ fn doubts<const D: usize>(outcome: &Outcome<D>, found: &Found<'_>) -> Vec<Doubt>
     let left = found.marked.iter();
     let left = left.filter(|mark| mark.outcome != MarkOutcome::Replaced);
     let of_paths = left.flat_map(|mark| {
+        let path = mark.path;
+        let gap = path.gap_end.unwrap_or(f64::INFINITY);
         let doubts = [
-            // The decision whether a path reaches its end has been made.
-            Doubt::overlap(
-                Cause::PathEnd,
-                mark.path.dice_end,
-                if mark.path.end_reached {
-                    0.0
-                } else {
-                    f64::INFINITY
-                },
-            ),
-            Doubt::below(Cause::Determinant, mark.path.min_det, 0.0),
+            Doubt::overlap(Cause::PathEnd, path.dice_end, gap),
+            Doubt::below(Cause::Determinant, path.min_det, 0.0),
         ];
+        let doubts = doubts.into_iter().flatten();
+        let arrival = path.arrival.map(|found| found.doubts());
         doubts
-            .into_iter()
-            .flatten()
+            .chain(arrival.into_iter().flatten())
             .map(|doubt| doubt.about(mark.start))
+            .collect::<Vec<_>>()
     });
     let distances = found.distances;
     let mut doubts = doubts_of(&outcome.inputs);
@@ -245,7 +242,7 @@ impl LengthRecord {
             elastic: record.measured(config, &[1]).map(|m| m.length),
             dice_end: path.map_or(0.0, |path| path.dice_end),
             gap_end: path.and_then(|path| path.gap_end),
-            boundary_end: path.and_then(|path| path.boundary_end),
+            arrival: path.and_then(|path| path.arrival),
             iterations: path.map_or(0, |path| path.iterations),
             evaluations: path.map_or(0, |path| path.evaluations),
             min_det: path.map_or(0.0, |path| path.min_det),

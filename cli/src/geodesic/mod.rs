@@ -69,7 +69,7 @@ impl Command for GeodesicConfig {
         let begin = Instant::now();
         let mut watch = session.observer(&grid.hierarchy(first_nodes(&config.params)));
         let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
-        let of_path = result.doubts(&first, &last, &config.params)?;
+        let of_path = result.doubts(&config.params);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), of_path].concat(),
             inputs,

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ::geodesic::Geodesic;
+use ::geodesic::{Change, Contact, Geodesic};
 use levelset::Contour;
 use serde::Serialize;
 
@@ -33,7 +33,7 @@ pub(super) struct Found<'a, const D: usize> {
     length_input_units: Option<f64>,
     /// `K sum W_k`, at least the square of the length.
     pub dissipation: f64,
-    /// Whether the overlap shows that the end shape is reached.
+    /// Whether the end shape is reached: the boundaries agree but for small parts.
     pub end_reached: bool,
     /// Areas or volumes of the shapes `0, ..., K`.
     volumes: Vec<f64>,
@@ -111,6 +111,38 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
         "end",
         format!("Dice {dice:.4} of the end shape and the deformed start shape"),
     );
+    if let Some(arrival) = &path.arrival {
+        summary.line(
+            "",
+            format!(
+                "boundaries: 95 % within {:.2} spacings, all within {:.2}",
+                arrival.percentile_95,
+                arrival.missing.max(arrival.surplus)
+            ),
+        );
+    }
+    if let Some(changes) = changes_of_topology(&path.contacts) {
+        summary.line("topology", changes);
+    }
     summary.certificate(&path.certificate);
     summary
+}
+
+/// What merges and splits on the path, and the largest of it.
+fn changes_of_topology(contacts: &[Contact]) -> Option<String> {
+    let largest = contacts.first()?;
+    let count = |change, one: &str| {
+        let n = contacts.iter().filter(|c| c.change == change).count();
+        let plural = if n == 1 { "" } else { "s" };
+        (n > 0).then(|| format!("{n} {one}{plural}"))
+    };
+    let counts = [count(Change::Merge, "merge"), count(Change::Split, "split")];
+    let counts: Vec<String> = counts.into_iter().flatten().collect();
+    let centre: Vec<String> = largest.centre.iter().map(|x| format!("{x:.2}")).collect();
+    Some(format!(
+        "{}; the largest at shape {}, around ({})",
+        counts.join(", "),
+        largest.step,
+        centre.join(", ")
+    ))
 }

@@ -71,7 +71,7 @@ impl Command for LengthConfig {
         let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
         let given = GivenPath::new(&shapes, params, &mut watch)?;
         let mut doubts = doubts_of(&inputs);
-        doubts.extend(given.doubts(&shapes, params)?);
+        doubts.extend(given.doubts(params));
         let mut shortest = None;
         if let ([first, .., last], false) =
             (&shapes[..], self.no_geodesic || session.interrupt.asked())
@@ -82,7 +82,7 @@ impl Command for LengthConfig {
                 ..params.clone()
             };
             let path = geodesic_between(first, last, &params, &mut watch)?;
-            doubts.extend(path.doubts(first, last, &params)?);
+            doubts.extend(path.doubts(&params));
             shortest = Some(path);
         }
         Ok(Outcome {

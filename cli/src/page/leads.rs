@@ -131,6 +131,12 @@ const LEADS: &[Lead] = &[
             ("steps", "/step_energies/*", Count),
             ("Dice at the end", "/dice_end", All),
             ("end reached", "/end_reached", All),
+            (
+                "95 % of the boundaries within, in spacings",
+                "/arrival/percentile_95",
+                All,
+            ),
+            ("merged or split parts", "/contacts/*", Count),
             ("determinant, least", "/certificate/min_det", All),
             ("without folds", "/certificate/certified", All),
             ("first size", "/volumes/*", First),

@@ -5,7 +5,7 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::level_sets::{compose, flow_path};
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
-use crate::overlap::{Overlaps, carried_overlaps};
+use crate::overlap::{End, Overlaps, carried_overlaps};
 use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::{Known, Shape};
 use fe_grid::compiled_once;
@@ -58,9 +58,8 @@ compiled_once! {
     /// The same path can be described on the domain of either shape. Both are minimised on coarse
     /// grids from the identity; if neither reaches the other end, a viscous flow is a second start
     /// of both. What reaches the other end, or else has the least energy, is continued to the
-    /// finest grid. If it does not reach the other end there, the weight of the mismatch grows by
-    /// factors of four, three times at most: the length is that of the least of these weights at
-    /// which the path arrives.
+    /// finest grid. If it does not reach the other end there, the weight of the mismatch is doubled, six
+    /// times at most: the length is that of the least of these weights at which the path arrives.
     ///
     /// # Errors
     /// [`GeodesicError`] for parameters out of range and unsuitable shapes.
@@ -146,13 +145,14 @@ fn lagrangian_path_in<const D: usize>(
     for &domain in search.domains() {
         found.push(search.start_at_identity(domain, observer)?);
     }
-    if !search.ended() && found.iter().all(|candidate| !candidate.reached) {
+    if !search.ended() && found.iter().all(|candidate| !candidate.end.reached()) {
         for &domain in search.domains() {
             found.extend(search.start_at_flow(domain, observer)?);
         }
     }
     let better = |a: &Candidate<D>, b: &Candidate<D>| {
-        let order = b.reached.cmp(&a.reached);
+        let rank = |found: &Candidate<D>| (found.end.reached(), found.end.near());
+        let order = rank(b).cmp(&rank(a));
         order.then(a.path.total.total_cmp(&b.path.total))
     };
     // The first of equally good ones; every domain has a candidate.
@@ -166,20 +166,19 @@ fn lagrangian_path_in<const D: usize>(
 }
 
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
-const LEAST_PROGRESS: f64 = 0.9;
+const LEAST_PROGRESS: f64 = 0.97;
 /// Factor of the weight of the mismatch from round to round.
-const GROWTH: f64 = 4.0;
-/// Largest factor: that of the third round.
-const LARGEST_FACTOR: f64 = GROWTH * GROWTH * GROWTH;
+const GROWTH: f64 = 2.0;
+/// Largest factor: that of the sixth round.
+const LARGEST_FACTOR: f64 = 64.0;
+/// Factor of the tolerance in all rounds: only the path at the last weight is minimised to the end.
+const ROUND_TOLERANCE: f64 = 10.0;
 
 /// A path on a coarse grid.
 struct Candidate<const D: usize> {
     domain: Domain,
     path: PathOnLevel<D>,
-    /// Whether it reaches the other end.
-    reached: bool,
-    /// Mean distance from the other end, in spacings.
-    gap: f64,
+    end: End,
 }
 
 /// The search for the best start, and the minimisation from there.
@@ -314,13 +313,21 @@ impl<'a, const D: usize> Search<'a, D> {
         mut factor: f64,
         observer: &mut dyn Observer,
     ) -> Result<LagrangianPath<D>, GeodesicError> {
-        while factor < LARGEST_FACTOR && !found.reached && !self.ended() {
-            let (level, gap) = ([found.path.level], found.gap);
+        let (first, level) = (factor, found.path.level);
+        let coarsely = Level {
+            tolerance: ROUND_TOLERANCE * level.tolerance,
+            ..level
+        };
+        while factor < LARGEST_FACTOR && !found.end.reached() && !self.ended() {
+            let gap = found.end.gap;
             factor *= GROWTH;
-            found = self.minimise(found.domain, found.path, &level, factor, observer)?;
-            if found.gap > LEAST_PROGRESS * gap {
+            found = self.minimise(found.domain, found.path, &[coarsely], factor, observer)?;
+            if found.end.gap > LEAST_PROGRESS * gap {
                 break;
             }
+        }
+        if factor > first && !self.ended() {
+            found = self.minimise(found.domain, found.path, &[level], factor, observer)?;
         }
         Ok(LagrangianPath {
             domain: found.domain,
@@ -360,8 +367,7 @@ impl<'a, const D: usize> Search<'a, D> {
         Ok(Candidate {
             domain,
             path,
-            reached: overlaps.reached(),
-            gap: overlaps.gap,
+            end: overlaps.end(),
         })
     }
 

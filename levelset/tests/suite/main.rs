@@ -4,6 +4,7 @@ mod common;
 
 mod contour;
 mod distance;
+mod facing;
 mod heaviside;
 mod inspect;
 mod measures;
