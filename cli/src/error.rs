@@ -93,6 +93,14 @@ pub enum CliError {
         /// The differences.
         differences: String,
     },
+    /// A directory whose paths cannot be used.
+    #[error("the paths in '{path}' are not those of this computation: {differences}", path = path.display())]
+    OtherPaths {
+        /// The directory.
+        path: PathBuf,
+        /// The differences.
+        differences: String,
+    },
     /// An option that is out of its range.
     #[error("{option} {value} is not allowed")]
     Option {
@@ -365,6 +373,9 @@ impl CliError {
             }
             Self::OtherWork { .. } => {
                 "repeat that command to continue it, choose another name after -o, or remove the folder"
+            }
+            Self::OtherPaths { .. } => {
+                "compute all parts with the same program, inputs and options, and name their result directories after --merge"
             }
             Self::Law { .. } => {
                 "change --lambda or --mu, or choose another law; logdet accepts all moduli"

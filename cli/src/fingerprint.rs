@@ -13,6 +13,7 @@ use serde_json::Value;
 use crate::error::CliError;
 use crate::output::{DESCRIPTION, OutputError, WorkDir};
 use shapespace_input::Image;
+use shapespace_input::files::read_text;
 
 /// Everything that a result depends on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -70,6 +71,26 @@ impl Fingerprint {
             None => work.put(DESCRIPTION, self)?,
         }
         Ok(work)
+    }
+
+    /// Checks that a directory is of the same inputs and parameters.
+    ///
+    /// # Errors
+    /// [`CliError::OtherPaths`] with what differs.
+    pub fn check(&self, directory: &Path) -> Result<(), CliError> {
+        let text = read_text(&directory.join(DESCRIPTION)).ok();
+        let found = text.and_then(|text| serde_json::from_str::<Self>(&text).ok());
+        let differences = found.map_or_else(
+            || vec![format!("it has no {DESCRIPTION} of this program")],
+            |found| self.differences(&found),
+        );
+        if differences.is_empty() {
+            return Ok(());
+        }
+        Err(CliError::OtherPaths {
+            path: directory.into(),
+            differences: differences.join("; "),
+        })
     }
 
     /// The differences, as text.

@@ -108,6 +108,8 @@ impl Call {
                 self.hold(DistanceStudy {
                     config,
                     at_once: self.at_once,
+                    shard: None,
+                    merge: Vec::new(),
                 })
             }
             "pca" => self.configured::<PcaConfig>(),

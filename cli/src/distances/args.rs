@@ -8,6 +8,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::classes;
+use super::shard::Shard;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_area, check_path};
@@ -27,6 +28,15 @@ pub struct DistancesArgs {
     /// The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub at_once: Option<u32>,
+    /// Compute the paths of a part of the pairs only, for example 3/8: the third of eight parts. Each
+    /// part may be computed on another machine; `--merge` collects them.
+    #[arg(long, value_name = "I/N", conflicts_with = "merge")]
+    pub shard: Option<Shard>,
+    /// Use the paths in these result directories of the same inputs and parameters: parts, finished or
+    /// not, or a complete result that is to be evaluated with other classes or clusters. Paths that
+    /// are missing are computed.
+    #[arg(long, value_name = "DIR", num_args = 1..)]
+    pub merge: Vec<PathBuf>,
 }
 
 /// Configuration of `shapespace distances`.

@@ -1,7 +1,7 @@
 //! `shapespace distances`: computes the distances between all pairs of masks.
 //!
 //! `plan` reads and validates the inputs, `store` stores finished pairs for the next run, `compute`
-//! processes several pairs at a time, `pair` is one of them. `study` computes matrices, clusters
+//! processes several pairs at a time, `pair` is one of them; `shard` divides them among machines. `study` computes matrices, clusters
 //! and an embedding, `record` and `write` write the result directory, `draw` its pictures,
 //! `summary` summarises it; `classes` determines the classes of the inputs.
 //!
@@ -16,10 +16,13 @@ mod draw;
 mod pair;
 mod plan;
 mod record;
+mod shard;
 mod store;
 mod study;
 mod summary;
 mod write;
+
+use std::path::PathBuf;
 
 use crate::error::{CliError, Exit};
 use crate::options::{Align, RunOptions};
@@ -31,6 +34,7 @@ pub(crate) use classes::{Classes, NAMED};
 use compute::Task;
 use pair::PairRecord;
 use plan::{DistancesPlan, plan_distances};
+use shard::Shard;
 use store::{Store, fingerprint};
 use study::Study;
 
@@ -41,6 +45,10 @@ pub(crate) struct DistanceStudy {
     pub config: DistancesConfig,
     /// Paths computed at the same time.
     pub at_once: Option<u32>,
+    /// The part of the pairs to be computed; all by default.
+    pub shard: Option<Shard>,
+    /// Result directories whose paths are used.
+    pub merge: Vec<PathBuf>,
 }
 
 /// The result of a computation.
@@ -48,6 +56,8 @@ pub(crate) struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
     classes: Option<Classes>,
     config: DistancesConfig,
+    /// The part of the pairs that was computed; all by default.
+    shard: Option<Shard>,
     /// Nodes along each axis.
     nodes: [usize; D],
     /// The placement of the pairs.
@@ -62,9 +72,16 @@ pub(crate) struct Outcome<const D: usize> {
 /// # Errors
 /// [`CliError`]; then there is no result directory, but finished pairs are stored.
 pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
-    let (run, at_once): (&RunOptions, _) = (&args.run, args.at_once);
-    args.config
-        .run(|config| session::run(&DistanceStudy { config, at_once }, run))
+    let run: &RunOptions = &args.run;
+    args.config.run(|config| {
+        let study = DistanceStudy {
+            config,
+            at_once: args.at_once,
+            shard: args.shard,
+            merge: args.merge.clone(),
+        };
+        session::run(&study, run)
+    })
 }
 
 impl Command for DistanceStudy {
@@ -86,8 +103,20 @@ impl Command for DistanceStudy {
         let fingerprint = fingerprint(&config, &plan.placed.images);
         let (inputs, distances) = prepare(plan.placed, &[], &session.progress)?;
         let n = inputs.len();
-        let wanted = wanted(n, config.one_way);
+        let mut wanted = wanted(n, config.one_way);
+        if let Some(shard) = self.shard {
+            wanted = shard.part(&wanted, config.directions());
+        }
+        // Before anything is written.
+        for directory in &self.merge {
+            fingerprint.check(directory)?;
+        }
         let store = Store::open(session.output, &fingerprint)?;
+        let taken = store.merge(&self.merge, &wanted)?;
+        if !self.merge.is_empty() {
+            let note = format!("{taken} of {} paths are taken", wanted.len());
+            session.progress.note(note);
+        }
         let interrupted = || store.interrupted(&wanted);
         let aligned = config.masks.align == Some(Align::Rigid);
         let pairs = if aligned {
@@ -109,7 +138,8 @@ impl Command for DistanceStudy {
         let records = task.run(&wanted)?.ok_or_else(interrupted)?;
         let classes = plan.classes;
         Ok(Outcome {
-            study: Study::new(n, &records, &config, classes.as_ref())?,
+            study: Study::new(n, &records, &config, classes.as_ref(), self.shard.is_none())?,
+            shard: self.shard,
             inputs: pairs.inputs,
             classes,
             config,

@@ -27,6 +27,9 @@ pub(super) struct Found<'a> {
     /// one scale: a length grows as the square root of a volume.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length_unit: Option<f64>,
+    /// The part of the pairs that was computed, and the number of parts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shard: Option<String>,
     /// Every requested path.
     pub paths: Vec<LengthRecord>,
     /// Attempts that fold or do not reach their end, and their replacements.
@@ -154,6 +157,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let scale = common_scale(inputs);
     let found = Found {
         align: outcome.align,
+        shard: outcome.shard.map(|shard| shard.to_string()),
         length_unit: scale.map(|scale| scale.powi(D as i32).sqrt().recip()),
         paths: records
             .iter()
@@ -170,7 +174,11 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         not_extrapolated: study.not_extrapolated.clone(),
         path_seconds: records.iter().map(seconds).sum(),
     };
-    let status = if complete { "complete" } else { "incomplete" };
+    let status = match (outcome.shard, complete) {
+        (Some(_), _) => "part",
+        (None, true) => "complete",
+        (None, false) => "incomplete",
+    };
     let nodes = outcome.nodes;
     let doubts = doubts(outcome, &found);
     let names = inputs.iter().map(|input| &*input.name);

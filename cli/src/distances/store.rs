@@ -4,7 +4,7 @@
 //! the work. It holds `pairs/START_END.json` for every finished pair. The evaluation of the paths
 //! afterwards (clusters, classes) may be chosen anew.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::args::DistancesConfig;
 use super::pair::PairRecord;
@@ -12,6 +12,7 @@ use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::output::{OutputError, WorkDir};
 use shapespace_input::Image;
+use shapespace_input::files::read_text;
 
 const PAIRS: &str = "pairs";
 
@@ -46,10 +47,32 @@ impl Store {
         Ok(Self(work))
     }
 
+    /// Takes those of these pairs that are finished in the result directories of other runs, which have
+    /// to have the same fingerprint; returns their number.
+    ///
+    /// # Errors
+    /// Those of [`Store::keep`].
+    pub fn merge(
+        &self,
+        directories: &[PathBuf],
+        wanted: &[[usize; 2]],
+    ) -> Result<usize, OutputError> {
+        let mut taken = 0;
+        for directory in directories {
+            for &ids in wanted {
+                let found = read_record(&directory.join(name(ids)), ids);
+                if let Some(record) = found.filter(|_| self.pair(ids).is_none()) {
+                    self.keep(&record)?;
+                    taken += 1;
+                }
+            }
+        }
+        Ok(taken)
+    }
+
     /// The pair, if it is finished.
     pub fn pair(&self, ids: [usize; 2]) -> Option<PairRecord> {
-        let record: PairRecord = self.0.get(name(ids))?;
-        ([record.start, record.end] == ids).then_some(record)
+        read_record(&self.0.file(name(ids)), ids)
     }
 
     /// Stores a finished pair.
@@ -74,6 +97,12 @@ impl Store {
     pub fn into_directory(self) -> WorkDir {
         self.0
     }
+}
+
+/// The record of a pair in a file; none where there is no such file, or where it holds something else.
+fn read_record(path: &Path, ids: [usize; 2]) -> Option<PairRecord> {
+    let record: PairRecord = serde_json::from_str(&read_text(path).ok()?).ok()?;
+    ([record.start, record.end] == ids).then_some(record)
 }
 
 fn name([start, end]: [usize; 2]) -> PathBuf {

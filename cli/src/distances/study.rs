@@ -7,6 +7,8 @@ use ::geodesic::distances::{
     richardson, smacof, triangles,
 };
 
+use std::collections::HashMap;
+
 use serde::{Serialize, Serializer};
 
 use super::args::DistancesConfig;
@@ -85,7 +87,8 @@ pub(super) struct Groups {
 }
 
 impl Study {
-    /// The evaluation of the records of all pairs.
+    /// The evaluation of the records of all pairs, or of a part of them: there are no clusters then, and
+    /// no map.
     ///
     /// # Errors
     /// [`CliError::Computation`] for lengths that are no distances.
@@ -94,10 +97,12 @@ impl Study {
         records: &[PairRecord],
         config: &DistancesConfig,
         classes: Option<&Classes>,
+        all: bool,
     ) -> Result<Self, CliError> {
+        let by_ends: HashMap<[usize; 2], &PairRecord> =
+            records.iter().map(|r| ([r.start, r.end], r)).collect();
         let of = |start: usize, end: usize, steps: &[usize]| -> Option<Measured> {
-            let pair = records.iter().find(|r| [r.start, r.end] == [start, end])?;
-            pair.measured(config, steps)
+            by_ends.get(&[start, end])?.measured(config, steps)
         };
         let measured: Vec<Option<Measured>> = (0..n * n)
             .map(|at| of(at / n, at % n, &config.steps()))
@@ -121,7 +126,7 @@ impl Study {
             between = PathLengths::from_fn(n, |i, j| limit(i, j).or_else(|| lengths.between(i, j)));
         }
         let analyse = |lengths: &PathLengths, between: PathLengths| {
-            Distances::new(lengths, between, config, classes)
+            Distances::new(lengths, between, config, classes, all)
         };
         let distances = analyse(&lengths, between)?;
         let groups = distances.completed.as_ref().map(|completed| {
@@ -177,9 +182,12 @@ impl Distances {
         between: PathLengths,
         config: &DistancesConfig,
         classes: Option<&Classes>,
+        all: bool,
     ) -> Result<Self, CliError> {
         let n = lengths.n_objects();
         let completed = between.completed().map_err(|error| failed(&error))?;
+        // What is missing in a part is no path that could not be found.
+        let completed = completed.filter(|_| all);
         Ok(Self {
             asymmetry: lengths.asymmetry(),
             triangles: triangles(n, |i, j| between.between(i, j)),

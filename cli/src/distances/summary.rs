@@ -37,6 +37,13 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
 
 fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
     let (distances, elastic) = (record.body.distances, record.body.elastic);
+    if let Some(shard) = &record.body.shard {
+        summary.line(
+            "part",
+            format!("{shard}; --merge with the directories of all parts evaluates the distances"),
+        );
+        return;
+    }
     let range = distances.range().map_or_else(
         || "NOT between all shapes: no clusters and no map".into(),
         |[low, high]| format!("from {low:.4e} to {high:.4e}"),

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ::geodesic::Geodesic;
+use ::geodesic::{Arrival, Geodesic};
 use fe_grid::Certificate;
 use serde::Serialize;
 
@@ -54,18 +54,21 @@ struct Measures {
 struct Piece {
     length: f64,
     #[serde(flatten)]
-    end: Arrival,
+    end: PathEnd,
 }
 
 /// How a geodesic ends.
 #[derive(Clone, Debug, Serialize)]
-struct Arrival {
-    /// Whether the overlap shows that the shape at its end is reached.
+struct PathEnd {
+    /// Whether the shape at its end is reached.
     end_reached: bool,
     /// Dice overlap with that shape.
     dice_end: f64,
     /// Mean distance of the boundaries there, in spacings of the grid.
     gap_end: f64,
+    /// How closely the boundaries agree there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    arrival: Option<Arrival>,
     status: String,
 }
 
@@ -78,7 +81,7 @@ struct Shortest {
     #[serde(skip_serializing_if = "Option::is_none")]
     length_ratio: Option<f64>,
     #[serde(flatten)]
-    end: Arrival,
+    end: PathEnd,
 }
 
 impl Measures {
@@ -110,12 +113,12 @@ pub(super) fn record<const D: usize>(
         Shortest {
             length_ratio: Some(ratio).filter(|ratio| ratio.is_finite()),
             path,
-            end: Arrival::of(geodesic),
+            end: PathEnd::of(geodesic),
         }
     });
     let piece = |geodesic: &Geodesic<D>| Piece {
         length: geodesic.length(),
-        end: Arrival::of(geodesic),
+        end: PathEnd::of(geodesic),
     };
     let pieces: Vec<_> = given.pieces.iter().map(piece).collect();
     let ends = pieces.iter().map(|piece| &piece.end);
@@ -138,13 +141,14 @@ pub(super) fn record<const D: usize>(
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 
-impl Arrival {
+impl PathEnd {
     fn of<const D: usize>(geodesic: &Geodesic<D>) -> Self {
         let last = geodesic.levels.last().map(|level| level.info.status);
         Self {
             end_reached: geodesic.end_reached(),
             dice_end: geodesic.dice_end,
             gap_end: geodesic.gap_end,
+            arrival: geodesic.arrival,
             status: overall(geodesic.status, last),
         }
     }

@@ -482,3 +482,62 @@ fn ctrl_c_keeps_finished_pairs() {
     }
     assert_eq!(interrupted(&place, &long, ""), Some(130));
 }
+
+#[test]
+fn parts_are_merged_to_the_bits_of_the_whole() {
+    let place = Place::new();
+    let inputs = shapes(&place);
+    let whole = measured(&place, &inputs, &[], "whole");
+    for part in ["1/3", "2/3", "3/3"] {
+        let output = format!("part_{}", &part[..1]);
+        let found = measured(&place, &inputs, &["--shard", part], &output);
+        // Two of the six pairs, both ways; nothing is said of the others.
+        assert_eq!(found.json["paths"].as_array().unwrap().len(), 4);
+        assert_eq!(
+            (&found.json["status"], &found.json["shard"]),
+            (&"part".into(), &part.into())
+        );
+        assert!(found.json.get("clustering").is_none());
+        assert!(found.json["distances"].get("matrix").is_none());
+    }
+    let merge = ["--merge", "part_3", "part_1", "part_2"];
+    let run = place.compute(&arguments(&inputs, &merge, "merged"));
+    succeeded(&run);
+    let progress = String::from_utf8(run.stderr).unwrap();
+    assert!(progress.contains("12 of 12 paths are taken"), "{progress}");
+    let merged = Results::read(&place.path("merged"));
+    assert_eq!(timeless(&merged), timeless(&whole));
+    assert_eq!(exact(&merged), exact(&whole));
+    // What a part lacks, or holds damaged, is computed.
+    let damaged = place.path("part_1/pairs/000_001.json");
+    let text = std::fs::read_to_string(&damaged).unwrap();
+    std::fs::write(&damaged, &text[..text.len() / 2]).unwrap();
+    let merge = ["--merge", "part_1", "part_2"];
+    let again = measured(&place, &inputs, &merge, "again");
+    assert_eq!(timeless(&again), timeless(&whole));
+    // A whole result is merged, too, for another evaluation.
+    let options = ["--merge", "whole", "--linkage", "ward"];
+    let other = measured(&place, &inputs, &options, "other");
+    assert_eq!(other.json["paths"], whole.json["paths"]);
+    // Other shapes, other parameters, and other directories are refused.
+    std::fs::create_dir(place.path("empty")).unwrap();
+    for (inputs, options, words) in [
+        (
+            &inputs[..3],
+            vec!["--merge", "part_1"],
+            "4 inputs there, 3 here",
+        ),
+        (
+            &inputs[..],
+            vec!["--mu", "2", "--merge", "part_1"],
+            "mu 1.0 there, 2.0 here",
+        ),
+        (&inputs[..], vec!["--merge", "empty"], "it has no work.json"),
+        (&inputs[..], vec!["--shard", "4/3"], "3/8"),
+    ] {
+        let run = place.run(&arguments(inputs, &options, "refused"));
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(report.contains(words), "no '{words}' in: {report}");
+    }
+}

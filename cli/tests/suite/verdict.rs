@@ -202,7 +202,7 @@ fn a_path_that_does_not_arrive_is_found() {
     ];
     let (results, _) = doubtful(&place, &arguments);
     let found = causes(&results, None);
-    for cause in ["path_end", "boundary_distance"] {
+    for cause in ["path_end", "path_boundary", "path_parts"] {
         assert!(found.contains(&cause.into()), "{found:?}");
     }
     assert_eq!(results.json["end_reached"], false);

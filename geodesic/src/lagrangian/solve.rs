@@ -166,7 +166,7 @@ fn lagrangian_path_in<const D: usize>(
 }
 
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
-const LEAST_PROGRESS: f64 = 0.97;
+const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
 const GROWTH: f64 = 2.0;
 /// Largest factor: that of the sixth round.
