@@ -35,9 +35,9 @@ pub struct Contact {
     pub size: f64,
 }
 
-/// Slits and films with a smaller size than this are parts of others, or of corners, in powers of the
-/// spacing.
-const LEAST_SIZE: f64 = 1.0;
+/// Slits and films with a smaller size than this, in powers of the spacing, are sharp notches and corners: a
+/// slit has two sides, each of at least two spacings.
+const LEAST_SIZE: f64 = 4.0;
 
 /// Collects the pieces of the carried boundary that belong to slits or films into contacts.
 ///

@@ -122,7 +122,7 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
         );
     }
     if let Some(changes) = changes_of_topology(&path.contacts) {
-        summary.line("topology", changes);
+        summary.line("contacts", changes);
     }
     summary.certificate(&path.certificate);
     summary

@@ -6,6 +6,7 @@ mod boundary_metric;
 mod calculus;
 mod calculus_finite;
 mod components;
+mod contacts;
 mod distances;
 mod finite;
 mod given;
