@@ -67,7 +67,7 @@ impl<const D: usize> StoredEnergy<D> for SaintVenantKirchhoff {
             &tensor::product(&a, &self.second_piola(&change)),
         )
     }
-// ANCHOR_END: law
+    // ANCHOR_END: law
 
     fn moduli(&self) -> LameModuli {
         self.0

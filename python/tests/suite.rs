@@ -32,7 +32,9 @@ fn the_python_package_passes_its_tests() {
         );
         return;
     }
-    let program = outputs().unwrap().join(format!("../shapespace{EXE_SUFFIX}"));
+    let program = outputs()
+        .unwrap()
+        .join(format!("../shapespace{EXE_SUFFIX}"));
     let tests = Command::new(&python)
         .args([
             "-m",

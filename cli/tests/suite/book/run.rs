@@ -159,7 +159,11 @@ fn shown_lines_are_compared_with_printed_ones() {
         let shown: Vec<String> = shown.iter().map(|&line| line.into()).collect();
         std::panic::catch_unwind(|| assert_shown(&shown, printed)).is_ok()
     };
-    assert!(check(&["energy 1.235e-1, 5.0 %", "...", "Average in 12 steps, 9.9 s"]));
+    assert!(check(&[
+        "energy 1.235e-1, 5.0 %",
+        "...",
+        "Average in 12 steps, 9.9 s"
+    ]));
     assert!(check(&["  energy   1.234e-1, 5.0 %"]));
     assert!(!check(&["energy 1.334e-1, 5.0 %"]), "another number");
     assert!(!check(&["energy 1.234e-1, 5.0"]), "a word less");

@@ -35,9 +35,7 @@ fn resolved(page: &str) -> String {
 }
 
 fn included(line: &str) -> Option<&str> {
-    line.trim()
-        .strip_prefix("{{#include ")?
-        .strip_suffix("}}")
+    line.trim().strip_prefix("{{#include ")?.strip_suffix("}}")
 }
 
 /// A file, or the part of it between the comments `ANCHOR: name` and `ANCHOR_END: name`.
@@ -140,7 +138,10 @@ fn links_and_includes_lead_somewhere() {
 #[test]
 fn broken_links_are_found() {
     let first = &contents()[0];
-    assert_eq!(targets("[a](b.md) ```x``` ![c](d.png)\n```\n[e](f)\n```"), ["b.md", "d.png"]);
+    assert_eq!(
+        targets("[a](b.md) ```x``` ![c](d.png)\n```\n[e](f)\n```"),
+        ["b.md", "d.png"]
+    );
     assert!(broken(first, "nowhere.md").is_some());
     assert!(broken(first, "../../verdict.md").is_some());
     assert!(broken(first, "nowhere.png").is_some());
@@ -171,6 +172,27 @@ fn every_subcommand_is_shown() {
         .filter(|name| !guide.contains(&format!("shapespace {name}")))
         .collect();
     assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn every_parameter_is_explained() {
+    let text = chapter("parameters");
+    for command in ["average", "geodesic", "pca"] {
+        let config = succeeded(&Place::new().run(&["config", command]));
+        let keys: Vec<&str> = config.lines().filter_map(key).collect();
+        assert!(keys.len() > 5, "{config}");
+        for key in keys {
+            let option = format!("`--{}", key.replace('_', "-"));
+            assert!(text.contains(&option), "{option} of {command}");
+        }
+    }
+}
+
+/// The key that a line of a configuration sets, if any, and if it is no input.
+fn key(line: &str) -> Option<&str> {
+    let (key, _) = line.trim_start_matches("# ").split_once(" = ")?;
+    let named = key.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+    (named && !["inputs", "start", "end", "average"].contains(&key)).then_some(key)
 }
 
 #[test]

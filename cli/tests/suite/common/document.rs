@@ -89,5 +89,8 @@ fn blocks_and_words_are_found() {
     for name in ["b.png", "a.png", "c.npy"] {
         place.write(name, b"");
     }
-    assert_eq!(words(&place, "shapespace 'x*' ./*.png"), ["x*", "./a.png", "./b.png"]);
+    assert_eq!(
+        words(&place, "shapespace 'x*' ./*.png"),
+        ["x*", "./a.png", "./b.png"]
+    );
 }
