@@ -151,6 +151,35 @@ fn broken_links_are_found() {
     assert_eq!(identifier("## What it *is*, A-b"), "what-it-is-a-b");
 }
 
+/// What Markdown would take for its own in the formulas of a text: items of lists, and backslashes
+/// before signs.
+fn spoiled(text: &str) -> Vec<&str> {
+    let mut inside = false;
+    let lines = text.lines().filter(|line| {
+        let begins = line.contains(r"\\[");
+        let item = (inside || begins) && line.trim_start().starts_with(['+', '-', '*', '#', '>']);
+        inside = (inside || begins) && !line.contains(r"\\]");
+        let rest = line.replace(r"\\", "");
+        let signs = rest.split('\\').skip(1);
+        let escaped = signs.filter(|rest| rest.starts_with(|c: char| c.is_ascii_punctuation()));
+        item || escaped.count() > 0
+    });
+    lines.collect()
+}
+
+#[test]
+fn formulas_survive_markdown() {
+    for page in contents() {
+        if CHAPTERS.contains(&page.as_str()) {
+            let text = chapter(&page);
+            assert_eq!(spoiled(&text), [""; 0], "{page}");
+        }
+    }
+    assert_eq!(spoiled(r"a \\( x_{i}\\,y \\)"), [""; 0]);
+    assert_eq!(spoiled(r"a \\( x\,y \\)").len(), 1);
+    assert_eq!(spoiled("\\\\[ a\n  + b \\\\]\n- c"), ["  + b \\\\]"]);
+}
+
 /// The subcommands that the program lists.
 fn subcommands() -> Vec<String> {
     let help = succeeded(&Place::new().run(&["--help"]));
