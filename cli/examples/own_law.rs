@@ -165,6 +165,7 @@ pub fn compute(law: LawSpec) -> Result<Results, Box<dyn Error>> {
     })
 }
 
+// ANCHOR: register
 /// Registers the law and returns its specification.
 ///
 /// # Errors
@@ -177,6 +178,7 @@ pub fn registered(moduli: LameModuli) -> Result<LawSpec, Box<dyn Error>> {
     )?;
     Ok(LawSpec { law, moduli })
 }
+// ANCHOR_END: register
 
 fn main() -> Result<(), Box<dyn Error>> {
     let law = registered(LameModuli::new(1.0, 1.0)?)?;

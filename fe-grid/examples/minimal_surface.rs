@@ -16,6 +16,7 @@ use fe_grid::{
     Point, Reads, ScalarField, SpectralSolver,
 };
 
+// ANCHOR: law
 /// The area of a graph.
 struct Area;
 
@@ -67,7 +68,9 @@ impl CellLaw<2, 1> for Area {
         }
     }
 }
+// ANCHOR_END: law
 
+// ANCHOR: objective
 /// The area of the graph of nodal values, in the metric of the Dirichlet energy with zero boundary.
 struct Surface<'a> {
     area: Assembly<'a, Area, f64, 2, 1>,
@@ -96,6 +99,7 @@ impl Objective for Surface<'_> {
         Ok(())
     }
 }
+// ANCHOR_END: objective
 
 impl SecondOrder for Surface<'_> {
     fn hessian_action(

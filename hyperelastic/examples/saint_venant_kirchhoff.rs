@@ -41,6 +41,7 @@ impl SaintVenantKirchhoff {
     }
 }
 
+// ANCHOR: law
 impl<const D: usize> StoredEnergy<D> for SaintVenantKirchhoff {
     #[inline(always)]
     fn value<L: Lane>(&self, h: &Tensor<L, D>) -> L {
@@ -66,6 +67,7 @@ impl<const D: usize> StoredEnergy<D> for SaintVenantKirchhoff {
             &tensor::product(&a, &self.second_piola(&change)),
         )
     }
+    // ANCHOR_END: law
 
     fn moduli(&self) -> LameModuli {
         self.0

@@ -3,40 +3,21 @@
 //! They need a Python with NumPy and pytest: the one that `SHAPESPACE_PYTHON` names, or `python3`.
 //! Without it the test prints a reason and passes.
 
-use std::env::consts::{DLL_PREFIX, DLL_SUFFIX, EXE_SUFFIX};
+use std::env::consts::EXE_SUFFIX;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::{env, fs, io};
+use std::{env, fs};
+
+use test_support::python::{install_package, outputs};
 
 /// What the interpreter has to have.
 const NEEDED: &str = "import sys, numpy, pytest; assert sys.version_info >= (3, 9)";
 
-/// The folder of the outputs of this build: this program and the module.
-fn outputs() -> PathBuf {
-    env::current_exe().unwrap().parent().unwrap().into()
-}
-
-fn copy(from: &Path, to: &Path) -> io::Result<()> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        if entry.file_type()?.is_file() {
-            fs::copy(entry.path(), to.join(entry.file_name()))?;
-        }
-    }
-    Ok(())
-}
-
 /// The package with the compiled module, in a folder that Python can import from.
 fn installed() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-package");
-    let package = folder.join("shapespace");
-    let _ = fs::remove_dir_all(&package);
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    copy(&here.join("package/shapespace"), &package).unwrap();
-    let module = outputs().join(format!("{DLL_PREFIX}_shapespace{DLL_SUFFIX}"));
-    let ending = if cfg!(windows) { "pyd" } else { "abi3.so" };
-    fs::copy(&module, package.join(format!("_shapespace.{ending}"))).unwrap();
+    let _ = fs::remove_dir_all(&folder);
+    install_package(&folder).unwrap();
     folder
 }
 
@@ -51,7 +32,9 @@ fn the_python_package_passes_its_tests() {
         );
         return;
     }
-    let program = outputs().join(format!("../shapespace{EXE_SUFFIX}"));
+    let program = outputs()
+        .unwrap()
+        .join(format!("../shapespace{EXE_SUFFIX}"));
     let tests = Command::new(&python)
         .args([
             "-m",

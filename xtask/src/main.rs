@@ -4,6 +4,7 @@
 
 #[cfg(feature = "bench")]
 mod bench;
+mod book;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod descent;
 mod figures;
@@ -22,6 +23,7 @@ use std::process::ExitCode;
 /// The tasks, one file each.
 const TASKS: &str = "tasks:
   tidy     check the rules that no compiler checks
+  book     build the guide of docs/book with mdBook
   figures  regenerate docs/figures, or the named figures
   study    measure averages of built-in and real shapes (study --help)
   bench    measure speed: kernels, averages, other programs (bench --help)
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     match task.as_deref() {
         Some("tidy") => tidy::run(),
+        Some("book") => book::run(),
         Some("figures") => figures::run(&rest),
         Some("verify") => verify::run(&rest),
         Some("mutants") => mutants::run(&rest),

@@ -82,7 +82,7 @@ pub fn run() -> ExitCode {
 }
 
 /// The folder of the workspace.
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     here.parent().unwrap_or(here).into()
 }

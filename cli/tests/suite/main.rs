@@ -6,6 +6,7 @@ mod absurd_options;
 mod api;
 mod average;
 mod bad_input;
+mod book;
 mod calculus;
 mod compare;
 mod config;

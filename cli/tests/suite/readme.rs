@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use crate::common::{Place, picture_size};
+use crate::common::{Place, document, picture_size};
 use crate::verify::assert_every_statement_holds;
 
 fn readme() -> String {
@@ -53,50 +53,14 @@ const COMPUTING: [&str; 13] = [
 
 /// The lines of all blocks of commands.
 fn commands(text: &str) -> Vec<String> {
-    let mut inside = false;
-    let mut found = Vec::new();
-    for line in text.lines() {
-        match line.trim() {
-            "```sh" => inside = true,
-            "```" => inside = false,
-            command if inside && !command.is_empty() => found.push(command.to_owned()),
-            _ => {}
-        }
-    }
-    found
-}
-
-/// The arguments of a call of the program; none for a command that is none.
-fn arguments(command: &str) -> Option<Vec<&str>> {
-    let program = ["shapespace ", "cargo run --release -- "];
-    let rest = program.iter().find_map(|p| command.strip_prefix(p))?;
-    Some(rest.split_whitespace().collect())
-}
-
-/// `folder/*.ending` as the shell expands it.
-fn expanded(place: &Place, argument: &str) -> Vec<String> {
-    let Some((folder, ending)) = argument.split_once("/*") else {
-        return vec![argument.to_owned()];
-    };
-    let entries = std::fs::read_dir(place.path(folder)).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .filter(|name| name.ends_with(ending))
-        .map(|name| format!("{folder}/{name}"))
-        .collect();
-    names.sort();
-    assert!(!names.is_empty(), "nothing matches {argument}");
-    names
+    let blocks = document::blocks(text);
+    let shell = blocks.iter().filter(|block| block.info == "sh");
+    let lines = shell.flat_map(document::commands);
+    lines.map(str::to_owned).collect()
 }
 
 fn run(place: &Place, command: &str) -> Output {
-    let Some(arguments) = arguments(command) else {
-        panic!("this test does not know how to run `{command}`");
-    };
-    let arguments: Vec<String> = arguments
-        .into_iter()
-        .flat_map(|argument| expanded(place, argument))
-        .collect();
+    let arguments = document::words(place, command);
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     // On the coarse grids of the examples some results are doubtful, as the README says.
     let output = if COMPUTING.contains(&arguments[0]) {
@@ -188,6 +152,4 @@ fn blocks_and_tables_are_found() {
             "{start}"
         );
     }
-    assert_eq!(arguments("shapespace a b"), Some(vec!["a", "b"]));
-    assert_eq!(arguments("rm -r x"), None);
 }

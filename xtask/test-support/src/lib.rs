@@ -1,6 +1,8 @@
-//! Helpers of the tests of several crates: reference values, pools of threads, minima.
+//! Helpers of the tests of several crates: reference values, pools of threads, minima, Python.
 
 #![forbid(unsafe_code)]
+
+pub mod python;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};

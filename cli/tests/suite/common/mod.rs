@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 pub mod ball;
+pub mod document;
 pub mod solid;
 
 /// A temporary folder in which the program runs.
