@@ -1,6 +1,5 @@
 //! How closely the boundary that a path carries agrees with that of the other end.
 
-use crate::contact::WIDTH;
 use crate::error::GeodesicError;
 use levelset::{
     Cause, Contour, ContourDistance, Doubt, Facing, Layer, LevelsetError, directed_hausdorff,
@@ -8,6 +7,8 @@ use levelset::{
 };
 use serde::{Deserialize, Serialize};
 
+/// Width of slits and films, in spacings: their two sides belong to one cell.
+pub(crate) const WIDTH: f64 = 1.0;
 /// Distance of a slit or film from the boundary of the other end, in spacings: closer ones are parts
 /// of that boundary.
 const APART: f64 = 0.5;

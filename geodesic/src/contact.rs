@@ -1,12 +1,10 @@
 //! Where and when a path merges or splits parts.
 
+use crate::arrival::WIDTH;
 use crate::lagrangian::Domain;
 use levelset::{Contour, Facing, Layer, LevelsetError, facing};
 use serde::Serialize;
 use std::collections::HashMap;
-
-/// Width of slits and films, in spacings: their two sides belong to one cell.
-pub(crate) const WIDTH: f64 = 1.0;
 
 /// What happens to the topology of the shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

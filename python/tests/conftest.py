@@ -51,6 +51,8 @@ class Program:
 TIMES = {"peak_memory_bytes", "arrays"}
 NAMES = {"path", "sha256", "inputs", "start", "end", "average", "pca", "geodesic", "variation"}
 NAMES |= {"average_sum", "name", "shapes", "valid"}
+# Of parameters, which name folders and files; results have lists by these names.
+SOURCES = {"result", "groups", "shape"}
 
 
 def plain(value):
@@ -61,6 +63,7 @@ def plain(value):
             for k, v in value.items()
             if not (k in TIMES or k.endswith("seconds"))
             if not (k in NAMES and isinstance(v, (str, list)))
+            if not (k in SOURCES and isinstance(v, str))
         }
     if isinstance(value, list):
         return [plain(entry) for entry in value]

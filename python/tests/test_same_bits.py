@@ -153,3 +153,44 @@ def test_the_folder_is_that_of_the_program(program):
     program.run("check", "saved")
 
 
+
+
+def test_lengths_and_metrics(program):
+    shapes = ellipses()
+    files = program.save(**{f"shape_{k:03}": shape for k, shape in enumerate(shapes)})
+    program.run("length", *files, "--grid", 33, "-o", "length")
+    found = shapespace.length(shapes, grid=33)
+    program.same(found, "length")
+    assert found.length > found.geodesic_length > 0
+    assert found.dissipation >= found.length**2
+    program.run("metric", files[0], files[1], "--grid", 33, "-o", "towards")
+    towards = shapespace.metric(shapes[0], shapes[1], grid=33)
+    program.same(towards, "towards")
+    program.run("metric", files[0], "--mode", 2, "--grid", 33, "-o", "mode")
+    mode = shapespace.metric(shapes[0], mode=2, grid=33)
+    program.same(mode, "mode")
+    assert mode.metric > 0 and mode.error is not None
+    assert mode.velocity.shape == (2, 33, 33) and mode.dissipation.shape == (33, 33)
+
+
+def test_groups_of_modes_and_of_distances(program, modes):
+    files = program.save(**{f"mask_{k:03}": mask for k, mask in enumerate(ellipses())})
+    options = ["--grid", 33, "--align", "none", "--length-weight", 1e-5]
+    program.run("average", *files, *options, "-o", "average")
+    program.run("pca", "average", "-o", "modes")
+    n = len(modes.names)
+    groups = ["a", "b"] + ["a"] * (n - 2)
+    ages = [30 + 2.5 * k for k in range(n)]
+    lines = [f"{name},{group},{age}" for name, group, age in zip(modes.names, groups, ages)]
+    (program.folder / "table.csv").write_text("\n".join(["shape,group,age", *lines]))
+    program.run("compare", "modes", "--groups", "table.csv", "-o", "groups")
+    found = shapespace.compare(modes, {"group": groups, "age": ages})
+    program.same(found, "groups")
+    assert found.groups == groups and 0 < found.p_value <= 1 and len(found.means) == 2
+    # From a folder, and without covariates.
+    from_folder = shapespace.compare(program.folder / "modes", groups)
+    assert from_folder.p_value == found.p_value
+    with pytest.raises(shapespace.InputError, match="values of group"):
+        shapespace.compare(modes, groups[:-1])
+    with pytest.raises(TypeError, match="pca"):
+        shapespace.compare(found, groups)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import tempfile
-from typing import Any, Iterable, Optional, Sequence, Union
+from typing import Any, Iterable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
@@ -15,10 +16,13 @@ from ._inputs import Gathered, Image, Images
 from ._progress import Progress
 from ._results import (
     Average,
+    Comparison,
     Distances,
     Extension,
     Geodesic,
     ImageAverage,
+    Length,
+    Metric,
     Pca,
     Result,
     Scores,
@@ -32,7 +36,8 @@ from ._results import (
 Source = Union[Result, str, "os.PathLike[str]"]
 
 #: Keys of configurations that are arguments of the functions here.
-_INPUTS = {"inputs", "start", "end", "average", "pca", "geodesic", "variation"}
+_INPUTS = {"inputs", "start", "end", "average", "pca", "geodesic", "variation", "shape"}
+_INPUTS |= {"result", "groups"}
 
 
 def options(command: str) -> list[str]:
@@ -178,6 +183,47 @@ def geodesic(
     return Geodesic(_Run(progress, threads)("geodesic", given, inputs, options))
 
 
+def length(
+    shapes: Images,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    names: Optional[Iterable[str]] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    **options: Any,
+) -> Length:
+    """Computes the length of the path through given shapes in masks, which :func:`average` describes,
+    beside that of the geodesic between the first and the last."""
+    given = Gathered()
+    inputs = {"inputs": given.images(shapes, spacing, affine, names, "shape")}
+    return Length(_Run(progress, threads)("length", given, inputs, options))
+
+
+def metric(
+    shape: Image,
+    variation: Optional[Image] = None,
+    *,
+    spacing: Any = None,
+    affine: Any = None,
+    names: Optional[Iterable[str]] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    **options: Any,
+) -> Metric:
+    """Computes the metric of a variation of a shape: the least dissipation of a viscous fluid in it whose
+    boundary moves in that way.
+
+    The boundary moves towards the shape in the mask ``variation``, or as one of the options says:
+    ``dilation=True``, ``mode=2``, ``translation=[1, 0]``."""
+    given = Gathered()
+    images = [shape] if variation is None else [shape, variation]
+    ends = ["shape", "variation"][: len(images)] if names is None else names
+    found = given.images(images, spacing, affine, ends)
+    inputs = dict(zip(["shape", "variation"], found))
+    return Metric(_Run(progress, threads)("metric", given, inputs, options))
+
+
 def distances(
     masks: Images,
     *,
@@ -276,6 +322,62 @@ def synthesize(
     }
     computed = _Run(progress, threads, trust=trust)("synthesize", Gathered(), inputs, options)
     return Shape(computed, (pca,))
+
+
+def compare(
+    result: Source,
+    groups: Union[str, "os.PathLike[str]", Sequence[Any], Mapping[str, Sequence[Any]]],
+    *,
+    average: Optional[Source] = None,
+    progress: Optional[Progress] = None,
+    threads: Optional[int] = None,
+    trust: bool = False,
+    **options: Any,
+) -> Comparison:
+    """Tests whether groups of shapes differ, from their modes (:func:`pca`) or distances.
+
+    ``groups`` are the group of each shape in the order of the result; or columns of that length, such
+    as ``{"group": [...], "age": [...]}``, of which those of numbers are covariates; or a table or word
+    as on the command line."""
+    if isinstance(result, Result) and not isinstance(result, (Pca, Distances)):
+        raise TypeError(f"the result of pca() or distances() is needed, not {result!r}")
+    inputs = {
+        "result": _from(result, Result, "the result of pca() or distances()"),
+        "average": None if average is None else _from(average, Average, "an average"),
+    }
+    run = _Run(progress, threads, trust=trust)
+    with tempfile.TemporaryDirectory(prefix="shapespace-") as folder:
+        if not isinstance(groups, (str, os.PathLike)):
+            path = os.path.join(folder, "groups.csv")
+            groups = _table(_names(inputs["result"], result), groups, path)
+        inputs["groups"] = groups
+        return Comparison(run("compare", Gathered(), inputs, options), (result,))
+
+
+def _names(folder: str, result: Source) -> list[str]:
+    """The names of the shapes of a result."""
+    if isinstance(result, Result):
+        return result.names
+    try:
+        with open(os.path.join(folder, "result.json"), encoding="utf-8") as file:
+            record = json.load(file)
+    except (OSError, ValueError) as error:
+        raise InputError(f"'{folder}' is not a result: {error}") from error
+    return record.get("shapes") or [entry["name"] for entry in record.get("input", [])]
+
+
+def _table(names: list[str], groups: Any, path: str) -> str:
+    """Groups and covariates as the table that the command line reads."""
+    columns = dict(groups) if isinstance(groups, Mapping) else {"group": groups}
+    columns = {str(key): list(values) for key, values in columns.items()}
+    for key, values in columns.items():
+        if len(values) != len(names):
+            raise InputError(f"there are {len(values)} values of {key} for {len(names)} shapes")
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(["shape", *columns])
+        table.writerows(zip(names, *columns.values()))
+    return path
 
 
 def segment(

@@ -306,6 +306,90 @@ class Transport(Path):
         return self.arrays["variation_start"], self.arrays["variation_end"]
 
 
+class Length(Path):
+    """The path through given shapes."""
+
+    _word = "Length"
+
+    @property
+    def dissipation(self) -> float:
+        """The dissipation along the path, at least the square of the length."""
+        return self.record["dissipation"]
+
+    @property
+    def geodesic_length(self) -> Optional[float]:
+        """The length of the geodesic between the first and the last shape, where it was computed."""
+        found = self.record.get("geodesic")
+        return None if found is None else found["length"]
+
+
+class Metric(Result):
+    """The metric of a variation of a shape, and the optimal flow in it."""
+
+    _word = "Metric"
+
+    @property
+    def metric(self) -> float:
+        """The squared length of the variation: the least dissipation of a flow that causes it."""
+        return self.record["metric"]
+
+    @property
+    def error(self) -> Optional[float]:
+        """An estimate of the error of the metric by the spacing of the grid."""
+        return self.record["discretisation"].get("error")
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """The velocity of the fluid at the nodes."""
+        return self.arrays["velocity"]
+
+    @property
+    def dissipation(self) -> np.ndarray:
+        """The dissipation of the fluid at the nodes."""
+        return self.arrays["dissipation"]
+
+    @property
+    def level_set(self) -> np.ndarray:
+        """The signed distance to the boundary of the shape, positive inside."""
+        return self.arrays["level_set"]
+
+    def plot(self, ax: Any = None) -> Any:
+        return _draw.field(self.dissipation, ax)
+
+
+class Comparison(Result):
+    """Groups of shapes, compared by their modes or distances."""
+
+    _word = "Comparison"
+
+    def _shape_words(self) -> str:
+        return f" of {len(self.names)} shapes"
+
+    @property
+    def names(self) -> list[str]:
+        return list(self.record["shapes"])
+
+    @property
+    def groups(self) -> list[str]:
+        """The group of every shape."""
+        return list(self.record["group_of_shape"])
+
+    @property
+    def p_value(self) -> float:
+        """The probability of at least this difference under random groups, of all modes or distances
+        together."""
+        scores = self.record.get("scores")
+        return self.record["distances"]["p_value"] if scores is None else scores["p_value_overall"]
+
+    @property
+    def means(self) -> list[np.ndarray]:
+        """The signed distances of the means of the groups; only from modes."""
+        return self._numbered("mean")
+
+    def plot(self, ax: Any = None) -> Any:
+        return _draw.row([mean > 0 for mean in self.means], ax)
+
+
 class Distances(Result):
     """The distances between all pairs of shapes."""
 
