@@ -57,6 +57,8 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
                 threads: args.threads,
                 allow_doubtful: false,
                 trust: false,
+                quiet: false,
+                log: None,
             },
             checkpoint: 0.0,
             memory: None,

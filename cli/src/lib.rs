@@ -23,6 +23,7 @@ mod history;
 mod integrity;
 pub mod interrupt;
 pub mod length;
+pub mod log;
 mod metric;
 mod numbers;
 pub mod options;

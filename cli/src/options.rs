@@ -1,6 +1,7 @@
 //! Options that several commands share, and their checks.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use hyperelastic::LawSpec;
@@ -8,7 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::allow;
 use crate::error::CliError;
+use crate::log::{self, LogFormat};
 use crate::numbers::shown;
+use crate::progress::Progress;
 use shapespace_input::ReadOptions;
 
 /// Fewest nodes a side.
@@ -30,6 +33,23 @@ pub struct RunOptions {
     /// belong together.
     #[arg(long)]
     pub trust: bool,
+    /// Show no progress. Standard output has the summary of the result, and standard error has errors.
+    #[arg(long, conflicts_with = "log")]
+    pub quiet: bool,
+    /// Write the progress to standard error as an object of JSON a line, for other programs.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub log: Option<LogFormat>,
+}
+
+impl RunOptions {
+    /// How the progress of a run is shown.
+    pub(crate) fn progress(&self, start: Instant) -> Progress {
+        match self.log {
+            Some(LogFormat::Json) => Progress::told(Some(log::listener(start))),
+            None if self.quiet => Progress::hidden(),
+            None => Progress::stderr(),
+        }
+    }
 }
 
 /// How masks are read, placed and aligned.

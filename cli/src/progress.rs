@@ -2,8 +2,8 @@
 //! events for a calling program.
 
 use std::io::IsTerminal;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -37,7 +37,12 @@ pub struct Progress {
     listener: Option<Listener>,
     /// Whether notes are printed as plain lines on standard error, without an overwritten line.
     plain: bool,
+    /// When the last plain line was printed.
+    last: Mutex<Instant>,
 }
+
+/// Longest time without a plain line during a minimisation.
+const SILENCE: Duration = Duration::from_secs(10);
 
 impl Progress {
     /// Shows progress on standard error; only notes if it is no terminal.
@@ -60,6 +65,7 @@ impl Progress {
             bar: ProgressBar::hidden(),
             listener,
             plain: false,
+            last: Mutex::new(Instant::now()),
         }
     }
 
@@ -80,6 +86,7 @@ impl Progress {
             bar,
             listener: None,
             plain,
+            last: Mutex::new(Instant::now()),
         }
     }
 
@@ -98,10 +105,20 @@ impl Progress {
             evaluations,
             energy,
         });
-        self.bar.set_message(format!(
-            "iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}"
-        ));
+        let text = format!("iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}");
+        if self.plain && self.silence() >= SILENCE {
+            self.note(format!("{}, {text}", self.bar.prefix()));
+        }
+        self.bar.set_message(text);
         self.bar.tick();
+    }
+
+    /// The time since the last plain line.
+    fn silence(&self) -> Duration {
+        // A panic elsewhere ends the program.
+        self.last
+            .lock()
+            .map_or(Duration::ZERO, |last| last.elapsed())
     }
 
     /// Prints a line above the overwritten one.
@@ -110,6 +127,9 @@ impl Progress {
         self.tell(|| Event::Note(text.clone()));
         if self.plain {
             note(&text);
+            if let Ok(mut last) = self.last.lock() {
+                *last = Instant::now();
+            }
         }
         self.bar.println(text);
     }
@@ -134,7 +154,7 @@ impl std::fmt::Debug for Progress {
             .field("bar", &self.bar)
             .field("told", &told)
             .field("plain", &self.plain)
-            .finish()
+            .finish_non_exhaustive()
     }
 }
 

@@ -10,6 +10,7 @@ use crate::config::{Config, Configured};
 use crate::error::{CliError, Exit};
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
+use crate::log::{self, LogFormat};
 use crate::options::RunOptions;
 use crate::output::{ResultDir, WorkDir};
 use crate::page::{command_line, write_page};
@@ -132,23 +133,36 @@ impl<C: Config + Command> ComputeArgs<C> {
 /// # Errors
 /// [`CliError`]; then no result has been written.
 pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit, CliError> {
+    let start = Instant::now();
     let session = Session {
         output: &options.output,
-        progress: Progress::stderr(),
+        progress: options.progress(start),
         interrupt: Interrupt::new(),
         sources: Sources::files(),
-        start: Instant::now(),
+        start,
         trust: options.trust,
     };
-    in_pool(options.threads, || {
+    let done = in_pool(options.threads, || {
         // Fail before the computation if the directory cannot be written.
         ResultDir::create(session.output).map(drop)?;
         let summary = match command.plan(&session)? {
             Dim::D2(plan) => execute(command, plan, &session),
             Dim::D3(plan) => execute(command, plan, &session),
         }?;
-        Ok(exit(&summary, options.allow_doubtful))
-    })
+        let exit = exit(&summary, options.allow_doubtful);
+        if options.log == Some(LogFormat::Json) {
+            log::result(start, session.output, summary.doubts.len(), exit);
+        }
+        Ok(exit)
+    });
+    match (done, options.log) {
+        // The last line of the log instead of a report.
+        (Err(error), Some(LogFormat::Json)) => {
+            log::error(start, &error);
+            Ok(error.exit())
+        }
+        (done, _) => done,
+    }
 }
 
 /// The exit code of a written result.

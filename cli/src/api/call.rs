@@ -132,6 +132,8 @@ impl Call {
                 threads: self.threads,
                 allow_doubtful: false,
                 trust: self.trust,
+                quiet: true,
+                log: None,
             },
             checkpoint: 0.0,
             memory: self.memory,

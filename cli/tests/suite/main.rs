@@ -20,6 +20,7 @@ mod geodesic;
 mod hostile;
 mod integrity;
 mod joint;
+mod log;
 mod long_runs;
 mod malformed;
 mod malformed_surfaces;

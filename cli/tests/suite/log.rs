@@ -1,0 +1,106 @@
+//! What is said of a run, and to whom.
+
+use serde_json::Value;
+
+use crate::common::{Place, draw};
+
+fn disks(place: &Place) {
+    for (name, radius) in [("a.npy", ".2"), ("b.npy", ".3")] {
+        draw(place, name, &["disk", "--radius", radius, "--grid", "33"]);
+    }
+}
+
+/// The lines of standard error, all of which have to be objects.
+fn lines(errors: &[u8]) -> Vec<Value> {
+    let text = String::from_utf8(errors.to_vec()).unwrap();
+    let parsed = text.lines().map(|line| {
+        let value: Value = serde_json::from_str(line).unwrap_or_else(|_| panic!("{line}"));
+        assert!(
+            value["event"].is_string() && value["seconds"].is_f64(),
+            "{line}"
+        );
+        value
+    });
+    parsed.collect()
+}
+
+#[test]
+fn a_log_has_an_object_a_line_and_ends_with_the_result() {
+    let place = Place::new();
+    disks(&place);
+    let inputs = [
+        "average", "a.npy", "b.npy", "--grid", "33", "-o", "out", "--log", "json",
+    ];
+    let run = place.run(&inputs);
+    let found = lines(&run.stderr);
+    let count = |name: &str| found.iter().filter(|line| line["event"] == name).count();
+    assert!(
+        count("stage") > 2 && count("iteration") > 5 && count("note") > 0,
+        "{found:?}"
+    );
+    assert_eq!((count("result"), count("error")), (1, 0));
+    let times: Vec<f64> = found
+        .iter()
+        .map(|line| line["seconds"].as_f64().unwrap())
+        .collect();
+    assert!(times.is_sorted());
+    let energies = found.iter().filter_map(|line| line["energy"].as_f64());
+    assert!(energies.clone().all(|energy| energy > 0.0) && energies.count() > 5);
+    let last = found.last().unwrap();
+    assert_eq!(last["directory"], "out");
+    let result: Value =
+        serde_json::from_slice(&std::fs::read(place.path("out/result.json")).unwrap()).unwrap();
+    assert_eq!(last["verdict"], result["verdict"]);
+    assert_eq!(last["doubts"], result["doubts"].as_array().unwrap().len());
+    assert_eq!(last["exit_code"], run.status.code().unwrap());
+    // The summary is where it always is.
+    assert!(String::from_utf8(run.stdout).unwrap().contains("verdict"));
+}
+
+#[test]
+fn a_log_ends_with_the_error() {
+    let place = Place::new();
+    disks(&place);
+    std::fs::write(place.path("broken.png"), "no picture").unwrap();
+    let run = place.run(&[
+        "average",
+        "a.npy",
+        "broken.png",
+        "-o",
+        "out",
+        "--log",
+        "json",
+    ]);
+    assert_eq!(run.status.code(), Some(2));
+    let found = lines(&run.stderr);
+    let last = found.last().unwrap();
+    assert_eq!(
+        (&last["event"], &last["exit_code"]),
+        (&"error".into(), &2.into())
+    );
+    assert!(
+        last["message"].as_str().unwrap().contains("broken.png"),
+        "{last}"
+    );
+    assert!(!last["help"].as_str().unwrap().is_empty());
+}
+
+#[test]
+fn quiet_runs_have_a_summary_and_errors_only() {
+    let place = Place::new();
+    disks(&place);
+    let inputs = ["average", "a.npy", "b.npy", "--grid", "33"];
+    let run = place.run(&[&inputs[..], &["-o", "out", "--quiet"]].concat());
+    assert!(
+        run.stderr.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&run.stderr)
+    );
+    assert!(!run.stdout.is_empty());
+    let again = place.run(&[&inputs[..], &["-o", "out", "--quiet"]].concat());
+    assert_eq!(again.status.code(), Some(2));
+    let report = String::from_utf8(again.stderr).unwrap();
+    assert!(report.contains("'out'"), "{report}");
+    let both = place.run(&[&inputs[..], &["-o", "new", "--quiet", "--log", "json"]].concat());
+    assert_eq!(both.status.code(), Some(2));
+}
