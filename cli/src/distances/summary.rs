@@ -131,7 +131,7 @@ fn describe_paths<const D: usize>(summary: &mut Summary, record: &Record<'_, D>)
     summary.line(
         "marked",
         format!(
-            "{marked} of {all} paths do not reach their end or fold, {used} of them used; of fewer \
+            "{marked} of {all} paths do not arrive or fold, {used} of them used; of fewer \
              steps {fewer}"
         ),
     );
@@ -164,10 +164,13 @@ fn list_marks<const D: usize>(
 ) {
     for mark in marks.iter().take(NAMED) {
         let [start, end] = [mark.start, mark.end].map(|i| record.input[i].name.as_str());
-        let why = if mark.path.end_reached {
-            "it folds".into()
-        } else {
-            format!("Dice {:.3}", mark.path.dice_end)
+        let why = match (mark.path.end_reached, mark.path.arrival) {
+            (true, _) => "it folds".into(),
+            (false, Some(found)) => format!(
+                "Dice {:.3}, 95 % of the boundaries within {:.2} spacings",
+                mark.path.dice_end, found.percentile_95
+            ),
+            (false, None) => format!("Dice {:.3}", mark.path.dice_end),
         };
         summary.line("", format!("{start} to {end}: {why}"));
     }
