@@ -156,7 +156,7 @@ pub fn compute(law: LawSpec) -> Result<Results, Box<dyn Error>> {
         ..PcaParams::default()
     };
     let object = Average::of_result(&mean, &params)?;
-    let pca = Pca::new(&object, &Compound::new(&object, &modes)?, 2)?;
+    let pca = Pca::new(&object, &Compound::new(&object, &modes)?, 2, &mut Silent)?;
     let variances = &pca.modes.eigenvalues;
     Ok(Results {
         radius: (area / std::f64::consts::PI).sqrt(),

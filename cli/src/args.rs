@@ -17,7 +17,7 @@ use crate::length::LengthConfig;
 use crate::metric::MetricConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use crate::segment::SegmentConfig;
-use crate::session::ComputeArgs;
+use crate::session::{ComputeArgs, LongArgs};
 use crate::verify::{VerifyArgs, run_verify};
 use crate::warp::{WarpArgs, run_warp};
 use shapespace_input::terminal::note;
@@ -39,25 +39,25 @@ enum Command {
     /// Computes the elastic average of two or more shapes in masks or grey images.
     Average(Box<AverageArgs>),
     /// Computes the geodesic (shortest path) between two shapes in masks.
-    Geodesic(Box<ComputeArgs<GeodesicConfig>>),
+    Geodesic(Box<LongArgs<GeodesicConfig>>),
     /// Measures a given path: its length and dissipation, beside those of the geodesic.
     Length(ComputeArgs<LengthConfig>),
     /// Computes the metric of a variation of a shape, and the optimal velocity of the fluid in it.
     Metric(ComputeArgs<MetricConfig>),
     /// Continues a geodesic beyond its end (discrete exponential map).
-    Extend(ComputeArgs<ExtendConfig>),
+    Extend(LongArgs<ExtendConfig>),
     /// Transports a variation of the first shape of a geodesic in parallel to the last.
-    Transport(ComputeArgs<TransportConfig>),
+    Transport(LongArgs<TransportConfig>),
     /// Computes the distances between all pairs of shapes, with clusters and an embedding.
     Distances(Box<DistancesArgs>),
     /// Segments grey images: their edges, and the objects bounded by them.
     Segment(ComputeArgs<SegmentConfig>),
     /// Computes the principal modes of variation of the shapes of an average.
-    Pca(ComputeArgs<PcaConfig>),
+    Pca(LongArgs<PcaConfig>),
     /// Computes a shape from its scores in the modes of variation.
     Synthesize(ComputeArgs<SynthesizeConfig>),
     /// Computes the scores of new shapes in the modes of variation.
-    Score(ComputeArgs<ScoreConfig>),
+    Score(LongArgs<ScoreConfig>),
     /// Tests whether groups of shapes differ, where, and whether they can be told apart.
     Compare(ComputeArgs<CompareConfig>),
     Warp(WarpArgs),

@@ -9,7 +9,7 @@ use shapespace_generate::letters;
 use crate::average::{AverageConfig, AverageRun, run_drawn};
 use crate::error::{CliError, Exit};
 use crate::figure::drawn_image;
-use crate::options::{MaskOptions, RunOptions};
+use crate::options::{CheckpointOption, MaskOptions, RunOptions};
 use shapespace_input::Image;
 
 /// Nodes per side.
@@ -60,7 +60,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
                 quiet: false,
                 log: None,
             },
-            checkpoint: 0.0,
+            checkpoint: CheckpointOption::NONE,
             memory: None,
         },
     )

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::CliError;
+use crate::integrity::Sums;
 use crate::output::{DESCRIPTION, OutputError, WorkDir};
 use shapespace_input::Image;
 use shapespace_input::files::read_text;
@@ -37,6 +38,25 @@ impl Fingerprint {
         };
         fingerprint.leave_out("inputs");
         fingerprint
+    }
+
+    /// Of a configuration and of result directories, whose paths do not matter.
+    ///
+    /// # Errors
+    /// [`CliError::Damaged`] for a record that cannot be read.
+    pub fn of_results(config: &impl Serialize, directories: &[&Path]) -> Result<Self, CliError> {
+        let digest = |directory: &&Path| {
+            let sums = Sums::of(directory, false)?;
+            Ok(sums.digest().unwrap_or_else(|| "no checksums".into()))
+        };
+        let inputs: Result<_, CliError> = directories.iter().map(digest).collect();
+        Ok(Self::new(config, inputs?))
+    }
+
+    /// Depends on more inputs.
+    pub fn and(mut self, inputs: impl Iterator<Item = String>) -> Self {
+        self.inputs.extend(inputs);
+        self
     }
 
     /// Does not depend on a key of the configuration.

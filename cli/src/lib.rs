@@ -9,6 +9,7 @@ pub mod args;
 pub mod average;
 pub mod calculus;
 pub mod check;
+mod checkpoint;
 pub mod compare;
 pub mod config;
 pub mod demo;

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::allow;
 use crate::error::CliError;
 use crate::log::{self, LogFormat};
-use crate::numbers::shown;
+use crate::numbers::{not_negative, shown};
 use crate::progress::Progress;
 use shapespace_input::ReadOptions;
 
@@ -50,6 +50,27 @@ impl RunOptions {
             None => Progress::stderr(),
         }
     }
+}
+
+/// Checkpoints of a computation that may take long.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub struct CheckpointOption {
+    /// Time between checkpoints in minutes, 0 for none. After an interruption the same command
+    /// resumes from the last checkpoint, which is kept in OUTPUT.partial until the result is
+    /// written; the result is that of a run without interruption.
+    #[arg(
+        id = "checkpoint",
+        long = "checkpoint",
+        value_name = "MINUTES",
+        default_value_t = 10.0,
+        value_parser = not_negative
+    )]
+    pub minutes: f64,
+}
+
+impl CheckpointOption {
+    /// No checkpoints.
+    pub const NONE: Self = Self { minutes: 0.0 };
 }
 
 /// How masks are read, placed and aligned.

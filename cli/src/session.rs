@@ -1,17 +1,20 @@
 //! The stages of every command that computes: plan, compute, write, summary.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::Args;
 use fe_grid::Grid;
 
+use crate::checkpoint::{Checkpointer, Place};
 use crate::config::{Config, Configured};
 use crate::error::{CliError, Exit};
+use crate::fingerprint::Fingerprint;
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::log::{self, LogFormat};
-use crate::options::RunOptions;
+use crate::options::{CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
 use crate::page::{command_line, write_page};
 use crate::pool::in_pool;
@@ -32,6 +35,10 @@ pub(crate) struct Session<'a> {
     pub start: Instant,
     /// Whether result directories are used without verification.
     pub trust: bool,
+    /// When checkpoints are stored.
+    pub checkpoint: CheckpointOption,
+    /// The checkpoints of a computation that has ended.
+    pub obsolete: Mutex<Option<WorkDir>>,
 }
 
 impl Session<'_> {
@@ -44,6 +51,25 @@ impl Session<'_> {
     /// An observer of the solution of equations on one grid.
     pub fn equation_observer<const D: usize>(&self, grid: &Grid<D>) -> ProgressObserver<'_> {
         self.observer(&[*grid]).of_equations()
+    }
+
+    /// The checkpoints of a computation with this fingerprint, and those to resume from.
+    ///
+    /// # Errors
+    /// [`CliError::OtherWork`] for checkpoints of another computation with the same output.
+    pub fn checkpointer(&self, fingerprint: Fingerprint) -> Result<Checkpointer<'_>, CliError> {
+        let place = Place {
+            target: self.output,
+            fingerprint,
+            minutes: self.checkpoint.minutes,
+        };
+        Checkpointer::new(place, &self.progress)
+    }
+
+    /// Ends the checkpoints of a computation, which are removed when its result is written.
+    pub fn ended(&self, checkpointer: Checkpointer<'_>) {
+        let work = checkpointer.finish();
+        *self.obsolete.lock().unwrap_or_else(PoisonError::into_inner) = work;
     }
 }
 
@@ -70,9 +96,9 @@ pub(crate) trait Command: Sync {
         session: &Session<'_>,
     ) -> Result<Self::Outcome<D>, CliError>;
 
-    /// The directory of unfinished work.
-    fn work<const D: usize>(_outcome: &mut Self::Outcome<D>) -> Work {
-        Work::None
+    /// A directory of finished work that becomes the result directory.
+    fn work<const D: usize>(_outcome: &mut Self::Outcome<D>) -> Option<WorkDir> {
+        None
     }
 
     /// Writes all files of the result, and summarises it.
@@ -89,23 +115,6 @@ pub(crate) trait Command: Sync {
 
 /// The plan of a command in either dimension.
 pub(crate) type PlanOf<C> = Dim<<C as Command>::Plan<2>, <C as Command>::Plan<3>>;
-
-/// What becomes of a directory of unfinished work when the result is written.
-pub(crate) enum Work {
-    /// There is none.
-    None,
-    /// It is removed.
-    Temporary(WorkDir),
-    /// It becomes the result directory.
-    Result(WorkDir),
-}
-
-impl From<Option<WorkDir>> for Work {
-    /// Checkpoints, if any were written.
-    fn from(checkpoints: Option<WorkDir>) -> Self {
-        checkpoints.map_or(Self::None, Self::Temporary)
-    }
-}
 
 /// Options of a command that is its own configuration.
 #[derive(Clone, Debug, Args)]
@@ -124,7 +133,31 @@ impl<C: Config + Command> ComputeArgs<C> {
     /// # Errors
     /// [`CliError`]; then no result has been written.
     pub fn run(&self) -> Result<Exit, CliError> {
-        self.config.run(|config| run(&config, &self.run))
+        self.config
+            .run(|config| run(&config, &self.run, CheckpointOption::NONE))
+    }
+}
+
+/// Options of such a command that stores checkpoints.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct LongArgs<C: Config> {
+    #[command(flatten)]
+    compute: ComputeArgs<C>,
+    #[command(flatten)]
+    checkpoint: CheckpointOption,
+}
+
+impl<C: Config + Command> LongArgs<C> {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// [`CliError`]; then no result has been written.
+    pub fn run(&self) -> Result<Exit, CliError> {
+        let ComputeArgs {
+            config,
+            run: options,
+        } = &self.compute;
+        config.run(|config| run(&config, options, self.checkpoint))
     }
 }
 
@@ -132,7 +165,11 @@ impl<C: Config + Command> ComputeArgs<C> {
 ///
 /// # Errors
 /// [`CliError`]; then no result has been written.
-pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit, CliError> {
+pub(crate) fn run<C: Command>(
+    command: &C,
+    options: &RunOptions,
+    checkpoint: CheckpointOption,
+) -> Result<Exit, CliError> {
     let start = Instant::now();
     let session = Session {
         output: &options.output,
@@ -141,6 +178,8 @@ pub(crate) fn run<C: Command>(command: &C, options: &RunOptions) -> Result<Exit,
         sources: Sources::files(),
         start,
         trust: options.trust,
+        checkpoint,
+        obsolete: Mutex::default(),
     };
     let done = in_pool(options.threads, || {
         // Fail before the computation if the directory cannot be written.
@@ -185,20 +224,19 @@ fn execute<C: Command, const D: usize>(
     let mut outcome = command.compute(plan, session)?;
     session.progress.stage("writing");
     session.interrupt.writing();
-    let mut temporary = None;
     let directory = match C::work(&mut outcome) {
-        Work::Result(work) => work.into_result(),
-        Work::Temporary(work) => {
-            temporary = Some(work);
-            ResultDir::create(session.output)?
-        }
-        Work::None => ResultDir::create(session.output)?,
+        Some(work) => work.into_result(),
+        None => ResultDir::create(session.output)?,
     };
     let summary = command.write(&outcome, session, &directory)?;
     write_page(&directory, &summary, Some(&command_line()))?;
     seal(&directory)?;
     let target = directory.commit()?;
-    if let Some(work) = temporary {
+    let mut obsolete = session
+        .obsolete
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner);
+    if let Some(work) = obsolete.take() {
         work.remove()?;
     }
     session.progress.finish();

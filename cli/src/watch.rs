@@ -59,9 +59,9 @@ impl<'a> ProgressObserver<'a> {
         &self.history
     }
 
-    /// Takes over the convergence history of an earlier run up to an iteration of this level.
+    /// Takes over the convergence history of this level from a run that it resumes.
     pub fn restore(&mut self, history: Vec<HistoryPoint>) {
-        self.history = history;
+        self.history.extend(history);
     }
 
     /// Prints a note.

@@ -5,7 +5,7 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::params::GeodesicParams;
 use fe_grid::minimise::{
-    Control, Info, Iteration, LevelProblem, Objective, Observer, Status, minimise_levels,
+    Control, Info, Iteration, LevelProblem, Memory, Objective, Observer, Status, minimise_levels,
 };
 use fe_grid::{Buffer, Grid};
 use serde::Serialize;
@@ -203,6 +203,14 @@ impl Observer for Numbered<'_> {
 
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
         self.observer.iteration(iteration)
+    }
+
+    fn resume(&mut self) -> Option<Memory<'static>> {
+        self.observer.resume()
+    }
+
+    fn memory(&mut self, memory: &Memory<'_>) {
+        self.observer.memory(memory);
     }
 
     fn between(&mut self) -> Control {

@@ -1,13 +1,13 @@
 //! Hypotheses satisfied by a law, which determine the theorems that apply to a computation.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Exponents of the lower growth bound,
 /// `W(A) >= c (|A|^norm + |cof A|^cofactor + det^expansion + det^-compression) - C`.
 ///
 /// They hold for the law as a function of `A` alone: a term in `|A|` also bounds the cofactor
 /// matrix and the determinant. Zero means no growth of that kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Growth {
     /// Exponent `p` of `|A|`.
     pub norm: f64,
@@ -41,7 +41,7 @@ impl Growth {
 }
 
 /// The hypotheses of the theory on a density, and whether they hold.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(
     clippy::struct_excessive_bools,
     reason = "a list of independent yes-or-no answers"

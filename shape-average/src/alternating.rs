@@ -8,7 +8,8 @@ use crate::error::AverageError;
 use crate::objective::AverageObjective;
 use crate::params::BoundaryCondition;
 use fe_grid::minimise::{
-    Control, Evaluation, Evaluations, Info, Iteration, Minimiser, Objective, Observer, Status,
+    Control, Ended, Evaluation, Evaluations, Info, Iteration, Memory, Minimiser, Objective,
+    Observer, Status,
 };
 use fe_grid::{Boundary, SpectralSolver, vector};
 
@@ -17,7 +18,10 @@ const ARMIJO: f64 = 1e-4;
 /// Maximal number of step halvings; a shape whose search fails is not changed until the next solve.
 const MAX_HALVINGS: usize = 30;
 
-/// Alternating descent. Parameters of the functional are those of the objective.
+/// Number of iterations between two memories for the observer.
+const REMEMBERED: usize = 8;
+
+/// Alternating descent, which resumes from its memory as L-BFGS does. Parameters of the functional are those of the objective.
 #[derive(Clone, Copy, Debug)]
 pub struct Alternating {
     /// Maximal number of outer iterations.
@@ -50,7 +54,26 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for Alternating {
         let mut descent = Descent::new(objective, n)?;
         let mut energies = Vec::new();
         let mut norms = (0.0, 0.0);
+        let memory = observer.resume();
+        let memory = memory.filter(|memory| {
+            memory.x.len() == x.len() && memory.objective.len() > n && !memory.energies.is_empty()
+        });
+        if let Some(memory) = &memory {
+            x.copy_from_slice(&memory.x);
+            energies.extend_from_slice(&memory.energies);
+            norms = (memory.first_gradient_norm, memory.step_length);
+            descent.evaluations = memory.evaluations;
+            let (steps, rest) = memory.objective.split_at(n);
+            descent.steps.copy_from_slice(steps);
+            objective.restore(rest);
+            if let Some(ended) = memory.ended {
+                return Ok(descent.info(ended.status, energies, norms));
+            }
+        }
         let status = loop {
+            if !energies.is_empty() && energies.len().is_multiple_of(REMEMBERED) {
+                observer.memory(&descent.memory(objective, x, &energies, norms));
+            }
             descent.evaluations.values += 1;
             let Evaluation::Value(energy) = objective.value(x)? else {
                 break Status::InadmissibleStart;
@@ -85,17 +108,16 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for Alternating {
                 norms.0 = norms.1;
             }
         };
-        let iterations = energies.len().saturating_sub(1);
-        let evaluations = descent.evaluations;
-        let (first_gradient_norm, gradient_norm) = norms;
-        Ok(Info {
-            status,
-            iterations,
-            evaluations,
-            energies,
-            first_gradient_norm,
-            gradient_norm,
-        })
+        if !matches!(status, Status::Cancelled | Status::InadmissibleStart) {
+            observer.memory(&Memory {
+                ended: Some(Ended {
+                    status,
+                    gradient_norm: norms.1,
+                }),
+                ..descent.memory(objective, x, &energies, norms)
+            });
+        }
+        Ok(descent.info(status, energies, norms))
     }
 }
 
@@ -129,9 +151,42 @@ impl<const D: usize> Descent<D> {
             gradient: zeros(),
             direction: zeros(),
             trial: zeros(),
-            steps: vec![1.0; n_shapes],
+            // Gradients are proportional to the moduli.
+            steps: vec![1.0 / params.law.moduli.mu; n_shapes],
             evaluations: Evaluations::default(),
         })
+    }
+
+    /// The memory before the next evaluation: the step lengths are in front of what the objective
+    /// remembers, and the size of the last gradient stands for the factor of the last step.
+    fn memory<'a>(
+        &self,
+        objective: &AverageObjective<D>,
+        x: &'a [f64],
+        energies: &'a [f64],
+        norms: (f64, f64),
+    ) -> Memory<'a> {
+        let numbers = [self.steps.clone(), objective.memory()].concat();
+        Memory {
+            energies: energies.into(),
+            first_gradient_norm: norms.0,
+            step_length: norms.1,
+            evaluations: self.evaluations,
+            ended: None,
+            ..Memory::of_result(x, numbers)
+        }
+    }
+
+    /// The record of a run.
+    fn info(&self, status: Status, energies: Vec<f64>, norms: (f64, f64)) -> Info {
+        Info {
+            status,
+            iterations: energies.len().saturating_sub(1),
+            evaluations: self.evaluations,
+            energies,
+            first_gradient_norm: norms.0,
+            gradient_norm: norms.1,
+        }
     }
 
     /// Takes gradient steps for one shape with the average fixed; returns the squared norm of its

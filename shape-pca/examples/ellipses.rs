@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let object = Average::of_result(&mean, &params)?;
     let compound = Compound::new(&object, &PcaParams::default())?;
-    let pca = Pca::new(&object, &compound, 2)?;
+    let pca = Pca::new(&object, &compound, 2, &mut Silent)?;
     for (j, share) in pca.modes.compactness().into_iter().enumerate().take(2) {
         println!(
             "variance in the first {} modes: {:.1} %",

@@ -92,6 +92,14 @@ impl<const D: usize> Average<D> {
         )
     }
 
+    /// The same shapes with other displacements.
+    ///
+    /// # Errors
+    /// Those of [`Average::new`].
+    pub(crate) fn with(&self, displacements: Vec<VectorField<f64, D>>) -> Result<Self, PcaError> {
+        Self::new(displacements, self.indicators.clone(), self.weights.clone())
+    }
+
     /// Returns the grid.
     pub fn grid(&self) -> &Grid<D> {
         &self.grid

@@ -20,8 +20,9 @@ use crate::error::PcaError;
 use crate::operator::Compound;
 use crate::params::PcaParams;
 use crate::product::object_product;
+use fe_grid::minimise::{Memory, Observer};
 use fe_grid::vector::{axpy, dot, scale};
-use fe_grid::{GridError, VectorField, restrain_step};
+use fe_grid::{Field, GridError, VectorField, restrain_step};
 use serde::Serialize;
 
 /// Most rounds.
@@ -82,7 +83,8 @@ impl BalanceReport {
 impl Balancing {
     /// Moves an average until its stresses balance; returns it with a report. It stays as it is where
     /// they balance already, and where they cannot be balanced: parts that are folded almost have large
-    /// stresses in directions of negative curvature, and the modes would be those of the folds.
+    /// stresses in directions of negative curvature, and the modes would be those of the folds. The observer
+    /// is given the state after every round, and may have one from an earlier run.
     ///
     /// # Errors
     /// Those of the law and of the linear solves.
@@ -90,32 +92,45 @@ impl Balancing {
         &self,
         average: &Average<D>,
         params: &PcaParams,
+        observer: &mut dyn Observer,
     ) -> Result<(Average<D>, BalanceReport), PcaError> {
         let params = PcaParams {
             at_rest: false,
             ..*params
         };
-        let mut moving = average.clone();
-        let mut report = BalanceReport::default();
-        let mut compound = Compound::new(&moving, &params)?;
-        let typical = typical_size(&moving, &compound)?.max(f64::MIN_POSITIVE);
-        let mut limit = self.enough;
-        loop {
-            let step = compound.descend(compound.imbalance(), FORCING, MOST_ITERATIONS);
-            let found = size(&moving, &step) / typical;
-            report.imbalance.push(found);
-            report.elastic.push(compound.energy());
-            if found <= limit || report.imbalance.len() > MOST_ROUNDS {
-                break;
+        let memory = observer.resume();
+        let known = memory.and_then(|memory| Rounds::of_memory(&memory, average));
+        let Rounds {
+            mut moving,
+            mut report,
+            typical,
+            ended,
+        } = match known {
+            Some(rounds) => rounds,
+            None => Rounds::first(average, &params)?,
+        };
+        if !ended {
+            let mut compound = Compound::new(&moving, &params)?;
+            loop {
+                let step = compound.descend(compound.imbalance(), FORCING, MOST_ITERATIONS);
+                let found = size(&moving, &step) / typical;
+                let first = report.imbalance.is_empty();
+                report.imbalance.push(found);
+                report.elastic.push(compound.energy());
+                let limit = if first { self.enough } else { self.target };
+                if found <= limit || report.imbalance.len() > MOST_ROUNDS {
+                    break;
+                }
+                let Some(lower) = self.lower(&moving, &compound, step)? else {
+                    break;
+                };
+                // The old one is freed first; two at a time would double the memory.
+                drop(compound);
+                compound = Compound::new(&lower, &params)?;
+                moving = lower;
+                remember(&moving, &report, typical, false, observer);
             }
-            limit = self.target;
-            let Some(lower) = self.lower(&moving, &compound, step)? else {
-                break;
-            };
-            // The old one is freed first; two at a time would double the memory.
-            drop(compound);
-            compound = Compound::new(&lower, &params)?;
-            moving = lower;
+            remember(&moving, &report, typical, true, observer);
         }
         report.balanced = report
             .imbalance
@@ -170,12 +185,77 @@ impl Balancing {
             axpy(1.0, &step, moved.as_mut_slice());
             moved
         });
-        Average::new(
-            displacements.collect(),
-            average.indicators().to_vec(),
-            average.weights().to_vec(),
-        )
+        average.with(displacements.collect())
     }
+}
+
+/// What the rounds go on from.
+struct Rounds<const D: usize> {
+    moving: Average<D>,
+    report: BalanceReport,
+    /// Mean size of the displacements of the shapes.
+    typical: f64,
+    /// Whether there are no more rounds.
+    ended: bool,
+}
+
+impl<const D: usize> Rounds<D> {
+    fn first(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
+        let typical = typical_size(average, &Compound::new(average, params)?)?;
+        Ok(Self {
+            moving: average.clone(),
+            report: BalanceReport::default(),
+            typical: typical.max(f64::MIN_POSITIVE),
+            ended: false,
+        })
+    }
+
+    /// The inverse of [`remember`]; `None` for the memory of something else.
+    fn of_memory(memory: &Memory<'_>, average: &Average<D>) -> Option<Self> {
+        let grid = *average.grid();
+        let [typical, numbers @ ..] = &*memory.objective else {
+            return None;
+        };
+        let (imbalance, elastic) = numbers.split_at(numbers.len() / 2);
+        let dim = D * grid.n_nodes();
+        if memory.x.len() != dim * average.n_shapes() || imbalance.len() != elastic.len() {
+            return None;
+        }
+        let displacements: Result<Vec<_>, _> = memory
+            .x
+            .chunks_exact(dim)
+            .map(|u| VectorField::from_vec(grid, u.to_vec()))
+            .collect();
+        let report = BalanceReport {
+            imbalance: imbalance.to_vec(),
+            elastic: elastic.to_vec(),
+            balanced: false,
+        };
+        Some(Self {
+            moving: average.with(displacements.ok()?).ok()?,
+            report,
+            typical: *typical,
+            ended: memory.ended.is_some(),
+        })
+    }
+}
+
+/// Gives the state after a round to an observer.
+fn remember<const D: usize>(
+    moving: &Average<D>,
+    report: &BalanceReport,
+    typical: f64,
+    ended: bool,
+    observer: &mut dyn Observer,
+) {
+    let displacements = moving.displacements().iter();
+    let x: Vec<f64> = displacements.flat_map(Field::as_slice).copied().collect();
+    let numbers = [&[typical][..], &report.imbalance, &report.elastic].concat();
+    let result = Memory::of_result(&x, numbers);
+    observer.memory(&Memory {
+        ended: result.ended.filter(|_| ended),
+        ..result
+    });
 }
 
 /// The `L^2` norm of a displacement on the object.

@@ -25,6 +25,28 @@ pub struct SolveReport {
     pub largest_curvature: f64,
 }
 
+impl SolveReport {
+    /// As numbers, for a [`Memory`](fe_grid::minimise::Memory).
+    pub(crate) fn to_numbers(self) -> [f64; 4] {
+        [
+            self.iterations as f64,
+            self.residual,
+            self.least_curvature,
+            self.largest_curvature,
+        ]
+    }
+
+    /// The inverse.
+    pub(crate) fn of_numbers([iterations, residual, least, largest]: [f64; 4]) -> Self {
+        Self {
+            iterations: iterations as usize,
+            residual,
+            least_curvature: least,
+            largest_curvature: largest,
+        }
+    }
+}
+
 /// What to do about a direction of negative curvature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Negative {

@@ -9,6 +9,7 @@ use crate::operator::{Compound, representation};
 use crate::params::PcaParams;
 use crate::product::object_product;
 use crate::space::ModeSpace;
+use fe_grid::minimise::{Memory, Observer};
 use fe_grid::vector::{axpy, dot};
 use fe_grid::{VectorField, mutant};
 use nalgebra::DMatrix;
@@ -38,7 +39,8 @@ pub struct Pca<const D: usize> {
 }
 
 impl<const D: usize> Pca<D> {
-    /// Analyses an average; at most `most` modes are computed.
+    /// Analyses an average; at most `most` modes are computed. The observer is given the displacement of
+    /// every shape, and may have it from an earlier run.
     ///
     /// # Errors
     /// Those of the law and of the linear solves, [`PcaError::NoVariation`] if all shapes are
@@ -47,11 +49,12 @@ impl<const D: usize> Pca<D> {
         average: &Average<D>,
         compound: &Compound<D>,
         most: usize,
+        observer: &mut dyn Observer,
     ) -> Result<Self, PcaError> {
         let grid = *average.grid();
         let (mut displacements, mut solves) = (Vec::new(), Vec::new());
         for i in 0..average.n_shapes() {
-            let (u, report) = representation(compound, average.source(i))?;
+            let (u, report) = remembered(compound, average, i, observer)?;
             displacements.push(u);
             solves.push(report);
         }
@@ -121,6 +124,25 @@ impl<const D: usize> Pca<D> {
         let all = &self.modes.eigenvalues;
         all.iter().map(|l| l / all[0]).collect()
     }
+}
+
+/// The displacement of a shape, from an earlier run if the observer has it.
+fn remembered<const D: usize>(
+    compound: &Compound<D>,
+    average: &Average<D>,
+    shape: usize,
+    observer: &mut dyn Observer,
+) -> Result<(VectorField<f64, D>, SolveReport), PcaError> {
+    let grid = *average.grid();
+    let memory = observer.resume();
+    let dim = D * grid.n_nodes();
+    if let Some((u, numbers)) = memory.as_ref().and_then(|memory| memory.result(dim)) {
+        let u = VectorField::from_vec(grid, u.to_vec())?;
+        return Ok((u, SolveReport::of_numbers(numbers)));
+    }
+    let (u, report) = representation(compound, average.source(shape))?;
+    observer.memory(&Memory::of_result(u.as_slice(), report.to_numbers().into()));
+    Ok((u, report))
 }
 
 fn gram_matrix<const D: usize>(

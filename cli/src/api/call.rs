@@ -1,5 +1,6 @@
 //! Runs a command for another program.
 
+use std::sync::Mutex;
 use std::time::Instant;
 
 use toml::Table;
@@ -15,13 +16,13 @@ use crate::geodesic::GeodesicConfig;
 use crate::interrupt::Interrupt;
 use crate::length::LengthConfig;
 use crate::metric::MetricConfig;
-use crate::options::RunOptions;
+use crate::options::{CheckpointOption, RunOptions};
 use crate::output::{OutputError, ResultDir};
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use crate::pool::in_pool;
 use crate::progress::{Listener, Progress};
 use crate::segment::SegmentConfig;
-use crate::session::{Command, Session, Work};
+use crate::session::{Command, Session};
 use shapespace_input::Sources;
 use shapespace_input::bytes::bytes;
 use shapespace_input::dimension::Dim;
@@ -135,7 +136,7 @@ impl Call {
                 quiet: true,
                 log: None,
             },
-            checkpoint: 0.0,
+            checkpoint: CheckpointOption::NONE,
             memory: self.memory,
         };
         if config.joint {
@@ -168,6 +169,9 @@ impl Call {
                 sources: self.sources.clone(),
                 start: Instant::now(),
                 trust: self.trust,
+                // A call leaves no files behind.
+                checkpoint: CheckpointOption::NONE,
+                obsolete: Mutex::default(),
             };
             match command.plan(&session)? {
                 Dim::D2(plan) => held(command, plan, &session),
@@ -225,10 +229,7 @@ fn held<C: Command + Send + 'static, const D: usize>(
     session: &Session<'_>,
 ) -> Result<Computed, CliError> {
     let mut outcome = command.compute(plan, session)?;
-    let work = match C::work(&mut outcome) {
-        Work::Result(work) => Some(work),
-        Work::Temporary(_) | Work::None => None,
-    };
+    let work = C::work(&mut outcome);
     let directory = ResultDir::in_memory();
     let summary = command.write(&outcome, session, &directory)?;
     let held = Held::<C, D> { command, outcome };

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -10,6 +11,7 @@ use tempfile::TempDir;
 use crate::error::CliError;
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
+use crate::options::CheckpointOption;
 use crate::output::{Kept, KeptArray, OutputError, ResultDir, WorkDir};
 use crate::page::write_page;
 use crate::progress::Progress;
@@ -118,6 +120,8 @@ impl Computed {
             // The time of the computation, without what has passed since.
             start: now.checked_sub(seconds).unwrap_or(now),
             trust: false,
+            checkpoint: CheckpointOption::NONE,
+            obsolete: Mutex::default(),
         };
         self.held.write(&session, &directory)?;
         seal(&directory)?;

@@ -10,8 +10,10 @@ use shape_average::{AverageParams, Mean, Solver};
 use super::views;
 use crate::config::{Config, Configured, allow};
 use crate::error::CliError;
-use crate::numbers::{not_negative, shown};
-use crate::options::{Align, MaskOptions, RunOptions, ScaleOptions, Size, positive};
+use crate::numbers::shown;
+use crate::options::{
+    Align, CheckpointOption, MaskOptions, RunOptions, ScaleOptions, Size, positive,
+};
 use shapespace_input::Kinds;
 use shapespace_input::bytes::bytes;
 
@@ -32,12 +34,9 @@ pub struct AverageRun {
     /// Options shared with other commands.
     #[command(flatten)]
     pub common: RunOptions,
-    /// Time between checkpoints in minutes, 0 for none. After an interruption the same command
-    /// resumes from the last checkpoint, which is kept in OUTPUT.partial until the result is
-    /// written; the result is that of a run without interruption (not with --joint or --solver
-    /// descent).
-    #[arg(long, value_name = "MINUTES", default_value_t = 10.0, value_parser = not_negative)]
-    pub checkpoint: f64,
+    /// When the state is stored.
+    #[command(flatten)]
+    pub checkpoint: CheckpointOption,
     /// Memory limit, such as 4GiB or 500MB [default: the free memory]. Data that exceed it are kept
     /// in temporary files next to the output, or in TMPDIR; inputs that exceed it are refused. The
     /// results do not depend on it.

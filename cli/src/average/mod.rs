@@ -6,34 +6,33 @@
 //! masks, `error_bars` repeats averages on coarser grids, `joint` averages grey images.
 
 mod args;
-mod checkpoint;
 mod draw;
 mod error_bars;
 mod joint;
 mod memory;
 mod plan;
 mod record;
-mod remembered;
+mod start;
 mod sweep;
 mod views;
 mod write;
 
-use shape_average::{AverageParams, AverageResult, MemoryEstimate, Solver, average_from};
+use shape_average::{AverageParams, AverageResult, MemoryEstimate, average_from};
 
 use crate::error::{CliError, Exit};
 use crate::history::HistoryPoint;
-use crate::output::{ResultDir, WorkDir};
-use crate::session::{self, Command, PlanOf, Session, Work};
+use crate::output::ResultDir;
+use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{Input, prepare};
 use crate::summary::Summary;
-use checkpoint::{Resumption, begin, compare_places, fingerprint};
 use error_bars::{ErrorBars, error_bars};
 pub(crate) use joint::JointAverage;
 use memory::provide;
-use plan::{AveragePlan, plan_average, plan_images};
+use plan::{AveragePlan, fingerprint, plan_average, plan_images};
 use shapespace_input::Image;
 use shapespace_input::dimension::Dim;
 use shapespace_input::memory::set_limit as memory_limit;
+use start::{compare_places, initial};
 pub(crate) use sweep::Sweep;
 
 pub use args::{AverageArgs, AverageConfig, AverageRun};
@@ -56,7 +55,6 @@ pub(crate) struct Outcome<const D: usize> {
     history: Vec<HistoryPoint>,
     memory: MemoryEstimate,
     error_bars: Option<ErrorBars>,
-    checkpoints: Option<WorkDir>,
 }
 
 /// Runs `shapespace average`.
@@ -65,13 +63,14 @@ pub(crate) struct Outcome<const D: usize> {
 /// [`CliError`]; then no result has been written.
 pub fn run_average(args: &AverageArgs) -> Result<Exit, CliError> {
     let run = &args.run;
+    let checkpoint = run.checkpoint;
     memory_limit(run.memory);
     args.config.run(|config| {
         if config.joint {
             let run = run.clone();
-            session::run(&JointAverage { config, run }, &args.run.common)
+            session::run(&JointAverage { config, run }, &args.run.common, checkpoint)
         } else if let Some(side) = config.sweep {
-            session::run(&Sweep { config, side }, &run.common)
+            session::run(&Sweep { config, side }, &run.common, checkpoint)
         } else {
             run_on(None, config, run)
         }
@@ -98,7 +97,7 @@ fn run_on(
         run: run.clone(),
         images,
     };
-    session::run(&average, &run.common)
+    session::run(&average, &run.common, run.checkpoint)
 }
 
 impl Command for Average {
@@ -120,7 +119,6 @@ impl Command for Average {
     ) -> Result<Outcome<D>, CliError> {
         let (grid, config) = (plan.placed.grid, plan.config);
         let weights = config.weights()?;
-        let leads = weights.iter().map(|w| *w > 0.0).collect();
         let mut params = AverageParams {
             weights: Some(weights),
             ..config.params.clone()
@@ -128,21 +126,17 @@ impl Command for Average {
         let (n, partly) = (plan.placed.images.len(), !plan.views.is_empty());
         let memory = provide(&mut params, n, partly, grid, &self.run, &session.progress)?;
         let grids = grid.hierarchy(params.coarsest_nodes);
-        let watch = session.observer(&grids);
         let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
         let start = config.start.as_deref();
-        let resumption = match params.solver {
-            Solver::Lbfgs => Resumption::Exact,
-            Solver::Descent => Resumption::Restart,
-        };
-        let run = &self.run;
-        let (mut checkpointer, known) =
-            begin(start, run, fingerprint, grids, leads, resumption, watch)?;
+        let known = initial(start, n, &grids, session.trust)?;
+        let mut checkpointer = session.checkpointer(fingerprint)?;
         let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
         compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
-        let result = average_from(&distances, &visibility, &known, &params, &mut checkpointer)?;
-        let (history, checkpoints) = checkpointer.finish();
+        let mut watch = checkpointer.observe(session.observer(&grids));
+        let result = average_from(&distances, &visibility, &known, &params, &mut watch)?;
+        let history = watch.finish();
+        session.ended(checkpointer);
         let error_bars = if config.error_bars {
             error_bars(&result, distances, visibility, &params, session)?
         } else {
@@ -155,12 +149,7 @@ impl Command for Average {
             history,
             memory,
             error_bars,
-            checkpoints,
         })
-    }
-
-    fn work<const D: usize>(outcome: &mut Outcome<D>) -> Work {
-        outcome.checkpoints.take().into()
     }
 
     fn write<const D: usize>(

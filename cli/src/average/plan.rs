@@ -3,6 +3,7 @@
 use super::args::AverageConfig;
 use super::views;
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::options::check_law;
 use crate::progress::Progress;
 use crate::shapes::{Placed, VisibilityMask, input_like};
@@ -57,4 +58,14 @@ pub(super) fn plan_images<const D: usize>(
         views,
         config,
     })
+}
+
+/// The inputs and parameters that the deformations depend on.
+pub(super) fn fingerprint<const D: usize>(
+    config: &AverageConfig,
+    images: &[Image<D>],
+    views: &[Option<VisibilityMask<D>>],
+) -> Fingerprint {
+    let views = views.iter().flatten().map(|mask| hash(&mask.image));
+    Fingerprint::new(config, images.iter().map(hash).chain(views).collect())
 }

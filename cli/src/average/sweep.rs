@@ -7,7 +7,7 @@ use serde::Serialize;
 use shape_average::{AverageParams, AverageResult, average_of_visible};
 
 use super::args::AverageConfig;
-use super::plan::{AveragePlan, plan_average};
+use super::plan::{AveragePlan, fingerprint, plan_average};
 use super::views;
 use crate::doubts::named;
 use crate::error::CliError;
@@ -83,6 +83,8 @@ impl Command for Sweep {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let (grid, config) = (plan.placed.grid, plan.config);
+        let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
+        let mut checkpointer = session.checkpointer(fingerprint)?;
         let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let mut averages = Vec::new();
@@ -95,7 +97,8 @@ impl Command for Sweep {
             session
                 .progress
                 .note(format!("weights {}:", words.join(", ")));
-            let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
+            let grids = grid.hierarchy(params.coarsest_nodes);
+            let mut watch = checkpointer.observe(session.observer(&grids));
             let result = average_of_visible(&distances, &visibility, &params, &mut watch)?;
             watch.finish();
             averages.push((weights, result));
@@ -103,6 +106,7 @@ impl Command for Sweep {
                 break;
             }
         }
+        session.ended(checkpointer);
         Ok(Outcome {
             inputs,
             config,

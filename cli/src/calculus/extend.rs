@@ -9,6 +9,7 @@ use super::read::{StoredGeodesic, read};
 use super::record::{Extended, ExtensionRecord};
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
+use crate::fingerprint::Fingerprint;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::{STEM, write_path};
 use crate::output::ResultDir;
@@ -42,10 +43,14 @@ impl Command for ExtendConfig {
         let mut config = self.clone();
         let steps = *config.steps.get_or_insert(geodesic.motions.len());
         let params = geodesic.calculus_params(config.solver);
-        let mut watch = session.equation_observer(geodesic.grid());
+        let mut fingerprint = Fingerprint::of_results(self, &[&self.geodesic])?;
+        fingerprint.leave_out("geodesic");
+        let mut checkpointer = session.checkpointer(fingerprint)?;
+        let mut watch = checkpointer.observe(session.equation_observer(geodesic.grid()));
         let first = &geodesic.level_sets[0];
         let extension = exponential(first, &geodesic.motions, steps, &params, &mut watch)?;
         watch.finish();
+        session.ended(checkpointer);
         if extension.step_energies.is_empty() && extension.status() != SolveStatus::Cancelled {
             return Err(CliError::Computation {
                 message: "the geodesic cannot be continued: no step from its end was found".into(),

@@ -15,8 +15,10 @@ use levelset::{
 use super::args::TransportConfig;
 use super::read::{StoredGeodesic, read};
 use super::record::{TransportRecord, Transported};
+use crate::checkpoint::Checkpointer;
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::{STEM, write_path};
@@ -89,8 +91,15 @@ impl Command for TransportConfig {
         (geodesic, image): (StoredGeodesic<D>, Image<D>),
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let variation = self.variation(&geodesic, &image, session)?;
-        let counterpart = self.counterpart(&geodesic, &variation.velocity, session)?;
+        let mut fingerprint =
+            Fingerprint::of_results(self, &[&self.geodesic])?.and(std::iter::once(hash(&image)));
+        fingerprint.leave_out("geodesic");
+        fingerprint.leave_out("variation");
+        let mut checkpointer = session.checkpointer(fingerprint)?;
+        let variation = self.variation(&geodesic, &image, session, &mut checkpointer)?;
+        let velocity = &variation.velocity;
+        let counterpart = self.counterpart(&geodesic, velocity, session, &mut checkpointer)?;
+        session.ended(checkpointer);
         Ok(Outcome {
             geodesic,
             variation,
@@ -195,6 +204,7 @@ impl TransportConfig {
         geodesic: &StoredGeodesic<D>,
         image: &Image<D>,
         session: &Session<'_>,
+        checkpointer: &mut Checkpointer<'_>,
     ) -> Result<Variation<D>, CliError> {
         let frame = &geodesic.frame;
         if image.size != frame.size {
@@ -211,7 +221,8 @@ impl TransportConfig {
             ..geodesic.params.clone()
         };
         session.progress.stage("computing the variation");
-        let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
+        let grids = grid.hierarchy(params.coarsest_nodes);
+        let mut watch = checkpointer.observe(session.observer(&grids));
         let found = logarithm(first, &near, &params, &mut watch)?;
         watch.finish();
         match (found.path.displacements.last(), found.path.levels.last()) {
@@ -239,10 +250,12 @@ impl TransportConfig {
         geodesic: &StoredGeodesic<D>,
         velocity: &Field<f64, D, D>,
         session: &Session<'_>,
+        checkpointer: &mut Checkpointer<'_>,
     ) -> Result<Counterpart<D>, CliError> {
         let (first, path) = (&geodesic.level_sets[0], &geodesic.motions);
         let params = &geodesic.calculus_params(self.solver);
-        let mut watch = session.equation_observer(geodesic.grid());
+        let equations = || session.equation_observer(geodesic.grid());
+        let mut watch = checkpointer.observe(equations());
         let ladder = Ladder::default();
         let transported = transport(first, path, velocity, ladder, params, &mut watch)?;
         watch.finish();
@@ -260,7 +273,7 @@ impl TransportConfig {
             });
         };
         let (end, velocity) = at_end(first, last, velocity, params)?;
-        let mut watch = session.equation_observer(geodesic.grid());
+        let mut watch = checkpointer.observe(equations());
         let shot = shoot(&end, &velocity, self.steps, params, &mut watch)?;
         watch.finish();
         let mut reports = transported.reports;

@@ -25,9 +25,9 @@ mod write;
 use std::path::PathBuf;
 
 use crate::error::{CliError, Exit};
-use crate::options::{Align, RunOptions};
+use crate::options::{Align, CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
-use crate::session::{self, Command, PlanOf, Session, Work};
+use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{Input, Pairs, prepare};
 use crate::summary::Summary;
 pub(crate) use classes::{Classes, NAMED};
@@ -80,7 +80,7 @@ pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
             shard: args.shard,
             merge: args.merge.clone(),
         };
-        session::run(&study, run)
+        session::run(&study, run, CheckpointOption::NONE)
     })
 }
 
@@ -150,8 +150,8 @@ impl Command for DistanceStudy {
         })
     }
 
-    fn work<const D: usize>(outcome: &mut Outcome<D>) -> Work {
-        outcome.work.take().map_or(Work::None, Work::Result)
+    fn work<const D: usize>(outcome: &mut Outcome<D>) -> Option<WorkDir> {
+        outcome.work.take()
     }
 
     fn write<const D: usize>(

@@ -27,7 +27,7 @@ pub(crate) use drawn::drawn_image;
 use crate::average::write_inputs;
 use crate::doubts::named;
 use crate::error::{CliError, Exit};
-use crate::options::check_law;
+use crate::options::{CheckpointOption, check_law};
 use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
@@ -78,7 +78,7 @@ struct Contents<'a> {
 pub fn run_figure(args: &FigureArgs) -> Result<Exit, CliError> {
     let name = args.name;
     args.config
-        .run(|config| session::run(&Figure { name, config }, &args.run))
+        .run(|config| session::run(&Figure { name, config }, &args.run, CheckpointOption::NONE))
 }
 
 impl Command for Figure {

@@ -1,6 +1,7 @@
 //! Modes by both inner products, with and without the stress in the average, of both materials.
 
 use fe_grid::VectorField;
+use fe_grid::minimise::Silent;
 use levelset::Contour;
 use shape_average::{AverageParams, AverageResult};
 use shape_pca::{Average, Compound, Metric, Pca, PcaParams};
@@ -161,7 +162,7 @@ fn analyse<const D: usize>(
         ..PcaParams::default()
     };
     let compound = Compound::new(&average, &own)?;
-    Ok(Pca::new(&average, &compound, usize::MAX)?)
+    Ok(Pca::new(&average, &compound, usize::MAX, &mut Silent)?)
 }
 
 /// The first modes, each a row.

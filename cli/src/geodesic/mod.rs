@@ -56,6 +56,7 @@ impl Command for GeodesicConfig {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let (config, parts, grid) = (plan.config, plan.parts, plan.placed.grid);
+        let mut checkpointer = session.checkpointer(plan.fingerprint)?;
         let (inputs, distances) = prepare(plan.placed, &plan.views, &session.progress)?;
         let [first, last] = shapes(
             &inputs,
@@ -67,16 +68,19 @@ impl Command for GeodesicConfig {
         )?;
         session.progress.stage("computing the initial path");
         let begin = Instant::now();
-        let mut watch = session.observer(&grid.hierarchy(first_nodes(&config.params)));
+        let grids = grid.hierarchy(first_nodes(&config.params));
+        let mut watch = checkpointer.observe(session.observer(&grids));
         let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
         let of_path = result.doubts(&config.params);
+        let history = watch.finish();
+        session.ended(checkpointer);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), of_path].concat(),
             inputs,
             config,
             labels: parts.map(|parts| parts.labels).unwrap_or_default(),
             result,
-            history: watch.finish(),
+            history,
             solver_seconds: begin.elapsed().as_secs_f64(),
         })
     }

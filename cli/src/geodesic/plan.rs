@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::args::GeodesicConfig;
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::options::{Align, check_law};
 use crate::shapes::{Components, Placed, VisibilityMask, input_like, read_view};
 use shapespace_input::dimension::{Dim, per_dimension};
@@ -17,6 +18,8 @@ pub(crate) struct GeodesicPlan<const D: usize> {
     pub parts: Option<Components<D>>,
     /// Visibility masks of start and end, if any.
     pub views: [Option<VisibilityMask<D>>; 2],
+    /// The inputs and parameters that the path depends on.
+    pub fingerprint: Fingerprint,
     /// The configuration with all defaults resolved.
     pub config: GeodesicConfig,
 }
@@ -43,6 +46,7 @@ fn plan_images<const D: usize>(
     sources: &Sources,
     mut config: GeodesicConfig,
 ) -> Result<GeodesicPlan<D>, CliError> {
+    let mut inputs: Vec<String> = images.iter().map(hash).collect();
     let (images, parts) = if config.labels {
         let (images, parts) = Components::split(&images)?;
         (images, Some(parts))
@@ -62,13 +66,24 @@ fn plan_images<const D: usize>(
     let mut placed = Placed::new(images, &mut config.masks)?;
     let ends = [config.start.clone(), config.end.clone()];
     placed.like = input_like(&ends, config.like.as_deref())?;
+    let views = [
+        view(&config.valid_start, "--valid-start")?,
+        view(&config.valid_end, "--valid-end")?,
+    ];
+    // A place for each of both, so that one of the start is not taken for one of the end.
+    inputs.extend(views.iter().map(|view| match view {
+        Some(mask) => hash(&mask.image),
+        None => "none".into(),
+    }));
+    let mut fingerprint = Fingerprint::new(&config, inputs);
+    for name in ["start", "end", "valid_start", "valid_end"] {
+        fingerprint.leave_out(name);
+    }
     Ok(GeodesicPlan {
         placed,
         parts,
-        views: [
-            view(&config.valid_start, "--valid-start")?,
-            view(&config.valid_end, "--valid-end")?,
-        ],
+        views,
+        fingerprint,
         config,
     })
 }

@@ -128,13 +128,38 @@ fn sweep(parent: &Path) {
 fn sweep_one(path: &Path) {
     match OpenOptions::new().write(true).open(path.join(LOCK)) {
         Ok(lock) if lock.try_lock().is_ok() => {
-            let _ = fs::remove_dir_all(path);
+            let _ = remove_folder(path, &[LOCK]);
         }
         Ok(_) => {}
         Err(_) => {
             let _ = fs::remove_dir(path);
         }
     }
+}
+
+/// Removes a folder with all that is in it: files before folders, and the named ones last, in this order. A
+/// process that is killed meanwhile leaves a folder that is still known as what it is.
+pub(super) fn remove_folder(path: &Path, last: &[&str]) -> io::Result<()> {
+    let entries: Vec<_> = fs::read_dir(path)?.collect::<Result<_, _>>()?;
+    let mut folders = Vec::new();
+    for entry in entries {
+        // The type of the entry itself: a symbolic link is no folder.
+        if entry.file_type()?.is_dir() {
+            folders.push(entry.path());
+        } else if !last.iter().any(|name| entry.file_name() == *name) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    for folder in folders {
+        fs::remove_dir_all(folder)?;
+    }
+    for name in last.iter().map(|name| path.join(name)) {
+        match fs::remove_file(name) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+    }
+    fs::remove_dir(path)
 }
 
 /// Whether a process of this number lives on this machine, where the system shows it (Linux). The

@@ -1,5 +1,6 @@
 //! A result directory that is created over several runs of the program.
 
+use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::directory::{ResultDir, check_target, plain_name};
-use super::{OutputError, write_json};
+use super::{OutputError, staging, write_json};
 use shapespace_input::files::read_text;
 
 /// Ending of the name while the directory is not complete.
@@ -127,10 +128,13 @@ impl WorkDir {
         serde_json::from_str(&text).ok()
     }
 
-    /// Whether nothing has been written in it yet.
+    /// Whether nothing has been written in it yet: a run may have been killed before its description was
+    /// complete.
     pub fn is_new(&self) -> bool {
+        let incomplete = format!("{DESCRIPTION}{ENDING}");
+        let is_nothing = |name: &OsStr| name == LOCK || name == &*incomplete;
         fs::read_dir(&self.inner)
-            .is_ok_and(|entries| entries.flatten().all(|entry| entry.file_name() == LOCK))
+            .is_ok_and(|entries| entries.flatten().all(|e| is_nothing(&e.file_name())))
     }
 
     /// Whether one exists for a target.
@@ -143,7 +147,8 @@ impl WorkDir {
     /// # Errors
     /// [`OutputError::Unwritable`].
     pub fn remove(self) -> Result<(), OutputError> {
-        let removed = fs::remove_dir_all(&self.inner).map_err(OutputError::at(&self.inner));
+        let removed = staging::remove_folder(&self.inner, &[DESCRIPTION, LOCK]);
+        let removed = removed.map_err(OutputError::at(&self.inner));
         drop(self.lock);
         removed
     }
@@ -199,6 +204,10 @@ mod tests {
         let target = place.path().join("out");
         let first = WorkDir::open(&target).unwrap();
         assert!(first.is_new());
+        fs::write(first.file("work.json.partial"), "{").unwrap();
+        assert!(first.is_new());
+        first.put(DESCRIPTION, &1.5).unwrap();
+        assert!(!first.is_new());
         assert!(matches!(
             WorkDir::open(&target),
             Err(OutputError::Busy { .. })
@@ -217,7 +226,7 @@ mod tests {
         let names: Vec<_> = fs::read_dir(place.path()).unwrap().collect();
         assert_eq!(names.len(), 1);
         let names: Vec<_> = fs::read_dir(&target).unwrap().collect();
-        assert_eq!(names.len(), 1, "{names:?}");
+        assert_eq!(names.len(), 2, "{names:?}");
         assert!(matches!(
             WorkDir::open(&target),
             Err(OutputError::Exists { .. })

@@ -1,6 +1,6 @@
 //! Continues an average until its stresses balance, before its modes are computed.
 
-use fe_grid::minimise::Objective;
+use fe_grid::minimise::{Objective, Observer};
 use fe_grid::{Certificate, ScalarField, certify};
 use levelset::Doubt;
 use serde::Serialize;
@@ -51,6 +51,7 @@ pub(super) struct Fit {
 pub(super) fn balanced<const D: usize>(
     stored: &mut StoredAverage<D>,
     params: &PcaParams,
+    observer: &mut dyn Observer,
 ) -> Result<Option<Continuation>, CliError> {
     if stored.phase_fields.is_empty() {
         return Ok(None);
@@ -59,7 +60,7 @@ pub(super) fn balanced<const D: usize>(
         min_determinant: stored.params.min_determinant,
         ..Balancing::default()
     };
-    let (average, report) = balancing.balance(&stored.average, params)?;
+    let (average, report) = balancing.balance(&stored.average, params, observer)?;
     let mut fits = vec![fit(&stored.average, &objective(stored)?)?];
     let continued = report.changed();
     if continued {

@@ -9,6 +9,7 @@ use super::balance::{Continuation, balanced};
 use super::read::{StoredAverage, read_average};
 use super::write::write_all;
 use crate::error::CliError;
+use crate::fingerprint::Fingerprint;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
@@ -42,11 +43,15 @@ impl Command for PcaConfig {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let params = stored.pca_params(config.params);
+        let mut fingerprint = Fingerprint::of_results(&config, &[&config.average])?;
+        fingerprint.leave_out("average");
+        let mut checkpointer = session.checkpointer(fingerprint)?;
+        let mut watch = checkpointer.observe(session.observer(&[*stored.average.grid()]));
         let most = config.modes.unwrap_or(usize::MAX);
         let mut continuation = None;
         if !config.keep_average {
             session.progress.stage("balancing the stresses");
-            continuation = balanced(&mut stored, &params)?;
+            continuation = balanced(&mut stored, &params, &mut watch)?;
         }
         session.progress.stage("assembling the compound operator");
         let compound = Compound::new(&stored.average, &params)?;
@@ -54,7 +59,9 @@ impl Command for PcaConfig {
         session
             .progress
             .stage(format!("solving for {n} displacements"));
-        let pca = Pca::new(&stored.average, &compound, most)?;
+        let pca = Pca::new(&stored.average, &compound, most, &mut watch)?;
+        watch.finish();
+        session.ended(checkpointer);
         Ok(Outcome {
             quality: Quality::new(&pca.gram, params.zero_eigenvalue, most)?,
             config,

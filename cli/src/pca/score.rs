@@ -6,7 +6,8 @@
 
 use std::path::Path;
 
-use fe_grid::{Grid, ScalarField};
+use fe_grid::minimise::{Memory, Observer};
+use fe_grid::{Grid, ScalarField, VectorField};
 use levelset::{
     BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, signed_distance,
 };
@@ -20,8 +21,10 @@ use super::procrustes::{Procrustes, there_and_back};
 use super::read::{StoredPca, read_pca};
 use super::record::{Distances, Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
+use crate::checkpoint::Checkpointer;
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
+use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::portraits;
 use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
@@ -62,7 +65,7 @@ struct Measured<const D: usize> {
     distance: Vec<f64>,
     /// The deformation onto the average.
     fit: AverageResult<D>,
-    displacement: fe_grid::VectorField<f64, D>,
+    displacement: VectorField<f64, D>,
 }
 
 /// The average as the target of new shapes.
@@ -113,6 +116,11 @@ impl Command for ScoreConfig {
         session.progress.stage("assembling the compound operator");
         let align = self.align.unwrap_or(stored.average.align);
         let size = self.size.unwrap_or(stored.average.size);
+        let hashes = images.iter().map(hash);
+        let mut fingerprint = Fingerprint::of_results(self, &[&self.pca])?.and(hashes);
+        fingerprint.leave_out("pca");
+        fingerprint.leave_out("average");
+        let mut checkpointer = session.checkpointer(fingerprint)?;
         let target = Target::new(&stored, align, size)?;
         let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
         let names = labels(&paths);
@@ -121,8 +129,9 @@ impl Command for ScoreConfig {
             session
                 .progress
                 .stage(format!("deforming '{name}' onto the average"));
-            shapes.push(target.measure(image, session)?);
+            shapes.push(target.measure(image, session, &mut checkpointer)?);
         }
+        session.ended(checkpointer);
         Ok(Outcome {
             config: ScoreConfig {
                 align: Some(align),
@@ -184,25 +193,31 @@ impl<'a, const D: usize> Target<'a, D> {
         })
     }
 
-    fn measure(&self, image: &Image<D>, session: &Session<'_>) -> Result<Measured<D>, CliError> {
+    fn measure(
+        &self,
+        image: &Image<D>,
+        session: &Session<'_>,
+        checkpointer: &mut Checkpointer<'_>,
+    ) -> Result<Measured<D>, CliError> {
         let grid = *self.distance.grid();
         let (outline, distance) = self.placed(image)?;
         let params = &self.stored.average.params;
-        let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));
+        let grids = grid.hierarchy(params.coarsest_nodes);
+        let mut watch = checkpointer.observe(session.observer(&grids));
         let phase_field = &self.stored.average.phase_field;
         let fit = match_to(&distance, &self.distance, phase_field, params, &mut watch);
         if session.interrupt.asked() {
             return Err(CliError::Stopped);
         }
         let fit = fit?;
-        watch.finish();
         let source = Source {
             weight: 1.0,
             displacement: fit.displacements[0].as_slice(),
             indicator: fit.shapes.indicators[0].as_slice(),
         };
         let space = &self.stored.space;
-        let displacement = space.represent(&self.compound, source)?;
+        let displacement = self.represented(source, &mut watch)?;
+        watch.finish();
         let scores = space.scores(&self.compound, &displacement);
         let (mut reconstructions, mut dice, mut distances) = (Vec::new(), Vec::new(), Vec::new());
         let onto = &fit.displacements[0];
@@ -228,6 +243,25 @@ impl<'a, const D: usize> Target<'a, D> {
             fit,
             displacement,
         })
+    }
+
+    /// The displacement of a new shape, from an earlier run if the observer has it.
+    fn represented(
+        &self,
+        source: Source<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<VectorField<f64, D>, CliError> {
+        let grid = *self.distance.grid();
+        let memory = observer.resume();
+        let known = memory
+            .as_ref()
+            .and_then(|memory| memory.result(D * grid.n_nodes()));
+        if let Some((u, [])) = known {
+            return Ok(VectorField::from_vec(grid, u.to_vec())?);
+        }
+        let u = self.stored.space.represent(&self.compound, source)?;
+        observer.memory(&Memory::of_result(u.as_slice(), Vec::new()));
+        Ok(u)
     }
 
     /// The doubts about the mask of a new shape, and about its deformation onto the average.

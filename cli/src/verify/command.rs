@@ -2,12 +2,13 @@
 
 use std::{fs, io};
 
-use shapespace_verify::record::{StatementRecord, VerifyRecord, figures_csv, lines_csv};
+use shapespace_verify::record::{VerifyRecord, figures_csv, lines_csv};
 use shapespace_verify::{
-    Setting, Statement, UnknownStatement, experiments, plot, report, run, select, table,
+    Journal, Setting, Statement, UnknownStatement, experiments, plot, report, run, select, table,
 };
 
 use super::args::VerifyArgs;
+use super::journal::Outcomes;
 use crate::error::{CliError, Exit};
 use crate::output::{OutputError, ResultDir, write_json, write_text};
 use crate::pool::in_pool;
@@ -27,9 +28,11 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     };
     let directory = ResultDir::create(output)?;
     let setting = Setting::new(args.quick, args.broken);
-    let record = tried(&statements, setting, args.threads, &say)?;
+    let outcomes = Outcomes::open(output, args)?;
+    let record = tried(&statements, setting, args.threads, &outcomes)?;
     write_all(&directory, &record)?;
     let target = directory.commit()?;
+    outcomes.remove()?;
     print(&table::plain(&record))?;
     note(format!(
         "{}; report in {}",
@@ -43,7 +46,7 @@ pub fn run_verify(args: &VerifyArgs) -> Result<Exit, CliError> {
     })
 }
 
-/// Runs the experiments of statements; another function hears how each ended.
+/// Runs the experiments of statements that a journal does not know.
 ///
 /// # Errors
 /// [`CliError::Computation`] for an experiment that fails.
@@ -51,25 +54,15 @@ pub(crate) fn tried(
     statements: &[Statement],
     setting: Setting,
     threads: Option<u32>,
-    ended: &(dyn Fn(&StatementRecord) + Sync),
+    journal: &dyn Journal,
 ) -> Result<VerifyRecord, CliError> {
     in_pool(threads, || {
-        run(statements, setting, ended).map_err(|error| CliError::Computation {
+        run(statements, setting, journal).map_err(|error| CliError::Computation {
             message: error.to_string(),
             remedy: "please report this; the other statements can be named on the command line"
                 .into(),
         })
     })
-}
-
-/// Says on standard error how an experiment ended.
-fn say(record: &StatementRecord) {
-    note(format!(
-        "{:<11} {} ({:.1} s)",
-        record.decided.word(),
-        record.name,
-        record.seconds
-    ));
 }
 
 /// Writes all files of a result directory.

@@ -32,6 +32,7 @@ mod page;
 mod pca;
 mod readme;
 mod real_data;
+mod resume;
 mod segment;
 mod surfaces_elsewhere;
 mod verdict;

@@ -6,7 +6,7 @@
 //! all statements, `mutant --list` the errors: name, crate, claiming statement, description.
 
 use fe_grid::mutants::{Mutant, switch};
-use shapespace_verify::{Effort, Ingredient, Setting, experiments, run, select};
+use shapespace_verify::{Effort, Ingredient, NoJournal, Setting, experiments, run, select};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -45,7 +45,7 @@ fn main() -> ExitCode {
     };
     // One at a time: an error may end the experiment of another statement, too.
     for statement in statements {
-        match run(&[statement], setting, &|_| ()) {
+        match run(&[statement], setting, &NoJournal) {
             Ok(record) => {
                 for found in &record.statements {
                     let name = found.name;

@@ -18,7 +18,7 @@
 //!
 //! # Data flow
 //! [`experiments::all`] → [`select`] by name → [`run`]: each [`Statement::run`] in its [`Setting`] →
-//! [`Outcome`](outcome::Outcome) → [`Verdict`](verdict::Verdict) → [`record`], [`table`], [`plot`],
+//! [`Outcome`] → [`Verdict`](verdict::Verdict) → [`record`], [`table`], [`plot`],
 //! [`report`].
 //!
 //! Orders are least-squares slopes with their standard error, limits without a closed form are
@@ -43,6 +43,7 @@ mod tools;
 pub mod verdict;
 
 pub use error::{ExperimentError, UnknownStatement, VerifyError};
-pub use run::run;
+pub use outcome::Outcome;
+pub use run::{Journal, NoJournal, run};
 pub use select::select;
 pub use statement::{Effort, Ingredient, Setting, Statement};

@@ -3,13 +3,14 @@
 //! An experiment never decides on its verdict; see [`crate::verdict`].
 
 use hyperelastic::{Hypotheses, LawSpec};
+use serde::{Deserialize, Serialize};
 
 use crate::error::VerifyError;
 use crate::order::Fit;
 use crate::tools::pointwise;
 
 /// The expected value of a figure.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Expectation {
     /// A number.
     Value {
@@ -32,7 +33,7 @@ pub enum Expectation {
 }
 
 /// One figure.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// What was measured.
     pub observable: String,
@@ -47,7 +48,7 @@ pub struct Check {
 }
 
 /// A hypothesis of the statement, checked for the data of the experiment.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
     /// The hypothesis.
     pub name: String,
@@ -56,7 +57,7 @@ pub struct Condition {
 }
 
 /// A law that an experiment uses, and its properties.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LawUsed {
     /// The law.
     pub spec: LawSpec,
@@ -65,7 +66,7 @@ pub struct LawUsed {
 }
 
 /// A line of a plot on logarithmic axes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     /// What it shows.
     pub label: String,
@@ -78,9 +79,10 @@ pub struct Line {
 }
 
 /// The outcome of an experiment.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The law used, if it matters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawUsed>,
     /// The hypotheses of the statement.
     pub conditions: Vec<Condition>,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Status of a minimisation at the end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "snake_case")]
 pub enum Status {

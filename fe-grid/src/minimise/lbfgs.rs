@@ -4,7 +4,7 @@ use super::counted::Counted;
 use super::history::{Pair, PairHistory};
 use super::info::{Info, Status};
 use super::line_search::{LineSearch, Start, Step};
-use super::memory::Memory;
+use super::memory::{Ended, Memory};
 use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, Objective};
 use super::observer::Observer;
@@ -21,7 +21,7 @@ use crate::vector::{copy_into, dot, scale};
 /// once, and once more without being restrained.
 ///
 /// A run resumes from the memory that its observer returns ([`Observer::resume`]), to the bits of the
-/// run that the memory is from.
+/// run that the memory is from; from the memory of its end there is nothing to compute.
 ///
 /// Source: Nocedal, *Updating quasi-Newton matrices with limited storage* (1980).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +93,14 @@ impl<O: Objective> Minimiser<O> for LbfgsParams {
         let memory = observer.resume();
         let memory = memory.filter(|memory| memory.fits(dim, self.history));
         let mut monitor = Monitor::new(&self.stopping, observer);
+        if let Some((memory, ended)) = memory.as_ref().and_then(|all| Some((all, all.ended?))) {
+            x.copy_from_slice(&memory.x);
+            run.objective.restore(&memory.objective);
+            monitor.restore(memory);
+            return Ok(monitor.finish_as(ended, memory.evaluations));
+        }
         let status = run.iterate(x, &mut monitor, memory)?;
+        run.remember_end(x, status, &mut monitor);
         Ok(monitor.finish(status, run.objective.evaluations))
     }
 }
@@ -166,6 +173,25 @@ impl<O: Objective> Run<'_, O> {
             step_length,
             evaluations: self.objective.evaluations,
             objective: self.objective.memory().into(),
+            ended: None,
+        });
+    }
+
+    /// Passes the result on to the observer. A run that is cancelled goes on another time.
+    fn remember_end(&self, x: &[f64], status: Status, monitor: &mut Monitor<'_>) {
+        if matches!(status, Status::Cancelled | Status::InadmissibleStart) {
+            return;
+        }
+        let gradient_norm = monitor.gradient_norm();
+        monitor.remember(|energies, first_gradient_norm| Memory {
+            energies: energies.into(),
+            first_gradient_norm,
+            evaluations: self.objective.evaluations,
+            ended: Some(Ended {
+                status,
+                gradient_norm,
+            }),
+            ..Memory::of_result(x, self.objective.memory())
         });
     }
 

@@ -1,11 +1,14 @@
-//! What a minimiser remembers between two iterations, to go on from there to the same bits.
+//! What a solver remembers between two iterations, or of its result, to go on from there to the same bits.
 
 use std::borrow::Cow;
 
-use super::info::Evaluations;
+use serde::{Deserialize, Serialize};
 
-/// The memory of L-BFGS after an iteration in which the metric has been recomputed. With the same
-/// objective and parameters, a run that resumes from it gives the bits of the run that it is from.
+use super::info::{Evaluations, Status};
+
+/// The memory of a run: of L-BFGS after an iteration in which the metric has been recomputed, or the
+/// result of any solver at its end. With the same objective and parameters, a run that resumes from it
+/// gives the bits of the run that it is from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory<'a> {
     /// The state.
@@ -24,6 +27,17 @@ pub struct Memory<'a> {
     pub evaluations: Evaluations,
     /// What the objective remembers of earlier evaluations.
     pub objective: Cow<'a, [f64]>,
+    /// How the run has ended; `None` within it. At the end there are no pairs and no gradient.
+    pub ended: Option<Ended>,
+}
+
+/// The end of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ended {
+    /// Its status.
+    pub status: Status,
+    /// Size of the last gradient.
+    pub gradient_norm: f64,
 }
 
 /// A step and the change of the gradient along it, both scaled.
@@ -37,6 +51,33 @@ pub struct MemoryPair<'a> {
     pub inverse_curvature: f64,
     /// The size of the step over the size of the change.
     pub ratio: f64,
+}
+
+impl<'a> Memory<'a> {
+    /// The result of a solver that is not a minimiser, with further numbers that describe it.
+    pub fn of_result(x: &'a [f64], numbers: Vec<f64>) -> Self {
+        Self {
+            x: x.into(),
+            gradient: Cow::Borrowed(&[]),
+            pairs: Vec::new(),
+            energies: Cow::Borrowed(&[]),
+            first_gradient_norm: 0.0,
+            step_length: 0.0,
+            evaluations: Evaluations::default(),
+            objective: numbers.into(),
+            ended: Some(Ended {
+                status: Status::GradientTolerance,
+                gradient_norm: 0.0,
+            }),
+        }
+    }
+
+    /// The result of such a solver, and the numbers, if there are so many of each.
+    pub fn result<const N: usize>(&self, dim: usize) -> Option<(&[f64], [f64; N])> {
+        let numbers = self.objective.as_ref().try_into().ok()?;
+        let is_result = self.ended.is_some() && self.x.len() == dim && self.energies.is_empty();
+        is_result.then_some((&*self.x, numbers))
+    }
 }
 
 impl Memory<'_> {
@@ -57,14 +98,24 @@ impl Memory<'_> {
             step_length: self.step_length,
             evaluations: self.evaluations,
             objective: self.objective.into_owned().into(),
+            ended: self.ended,
         }
+    }
+
+    /// Bytes of its vectors.
+    pub fn bytes(&self) -> usize {
+        let pair = |pair: &MemoryPair<'_>| size_of_val(&*pair.step) + size_of_val(&*pair.change);
+        size_of_val(&*self.x)
+            + size_of_val(&*self.gradient)
+            + size_of_val(&*self.objective)
+            + self.pairs.iter().map(pair).sum::<usize>()
     }
 
     /// Whether it is that of a run with this number of unknowns and of at most so many pairs.
     pub(super) fn fits(&self, dim: usize, pairs: usize) -> bool {
         let fits = |pair: &MemoryPair<'_>| pair.step.len() == dim && pair.change.len() == dim;
         self.x.len() == dim
-            && self.gradient.len() == dim
+            && (self.gradient.len() == dim || self.ended.is_some())
             && self.pairs.len() <= pairs
             && self.pairs.iter().all(fits)
             && !self.energies.is_empty()

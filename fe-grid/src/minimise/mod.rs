@@ -47,7 +47,7 @@ pub use differences::{compare_with_differences, gradient_errors, hessian_errors}
 pub use info::{Evaluations, Info, Status};
 pub use lbfgs::LbfgsParams;
 pub use line_search::LineSearch;
-pub use memory::{Memory, MemoryPair};
+pub use memory::{Ended, Memory, MemoryPair};
 pub use monitor::Stopping;
 pub use multilevel::{LevelInfo, LevelProblem, Multilevel, minimise_levels};
 pub use newton_cg::NewtonCgParams;

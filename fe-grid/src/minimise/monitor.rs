@@ -1,7 +1,7 @@
 //! Stopping criteria and convergence history.
 
 use super::info::{Evaluations, Info, Status};
-use super::memory::Memory;
+use super::memory::{Ended, Memory};
 use super::observer::{Control, Iteration, Observer};
 
 /// Stopping criteria of a minimisation.
@@ -126,6 +126,17 @@ impl<'a> Monitor<'a> {
     pub(super) fn remember<'b>(&'b mut self, make: impl FnOnce(&'b [f64], f64) -> Memory<'b>) {
         let memory = make(&self.info.energies, self.info.first_gradient_norm);
         self.observer.memory(&memory);
+    }
+
+    /// Size of the last gradient.
+    pub(super) fn gradient_norm(&self) -> f64 {
+        self.info.gradient_norm
+    }
+
+    /// Returns the final record of an earlier run.
+    pub(super) fn finish_as(mut self, ended: Ended, evaluations: Evaluations) -> Info {
+        self.info.gradient_norm = ended.gradient_norm;
+        self.finish(ended.status, evaluations)
     }
 
     /// Returns the final record.

@@ -43,13 +43,13 @@ pub trait Observer {
         Control::Continue
     }
 
-    /// Called by minimisers that can resume, at the start of each run: the memory to resume from, if
-    /// there is one. One that does not fit the run is ignored.
+    /// Called by solvers that can resume, at the start of each run: the memory to resume from, if there
+    /// is one. One that does not fit the run is ignored.
     fn resume(&mut self) -> Option<Memory<'static>> {
         None
     }
 
-    /// Called by minimisers that can resume, after iterations from which they can.
+    /// Called by solvers that can resume, after iterations from which they can, and at the end.
     fn memory(&mut self, memory: &Memory<'_>) {
         let _ = memory;
     }

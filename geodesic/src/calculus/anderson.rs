@@ -15,7 +15,7 @@
 //! Numerical Analysis 49 (2011).
 
 use crate::error::GeodesicError;
-use fe_grid::minimise::{Control, Evaluations, Iteration, Observer};
+use fe_grid::minimise::{Control, Evaluations, Iteration, Memory, Observer};
 use fe_grid::vector::{add_scaled_into, axpy, copy_into, dot, norm, scale};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -79,6 +79,32 @@ pub(super) struct Solved {
     pub correction: f64,
 }
 
+/// The kinds of ends that are remembered, by their numbers.
+const ENDS: [SolveStatus; 3] = [
+    SolveStatus::Converged,
+    SolveStatus::MaxIterations,
+    SolveStatus::Stalled,
+];
+
+impl Solved {
+    /// As numbers; `None` if it was cancelled.
+    fn numbers(&self) -> Option<[f64; 4]> {
+        let end = ENDS.iter().position(|end| *end == self.status)?;
+        let counts = [end, self.iterations, self.evaluations].map(|count| count as f64);
+        let [end, iterations, evaluations] = counts;
+        Some([end, iterations, evaluations, self.correction])
+    }
+
+    fn of_numbers([end, iterations, evaluations, correction]: [f64; 4]) -> Option<Self> {
+        Some(Self {
+            status: *ENDS.get(end as usize)?,
+            iterations: iterations as usize,
+            evaluations: evaluations as usize,
+            correction,
+        })
+    }
+}
+
 /// A state and its correction.
 #[derive(Clone)]
 struct State {
@@ -95,11 +121,32 @@ struct Run<'a, C> {
 }
 
 impl Anderson {
-    /// Solves for `x`, which is overwritten by the best state found.
+    /// Solves for `x`, which is overwritten by the best state found. The observer is given the result, and
+    /// may have it from an earlier run.
     ///
     /// # Errors
     /// Those of the correction.
     pub fn solve<C: Correction>(
+        &self,
+        problem: &mut C,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Solved, GeodesicError> {
+        let memory = observer.resume();
+        if let Some((found, numbers)) = memory.as_ref().and_then(|all| all.result(x.len()))
+            && let Some(solved) = Solved::of_numbers(numbers)
+        {
+            x.copy_from_slice(found);
+            return Ok(solved);
+        }
+        let solved = self.compute(problem, x, observer)?;
+        if let Some(numbers) = solved.numbers() {
+            observer.memory(&Memory::of_result(x, numbers.to_vec()));
+        }
+        Ok(solved)
+    }
+
+    fn compute<C: Correction>(
         &self,
         problem: &mut C,
         x: &mut [f64],

@@ -12,3 +12,4 @@ mod finite;
 mod given;
 mod known;
 mod oracle;
+mod resume;

@@ -13,7 +13,7 @@ use crate::params::{AverageParams, Mean};
 use crate::quiet::Quiet;
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::{
-    Evaluation, LbfgsParams, Minimiser, Objective, Observer, Status, Stopping,
+    Ended, Evaluation, LbfgsParams, Memory, Minimiser, Objective, Observer, Status, Stopping,
 };
 use fe_grid::transfer::prolong_into;
 use fe_grid::{Assembly, Data, Field, Grid, ScalarField, parallel};
@@ -50,7 +50,90 @@ pub(super) struct Work {
     pub system_iterations: [usize; 2],
 }
 
+/// The rounds that have been performed on a level.
+#[derive(Debug, Default)]
+pub(super) struct Rounds {
+    /// The energies after every half.
+    pub energies: Vec<f64>,
+    pub count: usize,
+    /// The status, where there are no more.
+    pub ended: Option<Status>,
+}
+
+/// Numbers of a [`Memory`] that are not values of fields, without the elastic energies and the mismatches.
+const N_NUMBERS: usize = 10;
+
 impl<const D: usize> State<D> {
+    /// The memory after a round: the average, all images and phase fields, and the terms of the energy.
+    pub fn memory<'a>(
+        &'a self,
+        energies: &'a [f64],
+        rounds: usize,
+        ended: Option<Status>,
+    ) -> Memory<'a> {
+        let (energy, work) = (&self.energy, &self.work);
+        let [images, phase_fields] = work.system_iterations;
+        let counts = [rounds, work.steps, images, phase_fields].map(|count| count as f64);
+        let terms = [energy.total, energy.length, energy.barrier];
+        let fields = self.pairs.iter().flatten().chain(&self.average);
+        let numbers = counts.iter().chain(&terms).chain(&energy.parts);
+        let of_shapes = energy.elastic.iter().chain(&energy.mismatch);
+        let all = numbers.chain(of_shapes).chain(fields).copied().collect();
+        Memory {
+            energies: energies.into(),
+            ended: ended.map(|status| Ended {
+                status,
+                gradient_norm: 0.0,
+            }),
+            ..Memory::of_result(&self.displacements, all)
+        }
+    }
+
+    /// The inverse; `None` for a memory of something else, which changes nothing.
+    pub fn restore(&mut self, memory: &Memory<'_>) -> Option<Rounds> {
+        let (n, nodes) = (self.images.len(), self.grid.n_nodes());
+        let fits = memory.x.len() == self.displacements.len()
+            && memory.objective.len() == N_NUMBERS + 2 * n + (2 * n + 1) * nodes;
+        if !fits {
+            return None;
+        }
+        let (numbers, rest) = memory.objective.split_first_chunk::<N_NUMBERS>()?;
+        let [
+            rounds,
+            steps,
+            images,
+            phase_fields,
+            total,
+            length,
+            barrier,
+            parts @ ..,
+        ] = *numbers;
+        let (elastic, rest) = rest.split_at(n);
+        let (mismatch, rest) = rest.split_at(n);
+        let (pairs, average) = rest.split_at(2 * n * nodes);
+        self.displacements.copy_from_slice(&memory.x);
+        self.average.copy_from_slice(average);
+        self.pairs = pairs.chunks_exact(2 * nodes).map(<[f64]>::to_vec).collect();
+        self.energy = Energy {
+            total,
+            parts,
+            elastic: elastic.to_vec(),
+            mismatch: mismatch.to_vec(),
+            length,
+            barrier,
+            remaining: None,
+        };
+        self.work = Work {
+            steps: steps as usize,
+            system_iterations: [images, phase_fields].map(|count| count as usize),
+        };
+        Some(Rounds {
+            energies: memory.energies.to_vec(),
+            count: rounds as usize,
+            ended: memory.ended.map(|ended| ended.status),
+        })
+    }
+
     /// Creates the state of segmented images with zero displacements.
     pub fn new(grid: Grid<D>, images: Vec<ScalarField<f64, D>>, pairs: Vec<Vec<f64>>) -> Self {
         Self {

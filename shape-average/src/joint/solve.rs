@@ -2,7 +2,7 @@
 
 use super::params::JointParams;
 use super::result::{JointLevel, JointResult};
-use super::round::State;
+use super::round::{Rounds, State};
 use crate::error::AverageError;
 use crate::quiet::Quiet;
 use crate::result::worst_certificate;
@@ -75,13 +75,21 @@ fn joint_average_from_in<const D: usize>(
     let mut levels = Vec::with_capacity(grids.len());
     for (level, (grid, images)) in grids.iter().zip(coarser.into_iter().rev()).enumerate() {
         observer.level(level, grids.len(), images.len() * (D + 2) * grid.n_nodes());
-        let pairs = segmented(&images, params, observer)?;
-        let mut now = State::new(*grid, images, pairs);
-        match state.take() {
-            Some(coarse) => now.take_deformations(&coarse),
-            None => now.start_from(known),
-        }
-        let report = improve(&mut now, params, observer)?;
+        let memory = observer.resume();
+        let empty = vec![Vec::new(); images.len()];
+        let mut now = State::new(*grid, images, empty);
+        let rounds = memory.and_then(|memory| now.restore(&memory));
+        let rounds = if let Some(rounds) = rounds {
+            rounds
+        } else {
+            now.pairs = segmented(&now.images, params, observer)?;
+            match state.take() {
+                Some(coarse) => now.take_deformations(&coarse),
+                None => now.start_from(known),
+            }
+            Rounds::default()
+        };
+        let report = improve(&mut now, rounds, params, observer)?;
         let cancelled = report.status == Status::Cancelled;
         levels.push(report);
         state = Some(now);
@@ -118,17 +126,24 @@ fn segmented<const D: usize>(
     pairs.collect()
 }
 
-/// Performs the rounds on one level.
+/// Performs the rounds on one level, after those that have been performed.
 fn improve<const D: usize>(
     state: &mut State<D>,
+    performed: Rounds,
     params: &JointParams,
     observer: &mut dyn Observer,
 ) -> Result<JointLevel, AverageError> {
     let start = Instant::now();
-    let mut energies = Vec::new();
-    let mut rounds = 0;
+    let Rounds {
+        mut energies,
+        count: mut rounds,
+        ended,
+    } = performed;
     let mut evaluations = Evaluations::default();
     let status = loop {
+        if let Some(status) = ended {
+            break status;
+        }
         let deformed = state.deform(params, observer)?;
         let energy = state.evaluate(params)?.objective();
         energies.push(energy);
@@ -159,7 +174,11 @@ fn improve<const D: usize>(
         state.segment(params)?;
         energies.push(state.evaluate(params)?.objective());
         rounds += 1;
+        observer.memory(&state.memory(&energies, rounds, None));
     };
+    if ended.is_none() && !matches!(status, Status::Cancelled | Status::InadmissibleStart) {
+        observer.memory(&state.memory(&energies, rounds, Some(status)));
+    }
     Ok(JointLevel {
         nodes: state.grid.nodes_per_axis().to_vec(),
         interface_width: state.interface_width(params),

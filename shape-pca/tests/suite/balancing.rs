@@ -1,6 +1,7 @@
 //! Averages are moved until their stresses balance.
 
 use crate::support::{blob, smooth, three};
+use fe_grid::minimise::Silent;
 use fe_grid::{Field, Grid, certify};
 use shape_pca::{Average, Balancing, Compound, Pca, PcaParams, push_forward};
 use test_support::{golden_section, on_threads};
@@ -41,7 +42,9 @@ fn disks_of_a_wrong_radius_are_moved_to_that_of_least_energy() {
         )
         .unwrap();
         let params = PcaParams::default();
-        let (found, report) = Balancing::default().balance(&average, &params).unwrap();
+        let (found, report) = Balancing::default()
+            .balance(&average, &params, &mut Silent)
+            .unwrap();
         assert!(report.imbalance[0] > 0.05, "{report:?}");
         assert!(report.balanced, "{report:?}");
         let area: f64 = found.object().as_slice().iter().sum::<f64>() * grid.spacing().powi(2);
@@ -62,7 +65,7 @@ fn check_descent<const D: usize>(grid: Grid<D>) {
     let average = three(grid);
     let params = PcaParams::default();
     let balancing = Balancing::default();
-    let (found, report) = balancing.balance(&average, &params).unwrap();
+    let (found, report) = balancing.balance(&average, &params, &mut Silent).unwrap();
     assert!(report.changed() && report.imbalance[0] > 0.1, "{report:?}");
     assert!(report.balanced, "{report:?}");
     assert!(report.elastic.windows(2).all(|e| e[1] < e[0]), "{report:?}");
@@ -71,7 +74,7 @@ fn check_descent<const D: usize>(grid: Grid<D>) {
     }
     // As the modes see it.
     let compound = Compound::new(&found, &params).unwrap();
-    let pca = Pca::new(&found, &compound, usize::MAX).unwrap();
+    let pca = Pca::new(&found, &compound, usize::MAX, &mut Silent).unwrap();
     assert!(pca.imbalance() < 0.03, "{}", pca.imbalance());
     // All deformations were followed by the same one: shapes that were apart still are, by as much.
     let apart = |average: &Average<D>| {
@@ -82,7 +85,7 @@ fn check_descent<const D: usize>(grid: Grid<D>) {
     };
     assert!((apart(&average) - apart(&found)).abs() < 0.02);
     // Balanced ones stay as they are.
-    let (same, report) = balancing.balance(&found, &params).unwrap();
+    let (same, report) = balancing.balance(&found, &params, &mut Silent).unwrap();
     assert!(report.balanced && !report.changed());
     assert_eq!(same.displacements(), found.displacements());
 }
@@ -99,7 +102,7 @@ fn threads_do_not_matter() {
         on_threads(n, || {
             let average = three(Grid::<2>::dyadic(5));
             let (found, report) = Balancing::default()
-                .balance(&average, &PcaParams::default())
+                .balance(&average, &PcaParams::default(), &mut Silent)
                 .unwrap();
             (found.displacements().to_vec(), report)
         })
@@ -119,7 +122,7 @@ fn shapes_without_stresses_stay() {
     )
     .unwrap();
     let (_, report) = Balancing::default()
-        .balance(&average, &PcaParams::default())
+        .balance(&average, &PcaParams::default(), &mut Silent)
         .unwrap();
     assert!(!report.changed() && report.imbalance == [0.0], "{report:?}");
 }

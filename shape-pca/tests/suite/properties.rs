@@ -1,11 +1,12 @@
 //! What holds for every analysis, whatever the deformations.
 
 use crate::support::{blob, smooth, three};
+use fe_grid::minimise::Silent;
 use fe_grid::pullback::Derivatives;
 use fe_grid::vector::{axpy, dot, norm};
 use fe_grid::vector::{max_abs, max_abs_difference};
 use fe_grid::{Field, Grid, LinearOperator, VectorField};
-use hyperelastic::LawSpec;
+use hyperelastic::{LameModuli, LawSpec};
 use proptest::prelude::*;
 use shape_pca::{
     Average, Compound, Finite, Metric, Pca, PcaError, PcaParams, Quality, Source, evaluate,
@@ -15,7 +16,7 @@ use test_support::on_threads;
 
 fn analysed<const D: usize>(average: &Average<D>, params: &PcaParams) -> (Compound<D>, Pca<D>) {
     let compound = Compound::new(average, params).unwrap();
-    let pca = Pca::new(average, &compound, usize::MAX).unwrap();
+    let pca = Pca::new(average, &compound, usize::MAX, &mut Silent).unwrap();
     (compound, pca)
 }
 
@@ -27,7 +28,7 @@ fn wave(n: usize, seed: usize) -> Vec<f64> {
 
 /// Value, gradient and Hessian of the composed energy against differences.
 fn check_derivatives<const D: usize>(grid: Grid<D>, law: &str) {
-    let law = LawSpec::new(law, hyperelastic::LameModuli::default())
+    let law = LawSpec::new(law, LameModuli::default())
         .unwrap()
         .compile()
         .unwrap();
@@ -306,6 +307,44 @@ fn what_cannot_be_analysed_is_refused() {
     assert!(matches!(heavy, Err(PcaError::Weights { .. })));
     let same = Average::new(vec![u; 2], vec![chi; 2], vec![0.5; 2]).unwrap();
     let compound = Compound::new(&same, &PcaParams::default()).unwrap();
-    let nothing = Pca::new(&same, &compound, 9);
+    let nothing = Pca::new(&same, &compound, 9, &mut Silent);
     assert!(matches!(nothing, Err(PcaError::NoVariation)));
+}
+
+/// Energies are proportional to the moduli, whose unit is free: a power of two changes exponents and no other
+/// bit of any number, so that variances by the energy are multiplied by it, and nothing else changes.
+#[test]
+fn modes_have_no_unit() {
+    fn check<const D: usize>(grid: Grid<D>) {
+        let average = three(grid);
+        let scaled = |metric: Metric, factor: f64| {
+            let moduli = LameModuli::new(factor, factor).unwrap();
+            let params = PcaParams {
+                metric,
+                law: LawSpec {
+                    moduli,
+                    ..LawSpec::default()
+                },
+                ..PcaParams::default()
+            };
+            analysed(&average, &params).1
+        };
+        for metric in [Metric::L2, Metric::Hessian] {
+            let one = scaled(metric, 1.0);
+            for power in [-20, 20] {
+                let factor = 2.0f64.powi(power);
+                let other = scaled(metric, factor);
+                let unit = if metric == Metric::Hessian {
+                    factor
+                } else {
+                    1.0
+                };
+                let variances = one.modes.eigenvalues.iter().map(|v| unit * v);
+                assert_eq!(other.modes.eigenvalues, variances.collect::<Vec<_>>());
+                assert_eq!(other.modes.compactness(), one.modes.compactness());
+            }
+        }
+    }
+    check(Grid::<2>::dyadic(4));
+    check(Grid::<3>::dyadic(3));
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use fe_grid::minimise::Silent;
 use levelset::{BoxEdge, contour};
 use nalgebra::DMatrix;
 use serde_json::Value;
@@ -290,7 +291,7 @@ fn elastic_generalisation(files: &[PathBuf]) -> Outcome<Vec<f64>> {
     let result = average(&shapes, &params, &mut fe_grid::minimise::Silent)?;
     let average = Average::of_result(&result, &params)?;
     let compound = Compound::new(&average, &PcaParams::default())?;
-    let pca = Pca::new(&average, &compound, usize::MAX)?;
+    let pca = Pca::new(&average, &compound, usize::MAX, &mut Silent)?;
     let n = average.n_shapes();
     let mut squares = vec![0.0; n - 1];
     for i in 0..n {

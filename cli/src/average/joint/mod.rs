@@ -9,11 +9,11 @@ use fe_grid::ScalarField;
 use shape_average::joint::{JointParams, JointResult, joint_average_from};
 
 use super::args::{AverageConfig, AverageRun, not_joint};
-use super::checkpoint::{Resumption, begin, compare_places};
+use super::start::{compare_places, initial};
 use crate::error::CliError;
 use crate::history::HistoryPoint;
-use crate::output::{ResultDir, WorkDir};
-use crate::session::{Command, PlanOf, Session, Work};
+use crate::output::ResultDir;
+use crate::session::{Command, PlanOf, Session};
 use crate::shapes::GreyInput;
 use crate::summary::Summary;
 use plan::{JointPlan, plan_joint};
@@ -33,7 +33,6 @@ pub(crate) struct Outcome<const D: usize> {
     params: JointParams,
     result: JointResult<D>,
     history: Vec<HistoryPoint>,
-    checkpoints: Option<WorkDir>,
 }
 
 impl Command for JointAverage {
@@ -63,13 +62,12 @@ impl Command for JointAverage {
         let grids = nodal[0].grid().hierarchy(coarsest);
         let start = config.start.as_deref();
         compare_places(start, images.iter().map(|i| i.frame), &session.progress);
-        let watch = session.observer(&grids);
-        let leads = vec![true; nodal.len()];
-        let (run, restart) = (&self.run, Resumption::Restart);
-        let (mut checkpointer, known) =
-            begin(start, run, fingerprint, grids, leads, restart, watch)?;
-        let result = joint_average_from(&nodal, &known, &params, &mut checkpointer)?;
-        let (history, checkpoints) = checkpointer.finish();
+        let known = initial(start, nodal.len(), &grids, session.trust)?;
+        let mut checkpointer = session.checkpointer(fingerprint)?;
+        let mut watch = checkpointer.observe(session.observer(&grids));
+        let result = joint_average_from(&nodal, &known, &params, &mut watch)?;
+        let history = watch.finish();
+        session.ended(checkpointer);
         Ok(Outcome {
             images,
             nodal,
@@ -77,12 +75,7 @@ impl Command for JointAverage {
             params,
             result,
             history,
-            checkpoints,
         })
-    }
-
-    fn work<const D: usize>(outcome: &mut Outcome<D>) -> Work {
-        outcome.checkpoints.take().into()
     }
 
     fn write<const D: usize>(

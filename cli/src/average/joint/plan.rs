@@ -5,7 +5,7 @@ use phasefield::segmentation::{SegmentationParams, Weights};
 use shape_average::joint::JointParams;
 
 use super::super::args::AverageConfig;
-use super::super::checkpoint::fingerprint;
+use super::super::plan::fingerprint;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
 use crate::options::check_law;

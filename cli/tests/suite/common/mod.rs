@@ -229,7 +229,7 @@ pub fn arrays(results: &Results) -> Vec<(String, Vec<u8>)> {
 
 /// Runs the program, whose output nobody sees.
 #[cfg(target_os = "linux")]
-fn spawn(place: &Place, arguments: &[&str]) -> std::process::Child {
+pub fn spawn(place: &Place, arguments: &[&str]) -> std::process::Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shapespace"));
     command
         .args(arguments)

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use fe_grid::minimise::Silent;
 use fe_grid::vector::dot;
 use fe_grid::{Field, Grid, tensor};
 use hyperelastic::LawSpec;
@@ -144,7 +145,7 @@ fn dilation_mode(setting: Setting) -> Result<Outcome, VerifyError> {
     let seen = setting.ingredient(WEIGHTS, [1.0 / 3.0; 3]);
     let objects = disks(grid, seen)?;
     let compound = Compound::new(&objects, &PcaParams::default())?;
-    let pca = Pca::new(&objects, &compound, usize::MAX)?;
+    let pca = Pca::new(&objects, &compound, usize::MAX, &mut Silent)?;
     let dilations = exact(&spec, WEIGHTS)?;
     let mean: f64 = dilations.iter().zip(WEIGHTS).map(|(a, w)| w * a).sum();
     let variance: f64 = dilations
@@ -250,7 +251,7 @@ fn orthonormal(setting: Setting) -> Result<Outcome, VerifyError> {
             ..PcaParams::default()
         };
         let compound = Compound::new(&objects, &params)?;
-        let pca = Pca::new(&objects, &compound, usize::MAX)?;
+        let pca = Pca::new(&objects, &compound, usize::MAX, &mut Silent)?;
         let by_hessian = setting.ingredient(metric == Metric::Hessian, metric == Metric::L2);
         let mut worst = 0.0f64;
         for (i, y) in pca.space.fields.iter().enumerate() {
@@ -281,7 +282,7 @@ fn centred(setting: Setting) -> Result<Outcome, VerifyError> {
     let grid = Grid::<2>::dyadic(setting.effort(4, 5));
     let objects = different(grid)?;
     let compound = Compound::new(&objects, &PcaParams::default())?;
-    let pca = Pca::new(&objects, &compound, usize::MAX)?;
+    let pca = Pca::new(&objects, &compound, usize::MAX, &mut Silent)?;
     let mut sum = vec![0.0; 2 * grid.n_nodes()];
     let mut sizes = 0.0;
     let product = |u: &[f64]| dot(u, &object_product(objects.object(), u)).sqrt();

@@ -287,7 +287,7 @@ fn sampled(setting: Setting) -> Result<Outcome, VerifyError> {
     });
     let objects = Average::new(displacements.into(), vec![indicator; 4], vec![0.25; 4])?;
     let compound = Compound::new(&objects, &PcaParams::default())?;
-    let pca = Pca::new(&objects, &compound, usize::MAX)?;
+    let pca = Pca::new(&objects, &compound, usize::MAX, &mut Silent)?;
     let scores = [1.2, -0.7, 0.4];
     let mut u = pca.space.synthesise(&scores)?;
     fe_grid::vector::scale(setting.ingredient(1.0, 1.1), u.as_mut_slice());

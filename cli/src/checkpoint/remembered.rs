@@ -1,10 +1,10 @@
-//! The memory of a minimiser in files, from which a run resumes to the same bits.
+//! The memory of a run in files, from which a run resumes to the same bits.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use fe_grid::minimise::{Evaluations, Memory, MemoryPair};
+use fe_grid::minimise::{Ended, Evaluations, Memory, MemoryPair};
 use serde::{Deserialize, Serialize};
 
 use crate::error::CliError;
@@ -20,10 +20,12 @@ const OBJECTIVE: &str = "objective.bin";
 /// The numbers of a memory; its vectors are in files of a folder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Remembered {
-    /// Which of the runs of minimisers the memory is from: those before it are repeated.
+    /// Which of the runs the memory is from.
     pub run: usize,
     /// Number of unknowns.
     dim: usize,
+    /// Length of the gradient.
+    gradient: usize,
     /// What the objective remembers.
     objective: usize,
     /// Inverse curvature and ratio of every pair.
@@ -32,7 +34,10 @@ pub(super) struct Remembered {
     first_gradient_norm: f64,
     step_length: f64,
     evaluations: Evaluations,
-    /// The convergence history of all runs so far.
+    /// How the run has ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended: Option<Ended>,
+    /// The convergence history of this run so far.
     pub history: Vec<HistoryPoint>,
 }
 
@@ -60,12 +65,14 @@ impl Remembered {
         Ok(Self {
             run,
             dim: memory.x.len(),
+            gradient: memory.gradient.len(),
             objective: memory.objective.len(),
             pairs: memory.pairs.iter().map(numbers).collect(),
             energies: memory.energies.to_vec(),
             first_gradient_norm: memory.first_gradient_norm,
             step_length: memory.step_length,
             evaluations: memory.evaluations,
+            ended: memory.ended,
             history: history.to_vec(),
         })
     }
@@ -89,19 +96,15 @@ impl Remembered {
         });
         Ok(Memory {
             x: doubles(STATE, self.dim)?.into(),
-            gradient: doubles(GRADIENT, self.dim)?.into(),
+            gradient: doubles(GRADIENT, self.gradient)?.into(),
             pairs: pairs.collect::<Result<_, CliError>>()?,
             energies: self.energies.clone().into(),
             first_gradient_norm: self.first_gradient_norm,
             step_length: self.step_length,
             evaluations: self.evaluations,
             objective: doubles(OBJECTIVE, self.objective)?.into(),
+            ended: self.ended,
         })
-    }
-
-    /// The last energy.
-    pub fn energy(&self) -> f64 {
-        self.energies.last().copied().unwrap_or_default()
     }
 }
 

@@ -1,0 +1,207 @@
+//! Checkpoints of long computations.
+//!
+//! A long run stores its state in `DIR.partial`, next to its output, every few minutes. After an
+//! interruption the same command resumes from there; after a regular end the folder is removed.
+//!
+//! A computation is a sequence of runs of solvers: of L-BFGS on grids from coarse to fine, of equations,
+//! of linear systems. A checkpoint has the results of all runs that have ended, and the memory of the one
+//! that has not. The same command, started again, goes through all of its runs to the bits of the first
+//! time: it takes the results of those that have ended, and resumes the other from its memory.
+
+mod remembered;
+mod store;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use fe_grid::minimise::{Control, Iteration, Memory, Observer};
+
+use crate::error::CliError;
+use crate::history::HistoryPoint;
+use crate::output::WorkDir;
+use crate::progress::Progress;
+use crate::watch::ProgressObserver;
+use remembered::Remembered;
+use store::{Kept, Progressed, Store};
+
+pub(crate) use store::Place;
+
+/// Results of this many bytes are kept in memory until the next checkpoint; more are stored at once.
+const MOST_UNSAVED: usize = 64 << 20;
+
+/// The checkpoints of a computation.
+pub(crate) struct Checkpointer<'a> {
+    progress: &'a Progress,
+    store: Store<'a>,
+    /// Runs so far.
+    runs: usize,
+    /// The runs to resume.
+    pending: BTreeSet<usize>,
+    /// Results that are in no checkpoint yet.
+    unsaved: Vec<Unsaved>,
+}
+
+/// The result of a run.
+struct Unsaved {
+    run: usize,
+    memory: Memory<'static>,
+    history: Vec<HistoryPoint>,
+}
+
+impl<'a> Checkpointer<'a> {
+    /// Opens the checkpoints of the same computation, if there are any.
+    ///
+    /// # Errors
+    /// [`CliError::OtherWork`] for checkpoints of another computation of the same name.
+    pub fn new(place: Place<'a>, progress: &'a Progress) -> Result<Self, CliError> {
+        let store = Store::open(place, progress)?;
+        let pending = store.parts().map(|part| part.run).collect();
+        Ok(Self {
+            progress,
+            store,
+            runs: 0,
+            pending,
+            unsaved: Vec::new(),
+        })
+    }
+
+    /// Observes a part of the computation, and shows its progress as another observer does.
+    pub fn observe<'b>(&'b mut self, watch: ProgressObserver<'b>) -> Checked<'b, 'a> {
+        Checked {
+            checkpointer: self,
+            watch,
+            first: 0,
+        }
+    }
+
+    /// The folder of the checkpoints, if there are any, to be removed when the result is written.
+    pub fn finish(self) -> Option<WorkDir> {
+        // Interrupted before the last run to resume: the checkpoint is beyond the result.
+        self.store.into_work().filter(|_| self.pending.is_empty())
+    }
+
+    /// The memory to resume this run from.
+    fn load(&self) -> Option<(Memory<'static>, Vec<HistoryPoint>)> {
+        let (folder, sums, part) = self.store.find(self.runs)?;
+        match part.load(&folder, sums) {
+            Ok(memory) => Some((memory, part.history.clone())),
+            Err(error) => {
+                self.progress
+                    .note(format!("warning: a checkpoint is not used: {error}"));
+                None
+            }
+        }
+    }
+
+    /// Keeps a result until the next checkpoint; `false` where there is no room.
+    fn keep(&mut self, memory: &Memory<'_>, history: &[HistoryPoint]) -> bool {
+        let run = self.runs;
+        self.unsaved.retain(|old| old.run != run);
+        let unsaved: usize = self.unsaved.iter().map(|old| old.memory.bytes()).sum();
+        let has_room = unsaved + memory.bytes() <= MOST_UNSAVED;
+        if has_room {
+            self.unsaved.push(Unsaved {
+                run,
+                memory: memory.clone().into_owned(),
+                history: history.to_vec(),
+            });
+        }
+        has_room
+    }
+
+    /// Stores all results that are in no checkpoint yet, and a memory of this run.
+    fn store(
+        &mut self,
+        memory: &Memory<'_>,
+        history: &[HistoryPoint],
+        nodes: usize,
+    ) -> Result<(), CliError> {
+        for old in std::mem::take(&mut self.unsaved) {
+            if old.run != self.runs {
+                self.add(old.run, &old.memory, &old.history, nodes)?;
+            }
+        }
+        self.add(self.runs, memory, history, nodes)
+    }
+
+    fn add(
+        &mut self,
+        run: usize,
+        memory: &Memory<'_>,
+        history: &[HistoryPoint],
+        nodes: usize,
+    ) -> Result<(), CliError> {
+        let at = Progressed {
+            nodes,
+            energy: memory.energies.last().copied(),
+        };
+        let write = |folder: &Path| Ok(Remembered::save(folder, run, memory, history)?);
+        self.store.add(at, write, retire)
+    }
+}
+
+/// An observer of a part of a computation that stores checkpoints.
+pub(crate) struct Checked<'b, 'a> {
+    checkpointer: &'b mut Checkpointer<'a>,
+    watch: ProgressObserver<'b>,
+    /// Length of the convergence history before this run.
+    first: usize,
+}
+
+impl Checked<'_, '_> {
+    /// The convergence history.
+    pub fn finish(self) -> Vec<HistoryPoint> {
+        self.watch.finish()
+    }
+}
+
+impl Observer for Checked<'_, '_> {
+    fn level(&mut self, level: usize, n_levels: usize, dim: usize) {
+        self.watch.level(level, n_levels, dim);
+    }
+
+    fn resume(&mut self) -> Option<Memory<'static>> {
+        let all = &mut *self.checkpointer;
+        all.runs += 1;
+        self.first = self.watch.history().len();
+        if !all.pending.remove(&all.runs) {
+            return None;
+        }
+        let (memory, history) = all.load()?;
+        self.watch.restore(history);
+        Some(memory)
+    }
+
+    fn memory(&mut self, memory: &Memory<'_>) {
+        let all = &mut *self.checkpointer;
+        // What is repeated before the last run to resume is older than the checkpoints.
+        if !all.store.is_enabled() || !all.pending.is_empty() {
+            return;
+        }
+        let history = &self.watch.history()[self.first..];
+        if !all.store.is_due() && (memory.ended.is_none() || all.keep(memory, history)) {
+            return;
+        }
+        // A checkpoint is useful only after an interruption: a failure to write it does not end the
+        // computation.
+        if let Err(error) = all.store(memory, history, self.watch.nodes()) {
+            self.watch.note(format!("warning: no checkpoint: {error}"));
+        }
+    }
+
+    fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
+        self.watch.iteration(iteration)
+    }
+
+    fn between(&mut self) -> Control {
+        self.watch.between()
+    }
+}
+
+/// Drops what the newest checkpoint replaces: that of the same run, and memories of runs that have not
+/// ended there.
+fn retire(kept: &mut Vec<Kept>) {
+    let Some(new) = kept.pop() else { return };
+    kept.retain(|one| one.part.ended.is_some() && one.part.run != new.part.run);
+    kept.push(new);
+}
