@@ -72,7 +72,8 @@ pub(crate) fn corotational<const D: usize>(
         moduli: form.moduli,
         regularisation: Corotational::<D>::REGULARISATION
             * Corotational::<D>::LEAST_VOID_STIFFNESS
-            * form.stiffness,
+            * form.stiffness
+            * form.moduli.mu,
     };
     (law, probe_cells(grid, form, data, displacement))
 }

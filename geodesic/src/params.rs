@@ -81,8 +81,8 @@ pub struct GeodesicParams {
     /// the void to fold.
     #[cfg_attr(feature = "clap", arg(long))]
     pub void_stiffness: f64,
-    /// Viscosity of the void without a barrier against folding, from 0 to 1; positive where the
-    /// void stiffness is 0.
+    /// Viscosity of the void without a barrier against folding, relative to the shear modulus of the
+    /// object, from 0 to 1; positive where the void stiffness is 0.
     #[cfg_attr(feature = "clap", arg(long, hide_short_help = true))]
     pub void_viscosity: f64,
     /// Width of the smoothed step function of the mismatch on every level, in grid spacings.

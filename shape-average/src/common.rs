@@ -40,7 +40,7 @@ pub(crate) struct CommonMotion<const D: usize> {
 
 impl<const D: usize> CommonMotion<D> {
     /// Computes the metric at displacements, for given weights of the elastic energies and a
-    /// regularisation relative to the stiffness of the objects.
+    /// regularisation relative to their shear modulus times the weights.
     pub fn new(
         shapes: &LevelShapes<D>,
         params: &AverageParams,
@@ -84,7 +84,7 @@ impl<const D: usize> CommonMotion<D> {
         let rigid = Rigid::new(&grid, &cells[0]);
         let law = Corotational {
             moduli: params.law.moduli,
-            regularisation: regularisation * total,
+            regularisation: regularisation * total * params.law.moduli.mu,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
         Ok(Self {

@@ -26,7 +26,7 @@ use std::time::Instant;
 
 /// Smoothing at zero: `s^2` as a fraction of the reference energy.
 const SMOOTHING: f64 = 0.01;
-/// Lower bound of the reference energy: that of a strain of 0.001.
+/// Lower bound of the reference energy, relative to the shear modulus: that of a strain of 0.001.
 const LEAST_REFERENCE: f64 = 1e-6;
 /// Maximal number of iterations after the first.
 const ROUNDS: usize = 30;
@@ -122,7 +122,7 @@ pub(crate) fn solve<const D: usize>(
     let mut energies = roots.energies(&plain.energy);
     energies.sort_unstable_by(f64::total_cmp);
     // Identical shapes have zero energy; any reference will do.
-    let middle = energies[energies.len() / 2].max(LEAST_REFERENCE);
+    let middle = energies[energies.len() / 2].max(LEAST_REFERENCE * params.law.moduli.mu);
     roots.reference = params.median_reference.unwrap_or(middle);
     // The first iteration restarts on the coarsest level, as outliers may have moved the mean far
     // from the median.

@@ -61,9 +61,13 @@ impl<const D: usize> ShapeMetric<D> {
             let probe = MetricProbe::new(stiffness, Masked(mismatch), average);
             probe_cells(&grid, &probe, data, displacement)
         };
+        let moduli = params.law.moduli;
         let law = Corotational {
-            moduli: params.law.moduli,
-            regularisation: Corotational::<D>::REGULARISATION * void_stiffness * elastic_weight,
+            moduli,
+            regularisation: Corotational::<D>::REGULARISATION
+                * void_stiffness
+                * elastic_weight
+                * moduli.mu,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, CYCLE)?;
         Ok(Self {

@@ -324,7 +324,7 @@ impl<const D: usize> AverageObjective<D> {
     pub(crate) fn barrier(&self) -> FoldBarrier {
         let n = self.shapes.n_shapes() as f64;
         FoldBarrier {
-            weight: self.params.void_stiffness / n,
+            weight: self.params.void_stiffness * self.params.law.moduli.mu / n,
             onset: BARRIER_ONSET,
         }
     }

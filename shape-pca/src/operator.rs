@@ -222,7 +222,7 @@ fn cycle<const D: usize>(
     }
     let law = Corotational {
         moduli: params.law.moduli,
-        regularisation: Corotational::<D>::REGULARISATION * params.void_stiffness,
+        regularisation: Corotational::<D>::REGULARISATION * params.void_stiffness * mu,
     };
     Ok(CorotationalMultigrid::new(
         *grid,

@@ -56,7 +56,7 @@ impl<const D: usize> Geometry<D> {
             weights: ObjectWeights {
                 indicator,
                 void_stiffness: params.void_stiffness,
-                void_viscosity: params.void_viscosity,
+                void_viscosity: params.void_viscosity * params.law.moduli.mu,
             },
             params: params.clone(),
             law,

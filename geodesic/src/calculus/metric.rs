@@ -15,7 +15,7 @@ use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{CellProbe, Data, Element, Grid, Lane, Point, Reads, probe_cells, tensor};
 use hyperelastic::{Corotational, LameModuli};
 
-/// Regularisation that makes the form definite, as a fraction of the object's stiffness. Rigid
+/// Regularisation that makes the form definite, as a fraction of the object's shear modulus. Rigid
 /// motions have no other stiffness; they are removed from the result of the cycle.
 const REGULARISATION: f64 = 1e-6;
 
@@ -30,7 +30,7 @@ pub(super) fn form<O: Element, const D: usize>(
 ) -> (Corotational<D>, Vec<Vec<O>>) {
     let law = Corotational {
         moduli,
-        regularisation: REGULARISATION,
+        regularisation: REGULARISATION * moduli.mu,
     };
     let data = Data {
         coefficients: &[level_set],

@@ -15,7 +15,7 @@ pub struct CalculusParams {
     pub law: LawSpec,
     /// Stiffness of the void under the law, relative to the object; 0 allows the void to fold.
     pub void_stiffness: f64,
-    /// Viscosity of the void, without a barrier.
+    /// Viscosity of the void, without a barrier, relative to the shear modulus of the object.
     pub void_viscosity: f64,
     /// Half-width of the elastic indicator, in grid spacings.
     pub indicator_cells: f64,

@@ -151,7 +151,7 @@ impl<const D: usize> PathObjective<D> {
         ObjectWeights {
             indicator: self.indicator,
             void_stiffness: self.params.void_stiffness,
-            void_viscosity: self.params.void_viscosity,
+            void_viscosity: self.params.void_viscosity * self.params.law.moduli.mu,
         }
     }
 

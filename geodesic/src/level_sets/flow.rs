@@ -40,7 +40,7 @@ const LARGEST_STRAIN: f64 = 0.25;
 const SHORTEST_STEP: f64 = 0.02;
 /// Widths of the mismatch's step function, in cells, from first to last.
 const WIDTHS: [f64; 4] = [3.0, 1.5, 0.75, 0.5];
-/// Mass `m` of the fluid, which damps the motion where no force acts.
+/// Mass `m` of the fluid relative to its shear modulus, which damps the motion where no force acts.
 const MASS: f64 = 3.0;
 /// Maximal number of steps for every width.
 const MOST_STEPS: usize = 150;
@@ -214,7 +214,7 @@ impl<const D: usize> Fluid<D> {
         let rest = vec![0.0; D * grid.n_nodes()];
         let (law, mut cells) = corotational(&grid, form, level_set, &rest);
         for i in 0..D {
-            cells[Corotational::<D>::mass_entry(i, i)].fill(MASS as f32);
+            cells[Corotational::<D>::mass_entry(i, i)].fill((MASS * form.moduli.mu) as f32);
         }
         let exact = cells
             .iter()

@@ -22,9 +22,9 @@ use fe_grid::{Grid, GridError, LinearOperator, parallel, vector};
 use hyperelastic::{Corotational, CorotationalMultigrid, FoldBarrier, LameModuli};
 use levelset::{Arctan, Step};
 
-/// A mass, relative to the stiffness, that controls rigid motions of the inner shapes, under which
+/// A mass, relative to the shear modulus, that controls rigid motions of the inner shapes, under which
 /// the energy is invariant up to discretisation errors.
-const GAUGE_MASS: f32 = 3.0;
+const GAUGE_MASS: f64 = 3.0;
 
 /// Directions common to several parts are counted several times; the sum is scaled by this factor,
 /// so that full steps are not too long.
@@ -84,8 +84,9 @@ impl<const D: usize> LevelSetMetric<D> {
             let displacement = &parts.state[layout.displacement(k)];
             let (law, mut cells) = corotational(&grid, &form, &start, displacement);
             if mismatch_weight == 0.0 {
+                let mass = GAUGE_MASS * steps as f64 * parts.moduli.mu;
                 for i in 0..D {
-                    cells[Corotational::<D>::mass_entry(i, i)].fill(GAUGE_MASS * steps as f32);
+                    cells[Corotational::<D>::mass_entry(i, i)].fill(mass as f32);
                 }
             }
             let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;

@@ -13,3 +13,4 @@ mod given;
 mod known;
 mod oracle;
 mod resume;
+mod units;

@@ -18,4 +18,5 @@ mod remaining;
 mod rounds;
 mod seen;
 mod start;
+mod units;
 mod weights;
