@@ -56,6 +56,7 @@ macro_rules! mutant {
     ($right:expr, $name:ident => $wrong:expr) => {{ $right }};
 }
 
+mod blocks;
 mod buffer;
 mod certificate;
 pub mod composition;

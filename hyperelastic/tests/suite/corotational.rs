@@ -5,12 +5,15 @@ use crate::common::{
     norm, rotation, stretched,
 };
 use fe_grid::engine::{MAX_CELL_DATA, MAX_COEFFICIENTS};
-use fe_grid::multigrid::CoefficientLaw;
+use fe_grid::multigrid::{CoefficientLaw, MultigridParams};
+use fe_grid::random::noise;
 use fe_grid::{
-    Assembly, CellLaw, Data, Element, Grid, Jet, Lane, LaneKernel, Point, SimdLevel, Tensor, tensor,
+    Assembly, CellLaw, Data, Element, Grid, GridError, Jet, Lane, LaneKernel, LinearOperator,
+    Point, SimdLevel, Tensor, tensor,
 };
 use hyperelastic::{
-    Corotational, LameModuli, LogDet, StoredEnergy, ViscousDissipation, polar_rotation,
+    Corotational, CorotationalMultigrid, LameModuli, LogDet, StoredEnergy, ViscousDissipation,
+    polar_rotation,
 };
 use proptest::prelude::*;
 
@@ -391,4 +394,43 @@ fn check_block_diagonal<const D: usize>(nodes: [usize; D]) {
 fn block_diagonal_from_moments() {
     check_block_diagonal([6, 4]);
     check_block_diagonal([4, 5, 3]);
+}
+
+/// Cells of one stiffness at rest, with `weight * n n^T` as their mass.
+fn weighted<const D: usize>(grid: &Grid<D>, weight: f64, normal: [f64; D]) -> Vec<Vec<f32>> {
+    let mass = normal.map(|a| normal.map(|b| weight * a * b));
+    let of_cell = cell(1.0, &identity(), &mass);
+    let used = Corotational::<D>::mass_entry(D - 1, D - 1) + 1;
+    let data = of_cell[..used].iter();
+    data.map(|&entry| vec![entry as f32; grid.n_cells()])
+        .collect()
+}
+
+/// A mismatch of large weight acts along the normal of a contour. In single precision nothing is left of the
+/// stiffness across it; the cycle is definite nevertheless, and refuses a mass that is negative.
+#[test]
+fn cycles_stand_large_weights_along_one_direction() {
+    fn check<const D: usize>(grid: Grid<D>, normal: [f64; D]) {
+        let new = |weight: f64| {
+            let cells = weighted(&grid, weight, normal);
+            CorotationalMultigrid::new(grid, law(1.2, 1e-6), cells, MultigridParams::default())
+        };
+        for weight in [1e-12, 1.0, 1e6, 1e9, 1e12, 1e15] {
+            let cycle = new(weight).unwrap();
+            for seed in 0..3 {
+                let r = noise(cycle.dim(), seed);
+                let mut z = vec![0.0; r.len()];
+                cycle.apply_into(&r, &mut z);
+                let product: f64 = r.iter().zip(&z).map(|(a, b)| a * b).sum();
+                assert!(product > 0.0 && product.is_finite(), "{weight}: {product}");
+            }
+        }
+        let negative = new(-1e6).map(|_| ());
+        assert!(
+            matches!(negative, Err(GridError::NotPositiveDefinite { curvature, .. }) if curvature < 0.0)
+        );
+    }
+    check(Grid::<2>::dyadic(4), [0.6, 0.8]);
+    check(Grid::<2>::dyadic(4), [0.28, -0.96]);
+    check(Grid::<3>::dyadic(3), [0.48, 0.6, 0.64]);
 }
