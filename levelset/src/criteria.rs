@@ -193,7 +193,8 @@ const CRITERIA: [Criterion; 22] = [
                  an error of the modes. `pca` continues averages until their loads add up to less, \
                  except where deformations are at the lower bound of the determinant: there the \
                  stresses of folds, and not those of the shapes, would be balanced.",
-        remedy: "average without the shapes of which the average is doubtful, or on a finer --grid",
+        remedy: "average without the shapes of which the average is doubtful, or on a finer --grid, or use \
+                 `pca --variation displacement`",
     },
     Criterion {
         cause: Cause::Indefinite,
@@ -202,7 +203,7 @@ const CRITERIA: [Criterion; 22] = [
         reason: "The average is not a minimum where the energy has a negative curvature, and \
                  modes are not orthogonal in its inner product.",
         remedy: "average without the shapes of which the average is doubtful, or on a finer --grid, or use \
-                 --at-rest",
+                 `pca --variation displacement` or --at-rest",
     },
     Criterion {
         cause: Cause::PathEnd,

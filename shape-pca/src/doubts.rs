@@ -1,6 +1,8 @@
 //! The doubts about principal modes.
 
+use crate::params::Metric;
 use crate::pca::Pca;
+use crate::variation::Variation;
 use levelset::{Cause, Doubt};
 
 impl<const D: usize> Pca<D> {
@@ -11,11 +13,17 @@ impl<const D: usize> Pca<D> {
     }
 
     /// Returns the doubts about the modes: loads that do not balance, and an operator that is not
-    /// positive definite.
+    /// positive definite. Modes of finite displacements depend on neither, unless the operator is their
+    /// inner product.
     pub fn doubts(&self) -> Vec<Doubt> {
+        let params = &self.space.params;
+        let finite = params.variation == Variation::Displacement;
+        let curved = !finite || params.metric == Metric::Hessian;
+        let imbalance = (!finite).then(|| self.imbalance());
+        let curvature = curved.then_some(self.least_curvature);
         let doubts = [
-            Doubt::check(Cause::StressBalance, self.imbalance()),
-            Doubt::check(Cause::Indefinite, self.least_curvature),
+            imbalance.and_then(|figure| Doubt::check(Cause::StressBalance, figure)),
+            curvature.and_then(|figure| Doubt::check(Cause::Indefinite, figure)),
         ];
         doubts.into_iter().flatten().collect()
     }

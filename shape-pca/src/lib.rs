@@ -14,6 +14,10 @@
 //! Displacements form a vector space, so a principal component analysis is defined: `u_k` points
 //! away from shape `k`, and `S_k` is approximately `(1 - u_k)(S)`.
 //!
+//! These displacements are linear in the stresses. [`Variation::Displacement`] takes those of the
+//! deformations themselves instead, `u_k = 1 - phi_k^{-1}`: shapes whose parts turn by large angles, such as
+//! fingers, need fewer of their modes.
+//!
 //! # Data flow
 //! [`Average`] (deformations, indicators, weights) → [`Balancing`], where the stresses do not balance →
 //! [`Compound`], the operator `K` assembled by
@@ -54,6 +58,7 @@ mod quality;
 mod random;
 mod rigid;
 mod space;
+mod variation;
 
 pub use average::Average;
 pub use compound::{Source, evaluate};
@@ -71,6 +76,7 @@ pub use push::push_forward;
 pub use quality::Quality;
 pub use rigid::RigidMotions;
 pub use space::ModeSpace;
+pub use variation::Variation;
 
 /// The examples of the README are tests.
 #[cfg(doctest)]

@@ -6,10 +6,11 @@ use crate::error::PcaError;
 use crate::krylov::{self, Negative, SolveReport};
 use crate::params::PcaParams;
 use crate::rigid::RigidMotions;
+use crate::variation::{Variation, finite_displacement};
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::pullback::Derivatives;
 use fe_grid::stencil::BlockStencil;
-use fe_grid::{Field, Grid, LinearOperator, VectorField, compiled_once, mutant};
+use fe_grid::{Field, Grid, LinearOperator, ScalarField, VectorField, compiled_once, mutant};
 use hyperelastic::{CompiledLaw, Corotational, CorotationalMultigrid, LameModuli};
 
 /// The operator `K`, `w . K u = int C Du : Dw`, on displacements without rigid part.
@@ -20,6 +21,7 @@ pub struct Compound<const D: usize> {
     stiffness: BlockStencil<D, D>,
     cycle: CorotationalMultigrid<D>,
     rigid: RigidMotions,
+    object: ScalarField<f64, D>,
     imbalance: Vec<f64>,
     energy: f64,
 }
@@ -45,6 +47,7 @@ impl<const D: usize> Compound<D> {
             stiffness,
             cycle: cycle(&grid, params, &traces)?,
             rigid: RigidMotions::new(average.object())?,
+            object: average.object().clone(),
             imbalance: found.gradient,
             energy: found.value,
         })
@@ -232,16 +235,22 @@ fn cycle<const D: usize>(
     )?)
 }
 
-/// Computes the displacement that represents the Cauchy stress of a deformation onto the average,
-/// before centring.
+/// Computes the displacement that represents the variation of a shape, before centring: the response to the
+/// Cauchy stress of its deformation onto the average, or the displacement by the inverse of the deformation.
 ///
 /// # Errors
-/// Those of the law and of the linear solve.
+/// Those of the law and of the linear solve; [`PcaError::EmptyObject`] for a deformation that covers no part
+/// of the average.
 pub fn representation<const D: usize>(
     compound: &Compound<D>,
     source: Source<'_>,
 ) -> Result<(VectorField<f64, D>, SolveReport), PcaError> {
-    let load = compound.load(source)?;
-    let (u, report) = compound.respond(&load)?;
-    Ok((Field::from_vec(*compound.grid(), u)?, report))
+    match compound.params.variation {
+        Variation::Stress => {
+            let load = compound.load(source)?;
+            let (u, report) = compound.respond(&load)?;
+            Ok((Field::from_vec(*compound.grid(), u)?, report))
+        }
+        Variation::Displacement => finite_displacement(&compound.object, &source),
+    }
 }

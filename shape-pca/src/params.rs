@@ -1,6 +1,7 @@
 //! Parameters of a principal component analysis.
 
 use crate::PcaError;
+use crate::variation::Variation;
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +37,9 @@ pub struct PcaParams {
     /// Inner product of displacements.
     #[cfg_attr(feature = "clap", arg(long, value_enum))]
     pub metric: Metric,
+    /// What represents the variation of a shape.
+    #[cfg_attr(feature = "clap", arg(long, value_enum))]
+    pub variation: Variation,
     /// Linearise about the unstressed average, without the stresses of the deformations but under
     /// the same loads.
     #[cfg_attr(feature = "clap", arg(long))]
@@ -80,6 +84,7 @@ impl Default for PcaParams {
             law: LawSpec::default(),
             void_stiffness: USUAL_STIFFNESS,
             metric: Metric::default(),
+            variation: Variation::default(),
             at_rest: false,
             void_at_rest: true,
             tolerance: 1e-9,

@@ -6,6 +6,7 @@ use crate::metric::dual;
 use crate::modes::Scores;
 use crate::operator::{Compound, representation};
 use crate::params::PcaParams;
+use crate::variation::Variation;
 use fe_grid::vector::{axpy, dot};
 use fe_grid::{ScalarField, VectorField};
 
@@ -50,8 +51,9 @@ impl<const D: usize> ModeSpace<D> {
         Ok(u)
     }
 
-    /// Computes `sum_j score_j sqrt(Lambda_j) y_j`: the displacement of a shape with these scores
-    /// in the first modes. The shape itself is `(1 - u)(S)`.
+    /// Computes the displacement of the average to a shape with these scores in the first modes, `u = sum_j
+    /// score_j sqrt(Lambda_j) y_j`, plus the mean where that has a shape ([`ModeSpace::from_average`]). The
+    /// shape itself is `(1 - u)(S)`.
     ///
     /// # Errors
     /// [`PcaError::TooManyScores`].
@@ -66,6 +68,17 @@ impl<const D: usize> ModeSpace<D> {
         for ((score, lambda), mode) in scores.iter().zip(&self.eigenvalues).zip(&self.fields) {
             axpy(score * lambda.sqrt(), mode.as_slice(), u.as_mut_slice());
         }
-        Ok(u)
+        Ok(self.from_average(u))
+    }
+
+    /// Makes of a centred displacement that of the average.
+    ///
+    /// The loads of stresses sum to zero, and their mean response is an error. The mean of finite displacements
+    /// is that of the shapes, `(1 - mean)(S)`, and is added.
+    pub fn from_average(&self, mut centred: VectorField<f64, D>) -> VectorField<f64, D> {
+        if self.params.variation == Variation::Displacement {
+            axpy(1.0, self.mean.as_slice(), centred.as_mut_slice());
+        }
+        centred
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use shape_pca::{Compound, Pca, Quality};
+use shape_pca::{Compound, Pca, Quality, Variation};
 
 use super::args::PcaConfig;
 use super::balance::{Continuation, balanced};
@@ -49,7 +49,8 @@ impl Command for PcaConfig {
         let mut watch = checkpointer.observe(session.observer(&[*stored.average.grid()]));
         let most = config.modes.unwrap_or(usize::MAX);
         let mut continuation = None;
-        if !config.keep_average {
+        // Only modes of stresses rest on their balance.
+        if !config.keep_average && params.variation == Variation::Stress {
             session.progress.stage("balancing the stresses");
             continuation = balanced(&mut stored, &params, &mut watch)?;
         }

@@ -2,6 +2,7 @@
 
 use fe_grid::VectorField;
 use levelset::Contour;
+use shape_pca::ModeSpace;
 
 use crate::error::CliError;
 use crate::geodesic::draw::portraits;
@@ -34,11 +35,21 @@ pub(crate) fn moved<const D: usize>(
     })
 }
 
-/// Modes that are drawn: fields with their eigenvalues.
+/// The displacement of the average to the shape with one score.
+pub(super) fn displacement<const D: usize>(
+    space: &ModeSpace<D>,
+    j: usize,
+    score: f64,
+) -> VectorField<f64, D> {
+    let mut u = space.fields[j].clone();
+    fe_grid::vector::scale(score * space.eigenvalues[j].sqrt(), u.as_mut_slice());
+    space.from_average(u)
+}
+
+/// Modes that are drawn.
 pub(super) struct DrawnModes<'a, const D: usize> {
     pub average: &'a Contour<D>,
-    pub fields: &'a [VectorField<f64, D>],
-    pub eigenvalues: &'a [f64],
+    pub space: &'a ModeSpace<D>,
     /// In standard deviations.
     pub amplitude: f64,
 }
@@ -46,16 +57,12 @@ pub(super) struct DrawnModes<'a, const D: usize> {
 impl<const D: usize> DrawnModes<'_, D> {
     /// The shape with one score, `(1 - a sqrt Lambda_j y_j)(S)`.
     fn shape(&self, j: usize, score: f64) -> Contour<D> {
-        moved(
-            self.average,
-            &self.fields[j],
-            -score * self.eigenvalues[j].sqrt(),
-        )
+        moved(self.average, &displacement(self.space, j, score), -1.0)
     }
 
     /// Modes in rows: shapes at even scores, from one end to the other.
     pub fn strip(&self) -> Canvas {
-        let rows = self.fields.len().min(ROWS);
+        let rows = self.space.fields.len().min(ROWS);
         let score = |i: usize| self.amplitude * (2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0);
         let mut shapes = Vec::new();
         let mut names = Vec::new();
@@ -65,7 +72,7 @@ impl<const D: usize> DrawnModes<'_, D> {
                     self.shape(j, score(i)),
                     deviation(score(i) / self.amplitude),
                 ));
-                let ratio = self.eigenvalues[j] / self.eigenvalues[0];
+                let ratio = self.space.eigenvalues[j] / self.space.eigenvalues[0];
                 names.push(if i == COLUMNS / 2 {
                     format!("mode {j}, ratio {ratio:.2}")
                 } else {

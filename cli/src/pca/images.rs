@@ -3,6 +3,7 @@
 use fe_grid::ScalarField;
 use shape_pca::{ModeSpace, push_forward};
 
+use super::draw::displacement;
 use shapespace_picture::{Canvas, Slice, TileRows};
 
 /// Maximum number of modes in the strip.
@@ -26,11 +27,8 @@ impl<const D: usize> ImageModes<'_, D> {
     /// The image with one score, `u o (1 - a sqrt Lambda_j y_j)^-1`; black where the box has not been
     /// deformed to.
     fn image(&self, j: usize, score: f64) -> ScalarField<f64, D> {
-        let mut moved = self.space.fields[j].clone();
-        fe_grid::vector::scale(
-            -score * self.space.eigenvalues[j].sqrt(),
-            moved.as_mut_slice(),
-        );
+        let mut moved = displacement(self.space, j, score);
+        fe_grid::vector::scale(-1.0, moved.as_mut_slice());
         push_forward(self.image, &moved, 0.0)
     }
 

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use hyperelastic::LawSpec;
 use serde::Serialize;
-use shape_pca::{Mahalanobis, Quality, Scores, SolveReport};
+use shape_pca::{Mahalanobis, Quality, Scores, SolveReport, Variation};
 
 use super::args::{PcaConfig, ScoreConfig, SynthesizeConfig};
 use super::balance::Continuation;
@@ -154,16 +154,8 @@ pub(super) fn summary<const D: usize>(record: &PcaRecord<'_, D>) -> Summary {
     let ratios: Vec<String> = ratios.collect();
     let (first, ratios) = (found.eigenvalues[0], ratios.join(" "));
     summary.line("eigenvalues", format!("{first:.4e}, ratios {ratios}"));
-    let state = if found.definite {
-        "positive definite"
-    } else {
-        "NOT positive definite"
-    };
-    let balance = 100.0 * found.imbalance;
-    summary.line(
-        "stresses",
-        format!("balanced up to {balance:.1} %, object {state}"),
-    );
+    let (name, state) = variation(record);
+    summary.line(name, state);
     if let Some(done) = found.continuation.filter(|done| done.continued) {
         let before = 100.0 * done.report.imbalance.first().copied().unwrap_or_default();
         let rounds = done.report.imbalance.len().saturating_sub(1);
@@ -176,6 +168,22 @@ pub(super) fn summary<const D: usize>(record: &PcaRecord<'_, D>) -> Summary {
         );
     }
     summary
+}
+
+/// What the modes represent, and its state.
+fn variation<const D: usize>(record: &PcaRecord<'_, D>) -> (&'static str, String) {
+    let found = &record.body;
+    if record.parameters.params.variation == Variation::Displacement {
+        return ("variation", "displacements to the shapes, finite".into());
+    }
+    let state = if found.definite {
+        "positive definite"
+    } else {
+        "NOT positive definite"
+    };
+    let balance = 100.0 * found.imbalance;
+    let balanced = format!("balanced up to {balance:.1} %, object {state}");
+    ("stresses", balanced)
 }
 
 /// The contents of `result.json` of `shapespace synthesize`.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use shape_pca::{Metric, PcaParams};
+use shape_pca::{Metric, PcaParams, Variation};
 use shapespace_report::table::Table;
 
 use super::record::{Analysis, PcaRecord};
@@ -57,11 +57,21 @@ fn properties(found: &Analysis<'_>, params: &PcaParams) -> String {
     let largest = left_out.fold(0.0, |most, scores| {
         f64::max(most, scores.mahalanobis.distance)
     });
+    let variation = match params.variation {
+        Variation::Stress => {
+            "Variation: the linear elastic responses to the stresses of the deformations onto the \
+             average; they sum to"
+        }
+        Variation::Displacement => {
+            "Variation: the displacements of the average to the shapes, by the inverse deformations; \
+             they sum to"
+        }
+    };
     [
         format!("Inner product: {metric}."),
         format!("The average object is {state}."),
         format!(
-            "Balance of the stresses: the sum of the displacements is {:.1} % of their mean norm.",
+            "{variation} {:.1} % of their mean norm.",
             100.0 * found.balance
         ),
         format!(

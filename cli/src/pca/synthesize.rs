@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use fe_grid::{VectorField, certify_within};
 use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour};
-use shape_pca::{Compound, Finite, FiniteReport, Mahalanobis};
+use shape_pca::{Compound, Finite, FiniteReport, Mahalanobis, Variation};
 
 use super::args::SynthesizeConfig;
 use super::draw::{moved, shown};
@@ -47,6 +47,14 @@ impl Command for SynthesizeConfig {
                 option: "--scores",
                 value: format!("with {} numbers", self.scores.len()),
                 remedy: format!("there are {modes} modes: give at most one score for each"),
+            });
+        }
+        let variation = stored.space.params.variation;
+        if self.nonlinear && variation == Variation::Displacement {
+            return Err(CliError::Option {
+                option: "--nonlinear",
+                value: "with modes of displacements".into(),
+                remedy: "these are finite already and have no loads: leave it out".into(),
             });
         }
         // `S_k` is about `(1 - u_k)(S)`.

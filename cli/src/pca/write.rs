@@ -64,8 +64,7 @@ pub(super) fn write_all<const D: usize>(
         let outline = &contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
         let modes = DrawnModes {
             average: outline,
-            fields: &pca.space.fields,
-            eigenvalues: &pca.space.eigenvalues,
+            space: &pca.space,
             amplitude: outcome.config.amplitude,
         };
         directory.picture("modes.png", || modes.strip())?;
@@ -101,7 +100,8 @@ fn fits<const D: usize>(outcome: &Outcome<D>) -> Result<Vec<Procrustes<D>>, CliE
         .zip(&outcome.pca.displacements)
         .map(|((indicator, onto), u)| {
             let own = contour(indicator, 0.5, BoxEdge::Closed).map_err(shown)?;
-            let back = there_and_back(&own, onto, u, -1.0);
+            let u = outcome.pca.space.from_average(u.clone());
+            let back = there_and_back(&own, onto, &u, -1.0);
             Ok(Procrustes::new(back.points(), own.points()))
         })
         .collect()

@@ -116,6 +116,52 @@ fn bars_have_one_mode_which_bends_them() {
     assert!(scored.path("score.png").is_file() && scored.path("reconstruction.svg").is_file());
 }
 
+/// Modes of finite displacements give the shapes back exactly, however far they bend; the average need not
+/// be in equilibrium.
+#[test]
+fn modes_of_displacements_are_finite() {
+    let place = Place::new();
+    let bars = drawn(&place, "bars", "2", "65");
+    let finite = ["--variation", "displacement"];
+    let results = analysed(&place, &bars, "65", &finite);
+    check_files(&results, &[65, 65], 2, 1);
+    assert!(results.json["continuation"].is_null());
+    // The boundaries return to where they were, but for the interpolation of the inverse between nodes.
+    let residuals = results.numbers("/procrustes");
+    assert!(residuals.iter().all(|r| *r < 2e-3), "{residuals:?}");
+
+    let table = std::fs::read_to_string(results.path("scores.csv")).unwrap();
+    let (_, drawn) = array(Path::new(&bars[1]));
+    let second: Vec<&str> = table.lines().nth(2).unwrap().split(',').collect();
+    let synthesize = ["synthesize", "modes", "--scores", second[9], "-o", "made"];
+    succeeded(&place.compute(&synthesize));
+    let made = Results::read(&place.path("made")).array("shape.npy").1;
+    let pairs = || made.iter().zip(&drawn).map(|(a, b)| (*a > 0.0, *b > 0.5));
+    let both = pairs().filter(|(a, b)| *a && *b).count();
+    let all = pairs()
+        .map(|(a, b)| u32::from(a) + u32::from(b))
+        .sum::<u32>();
+    // The folded bar lies where it lay but for the motion that aligns it with the average: a cell at most.
+    let dice = 2.0 * both as f64 / f64::from(all);
+    assert!(dice > 0.9, "{dice}");
+
+    let refused = place.run(&[&synthesize[..5], &["other", "--nonlinear"]].concat());
+    assert_eq!(refused.status.code(), Some(2));
+    let report = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(report.contains("--nonlinear"), "{report}");
+
+    let score = ["score", &bars[1], "--pca", "modes", "-o", "scored"];
+    succeeded(&place.compute(&score));
+    let scored = Results::read(&place.path("scored"));
+    let (found, known) = (
+        scored.numbers("/mahalanobis")[0],
+        results.numbers("/mahalanobis")[1],
+    );
+    // The average is matched again, to the tolerance of the minimiser.
+    assert!((found / known - 1.0).abs() < 0.05, "{found} {known}");
+    assert!(scored.numbers("/residual")[0] < 0.2);
+}
+
 #[test]
 fn threads_and_instruction_set_do_not_matter_and_modes_can_be_few() {
     let place = Place::new();

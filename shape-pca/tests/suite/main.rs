@@ -6,3 +6,4 @@ mod balancing;
 mod groups;
 mod oracle;
 mod properties;
+mod variation;

@@ -25,12 +25,13 @@ use crate::outcome::Outcome;
 use crate::table::Table;
 
 /// The sections, in the order of the help text.
-const SECTIONS: [&str; 11] = [
+const SECTIONS: [&str; 12] = [
     "known",
     "solvers",
     "flat",
     "solid",
     "modes",
+    "landmarks",
     "letters",
     "triangles",
     "materials",
@@ -46,7 +47,9 @@ sections (all where none is named):
   solvers  iterations on every level, and the descent against L-BFGS
   flat     real shapes in 2D: device7, hands, the letter A
   solid    real shapes in 3D: hippocampi
-  modes    modes of variation of drawn and of real shapes; hands beside their landmarks
+  modes    modes of variation of drawn and of real shapes
+  landmarks
+           modes of hands beside those of their landmarks
   letters, triangles, materials, occlusion
            the notes' tables of geodesics, on shapes drawn by the program
   clusters distances of real shapes (an hour)
@@ -167,7 +170,8 @@ fn sections(name: &str, data: Option<&Path>) -> Outcome<Vec<Section>> {
         ("flat", Some(data)) => vec![real::flat(data)?],
         ("solid", Some(data)) => vec![real::solid(data)?],
         ("modes", None) => vec![modes::section(None)?],
-        ("modes", Some(data)) => vec![modes::section(Some(data))?, modes::landmarks(data)?],
+        ("modes", Some(data)) => vec![modes::section(Some(data))?],
+        ("landmarks", Some(data)) => vec![modes::landmarks(data)?],
         ("letters", _) => vec![paths::letters()?],
         ("triangles", _) => vec![paths::triangles()?],
         ("materials", _) => vec![paths::materials()?],

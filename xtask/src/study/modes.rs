@@ -8,7 +8,7 @@ use levelset::{BoxEdge, contour};
 use nalgebra::DMatrix;
 use serde_json::Value;
 use shape_average::{AverageParams, average};
-use shape_pca::{Average, Compound, Modes, Pca, PcaParams, Quality};
+use shape_pca::{Average, Compound, Modes, Pca, PcaParams, Quality, Variation};
 use shapespace::pca::{Procrustes, there_and_back};
 
 use super::Section;
@@ -258,13 +258,16 @@ const NODES: usize = 129;
 pub fn landmarks(data: &Path) -> Outcome<Section> {
     let mut masks = files(&data.join("hands/mask512"), ".png")?;
     masks.retain(|file| open(file));
-    let elastic = elastic_generalisation(&masks)?;
+    let [stress, finite] = elastic_generalisation(&masks)?;
     let points = landmark_generalisation(&data.join("hands/contours"))?;
-    let mut table = Table::new(["modes", "elastic modes", "landmarks"]);
-    for m in (0..elastic.len().min(points.len())).step_by(2) {
+    let mut table = Table::new(["modes", "of stresses", "of displacements", "landmarks"]);
+    let longest = stress.len().min(finite.len()).min(points.len());
+    for m in (0..longest).step_by(2) {
+        let better = finite[m] < points[m];
         table.row([
             m.to_string(),
-            format!("{:.2} %", 100.0 * elastic[m]),
+            format!("{:.2} %", 100.0 * stress[m]),
+            checked(format!("{:.2} %", 100.0 * finite[m]), better),
             format!("{:.2} %", 100.0 * points[m]),
         ]);
     }
@@ -274,14 +277,15 @@ pub fn landmarks(data: &Path) -> Outcome<Section> {
                grid) is reconstructed from the modes of the others: root mean square distance of \
                the boundary after a rigid motion, relative to its distance from the centroid. The \
                landmarks are 56 points placed manually in every photograph, aligned by generalised \
-               Procrustes analysis; the elastic modes use the masks only.",
+               Procrustes analysis; the elastic modes use the masks only. Modes of displacements \
+               (`pca --variation displacement`) must be better than landmarks.",
         table,
     })
 }
 
 /// Root mean square of the reconstruction error over the hands, with `m = 0, 1, ...` modes of the
-/// others.
-fn elastic_generalisation(files: &[PathBuf]) -> Outcome<Vec<f64>> {
+/// others: modes of stresses, and of displacements.
+fn elastic_generalisation(files: &[PathBuf]) -> Outcome<[Vec<f64>; 2]> {
     let shapes = aligned_files(files, NODES)?;
     let params = AverageParams {
         length_weight: Some(1e-5),
@@ -290,8 +294,17 @@ fn elastic_generalisation(files: &[PathBuf]) -> Outcome<Vec<f64>> {
     };
     let result = average(&shapes, &params, &mut fe_grid::minimise::Silent)?;
     let average = Average::of_result(&result, &params)?;
-    let compound = Compound::new(&average, &PcaParams::default())?;
-    let pca = Pca::new(&average, &compound, usize::MAX, &mut Silent)?;
+    let of = |variation| reconstruction_errors(&average, variation);
+    Ok([of(Variation::Stress)?, of(Variation::Displacement)?])
+}
+
+fn reconstruction_errors(average: &Average<2>, variation: Variation) -> Outcome<Vec<f64>> {
+    let params = PcaParams {
+        variation,
+        ..PcaParams::default()
+    };
+    let compound = Compound::new(average, &params)?;
+    let pca = Pca::new(average, &compound, usize::MAX, &mut Silent)?;
     let n = average.n_shapes();
     let mut squares = vec![0.0; n - 1];
     for i in 0..n {
@@ -301,6 +314,7 @@ fn elastic_generalisation(files: &[PathBuf]) -> Outcome<Vec<f64>> {
             for (a, u) in combination.iter().zip(&pca.displacements) {
                 fe_grid::vector::axpy(*a, u.as_slice(), made.as_mut_slice());
             }
+            let made = pca.space.from_average(made);
             let back = there_and_back(&own, &average.displacements()[i], &made, -1.0);
             squares[m] += Procrustes::new(back.points(), own.points())
                 .residual
