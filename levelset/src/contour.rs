@@ -124,9 +124,23 @@ impl<const D: usize> Contour<D> {
         norm(&area_normal(&self.corners(simplex)))
     }
 
+    /// The least and the greatest coordinates of its points: infinite, and the least above the greatest, if it
+    /// has none.
+    pub fn bounds(&self) -> [[f64; D]; 2] {
+        let nothing = [[f64::INFINITY; D], [f64::NEG_INFINITY; D]];
+        self.points.iter().fold(nothing, |[low, high], p| {
+            [
+                std::array::from_fn(|k| low[k].min(p[k])),
+                std::array::from_fn(|k| high[k].max(p[k])),
+            ]
+        })
+    }
+
     /// Returns the length of a 2D contour, or the area of a 3D one.
     pub fn perimeter(&self) -> f64 {
-        self.all_corners().map(|c| norm(&area_normal(&c))).sum()
+        // From zero: an empty sum is minus zero.
+        let sizes = self.all_corners().map(|c| norm(&area_normal(&c)));
+        sizes.fold(0.0, |sum, size| sum + size)
     }
 
     /// Returns whether the contour has no boundary: every end of a segment, or every edge of a

@@ -64,6 +64,7 @@ mod quiet;
 mod result;
 mod rounds;
 mod solve;
+mod strain;
 mod stress;
 
 pub use alternating::Alternating;
@@ -76,6 +77,7 @@ pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};
 pub use solve::{average, average_from, average_of_visible, average_on_levels, match_to};
+pub use strain::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 pub use stress::cauchy_stress_at_nodes;
 
 /// The examples of the README are tests.

@@ -2,7 +2,7 @@
 //!
 //! `args` are the options, `plan` reads and validates the inputs, `memory` estimates and limits the
 //! memory, `checkpoint` provides initial deformations, `record` and `write` write the result
-//! directory, `draw` its picture. `sweep` averages with many weights, `views` reads visibility
+//! directory, `draw` its picture, `strain` the maps of its strains. `sweep` averages with many weights, `views` reads visibility
 //! masks, `error_bars` repeats averages on coarser grids, `joint` averages grey images.
 
 mod args;
@@ -13,6 +13,7 @@ mod memory;
 mod plan;
 mod record;
 mod start;
+mod strain;
 mod sweep;
 mod views;
 mod write;

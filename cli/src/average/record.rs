@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
-use shape_average::{AverageResult, MemoryEstimate};
+use shape_average::{AverageResult, MemoryEstimate, StrainRanges};
 
 use super::error_bars::ErrorBars;
 use super::{AverageConfig, Outcome};
@@ -38,6 +38,8 @@ pub(super) struct Found<'a, const D: usize> {
     surface: Option<SurfaceRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
     outline: Option<SurfaceRecord>,
+    /// Ranges of `|D phi|`, `|cof D phi|` and `det D phi` over the cells of each shape.
+    strain: Vec<Option<StrainRanges>>,
     /// With --error-bars, unless the grid is too coarse.
     #[serde(skip_serializing_if = "Option::is_none")]
     error_bars: Option<&'a ErrorBars>,
@@ -59,6 +61,7 @@ pub(super) fn record<const D: usize>(
     outcome: &Outcome<D>,
     volume: Result<Moments<D>, LevelsetError>,
     [surface, outline]: [Option<SurfaceRecord>; 2],
+    strain: Vec<Option<StrainRanges>>,
     start: Instant,
 ) -> Record<'_, D> {
     let (inputs, result) = (&outcome.inputs, &outcome.result);
@@ -77,6 +80,7 @@ pub(super) fn record<const D: usize>(
         ),
         surface,
         outline,
+        strain,
         error_bars: outcome.error_bars.as_ref(),
         memory_estimate: outcome.memory,
     };

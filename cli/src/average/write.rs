@@ -8,6 +8,7 @@ use levelset::{BoxEdge, Contour, Moments, contour};
 use super::Outcome;
 use super::draw::picture;
 use super::record::{record, summary};
+use super::strain::{self, Strains, write_maps};
 use crate::error::CliError;
 use crate::output::energy::write_energy;
 use crate::output::npy::Precision;
@@ -36,6 +37,10 @@ pub(super) fn write_all<const D: usize>(
     write_energy(directory, &outcome.history, &PARTS, |level| {
         Some(levels.get(level)?.energy.parts.to_vec())
     })?;
+    let (displacements, shapes) = (&outcome.result.displacements, &outcome.result.shapes);
+    let strains = Strains::new(displacements, &shapes.indicators);
+    write_maps(directory, outcome.result.average.grid(), &strains.maps)?;
+    directory.picture("strain.png", || strain::picture(outcome, &strains))?;
     let outline = average_outline(outcome)?;
     directory.with_file("average.png", |path| {
         let picture = picture(outcome, &outline)?.write_png(path);
@@ -48,7 +53,8 @@ pub(super) fn write_all<const D: usize>(
     write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
     write_warps(directory, &outcome.inputs, &outcome.result.displacements)?;
     let volume = Moments::of_contour(&outline);
-    let record = record(outcome, volume, [surface, curves], session.start);
+    let strains = strains.ranges();
+    let record = record(outcome, volume, [surface, curves], strains, session.start);
     record.write(directory)?;
     Ok(summary(&record, session.output))
 }

@@ -1,7 +1,5 @@
 //! `metric.png`: the optimal flow and the density of its dissipation.
 
-use levelset::Contour;
-
 use super::Outcome;
 use shapespace_picture::{
     Camera, Canvas, Colour, Curve, INK, Shape, Slice, TileRows, WHITE, heat, mix,
@@ -52,7 +50,7 @@ pub(super) fn picture<const D: usize>(outcome: &Outcome<D>) -> Canvas {
     let dissipating = camera.shaded(&shape, INK, |p| of_density(place(p)));
     tiles.push(format!("dissipation, up to {densest:.3e}"), dissipating);
     if D == 3 {
-        let (low, high) = bounds(&outcome.outline);
+        let [low, high] = outcome.outline.bounds();
         let slice = Slice::around(&low, &high, TileRows::width(COLUMNS));
         let over = |colour: &dyn Fn([f64; D]) -> Colour| {
             let mut tile = slice.painted(|x| {
@@ -105,7 +103,7 @@ fn arrows<const D: usize>(
     fastest: f64,
     height: Option<f64>,
 ) -> Vec<Arrow<D>> {
-    let (low, high) = bounds(&outcome.outline);
+    let [low, high] = outcome.outline.bounds();
     let longest = (high[0] - low[0]).max(high[1] - low[1]);
     let spacing = longest / ARROWS as f64;
     if fastest <= 0.0 || spacing <= 0.0 {
@@ -142,18 +140,6 @@ fn arrows<const D: usize>(
         ]);
     }
     found
-}
-
-/// The corners of the box around a contour.
-fn bounds<const D: usize>(outline: &Contour<D>) -> ([f64; D], [f64; D]) {
-    let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-    for point in outline.points() {
-        for k in 0..D {
-            low[k] = low[k].min(point[k]);
-            high[k] = high[k].max(point[k]);
-        }
-    }
-    (low, high)
 }
 
 /// An arrow in the plane.

@@ -81,7 +81,7 @@ pub fn check(results: &Results, n: usize, shape: &[u64]) {
     let table = std::fs::read_to_string(results.path("energy.csv")).unwrap();
     let steps: usize = sum("iterations") as usize + levels.len();
     assert_eq!(table.lines().count(), 1 + steps);
-    for name in ["average.png", "average.vti", "energy.svg"] {
+    for name in ["average.png", "strain.png", "average.vti", "energy.svg"] {
         assert!(
             std::fs::metadata(results.path(name)).unwrap().len() > 500,
             "{name}"
@@ -128,8 +128,55 @@ fn check_arrays(results: &Results, n: usize, shape: &[u64]) {
         let (found, weight) = results.array(&format!("weight_{i:03}.npy"));
         assert_eq!(found, shape);
         assert!(weight.iter().all(|w| (stiffness..=1.0).contains(w)));
+        check_strain(results, i, &weight, shape);
     }
     assert!(!results.path(&format!("weight_{n:03}.npy")).exists());
+}
+
+/// The maps of strains have a number a cell, and their ranges are those over the cells of the shape.
+fn check_strain(results: &Results, i: usize, weight: &[f64], shape: &[u64]) {
+    let cells: Vec<usize> = shape.iter().map(|n| *n as usize - 1).collect();
+    let count = cells.iter().product::<usize>();
+    // The last axis is x.
+    let corners = |cell: usize| {
+        let mut index = cell;
+        let at: Vec<usize> = cells
+            .iter()
+            .rev()
+            .map(|n| {
+                let k = index % n;
+                index /= n;
+                k
+            })
+            .collect();
+        (0..1usize << cells.len()).map(move |c| {
+            let places = at.iter().zip(shape.iter().rev()).enumerate();
+            let (node, _) = places.fold((0, 1), |(sum, stride), (k, (i, n))| {
+                (sum + (i + (c >> k & 1)) * stride, stride * *n as usize)
+            });
+            node
+        })
+    };
+    let inside = |cell: &usize| {
+        let mean = corners(*cell).map(|node| weight[node]).sum::<f64>();
+        mean / (1usize << cells.len()) as f64 >= 0.5
+    };
+    let inside: Vec<usize> = (0..count).filter(inside).collect();
+    let names: &[&str] = if shape.len() == 3 {
+        &["norm", "cofactor", "determinant"]
+    } else {
+        &["norm", "determinant"]
+    };
+    for name in names {
+        let (found, map) = results.array(&format!("{name}_{i:03}.npy"));
+        assert_eq!(found, shape.iter().map(|n| n - 1).collect::<Vec<_>>());
+        let least = inside.iter().fold(f64::INFINITY, |a, &c| a.min(map[c]));
+        let stated = results.number(&format!("/strain/{i}/{name}/least"));
+        // The void stiffness moves the limit of one half by its half: hardly a cell.
+        assert!((least - stated).abs() < 1e-3, "{name} {least} {stated}");
+        let mean = results.number(&format!("/strain/{i}/{name}/mean"));
+        assert!(stated <= mean && mean <= results.number(&format!("/strain/{i}/{name}/greatest")));
+    }
 }
 
 /// Largest `|phi - id|` of a deformation, and the mean of `phi - id` along each axis.
@@ -231,7 +278,9 @@ fn the_bits_do_not_depend_on_the_threads() {
             })
             .collect();
         let (one, two) = (arrays(&runs[0]), arrays(&runs[1]));
-        assert_eq!(one.len(), 2 + 3 * 3);
+        // The average, and of every shape its fields and the maps of its strain.
+        let maps = if name == "flat" { 2 } else { 3 };
+        assert_eq!(one.len(), 2 + 3 * (3 + maps));
         for ((name, a), (_, b)) in one.iter().zip(&two) {
             assert!(a == b, "{name} differs");
         }

@@ -33,13 +33,11 @@
 //! theirs.
 
 mod density;
-mod maps;
 mod params;
 mod result;
 mod round;
 mod solve;
 
-pub use maps::StrainMaps;
 pub use params::JointParams;
 pub use result::{JointEnergy, JointLevel, JointResult, spread};
 pub use solve::{joint_average, joint_average_from};

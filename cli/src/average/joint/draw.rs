@@ -3,7 +3,7 @@
 //! how that strains it. Volumes are shown by the plane through the middle.
 
 use fe_grid::{Field, Grid};
-use shape_average::joint::StrainMaps;
+use shape_average::StrainMaps;
 
 use super::Outcome;
 use shapespace_picture::{Canvas, INK, Slice, TileRows, colour, heat, pale};

@@ -1,11 +1,11 @@
 //! The files of a result directory.
 
-use fe_grid::{Grid, ScalarField};
-use shape_average::joint::StrainMaps;
+use shape_average::StrainMaps;
 
 use super::Outcome;
 use super::draw;
 use super::record::{record, summary};
+use crate::average::strain::write_maps;
 use crate::error::CliError;
 use crate::output::energy::write_energy;
 use crate::output::npy::Precision;
@@ -33,17 +33,10 @@ pub(super) fn write_all<const D: usize>(
     directory.arrays("phasefield", 0, &result.phase_fields)?;
     directory.deformations("deformation", 0, &result.displacements)?;
     let maps: Vec<StrainMaps> = result.displacements.iter().map(StrainMaps::new).collect();
-    for (i, displacement) in result.displacements.iter().enumerate() {
+    for i in 0..maps.len() {
         directory.array(numbered("predicted", i, "npy"), &result.predicted(i))?;
-        // One number per cell.
-        let cells = displacement.grid().cells_per_axis();
-        let lattice = Grid::with_nodes(cells, displacement.grid().spacing())?;
-        let (norm, determinant) = (&maps[i].norm, &maps[i].determinant);
-        for (kind, map) in [("norm", norm), ("determinant", determinant)] {
-            let map = ScalarField::from_vec(lattice, map.clone())?;
-            directory.array(numbered(kind, i, "npy"), &map)?;
-        }
     }
+    write_maps(directory, result.average.grid(), &maps)?;
     directory.with_file("average.vti", |path| {
         let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
             .field("average", &result.average)

@@ -1,0 +1,152 @@
+//! How the deformations of an average strain its shapes: arrays, a picture, and ranges.
+
+use fe_grid::{Field, Grid, ScalarField};
+use shape_average::{StrainMaps, StrainRanges, cells_inside};
+
+use super::Outcome;
+use crate::error::CliError;
+use crate::output::{ResultDir, numbered};
+use shapespace_picture::{Canvas, INK, Slice, TileRows, WHITE, heat};
+
+/// Colours end where this share of the cells lies beyond, on either side.
+const OUTLIERS: f64 = 0.01;
+/// Height of a scale of colours.
+const SCALE: usize = 14;
+
+/// The strains of all shapes.
+pub(super) struct Strains {
+    pub maps: Vec<StrainMaps>,
+    /// The cells of every shape.
+    cells: Vec<Vec<usize>>,
+}
+
+impl Strains {
+    /// Computes the strains of shapes with these indicators.
+    pub fn new<const D: usize>(
+        displacements: &[Field<f64, D, D>],
+        indicators: &[ScalarField<f64, D>],
+    ) -> Self {
+        Self {
+            maps: displacements.iter().map(StrainMaps::new).collect(),
+            cells: indicators.iter().map(cells_inside).collect(),
+        }
+    }
+
+    /// The ranges over every shape; `None` for one without cells.
+    pub fn ranges(&self) -> Vec<Option<StrainRanges>> {
+        let pairs = self.maps.iter().zip(&self.cells);
+        pairs.map(|(maps, cells)| maps.ranges(cells)).collect()
+    }
+}
+
+/// The maps that are shown: the cofactor has the norm of the gradient in the plane.
+fn kinds<const D: usize>(maps: &StrainMaps) -> Vec<(&'static str, &'static str, &[f64])> {
+    let norm = ("norm", "|Dφ|", &*maps.norm);
+    let cofactor = ("cofactor", "|cof Dφ|", &*maps.cofactor);
+    let determinant = ("determinant", "det Dφ", &*maps.determinant);
+    if D == 2 {
+        vec![norm, determinant]
+    } else {
+        vec![norm, cofactor, determinant]
+    }
+}
+
+/// Writes the maps of all shapes, one number a cell.
+///
+/// # Errors
+/// [`CliError::Output`].
+pub(super) fn write_maps<const D: usize>(
+    directory: &ResultDir,
+    grid: &Grid<D>,
+    maps: &[StrainMaps],
+) -> Result<(), CliError> {
+    let lattice = Grid::with_nodes(grid.cells_per_axis(), grid.spacing())?;
+    for (i, maps) in maps.iter().enumerate() {
+        for (kind, _, map) in kinds::<D>(maps) {
+            let map = ScalarField::from_vec(lattice, map.to_vec())?;
+            directory.array(numbered(kind, i, "npy"), &map)?;
+        }
+    }
+    Ok(())
+}
+
+/// `strain.png`: the maps of every shape on the shape itself, in 3D in the plane through its middle, and the
+/// scales of their colours, which are those of all shapes.
+pub(super) fn picture<const D: usize>(outcome: &Outcome<D>, strains: &Strains) -> Canvas {
+    let shown = if D == 2 { 2 } else { 3 };
+    // Two shapes beside each other in 2D.
+    let columns = if D == 2 { 4 } else { 3 };
+    let side = TileRows::width(columns);
+    let scales: Vec<[f64; 2]> = (0..shown).map(|k| scale::<D>(strains, k)).collect();
+    let mut rows = TileRows::new(columns);
+    let shapes = outcome.inputs.iter().zip(&outcome.result.displacements);
+    for (i, (input, displacement)) in shapes.enumerate() {
+        let grid = displacement.grid();
+        let mut inside = vec![false; grid.n_cells()];
+        for &cell in &strains.cells[i] {
+            inside[cell] = true;
+        }
+        let [low, high] = input.contour.bounds();
+        let slice = Slice::around(&low, &high, side);
+        for (k, (_, name, map)) in kinds::<D>(&strains.maps[i]).into_iter().enumerate() {
+            let [least, most] = scales[k];
+            let mut tile = slice.painted(|x| {
+                let cell = grid.cell_index(fe_grid::locate(grid, x).0);
+                if inside[cell] {
+                    heat(share(map[cell], [least, most]))
+                } else {
+                    WHITE
+                }
+            });
+            slice.outline(&mut tile, &input.contour, 1.2, INK);
+            let own = strains.cells[i].iter().map(|&cell| map[cell]);
+            let [low, high] = own.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
+                [a.min(x), b.max(x)]
+            });
+            let label = format!("{}: {name} {low:.2} to {high:.2}", input.name);
+            rows.push(label, tile);
+        }
+    }
+    rows.end_row();
+    if let Some(maps) = strains.maps.first() {
+        for ((_, name, _), [least, most]) in kinds::<D>(maps).into_iter().zip(scales) {
+            let label = format!("colours of {name}: {least:.2} to {most:.2}");
+            rows.push(label, colours(side));
+        }
+    }
+    rows.draw()
+}
+
+/// The place of a value in a range.
+fn share(value: f64, [least, most]: [f64; 2]) -> f64 {
+    (value - least) / f64::max(most - least, f64::MIN_POSITIVE)
+}
+
+/// The range of nearly all values of a map on all shapes.
+fn scale<const D: usize>(strains: &Strains, kind: usize) -> [f64; 2] {
+    let shapes = strains.maps.iter().zip(&strains.cells);
+    let mut all: Vec<f64> = shapes
+        .flat_map(|(maps, cells)| {
+            let map = kinds::<D>(maps)[kind].2;
+            cells.iter().map(|&cell| map[cell])
+        })
+        .filter(|value| value.is_finite())
+        .collect();
+    if all.is_empty() {
+        return [0.0, 1.0];
+    }
+    all.sort_unstable_by(f64::total_cmp);
+    let rank = (OUTLIERS * (all.len() - 1) as f64) as usize;
+    [all[rank], all[all.len() - 1 - rank]]
+}
+
+/// The scale of the colours, from left to right.
+fn colours(width: usize) -> Canvas {
+    let mut canvas = Canvas::new(width, SCALE);
+    for x in 0..width {
+        for y in 0..SCALE {
+            canvas.blend(x, y, heat((x as f64 + 0.5) / width as f64), 1.0);
+        }
+    }
+    canvas
+}
