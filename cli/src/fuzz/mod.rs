@@ -2,7 +2,7 @@
 //! and a test replays the seeds of `xtask/fuzz/corpus`, with seeded mutations of them.
 //!
 //! A target reads bytes as the program does, and goes on with what it has read up to where the computation
-//! begins. It may refuse them; it may not panic, hang, or take more memory than [`MOST_MEMORY`] allows.
+//! begins. It may refuse them; it may not panic, hang, or take more memory than an input may.
 
 mod archive;
 mod folders;
