@@ -240,7 +240,7 @@ fn inputs_beyond_the_memory_are_refused() {
         "{report}"
     );
     // A limit of the address space (in KiB) is a limit of memory.
-    let report = run(&format!("ulimit -v 150000; exec {average} --threads 1"));
+    let report = run(&format!("ulimit -v 90000; exec {average} --threads 1"));
     assert!(report.contains("of memory"), "{report}");
     assert_eq!(place.listing(), ["large.png"]);
 }
