@@ -1,5 +1,7 @@
 //! `shapespace check`: verifies a result directory.
 
+mod paths;
+
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -15,6 +17,7 @@ use crate::pca::{StoredAverage, read_average};
 use crate::print::print;
 use crate::report::RESULT;
 use crate::results::ResultFields;
+use paths::check_steps;
 use shapespace_input::dimension::per_dimension;
 use shapespace_input::files::read_text;
 use shapespace_input::terminal::printable;
@@ -26,7 +29,8 @@ const TOLERANCE: f64 = 1e-6;
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Verifies a result directory: the checksums of its arrays and of its inputs, the determinants of
-/// its deformations, the elastic energies of an average, and its verdict.
+/// its deformations, the elastic energies of an average, the energies of the steps of a geodesic, and
+/// its verdict.
 #[derive(Clone, Debug, Args)]
 pub struct CheckArgs {
     /// Result directory of any command that writes arrays.
@@ -36,7 +40,7 @@ pub struct CheckArgs {
 
 /// What was found, line by line.
 #[derive(Default)]
-struct Findings {
+pub(crate) struct Findings {
     lines: Vec<[String; 3]>,
     wrong: usize,
 }
@@ -63,24 +67,7 @@ impl Findings {
 /// differs, after the report on standard output.
 pub fn run_check(args: &CheckArgs) -> Result<Exit, CliError> {
     let directory = args.directory.as_path();
-    let unfit = |reason: String| CliError::NoResult {
-        path: directory.into(),
-        command: "average",
-        reason,
-    };
-    let text = read_text(&directory.join(RESULT))
-        .map_err(|error| unfit(format!("its {RESULT} cannot be read: {error}")))?;
-    let record: Value = serde_json::from_str(&text)
-        .map_err(|error| unfit(format!("its {RESULT} has other contents: {error}")))?;
-    let mut findings = Findings::default();
-    check_sums(directory, &mut findings)?;
-    check_inputs(&record, &mut findings);
-    if findings.wrong == 0 && record.pointer("/energy/elastic").is_some() {
-        let stored = read_average(directory, true)?;
-        per_dimension!(stored, stored => check_average(&stored, &record, &mut findings)?);
-    } else {
-        check_deformations(directory, &mut findings)?;
-    }
+    let (record, findings) = inspect(directory)?;
     report(&record, &findings)?;
     if findings.wrong > 0 {
         return Err(CliError::Damaged {
@@ -99,6 +86,39 @@ pub fn run_check(args: &CheckArgs) -> Result<Exit, CliError> {
     })
 }
 
+/// The record of a directory, and what was found in it.
+///
+/// # Errors
+/// [`CliError::NoResult`] for a directory without a record.
+pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
+    let unfit = |reason: String| CliError::NoResult {
+        path: directory.into(),
+        command: "average",
+        reason,
+    };
+    let text = read_text(&directory.join(RESULT))
+        .map_err(|error| unfit(format!("its {RESULT} cannot be read: {error}")))?;
+    let record: Value = serde_json::from_str(&text)
+        .map_err(|error| unfit(format!("its {RESULT} has other contents: {error}")))?;
+    let mut findings = Findings::default();
+    check_sums(directory, &mut findings)?;
+    check_inputs(&record, &mut findings);
+    if findings.wrong == 0 && record.pointer("/energy/elastic").is_some() {
+        let stored = read_average(directory, true)?;
+        per_dimension!(stored, stored => check_average(&stored, &record, &mut findings)?);
+    } else {
+        check_deformations(directory, &mut findings)?;
+    }
+    if findings.wrong == 0 && record["command"] == "geodesic" {
+        match record["dimension"].as_u64() {
+            Some(2) => check_steps::<2>(directory, &mut findings)?,
+            Some(3) => check_steps::<3>(directory, &mut findings)?,
+            _ => findings.add("dimension", "neither 2 nor 3", false),
+        }
+    }
+    Ok((record, findings))
+}
+
 fn report(record: &Value, findings: &Findings) -> Result<(), CliError> {
     let mut table = Table::new(["part", "state", "found"]);
     for [what, word, found] in &findings.lines {
@@ -106,9 +126,10 @@ fn report(record: &Value, findings: &Findings) -> Result<(), CliError> {
     }
     let text = |key: &str| record[key].as_str().unwrap_or("not stated").to_owned();
     let lines = format!(
-        "{}\nversion {}, status {}, verdict {}\n",
+        "{}\nwritten by version {}, checked by version {}, status {}, verdict {}\n",
         table.aligned("").trim_end(),
         text("version"),
+        env!("CARGO_PKG_VERSION"),
         text("status"),
         text("verdict")
     );

@@ -58,6 +58,20 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
     fn paths(&mut self) -> Vec<&mut PathBuf>;
 }
 
+/// The configuration that a file describes, checked; what it does not say is as usual.
+///
+/// # Errors
+/// As [`Configured::run`].
+pub(crate) fn parse<C: Config>(text: &str, path: &Path) -> Result<C, CliError> {
+    let file = ConfigFile::parse::<C>(text, path)?;
+    let mut config = file.over(&C::default())?;
+    if let Some(base) = config.base() {
+        config = file.over(&base)?;
+    }
+    config.check()?;
+    Ok(config)
+}
+
 /// The options of a configuration, and `--config`.
 #[derive(Clone, Debug)]
 pub struct Configured<C> {

@@ -188,7 +188,7 @@ pub(crate) fn hash<const D: usize>(image: &Image<D>) -> String {
         take(number.to_bits());
     }
     take(u64::from(image.plain_array));
-    for value in &image.values {
+    for value in image.values.iter() {
         take(value.to_bits());
     }
     if let Some(outline) = &image.outline {
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn masks_that_differ_have_another_hash() {
         let image = |value: f64| Image::<2> {
-            values: vec![0.0, value, 1.0, 0.0],
+            values: vec![0.0, value, 1.0, 0.0].into(),
             size: [2, 2],
             spacing: [1.0; 2],
             origin: [0.0; 2],

@@ -89,7 +89,10 @@ enum Answer {
 
 fn answer(state: &AtomicU8) -> Answer {
     if exchange(state, RUNNING, ASKED) {
-        Answer::Note("stopping: the current state is written; the next signal ends the program")
+        Answer::Note(
+            "interrupted: ends after the present iteration, and what it has reached is written; once more \
+             to end at once",
+        )
     } else if exchange(state, WRITING, WARNED) {
         Answer::Note("the results are being written; the next signal discards them")
     } else {

@@ -18,6 +18,8 @@ mod doubts;
 pub mod error;
 pub mod figure;
 mod fingerprint;
+#[doc(hidden)]
+pub mod fuzz;
 pub mod generate;
 pub mod geodesic;
 mod history;

@@ -200,7 +200,8 @@ impl<'a> ResultFields<'a> {
         Ok(field)
     }
 
-    fn wrong_size(&self, name: &Path) -> CliError {
+    /// The error for an array of another size than the others.
+    pub fn wrong_size(&self, name: &Path) -> CliError {
         let reason = format!("{} has another size than the other arrays", name.display());
         (self.unfit)(self.directory, reason)
     }

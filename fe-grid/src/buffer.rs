@@ -6,10 +6,7 @@
 
 use crate::error::GridError;
 use crate::lane::Element;
-use memmap2::MmapMut;
-use std::fs::File;
-use std::io::{self, Write};
-use std::marker::PhantomData;
+use crate::mapped::Mapped;
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 
@@ -107,64 +104,6 @@ impl<T: Element> From<Vec<T>> for Buffer<T> {
     }
 }
 
-/// Numbers in a mapped file, all of it.
-#[derive(Debug)]
-struct Mapped<T> {
-    map: MmapMut,
-    numbers: PhantomData<T>,
-}
-
-impl<T: Element> Mapped<T> {
-    fn zeros(folder: &std::path::Path, len: usize) -> io::Result<Self> {
-        let mut file = tempfile::tempfile_in(folder)?;
-        fill_with_zeros(&mut file, len * size_of::<T>())?;
-        // SAFETY: the file has no name, so that nobody else can change or shorten it.
-        let map = unsafe { MmapMut::map_mut(&file)? };
-        Ok(Self {
-            map,
-            numbers: PhantomData,
-        })
-    }
-
-    fn as_slice(&self) -> &[T] {
-        let len = self.map.len() / size_of::<T>();
-        // SAFETY: the map holds that many numbers; it begins at a page, hence aligned, and all
-        // bits make a float.
-        unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast(), len) }
-    }
-
-    fn as_mut_slice(&mut self) -> &mut [T] {
-        let len = self.map.len() / size_of::<T>();
-        // SAFETY: as above, and the map is borrowed for as long as the slice.
-        unsafe { std::slice::from_raw_parts_mut(self.map.as_mut_ptr().cast(), len) }
-    }
-
-    #[cfg(unix)]
-    fn rest(&self) {
-        // SAFETY: the pages of a shared map of a file are read from the file when they are used
-        // again. To be refused is no harm: it is an advice.
-        let _ = unsafe {
-            self.map
-                .unchecked_advise(memmap2::UncheckedAdvice::DontNeed)
-        };
-    }
-
-    #[cfg(not(unix))]
-    fn rest(&self) {}
-}
-
-/// Writes the zeros out: a file with holes would only fail when it is used, by a signal.
-fn fill_with_zeros(file: &mut File, bytes: usize) -> io::Result<()> {
-    let zeros = vec![0; bytes.min(1 << 20)];
-    let mut left = bytes;
-    while left > 0 {
-        let part = left.min(zeros.len());
-        file.write_all(&zeros[..part])?;
-        left -= part;
-    }
-    file.flush()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -184,6 +123,15 @@ mod tests {
         assert!(mapped.iter().enumerate().all(|(i, &x)| x == i as f64));
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
         assert_eq!(storage.zeros::<f32>(0).unwrap().len(), 0);
+    }
+
+    #[test]
+    fn a_vector_in_memory_is_a_vector() {
+        let mut vector = Storage::Memory.zeros::<f32>(3).unwrap();
+        vector[1] = 2.0;
+        vector.rest();
+        assert_eq!(*vector, [0.0, 2.0, 0.0]);
+        assert_eq!(vector.clone(), vec![0.0, 2.0, 0.0].into());
     }
 
     #[test]

@@ -4,6 +4,9 @@
 //! program, that calls it. A [`Routine`] forwards to two functions that are not generic, one for 2D
 //! and one for 3D: they are compiled with the crate that defines them, and callers of [`run`] only
 //! link them. [`compiled_once!`](crate::compiled_once) generates both.
+//!
+//! **Invariant:** `D` is 2 or 3, checked when the code is compiled; then a type with `D` in it and the same
+//! type with the number in its place are one type, and a value passes from one name to the other once.
 
 use std::mem::ManuallyDrop;
 
@@ -112,4 +115,42 @@ macro_rules! compiled_once {
             $crate::dimension::run::<Once<$life>, $D>(($($argument,)+))
         }
     };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    struct Owned;
+
+    impl Routine for Owned {
+        type Arguments<const D: usize> = ([Vec<usize>; D], Arc<()>);
+        type Output<const D: usize> = ([Vec<usize>; D], Arc<()>, usize);
+
+        fn in_the_plane((all, counted): Self::Arguments<2>) -> Self::Output<2> {
+            (all, counted, 2)
+        }
+
+        fn in_space((all, counted): Self::Arguments<3>) -> Self::Output<3> {
+            (all, counted, 3)
+        }
+    }
+
+    fn passes<const D: usize>() {
+        let counted = Arc::new(());
+        let all: [Vec<usize>; D] = std::array::from_fn(|k| vec![k; k + 1]);
+        let (back, shared, dimension) = run::<Owned, D>((all.clone(), Arc::clone(&counted)));
+        assert_eq!((back, dimension), (all, D));
+        assert_eq!(Arc::strong_count(&counted), 2);
+        drop(shared);
+        assert_eq!(Arc::strong_count(&counted), 1);
+    }
+
+    /// What is passed on is neither dropped twice nor lost.
+    #[test]
+    fn values_pass_once() {
+        passes::<2>();
+        passes::<3>();
+    }
 }

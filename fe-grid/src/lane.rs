@@ -268,9 +268,18 @@ impl<L> CompiledLane<L> {
 /// No lane is wider than this.
 pub const MAX_LANES: usize = 16;
 
-/// A scalar that fields are stored in: `f64` or `f32`.
+mod sealed {
+    /// Numbers of which every pattern of bits is one.
+    pub trait Plain {}
+
+    impl Plain for f32 {}
+    impl Plain for f64 {}
+}
+
+/// A scalar that fields are stored in: `f64` or `f32`. Other crates cannot implement it: vectors in files
+/// are read as these numbers, whatever their bits are.
 pub trait Element:
-    Lane<Element = Self> + Default + PartialOrd + std::fmt::Debug + std::iter::Sum
+    sealed::Plain + Lane<Element = Self> + Default + PartialOrd + std::fmt::Debug + std::iter::Sum
 {
     /// `1.5 * 2^p` with `p` mantissa bits: adding it rounds to an integer.
     const ROUNDING_MAGIC: f64;

@@ -34,6 +34,9 @@
 //! # Ok::<(), fe_grid::GridError>(())
 //! ```
 
+// Unsafe code is in the modules that allow it, one for each subject; each states its invariant.
+#![deny(unsafe_code)]
+
 /// A formula, and what stands in its place while a built-in error is switched on:
 /// `mutant!(right, Name => wrong)`. Without the feature `mutants` it is the formula alone.
 #[cfg(feature = "mutants")]
@@ -61,6 +64,7 @@ mod buffer;
 mod certificate;
 pub mod composition;
 pub mod coupling;
+#[allow(unsafe_code, reason = "one type under two names")]
 pub mod dimension;
 mod dirichlet;
 pub mod engine;
@@ -71,6 +75,8 @@ mod inverse;
 mod lane;
 mod lattice;
 pub mod linear;
+#[allow(unsafe_code, reason = "memory maps")]
+mod mapped;
 pub mod minimise;
 mod moments;
 pub mod multigrid;
@@ -78,15 +84,18 @@ pub mod multigrid;
 pub mod mutants;
 mod nearest;
 pub mod operators;
+#[allow(unsafe_code, reason = "parts of a slice on several threads")]
 pub mod parallel;
 mod pool;
 mod preimages;
 pub mod pullback;
 pub mod random;
 mod restraint;
+#[allow(unsafe_code, reason = "functions behind pointers")]
 pub mod routine;
 mod scalar;
 pub mod scatter;
+#[allow(unsafe_code, reason = "registers")]
 mod simd;
 mod simd_level;
 mod spectral;

@@ -11,6 +11,9 @@
 //!
 //! Results are in the order of the tasks, and loops may be nested. A panic in a body is propagated
 //! to the caller.
+//!
+//! **Invariant:** each part of a slice is handed out once, no two parts overlap, and the slice is borrowed
+//! until all threads are done with it.
 
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -126,4 +129,24 @@ pub fn all<I: Send>(items: impl IntoIterator<Item = I>, test: &(dyn Fn(I) -> boo
         }
     });
     holds.into_inner()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_entry_belongs_to_one_part() {
+        for (total, len) in [(0, 3), (1, 3), (7, 3), (9, 3), (10, 20)] {
+            let mut entries: Vec<Vec<usize>> = vec![Vec::new(); total];
+            for_each_chunk(&mut entries, len, 1, &|part, chunk| {
+                for entry in chunk {
+                    entry.push(part);
+                }
+            });
+            let found: Vec<usize> = entries.into_iter().flatten().collect();
+            let expected: Vec<usize> = (0..total).map(|i| i / len).collect();
+            assert_eq!(found, expected);
+        }
+    }
 }

@@ -4,6 +4,9 @@
 //! [`CompiledRoutine`] holds one formula, compiled for the lanes that kernels run on, behind one
 //! pointer a lane. A kernel that calls it is compiled once; the price is one indirect call for all the
 //! points that are handed over together.
+//!
+//! **Invariant:** an entry is made by [`CompiledRoutine`] alone, for the type of its routine and for the lane
+//! whose index it is stored at; lanes of other crates have no index.
 
 use crate::lane::{Lane, LaneKernel};
 use crate::simd::{COMPILED_LANES, LaneVisitor, VisitLanes};
@@ -147,5 +150,42 @@ impl<A: RoutineArguments, R: LaneRoutine<A>, L: Lane> LaneKernel<L::Element> for
         // SAFETY: `M` is `L`, in which the kernel was started; see `enter`.
         let arguments = unsafe { &mut *self.arguments.cast::<A::In<'_, M>>() };
         self.routine.run::<M>(arguments);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Sum;
+
+    impl RoutineArguments for Sum {
+        type In<'a, L: Lane> = (&'a [L], L);
+    }
+
+    struct Times(f64);
+
+    impl LaneRoutine<Sum> for Times {
+        #[inline(always)]
+        fn run<L: Lane>(&self, (terms, sum): &mut (&[L], L)) {
+            for term in *terms {
+                *sum = term.mul_add(L::splat(self.0), *sum);
+            }
+        }
+    }
+
+    #[test]
+    fn a_routine_is_called_in_the_lanes_it_is_compiled_for() {
+        let doubles = CompiledRoutine::new(Arc::new(Times(2.0)));
+        let mut arguments = (&[1.0, 2.5][..], 1.0);
+        doubles.clone().call::<f64>(&mut arguments);
+        assert_eq!(arguments.1, 8.0);
+        let both = CompiledRoutine::in_both_precisions(Arc::new(Times(0.5)));
+        let mut arguments = (&[1.0f32, 2.5][..], 1.0f32);
+        both.call::<f32>(&mut arguments);
+        assert_eq!(arguments.1, 2.75);
+        let call = || doubles.call::<f32>(&mut (&[1.0f32][..], 1.0f32));
+        let refused = std::panic::catch_unwind(std::panic::AssertUnwindSafe(call));
+        assert!(refused.is_err());
     }
 }

@@ -3,6 +3,9 @@
 //! The instruction set is found when the program runs (crate `pulp`); no compiler flag is asked
 //! of the user. The types below stay private to the crate: a value of one exists only inside
 //! [`dispatch`], on a machine that has been found to support it.
+//!
+//! **Invariant:** wide lanes are named only inside of `dispatch`, which has seen that the machine has their
+//! instruction set; a whole register is read or written only where the slice is that long.
 
 use crate::lane::{CompiledLane, Element, Lane, LaneKernel};
 use crate::simd_level::SimdLevel;

@@ -17,7 +17,8 @@ pub struct Components {
 /// apart, as they do in the contour of a mask.
 pub fn connected_components<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> Components {
     let adjacency = mutant!(Adjacency::Edges, ComponentsByCorners => Adjacency::Corners);
-    components(field, level, adjacency)
+    let values = field.as_slice();
+    components(field.grid(), &|index| values[index] > level, adjacency)
 }
 
 /// Which nodes are neighbours.
@@ -30,27 +31,25 @@ pub(crate) enum Adjacency {
 }
 
 compiled_once! {
-    /// The components of the object `{field > level}` for this adjacency.
+    /// The components of the object, the nodes inside, for this adjacency.
     pub(crate) fn components<'a, D>(
-        field: &'a Field<f64, D, 1>,
-        level: f64,
+        grid: &'a Grid<D>,
+        inside: &'a dyn Fn(usize) -> bool,
         adjacency: Adjacency,
     ) -> Components = components_in;
 }
 
 fn components_in<const D: usize>(
-    field: &Field<f64, D, 1>,
-    level: f64,
+    grid: &Grid<D>,
+    inside: &dyn Fn(usize) -> bool,
     adjacency: Adjacency,
 ) -> Components {
-    let grid = field.grid();
     let offsets = offsets::<D>(adjacency);
-    let values = field.as_slice();
-    let mut labels = vec![0u32; values.len()];
+    let mut labels = vec![0u32; grid.n_nodes()];
     let mut sizes = Vec::new();
     let mut stack = Vec::new();
-    for first in 0..values.len() {
-        if labels[first] != 0 || values[first].is_nan() || values[first] <= level {
+    for first in 0..labels.len() {
+        if labels[first] != 0 || !inside(first) {
             continue;
         }
         let label = sizes.len() as u32 + 1;
@@ -64,7 +63,7 @@ fn components_in<const D: usize>(
                 .iter()
                 .filter_map(|offset| neighbour(grid, node, offset))
             {
-                if labels[next] == 0 && values[next] > level {
+                if labels[next] == 0 && inside(next) {
                     labels[next] = label;
                     stack.push(next);
                 }

@@ -19,14 +19,18 @@ const STEPS: usize = 3;
 /// The share of the outermost layer of nodes that lies in the object `{field > level}`: 0 for an
 /// object that does not touch the border of the box, 1 for one that surrounds the rest of it.
 pub fn border_share<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> f64 {
-    let (mut inside, mut all) = (0usize, 0usize);
-    for (index, &value) in field.as_slice().iter().enumerate() {
-        if on_border(field.grid(), index) {
-            all += 1;
-            inside += usize::from(value > level);
-        }
+    let values = field.as_slice();
+    border_share_of(field.grid(), &|index| values[index] > level)
+}
+
+/// The same for the object of the nodes inside.
+pub fn border_share_of<const D: usize>(grid: &Grid<D>, inside: &dyn Fn(usize) -> bool) -> f64 {
+    let (mut object, mut all) = (0usize, 0usize);
+    for index in (0..grid.n_nodes()).filter(|index| on_border(grid, *index)) {
+        all += 1;
+        object += usize::from(inside(index));
     }
-    inside as f64 / all as f64
+    object as f64 / all as f64
 }
 
 fn on_border<const D: usize>(grid: &Grid<D>, index: usize) -> bool {
@@ -37,7 +41,13 @@ fn on_border<const D: usize>(grid: &Grid<D>, index: usize) -> bool {
 /// The number of components of the object `{field > level}` with less than a fiftieth of the nodes
 /// of the largest one. Nodes that touch by a corner are connected.
 pub fn specks<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> usize {
-    let sizes = components(field, level, Adjacency::Corners).sizes;
+    let values = field.as_slice();
+    specks_of(field.grid(), &|index| values[index] > level)
+}
+
+/// The same for the object of the nodes inside.
+pub fn specks_of<const D: usize>(grid: &Grid<D>, inside: &dyn Fn(usize) -> bool) -> usize {
+    let sizes = components(grid, inside, Adjacency::Corners).sizes;
     let largest = sizes.iter().copied().max().unwrap_or(0) as f64;
     let small = |&&size: &&usize| (size as f64) < SPECK * largest;
     sizes.iter().filter(small).count()

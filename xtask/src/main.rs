@@ -8,9 +8,12 @@ mod book;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod descent;
 mod figures;
+mod fuzz;
+mod kills;
 mod mutants;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod outcome;
+mod sanitize;
 #[cfg(feature = "study")]
 mod study;
 #[cfg(any(feature = "bench", feature = "study"))]
@@ -27,7 +30,10 @@ const TASKS: &str = "tasks:
   figures  regenerate docs/figures, or the named figures
   study    measure averages of built-in and real shapes (study --help)
   bench    measure speed: kernels, averages, other programs (bench --help)
+  sanitize run the tests of fe-grid under sanitizers and Miri (sanitize --help)
   verify   check the theory by experiments, and write docs/verification
+  fuzz     run libFuzzer on every reader of files (fuzz --help)
+  kills    kill long commands at random moments and compare their results (kills --help)
   mutants  check that the experiments find errors built into the crates (mutants --help)";
 
 fn main() -> ExitCode {
@@ -38,6 +44,9 @@ fn main() -> ExitCode {
         Some("tidy") => tidy::run(),
         Some("book") => book::run(),
         Some("figures") => figures::run(&rest),
+        Some("fuzz") => fuzz::run(&rest),
+        Some("sanitize") => sanitize::run(&rest),
+        Some("kills") => kills::run(&rest),
         Some("verify") => verify::run(&rest),
         Some("mutants") => mutants::run(&rest),
         #[cfg(feature = "study")]

@@ -57,7 +57,7 @@ pub fn boundary<const D: usize>(
             }
         }
         if inside {
-            *value = image.values[image.index(sample)];
+            *value = image.values.get(image.index(sample));
         }
     }
     let drawn = contour(&field, LEVEL, BoxEdge::Closed)?;
@@ -110,10 +110,12 @@ mod tests {
     #[test]
     fn a_grey_disk_keeps_its_area() {
         let mut image = block([64, 64], [0.5, 0.5], [0, 0], [0, 0]);
-        for index in 0..image.values.len() {
+        let value = |index| {
             let [x, y] = image.sample(index).map(|i| i as f64);
-            image.values[index] = (20.8 - (x - 30.2).hypot(y - 33.1)).clamp(0.0, 1.0);
-        }
+            (20.8 - (x - 30.2).hypot(y - 33.1)).clamp(0.0, 1.0)
+        };
+        let values: Vec<f64> = (0..image.values.len()).map(value).collect();
+        image.values = values.into();
         let frame = fit_frames(std::slice::from_ref(&image), 129)[0];
         let area = Moments::of_contour(&boundary(&image, &frame).unwrap())
             .unwrap()
@@ -130,7 +132,7 @@ mod tests {
         let frame = fit_frames(std::slice::from_ref(&image), 9)[0];
         assert_eq!(boundary(&image, &frame).unwrap().simplices().len(), 4);
         let empty = Image {
-            values: vec![0.5; 25],
+            values: vec![0.5; 25].into(),
             ..image
         };
         assert!(matches!(

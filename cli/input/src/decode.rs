@@ -3,13 +3,14 @@
 use std::path::Path;
 
 use super::number::Meaning;
+use super::values::Values;
 use super::{InputError, MAX_VALUES};
 
 /// The numbers of a file before they are read as a mask.
 #[derive(Clone, Debug)]
 pub(crate) struct Samples {
     /// The numbers, `x` fastest.
-    pub values: Vec<f64>,
+    pub values: Values,
     /// Samples along each axis, `x` first.
     pub size: Vec<usize>,
     /// Their interpretation.

@@ -20,7 +20,24 @@ pub(crate) fn is_exact(extension: &str) -> bool {
 /// # Errors
 /// [`InputError`] names the file, the defect and the remedy.
 pub fn read_mesh(path: &Path) -> Result<Mesh, InputError> {
-    triangles(&bytes_of(path)?, path, &extension_of(path))
+    decode_mesh(&bytes_of(path)?, path)
+}
+
+/// The triangles in the bytes of a file; the name determines the format.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn decode_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, InputError> {
+    triangles(bytes, path, &extension_of(path))
+}
+
+/// The closed curves in the bytes of a file; the name determines the format.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn decode_outline(bytes: &[u8], path: &Path) -> Result<Contour<2>, InputError> {
+    let curves = curves::decode(bytes, &extension_of(path));
+    Ok(curves.map_err(malformed(path))?.0)
 }
 
 /// Reads a surface or an outline as a mask.

@@ -6,6 +6,7 @@ use crate::content::extension_of;
 use crate::decode::Samples;
 use crate::error::InputError;
 use crate::exact::{self, is_exact};
+use crate::grey::{self, GreyRange};
 use crate::image::{AnyImage, ReadOptions};
 use crate::raster::{self, Colours};
 use crate::{mask, metaimage, nifti, npy, nrrd, tiff};
@@ -28,6 +29,14 @@ pub fn decode_image(
     }
     let samples = decode_samples(bytes, path, Colours::Refused)?;
     mask::into_image(samples, path, options)
+}
+
+/// Reads a grey image from the bytes of a file; the name determines the format.
+///
+/// # Errors
+/// [`InputError`] names the file, the defect and the remedy.
+pub fn decode_grey_image(bytes: &[u8], path: &Path) -> Result<(AnyImage, GreyRange), InputError> {
+    grey::into_grey_image(decode_samples(bytes, path, Colours::Luminance)?, path)
 }
 
 /// The numbers of a file as they are.
@@ -67,9 +76,9 @@ pub fn decode_array(bytes: &[u8], path: &Path) -> Result<(Vec<usize>, Vec<f64>),
     if let Some(index) = samples.values.iter().position(|value| !value.is_finite()) {
         return Err(InputError::NotFinite {
             path: path.into(),
-            value: samples.values[index],
+            value: samples.values.get(index),
             position: vec![index],
         });
     }
-    Ok((samples.size, samples.values))
+    Ok((samples.size, samples.values.into_vec()))
 }

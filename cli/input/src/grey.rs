@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::decode::{Samples, VALUE, check_size};
 use super::mask::{check_finite, check_spacing, shaped_any};
+use super::values::Step;
 use super::{AnyImage, InputError, reserve};
 
 /// Fraction of all numbers that lie below the new 0, and above the new 1, so that a few very bright
@@ -45,19 +46,16 @@ pub(crate) fn into_grey_image(
     check_finite(&samples, path)?;
     // Their order is found in a copy.
     reserve(path, VALUE * samples.values.len() as u64, 0)?;
-    let range = range(&samples.values).ok_or_else(|| InputError::Blank {
+    let range = range(samples.values.to_vec()).ok_or_else(|| InputError::Blank {
         path: path.into(),
-        value: samples.values[0],
+        value: samples.values.get(0),
     })?;
-    for value in &mut samples.values {
-        *value = range.scaled(*value);
-    }
+    samples.values.then(Step::Between(range.low, range.high));
     Ok((shaped_any(samples, path), range))
 }
 
 /// None where all numbers are the same.
-fn range(values: &[f64]) -> Option<GreyRange> {
-    let mut sorted = values.to_vec();
+fn range(mut sorted: Vec<f64>) -> Option<GreyRange> {
     sorted.sort_unstable_by(f64::total_cmp);
     let last = sorted.len() - 1;
     let tail = (TAIL * last as f64) as usize;
@@ -78,13 +76,13 @@ mod tests {
     fn a_few_bright_numbers_do_not_count_unless_there_are_no_others() {
         let mut values: Vec<f64> = (0..1000).map(f64::from).collect();
         values.push(1e6);
-        let found = range(&values).unwrap();
+        let found = range(values.clone()).unwrap();
         assert_eq!((found.low, found.high), (5.0, 995.0));
         assert!((found.number(found.scaled(7.5)) - 7.5).abs() < 1e-12);
         let mut dark = vec![3.0; 1000];
-        assert_eq!(range(&dark), None);
+        assert_eq!(range(dark.clone()), None);
         dark[7] = 9.0;
-        let found = range(&dark).unwrap();
+        let found = range(dark.clone()).unwrap();
         assert_eq!((found.low, found.high), (3.0, 9.0));
     }
 }

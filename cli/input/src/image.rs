@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use levelset::Contour;
 
 use crate::dimension::Dim;
+use crate::values::Values;
 
 /// The value that separates the object from the rest.
 pub const LEVEL: f64 = 0.5;
@@ -27,7 +28,7 @@ pub struct ReadOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image<const D: usize> {
     /// The values, `x` fastest.
-    pub values: Vec<f64>,
+    pub values: Values,
     /// Samples along each axis, `x` first.
     pub size: [usize; D],
     /// Distance of neighbouring samples along each axis, in the units of the file.
@@ -73,7 +74,7 @@ impl<const D: usize> Image<D> {
     /// First and last sample of the object along each axis, or `None` where there is no object.
     pub fn object_bounds(&self) -> Option<[[usize; 2]; D]> {
         let mut bounds: Option<[[usize; 2]; D]> = None;
-        for (index, &value) in self.values.iter().enumerate() {
+        for (index, value) in self.values.iter().enumerate() {
             if value > LEVEL {
                 let sample = self.sample(index);
                 let bounds = bounds.get_or_insert_with(|| sample.map(|i| [i, i]));
@@ -95,7 +96,7 @@ pub fn block<const D: usize>(
     high: [usize; D],
 ) -> Image<D> {
     let mut image = Image {
-        values: vec![0.0; size.iter().product()],
+        values: Vec::<u8>::new().into(),
         size,
         spacing,
         origin: [0.0; D],
@@ -106,12 +107,12 @@ pub fn block<const D: usize>(
         outline: None,
         remark: None,
     };
-    for index in 0..image.values.len() {
+    let inside = |index| {
         let sample = image.sample(index);
-        if (0..D).all(|k| (low[k]..=high[k]).contains(&sample[k])) {
-            image.values[index] = 1.0;
-        }
-    }
+        u8::from((0..D).all(|k| (low[k]..=high[k]).contains(&sample[k])))
+    };
+    let values: Vec<u8> = (0..size.iter().product()).map(inside).collect();
+    image.values = values.into();
     image
 }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::decode::{Samples, check_size};
 use super::number::Meaning;
+use super::values::{Step, Values};
 use super::{AnyImage, Image, InputError, LEVEL, ReadOptions};
 
 /// Up to this number of different values, they are always treated as labels.
@@ -32,7 +33,7 @@ pub(crate) fn into_image(
         None => scale(&mut samples, path)?,
     }
     if options.invert {
-        samples.values.iter_mut().for_each(|v| *v = 1.0 - *v);
+        samples.values.reverse();
     }
     check_two_sides(&samples.values, path)?;
     Ok(shaped_any(samples, path))
@@ -45,13 +46,13 @@ pub(crate) fn into_label_image(samples: Samples, path: &Path) -> Result<AnyImage
     check_spacing(&samples, path)?;
     check_finite(&samples, path)?;
     check_whole(&samples, path)?;
-    if samples.values.iter().all(|&v| v == 0.0) {
+    if samples.values.iter().all(|v| v == 0.0) {
         return Err(InputError::Empty {
             path: path.into(),
             largest: 0.0,
         });
     }
-    if samples.values.iter().all(|&v| v != 0.0) {
+    if samples.values.iter().all(|v| v != 0.0) {
         return Err(InputError::Full { path: path.into() });
     }
     Ok(shaped_any(samples, path))
@@ -104,7 +105,7 @@ pub(crate) fn check_finite(samples: &Samples, path: &Path) -> Result<(), InputEr
     }
 }
 
-fn check_two_sides(values: &[f64], path: &Path) -> Result<(), InputError> {
+fn check_two_sides(values: &Values, path: &Path) -> Result<(), InputError> {
     let (smallest, largest) = range(values);
     if smallest == largest && smallest > 0.0 && smallest < 1.0 {
         return Err(InputError::Constant {
@@ -126,7 +127,7 @@ fn check_two_sides(values: &[f64], path: &Path) -> Result<(), InputError> {
 
 /// First value with a property, and its index as stored (`x` last).
 fn find(samples: &Samples, property: impl Fn(f64) -> bool) -> Option<(f64, Vec<usize>)> {
-    let found = samples.values.iter().position(|&v| property(v))?;
+    let found = samples.values.iter().position(property)?;
     let mut index = found;
     let mut position: Vec<usize> = samples
         .size
@@ -138,13 +139,13 @@ fn find(samples: &Samples, property: impl Fn(f64) -> bool) -> Option<(f64, Vec<u
         })
         .collect();
     position.reverse();
-    Some((samples.values[found], position))
+    Some((samples.values.get(found), position))
 }
 
-fn range(values: &[f64]) -> (f64, f64) {
+fn range(values: &Values) -> (f64, f64) {
     values
         .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| {
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
             (low.min(v), high.max(v))
         })
 }
@@ -163,15 +164,15 @@ fn check_whole(samples: &Samples, path: &Path) -> Result<(), InputError> {
 fn select_label(samples: &mut Samples, label: i64, path: &Path) -> Result<(), InputError> {
     check_whole(samples, path)?;
     let target = label as f64;
-    if !samples.values.contains(&target) {
-        let present: BTreeSet<i64> = samples.values.iter().map(|&v| v as i64).collect();
+    if !samples.values.iter().any(|v| v == target) {
+        let present: BTreeSet<i64> = samples.values.iter().map(|v| v as i64).collect();
         return Err(InputError::LabelMissing {
             path: path.into(),
             label,
             present: present.into_iter().take(12).collect(),
         });
     }
-    threshold(&mut samples.values, |v| v == target);
+    samples.values.threshold(|v| v == target);
     Ok(())
 }
 
@@ -181,15 +182,12 @@ fn scale(samples: &mut Samples, path: &Path) -> Result<(), InputError> {
     match samples.meaning {
         Meaning::Grey(_) if in_unit_range => {}
         Meaning::Real { .. } if in_unit_range => {
-            samples
-                .values
-                .iter_mut()
-                .for_each(|v| *v = v.clamp(0.0, 1.0));
+            samples.values.then(Step::Clamped);
         }
         Meaning::Grey(_) | Meaning::Real { .. } if has_two_levels(&samples.values) => {
-            threshold(&mut samples.values, |v| v == largest);
+            samples.values.threshold(|v| v == largest);
         }
-        Meaning::Grey(full) => samples.values.iter_mut().for_each(|v| *v /= full),
+        Meaning::Grey(full) => samples.values.then(Step::Divided(full)),
         Meaning::Real { labels: true } if samples.values.iter().all(|v| v.fract() == 0.0) => {
             merge_labels(&mut samples.values, path)?;
         }
@@ -212,10 +210,10 @@ fn out_of_range(samples: &Samples, path: &Path) -> InputError {
 
 /// Converts label images to masks of all labels. Many different values that mostly differ between
 /// neighbours are intensities, not labels.
-fn merge_labels(values: &mut [f64], path: &Path) -> Result<(), InputError> {
+fn merge_labels(values: &mut Values, path: &Path) -> Result<(), InputError> {
     let mut labels = BTreeSet::new();
     let (mut pairs, mut equal, mut last) = (0usize, 0usize, 0.0);
-    for &v in values.iter() {
+    for v in values.iter() {
         if v != 0.0 {
             if v != last && labels.len() <= MOST_LABELS {
                 labels.insert(v as i64);
@@ -231,20 +229,14 @@ fn merge_labels(values: &mut [f64], path: &Path) -> Result<(), InputError> {
             levels: labels.len(),
         });
     }
-    threshold(values, |v| v != 0.0);
+    values.threshold(|v| v != 0.0);
     Ok(())
 }
 
-fn has_two_levels(values: &[f64]) -> bool {
-    let first = values[0];
-    let second = values.iter().find(|&&v| v != first);
-    second.is_some_and(|second| values.iter().all(|v| v == &first || v == second))
-}
-
-fn threshold(values: &mut [f64], object: impl Fn(f64) -> bool) {
-    for v in values {
-        *v = f64::from(u8::from(object(*v)));
-    }
+fn has_two_levels(values: &Values) -> bool {
+    let first = values.get(0);
+    let second = values.iter().find(|&v| v != first);
+    second.is_some_and(|second| values.iter().all(|v| v == first || v == second))
 }
 
 #[cfg(test)]
@@ -253,7 +245,7 @@ mod tests {
 
     fn read(values: &[f64], meaning: Meaning, label: Option<i64>) -> Result<Vec<f64>, InputError> {
         let samples = Samples {
-            values: values.to_vec(),
+            values: values.to_vec().into(),
             size: vec![2, values.len() / 2],
             meaning,
             spacing: vec![1.0, 1.0],
@@ -268,7 +260,7 @@ mod tests {
                 ..ReadOptions::default()
             },
         )? {
-            AnyImage::D2(image) => Ok(image.values),
+            AnyImage::D2(image) => Ok(image.values.to_vec()),
             AnyImage::D3(_) => unreachable!("the array has two axes"),
         }
     }

@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::decode::{Samples, VALUE, take};
+use super::decode::{Samples, take};
 use super::number::NumberType;
 use super::packed::Packed;
+use super::values::Values;
 use super::volume::{Storage, Volume, flattened, unread_type, usable_affine};
 use super::{InputError, bytes_of, reserve};
 
@@ -37,8 +38,8 @@ pub(crate) fn decode_compressed(bytes: &[u8], path: &Path) -> Result<Samples, In
     let volume = header.volume(path)?;
     let length = offset + volume.data_bytes();
     let unpacked = file(path).check(length, bytes)?;
-    let values = VALUE * volume.count as u64;
-    reserve(path, unpacked + values, values)?;
+    let kept = volume.data_bytes() as u64;
+    reserve(path, unpacked + kept + volume.count as u64, kept)?;
     let unpacked = file(path).gzip(bytes, length)?;
     let data = unpacked.get(offset..).unwrap_or(&[]);
     let data = take(data, volume.data_bytes(), path)?;
@@ -109,10 +110,8 @@ struct Numbers<'a> {
 impl Numbers<'_> {
     fn at(&self, numbers: NumberType, position: usize) -> f64 {
         let bytes = self.bytes.get(position..position + numbers.width());
-        let found = bytes.map(|bytes| numbers.decode(bytes, self.little_endian));
-        found
-            .and_then(|found| found.first().copied())
-            .unwrap_or(0.0)
+        let found = bytes.map(|bytes| Values::new(numbers.decode(bytes, self.little_endian)));
+        found.map_or(0.0, |found| found.get(0))
     }
 
     fn row<const N: usize>(&self, numbers: NumberType, position: usize) -> [f64; N] {
@@ -370,7 +369,7 @@ pub(crate) mod tests {
         assert_eq!(image.size, [3, 2, 2]);
         assert_eq!(image.spacing, [1.0, 1.5, 2.0]);
         assert_eq!(image.values.iter().sum::<f64>(), 3.0);
-        assert_eq!(image.values[image.index([2, 1, 1])], 1.0);
+        assert_eq!(image.values.get(image.index([2, 1, 1])), 1.0);
         let two = volume(&plain, "v.nii", Some(2));
         assert_eq!(two.values.iter().sum::<f64>(), 2.0);
         let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
@@ -486,7 +485,7 @@ pub(crate) mod tests {
     fn the_place_of_the_data_may_be_left_out() {
         let mut bytes = file([2, 2, 2], [1.0; 3], &[0, 1, 0, 0, 0, 0, 0, 0]);
         bytes[108..112].copy_from_slice(&0f32.to_le_bytes());
-        assert_eq!(volume(&bytes, "v.nii", None).values[1], 1.0);
+        assert_eq!(volume(&bytes, "v.nii", None).values.get(1), 1.0);
     }
 
     #[test]

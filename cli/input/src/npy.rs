@@ -3,8 +3,9 @@
 
 use std::path::Path;
 
-use super::decode::{Samples, VALUE, check_count, take};
+use super::decode::{Samples, check_count, take};
 use super::number::NumberType;
+use super::values::{Numbers, Values};
 use super::{InputError, reserve};
 
 const MAX_HEADER: usize = 1 << 16;
@@ -37,7 +38,9 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
     let data = take(data, count * header.numbers.width(), path)?;
     // Another order of axes is a second array.
     let arrays = 1 + u64::from(header.fortran_order);
-    reserve(path, arrays * VALUE * count as u64, VALUE * count as u64)?;
+    let kept = data.len() as u64;
+    // A byte more for a mask of them.
+    reserve(path, arrays * kept + count as u64, kept)?;
     let size: Vec<usize> = size.into_iter().map(|n| n as usize).collect();
     let mut values = header.numbers.decode(data, header.little_endian);
     if header.fortran_order {
@@ -45,7 +48,7 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
     }
     Ok(Samples {
         spacing: vec![1.0; size.len()],
-        values,
+        values: Values::new(values),
         size,
         meaning: header.numbers.meaning(),
         affine: None,
@@ -171,22 +174,20 @@ fn number_type(code: &str) -> Option<(NumberType, bool)> {
 
 /// Numbers stored with the first array axis (our last) fastest, put `x` fastest. `size` is `x`
 /// first.
-fn reverse_axes(values: &[f64], size: &[usize]) -> Vec<f64> {
+fn reverse_axes(values: &Numbers, size: &[usize]) -> Numbers {
     let d = size.len();
     let mut strides = vec![1; d];
     for k in (0..d - 1).rev() {
         strides[k] = strides[k + 1] * size[k + 1];
     }
-    (0..values.len())
-        .map(|mut index| {
-            let mut from = 0;
-            for k in 0..d {
-                from += index % size[k] * strides[k];
-                index /= size[k];
-            }
-            values[from]
-        })
-        .collect()
+    values.permuted(|mut index| {
+        let mut from = 0;
+        for k in 0..d {
+            from += index % size[k] * strides[k];
+            index /= size[k];
+        }
+        from
+    })
 }
 
 #[cfg(test)]

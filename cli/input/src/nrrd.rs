@@ -271,7 +271,7 @@ mod tests {
         ];
         assert_eq!(affine, expected);
         assert_eq!(image.spacing, [2.0, 0.5, 3.0]);
-        assert_eq!(image.values[1], 1.0);
+        assert_eq!(image.values.get(1), 1.0);
     }
 
     #[test]
@@ -283,7 +283,7 @@ mod tests {
             panic!("three axes")
         };
         assert_eq!((image.spacing, image.affine), ([1.0, 2.0, 3.0], None));
-        assert_eq!(image.values[1], 1.0);
+        assert_eq!(image.values.get(1), 1.0);
     }
 
     #[test]

@@ -1,4 +1,6 @@
-//! Converts raw numbers of any type to double precision.
+//! Types of the numbers in files, and what they mean.
+
+use crate::values::{Numbers, Values};
 
 /// The interpretation of the numbers of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,38 +54,44 @@ impl NumberType {
         }
     }
 
-    /// The numbers in double precision.
-    pub(crate) fn decode(self, bytes: &[u8], little_endian: bool) -> Vec<f64> {
+    /// The numbers in their own type; truth values are bytes.
+    pub(crate) fn decode(self, bytes: &[u8], little_endian: bool) -> Numbers {
         macro_rules! numbers {
-            ($type:ty, $convert:expr) => {
+            ($type:ty) => {
                 bytes
                     .chunks_exact(size_of::<$type>())
                     .map(|chunk| {
                         let mut raw = [0; size_of::<$type>()];
                         raw.copy_from_slice(chunk);
-                        let convert = $convert;
-                        convert(if little_endian {
+                        if little_endian {
                             <$type>::from_le_bytes(raw)
                         } else {
                             <$type>::from_be_bytes(raw)
-                        })
+                        }
                     })
                     .collect()
             };
         }
         match self {
-            Self::Bool => bytes.iter().map(|&b| f64::from(u8::from(b != 0))).collect(),
-            Self::U8 => numbers!(u8, f64::from),
-            Self::I8 => numbers!(i8, f64::from),
-            Self::U16 => numbers!(u16, f64::from),
-            Self::I16 => numbers!(i16, f64::from),
-            Self::U32 => numbers!(u32, f64::from),
-            Self::I32 => numbers!(i32, f64::from),
-            Self::U64 => numbers!(u64, |x: u64| x as f64),
-            Self::I64 => numbers!(i64, |x: i64| x as f64),
-            Self::F32 => numbers!(f32, f64::from),
-            Self::F64 => numbers!(f64, std::convert::identity),
+            Self::Bool => Numbers::U8(bytes.iter().map(|&b| u8::from(b != 0)).collect()),
+            Self::U8 => Numbers::U8(bytes.to_vec()),
+            Self::I8 => Numbers::I8(numbers!(i8)),
+            Self::U16 => Numbers::U16(numbers!(u16)),
+            Self::I16 => Numbers::I16(numbers!(i16)),
+            Self::U32 => Numbers::U32(numbers!(u32)),
+            Self::I32 => Numbers::I32(numbers!(i32)),
+            Self::U64 => Numbers::U64(numbers!(u64)),
+            Self::I64 => Numbers::I64(numbers!(i64)),
+            Self::F32 => Numbers::F32(numbers!(f32)),
+            Self::F64 => Numbers::F64(numbers!(f64)),
         }
+    }
+}
+
+impl NumberType {
+    /// The numbers in double precision.
+    pub(crate) fn doubles(self, bytes: &[u8], little_endian: bool) -> Vec<f64> {
+        Values::new(self.decode(bytes, little_endian)).into_vec()
     }
 }
 
@@ -93,12 +101,13 @@ mod tests {
 
     #[test]
     fn numbers_of_both_byte_orders_decode() {
-        assert_eq!(NumberType::I16.decode(&[0xfe, 0xff], true), [-2.0]);
-        assert_eq!(NumberType::I16.decode(&[0xff, 0xfe], false), [-2.0]);
-        assert_eq!(
-            NumberType::F32.decode(&0.25f32.to_be_bytes(), false),
-            [0.25]
-        );
-        assert_eq!(NumberType::Bool.decode(&[0, 7], true), [0.0, 1.0]);
+        let decode = |numbers: NumberType, bytes: &[u8], little_endian| {
+            Values::new(numbers.decode(bytes, little_endian))
+        };
+        assert_eq!(decode(NumberType::I16, &[0xfe, 0xff], true), [-2.0]);
+        assert_eq!(decode(NumberType::I16, &[0xff, 0xfe], false), [-2.0]);
+        let quarter = 0.25f32.to_be_bytes();
+        assert_eq!(decode(NumberType::F32, &quarter, false), [0.25]);
+        assert_eq!(decode(NumberType::Bool, &[0, 7], true), [0.0, 1.0]);
     }
 }

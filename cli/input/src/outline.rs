@@ -42,7 +42,7 @@ pub(crate) fn into_image<const D: usize>(
         ));
     }
     let mut image = Image {
-        values: Vec::new(),
+        values: Vec::<u8>::new().into(),
         size: samples.size,
         spacing: [samples.spacing; D],
         origin: samples.origin,
@@ -55,13 +55,13 @@ pub(crate) fn into_image<const D: usize>(
     };
     let exact = exact(contour, fill, &numbers, &samples);
     if let Some(exact) = exact {
-        let inside = numbers.iter().map(|&n| f64::from(u8::from(fill.holds(n))));
-        image.values = inside.collect();
+        let inside = numbers.iter().map(|&n| u8::from(fill.holds(n)));
+        image.values = inside.collect::<Vec<u8>>().into();
         let h = samples.spacing;
         let sample = |p: [f64; D]| std::array::from_fn(|k| (p[k] - samples.origin[k]) / h);
         image.outline = Some(exact.map(sample));
     } else {
-        image.values = ramp(contour, fill, &numbers, &image)?;
+        image.values = ramp(contour, fill, &numbers, &image)?.into();
     }
     Ok(image)
 }

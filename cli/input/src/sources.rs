@@ -73,7 +73,14 @@ impl NamedArray {
             .or_else(|| self.affine.map(of_affine))
             .unwrap_or_else(|| vec![1.0; axes]);
         Samples {
-            values: self.values,
+            values: match self.numbers {
+                // They were bytes.
+                ArrayType::Bool | ArrayType::U8 if self.values.iter().copied().all(is_byte) => {
+                    let bytes = self.values.iter().map(|x| *x as u8);
+                    bytes.collect::<Vec<u8>>().into()
+                }
+                _ => self.values.into(),
+            },
             size: self.size,
             meaning,
             spacing,
@@ -196,7 +203,7 @@ impl Sources {
                     .map_err(|_| placeless())?,
                 affine: samples.affine.ok_or_else(placeless)?,
             },
-            values: samples.values,
+            values: samples.values.into_vec(),
         })
     }
 }
@@ -208,6 +215,10 @@ pub struct Numbers {
     pub values: Vec<f64>,
     /// Their lattice.
     pub lattice: Lattice,
+}
+
+fn is_byte(x: f64) -> bool {
+    f64::from(x as u8) == x
 }
 
 fn same_dimension(images: Vec<AnyImage>) -> Result<AnyImages, InputError> {

@@ -10,6 +10,7 @@ use super::InputError;
 use super::decode::{Samples, check_size};
 use super::number::Meaning;
 use super::raster::{one_channel, reserve_pixels};
+use super::values::{Numbers, Values};
 
 const MAX_PAGES: usize = 1 << 14;
 const MAX_ALLOC: usize = 1 << 30;
@@ -30,7 +31,7 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
         .map_err(|e| malformed(e.to_string()))?
         .with_limits(limits);
     let (width, height) = decoder.dimensions().map_err(|e| malformed(e.to_string()))?;
-    let mut values = Vec::new();
+    let mut values: Option<Numbers> = None;
     let mut pages = 0;
     let meaning = loop {
         let size = decoder.dimensions().map_err(|e| malformed(e.to_string()))?;
@@ -43,15 +44,19 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
             layout(color).ok_or_else(|| malformed(format!("{color:?} pixels")))?;
         let n_pixels = width as usize * height as usize;
         // Bits are unpacked into bytes, and the values of a page are added to those before.
-        let decoded = n_pixels * (channels * usize::from(bits.max(8)) / 8 + 2 * size_of::<f64>());
-        reserve_pixels(path, n_pixels, decoded)?;
+        let width_of_value = usize::from(bits.max(8)) / 8;
+        let decoded = n_pixels * (channels + 2) * width_of_value;
+        reserve_pixels(path, n_pixels, width_of_value, decoded)?;
         let data = decoder.read_image().map_err(|e| malformed(e.to_string()))?;
         let (page, kind) = page_values(data, bits, width as usize, channels);
         let page = page.ok_or_else(|| InputError::Colour { path: path.into() })?;
-        if page.len() != width as usize * height as usize {
+        if page.len() != n_pixels {
             return Err(malformed("a page has too few pixels".into()));
         }
-        values.extend(page);
+        match &mut values {
+            None => values = Some(page),
+            Some(before) => before.append(page),
+        }
         pages += 1;
         if !decoder.more_images() {
             break kind;
@@ -65,8 +70,9 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Samples, InputError> {
     if pages > 1 {
         size.push(pages);
     }
+    let values = values.ok_or_else(|| malformed("it has no page".into()))?;
     Ok(Samples {
-        values,
+        values: Values::new(values),
         spacing: vec![1.0; size.len()],
         size,
         meaning,
@@ -102,44 +108,45 @@ fn layout(color: ColorType) -> Option<(usize, u8)> {
     }
 }
 
-/// One number a pixel in double precision, `None` for colours; and their interpretation.
+/// One number a pixel, `None` for colours; and their interpretation.
 fn page_values(
     data: DecodingResult,
     bits: u8,
     width: usize,
     channels: usize,
-) -> (Option<Vec<f64>>, Meaning) {
+) -> (Option<Numbers>, Meaning) {
     let real = Meaning::Real { labels: false };
     macro_rules! of {
-        ($numbers:expr, $full:expr, $meaning:expr) => {
-            (one_channel(&$numbers, channels, $full), $meaning)
-        };
+        ($type:ident, $numbers:expr, $full:expr, $meaning:expr) => {{
+            let values = one_channel(&$numbers, channels, $full);
+            (values.map(Numbers::$type), $meaning)
+        }};
     }
     match data {
         DecodingResult::U8(v) if bits < 8 => {
             let full = u8::MAX >> (8 - bits);
             let grey = Meaning::Grey(full.into());
-            of!(unpacked(&v, bits, width * channels), full, grey)
+            of!(U8, unpacked(&v, bits, width * channels), full, grey)
         }
-        DecodingResult::U8(v) => of!(v, u8::MAX, Meaning::Grey(255.0)),
-        DecodingResult::U16(v) => of!(v, u16::MAX, Meaning::Grey(65535.0)),
-        DecodingResult::U32(v) => of!(v, 1, Meaning::Labels),
+        DecodingResult::U8(v) => of!(U8, v, u8::MAX, Meaning::Grey(255.0)),
+        DecodingResult::U16(v) => of!(U16, v, u16::MAX, Meaning::Grey(65535.0)),
+        DecodingResult::U32(v) => of!(U32, v, 1, Meaning::Labels),
         DecodingResult::U64(v) => {
             let wide: Vec<f64> = v.into_iter().map(|x| x as f64).collect();
-            of!(wide, 1.0, Meaning::Labels)
+            of!(F64, wide, 1.0, Meaning::Labels)
         }
         DecodingResult::F16(v) => {
             let wide: Vec<f32> = v.into_iter().map(f32::from).collect();
-            of!(wide, 1.0, real)
+            of!(F32, wide, 1.0, real)
         }
-        DecodingResult::F32(v) => of!(v, 1.0, real),
-        DecodingResult::F64(v) => of!(v, 1.0, real),
-        DecodingResult::I8(v) => of!(v, 1, Meaning::Labels),
-        DecodingResult::I16(v) => of!(v, 1, Meaning::Labels),
-        DecodingResult::I32(v) => of!(v, 1, Meaning::Labels),
+        DecodingResult::F32(v) => of!(F32, v, 1.0, real),
+        DecodingResult::F64(v) => of!(F64, v, 1.0, real),
+        DecodingResult::I8(v) => of!(I8, v, 1, Meaning::Labels),
+        DecodingResult::I16(v) => of!(I16, v, 1, Meaning::Labels),
+        DecodingResult::I32(v) => of!(I32, v, 1, Meaning::Labels),
         DecodingResult::I64(v) => {
             let wide: Vec<f64> = v.into_iter().map(|x| x as f64).collect();
-            of!(wide, 1.0, Meaning::Labels)
+            of!(F64, wide, 1.0, Meaning::Labels)
         }
     }
 }
@@ -197,7 +204,7 @@ mod tests {
         )
         .unwrap();
         assert_eq!(volume.size, [3, 2, 2]);
-        assert_eq!(volume.values[7], 1.0);
+        assert_eq!(volume.values.get(7), 1.0);
     }
 
     #[test]

@@ -3,9 +3,10 @@
 use std::fmt::Display;
 use std::path::{Component, Path};
 
-use super::decode::{Samples, VALUE, check_size, take};
+use super::decode::{Samples, check_size, take};
 use super::number::{Meaning, NumberType};
 use super::packed::Packed;
+use super::values::{Step, Values};
 use super::world::affine_fault;
 use super::{InputError, bytes_of, reserve};
 
@@ -61,13 +62,15 @@ impl Volume {
         file: Packed<'_>,
     ) -> Result<Samples, InputError> {
         let length = self.data_bytes();
-        let values = VALUE * self.count as u64;
+        // A byte more for a mask of them.
+        let kept = length as u64;
+        let values = kept + self.count as u64;
         if storage == Storage::Raw {
             let data = take(bytes, length, file.path)?;
-            reserve(file.path, values, values)?;
+            reserve(file.path, values, kept)?;
             return Ok(self.decode(data));
         }
-        reserve(file.path, file.check(length, bytes)? + values, values)?;
+        reserve(file.path, file.check(length, bytes)? + values, kept)?;
         let unpacked = match storage {
             Storage::Zlib => file.zlib(bytes, length)?,
             _ => file.gzip(bytes, length)?,
@@ -77,11 +80,9 @@ impl Volume {
 
     /// The samples from bytes of which there are enough.
     pub fn decode(self, data: &[u8]) -> Samples {
-        let mut values = self.numbers.decode(data, self.little_endian);
+        let mut values = Values::new(self.numbers.decode(data, self.little_endian));
         if let Some((slope, shift)) = self.scaling.filter(|scaling| *scaling != (1.0, 0.0)) {
-            for v in &mut values {
-                *v = slope * *v + shift;
-            }
+            values.then(Step::Scaled(slope, shift));
         }
         let whole = |(slope, shift): (f64, f64)| (slope.fract(), shift.fract()) == (0.0, 0.0);
         let meaning = match self.numbers {

@@ -71,7 +71,7 @@ pub(crate) fn write_inputs<const D: usize>(
     std::fs::create_dir(&folder).map_err(OutputError::at(&folder))?;
     for image in images {
         let grid = Grid::with_nodes(image.size, 1.0)?;
-        let field = ScalarField::from_vec(grid, image.values.clone())?;
+        let field = ScalarField::from_vec(grid, image.values.to_vec())?;
         let name = image.path.file_name().unwrap_or_default();
         directory.array(Path::new("inputs").join(name), &field)?;
     }

@@ -10,4 +10,6 @@ mod read;
 mod record;
 mod transport;
 
+pub(crate) use read::read as read_path;
+
 pub use args::{ExtendConfig, TransportConfig};

@@ -59,7 +59,7 @@ pub(crate) struct Placement<const D: usize> {
 /// # Errors
 /// [`CliError::NoGeodesic`] for another directory, or for a geodesic of level sets, and
 /// [`CliError::Input`] for an array that cannot be read.
-pub(super) fn read(
+pub(crate) fn read(
     directory: &Path,
     trust: bool,
 ) -> Result<Dim<StoredGeodesic<2>, StoredGeodesic<3>>, CliError> {

@@ -65,6 +65,11 @@ impl<'a> Checkpointer<'a> {
         })
     }
 
+    /// Whether there are runs to resume.
+    pub fn has_runs(&self) -> bool {
+        !self.pending.is_empty()
+    }
+
     /// Observes a part of the computation, and shows its progress as another observer does.
     pub fn observe<'b>(&'b mut self, watch: ProgressObserver<'b>) -> Checked<'b, 'a> {
         Checked {

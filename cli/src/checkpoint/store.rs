@@ -107,7 +107,7 @@ impl<'a> Store<'a> {
             Some(state) => {
                 let mut all = state.kept.iter();
                 let read = all.try_for_each(|one| {
-                    let folder = work.file(folder(one.checkpoint));
+                    let folder = work.path().join(folder(one.checkpoint));
                     one.part.load(&folder, &one.sums).map(drop)
                 });
                 match read {
@@ -149,7 +149,11 @@ impl<'a> Store<'a> {
     pub fn find(&self, run: usize) -> Option<(PathBuf, &Sums, &Remembered)> {
         let work = self.work.as_ref()?;
         let one = self.kept.iter().rfind(|one| one.part.run == run)?;
-        Some((work.file(folder(one.checkpoint)), &one.sums, &one.part))
+        Some((
+            work.path().join(folder(one.checkpoint)),
+            &one.sums,
+            &one.part,
+        ))
     }
 
     /// Whether checkpoints are stored at all.

@@ -25,14 +25,26 @@ impl ConfigFile {
     /// # Errors
     /// [`CliError::Config`].
     pub fn read<C: Config>(path: &Path) -> Result<Self, CliError> {
+        let text = read_text(path).map_err(|error| CliError::Config {
+            path: path.into(),
+            line: 0,
+            message: format!("it cannot be read: {error}"),
+            remedy: write_one::<C>(),
+        })?;
+        Self::parse::<C>(&text, path)
+    }
+
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn parse<C: Config>(text: &str, path: &Path) -> Result<Self, CliError> {
         let wrong = |line, message, remedy| CliError::Config {
             path: path.into(),
             line,
             message,
             remedy,
         };
-        let text = read_text(path)
-            .map_err(|error| wrong(0, format!("it cannot be read: {error}"), write_one::<C>()))?;
         let line = |span: Option<Range<usize>>| {
             let before = text.get(..span.map_or(0, |span| span.start));
             1 + before.unwrap_or_default().matches('\n').count()
@@ -41,8 +53,8 @@ impl ConfigFile {
             let message = error.message().to_owned();
             wrong(line(error.span()), message, write_one::<C>())
         };
-        let places = DeTable::parse(&text).map_err(syntax)?;
-        let mut values: Table = toml::from_str(&text).map_err(syntax)?;
+        let places = DeTable::parse(text).map_err(syntax)?;
+        let mut values: Table = toml::from_str(text).map_err(syntax)?;
         let mut entries = Vec::new();
         for key in places.get_ref().keys() {
             let line = line(Some(key.span()));

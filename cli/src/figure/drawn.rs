@@ -29,7 +29,7 @@ pub(crate) fn drawn_image(
     folder: &Path,
 ) -> Image<2> {
     Image {
-        values: area_share(&Placed::centred(shape), grid).into_vec(),
+        values: area_share(&Placed::centred(shape), grid).into_vec().into(),
         size: grid.nodes_per_axis(),
         spacing: [1.0; 2],
         origin: [0.0; 2],

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use shapespace_picture::Canvas;
 
 use super::OutputError;
+use super::handle::Handle;
 use super::kept::Kept;
 use super::staging::{Folder, new_file, renamed};
 
@@ -30,7 +31,7 @@ enum Origin {
     /// Within a temporary directory.
     Temporary(Folder),
     /// Over several runs, with the name of its lock, which is held if the file system has locks.
-    Work(&'static str, Option<File>),
+    Work(Handle, &'static str, Option<File>),
     /// In memory.
     Memory(RefCell<Kept>),
 }
@@ -66,10 +67,11 @@ impl ResultDir {
     pub(super) fn of_work(
         target: PathBuf,
         inner: PathBuf,
+        handle: Handle,
         lock: &'static str,
         held: Option<File>,
     ) -> Self {
-        let origin = Origin::Work(lock, held);
+        let origin = Origin::Work(handle, lock, held);
         Self {
             target,
             inner,
@@ -147,12 +149,15 @@ impl ResultDir {
 
     /// The path of a file of the directory.
     pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
-        self.inner.join(name)
+        self.path().join(name)
     }
 
-    /// The incomplete directory.
+    /// The incomplete directory, by a handle.
     pub fn path(&self) -> &Path {
-        &self.inner
+        match &self.origin {
+            Origin::Work(handle, ..) => handle.path(),
+            _ => &self.inner,
+        }
     }
 
     /// Renames the directory to its target.
@@ -176,10 +181,10 @@ impl ResultDir {
                 renamed(&self.inner, &self.target).map_err(failed)?;
                 drop(staging);
             }
-            Origin::Work(lock, held) => {
+            Origin::Work(handle, lock, held) => {
                 renamed(&self.inner, &self.target).map_err(failed)?;
                 // Held until now, so that no other run begins to use the directory.
-                let lock = self.target.join(lock);
+                let lock = handle.path().join(lock);
                 fs::remove_file(&lock).map_err(OutputError::at(&lock))?;
                 drop(held);
             }
@@ -235,6 +240,30 @@ pub(super) fn plain_name(target: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The folder of a result is replaced by a link while it is written.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn nothing_is_written_where_a_link_leads() {
+        let place = tempfile::tempdir().unwrap();
+        let precious = place.path().join("precious");
+        fs::create_dir(&precious).unwrap();
+        fs::write(precious.join("a"), "kept").unwrap();
+        let directory = ResultDir::create(&place.path().join("out")).unwrap();
+        let hidden = |entry: &fs::DirEntry| entry.file_name().as_encoded_bytes()[0] == b'.';
+        let entries = fs::read_dir(place.path()).unwrap().flatten();
+        let staging = entries.map(|e| hidden(&e).then(|| e.path()));
+        let staging = staging.flatten().next().unwrap();
+        fs::rename(&staging, place.path().join("stolen")).unwrap();
+        std::os::unix::fs::symlink(&precious, &staging).unwrap();
+        fs::create_dir(precious.join("result")).unwrap();
+        fs::write(directory.file("a"), "new").unwrap();
+        assert_eq!(fs::read_to_string(precious.join("a")).unwrap(), "kept");
+        let target = directory.commit().unwrap();
+        assert_eq!(fs::read_to_string(target.join("a")).unwrap(), "new");
+        assert_eq!(fs::read_dir(precious.join("result")).unwrap().count(), 0);
+        assert!(precious.join("a").is_file());
+    }
 
     #[test]
     fn a_directory_appears_complete_or_not_at_all() {

@@ -4,6 +4,7 @@ pub mod apng;
 mod arrays;
 mod directory;
 pub mod energy;
+mod handle;
 mod json;
 mod kept;
 pub mod matrix;
@@ -105,7 +106,7 @@ impl OutputError {
     pub fn at(path: &Path) -> impl Fn(io::Error) -> Self + use<> {
         let path = path.to_path_buf();
         move |source| Self::Unwritable {
-            path: path.clone(),
+            path: handle::shown(&path),
             source,
         }
     }

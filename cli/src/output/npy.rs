@@ -197,7 +197,7 @@ mod tests {
                         .values
                         .iter()
                         .zip(&mask)
-                        .all(|(v, b)| (*v == 1.0) == *b)
+                        .all(|(v, b)| (v == 1.0) == *b)
                 );
             }
             AnyImage::D3(_) => panic!("a picture was written"),

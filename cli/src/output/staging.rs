@@ -6,6 +6,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::handle::Handle;
+
 const PREFIX: &str = ".shapespace-";
 /// The file in a folder that its process locks.
 const LOCK: &str = "lock";
@@ -37,6 +39,7 @@ pub(crate) fn discard_all() {
 #[derive(Debug)]
 pub(super) struct Folder {
     path: PathBuf,
+    handle: Handle,
     /// Held until the end; `None` if the file system has no locks.
     _lock: Option<File>,
 }
@@ -48,15 +51,21 @@ impl Folder {
         let folder = tempfile::Builder::new()
             .prefix(&prefix())
             .tempdir_in(parent)?;
-        let lock = File::create_new(folder.path().join(LOCK))?;
+        let handle = Handle::open(folder.path())?;
+        let lock = File::create_new(handle.path().join(LOCK))?;
         let lock = lock.try_lock().is_ok().then_some(lock);
         let path = folder.keep();
         in_use().push(path.clone());
-        Ok(Self { path, _lock: lock })
+        Ok(Self {
+            path,
+            handle,
+            _lock: lock,
+        })
     }
 
+    /// The path of the folder's handle.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.handle.path()
     }
 }
 
@@ -139,7 +148,9 @@ fn sweep_one(path: &Path) {
 
 /// Removes a folder with all that is in it: files before folders, and the named ones last, in this order. A
 /// process that is killed meanwhile leaves a folder that is still known as what it is.
-pub(super) fn remove_folder(path: &Path, last: &[&str]) -> io::Result<()> {
+pub(super) fn remove_folder(name: &Path, last: &[&str]) -> io::Result<()> {
+    let handle = Handle::open(name)?;
+    let path = handle.path();
     let entries: Vec<_> = fs::read_dir(path)?.collect::<Result<_, _>>()?;
     let mut folders = Vec::new();
     for entry in entries {
@@ -153,13 +164,13 @@ pub(super) fn remove_folder(path: &Path, last: &[&str]) -> io::Result<()> {
     for folder in folders {
         fs::remove_dir_all(folder)?;
     }
-    for name in last.iter().map(|name| path.join(name)) {
-        match fs::remove_file(name) {
+    for file in last.iter().map(|name| path.join(name)) {
+        match fs::remove_file(file) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
             _ => {}
         }
     }
-    fs::remove_dir(path)
+    fs::remove_dir(name)
 }
 
 /// Whether a process of this number lives on this machine, where the system shows it (Linux). The

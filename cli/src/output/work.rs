@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::directory::{ResultDir, check_target, plain_name};
+use super::handle::{Handle, shown};
 use super::{OutputError, staging, write_json};
 use shapespace_input::files::read_text;
 
@@ -27,6 +28,7 @@ const LOCK: &str = ".lock";
 pub struct WorkDir {
     target: PathBuf,
     inner: PathBuf,
+    handle: Handle,
     /// Held until this is dropped; `None` if the file system has no locks.
     lock: Option<File>,
 }
@@ -44,8 +46,13 @@ impl WorkDir {
         if fs::symlink_metadata(&inner).is_err() {
             fs::create_dir(&inner).map_err(OutputError::at(&inner))?;
         }
-        check_links(&inner)?;
-        let file = inner.join(LOCK);
+        let kind = fs::symlink_metadata(&inner).map_err(OutputError::at(&inner))?;
+        if kind.file_type().is_symlink() {
+            return Err(OutputError::Link { path: inner });
+        }
+        let handle = Handle::open(&inner).map_err(OutputError::at(&inner))?;
+        check_links(&handle.path().join("."))?;
+        let file = handle.path().join(LOCK);
         let mut options = OpenOptions::new();
         let file = options
             .create(true)
@@ -61,6 +68,7 @@ impl WorkDir {
         Ok(Self {
             target,
             inner,
+            handle,
             lock,
         })
     }
@@ -70,9 +78,9 @@ impl WorkDir {
         &self.inner
     }
 
-    /// The path of a file in it.
+    /// The path of a file in it, by the handle of the folder.
     pub fn file(&self, name: impl AsRef<Path>) -> PathBuf {
-        self.inner.join(name)
+        self.handle.path().join(name)
     }
 
     /// Creates a folder in it, unless it exists.
@@ -97,7 +105,7 @@ impl WorkDir {
         // Else a power failure may leave the name without the contents.
         sync(&incomplete)?;
         fs::rename(&incomplete, &path).map_err(OutputError::at(&path))?;
-        sync(&self.inner)
+        sync(&self.file("."))
     }
 
     /// Moves all that is in it, except for its description, into a new folder in it.
@@ -106,7 +114,7 @@ impl WorkDir {
     /// [`OutputError::Unwritable`].
     pub fn set_aside(&self) -> Result<PathBuf, OutputError> {
         let failed = OutputError::at(&self.inner);
-        let entries = fs::read_dir(&self.inner).map_err(&failed)?;
+        let entries = fs::read_dir(self.handle.path()).map_err(&failed)?;
         let names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
         let free = (0..).map(|k| self.file(format!("{ASIDE}{k:03}")));
         let aside = free.into_iter().find(|path| !path.exists());
@@ -118,7 +126,7 @@ impl WorkDir {
                 fs::rename(self.file(&name), aside.join(&name)).map_err(&failed)?;
             }
         }
-        Ok(aside)
+        Ok(shown(&aside))
     }
 
     /// A value that was written as JSON; none where there is no such file, or where it holds
@@ -133,7 +141,7 @@ impl WorkDir {
     pub fn is_new(&self) -> bool {
         let incomplete = format!("{DESCRIPTION}{ENDING}");
         let is_nothing = |name: &OsStr| name == LOCK || name == &*incomplete;
-        fs::read_dir(&self.inner)
+        fs::read_dir(self.handle.path())
             .is_ok_and(|entries| entries.flatten().all(|e| is_nothing(&e.file_name())))
     }
 
@@ -155,7 +163,7 @@ impl WorkDir {
 
     /// The result directory with all that is in it.
     pub fn into_result(self) -> ResultDir {
-        ResultDir::of_work(self.target, self.inner, LOCK, self.lock)
+        ResultDir::of_work(self.target, self.inner, self.handle, LOCK, self.lock)
     }
 }
 
@@ -178,7 +186,7 @@ fn check_links(path: &Path) -> Result<(), OutputError> {
     let failed = OutputError::at(path);
     let kind = fs::symlink_metadata(path).map_err(&failed)?.file_type();
     if kind.is_symlink() {
-        return Err(OutputError::Link { path: path.into() });
+        return Err(OutputError::Link { path: shown(path) });
     }
     if kind.is_dir() {
         for entry in fs::read_dir(path).map_err(&failed)? {
@@ -270,6 +278,27 @@ mod tests {
         let error = WorkDir::open(&place.path().join("out")).unwrap_err();
         assert!(matches!(error, OutputError::Link { .. }), "{error}");
         assert_eq!(fs::read_dir(&precious).unwrap().count(), 1);
+    }
+
+    /// `OUT.partial` is replaced by a link while it is in use.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn nothing_is_written_or_removed_where_a_link_leads() {
+        let place = tempfile::tempdir().unwrap();
+        let precious = place.path().join("precious");
+        fs::create_dir_all(precious.join("folder")).unwrap();
+        fs::write(precious.join("a"), "kept").unwrap();
+        let work = WorkDir::open(&place.path().join("out")).unwrap();
+        let name = place.path().join("out.partial");
+        fs::rename(&name, place.path().join("stolen")).unwrap();
+        std::os::unix::fs::symlink(&precious, &name).unwrap();
+        work.put("a", &1.5).unwrap();
+        work.folder("more").unwrap();
+        assert!(place.path().join("stolen/more").is_dir());
+        work.set_aside().unwrap();
+        assert!(work.remove().is_err());
+        assert_eq!(fs::read_to_string(precious.join("a")).unwrap(), "kept");
+        assert_eq!(fs::read_dir(&precious).unwrap().count(), 2);
     }
 
     #[test]

@@ -207,7 +207,7 @@ fn compare<const D: usize>(
     outline: &Contour<D>,
 ) -> Option<Comparison<D>> {
     let inside = |v: &f64| *v > LEVEL;
-    let pairs = mask.iter().zip(&truth.values);
+    let pairs = mask.iter().zip(truth.values.iter());
     let both = pairs.filter(|(m, t)| **m && inside(t)).count();
     let own = mask.iter().filter(|m| **m).count();
     let other = truth.values.iter().filter(|t| inside(t)).count();

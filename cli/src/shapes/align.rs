@@ -308,11 +308,13 @@ mod tests {
         // A diagonal bar becomes longer than the box when its frame is turned upright.
         let upright = block([40, 40], [1.0; 2], [18, 2], [21, 37]);
         let mut diagonal = block([40, 40], [1.0; 2], [0, 0], [0, 0]);
-        for index in 0..diagonal.values.len() {
+        let value = |index| {
             let [x, y] = diagonal.sample(index).map(|i| i as f64 - 19.5);
             let inside = (x - y).abs() < 3.0 && (x + y).abs() < 34.0;
-            diagonal.values[index] = f64::from(u8::from(inside));
-        }
+            u8::from(inside)
+        };
+        let values: Vec<u8> = (0..diagonal.values.len()).map(value).collect();
+        diagonal.values = values.into();
         let mut inputs = vec![input(&upright), input(&diagonal)];
         let before = inputs[1].frame.scale();
         align(&mut inputs, &[]).unwrap();

@@ -2,7 +2,7 @@
 //! resolution that the grid has.
 
 use fe_grid::{Grid, ScalarField, parallel};
-use levelset::inspect::{border_share, specks, thin_share};
+use levelset::inspect::{border_share_of, specks_of, thin_share};
 use levelset::{Cause, Contour, Doubt};
 use shape_average::align::mismatches;
 
@@ -17,14 +17,14 @@ const MATCHED: f64 = 0.02;
 /// The doubts about a mask. The object of one that is partially visible may continue beyond the
 /// border.
 pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Vec<Doubt> {
-    let field = Grid::with_nodes(image.size, 1.0)
-        .and_then(|grid| ScalarField::from_vec(grid, image.values.clone()))
+    let inside = |index| image.values.get(index) > LEVEL;
+    let samples = Grid::with_nodes(image.size, 1.0)
         // Masks that were read have at least two samples along every axis.
         .expect("a grid of the samples");
     let share = if partly {
         0.0
     } else {
-        border_share(&field, LEVEL)
+        border_share_of(&samples, &inside)
     };
     let border = Doubt::check(Cause::Background, share);
     // A thin part of an exact boundary may lose its connection between samples.
@@ -32,7 +32,7 @@ pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Ve
     let specks = if image.outline.as_ref().is_some_and(whole) {
         0
     } else {
-        specks(&field, LEVEL)
+        specks_of(&samples, &inside)
     };
     let doubts = [
         border.or_else(|| Doubt::check(Cause::Border, share)),

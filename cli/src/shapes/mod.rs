@@ -339,7 +339,7 @@ fn distance<const D: usize>(
         source,
     };
     let distance = if input.frame.rule() == FrameRule::AsIs && !moved {
-        let nodal = ScalarField::from_vec(grid, image.values.clone())
+        let nodal = ScalarField::from_vec(grid, image.values.to_vec())
             // The rule is chosen only for images of exactly the grid's size.
             .expect("as many samples as nodes, by the rule");
         signed_distance(&nodal, LEVEL).map_err(failed)?

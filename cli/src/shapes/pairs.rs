@@ -194,11 +194,13 @@ mod tests {
         let lying = block([60, 60], [1.0; 2], [5, 25], [54, 34]);
         let upright = block([60, 60], [1.0; 2], [25, 5], [34, 54]);
         let mut slanted = block([60, 60], [1.0; 2], [0, 0], [0, 0]);
-        for index in 0..slanted.values.len() {
+        let value = |index| {
             let [x, y] = slanted.sample(index).map(|i| i as f64 - 29.5);
             let inside = (x - y).abs() < 7.07 && (x + y).abs() < 35.36;
-            slanted.values[index] = f64::from(u8::from(inside));
-        }
+            u8::from(inside)
+        };
+        let values: Vec<u8> = (0..slanted.values.len()).map(value).collect();
+        slanted.values = values.into();
         let (inputs, distances) = prepared(&[slanted, lying, upright]);
         let areas: Vec<f64> = inputs.iter().map(|input| input.volume).collect();
         let pairs = Pairs::aligned(inputs, distances, || false)

@@ -12,7 +12,7 @@ use levelset::{Compact, Contour, ContourDistance, Step};
 
 use super::{Input, distance, placed};
 use crate::error::CliError;
-use shapespace_input::{Image, LEVEL, ReadOptions, Sources};
+use shapespace_input::{Image, ReadOptions, Sources};
 
 /// Label images, split into components.
 #[derive(Clone, Debug)]
@@ -52,18 +52,15 @@ impl<const D: usize> Components<D> {
             .map(|set| set.iter().copied().collect())
             .unwrap_or_default();
         let components = 1 + labels.len().next_power_of_two().ilog2() as usize;
-        let mask = |image: &Image<D>, component: usize| Image {
-            values: image
-                .values
-                .iter()
-                .map(|&value| {
-                    let inside = labels
-                        .binary_search(&(value as i64))
-                        .is_ok_and(|index| belongs(index, component));
-                    f64::from(u8::from(inside))
-                })
-                .collect(),
-            ..image.clone()
+        let mask = |image: &Image<D>, component: usize| {
+            let inside = |value: f64| {
+                let place = labels.binary_search(&(value as i64));
+                u8::from(place.is_ok_and(|index| belongs(index, component)))
+            };
+            Image {
+                values: image.values.iter().map(inside).collect::<Vec<_>>().into(),
+                ..image.clone()
+            }
         };
         let masks = images
             .iter()
@@ -94,7 +91,7 @@ impl<const D: usize> Components<D> {
 }
 
 fn labels_of<const D: usize>(image: &Image<D>) -> BTreeSet<i64> {
-    let labels = image.values.iter().map(|&value| value as i64);
+    let labels = image.values.iter().map(|value| value as i64);
     labels.filter(|&label| label != 0).collect()
 }
 
@@ -169,9 +166,7 @@ pub(crate) fn view_of<const D: usize>(
     }
     image.outline = None;
     // The occlusion is bounded; the visible region extends beyond the image.
-    for value in &mut image.values {
-        *value = 2.0 * LEVEL - *value;
-    }
+    image.values.reverse();
     let failed = |source| CliError::Shape {
         path: image.path.clone(),
         source,
@@ -222,7 +217,9 @@ mod tests {
     fn images_with_other_labels_are_refused() {
         let mut image = block([8, 8], [1.0; 2], [2, 2], [5, 5]);
         let one = image.clone();
-        image.values[0] = 3.0;
+        let mut values = image.values.to_vec();
+        values[0] = 3.0;
+        image.values = values.into();
         assert!(Components::split(&[one.clone(), image.clone()]).is_err());
         let (whole, parts) = Components::split(&[image.clone(), image]).unwrap();
         assert_eq!(parts.labels, [1, 3]);

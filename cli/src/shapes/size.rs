@@ -11,7 +11,7 @@ pub(super) fn equalise<const D: usize>(images: &mut [Image<D>]) -> Vec<f64> {
         let exact = image.outline.as_ref().map(Moments::of_contour);
         let samples = match exact {
             Some(Ok(exact)) => exact.volume,
-            _ => image.values.iter().filter(|v| **v > LEVEL).count() as f64,
+            _ => image.values.iter().filter(|v| *v > LEVEL).count() as f64,
         };
         let volume = samples * image.sample_volume();
         volume.powf(1.0 / D as f64)
@@ -47,7 +47,7 @@ mod tests {
         assert!((factors[0] / factors[1] - (3.0f64).sqrt()).abs() < 1e-12);
         let frames = fit_frames(&images, 40);
         let areas = images.iter().zip(frames).map(|(image, frame)| {
-            let samples = image.values.iter().filter(|v| **v > LEVEL).count() as f64;
+            let samples = image.values.iter().filter(|v| *v > LEVEL).count() as f64;
             samples * frame.sample_size().iter().product::<f64>()
         });
         let areas: Vec<f64> = areas.collect();

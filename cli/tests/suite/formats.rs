@@ -261,7 +261,10 @@ fn points_images_and_surfaces_go_there_and_back() {
         panic!("a volume")
     };
     assert_eq!((average.affine, average.size), (image.affine, image.size));
-    let (a, b) = (centre(&|i| image.values[i]), centre(&|i| average.values[i]));
+    let (a, b) = (
+        centre(&|i| image.values.get(i)),
+        centre(&|i| average.values.get(i)),
+    );
     for k in 0..3 {
         assert!((a[k] - b[k]).abs() < 0.1, "{a:?} {b:?}");
     }

@@ -95,10 +95,10 @@ fn one_object_in_all_orientations_has_one_boundary() {
     let white: Vec<Image<3>> = grey
         .iter()
         .map(|image| {
-            let above = |value: &f64| f64::from(u8::from(*value > 0.5));
-            let values = image.values.iter().map(above).collect();
+            let above = |value: f64| u8::from(value > 0.5);
+            let values: Vec<u8> = image.values.iter().map(above).collect();
             Image {
-                values,
+                values: values.into(),
                 ..image.clone()
             }
         })

@@ -233,14 +233,14 @@ fn inputs_beyond_the_memory_are_refused() {
         report
     };
     let average = "shapespace average large.png large.png -o out";
-    // One fits, with 144 MiB while it is decoded, of which 128 are kept, and the second does not.
-    let report = run(&format!("{average} --memory 200MiB"));
+    // One fits, with 80 MiB while it is decoded, of which 32 are kept, and the second does not.
+    let report = run(&format!("{average} --memory 100MiB"));
     assert!(
-        report.contains("200.0 MiB") && report.contains("--memory"),
+        report.contains("100.0 MiB") && report.contains("--memory"),
         "{report}"
     );
     // A limit of the address space (in KiB) is a limit of memory.
-    let report = run(&format!("ulimit -v 500000; exec {average} --threads 1"));
+    let report = run(&format!("ulimit -v 90000; exec {average} --threads 1"));
     assert!(report.contains("of memory"), "{report}");
     assert_eq!(place.listing(), ["large.png"]);
 }

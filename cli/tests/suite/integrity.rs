@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Output;
 
-use crate::common::{Place, Results, drawn, succeeded};
+use crate::common::{Place, Results, draw, drawn, npy_f64, succeeded};
 
 /// Averages of two families, and the modes of the first.
 fn results(place: &Place) {
@@ -106,6 +106,51 @@ fn changed_and_mixed_results_are_refused() {
     let run = place.compute(&start);
     assert_eq!(run.status.code(), Some(2));
     assert!(report(&run).contains("result.json"), "{}", report(&run));
+}
+
+/// Shapes without an object have no modes.
+#[test]
+fn modes_of_nothing_are_refused() {
+    let place = Place::new();
+    results(&place);
+    for number in 0..2 {
+        let file = format!("average-bars/weight_{number:03}.npy");
+        place.write(&file, &npy_f64(&[33, 33], &[0.0; 1089]));
+    }
+    let run = place.compute(&["pca", "average-bars", "--trust", "-o", "nothing"]);
+    assert_eq!(run.status.code(), Some(1), "{}", report(&run));
+    assert!(report(&run).contains("empty"), "{}", report(&run));
+    assert!(!place.path("nothing").exists());
+}
+
+/// Energies of steps of both forms are those of the arrays.
+#[test]
+fn energies_of_geodesics_are_checked() {
+    let place = Place::new();
+    draw(&place, "a.npy", &["disk", "--radius", ".2", "--grid", "33"]);
+    draw(
+        &place,
+        "b.npy",
+        &["disk", "--radius", ".25", "--grid", "33"],
+    );
+    for form in ["lagrangian", "level-sets"] {
+        let path = ["geodesic", "a.npy", "b.npy", "--grid", "33", "-K", "2"];
+        let options = ["--form", form, "--domain", "start", "-o", form];
+        place.compute(&[&path[..], &options].concat());
+        let results = Results::read(&place.path(form));
+        let stated = results.json["step_energies"][1].as_f64().unwrap();
+        let words = ["energy of step 1", "energy of step 2", "checked by version"];
+        assert!(
+            matches!(checked(&place, form, &words), Some(0 | 3)),
+            "{form}"
+        );
+        // Ten times the tolerance of recomputed numbers.
+        let mut record = results.json.clone();
+        record["step_energies"][1] = (stated * (1.0 + 1e-5)).into();
+        let file = format!("{form}/result.json");
+        place.write(&file, record.to_string().as_bytes());
+        assert_eq!(checked(&place, form, &["WRONG", "1 of its parts"]), Some(2));
+    }
 }
 
 #[test]

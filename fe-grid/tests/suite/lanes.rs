@@ -102,6 +102,37 @@ fn arc_tangent_at_the_ends() {
     assert!(Lane::atan(f64::NAN).is_nan());
 }
 
+/// Copies through registers.
+struct Copied<'a, T>(&'a [T], &'a mut [T]);
+
+impl<T: Element> LaneKernel<T> for Copied<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run<L: Lane<Element = T>>(self) {
+        let Self(source, target) = self;
+        for start in (0..source.len()).step_by(L::COUNT) {
+            L::load(&source[start..]).store(&mut target[start..]);
+        }
+    }
+}
+
+/// Each slice is an allocation of its own: the address sanitizer sees what is beyond its end.
+#[test]
+fn loads_and_stores_end_with_the_slice() {
+    for len in 1..=2 * fe_grid::MAX_LANES + 1 {
+        let source: Box<[f64]> = (0..len).map(|i| i as f64).collect();
+        let single: Box<[f32]> = source.iter().map(|x| *x as f32).collect();
+        for level in [SimdLevel::Scalar, SimdLevel::Wide256, SimdLevel::Widest] {
+            let mut target = vec![f64::NAN; len].into_boxed_slice();
+            f64::dispatch(level, Copied(&source, &mut target));
+            assert_eq!(source, target);
+            let mut target = vec![f32::NAN; len].into_boxed_slice();
+            f32::dispatch(level, Copied(&single, &mut target));
+            assert_eq!(single, target);
+        }
+    }
+}
+
 #[test]
 fn any_finds_a_single_entry() {
     for level in [SimdLevel::Scalar, SimdLevel::Wide256, SimdLevel::Widest] {

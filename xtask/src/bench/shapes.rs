@@ -64,8 +64,8 @@ impl Source {
 /// Nodal values from a file.
 pub fn nodal<const D: usize>(file: &Path) -> Outcome<ScalarField<f64, D>> {
     let (size, values) = match read_image(file, &ReadOptions::default())? {
-        AnyImage::D2(image) => (image.size.to_vec(), image.values),
-        AnyImage::D3(image) => (image.size.to_vec(), image.values),
+        AnyImage::D2(image) => (image.size.to_vec(), image.values.into_vec()),
+        AnyImage::D3(image) => (image.size.to_vec(), image.values.into_vec()),
     };
     let nodes = size[0];
     if size.len() != D || nodes < 3 || size.iter().any(|n| *n != nodes) {

@@ -93,7 +93,7 @@ fn screen(folder: &Path, letter: &str, centre: [f64; 2], radius: f64) -> Outcome
         return Err("letters are flat".into());
     };
     let grid = fe_grid::Grid::cube(image.size[0]);
-    let whole: ScalarField<f64, 2> = Field::from_vec(grid, image.values)?;
+    let whole: ScalarField<f64, 2> = Field::from_vec(grid, image.values.into_vec())?;
     let seen = ScalarField::<f64, 2>::from_fn(grid, |[x, y]| {
         let hidden = (x - centre[0]).hypot(y - centre[1]) < radius;
         [if hidden { 0.0 } else { 1.0 }]

@@ -4,11 +4,13 @@
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, Point, Rect, Shape};
 use roxmltree::{Document, Node};
 
-use super::{Curves, MOST_POINTS};
+use super::{Curves, LONGEST, MOST_POINTS};
 use crate::winding::Fill;
 
 /// Curves are replaced by segments to within this share of the drawing's diagonal.
 const TOLERANCE: f64 = 1e-4;
+/// No path may have more arcs.
+const MOST_ARCS: usize = 1 << 15;
 /// Elements that are not drawn where they stand.
 const HIDDEN: [&str; 7] = [
     "defs", "clipPath", "mask", "symbol", "pattern", "marker", "metadata",
@@ -82,9 +84,9 @@ fn path_of(node: Node<'_, '_>) -> Result<Option<BezPath>, String> {
             return Ok(0.0);
         };
         let digits = text.trim().trim_end_matches("px");
-        digits
-            .parse()
-            .map_err(|_| format!("'{name}' of a shape is not a number of pixels"))
+        let number = digits.parse::<f64>().ok().filter(|x| x.abs() <= LONGEST);
+        number
+            .ok_or_else(|| format!("'{name}' of a shape is not a number of pixels up to {LONGEST}"))
     };
     let middle = || -> Result<Point, String> { Ok(Point::new(number("cx")?, number("cy")?)) };
     // Exact shapes become curves that are as accurate as the segments.
@@ -94,6 +96,7 @@ fn path_of(node: Node<'_, '_>) -> Result<Option<BezPath>, String> {
             let Some(data) = node.attribute("d") else {
                 return Ok(None);
             };
+            check_numbers(data)?;
             let path = BezPath::from_svg(data);
             Some(path.map_err(|error| format!("a path cannot be read: {error}"))?)
         }
@@ -131,6 +134,46 @@ fn path_of(node: Node<'_, '_>) -> Result<Option<BezPath>, String> {
         }
         _ => None,
     })
+}
+
+/// Rejects path data with numbers and arcs that would become more curves than there is room for: an arc is as
+/// many as the sixth root of its radius.
+fn check_numbers(data: &str) -> Result<(), String> {
+    let bytes = data.as_bytes();
+    if bytes.iter().filter(|b| matches!(b, b'a' | b'A')).count() > MOST_ARCS {
+        return Err(format!("a path has more than {MOST_ARCS} arcs"));
+    }
+    let mut start = 0;
+    while start < bytes.len() {
+        let end = start + number_length(&bytes[start..]);
+        let number = data.get(start..end).and_then(|text| text.parse().ok());
+        if number.is_some_and(|x: f64| x.abs() > LONGEST) {
+            return Err(format!("a path has a number beyond {LONGEST}"));
+        }
+        start = end.max(start + 1);
+    }
+    Ok(())
+}
+
+/// Length of the number that begins here. Flags of arcs may stand before another number without a blank,
+/// and count as digits of it.
+fn number_length(bytes: &[u8]) -> usize {
+    let digits = |from: usize| {
+        let rest = bytes.get(from..).unwrap_or_default();
+        from + rest.iter().take_while(|b| b.is_ascii_digit()).count()
+    };
+    let sign = |from: usize| from + usize::from(matches!(bytes.get(from), Some(b'+' | b'-')));
+    let mut end = digits(sign(0));
+    if bytes.get(end) == Some(&b'.') {
+        end = digits(end + 1);
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let exponent = sign(end + 1);
+        if digits(exponent) > exponent {
+            end = digits(exponent);
+        }
+    }
+    end
 }
 
 fn is_hidden(node: Node<'_, '_>) -> bool {
@@ -259,6 +302,17 @@ mod tests {
         assert!(reason("<svg><path d='M 0 q'/></svg>").contains("cannot be read"));
         assert!(reason("<svg><rect width='1cm' height='2'/></svg>").contains("width"));
         assert!(reason("<svg><rect transform='turn(3)'/></svg>").contains("turn"));
+        for wide in [
+            "<path d='M0 0a2 1 3 1 0 25e60 3z'/>",
+            "<path d='M0 0h9999999999z'/>",
+        ] {
+            assert!(reason(&format!("<svg>{wide}</svg>")).contains("beyond"));
+        }
+        for wide in ["<circle r='inf'/>", "<ellipse rx='1e300' ry='1'/>"] {
+            assert!(reason(&format!("<svg>{wide}</svg>")).contains("pixels up to"));
+        }
+        let arcs = "a1 1 0 0 1 1 1".repeat(MOST_ARCS + 1);
+        assert!(reason(&format!("<svg><path d='M0 0{arcs}z'/></svg>")).contains("arcs"));
         let mixed = "<svg><rect width='3' height='2'/><rect width='3' height='2' \
                      fill-rule='evenodd'/></svg>";
         assert!(reason(mixed).contains("fill rules"));

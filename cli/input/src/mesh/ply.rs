@@ -38,7 +38,7 @@ impl Body<'_> {
                     .split_at_checked(kind.width())
                     .ok_or("it is cut off: it ends before its last element")?;
                 *rest = after;
-                Ok(kind.decode(number, *little_endian)[0])
+                Ok(kind.doubles(number, *little_endian)[0])
             }
         }
     }

@@ -46,7 +46,7 @@ impl<'a> Reader<'a> {
             let split = length.and_then(|length| self.rest.split_at_checked(length));
             let (data, rest) = split.ok_or_else(|| self.too_short(count))?;
             self.rest = rest;
-            return Ok(kind.decode(data, false));
+            return Ok(kind.doubles(data, false));
         }
         if count > self.rest.len() {
             return Err(self.too_short(count));

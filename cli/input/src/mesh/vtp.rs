@@ -147,7 +147,7 @@ impl Layout<'_> {
                 return Err(format!("an array has the unknown format '{other}'"));
             }
         };
-        Ok(kind.decode(&data, self.little_endian))
+        Ok(kind.doubles(&data, self.little_endian))
     }
 
     /// The bytes of an array: after a header with their number, or in packed blocks.
@@ -156,7 +156,7 @@ impl Layout<'_> {
         let width = self.header.width();
         let header = |count: usize| -> Result<Vec<usize>, String> {
             let bytes = plain(data, count * width, base64).ok_or_else(cut_off)?;
-            let numbers = self.header.decode(&bytes, self.little_endian);
+            let numbers = self.header.doubles(&bytes, self.little_endian);
             Ok(numbers.into_iter().map(|n| n as usize).collect())
         };
         if !self.packed {

@@ -40,7 +40,8 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let [width, height] = header.size;
     let n_pixels = check_size(&[width as u64, height as u64], path)?;
     check_compression(3 * n_pixels, bytes.len(), path)?;
-    reserve_pixels(path, n_pixels, 2 * size_of::<Pixel>() * n_pixels)?;
+    let work = 2 * size_of::<Pixel>() * n_pixels;
+    reserve_pixels(path, n_pixels, size_of::<f64>(), work)?;
     let pixels = match (header.storage, header.bits) {
         (PLAIN, 1 | 2 | 4 | 8 | 16 | 24 | 32) | (BIT_FIELDS, 16 | 32) => plain(&header, path)?,
         (RUN_LENGTHS_8, 8) | (RUN_LENGTHS_4, 4) => {

@@ -39,7 +39,7 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
         .ok_or_else(|| malformed("it states no size".into()))?;
     let count = check_size(&[width as u64, height as u64], path)?;
     check_compression(3 * count, bytes.len(), path)?;
-    reserve_pixels(path, count, WORK * count)?;
+    reserve_pixels(path, count, size_of::<f64>(), WORK * count)?;
     let data = decoder
         .decode()
         .map_err(|error| malformed(error.to_string()))?;
@@ -86,7 +86,7 @@ mod tests {
             panic!("two axes")
         };
         assert_eq!(image.size, [48, 32]);
-        let inside = image.values.iter().filter(|v| **v > 0.5).count() as f64;
+        let inside = image.values.iter().filter(|v| *v > 0.5).count() as f64;
         // Steps of pixels along a circle of radius 10.
         assert!(
             (inside / (std::f64::consts::PI * 100.0) - 1.0).abs() < 0.02,

@@ -9,8 +9,9 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Transformations};
 
-use crate::decode::{Samples, VALUE, check_size};
+use crate::decode::{Samples, check_size};
 use crate::number::Meaning;
+use crate::values::{self, Values};
 use crate::{InputError, reserve};
 
 /// No lossless picture format packs more bytes of pixels than this into one byte of file.
@@ -61,22 +62,31 @@ pub(crate) fn decode(
     }?;
     let channels = picture.channels;
     let (mut values, full) = match &picture.numbers {
-        Numbers::Bytes(numbers) => (one_channel(numbers, channels, 255), 255.0),
-        Numbers::Words(numbers) => (one_channel(numbers, channels, u16::MAX), 65535.0),
+        Numbers::Bytes(numbers) => {
+            let values = one_channel(numbers, channels, 255);
+            (values.map(values::Numbers::U8), 255.0)
+        }
+        Numbers::Words(numbers) => {
+            let values = one_channel(numbers, channels, u16::MAX);
+            (values.map(values::Numbers::U16), 65535.0)
+        }
     };
     let mut meaning = Meaning::Grey(full);
     if values.is_none() && colours == Colours::Luminance {
-        values = Some(match &picture.numbers {
+        values = Some(values::Numbers::F64(match &picture.numbers {
             Numbers::Bytes(numbers) => luminances(numbers, channels),
             Numbers::Words(numbers) => luminances(numbers, channels),
-        });
+        }));
     }
     if let (None, Numbers::Bytes(numbers)) = (&values, &picture.numbers) {
-        values = colour_numbers(numbers, channels, &picture.palette);
+        let numbers = colour_numbers(numbers, channels, &picture.palette);
+        values = numbers.map(values::Numbers::U8);
         meaning = Meaning::Labels;
     }
     Ok(Samples {
-        values: values.ok_or_else(|| InputError::Colour { path: path.into() })?,
+        values: values
+            .map(Values::new)
+            .ok_or_else(|| InputError::Colour { path: path.into() })?,
         size: picture.size.to_vec(),
         meaning,
         spacing: vec![1.0; 2],
@@ -85,14 +95,17 @@ pub(crate) fn decode(
     })
 }
 
-/// Asks for the memory of a picture: so many bytes while it is decoded, and its values.
+/// Asks for the memory of a picture: so many bytes while it is decoded, and its values of so many bytes
+/// each.
 pub(crate) fn reserve_pixels(
     path: &Path,
     n_pixels: usize,
+    bytes: usize,
     decoded: usize,
 ) -> Result<(), InputError> {
-    let values = VALUE * n_pixels as u64;
-    reserve(path, values + decoded as u64, values)
+    let values = (bytes * n_pixels) as u64;
+    // A byte more for a mask of them.
+    reserve(path, values + (n_pixels + decoded) as u64, values)
 }
 
 /// Pixels of fewer than 8 bits and those of a palette become numbers of 8 bits.
@@ -119,7 +132,14 @@ fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let length = length.ok_or_else(|| malformed("it is too large".into()))?;
     check_compression(length, bytes.len(), path)?;
     // Numbers of 16 bits are put in order in a second array.
-    reserve_pixels(path, width as usize * height as usize, 2 * length)?;
+    let n_pixels = width as usize * height as usize;
+    // Grey values of colours take eight bytes.
+    let bytes = if reader.output_color_type().0.samples() > 2 {
+        size_of::<f64>()
+    } else {
+        size_of::<u16>()
+    };
+    reserve_pixels(path, n_pixels, bytes, 2 * length)?;
     let mut data = vec![0; length];
     let frame = reader.next_frame(&mut data).map_err(failed)?;
     let numbers = if frame.bit_depth == BitDepth::Sixteen {
@@ -165,13 +185,13 @@ fn failure(error: &DecodingError, found: usize) -> String {
 
 /// One number a pixel out of 1 to 4 channels: transparency where it varies, else grey. `None` for
 /// a coloured picture, unless it has two colours only, which make a mask as well.
-pub(crate) fn one_channel<T: Copy + PartialOrd + Into<f64>>(
+pub(crate) fn one_channel<T: Copy + Default + PartialOrd + Into<f64>>(
     data: &[T],
     channels: usize,
     full: T,
-) -> Option<Vec<f64>> {
+) -> Option<Vec<T>> {
     let pixels = || data.chunks_exact(channels);
-    let channel = |k: usize| Some(pixels().map(|p| p[k].into()).collect());
+    let channel = |k: usize| Some(pixels().map(|p| p[k]).collect());
     if matches!(channels, 2 | 4) {
         let mut alpha = pixels().map(|p| p[channels - 1]);
         let first = alpha.next();
@@ -196,7 +216,7 @@ pub(crate) fn one_channel<T: Copy + PartialOrd + Into<f64>>(
     let lightest = colours.iter().copied().map(luminance).fold(0.0, f64::max);
     let value = |p: &[T]| {
         let is_light = luminance([p[0], p[1], p[2]].map(Into::into)) == lightest;
-        if is_light { full.into() } else { 0.0 }
+        if is_light { full } else { T::default() }
     };
     Some(pixels().map(value).collect())
 }
@@ -214,7 +234,7 @@ fn luminances<T: Copy + Into<f64>>(data: &[T], channels: usize) -> Vec<f64> {
 }
 
 /// For every pixel the number of its colour in a palette; `None` without one.
-fn colour_numbers(data: &[u8], channels: usize, palette: &[[u8; 3]]) -> Option<Vec<f64>> {
+fn colour_numbers(data: &[u8], channels: usize, palette: &[[u8; 3]]) -> Option<Vec<u8>> {
     if palette.is_empty() || channels < 3 {
         return None;
     }
@@ -222,7 +242,8 @@ fn colour_numbers(data: &[u8], channels: usize, palette: &[[u8; 3]]) -> Option<V
     pixels
         .map(|p| {
             let number = palette.iter().position(|colour| p[..3] == colour[..]);
-            number.map(|number| number as f64)
+            // A palette has at most 256 colours.
+            number.and_then(|number| u8::try_from(number).ok())
         })
         .collect()
 }
@@ -236,7 +257,7 @@ mod tests {
         let palette = [[0, 0, 0], [128, 0, 0], [0, 128, 0]];
         let data = [0, 128, 0, 0, 0, 0, 128, 0, 0];
         let numbers = colour_numbers(&data, 3, &palette);
-        assert_eq!(numbers, Some(vec![2.0, 0.0, 1.0]));
+        assert_eq!(numbers, Some(vec![2, 0, 1]));
         assert_eq!(colour_numbers(&data, 3, &[]), None);
         assert_eq!(colour_numbers(&data, 3, &palette[..2]), None);
         let grey = luminances(&data, 3);
@@ -246,15 +267,15 @@ mod tests {
     #[test]
     fn transparency_wins_where_it_varies() {
         let cut_out = [9u8, 9, 9, 0, 9, 9, 9, 255];
-        assert_eq!(one_channel(&cut_out, 4, 255).unwrap(), [0.0, 255.0]);
+        assert_eq!(one_channel(&cut_out, 4, 255).unwrap(), [0, 255]);
         let opaque = [0u8, 255, 255, 255];
-        assert_eq!(one_channel(&opaque, 2, 255).unwrap(), [0.0, 255.0]);
+        assert_eq!(one_channel(&opaque, 2, 255).unwrap(), [0, 255]);
     }
 
     #[test]
     fn two_colours_are_a_mask_and_three_are_not() {
         let two = [128u8, 0, 0, 0, 0, 0];
-        assert_eq!(one_channel(&two, 3, 255).unwrap(), [255.0, 0.0]);
+        assert_eq!(one_channel(&two, 3, 255).unwrap(), [255, 0]);
         let three = [128u8, 0, 0, 0, 0, 0, 1, 2, 3];
         assert!(one_channel(&three, 3, 255).is_none());
     }

@@ -30,7 +30,8 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let n_pixels = check_size(&header.size.map(|n| n as u64), path)?;
     let n_samples = n_pixels * header.channels;
     check_stored(&header, data, path)?;
-    reserve_pixels(path, n_pixels, 2 * size_of::<u32>() * n_samples)?;
+    let work = 2 * size_of::<u32>() * n_samples;
+    reserve_pixels(path, n_pixels, size_of::<f64>(), work)?;
     let samples = if header.plain {
         plain_samples(&header, data).ok_or_else(|| malformed("it has too few samples"))?
     } else {

@@ -1,0 +1,119 @@
+//! The energies of the steps of a geodesic, recomputed from its arrays.
+
+use std::path::Path;
+
+use ::geodesic::lagrangian::PathObjective;
+use ::geodesic::level_sets::LevelSetObjective;
+use ::geodesic::{Form, GeodesicParams};
+use fe_grid::minimise::Evaluation;
+use fe_grid::{Grid, ScalarField};
+use serde::Deserialize;
+
+use super::Findings;
+use crate::error::CliError;
+use crate::geodesic::GeodesicConfig;
+use crate::output::numbered;
+use crate::report::Record;
+use crate::results::{ResultFields, read_record};
+
+/// What the record of a geodesic says about its steps.
+#[derive(Deserialize)]
+struct Steps {
+    step_energies: Vec<f64>,
+    #[serde(default)]
+    domain: Option<String>,
+}
+
+/// Compares the energies of all steps with those that the record states.
+///
+/// # Errors
+/// [`CliError::NoGeodesic`] for another record, and those of reading arrays.
+pub(super) fn check_steps<const D: usize>(
+    directory: &Path,
+    findings: &mut Findings,
+) -> Result<(), CliError> {
+    let unfit = |directory: &Path, reason| CliError::NoGeodesic {
+        path: directory.into(),
+        reason,
+    };
+    let record: Record<GeodesicConfig, Steps, D> =
+        read_record(directory).map_err(|reason| unfit(directory, reason))?;
+    let Steps {
+        step_energies: stated,
+        domain,
+    } = record.body;
+    if stated.is_empty() {
+        return Ok(());
+    }
+    if domain.as_deref() == Some("end") {
+        let reason = "of deformations of the end shape, which are not stored";
+        findings.add("step energies", reason, true);
+        return Ok(());
+    }
+    // An interrupted path has fewer steps than requested.
+    let params = GeodesicParams {
+        steps: stated.len(),
+        ..record.parameters.params
+    };
+    let fields = ResultFields::new(directory, unfit, true)?;
+    let found = match params.form {
+        Form::Lagrangian => of_motions::<D>(&fields, &params)?,
+        Form::LevelSets => of_level_sets::<D>(&fields, &params)?,
+    };
+    match found {
+        Some(found) => {
+            for (k, (found, stated)) in found.into_iter().zip(stated).enumerate() {
+                findings.compare(format!("energy of step {}", k + 1), found, stated);
+            }
+        }
+        None => findings.add("step energies", "a deformation folds", false),
+    }
+    Ok(())
+}
+
+/// Those of deformations of the start shape; `None` where one is not admissible.
+fn of_motions<const D: usize>(
+    fields: &ResultFields<'_>,
+    params: &GeodesicParams,
+) -> Result<Option<Vec<f64>>, CliError> {
+    let start: ScalarField<f64, D> = fields.numbered_scalar("shape", 0)?;
+    let grid = *start.grid();
+    let end = shape(fields, &grid, params.steps)?;
+    let mut motions = Vec::new();
+    for k in 1..=params.steps {
+        motions.extend_from_slice(fields.displacement(&grid, "psi", k)?.as_slice());
+    }
+    let mut energy = PathObjective::new(start, end, params.steps, params)?;
+    let value = energy.evaluate(&motions, &mut [])?;
+    Ok((value != Evaluation::Inadmissible).then(|| energy.energy().step_energies.clone()))
+}
+
+/// The level set of a shape on this grid.
+fn shape<const D: usize>(
+    fields: &ResultFields<'_>,
+    grid: &Grid<D>,
+    k: usize,
+) -> Result<ScalarField<f64, D>, CliError> {
+    let shape = fields.numbered_scalar("shape", k)?;
+    if shape.grid() == grid {
+        return Ok(shape);
+    }
+    Err(fields.wrong_size(&numbered("shape", k, "npy")))
+}
+
+/// Those of level sets that are deformed into each other.
+fn of_level_sets<const D: usize>(
+    fields: &ResultFields<'_>,
+    params: &GeodesicParams,
+) -> Result<Option<Vec<f64>>, CliError> {
+    let first: ScalarField<f64, D> = fields.numbered_scalar("shape", 0)?;
+    let grid = *first.grid();
+    let mut state = first.as_slice().to_vec();
+    for k in 1..=params.steps {
+        state.extend_from_slice(fields.displacement(&grid, "deformation", k)?.as_slice());
+        state.extend_from_slice(shape(fields, &grid, k)?.as_slice());
+    }
+    let mut energy = LevelSetObjective::new(grid, params.steps, params)?;
+    let value = energy.evaluate(&state, &mut [])?;
+    Ok((value != Evaluation::Inadmissible).then(|| energy.energy().step_energies.clone()))
+}
