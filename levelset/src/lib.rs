@@ -18,6 +18,7 @@ pub mod distance;
 mod error;
 mod extract;
 mod facing;
+mod farthest;
 mod hausdorff;
 pub mod heaviside;
 pub mod inspect;

@@ -35,6 +35,16 @@ impl<const D: usize> Bvh<D> {
         search(self, points, guess, found);
     }
 
+    /// Writes the squared distances of points from each of a few stored simplices.
+    pub(crate) fn squares_into(
+        &self,
+        stored: &[u32],
+        points: &[[f64; D]; PACKET],
+        squares: &mut [[f64; PACKET]],
+    ) {
+        squares_from(self, stored, points, squares);
+    }
+
     /// Returns the point of one stored simplex that is nearest to a point.
     pub(crate) fn closest(&self, stored: usize, point: &[f64; D]) -> Closest<f64, D> {
         closest_to(self.simplex(stored), point)
@@ -64,6 +74,61 @@ fn search_in<const D: usize>(
         found,
     };
     f64::run_kernel(search);
+}
+
+compiled_once! {
+    /// The squared distances of points from a few simplices.
+    fn squares_from<'a, D>(
+        tree: &'a Bvh<D>,
+        stored: &'a [u32],
+        points: &'a [[f64; D]; PACKET],
+        squares: &'a mut [[f64; PACKET]],
+    ) = squares_from_in;
+}
+
+fn squares_from_in<const D: usize>(
+    tree: &Bvh<D>,
+    stored: &[u32],
+    points: &[[f64; D]; PACKET],
+    squares: &mut [[f64; PACKET]],
+) {
+    f64::run_kernel(Squares {
+        tree,
+        stored,
+        points,
+        squares,
+    });
+}
+
+struct Squares<'a, const D: usize> {
+    tree: &'a Bvh<D>,
+    stored: &'a [u32],
+    points: &'a [[f64; D]; PACKET],
+    squares: &'a mut [[f64; PACKET]],
+}
+
+impl<const D: usize> LaneKernel<f64> for Squares<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) {
+        let mut entries = [[0.0; PACKET]; D];
+        for (i, point) in self.points.iter().enumerate() {
+            for k in 0..D {
+                entries[k][i] = point[k];
+            }
+        }
+        for first in (0..PACKET).step_by(L::COUNT) {
+            let mut lanes = [L::zero(); D];
+            for k in 0..D {
+                lanes[k] = L::load(&entries[k][first..]);
+            }
+            for (stored, squares) in self.stored.iter().zip(self.squares.iter_mut()) {
+                let closest = self.tree.simplex(*stored as usize).closest(&lanes);
+                closest.distance_squared.store(&mut squares[first..]);
+            }
+        }
+    }
 }
 
 compiled_once! {
