@@ -33,6 +33,9 @@
 //! assert!((energy.value(u.as_slice())? - 12.5).abs() < 1e-12);
 //! # Ok::<(), fe_grid::GridError>(())
 //! ```
+//!
+//! # Features
+//! - `mutants`: errors that tests build into formulas, to see whether they are found. Not for use.
 
 /// A formula, and what stands in its place while a built-in error is switched on:
 /// `mutant!(right, Name => wrong)`. Without the feature `mutants` it is the formula alone.

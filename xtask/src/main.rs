@@ -4,9 +4,12 @@
 
 #[cfg(feature = "bench")]
 mod bench;
+#[cfg(feature = "book")]
 mod book;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod descent;
+#[cfg(feature = "dist")]
+mod dist;
 mod figures;
 mod mutants;
 #[cfg(any(feature = "bench", feature = "study"))]
@@ -28,6 +31,7 @@ const TASKS: &str = "tasks:
   study    measure averages of built-in and real shapes (study --help)
   bench    measure speed: kernels, averages, other programs (bench --help)
   verify   check the theory by experiments, and write docs/verification
+  dist     make the files of a release, and check versions and dates (dist --help)
   mutants  check that the experiments find errors built into the crates (mutants --help)";
 
 fn main() -> ExitCode {
@@ -36,7 +40,6 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     match task.as_deref() {
         Some("tidy") => tidy::run(),
-        Some("book") => book::run(),
         Some("figures") => figures::run(&rest),
         Some("verify") => verify::run(&rest),
         Some("mutants") => mutants::run(&rest),
@@ -44,8 +47,12 @@ fn main() -> ExitCode {
         Some("study") => study::run(&rest),
         #[cfg(feature = "bench")]
         Some("bench") => bench::run(&rest),
+        #[cfg(feature = "book")]
+        Some("book") => book::run(),
+        #[cfg(feature = "dist")]
+        Some("dist") => dist::run(&rest),
         #[allow(unreachable_patterns, reason = "reached where the feature is off")]
-        Some(task @ ("study" | "bench")) => rebuilt(task, &rest),
+        Some(task @ ("study" | "bench" | "book" | "dist")) => rebuilt(task, &rest),
         Some(other) => {
             eprintln!("there is no task {other}\n{TASKS}");
             ExitCode::from(2)
