@@ -87,6 +87,15 @@ class ShapePCA:
         rows = np.atleast_2d(np.asarray(scores, float))
         return np.stack([synthesize(self.pca_, row).mask for row in rows])
 
+    def __sklearn_tags__(self) -> Any:
+        """What scikit-learn, which alone asks for it, has to know: that this is a transformer."""
+        from sklearn.base import BaseEstimator, TransformerMixin
+
+        class Transformer(TransformerMixin, BaseEstimator):
+            pass
+
+        return Transformer().__sklearn_tags__()
+
     def __sklearn_is_fitted__(self) -> bool:
         return hasattr(self, "pca_")
 
