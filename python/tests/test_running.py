@@ -114,7 +114,7 @@ KILLED = """
     def told(event):
         if isinstance(event, shapespace.Iteration) and os.path.isfile(folder + ".partial/state.json"):
             os.kill(os.getpid(), signal.SIGKILL)
-    shapespace.average(ellipses(), grid=33, tolerance=1e-5, checkpoint=(folder, 1e-6), progress=told)
+    shapespace.average(ellipses(), grid=65, checkpoint=(folder, 1e-6), progress=told)
 """
 
 
@@ -126,7 +126,7 @@ def test_a_killed_call_resumes_from_its_checkpoint(tmp_path):
     assert killed.returncode == -signal.SIGKILL
     assert os.path.isdir(folder + ".partial")
     events = []
-    options = {"grid": 33, "tolerance": 1e-5}
+    options = {"grid": 65}
     resumed = shapespace.average(
         ellipses(), checkpoint=(folder, 10), progress=events.append, **options
     )

@@ -387,16 +387,16 @@ def compare(
     as on the command line."""
     if isinstance(result, Result) and not isinstance(result, (Pca, Distances)):
         raise TypeError(f"the result of pca() or distances() is needed, not {result!r}")
-    folder = _from(result, Result, "the result of pca() or distances()")
+    source = _from(result, Result, "the result of pca() or distances()")
     inputs: dict[str, Any] = {
-        "result": folder,
+        "result": source,
         "average": None if average is None else _from(average, Average, "an average"),
     }
     run = _Run(progress, threads, trust=trust, config=config)
     with tempfile.TemporaryDirectory(prefix="shapespace-") as folder:
         if not isinstance(groups, (str, os.PathLike)):
             path = os.path.join(folder, "groups.csv")
-            groups = _table(_names(folder, result), groups, path)
+            groups = _table(_names(source, result), groups, path)
         inputs["groups"] = groups
         return Comparison(run("compare", Gathered(), inputs, options), (result,))
 
