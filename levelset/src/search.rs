@@ -96,7 +96,7 @@ fn squares_from_in<const D: usize>(
         tree,
         stored,
         points,
-        squares,
+        out: squares,
     });
 }
 
@@ -104,7 +104,7 @@ struct Squares<'a, const D: usize> {
     tree: &'a Bvh<D>,
     stored: &'a [u32],
     points: &'a [[f64; D]; PACKET],
-    squares: &'a mut [[f64; PACKET]],
+    out: &'a mut [[f64; PACKET]],
 }
 
 impl<const D: usize> LaneKernel<f64> for Squares<'_, D> {
@@ -123,7 +123,7 @@ impl<const D: usize> LaneKernel<f64> for Squares<'_, D> {
             for k in 0..D {
                 lanes[k] = L::load(&entries[k][first..]);
             }
-            for (stored, squares) in self.stored.iter().zip(self.squares.iter_mut()) {
+            for (stored, squares) in self.stored.iter().zip(self.out.iter_mut()) {
                 let closest = self.tree.simplex(*stored as usize).closest(&lanes);
                 closest.distance_squared.store(&mut squares[first..]);
             }

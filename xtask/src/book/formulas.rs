@@ -40,7 +40,6 @@ fn drawn(page: &str) -> Result<(String, usize), String> {
     while let Some(place) = rest.find(['\\', '<']) {
         let (before, from) = rest.split_at(place);
         text += before;
-        rest = from;
         let code = ["<code", "<pre", "<script"]
             .iter()
             .find(|tag| from.starts_with(**tag));
