@@ -13,8 +13,7 @@ use fe_grid::parallel;
 
 use crate::bvh::Bvh;
 use crate::contour::Contour;
-use crate::hausdorff::{RUN, find_all};
-use crate::search::{Found, PACKET};
+use crate::search::{Found, PACKET, RUN, find_all};
 use crate::vector::{norm, sub};
 
 /// Tolerance of the maximum, as a fraction of the diameter of the first boundary.

@@ -1,20 +1,18 @@
 //! Distances between two boundaries.
 
-use fe_grid::{compiled_once, mutant, parallel};
+use fe_grid::{compiled_once, mutant};
 
 use crate::bvh::Bvh;
 use crate::contour::Contour;
 use crate::distance::tree_of;
 use crate::error::LevelsetError;
 use crate::farthest::farthest;
-use crate::search::{Found, PACKET};
+use crate::search::find_all;
 use crate::vector::{area_normal, norm};
 use serde::Serialize;
 
 /// Fraction of a boundary that lies within the reported percentile.
 const PERCENTILE: f64 = 0.95;
-/// Number of points searched for by one thread at a time.
-pub(crate) const RUN: usize = 64 * PACKET;
 
 /// Distances between two boundaries, in the unit of their coordinates: of [`hausdorff`] the maximum
 /// over both directions, of [`directed_hausdorff`] from the first boundary to the second.
@@ -107,18 +105,4 @@ fn directed<const D: usize>(contour: &Contour<D>, tree: &Bvh<D>, to: &Bvh<D>) ->
         percentile_95,
         mean,
     }
-}
-
-/// Finds the simplices nearest to many points, ordered such that neighbours are adjacent.
-pub(crate) fn find_all<const D: usize>(to: &Bvh<D>, points: &[[f64; D]]) -> Vec<Found> {
-    let mut found = vec![Found::default(); points.len()];
-    parallel::for_each_chunk(&mut found, RUN, 1, &|run, found| {
-        let mut guess = 0;
-        let packets = points[run * RUN..].chunks(PACKET);
-        for (points, found) in packets.zip(found.chunks_mut(PACKET)) {
-            to.nearest(&points[..found.len()], guess, found);
-            guess = found[0].stored;
-        }
-    });
-    found
 }

@@ -9,7 +9,7 @@
 //! so the minimum of the computed distances is found in any order, and of simplices at the same
 //! distance the first counts.
 
-use fe_grid::{Element, Lane, LaneKernel, compiled_once};
+use fe_grid::{Element, Lane, LaneKernel, compiled_once, parallel};
 
 use crate::bvh::Bvh;
 use crate::closest::{Closest, Simplex};
@@ -20,6 +20,8 @@ const MAX_DEPTH: usize = 48;
 const LANES: usize = 2;
 /// Number of points processed together, which fills the widest lanes.
 pub(crate) const PACKET: usize = 16;
+/// Number of points searched for by one thread at a time.
+pub(crate) const RUN: usize = 64 * PACKET;
 
 /// The stored simplex nearest to a point, and its distance.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,6 +51,20 @@ impl<const D: usize> Bvh<D> {
     pub(crate) fn closest(&self, stored: usize, point: &[f64; D]) -> Closest<f64, D> {
         closest_to(self.simplex(stored), point)
     }
+}
+
+/// Finds the simplices nearest to many points, ordered such that neighbours are adjacent.
+pub(crate) fn find_all<const D: usize>(to: &Bvh<D>, points: &[[f64; D]]) -> Vec<Found> {
+    let mut found = vec![Found::default(); points.len()];
+    parallel::for_each_chunk(&mut found, RUN, 1, &|run, found| {
+        let mut guess = 0;
+        let packets = points[run * RUN..].chunks(PACKET);
+        for (points, found) in packets.zip(found.chunks_mut(PACKET)) {
+            to.nearest(&points[..found.len()], guess, found);
+            guess = found[0].stored;
+        }
+    });
+    found
 }
 
 compiled_once! {
