@@ -72,6 +72,20 @@ pub(crate) fn parse<C: Config>(text: &str, path: &Path) -> Result<C, CliError> {
     Ok(config)
 }
 
+/// Options over those of a file, as a command line gives them over `--config`.
+///
+/// # Errors
+/// [`CliError::Config`] for a file with a wrong key or value.
+pub(crate) fn over_file<C: Config>(
+    file: Option<&Path>,
+    options: &Table,
+) -> Result<Table, CliError> {
+    let file = file.map(ConfigFile::read::<C>).transpose()?;
+    let mut all = file.map_or_else(Table::new, ConfigFile::into_table);
+    all.extend(options.clone());
+    Ok(all)
+}
+
 /// The options of a configuration, and `--config`.
 #[derive(Clone, Debug)]
 pub struct Configured<C> {

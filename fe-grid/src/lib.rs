@@ -33,6 +33,9 @@
 //! assert!((energy.value(u.as_slice())? - 12.5).abs() < 1e-12);
 //! # Ok::<(), fe_grid::GridError>(())
 //! ```
+//!
+//! # Features
+//! - `mutants`: errors that tests build into formulas, to see whether they are found. Not for use.
 
 // Unsafe code is in the modules that allow it, one for each subject; each states its invariant.
 #![deny(unsafe_code)]

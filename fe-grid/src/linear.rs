@@ -2,8 +2,7 @@
 
 use crate::error::GridError;
 use crate::vector::{
-    add_scaled_into, axpy, copy_into, dot, fill, max_abs, multiply_into, norm, scale_add,
-    subtract_into,
+    add_scaled_into, axpy, aypx, copy_into, dot, fill, max_abs, multiply_into, norm, subtract_into,
 };
 
 /// A square linear operator; a preconditioner is one too, an approximate inverse.
@@ -203,7 +202,7 @@ pub fn conjugate_gradient(
         if iteration == 0 {
             copy_into(z, p);
         } else {
-            scale_add(z, product / previous, p);
+            aypx(product / previous, z, p);
         }
         operator.apply_into(p, q);
         let step = product / positive(dot(p, q), iteration)?;

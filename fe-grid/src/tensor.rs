@@ -48,9 +48,9 @@ pub fn scale<L: Lane, const D: usize>(a: &Tensor<L, D>, s: L) -> Tensor<L, D> {
     c
 }
 
-/// `s a + b`, fused.
+/// `a + s b`, fused.
 #[inline(always)]
-pub fn scale_add<L: Lane, const D: usize>(
+pub fn add_scaled<L: Lane, const D: usize>(
     a: &Tensor<L, D>,
     s: L,
     b: &Tensor<L, D>,
@@ -58,7 +58,7 @@ pub fn scale_add<L: Lane, const D: usize>(
     let mut c = *a;
     for i in 0..D {
         for k in 0..D {
-            c[i][k] = a[i][k].mul_add(s, b[i][k]);
+            c[i][k] = b[i][k].mul_add(s, a[i][k]);
         }
     }
     c

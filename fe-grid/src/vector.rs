@@ -96,15 +96,15 @@ pub fn axpy<T: Element>(a: f64, x: &[T], y: &mut [f64]) {
     });
 }
 
-/// `y = x + b y`.
+/// `y = a y + x`.
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn scale_add(x: &[f64], b: f64, y: &mut [f64]) {
+pub fn aypx(a: f64, x: &[f64], y: &mut [f64]) {
     assert_eq!(x.len(), y.len());
     update(y, |from, part| {
         for (v, u) in part.iter_mut().zip(&x[from..]) {
-            *v = u + b * *v;
+            *v = u + a * *v;
         }
     });
 }

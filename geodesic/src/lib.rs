@@ -68,6 +68,12 @@
 //! assert!((path.length() - 0.177).abs() < 0.01);
 //! # Ok::<(), geodesic::GeodesicError>(())
 //! ```
+//!
+//! The crates whose types are in signatures are re-exported: [`fe_grid`], [`hyperelastic`],
+//! [`levelset`].
+//!
+//! # Features
+//! - `clap`: the parameters are options of a command line (`clap::Args`).
 
 #![forbid(unsafe_code)]
 
@@ -100,13 +106,17 @@ mod params;
 mod result;
 mod shape;
 
+pub use fe_grid;
+pub use hyperelastic;
+pub use levelset;
+
 pub use area::BoundaryArea;
 pub use arrival::Arrival;
 pub use cells::ObjectWeights;
 pub use contact::{Change, Contact};
-pub use deformation::StepDeformation;
+pub use deformation::{StepDeformation, StepKinematics};
 pub use density::dissipation_density;
-pub use dissipation::PathDissipation;
+pub use dissipation::{PathDissipation, PathKinematics};
 pub use energy::PathEnergy;
 pub use error::GeodesicError;
 pub use given::GivenPath;

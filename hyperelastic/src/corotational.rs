@@ -192,7 +192,7 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
         }
         let regularisation = L::splat(self.regularisation);
         let mut gradient = tensor::product(&scaled, &stress);
-        gradient = tensor::scale_add(&direction.gradient, regularisation, &gradient);
+        gradient = tensor::add_scaled(&gradient, regularisation, &direction.gradient);
         let mut value = [L::zero(); D];
         for i in 0..D {
             let mut sum = direction.value[i] * regularisation;

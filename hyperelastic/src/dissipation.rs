@@ -34,10 +34,10 @@ impl ViscousDissipation {
     ) -> Tensor<L, D> {
         let strain_rate = tensor::symmetric_part(velocity_gradient);
         let pressure = tensor::trace(&strain_rate).scale(self.moduli.lambda);
-        tensor::scale_add(
-            &strain_rate,
-            L::splat(mutant!(2.0, ViscousShear => 1.0) * self.moduli.mu),
+        tensor::add_scaled(
             &tensor::diagonal(pressure),
+            L::splat(mutant!(2.0, ViscousShear => 1.0) * self.moduli.mu),
+            &strain_rate,
         )
     }
 }

@@ -160,7 +160,7 @@ impl<const D: usize> CellLaw<D, D> for FoldBarrier {
         let along = tensor::contract(&cofactor, &direction.gradient);
         let change = tensor::cofactor_derivative(&a, &direction.gradient);
         let stress = tensor::scale(&cofactor, self.curvature(det) * along);
-        let gradient = tensor::scale_add(&change, self.density(det).1, &stress);
+        let gradient = tensor::add_scaled(&stress, self.density(det).1, &change);
         Jet {
             value: [L::zero(); D],
             gradient,

@@ -84,7 +84,7 @@ impl<const D: usize, W: StoredEnergy<D>> StoredEnergy<D> for Inverse<W> {
         let mut pulled = tensor::product(&c_s, &m);
         let last = tensor::product(&tensor::product(c, &s), &m_derivative);
         pulled = tensor::add(&pulled, &last);
-        let out = tensor::scale_add(&c_derivative, w, &tensor::scale(c, w_derivative));
+        let out = tensor::add_scaled(&tensor::scale(c, w_derivative), w, &c_derivative);
         tensor::sub(&out, &pulled)
     }
 

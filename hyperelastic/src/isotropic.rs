@@ -74,11 +74,11 @@ impl<F: NormTerm, G: NormTerm, K: VolumeTerm, const D: usize> Isotropic<F, G, K,
             let excess = self.cofactor.slope_excess(state.cofactor_norm_excess());
             along_cofactor = excess.mul_add(L::splat(2.0 * (D as f64 - 1.0)), along_cofactor);
             let slope = (L::splat(self.cofactor.slope()) + excess).scale(2.0) * weight;
-            stress = tensor::scale_add(&state.cofactor_norm_slope_excess(), slope, &stress);
+            stress = tensor::add_scaled(&stress, slope, &state.cofactor_norm_slope_excess());
         }
         along_cofactor *= weight;
         let along_excess = along_cofactor - norm_slope;
-        let mut stress = tensor::scale_add(&state.cofactor_excess, along_excess, &stress);
+        let mut stress = tensor::add_scaled(&stress, along_excess, &state.cofactor_excess);
         for i in 0..D {
             stress[i][i] += along_cofactor;
         }
@@ -145,15 +145,15 @@ pub(crate) fn stress<L: Lane, const D: usize>(
     slopes: &Slopes<L>,
 ) -> Tensor<L, D> {
     let along_cofactor = tensor::scale(&state.cofactor, slopes.volume);
-    let stress = tensor::scale_add(
-        &state.deformation_gradient,
-        slopes.norm.scale(2.0),
+    let stress = tensor::add_scaled(
         &along_cofactor,
+        slopes.norm.scale(2.0),
+        &state.deformation_gradient,
     );
-    tensor::scale_add(
-        &state.cofactor_norm_slope(),
-        slopes.cofactor.scale(2.0),
+    tensor::add_scaled(
         &stress,
+        slopes.cofactor.scale(2.0),
+        &state.cofactor_norm_slope(),
     )
 }
 
@@ -171,17 +171,17 @@ pub(crate) fn tangent<L: Lane, const D: usize>(
     let cofactor_derivative = tensor::cofactor_derivative(a, b);
     let mut out = tensor::scale(&cofactor_derivative, slopes.volume);
     let along_cofactor = tensor::contract(&state.cofactor, b) * curvatures.volume;
-    out = tensor::scale_add(&state.cofactor, along_cofactor, &out);
-    out = tensor::scale_add(b, slopes.norm.scale(2.0), &out);
+    out = tensor::add_scaled(&out, along_cofactor, &state.cofactor);
+    out = tensor::add_scaled(&out, slopes.norm.scale(2.0), b);
     let along_a = (tensor::contract(a, b) * curvatures.norm).scale(4.0);
-    out = tensor::scale_add(a, along_a, &out);
+    out = tensor::add_scaled(&out, along_a, a);
     if cofactor_present {
         let derivative = state.cofactor_norm_slope_derivative(b, &cofactor_derivative);
         let factor = mutant!(2.0, CofactorTangent => 1.0);
-        out = tensor::scale_add(&derivative, slopes.cofactor.scale(factor), &out);
+        out = tensor::add_scaled(&out, slopes.cofactor.scale(factor), &derivative);
         let slope = state.cofactor_norm_slope();
         let along_slope = (tensor::contract(&slope, b) * curvatures.cofactor).scale(4.0);
-        out = tensor::scale_add(&slope, along_slope, &out);
+        out = tensor::add_scaled(&out, along_slope, &slope);
     }
     out
 }

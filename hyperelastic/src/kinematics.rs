@@ -153,7 +153,7 @@ impl<L: Lane, const D: usize> Kinematics<L, D> {
             return tensor::sub(h, k);
         }
         let linear = tensor::cofactor_derivative_at_identity(&tensor::add(h, k));
-        let linear = tensor::scale_add(k, L::splat(-2.0), &linear);
+        let linear = tensor::add_scaled(&linear, L::splat(-2.0), k);
         tensor::add(&linear, &tensor::cofactor_derivative(h, k))
     }
 

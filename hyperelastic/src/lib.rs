@@ -35,6 +35,11 @@
 //! assert!((elastic / linear - 1.0).abs() < 0.1);
 //! # Ok::<(), hyperelastic::LawError>(())
 //! ```
+//!
+//! The crates whose types are in signatures are re-exported: [`fe_grid`].
+//!
+//! # Features
+//! - `clap`: the parameters are options of a command line (`clap::Args`).
 
 #![forbid(unsafe_code)]
 
@@ -63,6 +68,8 @@ mod stored_energy;
 mod strain_energy;
 mod terms;
 mod weighted;
+
+pub use fe_grid;
 
 pub use cauchy::cauchy_stress;
 pub use compiled::CompiledLaw;

@@ -132,11 +132,6 @@ impl<const D: usize> ContourDistance<D> {
         distance
     }
 
-    /// Returns the search tree.
-    pub(crate) fn tree(&self) -> &Bvh<D> {
-        &self.tree
-    }
-
     /// Finds the stored simplex nearest to a point.
     pub(crate) fn find(&self, point: &[f64; D]) -> Found {
         let mut found = [Found::default()];
@@ -189,7 +184,7 @@ compiled_once! {
     ) -> Field<f64, D, 1> = ContourDistance::sample_in;
 }
 
-fn tree_of<const D: usize>(contour: &Contour<D>) -> Result<Bvh<D>, LevelsetError> {
+pub(crate) fn tree_of<const D: usize>(contour: &Contour<D>) -> Result<Bvh<D>, LevelsetError> {
     if contour.is_empty() {
         return Err(LevelsetError::EmptyContour);
     }

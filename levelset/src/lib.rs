@@ -6,6 +6,8 @@
 //! that contour.
 //!
 //! **Invariant:** this crate does not minimise, and does not read or write files.
+//!
+//! The crates whose types are in signatures are re-exported: [`fe_grid`], [`nalgebra`].
 
 #![forbid(unsafe_code)]
 
@@ -18,6 +20,7 @@ pub mod distance;
 mod error;
 mod extract;
 mod facing;
+mod farthest;
 mod hausdorff;
 pub mod heaviside;
 pub mod inspect;
@@ -29,6 +32,9 @@ mod search;
 mod surface;
 mod vector;
 pub mod verdict;
+
+pub use fe_grid;
+pub use nalgebra;
 
 pub use components::{Components, connected_components, largest_component};
 pub use contour::Contour;

@@ -9,7 +9,7 @@
 //! so the minimum of the computed distances is found in any order, and of simplices at the same
 //! distance the first counts.
 
-use fe_grid::{Element, Lane, LaneKernel, compiled_once};
+use fe_grid::{Element, Lane, LaneKernel, compiled_once, parallel};
 
 use crate::bvh::Bvh;
 use crate::closest::{Closest, Simplex};
@@ -20,6 +20,8 @@ const MAX_DEPTH: usize = 48;
 const LANES: usize = 2;
 /// Number of points processed together, which fills the widest lanes.
 pub(crate) const PACKET: usize = 16;
+/// Number of points searched for by one thread at a time.
+pub(crate) const RUN: usize = 64 * PACKET;
 
 /// The stored simplex nearest to a point, and its distance.
 #[derive(Clone, Copy, Debug, Default)]
@@ -35,10 +37,34 @@ impl<const D: usize> Bvh<D> {
         search(self, points, guess, found);
     }
 
+    /// Writes the squared distances of points from each of a few stored simplices.
+    pub(crate) fn squares_into(
+        &self,
+        stored: &[u32],
+        points: &[[f64; D]; PACKET],
+        squares: &mut [[f64; PACKET]],
+    ) {
+        squares_from(self, stored, points, squares);
+    }
+
     /// Returns the point of one stored simplex that is nearest to a point.
     pub(crate) fn closest(&self, stored: usize, point: &[f64; D]) -> Closest<f64, D> {
         closest_to(self.simplex(stored), point)
     }
+}
+
+/// Finds the simplices nearest to many points, ordered such that neighbours are adjacent.
+pub(crate) fn find_all<const D: usize>(to: &Bvh<D>, points: &[[f64; D]]) -> Vec<Found> {
+    let mut found = vec![Found::default(); points.len()];
+    parallel::for_each_chunk(&mut found, RUN, 1, &|run, found| {
+        let mut guess = 0;
+        let packets = points[run * RUN..].chunks(PACKET);
+        for (points, found) in packets.zip(found.chunks_mut(PACKET)) {
+            to.nearest(&points[..found.len()], guess, found);
+            guess = found[0].stored;
+        }
+    });
+    found
 }
 
 compiled_once! {
@@ -64,6 +90,61 @@ fn search_in<const D: usize>(
         found,
     };
     f64::run_kernel(search);
+}
+
+compiled_once! {
+    /// The squared distances of points from a few simplices.
+    fn squares_from<'a, D>(
+        tree: &'a Bvh<D>,
+        stored: &'a [u32],
+        points: &'a [[f64; D]; PACKET],
+        squares: &'a mut [[f64; PACKET]],
+    ) = squares_from_in;
+}
+
+fn squares_from_in<const D: usize>(
+    tree: &Bvh<D>,
+    stored: &[u32],
+    points: &[[f64; D]; PACKET],
+    squares: &mut [[f64; PACKET]],
+) {
+    f64::run_kernel(Squares {
+        tree,
+        stored,
+        points,
+        out: squares,
+    });
+}
+
+struct Squares<'a, const D: usize> {
+    tree: &'a Bvh<D>,
+    stored: &'a [u32],
+    points: &'a [[f64; D]; PACKET],
+    out: &'a mut [[f64; PACKET]],
+}
+
+impl<const D: usize> LaneKernel<f64> for Squares<'_, D> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lane<Element = f64>>(self) {
+        let mut entries = [[0.0; PACKET]; D];
+        for (i, point) in self.points.iter().enumerate() {
+            for k in 0..D {
+                entries[k][i] = point[k];
+            }
+        }
+        for first in (0..PACKET).step_by(L::COUNT) {
+            let mut lanes = [L::zero(); D];
+            for k in 0..D {
+                lanes[k] = L::load(&entries[k][first..]);
+            }
+            for (stored, squares) in self.stored.iter().zip(self.out.iter_mut()) {
+                let closest = self.tree.simplex(*stored as usize).closest(&lanes);
+                closest.distance_squared.store(&mut squares[first..]);
+            }
+        }
+    }
 }
 
 compiled_once! {

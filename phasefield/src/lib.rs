@@ -18,6 +18,11 @@
 //! assert_eq!((weight.value(0.1), weight.value(-0.1)), (1.0, 1e-4));
 //! # Ok::<(), phasefield::PhaseFieldError>(())
 //! ```
+//!
+//! The crates whose types are in signatures are re-exported: [`fe_grid`], [`levelset`].
+//!
+//! # Features
+//! - `clap`: the parameters are options of a command line (`clap::Args`).
 
 #![forbid(unsafe_code)]
 
@@ -26,6 +31,9 @@ mod length;
 mod mismatch;
 pub mod profile;
 pub mod segmentation;
+
+pub use fe_grid;
+pub use levelset;
 
 pub use error::PhaseFieldError;
 pub use length::InterfaceLength;

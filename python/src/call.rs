@@ -1,8 +1,10 @@
 //! Calls of commands.
 
+use std::path::PathBuf;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use shapespace::api::{COMMANDS, Call, Trial};
+use shapespace::api::{COMMANDS, Call, Checkpoints, Trial};
 use toml::Table;
 
 use crate::arrays::{Given, sources};
@@ -20,13 +22,15 @@ fn table(options: &str) -> PyResult<Table> {
 
 /// Runs a command on files and arrays.
 #[pyfunction]
-#[pyo3(signature = (command, options, arrays, *, threads, memory, at_once, trust, progress))]
+#[pyo3(signature = (command, options, arrays, *, config, checkpoint, threads, memory, at_once, trust, progress))]
 #[expect(clippy::needless_pass_by_value, reason = "arguments of Python")]
 pub fn run(
     py: Python<'_>,
     command: String,
     options: &str,
     arrays: Vec<Given<'_>>,
+    config: Option<PathBuf>,
+    checkpoint: Option<(PathBuf, f64)>,
     threads: Option<u32>,
     memory: Option<&str>,
     at_once: Option<u32>,
@@ -38,6 +42,8 @@ pub fn run(
     let memory = memory.map_err(|error| exception(py, &error))?;
     let call = Call {
         options: table(options)?,
+        config,
+        checkpoints: checkpoint.map(|(folder, minutes)| Checkpoints { folder, minutes }),
         sources: sources(py, arrays)?,
         threads,
         memory,
@@ -73,9 +79,12 @@ pub fn verify(
         broken,
         threads,
         listener: progress.is_some().then(|| heard.listener()),
+        ..Trial::default()
     };
-    // An experiment cannot be stopped: it ends by itself.
-    let verified = wait(py, &heard, progress.as_ref(), || (), move || trial.run())?;
+    // An experiment that has begun ends by itself; no other begins.
+    let stop = trial.stop.clone();
+    let work = move || trial.run();
+    let verified = wait(py, &heard, progress.as_ref(), || stop.ask(), work)?;
     verified
         .map(Verified::new)
         .map_err(|error| exception(py, &error))

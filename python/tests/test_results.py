@@ -124,3 +124,23 @@ def test_verification():
     assert found and "statements" in repr(found)
     with pytest.raises(shapespace.InputError, match="NAME"):
         shapespace.verify("no-such-statement")
+
+
+def test_a_configuration_repeats_a_result(tmp_path):
+    files = []
+    for k, mask in enumerate(ellipses(17)):
+        files.append(tmp_path / f"shape_{k}.npy")
+        np.save(files[-1], mask)
+    first = shapespace.average(files, grid=17, mu=2.0)
+    config = first.save(tmp_path / "first") / "config.toml"
+    again = shapespace.average(config=config)
+    assert again.average.tobytes() == first.average.tobytes()
+    assert again.options["mu"] == 2.0 and again.names == first.names
+    # Arguments override the file.
+    other = shapespace.average(files, config=config, mu=3.0)
+    assert other.options["mu"] == 3.0 and other.options["grid"] == 17
+    config.write_text("grid = 17\nwrong = 1\n")
+    with pytest.raises(shapespace.InputError, match="wrong"):
+        shapespace.average(files, config=config)
+    with pytest.raises(shapespace.InputError):
+        shapespace.average(grid=17)

@@ -105,3 +105,46 @@ def test_calls_at_the_same_time_do_not_disturb_each_other():
     for thread in threads:
         thread.join()
     assert found == [expected] * 3
+
+
+KILLED = """
+    import shapespace, os, signal
+    from drawing import ellipses
+    folder = {folder!r}
+    def told(event):
+        if isinstance(event, shapespace.Iteration) and os.path.isfile(folder + ".partial/state.json"):
+            os.kill(os.getpid(), signal.SIGKILL)
+    shapespace.average(ellipses(), grid=65, checkpoint=(folder, 1e-6), progress=told)
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of this kind are not those of Windows")
+def test_a_killed_call_resumes_from_its_checkpoint(tmp_path):
+    folder = str(tmp_path / "average")
+    code = textwrap.dedent(KILLED.format(folder=folder))
+    killed = subprocess.run([sys.executable, "-c", code], cwd=os.path.dirname(__file__), check=False)
+    assert killed.returncode == -signal.SIGKILL
+    assert os.path.isdir(folder + ".partial")
+    events = []
+    options = {"grid": 65}
+    resumed = shapespace.average(
+        ellipses(), checkpoint=(folder, 10), progress=events.append, **options
+    )
+    assert any("checkpoint" in str(event) or "resum" in str(event) for event in events)
+    assert not os.path.exists(folder + ".partial")
+    whole = shapespace.average(ellipses(), **options)
+    assert resumed.average.tobytes() == whole.average.tobytes()
+    assert resumed.record["iterations"] == whole.record["iterations"]
+
+
+def test_checkpoints_need_minutes():
+    with pytest.raises(shapespace.InputError, match="checkpoint"):
+        shapespace.average(ellipses(17), grid=17, checkpoint=("folder", 0))
+
+
+def test_an_exception_of_the_callback_ends_a_verification():
+    def fail(event):
+        raise KeyError("enough")
+
+    with pytest.raises(KeyError, match="enough"):
+        shapespace.verify("laws", quick=True, threads=1, progress=fail)

@@ -38,6 +38,12 @@ def test_it_can_be_cloned_and_stand_in_a_pipeline():
     base = pytest.importorskip("sklearn.base", reason="scikit-learn is not installed")
     pipeline = pytest.importorskip("sklearn.pipeline", reason="scikit-learn is not installed")
     neighbours = pytest.importorskip("sklearn.neighbors", reason="scikit-learn is not installed")
+    validation = pytest.importorskip("sklearn.utils.validation")
+    exceptions = pytest.importorskip("sklearn.exceptions")
+    with pytest.raises(exceptions.NotFittedError):
+        validation.check_is_fitted(shapespace.ShapePCA())
+    with pytest.raises(exceptions.NotFittedError):
+        shapespace.ShapePCA().transform(ellipses())
     copy = base.clone(shapespace.ShapePCA(1, average_options=OPTIONS))
     assert copy.n_components == 1
     classifier = neighbours.KNeighborsClassifier(1)

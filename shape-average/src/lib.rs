@@ -38,6 +38,12 @@
 //! assert!(result.mean_dice() > 0.95);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! The crates whose types are in signatures are re-exported: [`fe_grid`], [`hyperelastic`],
+//! [`levelset`], [`nalgebra`], [`phasefield`].
+//!
+//! # Features
+//! - `clap`: the parameters are options of a command line (`clap::Args`).
 
 #![forbid(unsafe_code)]
 
@@ -66,6 +72,12 @@ mod rounds;
 mod solve;
 mod strain;
 mod stress;
+
+pub use fe_grid;
+pub use hyperelastic;
+pub use levelset;
+pub use nalgebra;
+pub use phasefield;
 
 pub use alternating::Alternating;
 pub use elastic::elastic_energy;

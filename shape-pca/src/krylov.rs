@@ -5,7 +5,7 @@
 //! direction is negative, where the solver of `fe-grid` stops; the iterates are then stationary
 //! points in the Krylov space and not minimisers; [`Negative::Stop`] ends it there.
 
-use fe_grid::vector::{axpy, copy_into, dot, norm, scale_add};
+use fe_grid::vector::{axpy, aypx, copy_into, dot, norm};
 use nalgebra::{DMatrix, SymmetricEigen};
 use serde::Serialize;
 
@@ -94,7 +94,7 @@ pub(crate) fn solve(
             copy_into(&z, &mut p);
         } else {
             shares.push(product / previous);
-            scale_add(&z, product / previous, &mut p);
+            aypx(product / previous, &z, &mut p);
         }
         operator(&p, &mut q);
         let curvature = dot(&p, &q);

@@ -35,6 +35,12 @@
 //!
 //! **Invariant:** the physics is that of `hyperelastic`, pointwise; input and output are fields,
 //! and no files are read or written.
+//!
+//! The crates whose types are in signatures are re-exported: [`fe_grid`], [`hyperelastic`],
+//! [`levelset`], [`nalgebra`], [`shape_average`].
+//!
+//! # Features
+//! - `clap`: the parameters are options of a command line (`clap::Args`).
 
 #![forbid(unsafe_code)]
 
@@ -59,6 +65,12 @@ mod random;
 mod rigid;
 mod space;
 mod variation;
+
+pub use fe_grid;
+pub use hyperelastic;
+pub use levelset;
+pub use nalgebra;
+pub use shape_average;
 
 pub use average::Average;
 pub use compound::{Source, evaluate};

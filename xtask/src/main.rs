@@ -4,9 +4,12 @@
 
 #[cfg(feature = "bench")]
 mod bench;
+#[cfg(feature = "book")]
 mod book;
 #[cfg(any(feature = "bench", feature = "study"))]
 mod descent;
+#[cfg(feature = "dist")]
+mod dist;
 mod figures;
 mod fuzz;
 mod kills;
@@ -34,6 +37,7 @@ const TASKS: &str = "tasks:
   verify   check the theory by experiments, and write docs/verification
   fuzz     run libFuzzer on every reader of files (fuzz --help)
   kills    kill long commands at random moments and compare their results (kills --help)
+  dist     make the files of a release, and check versions and dates (dist --help)
   mutants  check that the experiments find errors built into the crates (mutants --help)";
 
 fn main() -> ExitCode {
@@ -42,7 +46,6 @@ fn main() -> ExitCode {
     let rest: Vec<String> = arguments.collect();
     match task.as_deref() {
         Some("tidy") => tidy::run(),
-        Some("book") => book::run(),
         Some("figures") => figures::run(&rest),
         Some("fuzz") => fuzz::run(&rest),
         Some("sanitize") => sanitize::run(&rest),
@@ -53,8 +56,12 @@ fn main() -> ExitCode {
         Some("study") => study::run(&rest),
         #[cfg(feature = "bench")]
         Some("bench") => bench::run(&rest),
+        #[cfg(feature = "book")]
+        Some("book") => book::run(),
+        #[cfg(feature = "dist")]
+        Some("dist") => dist::run(&rest),
         #[allow(unreachable_patterns, reason = "reached where the feature is off")]
-        Some(task @ ("study" | "bench")) => rebuilt(task, &rest),
+        Some(task @ ("study" | "bench" | "book" | "dist")) => rebuilt(task, &rest),
         Some(other) => {
             eprintln!("there is no task {other}\n{TASKS}");
             ExitCode::from(2)

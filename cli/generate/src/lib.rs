@@ -16,6 +16,9 @@
 //! let share = area_share(&bar, Grid::cube(65));
 //! assert_eq!(share.as_slice()[0], 0.0);
 //! ```
+//!
+//! # Features
+//! - `clap`: letters and families are options of a command line (`clap::Args`).
 
 #![forbid(unsafe_code)]
 

@@ -1,6 +1,7 @@
 //! Runs a command for another program.
 
-use std::sync::Mutex;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use toml::Table;
@@ -9,7 +10,7 @@ use super::computed::{Computed, Held};
 use crate::average::{Average, AverageConfig, AverageRun, JointAverage, Sweep};
 use crate::calculus::{ExtendConfig, TransportConfig};
 use crate::compare::CompareConfig;
-use crate::config::{Config, allow, keys_of, resolve};
+use crate::config::{Config, allow, keys_of, over_file, resolve};
 use crate::distances::{DistanceStudy, DistancesConfig};
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
@@ -44,6 +45,19 @@ pub const COMMANDS: [&str; 12] = [
     "transport",
 ];
 
+/// Those of them that store checkpoints.
+const LONG: [&str; 6] = ["average", "geodesic", "pca", "score", "extend", "transport"];
+
+/// Where a computation stores checkpoints, and how often. The same call resumes from them after a sudden
+/// end; they are removed when the result is complete.
+#[derive(Clone, Debug)]
+pub struct Checkpoints {
+    /// They are stored in the folder of this name with the ending `.partial`.
+    pub folder: PathBuf,
+    /// Time between two of them.
+    pub minutes: f64,
+}
+
 /// Asks a computation to end, from any thread. A computation that is asked to end before it has a
 /// result fails; one that has a result ends with the state that it has reached.
 #[derive(Clone, Debug)]
@@ -60,6 +74,11 @@ impl Stop {
     pub fn ask(&self) {
         self.0.ask();
     }
+
+    /// Whether it was asked to end.
+    pub fn is_asked(&self) -> bool {
+        self.0.asked()
+    }
 }
 
 /// The call of a command.
@@ -67,6 +86,8 @@ impl Stop {
 pub struct Call {
     /// The options and the inputs, by the keys of the command's configuration.
     pub options: Table,
+    /// A file with options and inputs that are not among these, as `--config`.
+    pub config: Option<PathBuf>,
     /// Arrays by their names.
     pub sources: Sources,
     /// Number of threads, all cores without. The result does not depend on it.
@@ -77,6 +98,8 @@ pub struct Call {
     pub at_once: Option<u32>,
     /// Whether result directories are used without verification, as `--trust`.
     pub trust: bool,
+    /// Checkpoints of commands that have `--checkpoint`; none without.
+    pub checkpoints: Option<Checkpoints>,
     /// Hears of the work.
     pub listener: Option<Listener>,
     /// Ends the work.
@@ -97,6 +120,18 @@ impl Call {
             &threads,
             "1 to 4096",
         )?;
+        if let Some(checkpoints) = &self.checkpoints {
+            let minutes = checkpoints.minutes;
+            let positive = minutes > 0.0 && minutes.is_finite();
+            let name = "checkpoint";
+            allow(positive, name, &minutes, "a positive number of minutes")?;
+            if !LONG.contains(&command) {
+                return Err(CliError::Key {
+                    message: format!("`{command}` stores no checkpoints"),
+                    remedy: format!("these commands do: {}", LONG.join(", ")),
+                });
+            }
+        }
         // A process has a single memory, hence a single limit: that of the last call.
         set_limit(self.memory);
         match command {
@@ -105,7 +140,7 @@ impl Call {
             "length" => self.configured::<LengthConfig>(),
             "metric" => self.configured::<MetricConfig>(),
             "distances" => {
-                let config: DistancesConfig = resolve(&self.options)?;
+                let config: DistancesConfig = self.configuration()?;
                 self.hold(DistanceStudy {
                     config,
                     at_once: self.at_once,
@@ -125,10 +160,9 @@ impl Call {
     }
 
     fn average(&self) -> Result<Computed, CliError> {
-        let config: AverageConfig = resolve(&self.options)?;
+        let config: AverageConfig = self.configuration()?;
         let run = AverageRun {
             common: RunOptions {
-                // There are no checkpoints.
                 output: std::env::temp_dir().join("shapespace"),
                 threads: self.threads,
                 allow_doubtful: false,
@@ -136,7 +170,7 @@ impl Call {
                 quiet: true,
                 log: None,
             },
-            checkpoint: CheckpointOption::NONE,
+            checkpoint: self.checkpoint(),
             memory: self.memory,
         };
         if config.joint {
@@ -153,14 +187,29 @@ impl Call {
     }
 
     fn configured<C: Config + Command + Send + 'static>(&self) -> Result<Computed, CliError> {
-        self.hold(resolve::<C>(&self.options)?)
+        self.hold(self.configuration::<C>()?)
+    }
+
+    /// The configuration by the options and the file.
+    fn configuration<C: Config>(&self) -> Result<C, CliError> {
+        resolve(&over_file::<C>(self.config.as_deref(), &self.options)?)
+    }
+
+    fn checkpoint(&self) -> CheckpointOption {
+        let minutes = self.checkpoints.as_ref().map(|given| given.minutes);
+        minutes.map_or(CheckpointOption::NONE, |minutes| CheckpointOption {
+            minutes,
+        })
     }
 
     /// Plans and computes as [`crate::session::run`], and keeps the result.
     fn hold<C: Command + Send + 'static>(&self, command: C) -> Result<Computed, CliError> {
         // For unfinished work, which distances keep in files.
         let place = tempfile::tempdir().map_err(OutputError::at(&std::env::temp_dir()))?;
-        let output = place.path().join("result");
+        let output = match &self.checkpoints {
+            Some(checkpoints) => checkpoints.folder.clone(),
+            None => place.path().join("result"),
+        };
         let computed = in_pool(self.threads, || {
             let session = Session {
                 output: &output,
@@ -169,14 +218,21 @@ impl Call {
                 sources: self.sources.clone(),
                 start: Instant::now(),
                 trust: self.trust,
-                // A call leaves no files behind.
-                checkpoint: CheckpointOption::NONE,
+                checkpoint: self.checkpoint(),
                 obsolete: Mutex::default(),
             };
-            match command.plan(&session)? {
+            let computed = match command.plan(&session)? {
                 Dim::D2(plan) => held(command, plan, &session),
                 Dim::D3(plan) => held(command, plan, &session),
+            }?;
+            let obsolete = session.obsolete.into_inner();
+            let obsolete = obsolete.unwrap_or_else(PoisonError::into_inner);
+            // Nobody has the result of a call that was asked to end: the next one resumes.
+            match obsolete {
+                Some(work) if !computed.interrupted() => work.remove()?,
+                _ => {}
             }
+            Ok(computed)
         })?;
         Ok(computed.with_place(place))
     }

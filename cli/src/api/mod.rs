@@ -21,7 +21,7 @@ mod computed;
 mod verified;
 mod warped;
 
-pub use call::{COMMANDS, Call, Stop, keys, memory};
+pub use call::{COMMANDS, Call, Checkpoints, Stop, keys, memory};
 pub use computed::Computed;
 pub use verified::{Trial, Verified};
 pub use warped::{Warp, Warped};

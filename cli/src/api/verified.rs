@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use shapespace_verify::record::{StatementRecord, VerifyRecord};
-use shapespace_verify::{Setting, table};
+use shapespace_verify::{Journal, Outcome, Setting, table};
 
+use super::call::Stop;
 use crate::error::CliError;
 use crate::output::{OutputError, ResultDir};
 use crate::progress::{Event, Listener};
@@ -24,6 +25,24 @@ pub struct Trial {
     pub threads: Option<u32>,
     /// Hears how each experiment ended.
     pub listener: Option<Listener>,
+    /// Ends the work: no other experiment begins.
+    pub stop: Stop,
+}
+
+/// Tells of experiments, and stops them.
+struct Hearing<'a>(&'a Trial);
+
+impl Journal for Hearing<'_> {
+    fn is_stopped(&self) -> bool {
+        self.0.stop.is_asked()
+    }
+
+    fn ended(&self, record: &StatementRecord, _outcome: &Outcome) {
+        if let Some(listener) = &self.0.listener {
+            let (word, name) = (record.decided.word(), &record.name);
+            listener(Event::Note(format!("{word} {name}")));
+        }
+    }
 }
 
 /// The results of experiments.
@@ -36,17 +55,14 @@ impl Trial {
     /// Runs the experiments.
     ///
     /// # Errors
-    /// [`CliError`] for unknown names, and experiments that fail. A refuted statement is a result.
+    /// [`CliError`] for unknown names, experiments that fail, and work that was asked to end. A refuted statement is a result.
     pub fn run(&self) -> Result<Verified, CliError> {
         let statements = selected(&self.names)?;
         let setting = Setting::new(self.quick, self.broken);
-        let tell = |record: &StatementRecord| {
-            if let Some(listener) = &self.listener {
-                let (word, name) = (record.decided.word(), &record.name);
-                listener(Event::Note(format!("{word} {name}")));
-            }
-        };
-        let record = tried(&statements, setting, self.threads, &tell)?;
+        let record = tried(&statements, setting, self.threads, &Hearing(self))?;
+        if record.statements.len() < statements.len() {
+            return Err(CliError::Stopped);
+        }
         let failed = |error: serde_json::Error| OutputError::at(Path::new("result"))(error.into());
         let json = serde_json::to_value(&record).map_err(failed)?;
         Ok(Verified { record, json })

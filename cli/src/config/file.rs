@@ -85,6 +85,12 @@ impl ConfigFile {
         })
     }
 
+    /// The keys and values.
+    pub fn into_table(self) -> Table {
+        let entries = self.entries.into_iter();
+        entries.map(|(key, value, _)| (key, value)).collect()
+    }
+
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use shapespace::api::{
-    ArrayType, COMMANDS, Call, CliError, Event, KeptNumbers, NamedArray, Sources, keys,
+    ArrayType, COMMANDS, Call, CliError, Event, KeptNumbers, NamedArray, Sources, Trial, keys,
 };
 use toml::Table;
 
@@ -145,4 +145,15 @@ fn a_listener_hears_and_stops_a_computation() {
     // Another call is not concerned.
     let other = self::call().run("average").unwrap();
     assert!(!other.interrupted());
+}
+
+#[test]
+fn a_stopped_trial_begins_no_experiment() {
+    let trial = Trial {
+        names: vec!["laws-rest".into()],
+        quick: true,
+        ..Trial::default()
+    };
+    trial.stop.ask();
+    assert!(matches!(trial.run(), Err(CliError::Stopped)));
 }

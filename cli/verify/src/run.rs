@@ -18,6 +18,11 @@ pub trait Journal: Sync {
         None
     }
 
+    /// Whether no other experiment should begin.
+    fn is_stopped(&self) -> bool {
+        false
+    }
+
     /// Called after every experiment.
     fn ended(&self, record: &StatementRecord, outcome: &Outcome) {
         let _ = (record, outcome);
@@ -37,7 +42,7 @@ impl<F: Fn(&StatementRecord) + Sync> Journal for F {
 }
 
 /// Runs the experiments of statements on the threads of the current pool, except for those whose outcomes
-/// a journal has.
+/// a journal has. Once the journal is stopped, no other begins, and the record has those that have ended.
 ///
 /// # Errors
 /// [`ExperimentError`] if one of them fails. A statement that is refuted is no error.
@@ -52,6 +57,9 @@ pub fn run(
         // Some take a thousand times as long as others.
         .with_max_len(1)
         .map(|statement| {
+            if journal.is_stopped() {
+                return Ok(None);
+            }
             let known = journal.known(statement.name);
             let is_new = known.is_none();
             let (outcome, seconds) = known.map_or_else(|| tried(statement, setting), Ok)?;
@@ -60,9 +68,10 @@ pub fn run(
             if is_new {
                 journal.ended(&record, &outcome);
             }
-            Ok(record)
+            Ok(Some(record))
         })
         .collect::<Result<Vec<_>, _>>()?;
+    let records = records.into_iter().flatten().collect();
     let seconds = begun.elapsed().as_secs_f64();
     Ok(VerifyRecord::new(setting, records, seconds))
 }

@@ -7,7 +7,7 @@ use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, SecondOrder};
 use super::observer::Observer;
 use crate::buffer::Buffer;
-use crate::vector::{axpy, copy_into, dot, fill, scale, scale_add};
+use crate::vector::{axpy, aypx, copy_into, dot, fill, scale};
 
 /// Inexact Newton: `H d = -g` is solved by conjugate gradients, preconditioned by the objective's
 /// inverse metric `P`, until `sqrt(r · P r) <= forcing sqrt(g · P g)`.
@@ -219,7 +219,7 @@ impl<'a, O: SecondOrder> Run<'a, O> {
             if next.is_nan() || next <= enough {
                 break;
             }
-            scale_add(&self.preconditioned, next / product, &mut self.search);
+            aypx(next / product, &self.preconditioned, &mut self.search);
             product = next;
         }
         Ok(dot(&self.gradient, &self.direction))

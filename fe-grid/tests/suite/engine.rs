@@ -39,7 +39,7 @@ impl<const D: usize> CellLaw<D, D> for TestLaw {
     fn gradient<L: Lane>(&self, p: &Point<L, D, D>) -> (L, Jet<L, D, D>) {
         let a = tensor::add_identity(&p.gradient);
         let inverse = tensor::inverse_transpose(&a);
-        let stress = tensor::scale_add(&inverse, -L::one(), &a);
+        let stress = tensor::add_scaled(&a, -L::one(), &inverse);
         let mut flux = Jet {
             value: p.value,
             gradient: tensor::scale(&stress, p.coefficient[0]),

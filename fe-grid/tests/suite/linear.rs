@@ -45,7 +45,7 @@ proptest! {
             out.iter().zip(x.iter().zip(&y)).all(|(o, (&u, &v))| *o == plain(u, v))
         };
         prop_assert!(check(&|out| vector::axpy(a, &x, out), &|u, v| v + a * u));
-        prop_assert!(check(&|out| vector::scale_add(&x, a, out), &|u, v| u + a * v));
+        prop_assert!(check(&|out| vector::aypx(a, &x, out), &|u, v| u + a * v));
         prop_assert!(check(&|out| vector::scale(a, out), &|_, v| a * v));
         prop_assert!(check(&|out| vector::copy_into(&x, out), &|u, _| u));
         prop_assert!(check(&|out| vector::fill(a, out), &|_, _| a));

@@ -1,7 +1,7 @@
 //! Energies are proportional to the moduli and weights, whose unit is free.
 
 use fe_grid::minimise::Silent;
-use fe_grid::{Grid, ScalarField};
+use fe_grid::{Field, Grid, ScalarField};
 use geodesic::{Form, Geodesic, GeodesicParams, Shape, geodesic_between};
 use hyperelastic::{LameModuli, LawSpec};
 use levelset::signed_distance;
@@ -84,7 +84,7 @@ fn mismatches_of_any_weight_are_minimised() {
                 ..GeodesicParams::default()
             };
             let path = geodesic_between(&ends[0], &ends[1], &params, &mut Silent).unwrap();
-            let mut numbers = path.displacements.iter().flat_map(fe_grid::Field::as_slice);
+            let mut numbers = path.displacements.iter().flat_map(Field::as_slice);
             assert!(numbers.all(|x| x.is_finite()), "{mismatch_weight:e}");
             let dissipation = path.energy.dissipation();
             assert!(dissipation.is_finite(), "{mismatch_weight:e}");

@@ -114,11 +114,11 @@ fn taylor_errors<W: StoredEnergy<D>, const D: usize>(
     let (value, stress) = law.gradient(h);
     let mut squares = [0.0; 3];
     for b in directions {
-        let (moved, moved_stress) = law.gradient(&tensor::scale_add(b, t, h));
+        let (moved, moved_stress) = law.gradient(&tensor::add_scaled(h, t, b));
         let action = law.hessian_action(h, b);
         let first = moved - value - t * tensor::contract(&stress, b);
         let second = first - 0.5 * t * t * tensor::contract(&action, b);
-        let rest = distance(&moved_stress, &tensor::scale_add(&action, t, &stress));
+        let rest = distance(&moved_stress, &tensor::add_scaled(&stress, t, &action));
         for (square, error) in squares.iter_mut().zip([first, second, rest]) {
             *square += error * error;
         }

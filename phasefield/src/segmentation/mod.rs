@@ -42,7 +42,7 @@ mod relax;
 mod solve;
 mod split;
 
-pub use alternation::Alternation;
+pub use alternation::{Alternation, SegmentationObjective};
 pub use energy::{AmbrosioTortorelli, SegmentationEnergy};
 pub use params::{SegmentationParams, Weights};
 pub use relax::{Part, Relaxation, relax};

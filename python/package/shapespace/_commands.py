@@ -6,7 +6,7 @@ import csv
 import json
 import os
 import tempfile
-from typing import Any, Iterable, Mapping, Optional, Sequence, Union
+from typing import Any, Iterable, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -35,6 +35,14 @@ from ._results import (
 #: A result, or the folder of one.
 Source = Union[Result, str, "os.PathLike[str]"]
 
+#: A file of options, such as the ``config.toml`` beside a result.
+File = Union[str, "os.PathLike[str]"]
+#: The folder of checkpoints, or the folder and the minutes between two of them.
+Checkpoint = Union[File, Tuple[File, float]]
+
+#: Minutes between checkpoints, as on the command line.
+_MINUTES = 10.0
+
 #: Keys of configurations that are arguments of the functions here.
 _INPUTS = {"inputs", "start", "end", "average", "pca", "geodesic", "variation", "shape"}
 _INPUTS |= {"result", "groups"}
@@ -61,8 +69,18 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def _checkpoint(given: Optional[Checkpoint]) -> Optional[tuple[str, float]]:
+    """The folder and the minutes."""
+    if given is None:
+        return None
+    if isinstance(given, (str, os.PathLike)):
+        return os.fspath(given), _MINUTES
+    folder, minutes = given
+    return os.fspath(folder), float(minutes)
+
+
 class _Run:
-    """The arguments that no result depends on."""
+    """The file of options, and the arguments that no result depends on."""
 
     def __init__(
         self,
@@ -71,8 +89,12 @@ class _Run:
         memory: Union[int, str, None] = None,
         at_once: Optional[int] = None,
         trust: bool = False,
+        config: Optional[File] = None,
+        checkpoint: Optional[Checkpoint] = None,
     ) -> None:
         self.arguments: dict[str, Any] = {
+            "config": None if config is None else os.fspath(config),
+            "checkpoint": _checkpoint(checkpoint),
             "progress": progress,
             "threads": threads,
             "memory": None if memory is None else str(memory),
@@ -110,7 +132,7 @@ def _from(source: Source, kind: type[Result], word: str) -> str:
     raise TypeError(f"{word} is needed, or the folder of one, not {type(source).__name__}")
 
 
-def _views(given: Gathered, valid: Any, n: int) -> Optional[list[str]]:
+def _views(given: Gathered, valid: Any) -> Optional[list[str]]:
     """Visibility masks, None for inputs that are completely visible."""
     if valid is None:
         return None
@@ -122,12 +144,14 @@ def _views(given: Gathered, valid: Any, n: int) -> Optional[list[str]]:
 
 
 def average(
-    masks: Images,
+    masks: Optional[Images] = None,
     *,
     spacing: Any = None,
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
     valid: Optional[Sequence[Optional[Image]]] = None,
+    config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     memory: Union[int, str, None] = None,
@@ -135,6 +159,11 @@ def average(
     **options: Any,
 ) -> Union[Average, ImageAverage, Sweep]:
     """Computes the elastic average of two or more shapes in masks.
+
+    ``config`` is a file of options as ``--config`` takes it, for example the ``config.toml`` beside a
+    result; without ``masks`` those are averaged that it names. With ``checkpoint="folder"`` the
+    state is stored in ``folder.partial`` every ten minutes, ``checkpoint=("folder", 2)`` every two: after
+    a sudden end, or Ctrl-C, the same call resumes from there to the same result.
 
     ``masks`` are arrays, names of files, or images of nibabel or SimpleITK; in arrays the object is
     where the value is above 1/2, as ``shapespace average`` reads a ``.npy`` file of the same
@@ -145,9 +174,9 @@ def average(
     event, for example ``progress=print``. All other options are those of the command line
     (:func:`options`), with the same defaults: ``grid=65``, ``align="rigid"``, ``joint=True``."""
     given = Gathered()
-    inputs = given.images(masks, spacing, affine, names)
-    run = _Run(progress, threads, memory, None, trust)
-    views = _views(given, valid, len(inputs))
+    inputs = None if masks is None else given.images(masks, spacing, affine, names)
+    run = _Run(progress, threads, memory, None, trust, config=config, checkpoint=checkpoint)
+    views = _views(given, valid)
     computed = run("average", given, {"inputs": inputs, "valid": views}, options)
     start = options.get("start")
     kind = Average
@@ -167,6 +196,8 @@ def geodesic(
     names: Optional[Iterable[str]] = None,
     valid_start: Optional[Image] = None,
     valid_end: Optional[Image] = None,
+    config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -180,7 +211,8 @@ def geodesic(
         for key, view in [("valid_start", valid_start), ("valid_end", valid_end)]
     }
     inputs = {"start": first, "end": last, **views}
-    return Geodesic(_Run(progress, threads)("geodesic", given, inputs, options))
+    run = _Run(progress, threads, config=config, checkpoint=checkpoint)
+    return Geodesic(run("geodesic", given, inputs, options))
 
 
 def length(
@@ -189,6 +221,7 @@ def length(
     spacing: Any = None,
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
+    config: Optional[File] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -197,7 +230,7 @@ def length(
     beside that of the geodesic between the first and the last."""
     given = Gathered()
     inputs = {"inputs": given.images(shapes, spacing, affine, names, "shape")}
-    return Length(_Run(progress, threads)("length", given, inputs, options))
+    return Length(_Run(progress, threads, config=config)("length", given, inputs, options))
 
 
 def metric(
@@ -207,6 +240,7 @@ def metric(
     spacing: Any = None,
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
+    config: Optional[File] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -221,16 +255,17 @@ def metric(
     ends = ["shape", "variation"][: len(images)] if names is None else names
     found = given.images(images, spacing, affine, ends)
     inputs = dict(zip(["shape", "variation"], found))
-    return Metric(_Run(progress, threads)("metric", given, inputs, options))
+    return Metric(_Run(progress, threads, config=config)("metric", given, inputs, options))
 
 
 def distances(
-    masks: Images,
+    masks: Optional[Images] = None,
     *,
     spacing: Any = None,
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
     classes: Union[str, "os.PathLike[str]", Sequence[Any], None] = None,
+    config: Optional[File] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     at_once: Optional[int] = None,
@@ -241,10 +276,12 @@ def distances(
     ``classes`` are the class of each shape, or as on the command line. ``at_once`` pairs are
     computed at the same time."""
     given = Gathered()
-    inputs = given.images(masks, spacing, affine, names)
-    run = _Run(progress, threads, None, at_once)
+    inputs = None if masks is None else given.images(masks, spacing, affine, names)
+    run = _Run(progress, threads, None, at_once, config=config)
     with tempfile.TemporaryDirectory(prefix="shapespace-") as folder:
         if classes is not None and not isinstance(classes, (str, os.PathLike)):
+            if inputs is None:
+                raise TypeError("classes as a list need masks")
             classes = _listed(inputs, list(classes), os.path.join(folder, "classes.csv"))
         values = {"inputs": inputs, "classes": classes}
         return Distances(run("distances", given, values, options))
@@ -263,6 +300,8 @@ def _listed(inputs: list[str], classes: list[Any], path: str) -> str:
 def pca(
     average: Source,
     *,
+    config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     trust: bool = False,
@@ -274,7 +313,8 @@ def pca(
     memory are computed from a copy in a temporary folder: save the average first, if the modes are
     to be saved too."""
     source = {"average": _from(average, Average, "an average")}
-    computed = _Run(progress, threads, trust=trust)("pca", Gathered(), source, options)
+    run = _Run(progress, threads, trust=trust, config=config, checkpoint=checkpoint)
+    computed = run("pca", Gathered(), source, options)
     return Pca(computed, (average,))
 
 
@@ -286,6 +326,8 @@ def score(
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
     average: Optional[Source] = None,
+    config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     trust: bool = False,
@@ -300,7 +342,8 @@ def score(
         "pca": _from(pca, Pca, "the result of pca()"),
         "average": None if average is None else _from(average, Average, "an average"),
     }
-    computed = _Run(progress, threads, trust=trust)("score", given, inputs, options)
+    run = _Run(progress, threads, trust=trust, config=config, checkpoint=checkpoint)
+    computed = run("score", given, inputs, options)
     return Scores(computed, (pca,))
 
 
@@ -309,6 +352,7 @@ def synthesize(
     scores: Any,
     *,
     average: Optional[Source] = None,
+    config: Optional[File] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     trust: bool = False,
@@ -320,7 +364,8 @@ def synthesize(
         "scores": np.atleast_1d(np.asarray(scores, float)).tolist(),
         "average": None if average is None else _from(average, Average, "an average"),
     }
-    computed = _Run(progress, threads, trust=trust)("synthesize", Gathered(), inputs, options)
+    run = _Run(progress, threads, trust=trust, config=config)
+    computed = run("synthesize", Gathered(), inputs, options)
     return Shape(computed, (pca,))
 
 
@@ -329,6 +374,7 @@ def compare(
     groups: Union[str, "os.PathLike[str]", Sequence[Any], Mapping[str, Sequence[Any]]],
     *,
     average: Optional[Source] = None,
+    config: Optional[File] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     trust: bool = False,
@@ -341,15 +387,16 @@ def compare(
     as on the command line."""
     if isinstance(result, Result) and not isinstance(result, (Pca, Distances)):
         raise TypeError(f"the result of pca() or distances() is needed, not {result!r}")
-    inputs = {
-        "result": _from(result, Result, "the result of pca() or distances()"),
+    source = _from(result, Result, "the result of pca() or distances()")
+    inputs: dict[str, Any] = {
+        "result": source,
         "average": None if average is None else _from(average, Average, "an average"),
     }
-    run = _Run(progress, threads, trust=trust)
+    run = _Run(progress, threads, trust=trust, config=config)
     with tempfile.TemporaryDirectory(prefix="shapespace-") as folder:
         if not isinstance(groups, (str, os.PathLike)):
             path = os.path.join(folder, "groups.csv")
-            groups = _table(_names(inputs["result"], result), groups, path)
+            groups = _table(_names(source, result), groups, path)
         inputs["groups"] = groups
         return Comparison(run("compare", Gathered(), inputs, options), (result,))
 
@@ -387,6 +434,7 @@ def segment(
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
     truth: Optional[Sequence[Image]] = None,
+    config: Optional[File] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     **options: Any,
@@ -398,12 +446,14 @@ def segment(
     inputs: dict[str, Any] = {"inputs": given.images(images, spacing, affine, names, "image")}
     if truth is not None:
         inputs["truth"] = given.images(truth, kind="truth")
-    return Segmentation(_Run(progress, threads)("segment", given, inputs, options))
+    return Segmentation(_Run(progress, threads, config=config)("segment", given, inputs, options))
 
 
 def extend(
     geodesic: Source,
     *,
+    config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     trust: bool = False,
@@ -411,7 +461,8 @@ def extend(
 ) -> Extension:
     """Continues a geodesic beyond its end."""
     source = {"geodesic": _from(geodesic, Geodesic, "a geodesic")}
-    computed = _Run(progress, threads, trust=trust)("extend", Gathered(), source, options)
+    run = _Run(progress, threads, trust=trust, config=config, checkpoint=checkpoint)
+    computed = run("extend", Gathered(), source, options)
     return Extension(computed, (geodesic,))
 
 
@@ -421,6 +472,8 @@ def transport(
     *,
     spacing: Any = None,
     affine: Any = None,
+    config: Optional[File] = None,
+    checkpoint: Optional[Checkpoint] = None,
     progress: Optional[Progress] = None,
     threads: Optional[int] = None,
     trust: bool = False,
@@ -434,7 +487,8 @@ def transport(
         "geodesic": _from(geodesic, Geodesic, "a geodesic"),
         "variation": given.image(variation, "variation", spacing, affine),
     }
-    computed = _Run(progress, threads, trust=trust)("transport", given, inputs, options)
+    run = _Run(progress, threads, trust=trust, config=config, checkpoint=checkpoint)
+    computed = run("transport", given, inputs, options)
     return Transport(computed, (geodesic,))
 
 
@@ -519,7 +573,7 @@ def verify(
 ) -> Verification:
     """Runs numerical experiments that check the theory: all, or those of these names or themes.
 
-    Ctrl-C ends the wait; the experiments that have begun end by themselves."""
+    Ctrl-C ends the wait, and no other experiment begins; those that have begun end by themselves."""
     verified = _shapespace.verify(
         list(names), quick=quick, broken=broken, threads=threads, progress=progress
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Any, Sequence
 
 _COMPUTATION = 1
 
@@ -22,7 +22,7 @@ class ShapespaceError(Exception):
             lines.append(f"help: {help}")
         super().__init__("\n".join(lines))
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.message, self.causes, self.help)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import Any, Iterable, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
@@ -19,7 +19,10 @@ Image = Any
 #: Several images, or one array of them, or a dictionary that names them.
 Images = Union[Sequence[Image], Mapping[str, Image], np.ndarray]
 #: Name, array, spacing and affine map, both x first.
-Given = Tuple[str, np.ndarray, Optional[list], Optional[list]]
+Given = Tuple[str, np.ndarray, Optional[List[float]], Optional[List[List[float]]]]
+
+#: Array with x last, spacing and affine map with x first.
+_Taken = Tuple[np.ndarray, Optional[List[float]], Optional[List[List[float]]]]
 
 _LENGTHS = {"meter": 1e3, "micron": 1e-3}
 #: SimpleITK counts to the left and to the back.
@@ -79,7 +82,7 @@ class Gathered:
         return name
 
 
-def _for_each(value: Any, n: int, axes: int, what: str) -> list:
+def _for_each(value: Any, n: int, axes: int, what: str) -> List[Any]:
     """One value for all images, or one for each."""
     if value is None:
         return [None] * n
@@ -92,7 +95,7 @@ def _for_each(value: Any, n: int, axes: int, what: str) -> list:
     return values
 
 
-def _taken_apart(image: Any, spacing: Any, affine: Any):
+def _taken_apart(image: Any, spacing: Any, affine: Any) -> _Taken:
     """The array with x last, its spacing with x first, its affine map with x first."""
     module = type(image).__module__.split(".")[0]
     if hasattr(image, "dataobj") and hasattr(image, "affine"):
@@ -109,7 +112,7 @@ def _taken_apart(image: Any, spacing: Any, affine: Any):
     return array.T, spacing, _rows(affine)
 
 
-def _of_nibabel(image: Any):
+def _of_nibabel(image: Any) -> _Taken:
     array = np.asanyarray(image.dataobj)
     affine: Optional[np.ndarray] = np.array(image.affine, float)
     header = image.header
@@ -126,7 +129,7 @@ def _of_nibabel(image: Any):
     return array.T, spacing, None if affine is None else _rows(np.array(affine) * unit)
 
 
-def _of_simpleitk(image: Any):
+def _of_simpleitk(image: Any) -> _Taken:
     itk = sys.modules["SimpleITK"]
     array = itk.GetArrayViewFromImage(image)
     n, spacing = image.GetDimension(), [float(h) for h in image.GetSpacing()]
@@ -139,7 +142,7 @@ def _of_simpleitk(image: Any):
     return array, spacing, _rows(affine)
 
 
-def _rows(affine: Any) -> list:
+def _rows(affine: Any) -> List[List[float]]:
     rows = np.asarray(affine, float)
     if rows.shape not in [(4, 4), (3, 4)]:
         raise InputError(
@@ -147,4 +150,5 @@ def _rows(affine: Any) -> list:
             help="give a matrix of four rows and four columns, or its first three rows",
         )
     # No zero with a sign.
-    return (rows[:3] + 0.0).tolist()
+    found: List[List[float]] = (rows[:3] + 0.0).tolist()
+    return found

@@ -45,12 +45,12 @@ class Result:
 
     _word = "Result"
 
-    def __init__(self, computed: Computed, sources: tuple = ()) -> None:
+    def __init__(self, computed: Computed, sources: tuple[Any, ...] = ()) -> None:
         self._computed = computed
         #: Results that this one started from, whose files it may need.
         self._sources = sources
         self._saved: Optional[FilePath] = None
-        self._temporary: Optional[tempfile.TemporaryDirectory] = None
+        self._temporary: Optional["tempfile.TemporaryDirectory[str]"] = None
         #: The arrays of the result directory, by the names of their files without ``.npy``.
         self.arrays: dict[str, np.ndarray] = computed.take_arrays()
         #: The contents of ``result.json``.
@@ -149,7 +149,7 @@ class Result:
         """Draws the result with matplotlib, and returns the axes."""
         raise NotImplementedError(f"there is no picture of {self!r}")
 
-    def __reduce__(self):
+    def __reduce__(self) -> Any:
         raise TypeError("a result cannot be pickled: save() it, and read its files")
 
 
@@ -417,7 +417,7 @@ class Distances(Result):
         found = self.record.get("clustering")
         return None if found is None else np.array(found["labels"])
 
-    def __array__(self, dtype=None, copy=None) -> np.ndarray:
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> np.ndarray:
         return np.array(self.matrix, dtype=dtype)
 
     def plot(self, ax: Any = None) -> Any:

@@ -25,6 +25,8 @@ def run(
     options: str,
     arrays: Sequence[_Given],
     *,
+    config: Optional[str],
+    checkpoint: Optional[tuple[str, float]],
     threads: Optional[int],
     memory: Optional[str],
     at_once: Optional[int],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 from typing import Any, Mapping, Optional
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from ._commands import average, pca, score, synthesize
 from ._inputs import Images
 from ._progress import Progress
+from ._results import Scores
 
 
 class ShapePCA:
@@ -70,7 +72,7 @@ class ShapePCA:
         """The scores of shapes, a row for each, in standard deviations."""
         return self.score_shapes(masks).scores
 
-    def score_shapes(self, masks: Images):
+    def score_shapes(self, masks: Images) -> Scores:
         """The same as a result, with Mahalanobis distances and doubts."""
         self._fitted()
         return score(masks, self.pca_, progress=self.progress, threads=self.threads)
@@ -85,9 +87,27 @@ class ShapePCA:
         rows = np.atleast_2d(np.asarray(scores, float))
         return np.stack([synthesize(self.pca_, row).mask for row in rows])
 
+    def __sklearn_tags__(self) -> Any:
+        """What scikit-learn, which alone asks for it, has to know: that this is a transformer."""
+        from sklearn.base import BaseEstimator, TransformerMixin
+
+        class Transformer(TransformerMixin, BaseEstimator):
+            pass
+
+        return Transformer().__sklearn_tags__()
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return hasattr(self, "pca_")
+
     def _fitted(self) -> None:
-        if not hasattr(self, "pca_"):
-            raise ValueError("this ShapePCA is not fitted yet: call fit first")
+        if self.__sklearn_is_fitted__():
+            return
+        text = "this ShapePCA is not fitted yet: call fit first"
+        if "sklearn" in sys.modules:
+            from sklearn.exceptions import NotFittedError  # a ValueError, too
+
+            raise NotFittedError(text)
+        raise ValueError(text)
 
     def __repr__(self) -> str:
         given = [f"{k}={v!r}" for k, v in self.get_params().items() if v is not None]

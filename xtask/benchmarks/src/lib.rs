@@ -41,7 +41,7 @@ impl<const D: usize> CellLaw<D, D> for Solid {
         let cofactor = tensor::cofactor(&a);
         let det = tensor::determinant_with(&a, &cofactor);
         let slope = det.scale(0.5) - L::splat(1.5) / det;
-        let stress = tensor::scale_add(&cofactor, slope, &a);
+        let stress = tensor::add_scaled(&a, slope, &cofactor);
         let jet = Jet {
             value: [L::zero(); D],
             gradient: tensor::scale(&stress, p.coefficient[0]),
@@ -59,8 +59,8 @@ impl<const D: usize> CellLaw<D, D> for Solid {
         let curvature = (inverse * inverse).mul_add(L::splat(1.5), L::splat(0.5));
         let along = curvature * tensor::contract(&cofactor, &d.gradient);
         let turned = tensor::cofactor_derivative(&a, &d.gradient);
-        let change = tensor::scale_add(&turned, slope, &d.gradient);
-        let change = tensor::scale_add(&cofactor, along, &change);
+        let change = tensor::add_scaled(&d.gradient, slope, &turned);
+        let change = tensor::add_scaled(&change, along, &cofactor);
         Jet {
             value: [L::zero(); D],
             gradient: tensor::scale(&change, p.coefficient[0]),

@@ -69,7 +69,7 @@ fn off<const D: usize>(name: &str, t: f64, wrong: f64) -> Result<[f64; 2], Verif
     for _ in 0..20 {
         let h = minus_identity(&numbers.stretch::<D>(0.8, 1.3));
         let b = numbers.matrix::<D>();
-        let at = |t: f64| tensor::scale_add(&b, t, &h);
+        let at = |t: f64| tensor::add_scaled(&h, t, &b);
         let found = response(&other, &h, &b)?;
         let slope = (density(&spec, &at(t))? - density(&spec, &at(-t))?) / (2.0 * t);
         let along = tensor::contract(&found.stress, &b);
@@ -242,7 +242,7 @@ fn viscous_stress(setting: Setting) -> Result<Outcome, VerifyError> {
         let (v, b) = (numbers.matrix::<3>(), numbers.matrix::<3>());
         let stress = seen.stress(&v);
         // A quadratic form: central differences are exact.
-        let at = |t: f64| fluid.rate(&tensor::scale_add(&b, t, &v));
+        let at = |t: f64| fluid.rate(&tensor::add_scaled(&v, t, &b));
         let slope = at(0.5) - at(-0.5);
         slopes = slopes.max((slope - tensor::contract(&stress, &b)).abs());
         work = work.max((tensor::contract(&stress, &v) - 2.0 * fluid.rate(&v)).abs());

@@ -40,7 +40,7 @@ impl<const D: usize> CellLaw<D, D> for AnchorLaw {
         let logarithm = det.ln();
         let slope = logarithm.mul_add(L::splat(LAMBDA), L::splat(-MU)) / det;
         // mu is one, a constant that the compiler also knows in the anchor's call.
-        let stress = tensor::scale_add(&cofactor, slope, &a);
+        let stress = tensor::add_scaled(&a, slope, &cofactor);
         let jet = Jet {
             value: [L::zero(); D],
             gradient: stress,
@@ -59,10 +59,10 @@ impl<const D: usize> CellLaw<D, D> for AnchorLaw {
         let curvature = L::splat(LAMBDA).mul_add(inverse, -slope) * inverse;
         let along = curvature * tensor::contract(&cofactor, &d.gradient);
         let turned = tensor::cofactor_derivative(&a, &d.gradient);
-        let change = tensor::scale_add(&turned, slope, &d.gradient);
+        let change = tensor::add_scaled(&d.gradient, slope, &turned);
         Jet {
             value: [L::zero(); D],
-            gradient: tensor::scale_add(&cofactor, along, &change),
+            gradient: tensor::add_scaled(&change, along, &cofactor),
         }
     }
 }

@@ -1,4 +1,6 @@
-//! `cargo xtask book`: builds the guide in `docs/book` with mdBook.
+//! `cargo xtask book`: builds the guide in `docs/book` with mdBook, and draws its formulas.
+
+mod formulas;
 
 use std::io::ErrorKind;
 use std::path::Path;
@@ -14,10 +16,17 @@ pub fn run() -> ExitCode {
 
 fn build(program: &str, folder: &Path) -> ExitCode {
     match Command::new(program).arg("build").arg(folder).status() {
-        Ok(status) if status.success() => {
-            println!("open {}", folder.join("book/index.html").display());
-            ExitCode::SUCCESS
-        }
+        Ok(status) if status.success() => match formulas::draw(&folder.join("book")) {
+            Ok(n) => {
+                let index = folder.join("book/index.html");
+                println!("{n} formulas drawn; open {}", index.display());
+                ExitCode::SUCCESS
+            }
+            Err(error) => {
+                eprintln!("{error}");
+                ExitCode::FAILURE
+            }
+        },
         Ok(_) => ExitCode::FAILURE,
         Err(error) if error.kind() == ErrorKind::NotFound => {
             eprintln!(
@@ -34,7 +43,7 @@ fn build(program: &str, folder: &Path) -> ExitCode {
 }
 
 /// The command that installs mdBook, without its server and its search.
-fn installation() -> String {
+pub fn installation() -> String {
     format!("cargo install mdbook --version {VERSION} --no-default-features --locked")
 }
 
