@@ -3,8 +3,8 @@
 use fe_grid::minimise::{Control, Iteration, Observer, Silent, Status};
 use fe_grid::{Field, Grid, ScalarField};
 use phasefield::segmentation::{SegmentationParams, Weights};
-use shape_average::{AverageError, StrainMaps};
 use shape_average::joint::{JointParams, JointResult, joint_average};
+use shape_average::{AverageError, StrainMaps};
 
 /// Disks, bright on dark, with even noise that is the same in every run.
 fn disk(grid: Grid<2>, centre: [f64; 2], radius: f64, noise: f64) -> ScalarField<f64, 2> {
