@@ -64,8 +64,10 @@ pub fn find(name: &str) -> Option<Target> {
 }
 
 /// The seeds in a text: one a line, with `\n`, `\\`, `\xff` and the like for bytes that are no printable
-/// characters, as `slice::escape_ascii` writes them. Lines that begin with `#`, and empty ones, are left out.
+/// characters, as `slice::escape_ascii` writes them, and `$VERSION` for the version of the program. Lines that
+/// begin with `#`, and empty ones, are left out.
 pub fn seeds(text: &str) -> Vec<Vec<u8>> {
+    let text = text.replace("$VERSION", env!("CARGO_PKG_VERSION"));
     let lines = text.lines();
     let seeds = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
     seeds.map(unescaped).collect()

@@ -64,7 +64,7 @@ fn a_result_in_memory_is_that_of_the_program() {
     assert_eq!(energy(found.summary()), energy(&printed));
     assert_eq!(found.record()["parameters"]["grid"], 17);
     let arrays = found.take_arrays();
-    assert_eq!(arrays.len(), 8, "average, mask, and three for each shape");
+    assert_eq!(arrays.len(), 12, "average, mask, and five for each shape");
     for kept in &arrays {
         let KeptNumbers::Real(values) = &kept.numbers else {
             assert_eq!(kept.name, "average_mask");

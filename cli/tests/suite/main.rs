@@ -16,7 +16,6 @@ mod extremes;
 mod figure;
 mod formats;
 mod frames;
-mod fuzz;
 mod generate;
 mod geodesic;
 mod hostile;

@@ -47,7 +47,7 @@ fn a_report_shows_what_its_directory_has() {
     assert!(within(&page, "<pre>shapespace average", "</pre>").ends_with("--allow-doubtful"));
     assert!(page.contains("grid = 17"));
     // The pictures of the directory, the plots, the tables, the files.
-    assert_eq!(page.matches("data:image/png;").count(), 1);
+    assert_eq!(page.matches("data:image/png;").count(), 2);
     assert_eq!(page.matches("data:image/svg+xml;").count(), 2);
     assert!(page.contains("energy.csv") && page.contains("href=\"deformation_001.npy\""));
     // It is no array, and checksums are of arrays.

@@ -1,5 +1,7 @@
 //! Every reader reads its seeds, and mutations of them, without a panic. `cargo xtask fuzz` runs libFuzzer on
 //! the same readers, and what it finds becomes a seed.
+//!
+//! A program of its own: the targets limit the memory of inputs for the whole process.
 
 use std::fs;
 use std::path::Path;
