@@ -3,9 +3,9 @@
 use fe_grid::{Field, Grid, ScalarField};
 use shape_average::{StrainMaps, StrainRanges, cells_inside};
 
-use super::Outcome;
 use crate::error::CliError;
 use crate::output::{ResultDir, numbered};
+use crate::shapes::Input;
 use shapespace_picture::{Canvas, INK, Slice, TileRows, WHITE, heat};
 
 /// Colours end where this share of the cells lies beyond, on either side.
@@ -72,15 +72,18 @@ pub(super) fn write_maps<const D: usize>(
 
 /// `strain.png`: the maps of every shape on the shape itself, in 3D in the plane through its middle, and the
 /// scales of their colours, which are those of all shapes.
-pub(super) fn picture<const D: usize>(outcome: &Outcome<D>, strains: &Strains) -> Canvas {
+pub(super) fn picture<const D: usize>(
+    inputs: &[Input<D>],
+    displacements: &[Field<f64, D, D>],
+    strains: &Strains,
+) -> Canvas {
     let shown = if D == 2 { 2 } else { 3 };
     // Two shapes beside each other in 2D.
     let columns = if D == 2 { 4 } else { 3 };
     let side = TileRows::width(columns);
     let scales: Vec<[f64; 2]> = (0..shown).map(|k| scale::<D>(strains, k)).collect();
     let mut rows = TileRows::new(columns);
-    let shapes = outcome.inputs.iter().zip(&outcome.result.displacements);
-    for (i, (input, displacement)) in shapes.enumerate() {
+    for (i, (input, displacement)) in inputs.iter().zip(displacements).enumerate() {
         let grid = displacement.grid();
         let mut inside = vec![false; grid.n_cells()];
         for &cell in &strains.cells[i] {

@@ -40,7 +40,9 @@ pub(super) fn write_all<const D: usize>(
     let (displacements, shapes) = (&outcome.result.displacements, &outcome.result.shapes);
     let strains = Strains::new(displacements, &shapes.indicators);
     write_maps(directory, outcome.result.average.grid(), &strains.maps)?;
-    directory.picture("strain.png", || strain::picture(outcome, &strains))?;
+    directory.picture("strain.png", || {
+        strain::picture(&outcome.inputs, displacements, &strains)
+    })?;
     let outline = average_outline(outcome)?;
     directory.with_file("average.png", |path| {
         let picture = picture(outcome, &outline)?.write_png(path);
