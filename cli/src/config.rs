@@ -64,12 +64,18 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
 /// As [`Configured::run`].
 pub(crate) fn parse<C: Config>(text: &str, path: &Path) -> Result<C, CliError> {
     let file = ConfigFile::parse::<C>(text, path)?;
-    let mut config = file.over(&C::default())?;
-    if let Some(base) = config.base() {
-        config = file.over(&base)?;
-    }
+    let config = over_defaults(|base: &C| file.over(base))?;
     config.check()?;
     Ok(config)
+}
+
+/// The configuration over the usual defaults, or over those that it asks for itself ([`Config::base`]).
+fn over_defaults<C: Config>(over: impl Fn(&C) -> Result<C, CliError>) -> Result<C, CliError> {
+    let config = over(&C::default())?;
+    match config.base() {
+        Some(base) => over(&base),
+        None => Ok(config),
+    }
 }
 
 /// Options over those of a file, as a command line gives them over `--config`.
@@ -106,10 +112,7 @@ impl<C: Config> Configured<C> {
             .as_deref()
             .map(ConfigFile::read::<C>)
             .transpose()?;
-        let mut config = self.over(C::default(), file.as_ref())?;
-        if let Some(base) = config.base() {
-            config = self.over(base, file.as_ref())?;
-        }
+        let mut config = over_defaults(|base: &C| self.over(base, file.as_ref()))?;
         let expanded = match config.inputs() {
             Some((inputs, kinds)) => expand(inputs, kinds).map_err(CliError::from),
             None => Ok(()),
@@ -123,10 +126,10 @@ impl<C: Config> Configured<C> {
     }
 
     /// The configuration with the values of the file and the options, and the others from `base`.
-    fn over(&self, base: C, file: Option<&ConfigFile>) -> Result<C, CliError> {
+    fn over(&self, base: &C, file: Option<&ConfigFile>) -> Result<C, CliError> {
         let mut config = match file {
-            Some(file) => file.over(&base)?,
-            None => base,
+            Some(file) => file.over(base)?,
+            None => base.clone(),
         };
         config
             .update_from_arg_matches(&self.options)

@@ -61,7 +61,7 @@ impl StrainMaps {
 
     /// Computes the ranges over some of the cells, such as those of [`cells_inside`]; `None` if there are none.
     pub fn ranges(&self, cells: &[usize]) -> Option<StrainRanges> {
-        let of = |map: &[f64]| StrainRange::new(cells.iter().map(|&cell| map[cell]));
+        let of = |map: &[f64]| StrainRange::over(map, cells);
         Some(StrainRanges {
             norm: of(&self.norm)?,
             cofactor: of(&self.cofactor)?,
@@ -71,14 +71,15 @@ impl StrainMaps {
 }
 
 impl StrainRange {
-    fn new(values: impl ExactSizeIterator<Item = f64>) -> Option<Self> {
-        let count = values.len();
+    /// Computes the range of a map over some of the cells; `None` if there are none.
+    pub fn over(map: &[f64], cells: &[usize]) -> Option<Self> {
+        let values = cells.iter().map(|&cell| map[cell]);
         let start = (f64::INFINITY, 0.0, f64::NEG_INFINITY);
         let (least, sum, greatest) =
             values.fold(start, |(a, sum, b), x| (a.min(x), sum + x, b.max(x)));
-        (count > 0).then(|| Self {
+        (!cells.is_empty()).then(|| Self {
             least,
-            mean: sum / count as f64,
+            mean: sum / cells.len() as f64,
             greatest,
         })
     }

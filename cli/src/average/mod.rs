@@ -2,8 +2,9 @@
 //!
 //! `args` are the options, `plan` reads and validates the inputs, `memory` estimates and limits the
 //! memory, `checkpoint` provides initial deformations, `record` and `write` write the result
-//! directory, `draw` its picture, `strain` the maps of its strains. `sweep` averages with many weights, `views` reads visibility
-//! masks, `error_bars` repeats averages on coarser grids, `joint` averages grey images.
+//! directory, `draw` its picture, `strain` the maps of its strains. `sweep` averages with many weights,
+//! `views` reads visibility masks, `error_bars` repeats averages on coarser grids, `joint` averages
+//! grey images.
 
 mod args;
 mod draw;

@@ -1,7 +1,9 @@
 //! How the deformations of an average strain its shapes: arrays, a picture, and ranges.
 
+use std::fmt::Write as _;
+
 use fe_grid::{Field, Grid, ScalarField};
-use shape_average::{StrainMaps, StrainRanges, cells_inside};
+use shape_average::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 
 use crate::error::CliError;
 use crate::output::{ResultDir, numbered};
@@ -77,7 +79,7 @@ pub(super) fn picture<const D: usize>(
     displacements: &[Field<f64, D, D>],
     strains: &Strains,
 ) -> Canvas {
-    let shown = if D == 2 { 2 } else { 3 };
+    let shown = strains.maps.first().map_or(0, |m| kinds::<D>(m).len());
     // Two shapes beside each other in 2D.
     let columns = if D == 2 { 4 } else { 3 };
     let side = TileRows::width(columns);
@@ -102,11 +104,10 @@ pub(super) fn picture<const D: usize>(
                 }
             });
             slice.outline(&mut tile, &input.contour, 1.2, INK);
-            let own = strains.cells[i].iter().map(|&cell| map[cell]);
-            let [low, high] = own.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| {
-                [a.min(x), b.max(x)]
-            });
-            let label = format!("{}: {name} {low:.2} to {high:.2}", input.name);
+            let mut label = format!("{}: {name}", input.name);
+            if let Some(own) = StrainRange::over(map, &strains.cells[i]) {
+                let _ = write!(label, " {:.2} to {:.2}", own.least, own.greatest);
+            }
             rows.push(label, tile);
         }
     }

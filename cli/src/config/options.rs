@@ -2,7 +2,7 @@
 
 use toml::{Table, Value};
 
-use super::{Config, arguments, table};
+use super::{Config, arguments, over_defaults, table};
 use crate::error::CliError;
 
 /// Keys that are less similar than this are not suggested.
@@ -24,10 +24,7 @@ pub(crate) fn resolve<C: Config>(options: &Table) -> Result<C, CliError> {
     let together = |base: &C| -> Result<C, CliError> {
         over(base, &values)?.map_err(|message| wrong((message, write_one::<C>())))
     };
-    let mut config = together(&C::default())?;
-    if let Some(base) = config.base() {
-        config = together(&base)?;
-    }
+    let config = over_defaults(together)?;
     config.check()?;
     Ok(config)
 }
