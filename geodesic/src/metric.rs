@@ -1,5 +1,10 @@
-//! The quadratic form underlying the metrics of both forms: corotational elasticity, and the
-//! Gauss–Newton matrices of mismatches.
+//! The quadratic form underlying the metrics of both forms: elasticity in the frame of the deformed cells,
+//! and the matrices of mismatches.
+//!
+//! The matrix of a mismatch is that of Gauss and Newton, with the slope of a secant in place of one of the
+//! two slopes of the step: where the step is flat but its two values differ, the tangent would lead far
+//! beyond the boundary. A single node with such a direction makes every step fold, and is what the
+//! line search then measures.
 
 use crate::mismatch::Visibility;
 use fe_grid::composition::Interpolant;
@@ -32,7 +37,9 @@ pub(crate) struct CarriedLevel<'a, const D: usize> {
     pub share: f64,
 }
 
-/// Lower bound of the determinant in the metric.
+/// Values of level sets that differ by less are not told apart.
+const SAME: f64 = 1e-9;
+/// Lower bound of the determinant in the mismatch of carried level sets.
 const LEAST_DETERMINANT: f64 = 1e-3;
 
 /// Elasticity of an object in a void, with the mismatch of its level sets.
@@ -45,9 +52,10 @@ pub(crate) struct ElasticForm<'a, const D: usize> {
     pub step: Arctan,
     /// Factor of the elastic part.
     pub stiffness: f64,
-    /// The barrier against folding, and the actual stiffness of the void.
-    pub barrier: FoldBarrier,
+    /// Stiffness of the void, relative to the object.
     pub void_stiffness: f64,
+    /// The barrier against folding.
+    pub barrier: FoldBarrier,
     /// Weight of the mismatches; at zero they are left out.
     pub mismatch_weight: f64,
     /// The level sets that are composed with the deformation.
@@ -71,9 +79,10 @@ pub(crate) fn corotational<const D: usize>(
     let law = Corotational {
         moduli: form.moduli,
         regularisation: Corotational::<D>::REGULARISATION
-            * Corotational::<D>::LEAST_VOID_STIFFNESS
+            * form.void_stiffness
             * form.stiffness
             * form.moduli.mu,
+        rotations: false,
     };
     (law, probe_cells(grid, form, data, displacement))
 }
@@ -91,28 +100,27 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
     #[inline(always)]
     fn probe<L: Lane>(&self, point: &Point<L, D, D>) -> [L; MAX_CELL_DATA] {
         let chi = self.indicator.value(point.coefficient[0]);
-        let void = L::splat(Corotational::<D>::LEAST_VOID_STIFFNESS);
-        let a = tensor::add_identity(&point.gradient);
-        let cofactor = tensor::cofactor(&a);
-        let det = tensor::determinant_with(&a, &cofactor).max(L::splat(LEAST_DETERMINANT));
-        let square = tensor::contract(&cofactor, &cofactor);
-        let compression = square / (det * det).scale(D as f64) - L::one();
-        let delta = L::splat(self.void_stiffness);
-        let law = chi.mul_add(L::one() - delta, delta);
-        let stiffened = (law * compression.max(L::zero())).scale(0.5);
-        let held = self.barrier.curvature(det) * square;
-        let moduli = self.moduli.lambda + 2.0 * self.moduli.mu;
-        let stiffness = (chi.mul_add(L::one() - void, void) + stiffened).scale(self.stiffness)
-            + held.scale(1.0 / moduli);
+        let void = L::splat(self.void_stiffness);
+        let stiffness = chi.mul_add(L::one() - void, void);
         let mut out = Corotational::at_point(stiffness, &point.gradient);
         if self.mismatch_weight > 0.0 {
             let deformed = point.deformed_position();
+            let gradient = tensor::add_identity(&point.gradient);
+            let cofactor = tensor::cofactor(&gradient);
+            let det = tensor::determinant_with(&gradient, &cofactor);
+            let det = det.max(L::splat(LEAST_DETERMINANT));
+            let own = point.coefficient[0];
             for level in self.composed {
                 let (s, slope) = level.end.sample(&deformed);
                 let (weight, _) = level.visibility.weight(&point.position, &deformed);
                 let derivative = self.step.derivative(s);
-                let curvature = (derivative * derivative * weight)
-                    .scale(2.0 * level.share * self.mismatch_weight);
+                let gap = s - own;
+                let apart = L::splat(SAME * SAME).less(gap * gap);
+                let secant =
+                    (self.step.value(s) - self.step.value(own)) / L::select(apart, gap, L::one());
+                let secant = L::select(apart, secant, derivative).max(derivative);
+                let curvature =
+                    (derivative * secant * weight).scale(2.0 * level.share * self.mismatch_weight);
                 Corotational::add_outer(&mut out, curvature, &slope);
             }
             for level in self.carried {
@@ -126,7 +134,8 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
                         carried[i] = cofactor[i][k].mul_add(slope[k], carried[i]);
                     }
                 }
-                let curvature = (derivative * derivative * weight / det)
+                let secant = derivative.max(L::splat(level.step.mean_slope()));
+                let curvature = (derivative * secant * weight / det)
                     .scale(2.0 * level.share * self.mismatch_weight);
                 Corotational::add_outer(&mut out, curvature, &carried);
             }
@@ -136,6 +145,16 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
 
     #[inline(always)]
     fn finish<L: Lane>(&self, means: [L; MAX_CELL_DATA]) -> [L; MAX_CELL_DATA] {
-        Corotational::<D>::from_means(means)
+        let void = self.void_stiffness;
+        let stiffness = means[0];
+        let chi = (stiffness - L::splat(void)).scale(1.0 / (1.0 - void));
+        let modulus = self.moduli.lambda + 2.0 * self.moduli.mu;
+        Corotational::<D>::from_deformed_means(means, |det| {
+            // The energy of a step is an integral over the deformed object. The barrier's second
+            // derivative is `b'' (det F tr(Dd F^-1))^2`.
+            let of_volume = chi.mul_add(det - L::one(), stiffness);
+            let held = self.barrier.curvature(det) * det * det;
+            of_volume.scale(self.stiffness) + held.scale(1.0 / modulus)
+        })
     }
 }

@@ -1,4 +1,4 @@
-//! The corotational quadratic form: linear elasticity in the rotated frame of each cell.
+//! The corotational quadratic form: linear elasticity in the frame of each deformed cell.
 //!
 //! The Hessian of a frame-indifferent density at a rotation `R` is `W_,AA(R)[B]:B =
 //! 2 diss[R^T B]`. Taken at the rotation of the polar decomposition of the mean deformation
@@ -6,15 +6,21 @@
 //! exact for rigid motions and accurate for moderate strains, with `1 + D^2` numbers per cell. With
 //! an additional term `1/2 d . G d`, a symmetric matrix `G` per cell, it is the metric of
 //! minimisers for elastic energies with a further term in the deformation itself.
+//!
+//! At large strains the second derivatives of energies with a barrier against folding are those of the
+//! strain relative to the deformed cell, `Dd F^-1`. [`Corotational::from_deformed_means`] takes this into
+//! account by another matrix per cell in place of the rotation.
 
 use crate::moduli::LameModuli;
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::CoefficientLaw;
 use fe_grid::{CellLaw, Jet, Lane, Point, Reads, Tensor, tensor};
 
-/// The quadratic law `k diss[R^T Dd] + 1/2 d . G d + r/2 (|d|^2 + |Dd|^2)` of a direction `d`.
+/// The quadratic law `k diss[Dd M^T] + 1/2 d . G d + r/2 (|d|^2 + |Dd|^2)` of a direction `d`, where `M`
+/// is the rotation `R` of a cell, or [another matrix](Self::from_deformed_means); for a rotation,
+/// `diss[Dd R^T] = diss[R^T Dd]`.
 ///
-/// Data of a cell: the stiffness `k`, the matrix `k R` row by row, and the upper triangle of `G`
+/// Data of a cell: the stiffness `k`, the matrix `k M` row by row, and the upper triangle of `G`
 /// row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Corotational<const D: usize> {
@@ -22,6 +28,8 @@ pub struct Corotational<const D: usize> {
     pub moduli: LameModuli,
     /// Coefficient `r` of the regularisation, which makes the form definite.
     pub regularisation: f64,
+    /// Whether `M` is a rotation in all cells; then it is one in the cells of coarser grids, too.
+    pub rotations: bool,
 }
 
 impl<const D: usize> Corotational<D> {
@@ -96,6 +104,29 @@ impl<const D: usize> Corotational<D> {
         means
     }
 
+    /// Converts cell means like [`Self::from_means`], for strains that are in part relative to the
+    /// deformed cell: with `M = (R + F^-T)/2` for the mean deformation gradient `F = R U`, a singular
+    /// value `s` of which gives `M` the value `(1 + 1/s)/2`. Directions in which a cell is flat become
+    /// stiff, so that a step does not fold it; those in which it is stretched do not become soft.
+    ///
+    /// `stiffness` computes the stiffness of the cell from `det F`, at least .02. The form does not have
+    /// [`Self::rotations`].
+    #[inline(always)]
+    pub fn from_deformed_means<L: Lane>(
+        mut means: [L; MAX_CELL_DATA],
+        stiffness: impl FnOnce(L) -> L,
+    ) -> [L; MAX_CELL_DATA] {
+        let gradient = tensor::add_identity(&Self::matrix(&means));
+        let cofactor = tensor::cofactor(&gradient);
+        let det = tensor::determinant_with(&gradient, &cofactor).max(L::splat(LEAST_DETERMINANT));
+        let relative = tensor::scale(&cofactor, L::one() / det);
+        let twice = tensor::add(&polar_rotation(&gradient), &relative);
+        let stiffness = stiffness(det);
+        means[0] = stiffness;
+        Self::set_matrix(&mut means, &tensor::scale(&twice, stiffness.scale(0.5)));
+        means
+    }
+
     /// Returns the position of entry `(i, j)`, `i <= j`, of `G` among the data of a cell.
     #[inline(always)]
     pub const fn mass_entry(i: usize, j: usize) -> usize {
@@ -136,6 +167,9 @@ pub fn polar_rotation<L: Lane, const D: usize>(a: &Tensor<L, D>) -> Tensor<L, D>
     }
     r
 }
+
+/// Lower bound of the determinant of the mean deformation gradient of a cell.
+const LEAST_DETERMINANT: f64 = 0.02;
 
 /// Sufficient for singular values between 1/50 and 50: the first steps halve the larger ones, the
 /// last steps double the number of digits.
@@ -178,8 +212,8 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
     ) -> Jet<L, D, D> {
         let stiffness = point.cell[0];
         let scaled = Self::matrix(&point.cell);
-        // k R sigma(R^T B) = (kR) sigma((kR)^T B) / k
-        let turned = tensor::transposed_product(&scaled, &direction.gradient);
+        // k sigma(B M^T) M = sigma(B (kM)^T) (kM) / k
+        let turned = tensor::product_transposed(&direction.gradient, &scaled);
         let inverse = L::one() / stiffness;
         let pressure = tensor::trace(&turned) * inverse.scale(self.moduli.lambda);
         let shear = inverse.scale(self.moduli.mu);
@@ -191,7 +225,7 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
             stress[i][i] += pressure;
         }
         let regularisation = L::splat(self.regularisation);
-        let mut gradient = tensor::product(&scaled, &stress);
+        let mut gradient = tensor::product(&stress, &scaled);
         gradient = tensor::add_scaled(&gradient, regularisation, &direction.gradient);
         let mut value = [L::zero(); D];
         for i in 0..D {
@@ -207,9 +241,12 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
 }
 
 impl<const D: usize> CoefficientLaw<D, D> for Corotational<D> {
-    /// The mean of `k R` over the children is weighted by stiffness; its rotation is that of the
-    /// coarse cell, so that children with different rotations do not soften it.
+    /// The mean of `k M` over the children is weighted by stiffness. The rotation of a mean of rotations
+    /// is that of the coarse cell, so that children with different rotations do not soften it.
     fn coarsen(&self, means: &mut [f64; MAX_CELL_DATA]) {
+        if !self.rotations {
+            return;
+        }
         let stiffness = means[0];
         let mean = Self::matrix(means).map(|row| row.map(|entry| entry / stiffness));
         let rotation = polar_rotation(&mean);

@@ -35,6 +35,11 @@ impl Compact {
         s * s * (L::splat(3.0) - s.scale(2.0))
     }
 
+    /// The mean slope of the step, `1/(2 w)`.
+    pub fn mean_slope(self) -> f64 {
+        0.5 / self.half_width
+    }
+
     /// `H'(x) = 6 s (1 - s)/(2 w)`.
     #[inline(always)]
     pub fn derivative<L: Lane>(self, x: L) -> L {

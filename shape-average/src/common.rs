@@ -85,6 +85,7 @@ impl<const D: usize> CommonMotion<D> {
         let law = Corotational {
             moduli: params.law.moduli,
             regularisation: regularisation * total * params.law.moduli.mu,
+            rotations: true,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
         Ok(Self {

@@ -68,6 +68,7 @@ impl<const D: usize> ShapeMetric<D> {
                 * void_stiffness
                 * elastic_weight
                 * moduli.mu,
+            rotations: true,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, CYCLE)?;
         Ok(Self {

@@ -226,6 +226,7 @@ fn cycle<const D: usize>(
     let law = Corotational {
         moduli: params.law.moduli,
         regularisation: Corotational::<D>::REGULARISATION * params.void_stiffness * mu,
+        rotations: true,
     };
     Ok(CorotationalMultigrid::new(
         *grid,

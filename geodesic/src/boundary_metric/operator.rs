@@ -40,6 +40,7 @@ impl<'a, const D: usize> Augmented<'a, D> {
         let law = Corotational {
             moduli,
             regularisation: 0.0,
+            rotations: true,
         };
         let void = params.void_stiffness;
         let penalty = params.penalty * (moduli.lambda + 2.0 * moduli.mu) / grid.spacing();

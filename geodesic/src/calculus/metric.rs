@@ -31,6 +31,7 @@ pub(super) fn form<O: Element, const D: usize>(
     let law = Corotational {
         moduli,
         regularisation: REGULARISATION * moduli.mu,
+        rotations: true,
     };
     let data = Data {
         coefficients: &[level_set],

@@ -25,6 +25,11 @@ const CARRIED_CELLS: f64 = 1.5;
 /// Factor of the weight of the barrier against folding. With 1, a quarter of the paths between very
 /// different shapes end in a jam of the void before they arrive; from 10 on, few do, and lengths fall.
 const BARRIER: f64 = 10.0;
+/// Stiffness of the void in the metric, and factor of the second derivative of the barrier. A step that is
+/// too short is corrected by the next pairs, one that folds the void is halved: on 30 paths between six
+/// silhouettes at 65^2, .1 and 1 take 29 % more time, and end with 4 % more length.
+const METRIC_VOID: f64 = 0.4;
+const METRIC_BARRIER: f64 = 4.0;
 
 /// The energy `K sum_k W_k + eta int (H(u_B o psi_K) - H(u_A))^2` on one level. A share of the
 /// mismatch is measured at points of the end domain, with a step `H` of finite width. Unknowns are the
@@ -394,12 +399,12 @@ impl<const D: usize> Objective for PathObjective<D> {
             indicator: self.indicator,
             step: self.density.step,
             stiffness: 1.0,
+            void_stiffness: METRIC_VOID,
             // All intermediate deformations have a barrier, and on average follow the last by half.
             barrier: FoldBarrier {
-                weight: 0.5 * self.steps as f64 * barrier.weight,
+                weight: 0.5 * self.steps as f64 * METRIC_BARRIER * barrier.weight,
                 ..barrier
             },
-            void_stiffness: self.params.void_stiffness,
             mismatch_weight: self.params.resolved_mismatch_weight(),
             composed: &composed,
             carried: &carried,
@@ -407,5 +412,49 @@ impl<const D: usize> Objective for PathObjective<D> {
         let start = self.union.as_slice();
         self.metric = Some(PathMetric::new(self.grid, &form, start, x, self.steps)?);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use levelset::signed_distance;
+
+    /// A disk, and the same with a limb of three cells that is four radii long.
+    fn limb(grid: Grid<2>) -> [ScalarField<f64, 2>; 2] {
+        let shape = |length: f64| {
+            let inside = ScalarField::from_fn(grid, |[x, y]| {
+                let disk = 0.15 - (x - 0.3).hypot(y - 0.5);
+                let limb = (0.024 - (y - 0.5).abs()).min(0.3 + length - x).min(x - 0.3);
+                [disk.max(limb)]
+            });
+            signed_distance(&inside, 0.0).unwrap()
+        };
+        [shape(0.0), shape(0.6)]
+    }
+
+    /// The step of the metric from the identity: its fall of the energy by the tangent, relative to the
+    /// energy, which is at least 0 in the end, and its longest motion.
+    ///
+    /// With tangents in place of secants the fall is PLACEHOLDER.
+    #[test]
+    fn a_step_of_the_metric_is_not_longer_than_the_way() {
+        let grid = Grid::dyadic(6);
+        let [start, end] = limb(grid);
+        let params = GeodesicParams::default();
+        let mut path = PathObjective::new(start, end, 1, &params).unwrap();
+        let x = vec![0.0; path.dim()];
+        let (mut gradient, mut step) = (x.clone(), x.clone());
+        let energy = path.value_and_gradient(&x, &mut gradient).unwrap();
+        let Evaluation::Value(energy) = energy else {
+            panic!("the identity is admissible");
+        };
+        path.update_metric(&x).unwrap();
+        path.apply_inverse_metric(&gradient, &mut step).unwrap();
+        let fall = vector::dot(&gradient, &step) / energy;
+        let longest = step.iter().fold(0.0f64, |longest, u| longest.max(u.abs()));
+        eprintln!("fall {fall} longest {longest} energy {energy}");
+        assert!(fall < 2.0, "{fall}");
+        assert!(longest < 0.6, "{longest}");
     }
 }

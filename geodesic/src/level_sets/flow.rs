@@ -83,11 +83,11 @@ pub(crate) fn flow<const D: usize>(
                 indicator,
                 step,
                 stiffness: 1.0,
+                void_stiffness: Corotational::<D>::LEAST_VOID_STIFFNESS,
                 barrier: FoldBarrier {
                     weight: 0.0,
                     onset: 1.0,
                 },
-                void_stiffness: 0.0,
                 mismatch_weight: 0.0,
                 composed: &[],
                 carried: &[],

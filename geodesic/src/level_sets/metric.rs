@@ -9,7 +9,7 @@
 //!   mismatch;
 //! - the level sets by themselves, in their mismatches ([`Residual`]).
 //!
-//! The elastic forms are corotational, and inverted by one multigrid cycle each.
+//! The elastic forms are those of the deformed cells, and inverted by one multigrid cycle each.
 
 use super::residual::Residual;
 use super::state::Layout;
@@ -37,7 +37,6 @@ pub(crate) struct MetricParts<'a, const D: usize> {
     pub indicator: Step,
     pub mismatch_weight: f64,
     pub barrier: FoldBarrier,
-    pub void_stiffness: f64,
     pub step: Arctan,
     pub known: &'a KnownEnds<D>,
     pub state: &'a [f64],
@@ -74,8 +73,8 @@ impl<const D: usize> LevelSetMetric<D> {
                 indicator: parts.indicator,
                 step: parts.step,
                 stiffness: steps as f64,
+                void_stiffness: Corotational::<D>::LEAST_VOID_STIFFNESS,
                 barrier: parts.barrier,
-                void_stiffness: parts.void_stiffness,
                 mismatch_weight,
                 composed: &composed,
                 carried: &[],

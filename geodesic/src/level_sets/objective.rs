@@ -415,7 +415,6 @@ impl<const D: usize> Objective for LevelSetObjective<D> {
             indicator: self.indicator,
             mismatch_weight: self.params.resolved_mismatch_weight(),
             barrier: fold_barrier(&self.params),
-            void_stiffness: self.params.void_stiffness,
             step: self.step,
             known: &self.known,
             state: x,

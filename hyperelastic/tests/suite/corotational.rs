@@ -71,6 +71,16 @@ proptest! {
         prop_assert!(distance(&turned, &tensor::product(&q, &polar_rotation(&a))) < 1e-12);
     }
 
+    #[test]
+    fn deformed_cells_2d((_, f) in stretched::<2>(0.3, 4.0), b in direction::<2>(), lambda in 0.0f64..3.0) {
+        check_deformed(&f, &b, lambda);
+    }
+
+    #[test]
+    fn deformed_cells_3d((_, f) in stretched::<3>(0.3, 4.0), b in direction::<3>(), lambda in 0.0f64..3.0) {
+        check_deformed(&f, &b, lambda);
+    }
+
     /// Reflections and matrices that flatten have no rotation.
     #[test]
     fn without_orientation_it_is_the_identity((_, a) in stretched::<3>(0.1, 3.0)) {
@@ -208,7 +218,45 @@ fn law<const D: usize>(lambda: f64, regularisation: f64) -> Corotational<D> {
     Corotational {
         moduli: moduli(lambda, 0.7),
         regularisation,
+        rotations: true,
     }
+}
+
+/// The data of a deformed cell: the matrix `M = R (1 + U^-1)/2` of `F = R U`, and twice the dissipation
+/// of `Dd M^T` as the value of the form.
+fn check_deformed<const D: usize>(f: &Matrix<D>, b: &Matrix<D>, lambda: f64) {
+    let means = Corotational::at_point(3.0, &minus_identity(f));
+    let data = Corotational::<D>::from_deformed_means(means, |det| 2.0 * det);
+    let det = tensor::determinant(f);
+    assert!((data[0] / (2.0 * det) - 1.0).abs() < ROUNDING);
+    let mut m = tensor::zero::<f64, D>();
+    for i in 0..D {
+        for k in 0..D {
+            m[i][k] = data[1 + i * D + k] / data[0];
+        }
+    }
+    let stretch = minus_identity(&tensor::scale(&tensor::transposed_product(f, &m), 2.0));
+    // Rounding of `F^-T`, up to 1/.3 in each direction.
+    let tolerance = 1e-10;
+    assert!(distance(&stretch, &tensor::transpose(&stretch)) < tolerance);
+    let square = tensor::product(&stretch, &stretch);
+    assert!(distance(&square, &tensor::transposed_product(f, f)) < tolerance);
+    assert!(tensor::trace(&stretch) > 0.0);
+
+    let jet = Jet {
+        value: [0.0; D],
+        gradient: *b,
+    };
+    let general = Corotational::<D> {
+        rotations: false,
+        ..law(lambda, 0.0)
+    };
+    let friction = ViscousDissipation {
+        moduli: moduli(lambda, 0.7),
+    };
+    let rate = friction.rate(&tensor::product_transposed(b, &m));
+    let value = general.value(&point(data, &jet));
+    assert!((value - data[0] * rate).abs() < tolerance * (1.0 + rate) * (1.0 + data[0]));
 }
 
 /// At a rotation the form is the Hessian of the law, and twice the dissipation of the turned
@@ -366,6 +414,7 @@ fn check_block_diagonal<const D: usize>(nodes: [usize; D]) {
             mu: 0.7,
         },
         regularisation: 0.2,
+        rotations: true,
     };
     let data = Data {
         coefficients: &[],
