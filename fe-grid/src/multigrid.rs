@@ -58,6 +58,10 @@ impl Default for MultigridParams {
     }
 }
 
+/// Levels with at most so many unknowns are factorised where a number of cells is odd: the coarse grid,
+/// which then reaches beyond the box, is a worse approximation, and costs no less.
+const ODD_UNKNOWNS: usize = 600;
+
 /// Levels with more unknowns use the upper end of the spectrum of the next coarser level. It
 /// depends on the element: refinement does not change it, and jumps of the coefficients hardly do.
 const SPECTRUM_UNKNOWNS: usize = 150_000;
@@ -130,9 +134,11 @@ where
         Assembly::new(self.grid, &self.law, data).hessian_action_into(x, x, y);
     }
 
-    /// The level of twice the spacing; `None` for a single cell.
+    /// The level of twice the spacing; `None` if this one is small enough to be factorised.
     fn coarser(&self) -> Option<Self> {
-        let grid = covering(&self.grid)?;
+        let large = self.n_unknowns() > ODD_UNKNOWNS;
+        let even = self.grid.coarser();
+        let grid = even.or_else(|| large.then(|| covering(&self.grid))?)?;
         let mut cells: Vec<Vec<T>> = self
             .cells
             .iter()
@@ -254,10 +260,11 @@ where
 {
     /// Builds the levels for coefficients per cell on the finest grid.
     ///
-    /// The number of cells along every axis is halved while the level has more than
-    /// [`MultigridParams::direct_unknowns`] unknowns; the last level is factorised as a dense matrix.
-    /// Where a number of cells is odd, the coarse grid reaches one cell of the fine grid beyond the
-    /// box: the method is fastest on grids whose numbers of cells can be halved often.
+    /// The number of cells along every axis is halved while that is possible and the level has more
+    /// than [`MultigridParams::direct_unknowns`] unknowns; the last level is factorised as a dense
+    /// matrix. Where a number of cells is odd and there are too many unknowns for that, the coarse grid
+    /// reaches one cell of the fine grid beyond the box: the method is fastest on grids whose numbers of
+    /// cells can be halved often.
     ///
     /// # Errors
     /// [`GridError::NotPositiveDefinite`] if the operator is not positive definite.

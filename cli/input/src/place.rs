@@ -35,15 +35,14 @@ pub const MARGIN: f64 = 0.15;
 /// How much longer than the largest object the common bounding box may be for rule 2.
 pub const SHARED_ROOM: f64 = 1.25;
 
-/// Cells along the longest side to which grids can be coarsened at least, in 2D and 3D.
+/// Cells along the longest side to which grids of whole images can be coarsened, in 2D and 3D.
 const COARSEST_CELLS: [usize; 2] = [16, 8];
 
-/// The number of cells by which the numbers of cells along all sides of a grid can be divided: the
-/// power of two that leaves 16 to 31 cells along a longest side of this many cells (8 to 15 in 3D), or
-/// one where it has fewer.
-pub fn divisor<const D: usize>(cells: usize) -> usize {
-    let most = (cells / COARSEST_CELLS[usize::from(D == 3)]).max(1);
-    1 << most.ilog2()
+/// The number of cells by which the numbers of cells along all sides of a grid are to be divisible: the
+/// power of two that leaves from `coarsest` to less than twice as many along a longest side of `cells`,
+/// or one where it has fewer.
+pub fn divisor(cells: usize, coarsest: usize) -> usize {
+    1 << (cells / coarsest.max(1)).max(1).ilog2()
 }
 
 /// Lower and upper corner of a box in the file's length units.
@@ -234,7 +233,7 @@ fn whole_grid<const D: usize>(
 ) -> Result<(f64, Grid<D>), fe_grid::GridError> {
     let longest = lengths.iter().fold(0.0, |a: f64, b| a.max(*b));
     let cells = nodes - 1;
-    let part = divisor::<D>(cells);
+    let part = divisor(cells, COARSEST_CELLS[usize::from(D == 3)]);
     let sides = lengths.map(|length| {
         // A side that fits exactly is not extended by rounding.
         let needed = (length / longest * cells as f64 - 1e-6).max(1.0);

@@ -95,7 +95,6 @@ struct Tile {
 }
 
 impl Tile {
-
     fn fill(&self, canvas: &mut Canvas, curves: &[Curve], fill: Colour) {
         let curves: Vec<_> = curves.iter().map(|curve| self.pixels(curve)).collect();
         canvas.fill(&curves, fill);

@@ -17,10 +17,12 @@
 //!   long as the unit box, or a little longer.
 //!
 //! Sides that are not given are rounded up to numbers of cells that can be halved as often as those of
-//! the longest side ([`divisor`]), so that the coarsest grid of a hierarchy has the spacing of that of a
-//! cube.
+//! the longest side, down to 8 to 15 ([`divisor`]): a minimisation that starts on a coarsest grid of
+//! another spacing than that of a cube may end in another minimum.
 //!
-//! Void around shapes is soft, so that its extent matters little: `docs/performance.md` has figures.
+//! Void around shapes is soft, so that its extent matters little for deformations and their energies;
+//! `docs/performance.md` has figures. The mismatch of phase fields, which have tails in the void, is
+//! smaller in a smaller box, by a part that vanishes with the spacing.
 
 use fe_grid::{Grid, GridError, ScalarField};
 use levelset::Contour;
@@ -39,6 +41,9 @@ use crate::options::{MaskOptions, Size, positive};
 /// Room around shapes at least, in a box of given nodes at most a share of its side.
 const LEAST_ROOM: f64 = ROOM[0];
 const ROOM_SHARE: f64 = 1.0 / 6.0;
+/// Cells along the longest side to which grids can be coarsened at least: the coarsest grid of averages
+/// has so many.
+const COARSEST_CELLS: usize = 8;
 /// Sides that are longer than a number of cells by rounding do not need one more.
 const ROUNDING: f64 = 1e-6;
 
@@ -152,7 +157,7 @@ impl<const D: usize> Domain<D> {
             Self::Box(grid) => Ok(grid),
             Self::Fit(nodes) => {
                 let most = nodes - 1;
-                let unit = divisor::<D>(most);
+                let unit = divisor(most, COARSEST_CELLS);
                 let cells = sides.map(|side| {
                     let needed = rounded_up(side * most as f64, unit).min(most);
                     // The nodes are those of the cube if as many cells are missing at both ends.
@@ -169,7 +174,7 @@ impl<const D: usize> Domain<D> {
                     Sides::Fit => sides,
                 };
                 let most = sides.into_iter().fold(0.0, f64::max) / h;
-                let unit = divisor::<D>((most - ROUNDING).ceil().max(1.0) as usize);
+                let unit = divisor((most - ROUNDING).ceil().max(1.0) as usize, COARSEST_CELLS);
                 let cells = sides.map(|side| rounded_up(side / h, unit));
                 if !is_allowed(cells) {
                     return Err(CliError::Option {
@@ -272,4 +277,64 @@ pub(super) fn middle_part<const D: usize>(
     };
     let values = (0..grid.n_nodes()).map(value).collect();
     ScalarField::from_vec(grid, values).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn boxes_have_room_for_their_sides_and_are_as_coarse_as_cubes(
+            level in 4u32..9,
+            sides in prop::array::uniform2(0.02..1.0f64),
+        ) {
+            let nodes = (1usize << level) + 1;
+            let sides = [1.0, sides[0], sides[1]];
+            let grid = Domain::<3>::Fit(nodes).grid(sides, 1.0).unwrap();
+            let cube = Grid::<3>::cube(nodes);
+            prop_assert_eq!(grid.spacing(), cube.spacing());
+            prop_assert_eq!(grid.nodes_per_axis()[0], nodes);
+            let coarsest = [grid, cube].map(|grid| grid.hierarchy(9)[0].spacing());
+            prop_assert_eq!(coarsest[0], coarsest[1]);
+            for k in 0..3 {
+                // An eighth of the longest side is one cell of the coarsest grid.
+                let (own, asked) = (grid.extent()[k], sides[k]);
+                prop_assert!(own + 1e-6 > asked && own < asked + 0.2500001, "{own} {asked}");
+                prop_assert_eq!((nodes - grid.nodes_per_axis()[k]) % 2, 0);
+            }
+        }
+
+        #[test]
+        fn spacings_are_kept(spacing in 0.02..0.2f64, side in 0.1..1.0f64, scale in 0.01..100.0f64) {
+            let spacing = spacing / scale;
+            for sides in [Sides::Cube, Sides::Fit] {
+                let domain = Domain::<2>::Spaced(spacing, sides);
+                let Ok(grid) = domain.grid([1.0, side], scale) else {
+                    // Fewer than nine nodes a side.
+                    prop_assert!(side / (spacing * scale) < 8.0);
+                    continue;
+                };
+                prop_assert_eq!(grid.spacing(), spacing * scale);
+                let [x, y] = grid.extent();
+                prop_assert!(x > 1.0 - 1e-6 && y > side - 1e-6);
+                prop_assert_eq!(x == y || side < 1.0, true);
+                prop_assert!(is_allowed(grid.cells_per_axis()));
+            }
+        }
+    }
+
+    #[test]
+    fn the_middle_of_a_field_has_its_values() {
+        let all = ScalarField::<f64, 2>::from_fn(Grid::cube(17), |[x, y]| [x + 10.0 * y]);
+        let grid = Grid::with_nodes([17, 9], 1.0 / 16.0).unwrap();
+        let part = middle_part(&all, grid).unwrap();
+        assert_eq!(part.as_slice()[0], 2.5);
+        assert_eq!(part.as_slice()[17 * 9 - 1], 1.0 + 7.5);
+        let other = Grid::with_nodes([17, 9], 0.1).unwrap();
+        assert!(middle_part(&all, other).is_none());
+        let beside = Grid::with_nodes([17, 10], 1.0 / 16.0).unwrap();
+        assert!(middle_part(&all, beside).is_none());
+    }
 }
