@@ -314,13 +314,14 @@ fn arrays_of_the_nodes_are_used_as_they_are_in_every_box() {
         name.to_owned()
     };
     let path = |inputs: &[String], options: &[&str], output: &str| {
-        let options = [options, &["-K", "1", "-o", output]].concat();
+        let common = ["-K", "1", "--domain", "start", "-o", output];
+        let options = [options, &common].concat();
         let results = run(&place, "geodesic", inputs, &options);
         assert_eq!(results.json["input"][0]["frame"]["rule"], "as_is");
         assert_eq!(results.json["parameters"]["align"], "none");
         results
     };
-    let square = [array("a.npy", [33, 33], 3.0), array("b.npy", [33, 33], 4.0)];
+    let square = [array("a.npy", [33, 33], 2.4), array("b.npy", [33, 33], 3.0)];
     let cube = path(&square, &["--grid", "33"], "cube");
     let fit = path(&square, &["--grid", "33", "--box", "fit"], "fit");
     assert_eq!(nodes(&fit), [33, 25]);
@@ -335,7 +336,7 @@ fn arrays_of_the_nodes_are_used_as_they_are_in_every_box() {
     succeeded(&place.compute(&["pca", "average", "-o", "modes"]));
     let score = ["score", "b.npy", "--pca", "modes", "--align", "rigid"];
     succeeded(&place.compute(&[&score[..], &["-o", "score"]].concat()));
-    let long = [array("c.npy", [33, 17], 3.0), array("d.npy", [33, 17], 4.0)];
+    let long = [array("c.npy", [33, 17], 2.4), array("d.npy", [33, 17], 3.0)];
     let given = path(&long, &["--grid", "33x17"], "given");
     assert_eq!(nodes(&given), [33, 17]);
     // The same distances up to the order of sums of coordinates that are moved.
