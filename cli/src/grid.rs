@@ -202,8 +202,8 @@ fn check_cells<const D: usize>(cells: [usize; D], nodes: Nodes) -> Result<(), Cl
     }
     let most = MOST[usize::from(D == 3)];
     let rule = format!(
-        "a grid needs {FEWEST} nodes a side at least, and as many as {most} a side of a cube at most; it is \
-         made coarser by halving all its numbers of cells, down to {} nodes a side of a cube or as many in all",
+        "a grid needs m 2^L + 1 nodes along all sides, from {FEWEST} to {most} a side of a cube: halving all \
+         numbers of cells has to lead to a grid of at most {} nodes a side of a cube, or as many in all",
         COARSEST[usize::from(D == 3)]
     );
     Err(wrong(
