@@ -221,7 +221,7 @@ fn check_deformations(directory: &Path, findings: &mut Findings) -> Result<(), C
                 let found = format!("determinant at least {}", shown(least));
                 findings.add(name, found, least > 0.0);
             }
-            None => findings.add(name, "it is no deformation of a cube", false),
+            None => findings.add(name, "it is no deformation of a box", false),
         }
     }
     Ok(())
@@ -232,10 +232,9 @@ fn determinant<const D: usize>(
     name: &Path,
     nodes: &[usize],
 ) -> Result<Option<f64>, CliError> {
-    if nodes[0] < 3 || nodes.iter().any(|n| *n != nodes[0]) {
+    let Some(grid): Option<Grid<D>> = fields.grid(nodes) else {
         return Ok(None);
-    }
-    let grid = Grid::<D>::cube(nodes[0]);
+    };
     let displacement = fields.positions(&grid, name)?;
     Ok(Some(certify(&grid, displacement.as_slice(), 0.0).min_det))
 }

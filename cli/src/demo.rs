@@ -9,7 +9,7 @@ use shapespace_generate::letters;
 use crate::average::{AverageConfig, AverageRun, run_drawn};
 use crate::error::{CliError, Exit};
 use crate::figure::drawn_image;
-use crate::options::{CheckpointOption, MaskOptions, RunOptions};
+use crate::options::{CheckpointOption, MaskOptions, Nodes, RunOptions};
 use shapespace_input::Image;
 
 /// Nodes per side.
@@ -42,7 +42,7 @@ pub fn run_demo(args: &DemoArgs) -> Result<Exit, CliError> {
         .map(|member| drawn_image(&member.name, member.shape.as_ref(), grid, &folder))
         .collect();
     let masks = MaskOptions {
-        grid: Some(NODES),
+        grid: Some(Nodes::Cube(NODES)),
         ..MaskOptions::default()
     };
     run_drawn(

@@ -154,7 +154,7 @@ pub enum CliError {
     LostOnGrid {
         /// The file.
         path: PathBuf,
-        /// Nodes per side.
+        /// Nodes along the longest side.
         nodes: usize,
     },
     /// An input without a usable boundary.
@@ -233,7 +233,7 @@ pub enum CliError {
     #[error("{0}")]
     Spill(fe_grid::GridError),
     /// There is too little memory, even with temporary files.
-    #[error("{} of memory are not enough for {shapes} shapes at {nodes} nodes a side, which need {} even with temporary files", shapespace_input::bytes::format_bytes(*limit), shapespace_input::bytes::format_bytes(*needed))]
+    #[error("{} of memory are not enough for {shapes} shapes on {nodes} nodes, which need {} even with temporary files", shapespace_input::bytes::format_bytes(*limit), shapespace_input::bytes::format_bytes(*needed))]
     Memory {
         /// The memory limit.
         limit: u64,
@@ -241,8 +241,8 @@ pub enum CliError {
         needed: u64,
         /// Shapes.
         shapes: usize,
-        /// Nodes per side.
-        nodes: usize,
+        /// Nodes a side, or along each axis.
+        nodes: String,
     },
     /// A computation failed.
     #[error("{message}")]

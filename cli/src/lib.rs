@@ -22,6 +22,7 @@ mod fingerprint;
 pub mod fuzz;
 pub mod generate;
 pub mod geodesic;
+mod grid;
 mod history;
 mod integrity;
 pub mod interrupt;

@@ -9,13 +9,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::allow;
 use crate::error::CliError;
+use crate::grid::{Counts, counts, in_words, longest};
+pub use crate::grid::{Nodes, Sides};
 use crate::log::{self, LogFormat};
 use crate::numbers::{not_negative, shown};
 use crate::progress::Progress;
 use shapespace_input::ReadOptions;
-
-/// Fewest nodes a side.
-const FEWEST_NODES: usize = 9;
 
 /// Output directory and number of threads of a command.
 #[derive(Clone, Debug, Args)]
@@ -77,9 +76,19 @@ impl CheckpointOption {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MaskOptions {
-    /// Number of nodes per side, 2^L + 1 [default: 129, for volumes 65].
-    #[arg(long, value_name = "N")]
-    pub grid: Option<usize>,
+    /// Number of nodes along the longest side, 129 or another m 2^L + 1, or along each axis, as
+    /// 129x65 [default: 129, for volumes 65].
+    #[arg(long, value_name = "N|NxN")]
+    pub grid: Option<Nodes>,
+    /// Distance of neighbouring nodes, instead of a number of nodes: in millimetres for files that
+    /// state their place in the world, else in the units of the files, samples of pictures.
+    #[arg(long, value_name = "LENGTH", conflicts_with = "grid")]
+    pub spacing: Option<f64>,
+    /// Box of the grid. The box that fits long or flat shapes has fewer nodes than the cube, at the same
+    /// spacing.
+    #[arg(id = "box", long = "box", value_enum)]
+    #[serde(rename = "box")]
+    pub sides: Sides,
     /// Positions and orientations of the shapes before they are aligned [default: physical where
     /// the files of all inputs state their place in the world, centred where those of some do, else
     /// none].
@@ -134,15 +143,34 @@ impl MaskOptions {
         }
     }
 
-    /// The number of nodes per side in `D` dimensions.
+    /// The number of nodes along the longest side where the box is given by something else, `why`.
     ///
     /// # Errors
-    /// [`CliError::Option`] for numbers that are not of the form `2^L + 1`, too few or too many.
-    pub fn nodes<const D: usize>(&self) -> Result<usize, CliError> {
-        let (usual, most) = if D == 2 { (129, 4097) } else { (65, 513) };
-        let nodes = self.grid.unwrap_or(usual);
-        check_nodes(nodes, most)?;
-        Ok(nodes)
+    /// [`CliError::Option`] for options of the box, and as [`counts`].
+    pub fn longest_side<const D: usize>(&self, why: &str) -> Result<usize, CliError> {
+        let refused = |option, value: String, remedy| CliError::Option {
+            option,
+            value,
+            remedy: format!("{why}; {remedy}"),
+        };
+        if self.sides != Sides::Cube {
+            let remedy = "leave out --box".to_owned();
+            return Err(refused("--box", "fit".into(), remedy));
+        }
+        if let Some(spacing) = self.spacing {
+            let remedy = "give the nodes along the longest side with --grid".to_owned();
+            return Err(refused("--spacing", shown(spacing), remedy));
+        }
+        match counts::<D>(self.grid)? {
+            Counts::Cube(nodes) => Ok(nodes),
+            Counts::Box(grid) => {
+                let remedy = format!(
+                    "give the nodes along the longest side, --grid {}",
+                    longest(&grid)
+                );
+                Err(refused("--grid", in_words(&grid), remedy))
+            }
+        }
     }
 }
 
@@ -155,25 +183,6 @@ pub(crate) fn check_law<const D: usize>(spec: &LawSpec) -> Result<(), CliError> 
     compiled.map_err(|error| CliError::Law {
         law: spec.law.to_string(),
         source: error,
-    })
-}
-
-/// Checks that a grid with this number of nodes per side can be coarsened repeatedly.
-///
-/// # Errors
-/// [`CliError::Option`] with the nearest valid number.
-pub(crate) fn check_nodes(nodes: usize, most: usize) -> Result<(), CliError> {
-    let cells = nodes.saturating_sub(1);
-    if cells.is_power_of_two() && (FEWEST_NODES..=most).contains(&nodes) {
-        return Ok(());
-    }
-    let near = cells.clamp(FEWEST_NODES - 1, most - 1).next_power_of_two() + 1;
-    Err(CliError::Option {
-        option: "--grid",
-        value: nodes.to_string(),
-        remedy: format!(
-            "the grid needs 2^L + 1 nodes a side, from {FEWEST_NODES} to {most}; try --grid {near}"
-        ),
     })
 }
 
@@ -255,23 +264,4 @@ pub(crate) fn positive(name: &'static str, value: Option<f64>) -> Result<(), Cli
         &shown(value),
         "a positive number from 1e-12 to 1e12",
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn grids_are_two_to_a_power_plus_one() {
-        assert!(check_nodes(9, 513).is_ok());
-        assert!(check_nodes(513, 513).is_ok());
-        for (wrong, hint) in [(0, "9"), (5, "9"), (64, "65"), (100, "129"), (5000, "513")] {
-            match check_nodes(wrong, 513) {
-                Err(CliError::Option { remedy, .. }) => {
-                    assert!(remedy.ends_with(&format!("--grid {hint}")), "{remedy}");
-                }
-                other => panic!("{other:?}"),
-            }
-        }
-    }
 }

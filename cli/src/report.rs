@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use fe_grid::Certificate;
 use fe_grid::minimise::Status;
+use fe_grid::{Certificate, Grid};
 use levelset::Verdict;
 use serde::{Deserialize, Serialize, Serializer};
 
@@ -11,7 +11,7 @@ use crate::config::{Config, write_config};
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
 use crate::output::ResultDir;
-use crate::shapes::{InputRecord, WorldFrame, WorldRecord};
+use crate::shapes::{InputRecord, WorldFrame, WorldRecord, scale_of_records};
 use shapespace_input::memory;
 
 /// The file with the record.
@@ -38,6 +38,13 @@ pub(crate) struct Record<C, T, const D: usize> {
     /// Nodes along each axis of the arrays, `x` first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub nodes: Vec<usize>,
+    /// Distance of neighbouring nodes, in units of length of the computation: the side of the unit box.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<f64>,
+    /// The same in length units of the inputs, which are millimetres in the world, if they have a common
+    /// one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spacing_input_units: Option<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub input: Vec<InputRecord<D>>,
     /// The nodes in the world, where the inputs have a place there.
@@ -56,11 +63,11 @@ pub(crate) struct Record<C, T, const D: usize> {
 }
 
 impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
-    /// The record of a result on a grid of these nodes with the doubts about it, computed since
+    /// The record of a result on a grid, if it has one, with the doubts about it, computed since
     /// `start`.
     pub fn new(
         status: impl Into<String>,
-        nodes: &[usize],
+        grid: Option<&Grid<D>>,
         config: &C,
         body: T,
         doubts: Vec<DoubtRecord>,
@@ -73,7 +80,9 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
             verdict: Verdict::of(&doubts),
             doubts,
             dimension: D,
-            nodes: nodes.to_vec(),
+            nodes: grid.map_or_else(Vec::new, |grid| grid.nodes_per_axis().to_vec()),
+            spacing: grid.map(Grid::spacing),
+            spacing_input_units: None,
             input: Vec::new(),
             world: None,
             parameters: config.clone(),
@@ -86,16 +95,16 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
     /// The same with the inputs.
     pub fn of(mut self, input: Vec<InputRecord<D>>) -> Self {
         let world = WorldFrame::of_records(&input);
+        let units = self.spacing.zip(scale_of_records(&input));
+        self.spacing_input_units = units.map(|(spacing, scale)| spacing / scale);
         self.input = input;
         self.within(world.as_ref())
     }
 
     /// The same on a grid that lies in the world.
     pub fn within(mut self, world: Option<&WorldFrame<D>>) -> Self {
-        self.world = world.zip(self.nodes.first()).map(|(world, &nodes)| {
-            // Grids of shapes in the world are cubes that fill the box.
-            world.record(1.0 / (nodes.max(2) - 1) as f64)
-        });
+        let placed = world.zip(self.spacing);
+        self.world = placed.map(|(world, spacing)| world.record(spacing));
         self
     }
 
@@ -116,6 +125,21 @@ impl<C, T, const D: usize> Record<C, T, D> {
         nodes.join(" x ")
     }
 
+    /// The distance of neighbouring nodes as text: in millimetres in the world, elsewhere in units of the
+    /// inputs for grids that are not the usual cube.
+    pub fn spacing(&self) -> Option<String> {
+        if let Some(world) = &self.world {
+            return Some(format!("{} mm", rounded(*world.spacing.first()?)));
+        }
+        let cells = self.nodes.iter().max()?.saturating_sub(1) as f64;
+        let is_unit = self
+            .spacing
+            .is_some_and(|h| (h * cells - 1.0).abs() < 1e-12);
+        let is_cube = self.nodes.windows(2).all(|n| n[0] == n[1]);
+        let spacing = self.spacing_input_units.filter(|_| !(is_cube && is_unit))?;
+        Some(format!("{} in units of the inputs", rounded(spacing)))
+    }
+
     /// The status as text.
     pub fn state(&self) -> String {
         self.status.replace('_', " ")
@@ -125,6 +149,12 @@ impl<C, T, const D: usize> Record<C, T, D> {
     pub fn cancelled(&self) -> bool {
         self.status == CANCELLED
     }
+}
+
+/// A positive number with four figures.
+fn rounded(number: f64) -> f64 {
+    let digits = 10f64.powi(3 - number.log10().floor() as i32);
+    (number * digits).round() / digits
 }
 
 /// A configuration as TOML, which leaves out keys that are not set.

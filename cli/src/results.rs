@@ -80,6 +80,31 @@ pub(crate) struct ResultFields<'a> {
     /// The error for missing or unsuitable contents.
     unfit: fn(&Path, String) -> CliError,
     sums: Sums,
+    /// The spacing of the grid, if the record states it.
+    spacing: Option<f64>,
+}
+
+/// The spacing in a record.
+#[derive(Deserialize)]
+struct Spacing {
+    #[serde(default)]
+    spacing: Option<f64>,
+}
+
+/// A grid of these nodes. Without a spacing, or with one that is so up to rounding, its longest side is
+/// one: results of earlier versions do not state it.
+pub(crate) fn stored_grid<const D: usize>(size: &[usize], spacing: Option<f64>) -> Option<Grid<D>> {
+    let nodes: [usize; D] = size.try_into().ok()?;
+    if nodes.iter().any(|&n| n < 3) {
+        return None;
+    }
+    let cells = nodes.into_iter().fold(0, usize::max) as f64 - 1.0;
+    let usual = 1.0 / cells;
+    let is_usual = |spacing: &f64| (spacing * cells - 1.0).abs() < 1e-12;
+    let spacing = spacing
+        .filter(|spacing| !is_usual(spacing))
+        .unwrap_or(usual);
+    Grid::with_nodes(nodes, spacing).ok()
 }
 
 impl<'a> ResultFields<'a> {
@@ -98,10 +123,12 @@ impl<'a> ResultFields<'a> {
 
     /// Arrays with these checksums.
     pub fn listed(directory: &'a Path, unfit: fn(&Path, String) -> CliError, sums: Sums) -> Self {
+        let spacing = read_contents::<Spacing>(directory).ok();
         Self {
             directory,
             unfit,
             sums,
+            spacing: spacing.and_then(|record| record.spacing),
         }
     }
 
@@ -117,17 +144,20 @@ impl<'a> ResultFields<'a> {
         Ok(decode_array(&bytes, &path)?)
     }
 
-    /// A scalar field on a cube of nodes, `name.npy`.
+    /// A scalar field, `name.npy`.
     ///
     /// # Errors
     /// Those of reading the array, and the error of `unfit` for an array of another shape.
     pub fn scalar<const D: usize>(&self, name: &Path) -> Result<ScalarField<f64, D>, CliError> {
         let (size, values) = self.read(name)?;
-        let nodes = size.first().copied().unwrap_or(0);
-        if size.len() != D || nodes < 3 || size.iter().any(|&n| n != nodes) {
-            return Err(self.wrong_size(name));
-        }
-        Ok(ScalarField::from_vec(Grid::cube(nodes), values)?)
+        let grid = self.grid(&size).ok_or_else(|| self.wrong_size(name))?;
+        Ok(ScalarField::from_vec(grid, values)?)
+    }
+
+    /// The grid of arrays of this many nodes along each axis; none in another dimension, or with fewer
+    /// than three a side.
+    pub fn grid<const D: usize>(&self, size: &[usize]) -> Option<Grid<D>> {
+        stored_grid(size, self.spacing)
     }
 
     /// One of several scalar fields.
@@ -204,5 +234,27 @@ impl<'a> ResultFields<'a> {
     pub fn wrong_size(&self, name: &Path) -> CliError {
         let reason = format!("{} has another size than the other arrays", name.display());
         (self.unfit)(self.directory, reason)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_have_the_spacing_of_the_record() {
+        let cube = stored_grid::<2>(&[50, 50], None).unwrap();
+        assert_eq!(cube, Grid::cube(50));
+        assert_eq!(
+            stored_grid(&[50, 50], Some(cube.spacing() + 1e-17)),
+            Some(cube)
+        );
+        let long = stored_grid::<3>(&[65, 17, 33], None).unwrap();
+        assert_eq!(long.extent(), [1.0, 0.25, 0.5]);
+        let spaced = stored_grid::<2>(&[17, 9], Some(0.07)).unwrap();
+        assert_eq!(spaced.spacing(), 0.07);
+        assert_eq!(stored_grid::<2>(&[17, 9, 9], None), None);
+        assert_eq!(stored_grid::<2>(&[17, 2], None), None);
+        assert_eq!(stored_grid::<2>(&[17, 9], Some(-1.0)), None);
     }
 }

@@ -11,6 +11,7 @@ use crate::checkpoint::{Checkpointer, Place};
 use crate::config::{Config, Configured};
 use crate::error::{CliError, Exit};
 use crate::fingerprint::Fingerprint;
+use crate::grid::longest;
 use crate::integrity::seal;
 use crate::interrupt::Interrupt;
 use crate::log::{self, LogFormat};
@@ -44,7 +45,7 @@ pub(crate) struct Session<'a> {
 impl Session<'_> {
     /// An observer of a minimisation on these grids, coarsest first.
     pub fn observer<const D: usize>(&self, grids: &[Grid<D>]) -> ProgressObserver<'_> {
-        let nodes = grids.iter().map(|grid| grid.nodes_per_axis()[0]).collect();
+        let nodes = grids.iter().map(longest).collect();
         ProgressObserver::new(&self.progress, self.interrupt.clone(), nodes)
     }
 

@@ -43,6 +43,9 @@ impl Summary {
             picture,
             marks: Vec::new(),
         };
+        if let Some(spacing) = record.spacing() {
+            summary.line("spacing", spacing);
+        }
         if let Some(alignment) = describe_placement(&record.input) {
             summary.line("alignment", alignment);
         }

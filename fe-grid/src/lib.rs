@@ -67,6 +67,7 @@ mod buffer;
 mod certificate;
 pub mod composition;
 pub mod coupling;
+mod covering;
 #[allow(unsafe_code, reason = "one type under two names")]
 pub mod dimension;
 mod dirichlet;

@@ -9,6 +9,7 @@
 //! gradients or as a metric. Single precision suffices in a preconditioner and halves its memory.
 
 use crate::blocks::{invert_blocks, rounding_error};
+use crate::covering::{continued_cells, covering, prolong_from, restrict_to};
 use crate::engine::{Assembly, CellLaw, Data, MAX_CELL_DATA};
 use crate::error::GridError;
 use crate::grid::Grid;
@@ -16,7 +17,7 @@ use crate::lane::{Element, Lane, LaneKernel};
 use crate::linear::LinearOperator;
 use crate::parallel;
 use crate::pool::Pool;
-use crate::transfer::{average_cells, prolong_into, restrict_into};
+use crate::transfer::average_cells;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::sync::Arc;
 
@@ -56,6 +57,10 @@ impl Default for MultigridParams {
         }
     }
 }
+
+/// Levels with at most so many unknowns are factorised where a number of cells is odd: the coarse grid,
+/// which then reaches beyond the box, is a worse approximation, and costs no less.
+const ODD_UNKNOWNS: usize = 600;
 
 /// Levels with more unknowns use the upper end of the spectrum of the next coarser level. It
 /// depends on the element: refinement does not change it, and jumps of the coefficients hardly do.
@@ -129,12 +134,15 @@ where
         Assembly::new(self.grid, &self.law, data).hessian_action_into(x, x, y);
     }
 
+    /// The level of twice the spacing; `None` if this one is small enough to be factorised.
     fn coarser(&self) -> Option<Self> {
-        let grid = self.grid.coarser()?;
+        let large = self.n_unknowns() > ODD_UNKNOWNS;
+        let even = self.grid.coarser();
+        let grid = even.or_else(|| large.then(|| covering(&self.grid))?)?;
         let mut cells: Vec<Vec<T>> = self
             .cells
             .iter()
-            .map(|data| average_cells(&grid, data))
+            .map(|data| average_cells(&grid, &continued_cells(&self.grid, &grid, data)))
             .collect();
         for i in 0..grid.n_cells() {
             let mut means = [0.0; MAX_CELL_DATA];
@@ -253,8 +261,10 @@ where
     /// Builds the levels for coefficients per cell on the finest grid.
     ///
     /// The number of cells along every axis is halved while that is possible and the level has more
-    /// than [`MultigridParams::direct_unknowns`] unknowns. The last level is factorised as a dense
-    /// matrix: the method is meant for grids with `2^L + 1` nodes along every axis.
+    /// than [`MultigridParams::direct_unknowns`] unknowns; the last level is factorised as a dense
+    /// matrix. Where a number of cells is odd and there are too many unknowns for that, the coarse grid
+    /// reaches one cell of the fine grid beyond the box: the method is fastest on grids whose numbers of
+    /// cells can be halved often.
     ///
     /// # Errors
     /// [`GridError::NotPositiveDefinite`] if the operator is not positive definite.
@@ -349,9 +359,9 @@ where
         level.smooth(s, &self.params);
         level.update_residual(s);
         let coarse_grid = self.levels[depth + 1].grid;
-        restrict_into(&coarse_grid, &s.residual, &mut coarser[0].b);
+        restrict_to(&level.grid, &coarse_grid, &s.residual, &mut coarser[0].b);
         self.cycle(depth + 1, coarser);
-        prolong_into(&coarse_grid, &coarser[0].x, &mut s.update);
+        prolong_from(&level.grid, &coarse_grid, &coarser[0].x, &mut s.update);
         add_into(&s.update, &mut s.x);
         level.update_residual(s);
         level.smooth(s, &self.params);

@@ -55,7 +55,7 @@ def test_errors_are_of_kinds_that_python_knows():
     error = caught.value
     assert isinstance(error, shapespace.ShapespaceError)
     assert error.message == "--grid 100 is not allowed"
-    assert "129" in error.help
+    assert "101" in error.help
     again = pickle.loads(pickle.dumps(error))
     assert (str(again), type(again)) == (str(error), type(error))
 

@@ -91,7 +91,7 @@ mod tests {
     fn a_block_at_the_border_of_its_image_has_its_own_box() {
         // The object fills the image but for one layer, and the image is two samples thick.
         let image = block([20, 10, 2], [1.0, 1.0, 3.0], [1, 0, 0], [19, 9, 1]);
-        let frame = fit_frames(std::slice::from_ref(&image), 33)[0];
+        let frame = fit_frames(std::slice::from_ref(&image), None)[0];
         let drawn = boundary(&image, &frame).unwrap();
         assert!(drawn.is_closed());
         // 19 x 10 x 6 lengths, the longest side becoming .7.
@@ -116,7 +116,7 @@ mod tests {
         };
         let values: Vec<f64> = (0..image.values.len()).map(value).collect();
         image.values = values.into();
-        let frame = fit_frames(std::slice::from_ref(&image), 129)[0];
+        let frame = fit_frames(std::slice::from_ref(&image), None)[0];
         let area = Moments::of_contour(&boundary(&image, &frame).unwrap())
             .unwrap()
             .volume;
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn a_single_sample_has_a_boundary_and_no_sample_has_none() {
         let image = block([5, 5], [1.0; 2], [2, 2], [2, 2]);
-        let frame = fit_frames(std::slice::from_ref(&image), 9)[0];
+        let frame = fit_frames(std::slice::from_ref(&image), None)[0];
         assert_eq!(boundary(&image, &frame).unwrap().simplices().len(), 4);
         let empty = Image {
             values: vec![0.5; 25].into(),

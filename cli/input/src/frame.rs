@@ -1,5 +1,7 @@
-//! Transforms from samples to the unit box.
+//! Transforms from samples to the box: to the unit box while shapes are placed, and then to that part
+//! of it which the grid covers, whose first node is the origin ([`corner_in_unit_box`]).
 
+use fe_grid::Grid;
 use fe_grid::tensor::{determinant, inverse_transpose};
 use serde::{Deserialize, Serialize};
 
@@ -59,15 +61,24 @@ impl<const D: usize> FrameTransform<D> {
         Self::of_image(image, scale, centre.map(|c| 0.5 - scale * c), rule)
     }
 
-    /// The transform of an image whose samples are the nodes of a grid of `nodes` a side.
-    pub(crate) fn nodal(nodes: usize) -> Self {
+    /// The transform of an image whose samples are the nodes of a grid, which lies in the middle of
+    /// the unit box.
+    pub(crate) fn nodal(grid: &Grid<D>) -> Self {
         Self {
-            scale: 1.0 / (nodes - 1) as f64,
+            scale: grid.spacing(),
             spacing: [1.0; D],
             origin: [0.0; D],
             direction: None,
-            offset: [0.0; D],
+            offset: corner_in_unit_box(grid),
             rule: FrameRule::AsIs,
+        }
+    }
+
+    /// The frame whose box is moved by a vector.
+    pub fn moved(&self, by: [f64; D]) -> Self {
+        Self {
+            offset: std::array::from_fn(|k| self.offset[k] + by[k]),
+            ..*self
         }
     }
 
@@ -135,7 +146,7 @@ impl<const D: usize> FrameTransform<D> {
         self.spacing.map(|h| self.scale * h)
     }
 
-    /// The frame scaled towards the centre of the box by a factor.
+    /// The frame scaled towards the centre of the unit box by a factor.
     pub fn shrunk(&self, factor: f64) -> Self {
         Self {
             scale: factor * self.scale,
@@ -180,6 +191,12 @@ impl<const D: usize> FrameTransform<D> {
     pub fn to_physical(&self, unit: [f64; D]) -> [f64; D] {
         std::array::from_fn(|k| (unit[k] - self.offset[k]) / self.scale)
     }
+}
+
+/// The corner of a grid that lies in the middle of the unit box: 0 along every axis for a grid of the
+/// whole unit box, negative where the grid is longer.
+pub fn corner_in_unit_box<const D: usize>(grid: &Grid<D>) -> [f64; D] {
+    grid.extent().map(|side| 0.5 * (1.0 - side))
 }
 
 /// The solution of `rows x = right`.

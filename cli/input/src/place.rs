@@ -6,7 +6,7 @@
 //!
 //! Three rules for other images, in this order:
 //!
-//! 1. An array (`.npy`) of exactly as many samples per side as the grid has nodes holds nodal
+//! 1. An array (`.npy`) of exactly as many samples along each axis as the grid has nodes holds nodal
 //!    values and is used without resampling ([`FrameRule::AsIs`]).
 //! 2. Images of one size and one spacing whose objects together take up little more room than
 //!    the largest object alone (at most [`SHARED_ROOM`] times its longest side) keep their
@@ -20,6 +20,9 @@
 //! Rules 2 and 3 use one scale for all images, so that relative sizes are kept: the longest side
 //! of the largest bounding box becomes `1 - 2 MARGIN`. Aspect and voxel spacing are kept always.
 //! The box of a sample reaches half a spacing to both sides.
+//!
+//! The unit box is where shapes are placed, and its side is the unit of length of all computations; the
+//! grid covers it, or the part of it in its middle that the shapes need.
 
 use fe_grid::{Grid, ScalarField};
 use levelset::Contour;
@@ -34,6 +37,13 @@ pub const SHARED_ROOM: f64 = 1.25;
 
 /// Cells along the longest side to which grids of whole images can be coarsened, in 2D and 3D.
 const COARSEST_CELLS: [usize; 2] = [16, 8];
+
+/// The number of cells by which the numbers of cells along all sides of a grid are to be divisible: the
+/// power of two that leaves from `coarsest` to less than twice as many along a longest side of `cells`,
+/// or one where it has fewer.
+pub fn divisor(cells: usize, coarsest: usize) -> usize {
+    1 << (cells / coarsest.max(1)).max(1).ilog2()
+}
 
 /// Lower and upper corner of a box in the file's length units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -155,23 +165,26 @@ fn longest<const D: usize>(boxes: &[Bounds<D>]) -> f64 {
     sides.fold(0.0, f64::max)
 }
 
-/// The transforms that place images in the unit box, for a grid of `nodes` a side, wherever they
-/// lie in the world.
-pub fn fit_frames<const D: usize>(images: &[Image<D>], nodes: usize) -> Vec<FrameTransform<D>> {
-    let as_is = |image: &Image<D>| image.plain_array && image.size == [nodes; D];
-    let free: Vec<&Image<D>> = images.iter().filter(|image| !as_is(image)).collect();
+/// The transforms that place images in the unit box, wherever they lie in the world. Arrays of as many
+/// samples as `grid` has nodes, if it is known, hold nodal values.
+pub fn fit_frames<const D: usize>(
+    images: &[Image<D>],
+    grid: Option<&Grid<D>>,
+) -> Vec<FrameTransform<D>> {
+    let nodal = |image: &Image<D>| grid.and_then(|grid| nodal_frame(image, grid));
+    let free: Vec<&Image<D>> = images.iter().filter(|i| nodal(i).is_none()).collect();
     let boxes: Vec<Bounds<D>> = free.iter().map(|image| Bounds::of_object(image)).collect();
     let mut placed = place(&free, &boxes).into_iter();
     images
         .iter()
-        .filter_map(|image| {
-            if as_is(image) {
-                Some(FrameTransform::nodal(nodes))
-            } else {
-                placed.next()
-            }
-        })
+        .filter_map(|image| nodal(image).or_else(|| placed.next()))
         .collect()
+}
+
+/// The transform of an array of as many samples as a grid has nodes.
+fn nodal_frame<const D: usize>(image: &Image<D>, grid: &Grid<D>) -> Option<FrameTransform<D>> {
+    let fits = image.plain_array && image.size == grid.nodes_per_axis();
+    fits.then(|| FrameTransform::nodal(grid))
 }
 
 /// A grid of this number of nodes along the longest side of an image, with the transform that places the
@@ -220,7 +233,7 @@ fn whole_grid<const D: usize>(
 ) -> Result<(f64, Grid<D>), fe_grid::GridError> {
     let longest = lengths.iter().fold(0.0, |a: f64, b| a.max(*b));
     let cells = nodes - 1;
-    let part = (cells / COARSEST_CELLS[usize::from(D == 3)]).max(1);
+    let part = divisor(cells, COARSEST_CELLS[usize::from(D == 3)]);
     let sides = lengths.map(|length| {
         // A side that fits exactly is not extended by rounding.
         let needed = (length / longest * cells as f64 - 1e-6).max(1.0);
@@ -273,19 +286,23 @@ pub fn nodal_values<const D: usize>(
     }))
 }
 
-/// Placement of an image that belongs to others: `frame` is that of one of them, `size` its
-/// samples. In a shared frame an image of the same lattice keeps its position, in a physical one
+/// Placement in the unit box of an image that belongs to others on a grid in its middle: `frame` is
+/// that of one of them, `size` its samples. In a shared frame an image of the same lattice keeps its position, in a physical one
 /// any image that has a place in the world, unless it is `moved` later; any other has its object
 /// centred, with the scale of the others times `factor`.
 pub fn frame_like<const D: usize>(
     image: &Image<D>,
     (size, frame): (&[usize], &FrameTransform<D>),
-    nodes: usize,
+    grid: &Grid<D>,
     factor: f64,
     moved: bool,
 ) -> FrameTransform<D> {
-    if image.plain_array && image.size == [nodes; D] {
-        return FrameTransform::nodal(nodes);
+    if let Some(nodal) = nodal_frame(image, grid) {
+        return nodal;
+    }
+    if frame.rule() == FrameRule::AsIs && image.plain_array && image.size == size {
+        // The grid is a part of that of the arrays.
+        return *frame;
     }
     let physical = frame.rule() == FrameRule::Physical;
     if physical && image.direction.is_some() && factor == 1.0 && !moved {
@@ -342,10 +359,13 @@ mod tests {
     fn an_array_of_the_grid_size_stays_as_it_is() {
         let mut image = block([9, 9], [1.0; 2], [1, 1], [2, 8]);
         image.plain_array = true;
-        let frame = fit_frames(std::slice::from_ref(&image), 9)[0];
+        let frame = fit_frames(std::slice::from_ref(&image), Some(&Grid::cube(9)))[0];
         assert_eq!(frame.rule(), FrameRule::AsIs);
         assert_eq!(frame.to_unit([8.0, 4.0]), [1.0, 0.5]);
-        assert_eq!(fit_frames(&[image], 17)[0].rule(), FrameRule::Shared);
+        assert_eq!(
+            fit_frames(&[image], Some(&Grid::cube(17)))[0].rule(),
+            FrameRule::Shared
+        );
     }
 
     #[test]
@@ -406,7 +426,7 @@ mod tests {
             block([40, 30], [1.0; 2], [5, 5], [24, 9]),
             block([40, 30], [1.0; 2], [7, 6], [26, 10]),
         ];
-        let frames = fit_frames(&images, 65);
+        let frames = fit_frames(&images, None);
         assert_eq!(frames[0].rule(), FrameRule::Shared);
         assert_eq!(frames[0], frames[1]);
         // The common box is 22 samples wide, from edge 4.5 to edge 26.5.
@@ -420,7 +440,7 @@ mod tests {
             block([40, 30, 20], [1.0, 1.0, 2.0], [5, 5, 5], [14, 9, 14]),
             block([50, 30, 20], [0.5; 3], [5, 5, 5], [24, 9, 9]),
         ];
-        let frames = fit_frames(&images, 65);
+        let frames = fit_frames(&images, None);
         assert_eq!(frames[0].rule(), FrameRule::Centred);
         assert_relative_eq!(frames[0].scale(), 0.7 / 20.0, epsilon = 1e-15);
         assert_eq!(frames[0].scale(), frames[1].scale());
@@ -444,7 +464,7 @@ mod tests {
                     block([20, 20], spacing, [a.min(c), b.min(d)], [a.max(c), b.max(d)])
                 })
                 .collect();
-            for (image, frame) in images.iter().zip(fit_frames(&images, 33)) {
+            for (image, frame) in images.iter().zip(fit_frames(&images, Some(&Grid::cube(33)))) {
                 let bounds = image.object_bounds().unwrap();
                 for corner in [
                     bounds.map(|b| b[0] as f64 - 0.5),

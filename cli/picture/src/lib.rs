@@ -76,6 +76,14 @@ impl Rows {
         }
     }
 
+    /// The same with tiles of this height.
+    fn of_height(self, height: usize) -> Self {
+        Self {
+            pitch: height + LABEL + GAP,
+            ..self
+        }
+    }
+
     fn height(&self) -> usize {
         self.count.div_ceil(self.columns) * self.pitch
     }

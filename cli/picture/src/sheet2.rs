@@ -26,6 +26,8 @@ pub struct ContactSheet<'a> {
     pub average: ShapeTile<'a>,
     /// The outlines of the inputs warped onto the average, in the order of the inputs.
     pub warped: &'a [Shape],
+    /// Sides of the box in which all these lie.
+    pub sides: [f64; 2],
 }
 
 impl ContactSheet<'_> {
@@ -33,12 +35,14 @@ impl ContactSheet<'_> {
     pub fn draw(&self) -> Canvas {
         let inner = WIDTH - 2 * GAP;
         let rows = Rows::fill(self.inputs.len(), inner, MOST_TILE);
+        let low = self.height(rows.tile);
+        let rows = rows.of_height(low);
         let large = (inner - GAP) / 2;
-        let height = GAP + rows.height() + large + LABEL + GAP;
+        let height = GAP + rows.height() + self.height(large) + LABEL + GAP;
         let mut canvas = Canvas::new(WIDTH, height);
         for (i, input) in self.inputs.iter().enumerate() {
             let [x, y] = rows.corner(i, inner);
-            let tile = Tile::new([GAP + x, GAP + y], rows.tile);
+            let tile = self.tile([GAP + x, GAP + y], rows.tile);
             let line = (rows.tile as f32 / 150.0).clamp(1.2, 2.0);
             tile.fill(&mut canvas, input.outline, mix(WHITE, colour(i), 0.28));
             tile.category(&mut canvas, input.outline, line, i);
@@ -46,11 +50,11 @@ impl ContactSheet<'_> {
         }
         let y = GAP + rows.height();
         let fill = mix(WHITE, INK, 0.22);
-        let average = Tile::new([GAP, y], large);
+        let average = self.tile([GAP, y], large);
         average.fill(&mut canvas, self.average.outline, fill);
         average.curves(&mut canvas, self.average.outline, 2.2, INK);
         average.finish(&mut canvas, self.average.label);
-        let over = Tile::new([GAP + large + GAP, y], large);
+        let over = self.tile([GAP + large + GAP, y], large);
         over.fill(&mut canvas, self.average.outline, mix(WHITE, INK, 0.10));
         for (i, shape) in self.warped.iter().enumerate() {
             over.category(&mut canvas, shape.curves(), 1.6, i);
@@ -58,19 +62,39 @@ impl ContactSheet<'_> {
         over.finish(&mut canvas, "inputs warped onto the average");
         canvas
     }
+
+    /// Pixels of one unit of a tile of this width.
+    fn scale(&self, width: usize) -> f64 {
+        width as f64 / f64::max(self.sides[0], self.sides[1])
+    }
+
+    /// The height of a tile of this width: lower for a flat box.
+    fn height(&self, width: usize) -> usize {
+        ((self.scale(width) * self.sides[1]).round() as usize).max(1)
+    }
+
+    fn tile(&self, corner: [usize; 2], width: usize) -> Tile {
+        let scale = self.scale(width);
+        let beside = 0.5 * (width as f64 - scale * self.sides[0]);
+        Tile {
+            origin: [corner[0] as f64 + beside, corner[1] as f64].map(|x| x as f32),
+            scale: scale as f32,
+            corner,
+            size: [width, self.height(width)],
+        }
+    }
 }
 
-/// The unit box on the canvas.
+/// The box on the canvas.
 struct Tile {
     corner: [usize; 2],
-    side: usize,
+    size: [usize; 2],
+    /// Where the origin of the box is.
+    origin: [f32; 2],
+    scale: f32,
 }
 
 impl Tile {
-    fn new(corner: [usize; 2], side: usize) -> Self {
-        Self { corner, side }
-    }
-
     fn fill(&self, canvas: &mut Canvas, curves: &[Curve], fill: Colour) {
         let curves: Vec<_> = curves.iter().map(|curve| self.pixels(curve)).collect();
         canvas.fill(&curves, fill);
@@ -94,20 +118,19 @@ impl Tile {
     }
 
     fn pixels(&self, curve: &Curve) -> Vec<[f32; 2]> {
-        let scale = self.side as f32;
         curve
             .points
             .iter()
-            .map(|p| std::array::from_fn(|k| self.corner[k] as f32 + p[k] as f32 * scale))
+            .map(|p| std::array::from_fn(|k| self.origin[k] + p[k] as f32 * self.scale))
             .collect()
     }
 
     fn finish(&self, canvas: &mut Canvas, label: &str) {
-        canvas.frame(self.corner, [self.side; 2], PALE);
-        let side = self.side as f32;
+        canvas.frame(self.corner, self.size, PALE);
+        let side = self.size[0] as f32;
         let middle = [
             self.corner[0] as f32 + 0.5 * side,
-            (self.corner[1] + self.side + 8) as f32,
+            (self.corner[1] + self.size[1] + 8) as f32,
         ];
         text::centred(canvas, label, middle, text::SIZE, side, GREY);
     }
@@ -168,6 +191,7 @@ mod tests {
                 outline: &lines[1],
             },
             warped: &warped,
+            sides: [1.0; 2],
         };
         let canvas = sheet.draw();
         keep(&canvas, "sheet2.png");
@@ -189,6 +213,14 @@ mod tests {
             (0..3).all(|k| (stem[k] - tint[k]).abs() < 1e-5),
             "{stem:?} {tint:?}"
         );
+        let flat = ContactSheet {
+            sides: [1.0, 0.8],
+            ..sheet
+        };
+        // Two rows of tiles, and the large ones.
+        let lost = |width: usize| width - (0.8 * width as f64).round() as usize;
+        let lower = canvas.size()[1] - flat.draw().size()[1];
+        assert_eq!(lower, 2 * lost(rows.tile) + lost((WIDTH - 3 * GAP) / 2));
         // The stem of the average, and the space beside it.
         let [w, h] = canvas.size();
         assert!(canvas.pixel(w / 4 - 60, h - 240)[0] < 0.9);

@@ -37,6 +37,7 @@ pub(super) fn picture<const D: usize>(
         inputs: &inputs.collect::<Vec<_>>(),
         average: tile("average", &average),
         warped: &warped(outcome)?,
+        sides: std::array::from_fn(|k| outcome.result.average.grid().extent()[k]),
     };
     Ok(sheet.draw())
 }

@@ -9,12 +9,13 @@ use shape_average::{AverageParams, AverageResult, average_of_visible};
 use shapespace_report::error_bar::{ErrorBar, OrderFrom};
 
 use crate::error::CliError;
+use crate::grid::longest;
 use crate::session::Session;
 use crate::summary::Summary;
 
 /// Most grids; three give an order of convergence.
 const GRIDS: usize = 3;
-/// Fewest nodes a side of a grid that is used. On coarser ones interfaces, two spacings on both sides, fill
+/// Fewest nodes along the longest side of a grid that is used. On coarser ones interfaces, two spacings on both sides, fill
 /// most of a shape.
 const LEAST_NODES: usize = 17;
 /// The order where it is not observed. Interfaces as wide as two spacings cause errors of first order.
@@ -23,7 +24,7 @@ const ASSUMED_ORDER: f64 = 1.0;
 /// The error bars of an average, in length units of the unit box.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct ErrorBars {
-    /// Nodes a side of all grids, the finest first.
+    /// Nodes along the longest side of all grids, the finest first.
     nodes: Vec<usize>,
     /// Seconds for the coarser grids.
     seconds: f64,
@@ -85,17 +86,14 @@ pub(super) fn error_bars<const D: usize>(
 ) -> Result<Option<ErrorBars>, CliError> {
     let start = std::time::Instant::now();
     let mut grid = *result.average.grid();
-    let mut nodes = vec![grid.nodes_per_axis()[0]];
+    let mut nodes = vec![longest(&grid)];
     let mut found = vec![figures(result)?];
     while nodes.len() < GRIDS && !session.interrupt.asked() {
-        let Some(coarser) = grid
-            .coarser()
-            .filter(|g| g.nodes_per_axis()[0] >= LEAST_NODES)
-        else {
+        let Some(coarser) = grid.coarser().filter(|g| longest(g) >= LEAST_NODES) else {
             break;
         };
         grid = coarser;
-        let n = grid.nodes_per_axis()[0];
+        let n = longest(&grid);
         session
             .progress
             .note(format!("error bars, {n} nodes a side:"));

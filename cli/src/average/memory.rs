@@ -7,6 +7,7 @@ use shape_average::{AverageParams, MemoryEstimate, memory_estimate};
 
 use super::args::AverageRun;
 use crate::error::CliError;
+use crate::grid::in_words;
 use crate::progress::Progress;
 use shapespace_input::bytes::format_bytes;
 use shapespace_input::memory;
@@ -36,7 +37,7 @@ pub(super) fn provide<const D: usize>(
                 limit,
                 needed: estimate.memory,
                 shapes: n_shapes,
-                nodes: grid.nodes_per_axis()[0],
+                nodes: in_words(&grid),
             });
         }
     }

@@ -25,7 +25,7 @@ use crate::error::{CliError, Exit};
 use crate::history::HistoryPoint;
 use crate::output::ResultDir;
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{Input, prepare};
+use crate::shapes::{Input, settle};
 use crate::summary::Summary;
 use error_bars::{ErrorBars, error_bars};
 pub(crate) use joint::JointAverage;
@@ -119,20 +119,22 @@ impl Command for Average {
         plan: AveragePlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let (grid, config) = (plan.placed.grid, plan.config);
+        let config = plan.config;
         let weights = config.weights()?;
         let mut params = AverageParams {
             weights: Some(weights),
             ..config.params.clone()
         };
         let (n, partly) = (plan.placed.images.len(), !plan.views.is_empty());
+        let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
+        let settled = settle(plan.placed, &plan.views, &session.progress)?;
+        let grid = settled.grid;
         let memory = provide(&mut params, n, partly, grid, &self.run, &session.progress)?;
         let grids = grid.hierarchy(params.coarsest_nodes);
-        let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
         let start = config.start.as_deref();
         let known = initial(start, n, &grids, session.trust)?;
         let mut checkpointer = session.checkpointer(fingerprint)?;
-        let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
+        let (mut inputs, mut distances) = settled.measure(&session.progress)?;
         compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let mut watch = checkpointer.observe(session.observer(&grids));

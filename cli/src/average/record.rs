@@ -85,10 +85,10 @@ pub(super) fn record<const D: usize>(
         memory_estimate: outcome.memory,
     };
     let status = overall(result.status, levels.last().map(|level| level.status));
-    let nodes = result.average.grid().nodes_per_axis();
+    let grid = result.average.grid();
     let doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();
     let doubts = named(&doubts, inputs.iter().map(|input| &*input.name));
-    Record::new(status, &nodes, &outcome.config, found, doubts, start)
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 

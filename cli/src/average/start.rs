@@ -6,6 +6,7 @@ use fe_grid::{Field, Grid};
 
 use super::args::AverageConfig;
 use crate::error::CliError;
+use crate::grid::in_words;
 use crate::output::numbered;
 use crate::progress::Progress;
 use crate::report::RESULT;
@@ -41,12 +42,9 @@ fn deformations<const D: usize>(
     }
     let nodes = fields.nodes(&numbered("deformation", 0, "npy"))?;
     let Some(grid) = grids.iter().find(|g| g.nodes_per_axis()[..] == nodes[..]) else {
-        let sides: Vec<String> = grids
-            .iter()
-            .map(|g| g.nodes_per_axis()[0].to_string())
-            .collect();
+        let sides: Vec<String> = grids.iter().map(in_words).collect();
         let reason = format!(
-            "its deformations have {nodes:?} nodes, and the grids of this run have {} nodes a side",
+            "its deformations have {nodes:?} nodes, and the grids of this run have {} nodes",
             sides.join(", ")
         );
         return Err(unfit(directory, reason));

@@ -14,7 +14,7 @@ use crate::error::CliError;
 use crate::output::{ResultDir, numbered};
 use crate::report::{CANCELLED, Record, first_failure, overall};
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, doubts_of, prepare};
+use crate::shapes::{Input, InputRecord, SizeRecord, common_scale, doubts_of, settle};
 use crate::summary::Summary;
 use shapespace_picture::{Canvas, INK, Slice, TileRows, WHITE, colour, mix};
 
@@ -82,10 +82,12 @@ impl Command for Sweep {
         plan: AveragePlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let (grid, config) = (plan.placed.grid, plan.config);
+        let config = plan.config;
         let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
         let mut checkpointer = session.checkpointer(fingerprint)?;
-        let (mut inputs, mut distances) = prepare(plan.placed, &plan.views, &session.progress)?;
+        let settled = settle(plan.placed, &plan.views, &session.progress)?;
+        let grid = settled.grid;
+        let (mut inputs, mut distances) = settled.measure(&session.progress)?;
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let mut averages = Vec::new();
         for weights in weights(inputs.len(), self.side) {
@@ -146,11 +148,10 @@ impl Command for Sweep {
             .collect();
         doubts.extend(Doubt::check(Cause::NotConverged, missing as f64));
         let doubts = named(&doubts, inputs.iter().map(|input| &*input.name));
-        let nodes = outcome.grid.nodes_per_axis();
         let found = Averages { averages };
         let record = SweepRecord::new(
             status,
-            &nodes,
+            Some(&outcome.grid),
             &outcome.config,
             found,
             doubts,

@@ -121,12 +121,12 @@ fn record<const D: usize>(
         certificate: extension.certificate,
         equations: &extension.reports,
     };
-    let nodes = outcome.geodesic.grid().nodes_per_axis();
+    let grid = outcome.geodesic.grid();
     let status = word(&extension.status());
     let mut doubts = extension.doubts(outcome.steps);
     doubts.extend(of_source(&outcome.geodesic.doubts));
     let doubts = named(&doubts, []);
-    ExtensionRecord::new(status, &nodes, &outcome.config, extended, doubts, start)
+    ExtensionRecord::new(status, Some(grid), &outcome.config, extended, doubts, start)
 }
 
 fn summary<const D: usize>(record: &ExtensionRecord<'_, D>) -> Summary {

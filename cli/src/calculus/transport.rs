@@ -160,12 +160,12 @@ fn record<'a, const D: usize>(
         certificate: shot.certificate,
         equations: &outcome.counterpart.reports,
     };
-    let nodes = outcome.geodesic.grid().nodes_per_axis();
+    let grid = outcome.geodesic.grid();
     let status = word(&shot.status());
     let doubts = named(&config.doubts(outcome), [&*config.name()]);
     Ok(TransportRecord::new(
         status,
-        &nodes,
+        Some(grid),
         config,
         transported,
         doubts,

@@ -138,14 +138,14 @@ pub(super) fn record<'a, const D: usize>(
         of_source(&compared.doubts),
     ];
     let doubts: Vec<Doubt> = doubts.into_iter().flatten().collect();
-    let (nodes, world) = match &compared.kind {
+    let (grid, world) = match &compared.kind {
         Kind::Modes(stored, _) => (
-            stored.space.object.grid().nodes_per_axis().to_vec(),
+            Some(stored.space.object.grid()),
             stored.average.world.as_ref(),
         ),
-        Kind::Distances(_) => (Vec::new(), None),
+        Kind::Distances(_) => (None, None),
     };
-    Record::new("complete", &nodes, config, body, named(&doubts, []), start).within(world)
+    Record::new("complete", grid, config, body, named(&doubts, []), start).within(world)
 }
 
 fn boundary<const D: usize>(found: &OfModes<D>, rate: f64) -> Boundary {

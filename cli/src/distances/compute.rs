@@ -11,7 +11,6 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use ::geodesic::Shape;
-use fe_grid::Grid;
 
 use super::args::DistancesConfig;
 use super::pair::{PairRecord, compute};
@@ -28,7 +27,6 @@ const NOTES: usize = 20;
 /// The pairs and the parameters of their paths.
 pub(super) struct Task<'a, const D: usize> {
     pub pairs: &'a Pairs<D>,
-    pub grid: Grid<D>,
     pub config: &'a DistancesConfig,
     pub store: &'a Store,
     /// Pairs processed at the same time; by default one per thread.
@@ -118,7 +116,7 @@ impl<const D: usize> Task<'_, D> {
 
     /// Computes and stores a pair, unless it is interrupted; returns the number of directions.
     fn pair(&self, ids: [usize; 2]) -> Result<usize, CliError> {
-        let (start, end) = self.pairs.fields(ids[0], ids[1], self.grid)?;
+        let (start, end) = self.pairs.fields(ids[0], ids[1])?;
         let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
         let magnification = self.pairs.magnification(ids[0], ids[1]);
         let interrupt = &self.session.interrupt;

@@ -24,11 +24,13 @@ mod write;
 
 use std::path::PathBuf;
 
+use fe_grid::Grid;
+
 use crate::error::{CliError, Exit};
 use crate::options::{Align, CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{Input, Pairs, prepare};
+use crate::shapes::{Input, Pairs, settle};
 use crate::summary::Summary;
 pub(crate) use classes::{Classes, NAMED};
 use compute::Task;
@@ -58,8 +60,8 @@ pub(crate) struct Outcome<const D: usize> {
     config: DistancesConfig,
     /// The part of the pairs that was computed; all by default.
     shard: Option<Shard>,
-    /// Nodes along each axis.
-    nodes: [usize; D],
+    /// The grid of all pairs.
+    grid: Grid<D>,
     /// The placement of the pairs.
     align: &'static str,
     records: Vec<PairRecord>,
@@ -99,9 +101,11 @@ impl Command for DistanceStudy {
         plan: DistancesPlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let (grid, config) = (plan.placed.grid, plan.config);
+        let (domain, config) = (plan.placed.domain, plan.config);
         let fingerprint = fingerprint(&config, &plan.placed.images);
-        let (inputs, distances) = prepare(plan.placed, &[], &session.progress)?;
+        let settled = settle(plan.placed, &[], &session.progress)?;
+        let own = settled.grid;
+        let (inputs, distances) = settled.measure(&session.progress)?;
         let n = inputs.len();
         let mut wanted = wanted(n, config.one_way);
         if let Some(shard) = self.shard {
@@ -122,14 +126,13 @@ impl Command for DistanceStudy {
         let pairs = if aligned {
             let count = n * (n - 1) / 2;
             session.progress.stage(format!("aligning {count} pairs"));
-            Pairs::aligned(inputs, distances, || session.interrupt.asked())?
-                .ok_or_else(interrupted)?
+            let asked = || session.interrupt.asked();
+            Pairs::aligned(inputs, distances, &own, &domain, asked)?.ok_or_else(interrupted)?
         } else {
-            Pairs::placed(inputs, distances)
+            Pairs::placed(inputs, distances, own)
         };
         let task = Task {
             pairs: &pairs,
-            grid,
             config: &config,
             store: &store,
             at_once: self.at_once,
@@ -140,10 +143,10 @@ impl Command for DistanceStudy {
         Ok(Outcome {
             study: Study::new(n, &records, &config, classes.as_ref(), self.shard.is_none())?,
             shard: self.shard,
-            inputs: pairs.inputs,
             classes,
             config,
-            nodes: grid.nodes_per_axis(),
+            grid: pairs.grid,
+            inputs: pairs.inputs,
             align: if aligned { "pairs" } else { "none" },
             records,
             work: Some(store.into_directory()),

@@ -179,11 +179,16 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         (None, true) => "complete",
         (None, false) => "incomplete",
     };
-    let nodes = outcome.nodes;
     let doubts = doubts(outcome, &found);
     let names = inputs.iter().map(|input| &*input.name);
     let doubts = crate::doubts::named(&doubts, names);
-    Record::new(status, &nodes, config, found, doubts, start).of(named(outcome))
+    let grid = Some(&outcome.grid);
+    let mut record = Record::new(status, grid, config, found, doubts, start).of(named(outcome));
+    if records.iter().any(|r| r.magnification != 1.0) {
+        // Each pair has its own.
+        record.spacing_input_units = None;
+    }
+    record
 }
 
 /// The doubts about the inputs, the paths, and the distances.

@@ -17,6 +17,7 @@ mod sheet;
 
 use std::cell::RefCell;
 
+use fe_grid::Grid;
 use levelset::Doubt;
 use serde::Serialize;
 use shapespace_report::table::Table;
@@ -38,6 +39,9 @@ use shapespace_input::Image;
 use shapespace_input::dimension::{Dim, per_dimension};
 use sheet::Sheet;
 
+/// Why the box of the grid is not one of the options.
+const DRAWN: &str = "the built-in shapes are drawn in a square";
+
 /// A figure that is drawn.
 struct Figure {
     name: FigureName,
@@ -58,7 +62,7 @@ struct Outcome<const D: usize> {
     doubts: Vec<Doubt>,
     inputs: Vec<InputRecord<D>>,
     config: FigureConfig,
-    nodes: [usize; D],
+    grid: Grid<D>,
     drawn: Option<Vec<Image<D>>>,
 }
 
@@ -89,7 +93,7 @@ impl Command for Figure {
         let config = self.config.clone();
         if config.inputs.is_empty() {
             let folder = session.output.join("inputs");
-            let images = drawn::images(self.name, config.masks.nodes::<2>()?, &folder);
+            let images = drawn::images(self.name, config.masks.longest_side::<2>(DRAWN)?, &folder);
             let drawn = Some(images.clone());
             return Plan::new(images, config, drawn).map(Dim::D2);
         }
@@ -133,7 +137,7 @@ impl Command for Figure {
             doubts: scene.doubts.take(),
             inputs: inputs.iter().map(InputRecord::new).collect(),
             config: plan.config,
-            nodes: scene.grid().nodes_per_axis(),
+            grid: scene.grid(),
             drawn: plan.drawn,
         })
     }
@@ -164,13 +168,13 @@ impl Command for Figure {
             text,
             table,
         };
-        let (nodes, start) = (&outcome.nodes, session.start);
+        let (grid, start) = (Some(&outcome.grid), session.start);
         let doubts = named(
             &outcome.doubts,
             outcome.inputs.iter().map(|input| &*input.name),
         );
         let record: Record<_, _, D> =
-            Record::new("done", nodes, &outcome.config, contents, doubts, start)
+            Record::new("done", grid, &outcome.config, contents, doubts, start)
                 .of(outcome.inputs.clone());
         record.write(directory)?;
         let heading = format!("{title}, {:.1} s\n{}", record.seconds, table.aligned("  "));

@@ -4,6 +4,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use fe_grid::Grid;
 use flate2::write::GzEncoder;
 use flate2::{Compression, Crc};
 use shapespace_input::dimension::Dim;
@@ -111,7 +112,7 @@ fn place<const D: usize>(image: Image<D>) {
     }
     let in_world = image.in_world();
     let images = [image];
-    let mut placed = vec![(&images[0], fit_frames(&images, NODES))];
+    let mut placed = vec![(&images[0], fit_frames(&images, Some(&Grid::cube(NODES))))];
     if let Some(image) = &in_world {
         let one = std::slice::from_ref(image);
         placed.push((image, physical_frames(one)));

@@ -20,7 +20,7 @@ use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Components, Input, VisibilityMask, doubts_of, prepare, view_of};
+use crate::shapes::{Components, Input, VisibilityMask, doubts_of, settle, view_of};
 use crate::summary::Summary;
 use plan::{GeodesicPlan, plan_geodesic};
 
@@ -55,9 +55,11 @@ impl Command for GeodesicConfig {
         plan: GeodesicPlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let (config, parts, grid) = (plan.config, plan.parts, plan.placed.grid);
+        let (config, parts) = (plan.config, plan.parts);
         let mut checkpointer = session.checkpointer(plan.fingerprint)?;
-        let (inputs, distances) = prepare(plan.placed, &plan.views, &session.progress)?;
+        let settled = settle(plan.placed, &plan.views, &session.progress)?;
+        let grid = settled.grid;
+        let (inputs, distances) = settled.measure(&session.progress)?;
         let [first, last] = shapes(
             &inputs,
             distances,

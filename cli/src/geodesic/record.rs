@@ -80,9 +80,9 @@ pub(super) fn record<'a, const D: usize>(
         solver_seconds: outcome.solver_seconds,
     };
     let status = overall(result.status, levels.last().map(|level| level.info.status));
-    let nodes = result.level_sets[0].grid().nodes_per_axis();
+    let grid = result.level_sets[0].grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
-    Record::new(status, &nodes, &outcome.config, found, doubts, start)
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 

@@ -17,7 +17,7 @@ use crate::geodesic::write::write_path;
 use crate::options::check_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, Placed, doubts_of, prepare};
+use crate::shapes::{Input, Placed, doubts_of, settle};
 use crate::summary::Summary;
 use shapespace_input::Image;
 use shapespace_input::dimension::per_dimension;
@@ -64,8 +64,10 @@ impl Command for LengthConfig {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let LengthPlan { placed, config } = plan;
-        let (params, grid) = (&config.params, placed.grid);
-        let (inputs, distances) = prepare(placed, &[], &session.progress)?;
+        let params = &config.params;
+        let settled = settle(placed, &[], &session.progress)?;
+        let grid = settled.grid;
+        let (inputs, distances) = settled.measure(&session.progress)?;
         let shapes: Vec<_> = distances.iter().cloned().map(Shape::new).collect();
         session.progress.stage("joining consecutive shapes");
         let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));

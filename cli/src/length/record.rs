@@ -135,9 +135,9 @@ pub(super) fn record<const D: usize>(
         certificate: given.certificate(),
         surface,
     };
-    let nodes = outcome.distances[0].grid().nodes_per_axis();
+    let grid = outcome.distances[0].grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
-    Record::new(status, &nodes, &outcome.config, found, doubts, start)
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 

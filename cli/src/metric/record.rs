@@ -109,9 +109,9 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     } else {
         "max_iterations"
     };
-    let nodes = outcome.distance.grid().nodes_per_axis();
+    let grid = outcome.distance.grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
-    Record::new(status, &nodes, config, body, doubts, start)
+    Record::new(status, Some(grid), config, body, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 

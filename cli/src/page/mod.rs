@@ -154,6 +154,8 @@ mod tests {
             doubts,
             dimension: 2,
             nodes: Vec::new(),
+            spacing: None,
+            spacing_input_units: None,
             input: Vec::new(),
             world: None,
             parameters: (),

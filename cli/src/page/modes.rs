@@ -11,11 +11,12 @@ use super::scene::Scene;
 use super::source::Source;
 use super::values::{at, one, text};
 use crate::output::numbered;
+use crate::results::stored_grid;
 use shapespace_input::read_array;
 
 /// Most modes with a slider.
 const MOST: usize = 5;
-/// Most nodes a side: finer surfaces have too many triangles for a page, and fields take too long to
+/// Most nodes a side of a cube, and as many in all of a box: finer surfaces have too many triangles for a page, and fields take too long to
 /// read.
 const NODES: usize = 129;
 
@@ -41,7 +42,8 @@ pub(super) fn modes(source: &Source<'_>) -> Option<Scene> {
     if text(record, "/command") != "pca" || dimension != Some(3) {
         return None;
     }
-    let object = scalar(&source.path("object.npy"))?;
+    let spacing = one(record, "/spacing").and_then(Value::as_f64);
+    let object = scalar(&source.path("object.npy"), spacing)?;
     // Images vary in the whole box.
     if object.as_slice().iter().all(|inside| *inside > 0.5) {
         return None;
@@ -72,13 +74,12 @@ pub(super) fn modes(source: &Source<'_>) -> Option<Scene> {
     })
 }
 
-/// A field on a cube of nodes.
-fn scalar(path: &Path) -> Option<ScalarField<f64, 3>> {
+/// A field, unless it has too many nodes.
+fn scalar(path: &Path, spacing: Option<f64>) -> Option<ScalarField<f64, 3>> {
     let (size, values) = read_array(path).ok()?;
-    let nodes = *size.first()?;
-    let is_cube =
-        size.len() == 3 && (3..=NODES).contains(&nodes) && size.iter().all(|&n| n == nodes);
-    ScalarField::from_vec(is_cube.then(|| Grid::cube(nodes))?, values).ok()
+    let grid = stored_grid(&size, spacing)?;
+    let few = grid.n_nodes() <= NODES.pow(3);
+    ScalarField::from_vec(few.then_some(grid)?, values).ok()
 }
 
 /// A field of vectors on a grid.

@@ -131,15 +131,22 @@ pub(super) fn record<'a, const D: usize>(
         left_out_residual: quality.left_out.iter().map(Scores::residual).collect(),
         solves: &pca.solves,
     };
-    let nodes = stored.average.grid().nodes_per_axis();
+    let grid = stored.average.grid();
     let mut doubts = pca.doubts();
     doubts.extend(of_source(&stored.doubts));
     if let Some(continuation) = &outcome.continuation {
         doubts.extend(continuation.doubt(stored.params.min_determinant));
     }
     let doubts = named(&doubts, []);
-    Record::new("complete", &nodes, &outcome.config, found, doubts, start)
-        .within(stored.world.as_ref())
+    Record::new(
+        "complete",
+        Some(grid),
+        &outcome.config,
+        found,
+        doubts,
+        start,
+    )
+    .within(stored.world.as_ref())
 }
 
 /// The summary of an analysis.

@@ -29,9 +29,10 @@ use crate::geodesic::draw::portraits;
 use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{inspect_mask, inspect_resolution, labels, place_like};
+use crate::shapes::{inspect_mask, inspect_resolution, labels, moved as moved_by, place_like};
 use crate::summary::Summary;
 use shapespace_input::dimension::per_dimension;
+use shapespace_input::frame::corner_in_unit_box;
 use shapespace_input::place::frame_like;
 use shapespace_input::{Image, ReadOptions};
 use shapespace_picture::{Canvas, Colour, INK, Tiles, colour};
@@ -44,8 +45,8 @@ const SHOWN: usize = 12;
 /// The scores of all shapes.
 pub(crate) struct Outcome<const D: usize> {
     config: ScoreConfig,
-    /// Nodes along each axis of the displacements.
-    nodes: [usize; D],
+    /// The grid of the displacements.
+    grid: Grid<D>,
     names: Vec<String>,
     shapes: Vec<Measured<D>>,
     /// The doubt about the modes.
@@ -75,7 +76,7 @@ struct Target<'a, const D: usize> {
     outline: Contour<D>,
     size: f64,
     distance: ScalarField<f64, D>,
-    /// On the grid of the rigid alignment.
+    /// On the grid of the rigid alignment, which is that of the unit box.
     coarse: ScalarField<f64, D>,
     align: Align,
     scale: Size,
@@ -138,7 +139,7 @@ impl Command for ScoreConfig {
                 size: Some(size),
                 ..self.clone()
             },
-            nodes: stored.space.object.grid().nodes_per_axis(),
+            grid: *stored.space.object.grid(),
             names,
             shapes,
             source: of_source(&stored.doubts),
@@ -162,13 +163,13 @@ impl Command for ScoreConfig {
             write_reconstruction(path, names, &placed.errors, distances)
         })?;
         directory.picture("score.png", || picture(names, shapes))?;
-        let (nodes, start) = (&outcome.nodes, session.start);
+        let (grid, start) = (Some(&outcome.grid), session.start);
         let doubts = shapes.iter().enumerate();
         let doubts = doubts.flat_map(|(i, shape)| shape.doubts.iter().map(move |d| d.about(i)));
         let doubts: Vec<Doubt> = doubts.chain(outcome.source).collect();
         let doubts = named(&doubts, names.iter().map(|name| &**name));
         let config = &outcome.config;
-        let record = ScoreRecord::<D>::new("complete", nodes, config, placed, doubts, start);
+        let record = ScoreRecord::<D>::new("complete", grid, config, placed, doubts, start);
         record.write(directory)?;
         Ok(summary(&record))
     }
@@ -184,7 +185,7 @@ impl<'a, const D: usize> Target<'a, D> {
             compound: Compound::new(&stored.average.average, &stored.space.params)?,
             size: Moments::of_contour(&outline).map_err(shown)?.volume,
             distance: signed_distance(object, 0.5).map_err(shown)?,
-            coarse: ContourDistance::new(&outline)
+            coarse: ContourDistance::new(&moved_by(&outline, corner_in_unit_box(object.grid())))
                 .map_err(shown)?
                 .sample(coarse),
             outline,
@@ -290,22 +291,24 @@ impl<'a, const D: usize> Target<'a, D> {
     /// The boundary of a new shape in the box of the average, and its signed distance.
     fn placed(&self, image: &Image<D>) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
         let grid = *self.distance.grid();
-        let nodes = grid.nodes_per_axis()[0];
+        // New shapes are placed and aligned in the unit box, which has room for any orientation.
+        let corner = corner_in_unit_box(&grid);
+        let back = corner.map(|x| -x);
         let (size, frame) = &self.stored.average.frame;
         let in_world = match self.stored.average.placing {
             None | Some(Frame::None) => None,
             Some(Frame::Physical | Frame::Centred) => image.in_world(),
         };
         let image = in_world.as_ref().unwrap_or(image);
-        let moved = self.align == Align::Rigid || self.scale == Size::Equal;
-        let mut frame_of = frame_like(image, (size, frame), nodes, 1.0, moved);
+        let turned = self.align == Align::Rigid || self.scale == Size::Equal;
+        let mut frame_of = frame_like(image, (size, &frame.moved(corner)), &grid, 1.0, turned);
         if self.scale == Size::Equal {
             let (outline, _) = place_like(image, frame_of, None, self.coarse_grid())?;
             let own = Moments::of_contour(&outline).map_err(shown)?.volume;
             frame_of = frame_of.shrunk((self.size / own).powf(1.0 / D as f64));
         }
         if self.align == Align::None {
-            return place_like(image, frame_of, None, grid);
+            return place_like(image, frame_of.moved(back), None, grid);
         }
         let (_, coarse) = place_like(image, frame_of, None, self.coarse_grid())?;
         let found = align_to(&self.coarse, &coarse).map_err(|error| CliError::Computation {
@@ -315,7 +318,7 @@ impl<'a, const D: usize> Target<'a, D> {
         let rotation = found.motion.rotation();
         let translation = found.motion.translation();
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
-        let shift = std::array::from_fn(|i| translation[i]);
+        let shift = std::array::from_fn(|i| translation[i] + back[i]);
         place_like(image, frame_of, Some((rows, shift)), grid)
     }
 

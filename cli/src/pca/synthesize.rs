@@ -159,7 +159,7 @@ fn record<const D: usize>(
         "load_not_reached"
     };
     Ok(
-        SynthesisRecord::new(status, &grid.nodes_per_axis(), config, found, doubts, start)
+        SynthesisRecord::new(status, Some(&grid), config, found, doubts, start)
             .within(outcome.stored.average.world.as_ref()),
     )
 }

@@ -20,8 +20,8 @@ pub struct SegmentConfig {
     /// pattern in quotes, stands for its files.
     #[arg(value_name = "IMAGE")]
     pub inputs: Vec<PathBuf>,
-    /// Number of nodes along the longest side, 2^L + 1 [default: from the number of samples, at
-    /// most 513, for volumes 129].
+    /// Number of nodes along the longest side, 2^L + 1 or another m 2^L + 1 [default: from the number
+    /// of samples, at most 513, for volumes 129].
     #[arg(long, value_name = "N")]
     pub grid: Option<usize>,
     /// Scales of the segmentation.

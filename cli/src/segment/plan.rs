@@ -7,7 +7,7 @@ use phasefield::segmentation::{SegmentationParams, Weights};
 
 use super::args::{SegmentConfig, wrong_truth};
 use crate::error::CliError;
-use crate::options::check_nodes;
+use crate::grid::check_nodes;
 use crate::shapes::{GreyInput, labels};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::place::{nodal_values, whole_frame};
@@ -98,9 +98,9 @@ fn read_truth<const D: usize>(
 /// The number of nodes along the longest side of an image: the configured one, or the smallest
 /// `2^L + 1` not below the number of samples, with an upper bound.
 fn nodes<const D: usize>(image: &Image<D>, asked: Option<usize>) -> Result<usize, CliError> {
-    let (usual, most) = if D == 2 { (513, 4097) } else { (129, 513) };
+    let usual = if D == 2 { 513 } else { 129 };
     if let Some(nodes) = asked {
-        check_nodes(nodes, most)?;
+        check_nodes::<D>(nodes)?;
         return Ok(nodes);
     }
     let samples = image.size.into_iter().fold(9, usize::max);

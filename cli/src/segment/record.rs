@@ -125,7 +125,7 @@ pub(super) fn record<'a, const D: usize>(
             .map(|o| o.iter().sum::<f64>() / o.len() as f64),
         images,
     };
-    Record::new(status, &[], config, found, doubts, start)
+    Record::new(status, None, config, found, doubts, start)
 }
 
 /// The summary of a result.

@@ -127,7 +127,7 @@ pub(crate) fn align<const D: usize>(
     if visibility.is_empty() {
         inspect_reflections(inputs, &distances, &order)?;
     }
-    keep_inside(inputs);
+    keep_inside(inputs, [ROOM; D]);
     measure_ways(inputs, &before, reference)
 }
 
@@ -235,14 +235,15 @@ fn reference<const D: usize>(
     Ok(best.map_or(0, |(index, _)| index))
 }
 
-/// Moves all shapes together, and shrinks them if need be, so that none leaves the room.
-fn keep_inside<const D: usize>(inputs: &mut [Input<D>]) {
+/// Moves all shapes together, and shrinks them if need be, so that none leaves the room, which lies in
+/// the middle of the unit box.
+pub(super) fn keep_inside<const D: usize>(inputs: &mut [Input<D>], room: [[f64; 2]; D]) {
     let (low, high) = bounds(inputs.iter().map(|input| &input.contour));
-    if (0..D).all(|k| low[k] >= ROOM[0] && high[k] <= ROOM[1]) {
+    if (0..D).all(|k| low[k] >= room[k][0] && high[k] <= room[k][1]) {
         return;
     }
-    let longest = (0..D).fold(0.0, |side, k| f64::max(side, high[k] - low[k]));
-    let factor = ((ROOM[1] - ROOM[0]) / longest).min(1.0);
+    let share = |k: usize| (room[k][1] - room[k][0]) / (high[k] - low[k]);
+    let factor = (0..D).map(share).fold(1.0, f64::min);
     let middle = SVector::<f64, D>::repeat(0.5);
     let centre = SVector::<f64, D>::from_fn(|k, _| 0.5 * (low[k] + high[k]));
     for input in inputs {
@@ -250,6 +251,11 @@ fn keep_inside<const D: usize>(inputs: &mut [Input<D>]) {
         input.contour = input.contour.map(into);
         input.volume *= factor.powi(D as i32);
         input.frame = input.frame.shrunk(factor);
+        if input.alignment.is_none() {
+            // m + f (x - c) is the shrunk m + f (x - m), moved.
+            let by = (middle - centre) * factor;
+            input.frame = input.frame.moved(by.into());
+        }
         if let Some(alignment) = &mut input.alignment {
             // y = m + f (R x + t - c) in the shrunk coordinates x' = m + f (x - m).
             let rotation = *alignment.motion.rotation();
@@ -284,7 +290,7 @@ mod tests {
     use shapespace_input::{Image, boundary};
 
     fn input<const D: usize>(image: &Image<D>) -> Input<D> {
-        let frame = fit_frames(std::slice::from_ref(image), 33)[0];
+        let frame = fit_frames(std::slice::from_ref(image), None)[0];
         super::super::input(image, frame, String::new()).unwrap()
     }
 
@@ -340,7 +346,7 @@ mod tests {
     fn the_reference_is_of_middling_size() {
         let images = [[8, 31], [12, 27], [10, 29], [4, 35], [11, 28]]
             .map(|[a, b]| block([40, 40, 40], [1.0; 3], [a; 3], [b; 3]));
-        let frame = fit_frames(&images, 33)[0];
+        let frame = fit_frames(&images, None)[0];
         let contours = images.map(|image| boundary(&image, &frame).unwrap());
         let contours = contours.each_ref();
         assert_eq!(reference(&contours, |_| true).unwrap(), 2);

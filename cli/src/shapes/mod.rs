@@ -1,12 +1,13 @@
 //! From masks to boundaries, and from boundaries to signed distances on the grid: the first stage
 //! of every command.
 //!
-//! `parts` splits label images, `align` aligns shapes with one of them, `pairs` aligns them
-//! pairwise, `size` scales them to equal sizes, `label` assigns names for pictures, `record` states placements, and `surface` transforms
+//! `parts` splits label images, `align` aligns shapes with one of them, `domain` chooses the box of the
+//! grid for them, `pairs` aligns them pairwise, `size` scales them to equal sizes, `label` assigns names for pictures, `record` states placements, and `surface` transforms
 //! results back. Boundaries are extracted at the resolution of the masks and moved by the
 //! alignment; the exact Euclidean distance to them is computed at the nodes.
 
 mod align;
+mod domain;
 mod inspect;
 mod label;
 mod pairs;
@@ -22,7 +23,8 @@ use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 
 use crate::error::CliError;
-use crate::options::{Align, Frame, MaskOptions, Size};
+use crate::grid::longest;
+use crate::options::{Align, Frame, MaskOptions, Nodes, Size};
 use crate::progress::Progress;
 use align::{Alignment, align, inspect_unaligned};
 use shapespace_input::frame::{FrameRule, FrameTransform};
@@ -31,25 +33,27 @@ use shapespace_input::place::{are_near, centred_frames, fit_frames, physical_fra
 use shapespace_input::{Image, LEVEL, boundary};
 use size::equalise;
 
+pub(crate) use domain::{Domain, moved};
 pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
     GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
+    scale_of_records,
 };
 pub(crate) use surface::{write_curves, write_surface};
 pub(crate) use world::{WorldFrame, WorldRecord};
 
-/// Masks that are read and placed in the unit box.
+/// Masks that are read and placed in the unit box, before the grid is known.
 #[derive(Clone, Debug)]
 pub(crate) struct Placed<const D: usize> {
     /// The masks.
     pub images: Vec<Image<D>>,
     /// Placement of each mask in the unit box.
     pub frames: Vec<FrameTransform<D>>,
-    /// The finest grid.
-    pub grid: Grid<D>,
+    /// The box of the grid.
+    pub domain: Domain<D>,
     /// The factors by which the masks were scaled to equal sizes; one each unless requested.
     pub size_factors: Vec<f64>,
     /// Their alignment.
@@ -64,8 +68,11 @@ impl<const D: usize> Placed<D> {
     /// # Errors
     /// [`CliError::Option`] for a grid that does not exist.
     pub fn new(images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
-        let nodes = options.nodes::<D>()?;
-        options.grid = Some(nodes);
+        let domain = Domain::new(options)?;
+        if let Domain::Cube(nodes) | Domain::Fit(nodes) = domain {
+            options.grid = Some(Nodes::Cube(nodes));
+        }
+        let nodal = domain.nodal();
         let (mut images, frame) = oriented(images, options)?;
         options.frame = Some(frame);
         let size_factors = match options.size {
@@ -74,7 +81,7 @@ impl<const D: usize> Placed<D> {
         };
         let near = frame != Frame::Physical || are_near(&images);
         let align = *options.align.get_or_insert_with(|| {
-            if options.size == Size::Kept && near && have_common_coordinates(&images) {
+            if options.size == Size::Kept && near && have_common_coordinates(&images, nodal) {
                 Align::None
             } else {
                 Align::Rigid
@@ -84,12 +91,12 @@ impl<const D: usize> Placed<D> {
             // Shapes that are aligned anyway need no room for their distances.
             Frame::Physical if near || align == Align::None => physical_frames(&images),
             Frame::Physical | Frame::Centred => centred_frames(&images),
-            Frame::None => fit_frames(&images, nodes),
+            Frame::None => fit_frames(&images, nodal.as_ref()),
         };
         Ok(Self {
             frames,
             images,
-            grid: Grid::cube(nodes),
+            domain,
             size_factors,
             align,
             like: 0,
@@ -159,13 +166,17 @@ fn oriented<const D: usize>(
 }
 
 /// Whether the positions of objects in masks can be compared: all masks are arrays of the same
-/// number of nodes, 2^L + 1 along every axis, or all have the same affine map to world coordinates.
-fn have_common_coordinates<const D: usize>(images: &[Image<D>]) -> bool {
+/// number of nodes, 2^L + 1 along every axis or those of the grid, or all have the same affine map to
+/// world coordinates.
+fn have_common_coordinates<const D: usize>(images: &[Image<D>], grid: Option<Grid<D>>) -> bool {
     let Some(first) = images.first() else {
         return true;
     };
     let dyadic = |n: usize| n == first.size[0] && (n - 1).is_power_of_two();
-    let nodal = |image: &Image<D>| image.plain_array && image.size.iter().all(|&n| dyadic(n));
+    let of_grid = |size: [usize; D]| grid.is_some_and(|grid| grid.nodes_per_axis() == size);
+    let nodal = |image: &Image<D>| {
+        image.plain_array && (image.size.iter().all(|&n| dyadic(n)) || of_grid(image.size))
+    };
     images.iter().all(nodal)
         || first.affine.is_some() && images.iter().all(|image| image.affine == first.affine)
 }
@@ -183,13 +194,13 @@ pub(crate) struct Input<const D: usize> {
     /// Samples along each axis, `x` first.
     pub size: [usize; D],
     pub affine: Option<[[f64; 4]; 3]>,
-    /// From samples to the unit box.
+    /// From samples to the box.
     pub frame: FrameTransform<D>,
     /// Factor by which the mask was scaled before, to equal sizes.
     pub size_factor: f64,
     /// Alignment after that.
     pub alignment: Option<Alignment<D>>,
-    /// The boundary in the unit box, after alignment.
+    /// The boundary in the box, after alignment.
     pub contour: Contour<D>,
     /// The object's area or volume in the unit box.
     pub volume: f64,
@@ -200,10 +211,22 @@ pub(crate) struct Input<const D: usize> {
 }
 
 impl<const D: usize> Input<D> {
-    /// Length in the unit box of one length unit of the file.
+    /// Length in the box of one length unit of the file.
     pub fn scale(&self) -> f64 {
         self.size_factor * self.frame.scale()
     }
+
+    /// Whether its samples are values at the nodes of a grid.
+    fn is_nodal(&self) -> bool {
+        self.frame.rule() == FrameRule::AsIs && self.alignment.is_none()
+    }
+}
+
+/// Shapes in their places on the grid.
+pub(crate) struct Settled<const D: usize> {
+    images: Vec<Image<D>>,
+    pub inputs: Vec<Input<D>>,
+    pub grid: Grid<D>,
 }
 
 /// The inputs and their signed distances on the grid. Visibility masks, none or one per shape, only
@@ -216,10 +239,22 @@ pub(crate) fn prepare<const D: usize>(
     views: &[Option<VisibilityMask<D>>],
     progress: &Progress,
 ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
+    settle(placed, views, progress)?.measure(progress)
+}
+
+/// Aligns shapes and chooses the grid.
+///
+/// # Errors
+/// [`CliError`] with exit code 2 for shapes without a boundary, and for a grid that does not exist.
+pub(crate) fn settle<const D: usize>(
+    placed: Placed<D>,
+    views: &[Option<VisibilityMask<D>>],
+    progress: &Progress,
+) -> Result<Settled<D>, CliError> {
     let Placed {
         images,
         frames,
-        grid,
+        domain,
         size_factors,
         align: alignment,
         like,
@@ -245,25 +280,34 @@ pub(crate) fn prepare<const D: usize>(
         progress.stage("looking for reflected shapes");
         inspect_unaligned(&mut inputs)?;
     }
-    progress.stage("measuring distances");
-    let distances: Result<Vec<_>, CliError> = images
-        .iter()
-        .zip(&inputs)
-        .map(|(image, input)| {
-            distance(
-                image,
-                input,
-                &input.contour,
-                input.alignment.is_some(),
-                grid,
-            )
-        })
-        .collect();
-    let distances = distances?;
-    for (input, distance) in inputs.iter_mut().zip(&distances) {
-        input.doubts.extend(inspect_resolution(distance));
+    Ok(Settled {
+        grid: domain.settle(&mut inputs)?,
+        images,
+        inputs,
+    })
+}
+
+impl<const D: usize> Settled<D> {
+    /// The inputs and their signed distances at the nodes.
+    ///
+    /// # Errors
+    /// As [`prepare`].
+    pub fn measure(
+        self,
+        progress: &Progress,
+    ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
+        let (images, mut inputs, grid) = (self.images, self.inputs, self.grid);
+        progress.stage("measuring distances");
+        let both = images.iter().zip(&inputs);
+        let distances: Result<Vec<_>, CliError> = both
+            .map(|(image, input)| distance(image, input, &input.contour, grid))
+            .collect();
+        let distances = distances?;
+        for (input, distance) in inputs.iter_mut().zip(&distances) {
+            input.doubts.extend(inspect_resolution(distance));
+        }
+        Ok((inputs, distances))
     }
-    Ok((inputs, distances))
 }
 
 fn input<const D: usize>(
@@ -321,32 +365,53 @@ pub(crate) fn place_like<const D: usize>(
             std::array::from_fn(|i| shift[i] + (0..D).map(|j| rotation[i][j] * p[j]).sum::<f64>())
         });
     }
-    let distance = distance(image, &placed, &placed.contour, motion.is_some(), grid)?;
+    let distance = if placed.is_nodal() && motion.is_none() {
+        distance(image, &placed, &placed.contour, grid)?
+    } else {
+        sampled(image, &placed.contour, grid)?
+    };
     Ok((placed.contour, distance))
 }
 
 /// The signed distance to a shape at the nodes. Nodal values that have not been moved are
-/// used as they are, and are extended beyond the faces of the box.
+/// used as they are, and are extended beyond the faces of their box.
 fn distance<const D: usize>(
     image: &Image<D>,
     input: &Input<D>,
     contour: &Contour<D>,
-    moved: bool,
     grid: Grid<D>,
 ) -> Result<ScalarField<f64, D>, CliError> {
+    if !input.is_nodal() {
+        return sampled(image, contour, grid);
+    }
     let failed = |source| CliError::Shape {
         path: image.path.clone(),
         source,
     };
-    let distance = if input.frame.rule() == FrameRule::AsIs && !moved {
-        let nodal = ScalarField::from_vec(grid, image.values.to_vec())
-            // The rule is chosen only for images of exactly the grid's size.
-            .expect("as many samples as nodes, by the rule");
-        signed_distance(&nodal, LEVEL).map_err(failed)?
-    } else {
-        ContourDistance::new(contour).map_err(failed)?.sample(grid)
-    };
-    on_the_grid(&image.path, distance)
+    let of_samples = Grid::with_nodes(image.size, input.frame.scale());
+    let nodal = of_samples.and_then(|own| ScalarField::from_vec(own, image.values.to_vec()));
+    let nodal = nodal.map_err(|error| failed(error.into()))?;
+    let whole = signed_distance(&nodal, LEVEL).map_err(failed)?;
+    if *whole.grid() == grid {
+        return on_the_grid(&image.path, whole);
+    }
+    match domain::middle_part(&whole, grid) {
+        Some(part) => on_the_grid(&image.path, part),
+        None => sampled(image, contour, grid),
+    }
+}
+
+/// The signed distance to a boundary at the nodes.
+fn sampled<const D: usize>(
+    image: &Image<D>,
+    contour: &Contour<D>,
+    grid: Grid<D>,
+) -> Result<ScalarField<f64, D>, CliError> {
+    let distance = ContourDistance::new(contour).map_err(|source| CliError::Shape {
+        path: image.path.clone(),
+        source,
+    })?;
+    on_the_grid(&image.path, distance.sample(grid))
 }
 
 /// A distance with at least one node inside its shape.
@@ -359,6 +424,6 @@ fn on_the_grid<const D: usize>(
     }
     Err(CliError::LostOnGrid {
         path: path.into(),
-        nodes: distance.grid().nodes_per_axis()[0],
+        nodes: longest(distance.grid()),
     })
 }

@@ -7,6 +7,9 @@
 //! as well as it can, however small they are beside others. A length of a magnified pair is
 //! `magnification^(D/2)` times that in the common scale of all shapes, in which values of pairs are
 //! compared.
+//!
+//! All pairs have one grid: the unit box, a box of given sides, or the smallest box that contains all
+//! of them. Where its spacing is given in the units of the inputs, shapes are not magnified.
 
 use std::borrow::Cow;
 
@@ -14,15 +17,21 @@ use fe_grid::{Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance};
 use shape_average::align::{RigidMotion, align_to};
 
-use super::Input;
 use super::align::{ROOM, bounds, coarse_distances, failed};
+use super::domain::{Domain, moved, room};
+use super::{Input, common_scale};
 use crate::error::CliError;
+use shapespace_input::frame::corner_in_unit_box;
 
 /// Shapes and the relative positions of all pairs.
 pub(crate) struct Pairs<const D: usize> {
     pub inputs: Vec<Input<D>>,
     /// Signed distances of the shapes before the alignment.
     distances: Vec<ScalarField<f64, D>>,
+    /// The grid of all pairs.
+    pub grid: Grid<D>,
+    /// From the unit box, in which pairs are aligned, to the boxes of the shapes and of the pairs.
+    corners: [[f64; D]; 2],
     /// For every pair, in the order `(0, 1), (0, 2), ..., (1, 2), ...`; none if pairs are not
     /// aligned.
     positions: Vec<Position<D>>,
@@ -50,26 +59,38 @@ pub(crate) type PairFields<'a, const D: usize> =
     (Cow<'a, ScalarField<f64, D>>, Cow<'a, ScalarField<f64, D>>);
 
 impl<const D: usize> Pairs<D> {
-    /// Pairs of shapes that are not aligned.
-    pub fn placed(inputs: Vec<Input<D>>, distances: Vec<ScalarField<f64, D>>) -> Self {
+    /// Pairs of shapes on one grid that are not aligned.
+    pub fn placed(
+        inputs: Vec<Input<D>>,
+        distances: Vec<ScalarField<f64, D>>,
+        grid: Grid<D>,
+    ) -> Self {
         Self {
             inputs,
             distances,
+            grid,
+            corners: [[0.0; D]; 2],
             positions: Vec::new(),
         }
     }
 
-    /// Aligns every pair. `stop` is called between two pairs; if it returns true, the result is
-    /// `None`.
+    /// Aligns every pair of shapes on the grid `own`, and chooses the grid of the pairs. `stop` is called
+    /// between two pairs; if it returns true, the result is `None`.
     ///
     /// # Errors
-    /// [`CliError::Computation`] where a shape is too small to be aligned.
+    /// [`CliError::Computation`] where a shape is too small to be aligned, and those of
+    /// [`Domain::grid`].
     pub fn aligned(
         inputs: Vec<Input<D>>,
         distances: Vec<ScalarField<f64, D>>,
+        own: &Grid<D>,
+        domain: &Domain<D>,
         stop: impl Fn() -> bool + Sync,
     ) -> Result<Option<Self>, CliError> {
-        let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
+        let corner = corner_in_unit_box(own);
+        let contours = inputs.iter().map(|input| moved(&input.contour, corner));
+        let contours: Vec<Contour<D>> = contours.collect();
+        let contours: Vec<&Contour<D>> = contours.iter().collect();
         let coarse = coarse_distances(&contours)?;
         let n = inputs.len();
         let pairs: Vec<[usize; 2]> = (0..n)
@@ -84,22 +105,38 @@ impl<const D: usize> Pairs<D> {
                 Ok(Some(aligned.motion))
             });
         let mut positions = Vec::with_capacity(pairs.len());
+        let within = match domain {
+            Domain::Box(grid) => room(&grid.extent()),
+            _ => [ROOM; D],
+        };
+        let mut sides = [0.0; D];
         for (&[i, j], motion) in pairs.iter().zip(found) {
             let Some(motion) = motion? else {
                 return Ok(None);
             };
             let moved = motion.apply_to_contour(contours[j]);
             let (low, high) = bounds([contours[i], &moved]);
-            let longest = (0..D).fold(0.0, |side, k| f64::max(side, high[k] - low[k]));
+            let share = |k: usize| (within[k][1] - within[k][0]) / (high[k] - low[k]);
+            let magnification = match domain {
+                Domain::Spaced(..) => 1.0,
+                _ => (0..D).map(share).fold(f64::INFINITY, f64::min),
+            };
+            sides = std::array::from_fn(|k| {
+                let own = magnification * (high[k] - low[k]) + 2.0 * ROOM[0];
+                f64::max(sides[k], own)
+            });
             positions.push(Position {
                 motion,
                 middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
-                magnification: (ROOM[1] - ROOM[0]) / longest,
+                magnification,
             });
         }
+        let grid = domain.grid(sides, common_scale(&inputs).unwrap_or(1.0))?;
         Ok(Some(Self {
             inputs,
             distances,
+            grid,
+            corners: [corner, corner_in_unit_box(&grid)],
             positions,
         }))
     }
@@ -120,12 +157,7 @@ impl<const D: usize> Pairs<D> {
     ///
     /// # Errors
     /// [`CliError`] for a shape that is lost on the grid.
-    pub fn fields(
-        &self,
-        start: usize,
-        end: usize,
-        grid: Grid<D>,
-    ) -> Result<PairFields<'_, D>, CliError> {
+    pub fn fields(&self, start: usize, end: usize) -> Result<PairFields<'_, D>, CliError> {
         let (i, j) = (start.min(end), start.max(end));
         let (first, second) = match self.position(i, j) {
             None => (
@@ -134,8 +166,8 @@ impl<const D: usize> Pairs<D> {
             ),
             Some(position) => {
                 let onto = |p| position.centred(position.motion.map(p));
-                let first = self.field(i, grid, |p| position.centred(p))?;
-                (Cow::Owned(first), Cow::Owned(self.field(j, grid, onto)?))
+                let first = self.field(i, |p| position.centred(p))?;
+                (Cow::Owned(first), Cow::Owned(self.field(j, onto)?))
             }
         };
         Ok(if start < end {
@@ -148,17 +180,20 @@ impl<const D: usize> Pairs<D> {
     fn field(
         &self,
         shape: usize,
-        grid: Grid<D>,
         map: impl Fn([f64; D]) -> [f64; D],
     ) -> Result<ScalarField<f64, D>, CliError> {
         let input = &self.inputs[shape];
-        let contour = input.contour.map(map);
+        let [from, to] = self.corners;
+        let sum = |p: [f64; D], by: [f64; D]| std::array::from_fn(|k| p[k] + by[k]);
+        let contour = input
+            .contour
+            .map(|p| sum(map(sum(p, from)), to.map(|x| -x)));
         let distance = ContourDistance::new(&contour)
             .map_err(|source| CliError::Shape {
                 path: input.path.clone(),
                 source,
             })?
-            .sample(grid);
+            .sample(self.grid);
         super::on_the_grid(&input.path, distance)
     }
 }
@@ -174,7 +209,7 @@ mod tests {
     const NODES: usize = 65;
 
     fn prepared(images: &[Image<2>]) -> (Vec<Input<2>>, Vec<ScalarField<f64, 2>>) {
-        let frames = fit_frames(images, NODES);
+        let frames = fit_frames(images, None);
         let inputs: Vec<Input<2>> = images
             .iter()
             .zip(frames)
@@ -203,16 +238,16 @@ mod tests {
         slanted.values = values.into();
         let (inputs, distances) = prepared(&[slanted, lying, upright]);
         let areas: Vec<f64> = inputs.iter().map(|input| input.volume).collect();
-        let pairs = Pairs::aligned(inputs, distances, || false)
+        let grid = Grid::cube(NODES);
+        let pairs = Pairs::aligned(inputs, distances, &grid, &Domain::Cube(NODES), || false)
             .unwrap()
             .unwrap();
-        let grid = Grid::cube(NODES);
         for i in 0..3 {
             for j in (0..3).filter(|&j| j != i) {
-                let (a, b) = pairs.fields(i, j, grid).unwrap();
+                let (a, b) = pairs.fields(i, j).unwrap();
                 // Bars of one size, up to the steps of the slanted one.
                 assert!(dice(&a, 0.0, &b, 0.0).unwrap() > 0.96, "{i} {j}");
-                let (d, c) = pairs.fields(j, i, grid).unwrap();
+                let (d, c) = pairs.fields(j, i).unwrap();
                 assert_eq!((a.as_slice(), b.as_slice()), (c.as_slice(), d.as_slice()));
                 let outline = contour(&a, 0.0, BoxEdge::Open).unwrap();
                 let area = Moments::of_contour(&outline).unwrap().volume;
@@ -241,9 +276,15 @@ mod tests {
         let bar = block([60, 60], [1.0; 2], [5, 25], [54, 34]);
         let (inputs, distances) = prepared(&[bar.clone(), bar]);
         assert!(
-            Pairs::aligned(inputs, distances, || true)
-                .unwrap()
-                .is_none()
+            Pairs::aligned(
+                inputs,
+                distances,
+                &Grid::cube(NODES),
+                &Domain::Cube(NODES),
+                || true
+            )
+            .unwrap()
+            .is_none()
         );
     }
 }

@@ -82,10 +82,7 @@ impl<const D: usize> Components<D> {
     ) -> Result<Vec<ScalarField<f64, D>>, CliError> {
         let masks = self.masks[number].iter();
         masks
-            .map(|mask| {
-                let moved = input.alignment.is_some();
-                distance(mask, input, &placed(mask, input)?, moved, grid)
-            })
+            .map(|mask| distance(mask, input, &placed(mask, input)?, grid))
             .collect()
     }
 }

@@ -92,6 +92,14 @@ pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
     inputs.iter().all(same).then_some(first)
 }
 
+/// The same of their records.
+pub(crate) fn scale_of_records<const D: usize>(inputs: &[InputRecord<D>]) -> Option<f64> {
+    let scale = |input: &InputRecord<D>| input.size_factor.unwrap_or(1.0) * input.frame.scale();
+    let first = scale(inputs.first()?);
+    let same = |input: &InputRecord<D>| (scale(input) / first - 1.0).abs() < 1e-12;
+    inputs.iter().all(same).then_some(first)
+}
+
 /// How inputs were aligned and scaled, if they were.
 pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> Option<String> {
     let aligned = || inputs.iter().filter_map(|input| input.alignment.as_ref());

@@ -45,7 +45,7 @@ mod tests {
         images[0].plain_array = true;
         let factors = equalise(&mut images);
         assert!((factors[0] / factors[1] - (3.0f64).sqrt()).abs() < 1e-12);
-        let frames = fit_frames(&images, 40);
+        let frames = fit_frames(&images, None);
         let areas = images.iter().zip(frames).map(|(image, frame)| {
             let samples = image.values.iter().filter(|v| *v > LEVEL).count() as f64;
             samples * frame.sample_size().iter().product::<f64>()

@@ -16,8 +16,8 @@ use crate::output::{ResultDir, numbered};
 use crate::shapes::{Input, WorldFrame, lattice_of};
 use shapespace_input::lattice::Lattice;
 
-/// The part of the box in which volumes of shapes are written, between these coordinates.
-const PART: [f64; 2] = [0.05, 0.95];
+/// Share of the longest side of the box, at all of its faces, where no volumes of shapes are written.
+const BORDER: f64 = 0.05;
 
 /// Writes the deformations of inputs onto a shape, and their inverses, where they have a world.
 ///
@@ -70,7 +70,7 @@ pub(crate) fn write_shape<const D: usize>(
     let Some(samples) = lattice_of(&inputs[world.number()]) else {
         return Ok(());
     };
-    let lattice = within_box(&samples, &world);
+    let lattice = within_box(&samples, &world, &grid);
     let distance = ContourDistance::new(shape).map_err(|error| CliError::Computation {
         message: format!("the shape has no distance: {error}"),
         remedy: "use a finer --grid".into(),
@@ -83,10 +83,16 @@ pub(crate) fn write_shape<const D: usize>(
     Ok(write_volume(&file, &lattice, &Values::Numbers(&values))?)
 }
 
-/// The samples of a lattice, continued where needed, that lie in the box.
-pub(super) fn within_box<const D: usize>(samples: &Lattice, world: &WorldFrame<D>) -> Lattice {
+/// The samples of a lattice, continued where needed, that lie in the box of a grid.
+pub(super) fn within_box<const D: usize>(
+    samples: &Lattice,
+    world: &WorldFrame<D>,
+    grid: &Grid<D>,
+) -> Lattice {
+    let sides = grid.extent();
+    let border = BORDER * sides.into_iter().fold(0.0, f64::max);
     let corner = |number: usize| -> [f64; 3] {
-        let unit = std::array::from_fn(|k| PART[number >> k & 1]);
+        let unit = std::array::from_fn(|k| [border, sides[k] - border][number >> k & 1]);
         in_space(world.position(unit))
     };
     samples.around((0..8).map(corner))

@@ -115,7 +115,7 @@ impl StoredMap {
         if inverse {
             *own
         } else {
-            super::fields::within_box(leading, &self.average)
+            super::fields::within_box(leading, &self.average, self.displacement.grid())
         }
     }
 }

@@ -57,7 +57,7 @@ const ROWS: &[Row<'static>] = &[
     (
         "average BARS -o out",
         "grid",
-        &["8", "10", "8193"],
+        &["8", "40", "8193"],
         "2^L + 1",
     ),
     (SEGMENT, "smooth", POSITIVE, "positive"),

@@ -108,8 +108,8 @@ fn wrong_calls_are_refused_with_a_remedy() {
     assert_eq!(error.help(), "did you mean `grid`?");
     let error = wrong("grid", "fine".into(), "average");
     assert!(error.to_string().contains("`grid` cannot be"), "{error}");
-    let error = wrong("grid", 20.into(), "average");
-    assert_eq!(error.to_string(), "--grid 20 is not allowed");
+    let error = wrong("grid", 40.into(), "average");
+    assert_eq!(error.to_string(), "--grid 40 is not allowed");
     let error = wrong("grid", 17.into(), "averag");
     assert!(matches!(error, CliError::Key { .. }), "{error}");
     let call = Call {

@@ -7,6 +7,7 @@ mod api;
 mod average;
 mod bad_input;
 mod book;
+mod boxes;
 mod calculus;
 mod compare;
 mod config;

@@ -364,7 +364,7 @@ fn flat(text: &str, name: &str) -> (Image<2>, f64) {
         Ok(AnyImage::D2(image)) => image,
         other => panic!("{name}: {other:?}"),
     };
-    let frame = shapespace_input::place::fit_frames(std::slice::from_ref(&image), 65)[0];
+    let frame = shapespace_input::place::fit_frames(std::slice::from_ref(&image), None)[0];
     let drawn = boundary(&image, &frame).unwrap();
     assert!(drawn.is_closed());
     let area = Moments::of_contour(&drawn).unwrap().volume / frame.scale().powi(2);

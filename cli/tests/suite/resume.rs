@@ -89,6 +89,7 @@ fn averages_resume_to_the_same_bits() {
     for options in [
         &[][..],
         &["--mean", "median"],
+        &["--box", "fit"],
         &["--weights", "0.25,0.75,0,0"],
         &["--memory", "2MiB"],
         &["--solver", "descent"],

@@ -33,7 +33,10 @@ impl<const D: usize> LinearOperator for Operator<'_, D> {
 }
 
 fn iterations<T: Element, const D: usize>(n: usize, contrast: f64) -> usize {
-    let grid = Grid::<D>::cube(n);
+    iterations_on::<T, D>(Grid::cube(n), contrast)
+}
+
+fn iterations_on<T: Element, const D: usize>(grid: Grid<D>, contrast: f64) -> usize {
     let params = MultigridParams::default();
     let law = WeightedMassStiffness;
     let exact = Multigrid::<f64, _, D, 1>::new(grid, &law, cells(&grid, contrast), params).unwrap();
@@ -77,9 +80,32 @@ fn iterations_do_not_grow_with_the_grid() {
     assert!(iterations::<f32, 2>(129, 1e-4) <= plane[3] + 2);
 }
 
+/// Numbers of cells that are odd on some level, along one axis and along all, and long boxes.
+#[test]
+fn boxes_of_any_sides_take_as_many_iterations_as_cubes() {
+    let plane = |sides: [usize; 2]| {
+        let longest = (sides[0].max(sides[1]) - 1) as f64;
+        iterations_on::<f64, 2>(Grid::with_nodes(sides, longest.recip()).unwrap(), 1e-4)
+    };
+    let plane = [[65, 23], [50, 50], [97, 97], [129, 17], [62, 20]].map(plane);
+    let space = |sides: [usize; 3]| {
+        let longest = sides.into_iter().max().unwrap() as f64 - 1.0;
+        iterations_on::<f64, 3>(Grid::with_nodes(sides, longest.recip()).unwrap(), 1e-4)
+    };
+    let space = [[33, 15, 13], [20, 20, 20], [49, 9, 9], [26, 33, 19]].map(space);
+    println!("{plane:?} {space:?}");
+    // The bounds of cubes.
+    assert!(plane.iter().all(|&n| n <= 20), "{plane:?}");
+    assert!(space.iter().all(|&n| n <= 22), "{space:?}");
+}
+
 #[test]
 fn cycle_is_symmetric_and_definite() {
-    let grid = Grid::<2>::with_nodes([33, 17], 1.0 / 32.0).unwrap();
+    check_symmetry(Grid::with_nodes([33, 17], 1.0 / 32.0).unwrap());
+    check_symmetry(Grid::with_nodes([36, 14], 1.0 / 35.0).unwrap());
+}
+
+fn check_symmetry(grid: Grid<2>) {
     let cycle = Multigrid::<f64, _, 2, 1>::new(
         grid,
         &WeightedMassStiffness,

@@ -45,7 +45,7 @@ pub fn aligned_files(files: &[PathBuf], nodes: usize) -> Outcome<Vec<ScalarField
     };
     let grid = Grid::cube(nodes);
     let mut distances = Vec::new();
-    for (image, frame) in images.iter().zip(fit_frames(&images, nodes)) {
+    for (image, frame) in images.iter().zip(fit_frames(&images, Some(&grid))) {
         let contour = boundary(image, &frame)?;
         distances.push(ContourDistance::new(&contour)?.sample(grid));
     }

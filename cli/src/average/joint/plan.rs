@@ -8,7 +8,7 @@ use super::super::args::AverageConfig;
 use super::super::plan::fingerprint;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
-use crate::options::check_law;
+use crate::options::{Nodes, check_law};
 use crate::progress::Progress;
 use crate::shapes::{GreyInput, labels};
 use shapespace_input::dimension::{Dim, per_dimension};
@@ -18,6 +18,9 @@ use shapespace_input::{GreyRange, Image, Sources};
 /// Weight of the edge length of an image, relative to the mismatch weight: with a smaller weight,
 /// dissimilar images lose their individual features (docs/study/joint.md).
 const EDGE_WEIGHT: f64 = 2.0;
+
+/// Why the box of the grid is not one of the options.
+const BOX: &str = "the box of averages of images is that of the images";
 
 /// Largest ratio of extents allowed between the first image and any other, per axis.
 const MAX_RATIO: f64 = 1.5;
@@ -69,7 +72,7 @@ fn plan<const D: usize>(
         });
     }
     check_law::<D>(&config.params.law)?;
-    let nodes = config.masks.nodes::<D>()?;
+    let nodes = config.masks.longest_side::<D>(BOX)?;
     let (frames, grid) = whole_frames(images, nodes)?;
     let nodal: Result<Vec<_>, _> = images
         .iter()
@@ -102,7 +105,7 @@ fn complete(
     let edges = share * config.params.mismatch_weight;
     (scales.smooth, scales.contrast) = (Some(smooth), Some(contrast));
     config.edge_weight = Some(share);
-    config.masks.grid = Some(nodes);
+    config.masks.grid = Some(Nodes::Cube(nodes));
     config.params.length_weight = Some(config.params.resolved_length_weight());
     let usual = JointParams::default();
     Ok(JointParams {

@@ -44,10 +44,10 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         result.status,
         result.levels.last().map(|level| level.status),
     );
-    let nodes = result.average.grid().nodes_per_axis();
+    let grid = result.average.grid();
     let names = outcome.images.iter().map(|image| &*image.name);
     let doubts = named(&result.doubts(&outcome.params.average), names);
-    Record::new(status, &nodes, &outcome.config, found, doubts, start).of(outcome
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(outcome
         .images
         .iter()
         .map(InputRecord::of_image)
