@@ -212,8 +212,13 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
     ) -> Jet<L, D, D> {
         let stiffness = point.cell[0];
         let scaled = Self::matrix(&point.cell);
-        // k sigma(B M^T) M = sigma(B (kM)^T) (kM) / k
-        let turned = tensor::product_transposed(&direction.gradient, &scaled);
+        // k sigma(B M^T) M = sigma(B (kM)^T) (kM) / k; for a rotation also k R sigma(R^T B), which
+        // is the rounding of the averages on record.
+        let turned = if self.rotations {
+            tensor::transposed_product(&scaled, &direction.gradient)
+        } else {
+            tensor::product_transposed(&direction.gradient, &scaled)
+        };
         let inverse = L::one() / stiffness;
         let pressure = tensor::trace(&turned) * inverse.scale(self.moduli.lambda);
         let shear = inverse.scale(self.moduli.mu);
@@ -225,7 +230,11 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
             stress[i][i] += pressure;
         }
         let regularisation = L::splat(self.regularisation);
-        let mut gradient = tensor::product(&stress, &scaled);
+        let mut gradient = if self.rotations {
+            tensor::product(&scaled, &stress)
+        } else {
+            tensor::product(&stress, &scaled)
+        };
         gradient = tensor::add_scaled(&gradient, regularisation, &direction.gradient);
         let mut value = [L::zero(); D];
         for i in 0..D {

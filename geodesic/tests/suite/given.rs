@@ -6,8 +6,12 @@ use geodesic::{DomainChoice, GeodesicParams, GivenPath, Shape, geodesic};
 use levelset::signed_distance;
 
 fn ellipse(axes: [f64; 2], angle: f64) -> Shape<2> {
+    ellipse_on(5, axes, angle)
+}
+
+fn ellipse_on(level: u32, axes: [f64; 2], angle: f64) -> Shape<2> {
     let (sin, cos) = f64::sin_cos(angle);
-    let implicit = ScalarField::from_fn(Grid::dyadic(5), |[x, y]| {
+    let implicit = ScalarField::from_fn(Grid::dyadic(level), |[x, y]| {
         let [x, y] = [x - 0.5, y - 0.5];
         let (across, along) = (cos * x + sin * y, cos * y - sin * x);
         [axes[0].min(axes[1]) * (1.0 - (across / axes[0]).hypot(along / axes[1]))]
@@ -83,18 +87,14 @@ fn detours_are_longer_and_rotations_are_free() {
         "{}",
         detour.length()
     );
+    // On 33 nodes a side the discrete mismatch has minima of several rotations.
     let turned: Vec<_> = [0.0, 0.15, 0.3]
-        .map(|angle| ellipse([0.3, 0.2], angle))
+        .map(|angle| ellipse_on(6, [0.3, 0.2], angle))
         .into();
-    // The default tolerance leaves a tenth of a length as small as this one.
-    let precisely = GeodesicParams {
-        tolerance: 1e-6,
-        ..params(1)
-    };
-    let turns = GivenPath::new(&turned, &precisely, &mut Silent).unwrap();
+    let turns = given(&turned, 1);
     // The shear of an ellipse that would do the same without rotation has a length of about .05.
     assert!(
-        turns.length() < 0.05 * straight.length(),
+        turns.length() < 0.02 * straight.length(),
         "{}",
         turns.length()
     );
