@@ -146,7 +146,7 @@ impl MaskOptions {
     /// The number of nodes along the longest side where the box is given by something else, `why`.
     ///
     /// # Errors
-    /// [`CliError::Option`] for options of the box, and as [`counts`].
+    /// [`CliError::Option`] for options of the box, and as `counts`.
     pub fn longest_side<const D: usize>(&self, why: &str) -> Result<usize, CliError> {
         let refused = |option, value: String, remedy| CliError::Option {
             option,
