@@ -49,11 +49,8 @@ pub(crate) fn prolong_from<T: Element, const D: usize>(
     let components = out.len() / fine.n_nodes();
     let mut all = vec![T::default(); components * wide.n_nodes()];
     prolong_into(coarse, x, &mut all);
-    let (own, rest) = (all.chunks_exact(wide.n_nodes()), fine.n_nodes());
-    for (out, all) in out.chunks_exact_mut(rest).zip(own) {
-        for (node, out) in out.iter_mut().enumerate() {
-            *out = all[wide.node_index(fine.node(node))];
-        }
+    for (own, continued) in shared_entries(fine, &wide, components) {
+        out[own] = all[continued];
     }
 }
 
@@ -70,13 +67,24 @@ pub(crate) fn restrict_to<T: Element, const D: usize>(
     }
     let components = x.len() / fine.n_nodes();
     let mut all = vec![T::default(); components * wide.n_nodes()];
-    for (x, all) in x
-        .chunks_exact(fine.n_nodes())
-        .zip(all.chunks_exact_mut(wide.n_nodes()))
-    {
-        for (node, &x) in x.iter().enumerate() {
-            all[wide.node_index(fine.node(node))] = x;
-        }
+    for (own, continued) in shared_entries(fine, &wide, components) {
+        all[continued] = x[own];
     }
     restrict_into(coarse, &all, out);
+}
+
+/// The entries of all components at the nodes of `fine`, each with the entry at the same node of the grid
+/// `wide` that begins where `fine` does and covers it.
+fn shared_entries<const D: usize>(
+    fine: &Grid<D>,
+    wide: &Grid<D>,
+    components: usize,
+) -> impl Iterator<Item = (usize, usize)> {
+    let (own, continued, fine, wide) = (fine.n_nodes(), wide.n_nodes(), *fine, *wide);
+    (0..components).flat_map(move |component| {
+        (0..own).map(move |node| {
+            let there = wide.node_index(fine.node(node));
+            (component * own + node, component * continued + there)
+        })
+    })
 }
