@@ -10,12 +10,23 @@ pub(crate) fn in_pool<T: Send>(
     threads: Option<u32>,
     work: impl FnOnce() -> Result<T, CliError> + Send,
 ) -> Result<T, CliError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0) as usize)
+    let mut work = Some(work);
+    let mut result = None;
+    on_threads(threads.unwrap_or(0) as usize, &mut || {
+        result = work.take().map(|work| work());
+    })?;
+    result.expect("the work is done once")
+}
+
+/// Not generic: the scheduler is compiled once, and not for the work of every command.
+fn on_threads(threads: usize, work: &mut (dyn FnMut() + Send)) -> Result<(), CliError> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
         .build()
         .map_err(|error| CliError::Computation {
             message: format!("the threads cannot be started: {error}"),
             remedy: "ask for fewer with --threads".into(),
-        })?
-        .install(work)
+        })?;
+    pool.install(work);
+    Ok(())
 }

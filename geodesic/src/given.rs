@@ -4,8 +4,8 @@ use crate::error::GeodesicError;
 use crate::params::GeodesicParams;
 use crate::result::{Geodesic, geodesic_between};
 use crate::shape::Shape;
-use fe_grid::Certificate;
 use fe_grid::minimise::{Observer, Status};
+use fe_grid::{Certificate, compiled_once};
 use levelset::Doubt;
 
 /// A path through given shapes, with a geodesic between every two consecutive ones.
@@ -23,6 +23,14 @@ pub struct GivenPath<const D: usize> {
     pub pieces: Vec<Geodesic<D>>,
 }
 
+compiled_once! {
+    fn join<'a, D>(
+        shapes: &'a [Shape<D>],
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<GivenPath<D>, GeodesicError> = GivenPath::joining;
+}
+
 impl<const D: usize> GivenPath<D> {
     /// Joins consecutive shapes by geodesics of `params.steps` steps.
     ///
@@ -32,6 +40,14 @@ impl<const D: usize> GivenPath<D> {
     /// # Errors
     /// [`GeodesicError`] for parameters out of range and unsuitable shapes.
     pub fn new(
+        shapes: &[Shape<D>],
+        params: &GeodesicParams,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, GeodesicError> {
+        join(shapes, params, observer)
+    }
+
+    fn joining(
         shapes: &[Shape<D>],
         params: &GeodesicParams,
         observer: &mut dyn Observer,

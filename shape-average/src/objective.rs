@@ -20,8 +20,8 @@ use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
-    LinearOperator, Storage, certify_below, conjugate_gradient, mutant, parallel, restrain_step,
-    vector,
+    LinearOperator, Storage, certify_below, compiled_once, conjugate_gradient, mutant, parallel,
+    restrain_step, vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Masked, Mismatch};
@@ -77,6 +77,22 @@ pub struct AverageObjective<const D: usize> {
     pub(crate) average_iterations: usize,
 }
 
+compiled_once! {
+    fn functional_of<'a, D>(
+        shapes: LevelShapes<D>,
+        params: &'a AverageParams,
+        average: Vec<f64>,
+    ) -> Result<AverageObjective<D>, LawError> = AverageObjective::with_guess;
+}
+
+compiled_once! {
+    fn evaluate_average<'a, D>(
+        objective: &'a mut AverageObjective<D>,
+        x: &'a [f64],
+        gradient: &'a mut [f64],
+    ) -> Result<Evaluation, AverageError> = AverageObjective::evaluate_terms;
+}
+
 impl<const D: usize> AverageObjective<D> {
     /// Creates the functional for shapes on a level, with an initial guess of the average.
     ///
@@ -86,6 +102,14 @@ impl<const D: usize> AverageObjective<D> {
     /// # Panics
     /// If the guess does not have one value per node.
     pub fn new(
+        shapes: LevelShapes<D>,
+        params: &AverageParams,
+        average: Vec<f64>,
+    ) -> Result<Self, LawError> {
+        functional_of(shapes, params, average)
+    }
+
+    fn with_guess(
         shapes: LevelShapes<D>,
         params: &AverageParams,
         average: Vec<f64>,
@@ -404,6 +428,14 @@ impl<const D: usize> AverageObjective<D> {
     /// Solves for the average and computes all terms; the gradient overwrites `gradient` unless
     /// that is empty.
     pub(crate) fn evaluate(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, AverageError> {
+        evaluate_average(self, x, gradient)
+    }
+
+    fn evaluate_terms(
         &mut self,
         x: &[f64],
         gradient: &mut [f64],

@@ -1,17 +1,24 @@
 //! The stress in a deformed shape.
 
 use crate::error::AverageError;
-use fe_grid::{Field, ScalarField, Tensor, mutant};
+use fe_grid::{Field, ScalarField, Tensor, compiled_once, mutant};
 use hyperelastic::{LawSpec, cauchy_stress};
 
-/// Computes the Cauchy stress `sigma = det(A)^-1 W_,A(A) A^T`, `A = 1 + Du`, of a displacement at
-/// the nodes of the undeformed shape, row by row: entry `i D + j` is the field of `sigma_ij`. `Du`
-/// is the mean of the differences to both neighbours along each axis. NaN where a deformation
-/// folds.
-///
-/// # Errors
-/// Those of the law.
-pub fn cauchy_stress_at_nodes<const D: usize>(
+compiled_once! {
+    /// Computes the Cauchy stress `sigma = det(A)^-1 W_,A(A) A^T`, `A = 1 + Du`, of a displacement at
+    /// the nodes of the undeformed shape, row by row: entry `i D + j` is the field of `sigma_ij`. `Du`
+    /// is the mean of the differences to both neighbours along each axis. NaN where a deformation
+    /// folds.
+    ///
+    /// # Errors
+    /// Those of the law.
+    pub fn cauchy_stress_at_nodes<'a, D>(
+        law: &'a LawSpec,
+        displacement: &'a Field<f64, D, D>,
+    ) -> Result<Vec<ScalarField<f64, D>>, AverageError> = stress_at_nodes;
+}
+
+fn stress_at_nodes<const D: usize>(
     law: &LawSpec,
     displacement: &Field<f64, D, D>,
 ) -> Result<Vec<ScalarField<f64, D>>, AverageError> {

@@ -22,7 +22,7 @@ use crate::params::PcaParams;
 use crate::product::object_product;
 use fe_grid::minimise::{Memory, Observer};
 use fe_grid::vector::{axpy, dot, scale};
-use fe_grid::{Field, GridError, VectorField, restrain_step};
+use fe_grid::{Field, GridError, VectorField, compiled_once, restrain_step};
 use serde::Serialize;
 
 /// Most rounds.
@@ -80,6 +80,15 @@ impl BalanceReport {
     }
 }
 
+compiled_once! {
+    fn balance<'a, D>(
+        balancing: &'a Balancing,
+        average: &'a Average<D>,
+        params: &'a PcaParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<(Average<D>, BalanceReport), PcaError> = Balancing::rounds;
+}
+
 impl Balancing {
     /// Moves an average until its stresses balance; returns it with a report. It stays as it is where
     /// they balance already, and where they cannot be balanced: parts that are folded almost have large
@@ -89,6 +98,15 @@ impl Balancing {
     /// # Errors
     /// Those of the law and of the linear solves.
     pub fn balance<const D: usize>(
+        &self,
+        average: &Average<D>,
+        params: &PcaParams,
+        observer: &mut dyn Observer,
+    ) -> Result<(Average<D>, BalanceReport), PcaError> {
+        balance(self, average, params, observer)
+    }
+
+    fn rounds<const D: usize>(
         &self,
         average: &Average<D>,
         params: &PcaParams,

@@ -22,7 +22,14 @@ use fe_grid::minimise::{
 use fe_grid::pullback::{Derivatives, Pullback};
 use fe_grid::stencil::BlockStencil;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Field, GridError, VectorField, mutant};
+use fe_grid::{Field, GridError, VectorField, compiled_once, mutant};
+
+compiled_once! {
+    fn respond<'a, D>(
+        problem: &'a Finite<'a, D>,
+        load: &'a [f64],
+    ) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> = Finite::response;
+}
 
 /// The nonlinear elastic problem of an average.
 pub struct Finite<'a, const D: usize> {
@@ -62,6 +69,10 @@ impl<'a, const D: usize> Finite<'a, D> {
     /// # Errors
     /// Those of the law and of the grid layer. Failure to converge is not an error; it is reported.
     pub fn respond(&self, load: &[f64]) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
+        respond(self, load)
+    }
+
+    fn response(&self, load: &[f64]) -> Result<(VectorField<f64, D>, FiniteReport), PcaError> {
         let grid = *self.compound.grid();
         let mut w = vec![0.0; load.len()];
         let mut report = FiniteReport {

@@ -26,12 +26,23 @@ pub struct Compound<const D: usize> {
     energy: f64,
 }
 
+compiled_once! {
+    fn compound_of<'a, D>(
+        average: &'a Average<D>,
+        params: &'a PcaParams,
+    ) -> Result<Compound<D>, PcaError> = Compound::assembled;
+}
+
 impl<const D: usize> Compound<D> {
     /// Assembles the operator of an average.
     ///
     /// # Errors
     /// Those of the law and of the grid layer.
     pub fn new(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
+        compound_of(average, params)
+    }
+
+    fn assembled(average: &Average<D>, params: &PcaParams) -> Result<Self, PcaError> {
         params.check()?;
         let grid = *average.grid();
         let (sources, void_stiffness) = average.compound_sources(params);
@@ -236,13 +247,20 @@ fn cycle<const D: usize>(
     )?)
 }
 
-/// Computes the displacement that represents the variation of a shape, before centring: the response to the
-/// Cauchy stress of its deformation onto the average, or the displacement by the inverse of the deformation.
-///
-/// # Errors
-/// Those of the law and of the linear solve; [`PcaError::EmptyObject`] for a deformation that covers no part
-/// of the average.
-pub fn representation<const D: usize>(
+compiled_once! {
+    /// Computes the displacement that represents the variation of a shape, before centring: the response to the
+    /// Cauchy stress of its deformation onto the average, or the displacement by the inverse of the deformation.
+    ///
+    /// # Errors
+    /// Those of the law and of the linear solve; [`PcaError::EmptyObject`] for a deformation that covers no part
+    /// of the average.
+    pub fn representation<'a, D>(
+        compound: &'a Compound<D>,
+        source: Source<'a>,
+    ) -> Result<(VectorField<f64, D>, SolveReport), PcaError> = represented;
+}
+
+fn represented<const D: usize>(
     compound: &Compound<D>,
     source: Source<'_>,
 ) -> Result<(VectorField<f64, D>, SolveReport), PcaError> {

@@ -11,7 +11,7 @@ use crate::product::object_product;
 use crate::space::ModeSpace;
 use fe_grid::minimise::{Memory, Observer};
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{VectorField, mutant};
+use fe_grid::{VectorField, compiled_once, mutant};
 use nalgebra::DMatrix;
 
 /// Principal modes of variation.
@@ -38,6 +38,15 @@ pub struct Pca<const D: usize> {
     pub least_curvature: f64,
 }
 
+compiled_once! {
+    fn analyse<'a, D>(
+        average: &'a Average<D>,
+        compound: &'a Compound<D>,
+        most: usize,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Pca<D>, PcaError> = Pca::of_average;
+}
+
 impl<const D: usize> Pca<D> {
     /// Analyses an average; at most `most` modes are computed. The observer is given the displacement of
     /// every shape, and may have it from an earlier run.
@@ -46,6 +55,15 @@ impl<const D: usize> Pca<D> {
     /// Those of the law and of the linear solves, [`PcaError::NoVariation`] if all shapes are
     /// equal.
     pub fn new(
+        average: &Average<D>,
+        compound: &Compound<D>,
+        most: usize,
+        observer: &mut dyn Observer,
+    ) -> Result<Self, PcaError> {
+        analyse(average, compound, most, observer)
+    }
+
+    fn of_average(
         average: &Average<D>,
         compound: &Compound<D>,
         most: usize,

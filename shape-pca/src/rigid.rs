@@ -3,7 +3,7 @@
 use crate::error::PcaError;
 use crate::product::object_product;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Field, ScalarField, mutant};
+use fe_grid::{Field, ScalarField, compiled_once, mutant};
 use nalgebra::DMatrix;
 
 /// The rigid motions `R` of the box and the constraints `Z = M_O R`: `Z^T u = 0` means
@@ -17,12 +17,22 @@ pub struct RigidMotions {
     inverse: DMatrix<f64>,
 }
 
+compiled_once! {
+    fn motions_of<'a, D>(
+        object: &'a ScalarField<f64, D>,
+    ) -> Result<RigidMotions, PcaError> = RigidMotions::of;
+}
+
 impl RigidMotions {
     /// Creates the motions and constraints for the object of an indicator.
     ///
     /// # Errors
     /// [`PcaError::EmptyObject`] if the object is empty.
     pub fn new<const D: usize>(object: &ScalarField<f64, D>) -> Result<Self, PcaError> {
+        motions_of(object)
+    }
+
+    fn of<const D: usize>(object: &ScalarField<f64, D>) -> Result<Self, PcaError> {
         let grid = *object.grid();
         let mut mass = 0.0;
         let mut centre = [0.0; D];

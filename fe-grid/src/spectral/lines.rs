@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use rustdct::rustfft::num_complex::Complex;
-use rustdct::rustfft::{Fft, FftPlanner};
+use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftPlanner};
 
 use super::Boundary;
 
@@ -42,12 +42,19 @@ pub(super) enum Ends {
 }
 
 impl LineTransform {
-    pub(super) fn new(n: usize, boundary: Boundary, planner: &mut FftPlanner<f64>) -> Self {
-        Self {
+    /// Transforms of lines of `lengths` nodes.
+    ///
+    /// Not generic and never inlined: the planner and all its algorithms are compiled in this crate, and
+    /// not again in each that makes a solver.
+    #[inline(never)]
+    pub(super) fn all(lengths: &[usize], boundary: Boundary) -> Vec<Self> {
+        let mut planner = FftPlanner::new();
+        let mut transform = |&n: &usize| Self {
             n,
             boundary,
             fft: planner.plan_fft_forward(2 * (n - 1)),
-        }
+        };
+        lengths.iter().map(&mut transform).collect()
     }
 
     /// Transforms lines that lie one after the other.

@@ -12,8 +12,6 @@
 
 mod lines;
 
-use rustdct::rustfft::FftPlanner;
-
 use crate::error::GridError;
 use crate::grid::Grid;
 use crate::linear::LinearOperator;
@@ -41,7 +39,8 @@ pub enum Boundary {
 pub struct SpectralSolver<const D: usize> {
     grid: Grid<D>,
     n_components: usize,
-    transforms: [LineTransform; D],
+    /// One for each axis.
+    transforms: Vec<LineTransform>,
     /// Symbols `(m, l)` along the last axis.
     last_symbols: Vec<(f64, f64)>,
     /// For every wave number of a plane the factors `(alpha, beta)` of `alpha m + beta l`.
@@ -65,7 +64,6 @@ impl<const D: usize> SpectralSolver<D> {
         boundary: Boundary,
     ) -> Result<Self, GridError> {
         let n = grid.nodes_per_axis();
-        let mut planner = FftPlanner::new();
         let symbols = n.map(|n| axis_symbols(n, grid.spacing(), boundary));
         let plane = symbols[..D - 1].iter();
         let plane = plane.fold(vec![(1.0, 0.0)], |inner, axis| tensor_product(&inner, axis));
@@ -77,7 +75,7 @@ impl<const D: usize> SpectralSolver<D> {
         let solver = Self {
             grid,
             n_components: 1,
-            transforms: n.map(|n| LineTransform::new(n, boundary, &mut planner)),
+            transforms: LineTransform::all(&n, boundary),
             last_symbols: symbols[D - 1].clone(),
             plane_symbols,
             normalisation: n.iter().map(|&n| 0.5 / (n - 1) as f64).product(),

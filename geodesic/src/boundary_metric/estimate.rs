@@ -6,7 +6,7 @@ use super::variation::Variation;
 use crate::distances::richardson;
 use crate::error::GeodesicError;
 use crate::shape::on_grid;
-use fe_grid::ScalarField;
+use fe_grid::{ScalarField, compiled_once};
 
 /// Order of the error in the spacing.
 const ORDER: u32 = 2;
@@ -33,12 +33,20 @@ impl<const D: usize> Estimate<D> {
     }
 }
 
-/// Computes the optimal velocity of a variation of the shape `{u > 0}`, and `G` on the grid of twice
-/// the spacing.
-///
-/// # Errors
-/// As [`ShapeMetric::new`] and [`ShapeMetric::flow`].
-pub fn estimate<const D: usize>(
+compiled_once! {
+    /// Computes the optimal velocity of a variation of the shape `{u > 0}`, and `G` on the grid of twice
+    /// the spacing.
+    ///
+    /// # Errors
+    /// As [`ShapeMetric::new`] and [`ShapeMetric::flow`].
+    pub fn estimate<'a, D>(
+        distance: &'a ScalarField<f64, D>,
+        variation: &'a Variation<D>,
+        params: &'a MetricParams,
+    ) -> Result<Estimate<D>, GeodesicError> = estimate_on_two_grids;
+}
+
+fn estimate_on_two_grids<const D: usize>(
     distance: &ScalarField<f64, D>,
     variation: &Variation<D>,
     params: &MetricParams,

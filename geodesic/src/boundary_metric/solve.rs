@@ -90,6 +90,13 @@ impl<const D: usize> Flow<D> {
     }
 }
 
+compiled_once! {
+    fn metric_at<'a, D>(
+        distance: &'a ScalarField<f64, D>,
+        params: &'a MetricParams,
+    ) -> Result<ShapeMetric<D>, GeodesicError> = ShapeMetric::at;
+}
+
 impl<const D: usize> ShapeMetric<D> {
     /// The metric at the shape `{u > 0}` of a signed distance, positive inside.
     ///
@@ -100,6 +107,10 @@ impl<const D: usize> ShapeMetric<D> {
         distance: &ScalarField<f64, D>,
         params: &MetricParams,
     ) -> Result<Self, GeodesicError> {
+        metric_at(distance, params)
+    }
+
+    fn at(distance: &ScalarField<f64, D>, params: &MetricParams) -> Result<Self, GeodesicError> {
         params.check()?;
         let which = "start";
         if let Some(node) = distance.as_slice().iter().position(|u| !u.is_finite()) {

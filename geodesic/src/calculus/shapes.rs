@@ -202,13 +202,23 @@ fn exponential_in<const D: usize>(
     }
 }
 
-/// Shoots from a start shape with an initial velocity, a displacement per unit time: computes the
-/// deformations `psi_1 = id + v / K, psi_2, ..., psi_K` of the discrete geodesic of `K` steps. The
-/// last of them is `exp(v) + O(1/K)`.
-///
-/// # Errors
-/// As [`exponential()`], and [`GeodesicError::Parameter`] for no steps.
-pub fn shoot<const D: usize>(
+compiled_once! {
+    /// Shoots from a start shape with an initial velocity, a displacement per unit time: computes the
+    /// deformations `psi_1 = id + v / K, psi_2, ..., psi_K` of the discrete geodesic of `K` steps. The
+    /// last of them is `exp(v) + O(1/K)`.
+    ///
+    /// # Errors
+    /// As [`exponential()`], and [`GeodesicError::Parameter`] for no steps.
+    pub fn shoot<'a, D>(
+        start: &'a ScalarField<f64, D>,
+        velocity: &'a Field<f64, D, D>,
+        steps: usize,
+        params: &'a CalculusParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Extension<D>, GeodesicError> = shoot_in;
+}
+
+fn shoot_in<const D: usize>(
     start: &ScalarField<f64, D>,
     velocity: &Field<f64, D, D>,
     steps: usize,

@@ -14,8 +14,8 @@ use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
-    Assembly, Data, Grid, GridError, Restrained, ScalarField, certify_within, parallel, repair,
-    shorten_together, vector,
+    Assembly, Data, Grid, GridError, Restrained, ScalarField, certify_within, compiled_once,
+    parallel, repair, shorten_together, vector,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier};
 use levelset::{Arctan, Compact, Step};
@@ -60,6 +60,23 @@ pub struct PathObjective<const D: usize> {
     path_gradient: Vec<f64>,
 }
 
+compiled_once! {
+    fn energy_between<'a, D>(
+        start: ShapeOnGrid<D>,
+        end: ShapeOnGrid<D>,
+        steps: usize,
+        params: &'a GeodesicParams,
+    ) -> Result<PathObjective<D>, GeodesicError> = PathObjective::between;
+}
+
+compiled_once! {
+    fn evaluate_path<'a, D>(
+        objective: &'a mut PathObjective<D>,
+        x: &'a [f64],
+        gradient: &'a mut [f64],
+    ) -> Result<Evaluation, GeodesicError> = PathObjective::evaluate_terms;
+}
+
 impl<const D: usize> PathObjective<D> {
     /// Creates the energy for two shapes given by their level sets on one grid.
     ///
@@ -72,7 +89,7 @@ impl<const D: usize> PathObjective<D> {
         params: &GeodesicParams,
     ) -> Result<Self, GeodesicError> {
         let [start, end] = single(start, end)?;
-        Self::between(start, end, steps, params)
+        energy_between(start, end, steps, params)
     }
 
     /// Creates the energy for two shapes on the grid of a level.
@@ -203,6 +220,14 @@ impl<const D: usize> PathObjective<D> {
     /// # Errors
     /// [`GeodesicError::Law`] if the law cannot be constructed.
     pub fn evaluate(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GeodesicError> {
+        evaluate_path(self, x, gradient)
+    }
+
+    fn evaluate_terms(
         &mut self,
         x: &[f64],
         gradient: &mut [f64],

@@ -16,8 +16,8 @@ use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
-    Assembly, Data, Grid, GridError, Restrained, certify_within, mutant, parallel, repair,
-    restrain_together, vector,
+    Assembly, Data, Grid, GridError, Restrained, certify_within, compiled_once, mutant, parallel,
+    repair, restrain_together, vector,
 };
 use hyperelastic::CompiledLaw;
 use levelset::{Arctan, Compact, Step};
@@ -48,6 +48,14 @@ pub struct LevelSetObjective<const D: usize> {
     /// Work arrays: a level set with a displacement, and the gradient with respect to both.
     pair: Vec<f64>,
     pair_gradient: Vec<f64>,
+}
+
+compiled_once! {
+    fn evaluate_level_sets<'a, D>(
+        objective: &'a mut LevelSetObjective<D>,
+        x: &'a [f64],
+        gradient: &'a mut [f64],
+    ) -> Result<Evaluation, GeodesicError> = LevelSetObjective::evaluate_terms;
 }
 
 impl<const D: usize> LevelSetObjective<D> {
@@ -158,6 +166,14 @@ impl<const D: usize> LevelSetObjective<D> {
     /// # Errors
     /// [`GeodesicError::Law`] if the law cannot be constructed.
     pub fn evaluate(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<Evaluation, GeodesicError> {
+        evaluate_level_sets(self, x, gradient)
+    }
+
+    fn evaluate_terms(
         &mut self,
         x: &[f64],
         gradient: &mut [f64],
