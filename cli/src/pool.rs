@@ -15,6 +15,7 @@ pub(crate) fn in_pool<T: Send>(
     on_threads(threads.unwrap_or(0) as usize, &mut || {
         result = work.take().map(|work| work());
     })?;
+    // `on_threads` runs the closure once where it succeeds.
     result.expect("the work is done once")
 }
 

@@ -5,6 +5,8 @@
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
 
+mod minimised;
+
 use crate::common::{self, CommonMotion};
 use crate::elastic::{ElasticTerm, add_elastic};
 use crate::energy::{Energy, ShapeTerms, Weights};
@@ -14,14 +16,13 @@ use crate::metric::ShapeMetric;
 use crate::params::{AverageParams, BoundaryCondition};
 use crate::rounds::Rounds;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
-use fe_grid::minimise::{Evaluation, Objective};
+use fe_grid::minimise::Evaluation;
 use fe_grid::multigrid::WorkSpace;
 use fe_grid::scatter::{NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
-    Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError,
-    LinearOperator, Storage, certify_below, compiled_once, conjugate_gradient, mutant, parallel,
-    restrain_step, vector,
+    Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Grid, GridError, Storage, certify_below,
+    compiled_once, conjugate_gradient, mutant, parallel,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Masked, Mismatch};
@@ -33,7 +34,7 @@ const AVERAGE_TOLERANCE: f64 = 1e-7;
 /// little, whose elastic energy is below the jumps of a discrete mismatch.
 const LEAST_SCALE: f64 = 5e-4;
 
-/// Number of counters in [`Objective::memory`].
+/// Number of counters in `Objective::memory`.
 const N_COUNTERS: usize = 2;
 
 /// The barrier acts at corners whose determinant is below this value.
@@ -270,7 +271,7 @@ impl<const D: usize> AverageObjective<D> {
         elastic.max(LEAST_SCALE * self.energy.objective())
     }
 
-    /// Takes over the record of rounds from what [`Objective::memory`] has returned.
+    /// Takes over the record of rounds from what `Objective::memory` has returned.
     pub(crate) fn recall(&mut self, memory: &[f64]) {
         let numbers = memory.get(self.average.len() + N_COUNTERS..);
         self.rounds = Rounds::from_numbers(numbers.unwrap_or_default());
@@ -485,139 +486,4 @@ pub(crate) fn solve_equations<const D: usize>(
     };
     let info = conjugate_gradient(matrix, &jacobi, load, solution, &params, scratch)?;
     Ok(info.iterations)
-}
-
-impl<const D: usize> Objective for AverageObjective<D> {
-    type Error = AverageError;
-
-    fn dim(&self) -> usize {
-        self.shapes.n_shapes() * self.shape_dim()
-    }
-
-    fn value_and_gradient(
-        &mut self,
-        x: &[f64],
-        gradient: &mut [f64],
-    ) -> Result<Evaluation, AverageError> {
-        self.evaluate(x, gradient)
-    }
-
-    fn value(&mut self, x: &[f64]) -> Result<Evaluation, AverageError> {
-        self.evaluate(x, &mut [])
-    }
-
-    /// The elastic energy: the mismatch, which is larger by orders of magnitude, has a part that no
-    /// deformation can lower.
-    fn energy_scale(&self, _energy: f64) -> f64 {
-        self.rounds.tightening() * self.elastic_scale()
-    }
-
-    fn apply_inverse_metric(
-        &mut self,
-        gradient: &[f64],
-        out: &mut [f64],
-    ) -> Result<(), AverageError> {
-        let dim = self.shape_dim();
-        let apply = |i: usize, metric: &ShapeMetric<D>, out: &mut [f64]| {
-            metric.apply_into(shape(gradient, i, dim), out);
-            self.hold_boundary(out);
-        };
-        match &self.metric {
-            Metric::Kept(metrics) => parallel::for_each(
-                out.chunks_exact_mut(dim).zip(metrics).enumerate(),
-                &|(i, (out, metric))| apply(i, metric, out),
-            ),
-            Metric::Remade { x, average } => {
-                for (i, out) in out.chunks_exact_mut(dim).enumerate() {
-                    let metric = self.shape_metric(i, average, shape(x, i, dim))?;
-                    apply(i, &metric, out);
-                }
-                x.rest();
-            }
-        }
-        if let Some(common) = &self.common {
-            common.add(gradient, out);
-            parallel::for_each(out.chunks_exact_mut(dim), &|out| self.hold_boundary(out));
-        }
-        Ok(())
-    }
-
-    fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), AverageError> {
-        let dim = self.shape_dim();
-        let steps = direction.chunks_exact_mut(dim).enumerate();
-        parallel::for_each(steps, &|(i, step)| {
-            restrain_step(
-                self.grid(),
-                shape(x, i, dim),
-                step,
-                self.params.min_determinant,
-                None,
-            );
-        });
-        Ok(())
-    }
-
-    fn update_metric(&mut self, x: &[f64]) -> Result<(), AverageError> {
-        let dim = self.shape_dim();
-        // The old metrics are freed first; two at a time would double the memory.
-        self.common = None;
-        if !self.fixed {
-            let weights: Vec<f64> = (0..self.shapes.n_shapes())
-                .map(|i| self.weights.of_elastic(i))
-                .collect();
-            let common = CommonMotion::new(
-                &self.shapes,
-                &self.params,
-                &weights,
-                x,
-                self.common_regularisation,
-            )?;
-            self.common = Some(common);
-        }
-        let old = std::mem::replace(&mut self.metric, Metric::Kept(Vec::new()));
-        if self.params.storage != Storage::Memory {
-            let mut copy = match old {
-                Metric::Remade { x, .. } => x,
-                Metric::Kept(_) => self.params.storage.zeros(x.len())?,
-            };
-            vector::copy_into(x, &mut copy);
-            copy.rest();
-            self.metric = Metric::Remade {
-                x: copy,
-                average: self.average.clone(),
-            };
-            return Ok(());
-        }
-        drop(old);
-        let metric = parallel::try_map(0..self.shapes.n_shapes(), &|i| {
-            self.shape_metric(i, &self.average, shape(x, i, dim))
-        });
-        self.metric = Metric::Kept(metric?);
-        Ok(())
-    }
-
-    /// The average, which is the initial guess of the next solve, two counters, and the rounds.
-    fn memory(&self) -> Vec<f64> {
-        let counters: [_; N_COUNTERS] = [self.shape_evaluations, self.average_iterations];
-        let counters = counters.iter().map(|count| *count as f64);
-        let average = self.average.iter().copied();
-        average
-            .chain(counters)
-            .chain(self.rounds.to_numbers())
-            .collect()
-    }
-
-    fn restore(&mut self, memory: &[f64]) {
-        let n = self.average.len();
-        if let [evaluations, iterations, ..] = memory.get(n..).unwrap_or_default() {
-            self.recall(memory);
-            self.average.copy_from_slice(&memory[..n]);
-            self.shape_evaluations = *evaluations as usize;
-            self.average_iterations = *iterations as usize;
-        }
-    }
-
-    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
-        Ok(self.params.storage.zeros(len)?)
-    }
 }
