@@ -176,7 +176,7 @@ pub fn registered(moduli: LameModuli) -> Result<LawSpec, Box<dyn Error>> {
         |moduli| Ok(CompiledLaw::new(NeoHookean::new(moduli))),
         |moduli| Ok(CompiledLaw::new(NeoHookean::new(moduli))),
     )?;
-    Ok(LawSpec { law, moduli })
+    Ok(law.with(moduli))
 }
 // ANCHOR_END: register
 

@@ -174,16 +174,19 @@ impl MaskOptions {
     }
 }
 
-/// Checks a law in `D` dimensions before any input is read.
+/// Checks a law in `D` dimensions before any work is done, and completes its moduli where they follow from
+/// its coefficients.
 ///
 /// # Errors
 /// [`CliError::Law`] where there is no such law.
-pub(crate) fn check_law<const D: usize>(spec: &LawSpec) -> Result<(), CliError> {
-    let compiled = spec.compile::<D>().map(drop);
-    compiled.map_err(|error| CliError::Law {
+pub(crate) fn resolve_law<const D: usize>(spec: &mut LawSpec) -> Result<(), CliError> {
+    let resolved = spec.resolved::<D>();
+    let checked = resolved.and_then(|resolved| resolved.compile::<D>().map(|_| resolved));
+    *spec = checked.map_err(|error| CliError::Law {
         law: spec.law.to_string(),
         source: error,
-    })
+    })?;
+    Ok(())
 }
 
 /// Relative sizes of the shapes.

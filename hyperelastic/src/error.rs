@@ -43,6 +43,25 @@ pub enum LawError {
         /// Fraction of the shear modulus due to the `|A|^p` term.
         norm_share: f64,
     },
+    /// An option of power laws is set for another law, or coefficients for a law that has moduli.
+    #[error(
+        "{law} has no option {option}: leave it out, or choose the law {}",
+        law_with(option)
+    )]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// The law.
+        law: String,
+    },
+    /// The moduli are not those of the coefficients of a power law.
+    #[error("with these coefficients lambda is {lambda} and mu is {mu}: state these moduli")]
+    ModuliDiffer {
+        /// First Lamé parameter of the coefficients.
+        lambda: f64,
+        /// Shear modulus of the coefficients.
+        mu: f64,
+    },
     /// The name is already used by another law.
     #[error("there is a law named '{name}' already; choose another name")]
     NameTaken {
@@ -57,6 +76,14 @@ pub enum LawError {
         /// The known names.
         known: String,
     },
+}
+
+/// The laws that have an option.
+fn law_with(option: &str) -> &'static str {
+    match option {
+        "coefficients" => "power_two_term",
+        _ => "power or power_two_term",
+    }
 }
 
 /// Checks that a parameter satisfies a condition.

@@ -11,7 +11,8 @@ use crate::logdet::LogDet;
 use crate::logdet_barrier::LogDetBarrier;
 use crate::moduli::LameModuli;
 use crate::own_law::OwnLaw;
-use crate::power::{Power, PowerExponents};
+use crate::power::{Power, PowerCoefficients, PowerExponents};
+use crate::power_options::PowerOptions;
 use crate::stored_energy::StoredEnergy;
 use fe_grid::compiled_once;
 use serde::{Deserialize, Serialize};
@@ -113,6 +114,15 @@ impl LawName {
         })
     }
 
+    /// Returns the specification of this law with these moduli.
+    pub fn with(self, moduli: LameModuli) -> LawSpec {
+        LawSpec {
+            law: self,
+            moduli,
+            power: PowerOptions::default(),
+        }
+    }
+
     /// Returns whether this is the inverse model.
     pub fn is_inverse(self) -> bool {
         self.inverse
@@ -170,7 +180,8 @@ impl From<LawName> for String {
     }
 }
 
-/// A law and its moduli. A configuration states them side by side: `law`, `lambda` and `mu`.
+/// A law, its moduli, and what else may be chosen of a power law. A configuration states them side by
+/// side: `law`, `lambda`, `mu`, and the keys of [`PowerOptions`] that are set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::Args))]
 #[serde(from = "Stated", into = "Stated")]
@@ -181,6 +192,9 @@ pub struct LawSpec {
     /// Its Lamé parameters.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub moduli: LameModuli,
+    /// Exponents and coefficients of a power law.
+    #[cfg_attr(feature = "clap", command(flatten))]
+    pub power: PowerOptions,
 }
 
 /// Serialised form of a [`LawSpec`].
@@ -190,6 +204,14 @@ struct Stated {
     law: LawName,
     lambda: f64,
     mu: f64,
+    /// `p, q, r, s`; keys that are not set are left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exponents: Option<[f64; 4]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    norm_share: Option<f64>,
+    /// `a1, a2, a3`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    coefficients: Option<[f64; 3]>,
 }
 
 impl Default for Stated {
@@ -199,16 +221,31 @@ impl Default for Stated {
 }
 
 impl From<Stated> for LawSpec {
-    fn from(Stated { law, lambda, mu }: Stated) -> Self {
-        let moduli = LameModuli { lambda, mu };
-        Self { law, moduli }
+    fn from(stated: Stated) -> Self {
+        let Stated { lambda, mu, .. } = stated;
+        Self {
+            law: stated.law,
+            moduli: LameModuli { lambda, mu },
+            power: PowerOptions {
+                exponents: stated.exponents.map(PowerExponents::from),
+                norm_share: stated.norm_share,
+                coefficients: stated.coefficients.map(PowerCoefficients::from),
+            },
+        }
     }
 }
 
 impl From<LawSpec> for Stated {
-    fn from(LawSpec { law, moduli }: LawSpec) -> Self {
-        let LameModuli { lambda, mu } = moduli;
-        Self { law, lambda, mu }
+    fn from(spec: LawSpec) -> Self {
+        let LameModuli { lambda, mu } = spec.moduli;
+        Self {
+            law: spec.law,
+            lambda,
+            mu,
+            exponents: spec.power.exponents.map(PowerExponents::into),
+            norm_share: spec.power.norm_share,
+            coefficients: spec.power.coefficients.map(PowerCoefficients::into),
+        }
     }
 }
 
@@ -227,16 +264,42 @@ impl LawSpec {
     /// [`LawError::UnknownLaw`] for an unknown name. The moduli are checked when the law is
     /// compiled.
     pub fn new(name: &str, moduli: LameModuli) -> Result<Self, LawError> {
-        Ok(Self {
-            law: name.parse()?,
-            moduli,
-        })
+        Ok(name.parse::<LawName>()?.with(moduli))
+    }
+
+    /// Returns the specification with the moduli that the coefficients of a power law have in `D`
+    /// dimensions; without coefficients it is the same.
+    ///
+    /// # Errors
+    /// As [`LawSpec::compile`].
+    pub fn resolved<const D: usize>(&self) -> Result<Self, LawError> {
+        self.check_options()?;
+        let found = match self.law.family {
+            Family::PowerTwoTerm => self.power.of_coefficients::<D>()?,
+            _ => None,
+        };
+        let moduli = found.map_or(self.moduli, |(_, moduli)| moduli);
+        Ok(Self { moduli, ..*self })
+    }
+
+    fn check_options(&self) -> Result<(), LawError> {
+        let power = matches!(self.law.family, Family::Power | Family::PowerTwoTerm);
+        match self.power.first_set() {
+            Some(option) if !power => Err(LawError::Option {
+                option,
+                law: self.law.to_string(),
+            }),
+            _ => Ok(()),
+        }
     }
 
     /// Creates the compiled law.
     ///
     /// # Errors
     /// Those of the law's constructor: moduli out of range, or below the law's bound.
+    /// [`LawError::Option`] for options of a power law where the law is another, and
+    /// [`LawError::ModuliDiffer`] for moduli that are not those of the coefficients
+    /// ([`LawSpec::resolved`]).
     pub fn compile<const D: usize>(&self) -> Result<CompiledLaw<D>, LawError> {
         compile(self)
     }
@@ -248,14 +311,13 @@ compiled_once! {
 }
 
 fn compile_in<const D: usize>(spec: &LawSpec) -> Result<CompiledLaw<D>, LawError> {
+    spec.check_options()?;
     let moduli = spec.moduli;
     let inverse = spec.law.inverse;
     match spec.law.family {
         Family::LogDet => Ok(compile_one(LogDet::<D>::new(moduli)?, inverse)),
         Family::LogDetBarrier => Ok(compile_one(LogDetBarrier::<D>::new(moduli)?, inverse)),
-        Family::Power | Family::PowerTwoTerm => {
-            Ok(compile_one(power::<D>(spec.law.family, moduli)?, inverse))
-        }
+        Family::Power | Family::PowerTwoTerm => Ok(compile_one(power::<D>(spec)?, inverse)),
         // Linear elasticity has no inverse model: its name cannot be parsed.
         Family::Linear => Ok(CompiledLaw::new(LinearElasticity::<D>::new(moduli)?)),
         Family::Own(law) => law.compile(moduli),
@@ -272,17 +334,10 @@ fn compile_one<W: StoredEnergy<D>, const D: usize>(law: W, inverse: bool) -> Com
 }
 
 /// Creates a power law. Both power laws have the same type, so its kernels are compiled once.
-fn power<const D: usize>(family: Family, moduli: LameModuli) -> Result<Power<D>, LawError> {
-    if family == Family::PowerTwoTerm {
-        // Small exponents keep the bound on lambda low.
-        let exponents = PowerExponents {
-            norm: D as f64,
-            cofactor: 2.0,
-            expansion: 2.0,
-            compression: 2.0,
-        };
-        Power::two_term(moduli, exponents, None)
+fn power<const D: usize>(spec: &LawSpec) -> Result<Power<D>, LawError> {
+    if spec.law.family == Family::PowerTwoTerm {
+        spec.power.two_term(spec.moduli)
     } else {
-        Power::new(moduli)
+        spec.power.null_lagrangian(spec.moduli)
     }
 }

@@ -4,7 +4,7 @@ use super::args::AverageConfig;
 use super::views;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
-use crate::options::check_law;
+use crate::options::resolve_law;
 use crate::progress::Progress;
 use crate::shapes::{Placed, VisibilityMask, input_like};
 use shapespace_input::dimension::{Dim, per_dimension};
@@ -45,7 +45,7 @@ pub(super) fn plan_images<const D: usize>(
     views: Vec<Option<VisibilityMask<D>>>,
     mut config: AverageConfig,
 ) -> Result<AveragePlan<D>, CliError> {
-    check_law::<D>(&config.params.law)?;
+    resolve_law::<D>(&mut config.params.law)?;
     let mut placed = Placed::new(images, &mut config.masks)?;
     placed.like = input_like(&config.inputs, config.like.as_deref())?;
     if config.sweep.is_none() {

@@ -3,7 +3,7 @@
 use super::args::DistancesConfig;
 use super::classes::Classes;
 use crate::error::CliError;
-use crate::options::{Align, MaskOptions, check_law};
+use crate::options::{Align, MaskOptions, resolve_law};
 use crate::shapes::Placed;
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::{Image, Sources};
@@ -33,7 +33,7 @@ fn plan_images<const D: usize>(
     images: Vec<Image<D>>,
     mut config: DistancesConfig,
 ) -> Result<DistancesPlan<D>, CliError> {
-    check_law::<D>(&config.params.law)?;
+    resolve_law::<D>(&mut config.params.law)?;
     let mut masks = MaskOptions {
         align: config.masks.align.or(Some(Align::None)),
         ..config.masks

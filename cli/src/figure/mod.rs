@@ -28,7 +28,7 @@ pub(crate) use drawn::drawn_image;
 use crate::average::write_inputs;
 use crate::doubts::named;
 use crate::error::{CliError, Exit};
-use crate::options::{CheckpointOption, check_law};
+use crate::options::{CheckpointOption, resolve_law};
 use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
@@ -190,7 +190,7 @@ impl<const D: usize> Plan<D> {
         mut config: FigureConfig,
         drawn: Option<Vec<Image<D>>>,
     ) -> Result<Self, CliError> {
-        check_law::<D>(&config.law)?;
+        resolve_law::<D>(&mut config.law)?;
         Ok(Self {
             placed: Placed::new(images, &mut config.masks)?,
             config,

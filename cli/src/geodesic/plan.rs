@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::args::GeodesicConfig;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
-use crate::options::{Align, check_law};
+use crate::options::{Align, resolve_law};
 use crate::shapes::{Components, Placed, VisibilityMask, input_like, read_view};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::{Image, Sources};
@@ -53,7 +53,7 @@ fn plan_images<const D: usize>(
     } else {
         (images, None)
     };
-    check_law::<D>(&config.params.law)?;
+    resolve_law::<D>(&mut config.params.law)?;
     if config.labels || config.occluded.is_some() {
         // Components and hidden parts would distort an alignment of the whole shapes.
         config.masks.align.get_or_insert(Align::None);

@@ -14,7 +14,7 @@ use crate::error::CliError;
 use crate::geodesic::draw::film;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
-use crate::options::check_law;
+use crate::options::resolve_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Input, Placed, doubts_of, settle};
@@ -120,7 +120,7 @@ fn plan<const D: usize>(
     images: Vec<Image<D>>,
     mut config: LengthConfig,
 ) -> Result<LengthPlan<D>, CliError> {
-    check_law::<D>(&config.params.law)?;
+    resolve_law::<D>(&mut config.params.law)?;
     let placed = Placed::new(images, &mut config.masks)?;
     Ok(LengthPlan { placed, config })
 }

@@ -2,7 +2,7 @@
 
 use ::geodesic::GeodesicParams;
 use ::geodesic::calculus::CalculusParams;
-use hyperelastic::{LameModuli, LawName, LawSpec};
+use hyperelastic::{LameModuli, LawName, LawSpec, PowerCoefficients, PowerExponents, PowerOptions};
 use phasefield::segmentation::{SegmentationParams, Weights};
 use proptest::prelude::*;
 use serde::Serialize;
@@ -43,9 +43,14 @@ fn positive() -> impl Strategy<Value = f64> {
 fn law() -> impl Strategy<Value = LawSpec> {
     let names: Vec<LawName> = LawName::all().collect();
     let law = prop::sample::select(names);
-    (law, positive(), positive()).prop_map(|(law, lambda, mu)| LawSpec {
-        law,
-        moduli: LameModuli { lambda, mu },
+    let options = (any::<bool>(), positive()).prop_map(|(some, x)| PowerOptions {
+        exponents: some.then_some(PowerExponents::from([x, 2.0, 0.1, 9.0])),
+        norm_share: some.then_some(x),
+        coefficients: some.then_some(PowerCoefficients::from([0.1, x, 0.3])),
+    });
+    (law, positive(), positive(), options).prop_map(|(law, lambda, mu, power)| LawSpec {
+        power,
+        ..law.with(LameModuli { lambda, mu })
     })
 }
 

@@ -26,6 +26,7 @@ mod log;
 mod long_runs;
 mod malformed;
 mod malformed_surfaces;
+mod materials;
 mod meshes;
 mod metric;
 mod natural;

@@ -4,8 +4,8 @@
 use crate::common::{Matrix, direction, moduli};
 use fe_grid::tensor;
 use hyperelastic::{
-    LameModuli, LawError, LawName, LawSpec, LogDet, LogDetBarrier, Power, PowerCoefficients,
-    PowerExponents, StoredEnergy, ViscousDissipation,
+    CompiledLaw, LameModuli, LawError, LawName, LawSpec, LogDet, LogDetBarrier, Power,
+    PowerCoefficients, PowerExponents, PowerOptions, StoredEnergy, ViscousDissipation,
 };
 use proptest::prelude::*;
 
@@ -62,7 +62,7 @@ fn laws_know_their_names() {
     for name in LawName::all() {
         let text = name.to_string();
         assert_eq!(text.parse(), Ok(name));
-        let spec = LawSpec { law: name, moduli };
+        let spec = name.with(moduli);
         assert_eq!(spec.compile::<2>().unwrap().name(), text);
         assert_eq!(spec.compile::<3>().unwrap().name(), text);
         let json = serde_json::to_string(&spec).unwrap();
@@ -99,10 +99,7 @@ fn unusable_moduli_are_refused() {
         assert!(LameModuli::new(lambda, mu).is_err());
         let unchecked = LameModuli { lambda, mu };
         for law in LawName::all() {
-            let spec = LawSpec {
-                law,
-                moduli: unchecked,
-            };
+            let spec = law.with(unchecked);
             let error = spec.compile::<3>().unwrap_err();
             assert!(matches!(error, LawError::Moduli { .. }), "{error}");
         }
@@ -215,4 +212,102 @@ fn the_barrier_leaves_the_moduli() {
     let plain = LogDet::<2>::new(moduli(1.0, 1.0)).unwrap();
     let h = [[0.1, -0.3], [0.2, 0.4]];
     assert_eq!(bare.gradient(&h), plain.gradient(&h));
+}
+
+/// `power_two_term` with these options.
+fn two_term(power: PowerOptions) -> LawSpec {
+    LawSpec {
+        power,
+        ..LawSpec::new("power_two_term", LameModuli::default()).unwrap()
+    }
+}
+
+/// `W(1 + H)` at some gradients.
+fn values<const D: usize>(law: &CompiledLaw<D>) -> Vec<f64> {
+    let gradient =
+        |s: f64| std::array::from_fn(|i| std::array::from_fn(|k| s * (i + 2 * k) as f64));
+    [-0.04, 0.01, 0.07]
+        .map(|s| law.value(&gradient(s)))
+        .to_vec()
+}
+
+/// Coefficients state a law whose moduli are those of its response; the same law is stated by these moduli
+/// and the share of the first term, `P = a1 p d^(p/2-1)` of `mu = P + Q`.
+fn coefficients_state_a_law<const D: usize>() {
+    let [p, q, r, s] = [4.0, 3.0, 2.0, 2.5];
+    let [a1, a2, a3] = [0.1, 0.07, 0.9];
+    let by_coefficients = two_term(PowerOptions {
+        exponents: Some([p, q, r, s].into()),
+        coefficients: Some([a1, a2, a3].into()),
+        norm_share: None,
+    });
+    let resolved = by_coefficients.resolved::<D>().unwrap();
+    let law = resolved.compile::<D>().unwrap();
+    let d = D as f64;
+    let (of_norm, of_cofactor) = (
+        a1 * p * d.powf(0.5 * p - 1.0),
+        a2 * q * d.powf(0.5 * q - 1.0),
+    );
+    let relative = |a: f64, b: f64| (a - b).abs() / b.abs();
+    assert!(relative(resolved.moduli.mu, of_norm + of_cofactor) < 1e-12);
+    assert!(relative(law.moduli().lambda, resolved.moduli.lambda) < 1e-12);
+    let by_moduli = LawSpec {
+        power: PowerOptions {
+            coefficients: None,
+            norm_share: Some(of_norm / resolved.moduli.mu),
+            ..resolved.power
+        },
+        ..resolved
+    };
+    let same = by_moduli.compile::<D>().unwrap();
+    for (a, b) in values(&law).into_iter().zip(values(&same)) {
+        // Energies of strains of some percent are differences of terms a thousand times as large.
+        assert!(relative(a, b) < 1e-9, "{a} {b}");
+    }
+    // Moduli of another law are not overlooked.
+    let error = by_coefficients.compile::<D>().unwrap_err();
+    assert!(matches!(error, LawError::ModuliDiffer { .. }), "{error}");
+}
+
+#[test]
+fn coefficients_of_a_power_law_are_options() {
+    coefficients_state_a_law::<2>();
+    coefficients_state_a_law::<3>();
+}
+
+#[test]
+fn options_of_other_laws_are_refused() {
+    let exponents = PowerOptions {
+        exponents: Some([4.0, 4.0, 2.0, 9.0].into()),
+        ..PowerOptions::default()
+    };
+    let coefficients = PowerOptions {
+        coefficients: Some([0.1, 0.1, 0.2].into()),
+        ..PowerOptions::default()
+    };
+    let with = |law: &str, power| LawSpec {
+        power,
+        ..LawSpec::new(law, LameModuli::default()).unwrap()
+    };
+    for (law, power) in [
+        ("logdet", exponents),
+        ("inverse:logdet_barrier", exponents),
+        ("linear", coefficients),
+        ("power", coefficients),
+    ] {
+        let spec = with(law, power);
+        let error = spec.compile::<2>().unwrap_err();
+        assert!(matches!(error, LawError::Option { .. }), "{law}: {error}");
+    }
+    assert!(with("power", exponents).compile::<3>().is_ok());
+    let both = two_term(PowerOptions {
+        norm_share: Some(0.5),
+        ..coefficients
+    });
+    let error = both.resolved::<2>().unwrap_err();
+    assert!(matches!(error, LawError::Parameter { .. }), "{error}");
+    for text in ["", "1,2", "1,2,3,x", "1,2,3,4,5"] {
+        assert!(text.parse::<PowerExponents>().is_err(), "{text}");
+    }
+    assert_eq!("4, 4,2,9".parse(), Ok(PowerExponents::default()));
 }

@@ -52,7 +52,7 @@ proptest! {
     fn growth_is_as_reported(powers in prop::array::uniform3(-0.6f64..0.6)) {
         fn check<const D: usize>(law: LawName, powers: [f64; 3]) {
             let moduli = LameModuli { lambda: 20.0, mu: 1.0 };
-            let spec = LawSpec { law, moduli };
+            let spec = law.with(moduli);
             let (found, reported) = rates::<D>(&spec, powers);
             // Terms of equal size put the rate off by ln 2 / ln 1e6, slow powers beside
             // logarithms by a little more. Exponents too large by one show as up to 0.6.

@@ -8,7 +8,7 @@ use super::super::args::AverageConfig;
 use super::super::plan::fingerprint;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
-use crate::options::{Nodes, check_law};
+use crate::options::{Nodes, resolve_law};
 use crate::progress::Progress;
 use crate::shapes::{GreyInput, labels};
 use shapespace_input::dimension::{Dim, per_dimension};
@@ -71,7 +71,7 @@ fn plan<const D: usize>(
             ),
         });
     }
-    check_law::<D>(&config.params.law)?;
+    resolve_law::<D>(&mut config.params.law)?;
     let nodes = config.masks.longest_side::<D>(BOX)?;
     let (frames, grid) = whole_frames(images, nodes)?;
     let nodal: Result<Vec<_>, _> = images
