@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use fe_grid::{Grid, ScalarField};
-use png::ColorType;
+use png::{BitDepth, ColorType};
 use shapespace_generate::{
     Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Member, Placed, Star, area_share,
     family, letter, letters, make_grey,
@@ -378,5 +378,6 @@ fn png<const D: usize>(path: &Path, field: &ScalarField<f64, D>) -> Result<Vec<u
     let nodes = field.grid().nodes_per_axis();
     let grey = field.as_slice().iter().map(|v| (255.0 * v).round() as u8);
     let grey: Vec<u8> = grey.collect();
-    encode([nodes[0], nodes[1]], ColorType::Grayscale, &grey).map_err(OutputError::at(path))
+    let colour = (ColorType::Grayscale, BitDepth::Eight);
+    encode([nodes[0], nodes[1]], colour, &grey).map_err(OutputError::at(path))
 }

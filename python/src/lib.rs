@@ -26,5 +26,5 @@ mod _shapespace {
     #[pymodule_export]
     use super::result::{Computed, Verified};
     #[pymodule_export]
-    use super::warped::{warp_points, warp_volume};
+    use super::warped::{warp_image, warp_points};
 }

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drawing import ellipsoid
+from drawing import ellipses, ellipsoid
 
 import shapespace
 
@@ -123,6 +123,26 @@ def test_simpleitk_images_are_their_files(program):
     point = images[0].TransformContinuousIndexToPhysicalPoint(index.tolist())
     expected = np.array(point) * [-1, -1, 1]
     assert np.allclose(centre(found.mask, found.affine), expected, atol=1.0)
+
+
+def test_flat_images_and_points_are_carried(average, modes, geodesic):
+    masks = ellipses()
+    assert masks[0].shape == (33, 33)
+    carried = shapespace.warp(average, masks[0].astype(float), shape=0, interpolation="linear")
+    assert carried.shape == average.mask.shape
+    # A quarter of a sample along the boundary is 6 % of the area.
+    assert (carried > 0.5).sum() == pytest.approx(average.mask.sum(), rel=0.08)
+    onto = shapespace.warp(average, masks[0], shape=0, to_shape=1)
+    assert onto.sum() == pytest.approx(masks[1].sum(), rel=0.08)
+    points = [[10.0, 16.0], [20.5, 15.0]]
+    for source, shapes in [(average, {"shape": 1}), (geodesic, {"time": 0.4}), (modes, {"scores": [1]})]:
+        there = shapespace.warp(source, points, **shapes)
+        back = shapespace.warp(source, there, inverse=True, **shapes)
+        assert there.shape == (2, 2) and np.allclose(back, points, atol=1e-3)
+    with pytest.raises(ValueError, match="2 coordinates"):
+        shapespace.warp(average, [[0, 0, 0]], shape=0)
+    with pytest.raises(shapespace.InputError, match="--shape"):
+        shapespace.warp(geodesic, points, shape=0)
 
 
 def test_points_and_volumes_are_carried(program, placed):

@@ -69,6 +69,20 @@ impl Lattice {
         std::array::from_fn(|j| (0..3).map(|i| inverse[i][j] * relative[i]).sum())
     }
 
+    /// The samples of this lattice with others between them, at a whole fraction of their distance.
+    #[must_use]
+    pub fn refined(&self, parts: usize) -> Self {
+        let parts = parts.max(1);
+        let mut affine = self.affine;
+        for step in affine.iter_mut().flat_map(|row| &mut row[..3]) {
+            *step /= parts as f64;
+        }
+        Self {
+            size: self.size.map(|n| n.saturating_sub(1) * parts + 1),
+            affine,
+        }
+    }
+
     /// The samples of this lattice, continued where needed, in the box around points of the world.
     #[must_use]
     pub fn around(&self, points: impl IntoIterator<Item = [f64; 3]>) -> Self {

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::decode::Samples;
-use super::lattice::Lattice;
 use super::number::{Meaning, NumberType};
 use super::packed::Packed;
 use super::raster::Colours;
@@ -186,35 +185,30 @@ impl Sources {
         Ok((same_dimension(images)?, ranges))
     }
 
-    /// Reads the numbers of a volume that has a place in the world.
+    /// Reads the numbers of an image as they are; of a picture in colours their luminance.
     ///
     /// # Errors
-    /// As [`Self::read_image`], and [`InputError::Placeless`].
+    /// As [`Self::read_image`].
     pub fn read_numbers(&self, path: &Path) -> Result<Numbers, InputError> {
-        let samples = self.samples(path, Colours::Refused)?;
+        let samples = self.samples(path, Colours::Luminance)?;
         mask::check_finite(&samples, path)?;
-        let placeless = || InputError::Placeless { path: path.into() };
         Ok(Numbers {
-            lattice: Lattice {
-                size: samples
-                    .size
-                    .as_slice()
-                    .try_into()
-                    .map_err(|_| placeless())?,
-                affine: samples.affine.ok_or_else(placeless)?,
-            },
+            size: samples.size,
+            affine: samples.affine,
             values: samples.values.into_vec(),
         })
     }
 }
 
-/// The numbers of a volume as they are, and their place in the world.
+/// The numbers of an image as they are, and their place in the world.
 #[derive(Clone, Debug)]
 pub struct Numbers {
     /// The numbers, `x` fastest.
     pub values: Vec<f64>,
-    /// Their lattice.
-    pub lattice: Lattice,
+    /// Samples along each axis, `x` first.
+    pub size: Vec<usize>,
+    /// Sample indices to world coordinates, if the file states them.
+    pub affine: Option<[[f64; 4]; 3]>,
 }
 
 fn is_byte(x: f64) -> bool {

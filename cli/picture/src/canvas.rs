@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use ::png::ColorType;
+use ::png::{BitDepth, ColorType};
 
 use super::{Colour, WHITE};
 use crate::png::encode;
@@ -183,7 +183,11 @@ impl Canvas {
     /// # Errors
     /// Those of [`encode`], for a picture without pixels.
     pub fn png(&self) -> io::Result<Vec<u8>> {
-        encode(self.size(), ColorType::Rgb, &self.bytes())
+        encode(
+            self.size(),
+            (ColorType::Rgb, BitDepth::Eight),
+            &self.bytes(),
+        )
     }
 
     /// Writes the picture as a PNG file.

@@ -13,7 +13,7 @@
 //! Nothing here prints, answers signals, or ends the process. A caller hears of the work by a
 //! [`Listener`], on the thread of the computation, and ends it by a [`Stop`].
 //!
-//! `call` runs commands, `computed` holds results, `warped` carries volumes and points through
+//! `call` runs commands, `computed` holds results, `warped` carries images and points through
 //! deformations, `verified` runs the experiments of `shapespace verify`.
 
 mod call;
@@ -29,5 +29,5 @@ pub use warped::{Warp, Warped};
 pub use crate::error::CliError;
 pub use crate::output::{KeptArray, KeptNumbers};
 pub use crate::progress::{Event, Listener};
-pub use crate::warp::Interpolation;
+pub use crate::warp::{Interpolation, Way};
 pub use shapespace_input::{ArrayType, NamedArray, Sources};

@@ -1,58 +1,67 @@
-//! Volumes and points that are carried from an input of an average to the average, or back.
+//! Images and points that are carried from one shape of a result to another.
 
 use std::path::Path;
 
 use crate::error::CliError;
 use crate::pool::in_pool;
-use crate::warp::{Interpolation, StoredMap, carried};
+use crate::warp::{Interpolation, StoredMap, Way, between, carried};
 use shapespace_input::Sources;
 
-/// The deformation of one input of an average, as `shapespace warp` uses it.
+/// The deformations between two shapes of a result, as `shapespace warp` uses them.
 pub struct Warp {
     stored: StoredMap,
-    /// From the average to the input.
     inverse: bool,
 }
 
-/// A volume at the samples of another.
+/// An image at other samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warped {
     /// The values, `x` fastest.
     pub values: Vec<f32>,
-    /// Samples along each axis, `x` first.
+    /// Samples along each axis, `x` first; one along the last in the plane.
     pub size: [usize; 3],
-    /// Sample indices to the world.
+    /// Sample indices to the world, or to the coordinates of the result or of the input.
     pub affine: [[f64; 4]; 3],
 }
 
 impl Warp {
-    /// The deformation of the input of this number, from the input to the average, or `inverse`.
+    /// The deformations of a result between two of its shapes, or `inverse`. Images of results without a
+    /// place in the world have `refine` samples in a spacing of the grid.
     ///
     /// # Errors
-    /// [`CliError`] for a directory that is no average of volumes with a place in the world.
+    /// [`CliError`] for a directory without deformations, and for options that do not fit it.
     pub fn read(
-        average: &Path,
-        shape: usize,
-        inverse: bool,
+        result: &Path,
+        way: &Way,
+        (inverse, refine): (bool, usize),
         trust: bool,
     ) -> Result<Self, CliError> {
         Ok(Self {
-            stored: StoredMap::read(average, shape, trust)?,
+            stored: StoredMap::read(result, way, refine, trust)?,
             inverse,
         })
     }
 
-    /// Where points of the world go.
-    pub fn points(&self, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let map = self.stored.direction(self.inverse);
-        points.iter().map(|point| map.point(*point)).collect()
+    /// Dimension of the shapes.
+    pub fn dimension(&self) -> usize {
+        self.stored.dimension()
     }
 
-    /// A volume, by its name among the sources or its path.
+    /// Where points go; in the plane the third coordinate is 0.
+    pub fn points(&self, points: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let map = self.stored.direction(self.inverse);
+        points
+            .iter()
+            .map(|point| map.point(*point).position)
+            .collect()
+    }
+
+    /// An image, by its name among the sources or its path.
     ///
     /// # Errors
-    /// [`CliError::Input`] for a volume that cannot be read, or has no place in the world.
-    pub fn volume(
+    /// [`CliError::Input`] for an image that cannot be read, or has no place in the world where it needs
+    /// one, and [`CliError::Option`] for one with other samples than the input.
+    pub fn image(
         &self,
         sources: &Sources,
         name: &Path,
@@ -61,11 +70,15 @@ impl Warp {
     ) -> Result<Warped, CliError> {
         in_pool(threads, || {
             let image = sources.read_numbers(name)?;
-            let target = self.stored.target(self.inverse);
+            let [from, to] = self.stored.sides(self.inverse);
+            let lattice = from.lattice_of(name, &image)?;
+            let target = to.target();
             let back = self.stored.direction(!self.inverse);
-            let (values, _) = carried(image, (&target, &back), interpolation)?;
+            let between = between(&image, interpolation);
+            let small = self.stored.small();
+            let found = carried((&image, &lattice), (&target, &back), between, small);
             Ok(Warped {
-                values,
+                values: found.values,
                 size: target.size,
                 affine: target.affine,
             })

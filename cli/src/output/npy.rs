@@ -67,6 +67,20 @@ pub fn write_mask(path: &Path, mask: &[bool], size: &[usize]) -> Result<(), Outp
     write_array(path, &shape, mask.iter().map(|&b| u8::from(b)))
 }
 
+/// Writes samples, `size` along each axis with `x` first: as bytes where they are such, else in single
+/// precision.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub fn write_samples(path: &Path, size: &[usize], values: &[f32]) -> Result<(), OutputError> {
+    let shape: Vec<usize> = size.iter().rev().copied().collect();
+    if values.iter().all(|&value| f32::from(value as u8) == value) {
+        write_array(path, &shape, values.iter().map(|&value| value as u8))
+    } else {
+        write_array(path, &shape, values.iter().copied())
+    }
+}
+
 /// A type of numbers in an array.
 pub(super) trait Number {
     /// Its name in the header: byte order, kind and width.

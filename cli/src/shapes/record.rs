@@ -52,7 +52,7 @@ pub(crate) struct InputRecord<const D: usize> {
     pub size_factor: Option<f64>,
     /// Sample indices to world coordinates, where the file states them.
     #[serde(skip_serializing_if = "Option::is_none")]
-    affine: Option<[[f64; 4]; 3]>,
+    pub(super) affine: Option<[[f64; 4]; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alignment: Option<AlignmentRecord>,
     /// Whether the results lie in its world.
@@ -129,6 +129,11 @@ pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> O
 }
 
 impl<const D: usize> InputRecord<D> {
+    /// Whether its file states its place in the world.
+    pub fn states_place(&self) -> bool {
+        self.affine.is_some() || self.frame.in_world()
+    }
+
     /// The record of a grey image.
     pub fn of_image(image: &GreyInput<D>) -> Self {
         Self {

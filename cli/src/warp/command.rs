@@ -1,45 +1,49 @@
-//! `shapespace warp`: carries images, surfaces and landmarks through the deformation of an input of
-//! an average, or its inverse.
+//! `shapespace warp`: carries images, surfaces and landmarks through the deformations of a result.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use fe_grid::{Grid, ScalarField};
 
-use super::map::{Between, StoredMap, WorldMap, pulled_back};
-use super::points::{moved_landmarks, moved_surface};
+use super::images::carried_image;
+use super::map::StoredMap;
+use super::points::{Moved, moved_landmarks, moved_surface};
+use super::way::Way;
 use crate::error::{CliError, Exit};
 use crate::options::RunOptions;
 use crate::output::ResultDir;
-use crate::output::nifti::{Values, write_volume};
 use crate::pool::in_pool;
 use crate::print::print;
-use crate::shapes::stem;
-use shapespace_input::lattice::Lattice;
 use shapespace_input::terminal::printable;
-use shapespace_input::{Kinds, Numbers, Sources, expand, extension_of, is_mesh};
+use shapespace_input::{Kinds, expand, extension_of, is_mesh};
 
-/// Carries images, surfaces and landmarks from an input of an average to the average, or back. All
-/// lie in the world (RAS, millimetres).
+/// Carries images, surfaces and landmarks from one shape of a result to another: from an input of an
+/// average to the average or to another input, along a path, or along modes.
+///
+/// Volumes, surfaces and points of results with a place in the world lie there (RAS, millimetres).
+/// Otherwise images have the samples of the input, or the nodes of the grid, and points have the
+/// coordinates of the input (samples, from 0, where that is an image), or of the average.
 #[derive(Clone, Debug, Args)]
 pub struct WarpArgs {
-    /// Result directory of an average of volumes with a place in the world.
-    #[arg(value_name = "AVERAGE")]
-    average: PathBuf,
-    /// Images (volumes of any format), surfaces (.stl, .ply, .obj, .vtk, .vtp), and landmarks (.csv, with x, y and z in the
-    /// first three columns). A folder, or a pattern in quotes, stands for its files.
+    /// Result directory of `average`, `geodesic`, `length`, `pca` or `synthesize`.
+    #[arg(value_name = "RESULT")]
+    result: PathBuf,
+    /// Images of any format, surfaces (.stl, .ply, .obj, .vtk, .vtp), and points such as landmarks or outlines
+    /// (.csv, with x, y and, of volumes, z in the first columns or in those of these names). A folder, or a pattern
+    /// in quotes, stands for its files.
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
-    /// Number of the input, from 0.
-    #[arg(long, value_name = "K")]
-    shape: usize,
-    /// From the average to the input, not from the input to the average.
-    #[arg(long)]
+    #[command(flatten)]
+    way: Way,
+    /// The other way round.
+    #[arg(long, help_heading = "From where to where")]
     inverse: bool,
     /// Values between the samples of images [default: nearest for whole numbers, such as labels and
     /// masks, else linear].
     #[arg(long, value_enum)]
     interpolation: Option<Interpolation>,
+    /// Samples of images in a spacing of the grid, where the inputs have no place in the world.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
+    refine: u32,
     /// Options that do not influence the results.
     #[command(flatten)]
     run: RunOptions,
@@ -66,8 +70,8 @@ pub fn run_warp(args: &WarpArgs) -> Result<Exit, CliError> {
 }
 
 fn warp(args: &WarpArgs, files: &[PathBuf]) -> Result<Exit, CliError> {
-    let stored = StoredMap::read(&args.average, args.shape, args.run.trust)?;
-    let target = stored.target(args.inverse);
+    let refine = args.refine as usize;
+    let stored = StoredMap::read(&args.result, &args.way, refine, args.run.trust)?;
     let map = stored.direction(args.inverse);
     // An image is pulled back: every point of the result asks where it comes from.
     let back = stored.direction(!args.inverse);
@@ -75,82 +79,45 @@ fn warp(args: &WarpArgs, files: &[PathBuf]) -> Result<Exit, CliError> {
     let mut lines = Vec::new();
     let mut taken: Vec<PathBuf> = Vec::new();
     for path in files {
-        let name = name_of(path);
-        if taken.contains(&name) {
-            return Err(CliError::Option {
-                option: "FILE",
-                value: format!("'{}'", path.display()),
-                remedy: "give files of different names, which those of the results are".into(),
-            });
-        }
-        let file = directory.file(&name);
-        let extension = extension_of(path);
-        let what = match &*extension {
-            "csv" => moved_landmarks(path, &file, &map)?,
-            other if is_mesh(other) => moved_surface(path, &file, &map)?,
-            _ => warped_image(path, &file, (&target, &back), args.interpolation)?,
+        let moved = match &*extension_of(path) {
+            "csv" => moved_landmarks(path, &directory, (&stored, &map))?,
+            other if is_mesh(other) => moved_surface(path, &directory, (&stored, &map))?,
+            _ => {
+                let sides = stored.sides(args.inverse);
+                let small = stored.small();
+                carried_image(path, &directory, (sides, &back, small), args.interpolation)?
+            }
         };
-        lines.push(format!(
-            "  {what:<12} {}\n",
-            args.run.output.join(&name).display()
-        ));
-        taken.push(name);
+        if taken.contains(&moved.name) {
+            return Err(other_name(path));
+        }
+        lines.push(moved.line(&args.run.output));
+        taken.push(moved.name);
     }
     directory.commit()?;
     print(&printable(&lines.concat()))?;
     Ok(Exit::Success)
 }
 
-/// The name of a result: images become `.nii.gz`, and surfaces have a format that is written.
-fn name_of(path: &Path) -> PathBuf {
-    let extension = extension_of(path);
-    let written = match &*extension {
-        "csv" | "stl" | "ply" | "vtp" => &extension,
-        "obj" => "ply",
-        "vtk" => "vtp",
-        _ => "nii.gz",
-    };
-    format!("{}.{written}", stem(path)).into()
-}
-
-fn warped_image(
-    path: &Path,
-    file: &Path,
-    (target, back): (&Lattice, &WorldMap),
-    interpolation: Option<Interpolation>,
-) -> Result<&'static str, CliError> {
-    let image = Sources::files().read_numbers(path)?;
-    let (values, between) = carried(image, (target, back), interpolation)?;
-    let byte = |value: &f32| value.fract() == 0.0 && (0.0..=255.0).contains(value);
-    if values.iter().all(byte) {
-        let bytes: Vec<u8> = values.iter().map(|&value| value as u8).collect();
-        write_volume(file, target, &Values::Mask(&bytes))?;
-    } else {
-        write_volume(file, target, &Values::Numbers(&values))?;
+fn other_name(path: &Path) -> CliError {
+    CliError::Option {
+        option: "FILE",
+        value: format!("'{}'", path.display()),
+        remedy: "give files of different names, which those of the results are".into(),
     }
-    Ok(match between {
-        Between::Nearest => "labels",
-        Between::Linear => "image",
-    })
 }
 
-/// The values of an image at the samples of a lattice, whose points a map sends back into it.
-///
-/// # Errors
-/// None in practice: the image has as many values as its lattice samples.
-pub(crate) fn carried(
-    image: Numbers,
-    (target, back): (&Lattice, &WorldMap),
-    interpolation: Option<Interpolation>,
-) -> Result<(Vec<f32>, Between), CliError> {
-    let lattice = image.lattice;
-    let whole = image.values.iter().all(|value| value.fract() == 0.0);
-    let between = match interpolation {
-        Some(Interpolation::Nearest) => Between::Nearest,
-        None if whole => Between::Nearest,
-        Some(Interpolation::Linear) | None => Between::Linear,
-    };
-    let field = ScalarField::from_vec(Grid::with_nodes(lattice.size, 1.0)?, image.values)?;
-    let values = pulled_back((&field, &lattice), between, target, back);
-    Ok((values, between))
+impl Moved {
+    /// What was written, and for how much of it the map has no exact inverse.
+    fn line(&self, output: &Path) -> String {
+        let name = output.join(&self.name);
+        let rest = match self.inexact {
+            0 => String::new(),
+            inexact => format!(
+                " ({inexact} of {} {} have no exact place there)",
+                self.count, self.unit
+            ),
+        };
+        format!("  {:<12} {}{rest}\n", self.what, name.display())
+    }
 }

@@ -70,7 +70,8 @@ pub(crate) fn write_shape<const D: usize>(
     let Some(samples) = lattice_of(&inputs[world.number()]) else {
         return Ok(());
     };
-    let lattice = within_box(&samples, &world, &grid);
+    let position = |unit| in_space(world.position(unit));
+    let lattice = within_box(&samples, &grid, &position);
     let distance = ContourDistance::new(shape).map_err(|error| CliError::Computation {
         message: format!("the shape has no distance: {error}"),
         remedy: "use a finer --grid".into(),
@@ -83,17 +84,18 @@ pub(crate) fn write_shape<const D: usize>(
     Ok(write_volume(&file, &lattice, &Values::Numbers(&values))?)
 }
 
-/// The samples of a lattice, continued where needed, that lie in the box of a grid.
+/// The samples of a lattice, continued where needed, that lie in the box of a grid, whose points have these
+/// positions.
 pub(super) fn within_box<const D: usize>(
     samples: &Lattice,
-    world: &WorldFrame<D>,
     grid: &Grid<D>,
+    position: &dyn Fn([f64; D]) -> [f64; 3],
 ) -> Lattice {
     let sides = grid.extent();
     let border = BORDER * sides.into_iter().fold(0.0, f64::max);
-    let corner = |number: usize| -> [f64; 3] {
+    let corner = |number: usize| {
         let unit = std::array::from_fn(|k| [border, sides[k] - border][number >> k & 1]);
-        in_space(world.position(unit))
+        position(unit)
     };
     samples.around((0..8).map(corner))
 }
@@ -163,11 +165,11 @@ fn ways<const D: usize>(
 }
 
 /// A point of three coordinates, 0 where there are fewer.
-pub(super) fn in_space<const D: usize>(p: [f64; D]) -> [f64; 3] {
+fn in_space<const D: usize>(p: [f64; D]) -> [f64; 3] {
     std::array::from_fn(|k| p.get(k).copied().unwrap_or(0.0))
 }
 
 /// The first coordinates of a point.
-pub(super) fn of_space<const D: usize>(p: [f64; 3]) -> [f64; D] {
+fn of_space<const D: usize>(p: [f64; 3]) -> [f64; D] {
     std::array::from_fn(|k| p.get(k).copied().unwrap_or(0.0))
 }

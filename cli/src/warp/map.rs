@@ -1,36 +1,42 @@
-//! The map of an input of an average onto it, or back, in the world.
+//! The maps of result directories: of an average, a path, modes, or a shape of given scores.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use fe_grid::{Field, ScalarField};
+use fe_grid::{Field, Grid, vector};
+use serde::Deserialize;
 
-use super::fields::inverted;
-use crate::average::AverageConfig;
+use super::route::{Leg, Route, WorldMap, along};
+use super::samples::Side;
+use super::way::{Between, Way};
 use crate::error::CliError;
-use crate::report::Record;
-use crate::results::{ResultFields, read_dimension, read_record};
-use crate::shapes::WorldFrame;
-use shapespace_input::lattice::Lattice;
+use crate::output::numbered;
+use crate::pca::read_pca;
+use crate::results::{ResultFields, command_in, read_contents, read_dimension};
+use crate::shapes::{Coordinates, InputRecord};
+use shapespace_input::dimension::Dim;
 
-/// Steps that refine the inverse at a point between nodes.
-const STEPS: usize = 8;
-
-/// From one world to another, by way of the box.
-pub(crate) struct WorldMap {
-    from: WorldFrame<3>,
-    to: WorldFrame<3>,
-    displacement: Field<f64, 3, 3>,
-    /// The displacement of the deformation whose inverse this is.
-    inverse_of: Option<Field<f64, 3, 3>>,
+/// A map and the way back, with the images at both ends.
+pub(crate) struct StoredMap {
+    route: Dim<Route<2>, Route<3>>,
+    sides: [Side; 2],
+    /// Spacing of the grid, in the box.
+    spacing: f64,
 }
 
-/// An input of an average, with both maps and lattices.
-pub(crate) struct StoredMap {
-    displacement: Field<f64, 3, 3>,
-    average: WorldFrame<3>,
-    subject: WorldFrame<3>,
-    /// The samples of the input, and of the one in whose world the average lies.
-    lattices: [Lattice; 2],
+/// A result that is read.
+struct Reading<'a, const D: usize> {
+    directory: &'a Path,
+    /// The inputs whose coordinates there are.
+    inputs: Vec<InputRecord<D>>,
+    /// Samples of images in a spacing of the grid.
+    refine: usize,
+    trust: bool,
+}
+
+/// One end of a route.
+struct End<const D: usize> {
+    coordinates: Coordinates<D>,
+    side: Side,
 }
 
 fn unfit(directory: &Path, reason: String) -> CliError {
@@ -42,144 +48,251 @@ fn unfit(directory: &Path, reason: String) -> CliError {
 }
 
 impl StoredMap {
-    /// Reads the deformation of one input.
+    /// Reads the map of a result. In a spacing of its grid images of results without a place in the world
+    /// have `refine` samples.
     ///
     /// # Errors
-    /// [`CliError::NoResult`] for results that have no place in the world,
-    /// [`CliError::Option`] for a number that no input has, and those of reading the arrays.
-    pub fn read(directory: &Path, shape: usize, trust: bool) -> Result<Self, CliError> {
+    /// [`CliError::NoResult`] for results without deformations, [`CliError::Option`] for options that do
+    /// not fit a result, and those of reading the arrays.
+    pub fn read(directory: &Path, way: &Way, refine: usize, trust: bool) -> Result<Self, CliError> {
         let dimension = read_dimension(directory).map_err(|reason| unfit(directory, reason))?;
-        if dimension.dimension() != 3 {
-            return Err(unfit(
-                directory,
-                "its shapes are flat; warps are those of volumes".into(),
-            ));
+        let command = command_in(directory).unwrap_or_default();
+        let between = way.between(directory, &command)?;
+        match dimension {
+            Dim::D2(()) => stored::<2>(directory, &between, refine, trust, Dim::D2),
+            Dim::D3(()) => stored::<3>(directory, &between, refine, trust, Dim::D3),
         }
-        let record: Record<AverageConfig, (), 3> =
-            read_record(directory).map_err(|reason| unfit(directory, reason))?;
-        let inputs = &record.input;
-        if shape >= inputs.len() {
-            return Err(CliError::Option {
-                option: "--shape",
-                value: shape.to_string(),
-                remedy: format!(
-                    "the average has the inputs 0 to {}",
-                    inputs.len().saturating_sub(1)
-                ),
-            });
-        }
-        let placeless = || {
-            let reason = "its inputs have no common place in the world: the average of files with affine \
-                          maps, with --frame physical or centred, has one";
-            unfit(directory, reason.into())
-        };
-        let average = WorldFrame::of_records(inputs).ok_or_else(placeless)?;
-        let subject = WorldFrame::of_record(inputs, shape).ok_or_else(placeless)?;
-        let lattice =
-            |number: usize| Lattice::of_frame(&inputs[number].size, &inputs[number].frame);
-        let [own, leading] = [lattice(shape), lattice(average.number())];
-        let lattices = own.zip(leading).ok_or_else(placeless)?.into();
-        let fields = ResultFields::new(directory, unfit, trust)?;
-        let grid = *fields.scalar::<3>(Path::new("average.npy"))?.grid();
-        Ok(Self {
-            displacement: fields.displacement(&grid, "deformation", shape)?,
-            average,
-            subject,
-            lattices,
-        })
     }
 
-    /// The map from the input to the average, or back.
+    /// Dimension of the shapes.
+    pub fn dimension(&self) -> usize {
+        self.route.dimension()
+    }
+
+    /// The map, or the way back.
     pub fn direction(&self, inverse: bool) -> WorldMap {
-        let (average, subject) = (self.average, self.subject);
-        if inverse {
-            WorldMap {
-                from: average,
-                to: subject,
-                displacement: inverted(&self.displacement),
-                inverse_of: Some(self.displacement.clone()),
-            }
-        } else {
-            WorldMap {
-                from: subject,
-                to: average,
-                displacement: self.displacement.clone(),
-                inverse_of: None,
-            }
+        match &self.route {
+            Dim::D2(route) if inverse => route.reversed().map(),
+            Dim::D2(route) => route.clone().map(),
+            Dim::D3(route) if inverse => route.reversed().map(),
+            Dim::D3(route) => route.clone().map(),
         }
     }
 
-    /// The samples on which images are written that are carried to the average, or back.
-    pub fn target(&self, inverse: bool) -> Lattice {
-        let [own, leading] = &self.lattices;
-        if inverse {
-            *own
-        } else {
-            super::fields::within_box(leading, &self.average, self.displacement.grid())
-        }
+    /// Images before they are carried, and after.
+    pub fn sides(&self, inverse: bool) -> [&Side; 2] {
+        let [from, to] = &self.sides;
+        if inverse { [to, from] } else { [from, to] }
+    }
+
+    /// Whether the points at its ends lie in the world.
+    pub fn in_world(&self) -> bool {
+        self.sides.iter().all(Side::in_world)
+    }
+
+    /// Defects of inverses up to this are small: a tenth of the spacing of the grid.
+    pub fn small(&self) -> f64 {
+        0.1 * self.spacing
     }
 }
 
-impl WorldMap {
-    /// Where a point goes.
-    pub fn point(&self, world: [f64; 3]) -> [f64; 3] {
-        let unit = self.from.unit(world);
-        let mut image = moved(&self.displacement, unit);
-        if let Some(forward) = &self.inverse_of {
-            let residual = |x: [f64; 3]| {
-                let y = moved(forward, x);
-                let r: [f64; 3] = std::array::from_fn(|k| y[k] - unit[k]);
-                (r.iter().map(|r| r * r).sum::<f64>(), r)
-            };
-            let mut best = residual(image);
-            for _ in 0..STEPS {
-                let next = std::array::from_fn(|k| image[k] - best.1[k]);
-                let found = residual(next);
-                if found.0 >= best.0 {
-                    break;
-                }
-                (image, best) = (next, found);
-            }
-        }
-        self.to.position(image)
-    }
-}
-
-fn moved(displacement: &Field<f64, 3, 3>, unit: [f64; 3]) -> [f64; 3] {
-    let u = displacement.sample(unit);
-    std::array::from_fn(|k| unit[k] + u[k])
-}
-
-/// How values between samples are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Between {
-    /// The multilinear interpolation of the samples around.
-    Linear,
-    /// The value of the nearest sample.
-    Nearest,
-}
-
-/// An image at the points of another lattice that a map sends into it; 0 outside of it.
-pub(super) fn pulled_back(
-    image: (&ScalarField<f64, 3>, &Lattice),
-    between: Between,
-    target: &Lattice,
-    map: &WorldMap,
-) -> Vec<f32> {
-    let (field, lattice) = image;
-    let value = |index: usize| {
-        let mut sample = lattice.to_sample(map.point(target.position(index)));
-        if between == Between::Nearest {
-            sample = sample.map(f64::round);
-        }
-        // Samples stand for boxes that reach half a spacing to both sides.
-        let inside = (0..3).all(|k| (-0.5..=lattice.size[k] as f64 - 0.5).contains(&sample[k]));
-        if inside {
-            field.sample(sample)[0] as f32
-        } else {
-            0.0
-        }
+fn stored<const D: usize>(
+    directory: &Path,
+    between: &Between,
+    refine: usize,
+    trust: bool,
+    of: impl Fn(Route<D>) -> Dim<Route<2>, Route<3>>,
+) -> Result<StoredMap, CliError> {
+    let source = inputs_of(directory, between)?;
+    let read = Reading::<D> {
+        directory,
+        inputs: inputs(&source)?,
+        refine,
+        trust,
     };
-    let indices: Vec<usize> = (0..target.count()).collect();
-    fe_grid::parallel::map(&indices, &|&index| value(index))
+    let (grid, legs, [from, to]) = match between {
+        Between::Inputs(shape, to) => read.of_average(*shape, *to)?,
+        Between::Times(from, to) => read.of_path(*from, *to)?,
+        Between::Scores(scores) => read.of_scores(scores)?,
+        Between::Synthesized => read.of_shape()?,
+    };
+    Ok(StoredMap {
+        route: of(Route {
+            from: from.coordinates,
+            to: to.coordinates,
+            legs,
+        }),
+        sides: [from.side, to.side],
+        spacing: grid.spacing(),
+    })
+}
+
+/// The directory of the inputs: that of the average for modes and their shapes.
+fn inputs_of(directory: &Path, between: &Between) -> Result<PathBuf, CliError> {
+    #[derive(Deserialize)]
+    struct Record {
+        parameters: Directories,
+    }
+    #[derive(Deserialize)]
+    struct Directories {
+        #[serde(default)]
+        average: Option<PathBuf>,
+        #[serde(default)]
+        pca: Option<PathBuf>,
+    }
+    let read = |directory: &Path| {
+        let record = read_contents::<Record>(directory);
+        record.map_err(|reason| unfit(directory, reason))
+    };
+    let nameless = |directory: &Path| unfit(directory, "it does not name its average".into());
+    match between {
+        Between::Inputs(..) | Between::Times(..) => Ok(directory.into()),
+        Between::Scores(_) | Between::Synthesized => {
+            let own = read(directory)?.parameters;
+            match (own.average, own.pca) {
+                (Some(average), _) => Ok(average),
+                (None, Some(modes)) => {
+                    let average = read(&modes)?.parameters.average;
+                    average.ok_or_else(|| nameless(&modes))
+                }
+                (None, None) => Err(nameless(directory)),
+            }
+        }
+    }
+}
+
+fn inputs<const D: usize>(directory: &Path) -> Result<Vec<InputRecord<D>>, CliError> {
+    #[derive(Deserialize)]
+    struct Inputs<const D: usize> {
+        input: Vec<InputRecord<D>>,
+    }
+    let read = read_contents::<Inputs<D>>(directory);
+    Ok(read.map_err(|reason| unfit(directory, reason))?.input)
+}
+
+/// The grid, the deformations, and both ends.
+type Ends<const D: usize> = (Grid<D>, Vec<Leg<D>>, [End<D>; 2]);
+
+impl<const D: usize> Reading<'_, D> {
+    fn fields(&self) -> Result<ResultFields<'_>, CliError> {
+        ResultFields::new(self.directory, unfit, self.trust)
+    }
+
+    fn damaged(&self) -> CliError {
+        unfit(
+            self.directory,
+            "the placement of its inputs is damaged".into(),
+        )
+    }
+
+    /// The end at an input.
+    fn input(&self, option: &'static str, number: usize) -> Result<End<D>, CliError> {
+        let input = self.inputs.get(number).ok_or_else(|| CliError::Option {
+            option,
+            value: number.to_string(),
+            remedy: format!(
+                "the average has the inputs 0 to {}",
+                self.inputs.len().saturating_sub(1)
+            ),
+        })?;
+        let coordinates = Coordinates::of_input(input);
+        let coordinates = coordinates.ok_or_else(|| self.damaged())?;
+        let side = Side::of_input(number, input, &coordinates).ok_or_else(|| self.damaged())?;
+        Ok(End { coordinates, side })
+    }
+
+    /// The end at a shape of the result.
+    fn result(&self, grid: &Grid<D>) -> Result<End<D>, CliError> {
+        let found = Coordinates::of_result(&self.inputs);
+        let (coordinates, leading) = found.ok_or_else(|| self.damaged())?;
+        let side = Side::of_result(&self.inputs[leading], &coordinates, grid, self.refine);
+        let side = side.ok_or_else(|| self.damaged())?;
+        Ok(End { coordinates, side })
+    }
+
+    fn of_average(&self, shape: usize, other: Option<usize>) -> Result<Ends<D>, CliError> {
+        let from = self.input("--shape", shape)?;
+        let to = other.map(|other| self.input("--to-shape", other));
+        let to = to.transpose()?;
+        let fields = self.fields()?;
+        let displacement = deformation(&fields, shape)?;
+        let grid = *displacement.grid();
+        let mut legs = vec![Leg::by(displacement)];
+        if let Some(other) = other {
+            legs.push(Leg::by(deformation(&fields, other)?).reversed());
+        }
+        let to = match to {
+            Some(to) => to,
+            None => self.result(&grid)?,
+        };
+        Ok((grid, legs, [from, to]))
+    }
+
+    fn of_path(&self, from: f64, to: f64) -> Result<Ends<D>, CliError> {
+        let fields = self.fields()?;
+        let name = |number: usize| numbered("deformation", number, "npy");
+        let count = (1..).take_while(|&k| self.directory.join(name(k)).exists());
+        let steps: Result<Vec<_>, _> = count.map(|k| deformation(&fields, k)).collect();
+        let steps = steps?;
+        let Some(first) = steps.first() else {
+            return Err(unfit(self.directory, "it has no deformations".into()));
+        };
+        let grid = *first.grid();
+        let ends = [self.at(from, &grid)?, self.at(to, &grid)?];
+        Ok((grid, along(&steps, from, to), ends))
+    }
+
+    /// The end at a time of a path: an input that lies there, or else a shape of the result.
+    fn at(&self, time: f64, grid: &Grid<D>) -> Result<End<D>, CliError> {
+        let place = time * self.inputs.len().saturating_sub(1) as f64;
+        if place.fract() == 0.0 {
+            self.input("--time", place as usize)
+        } else {
+            self.result(grid)
+        }
+    }
+
+    fn of_scores(&self, scores: &[f64]) -> Result<Ends<D>, CliError> {
+        let stored = read_pca(self.directory, None, self.trust)?;
+        let stored: Option<crate::pca::StoredPca<D>> = stored.of_type();
+        let space = stored.ok_or_else(|| self.damaged())?.space;
+        let modes = space.fields.len();
+        let found = space.synthesise(scores).map_err(|_| CliError::Option {
+            option: "--scores",
+            value: format!("with {} numbers", scores.len()),
+            remedy: format!("there are {modes} modes: give at most one score for each"),
+        });
+        // The shape is `(1 - u)(S)`.
+        let mut displacement = found?;
+        vector::scale(-1.0, displacement.as_mut_slice());
+        self.of_displacement(displacement)
+    }
+
+    fn of_shape(&self) -> Result<Ends<D>, CliError> {
+        let fields = self.fields()?;
+        let name = Path::new("displacement.npy");
+        let nodes = fields.nodes(name)?;
+        let grid = fields.grid(&nodes).ok_or_else(|| fields.wrong_size(name))?;
+        self.of_displacement(fields.vector(&grid, name)?)
+    }
+
+    /// From the average by a displacement.
+    fn of_displacement(&self, displacement: Field<f64, D, D>) -> Result<Ends<D>, CliError> {
+        let grid = *displacement.grid();
+        let ends = [self.result(&grid)?, self.result(&grid)?];
+        Ok((grid, vec![Leg::by(displacement)], ends))
+    }
+}
+
+/// One of several deformations.
+fn deformation<const D: usize>(
+    fields: &ResultFields<'_>,
+    number: usize,
+) -> Result<Field<f64, D, D>, CliError> {
+    let name = numbered("deformation", number, "npy");
+    let nodes = fields.nodes(&name)?;
+    let grid = fields
+        .grid(&nodes)
+        .ok_or_else(|| fields.wrong_size(&name))?;
+    fields.displacement(&grid, "deformation", number)
 }

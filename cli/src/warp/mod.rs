@@ -1,12 +1,19 @@
 //! Deformations in the world: as displacement fields for other programs (`fields`), and
-//! `shapespace warp` (`command`), which carries images and points (`points`) by them (`map`).
+//! `shapespace warp` (`command`), which carries images (`samples`, `images`) and points (`points`) between
+//! two shapes (`way`) of a result (`map`) by its deformations (`route`).
 
 mod command;
 mod fields;
+mod images;
 mod map;
 mod points;
+mod route;
+mod samples;
+mod way;
 
-pub(crate) use command::carried;
 pub use command::{Interpolation, WarpArgs, run_warp};
 pub(crate) use fields::{write_shape, write_warps};
+pub(crate) use images::between;
 pub(crate) use map::StoredMap;
+pub(crate) use samples::carried;
+pub use way::Way;

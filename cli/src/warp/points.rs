@@ -1,13 +1,53 @@
-//! Landmarks and surfaces that are carried point by point.
+//! Landmarks, outlines and surfaces that are carried point by point.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use super::map::WorldMap;
+use super::map::StoredMap;
+use super::route::WorldMap;
 use crate::error::CliError;
-use crate::output::OutputError;
 use crate::output::surface::write_surface;
-use shapespace_input::{InputError, bytes_of, read_mesh};
+use crate::output::{OutputError, ResultDir};
+use crate::shapes::stem;
+use shapespace_input::{InputError, bytes_of, extension_of, read_mesh};
 use shapespace_picture::Surface;
+
+/// A file that was carried.
+pub(super) struct Moved {
+    /// Its name in the results.
+    pub name: PathBuf,
+    pub what: &'static str,
+    /// What it has, how many of these, and how many of them have no exact place.
+    pub unit: &'static str,
+    pub count: usize,
+    pub inexact: usize,
+}
+
+/// A map of points that counts.
+struct Mover<'a> {
+    map: &'a WorldMap,
+    small: f64,
+    count: usize,
+    inexact: usize,
+}
+
+impl Mover<'_> {
+    fn point(&mut self, position: [f64; 3]) -> [f64; 3] {
+        let found = self.map.point(position);
+        self.count += 1;
+        self.inexact += usize::from(found.defect > self.small);
+        found.position
+    }
+
+    fn moved(&self, name: PathBuf, what: &'static str) -> Moved {
+        Moved {
+            name,
+            what,
+            unit: "points",
+            count: self.count,
+            inexact: self.inexact,
+        }
+    }
+}
 
 fn malformed(path: &Path, format: &'static str, reason: impl Into<String>) -> CliError {
     CliError::Input(InputError::Malformed {
@@ -17,61 +57,107 @@ fn malformed(path: &Path, format: &'static str, reason: impl Into<String>) -> Cl
     })
 }
 
-/// Writes landmarks at their new places. The first three columns are x, y and z in millimetres
-/// (RAS); the others, a first line of names and lines of remarks (`#`) are kept.
+/// The columns of the coordinates: those of their names in a first line, else the first ones.
+fn columns_of(line: &str, dimension: usize) -> Vec<usize> {
+    let names: Vec<&str> = line.split(',').map(str::trim).collect();
+    let place = |name: &&str| {
+        names
+            .iter()
+            .position(|other| other.eq_ignore_ascii_case(name))
+    };
+    let named: Option<Vec<usize>> = ["x", "y", "z"][..dimension].iter().map(place).collect();
+    named.unwrap_or_else(|| (0..dimension).collect())
+}
+
+/// Writes points at their new places. The columns x, y and, of volumes, z are the first ones or have these
+/// names; the others, a first line of names and lines of remarks (`#`) are kept.
 pub(super) fn moved_landmarks(
     path: &Path,
-    file: &Path,
-    map: &WorldMap,
-) -> Result<&'static str, CliError> {
+    directory: &ResultDir,
+    (stored, map): (&StoredMap, &WorldMap),
+) -> Result<Moved, CliError> {
     let text = String::from_utf8(bytes_of(path)?)
         .map_err(|_| malformed(path, "CSV", "it is not text in UTF-8"))?;
+    let dimension = stored.dimension();
+    let mut mover = Mover {
+        map,
+        small: stored.small(),
+        count: 0,
+        inexact: 0,
+    };
     let mut moved = String::new();
-    let mut named = false;
+    let mut places: Option<Vec<usize>> = None;
     for (number, line) in text.lines().enumerate() {
         let line = line.trim_end();
-        let columns: Vec<&str> = line.split(',').collect();
-        let numbers: Vec<f64> = columns
+        let mut columns: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let own = places
+            .clone()
+            .unwrap_or_else(|| columns_of(line, dimension));
+        let numbers: Vec<f64> = own
             .iter()
-            .take(3)
-            .filter_map(|column| column.trim().parse().ok())
+            .filter_map(|&place| columns.get(place)?.trim().parse().ok())
             .filter(|x: &f64| x.is_finite())
             .collect();
-        if let [x, y, z] = numbers[..] {
-            let place = map.point([x, y, z]).map(|x| format!("{x:.6}"));
-            let rest = columns[3..].iter().map(|column| (*column).to_owned());
-            let columns: Vec<String> = place.into_iter().chain(rest).collect();
+        if numbers.len() == dimension {
+            let position = std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0));
+            let there = mover.point(position);
+            for (&place, x) in own.iter().zip(there) {
+                columns[place] = format!("{x:.6}");
+            }
             moved += &columns.join(",");
-            named = true;
+            places = Some(own);
         } else if line.is_empty() || line.starts_with('#') {
             moved += line;
-        } else if !named && columns.len() >= 3 && numbers.is_empty() {
+        } else if places.is_none() && columns.len() >= dimension && numbers.is_empty() {
             moved += line;
-            named = true;
+            places = Some(own);
         } else {
-            let reason = format!("line {} does not begin with three numbers", number + 1);
+            let reason = format!("line {} does not have {dimension} coordinates", number + 1);
             return Err(malformed(path, "CSV", reason));
         }
         moved.push('\n');
     }
-    std::fs::write(file, moved).map_err(OutputError::at(file))?;
-    Ok("landmarks")
+    let name = PathBuf::from(format!("{}.csv", stem(path)));
+    let file = directory.file(&name);
+    std::fs::write(&file, moved).map_err(OutputError::at(&file))?;
+    Ok(mover.moved(name, "points"))
 }
 
 /// Writes a surface whose corners are at their new places.
 pub(super) fn moved_surface(
     path: &Path,
-    file: &Path,
-    map: &WorldMap,
-) -> Result<&'static str, CliError> {
+    directory: &ResultDir,
+    (stored, map): (&StoredMap, &WorldMap),
+) -> Result<Moved, CliError> {
+    if stored.dimension() == 2 {
+        return Err(CliError::Option {
+            option: "FILE",
+            value: format!("'{}', a surface,", path.display()),
+            remedy: "give images or points: the shapes of the result are flat".into(),
+        });
+    }
+    let mut mover = Mover {
+        map,
+        small: stored.small(),
+        count: 0,
+        inexact: 0,
+    };
     let mesh = read_mesh(path)?;
-    let vertices: Vec<[f64; 3]> = mesh.points.iter().map(|&p| map.point(p)).collect();
+    let vertices: Vec<[f64; 3]> = mesh.points.iter().map(|&p| mover.point(p)).collect();
     let corners = |triangle: &[u32; 3]| triangle.map(|corner| corner as usize);
     let triangles: Vec<[usize; 3]> = mesh.triangles.iter().map(corners).collect();
     let surface = Surface {
         vertices: &vertices,
         triangles: &triangles,
     };
-    write_surface(file, surface, true)?;
-    Ok("surface")
+    let extension = extension_of(path);
+    // Formats that are read only are written in the one that is nearest.
+    let written = match &*extension {
+        "obj" => "ply",
+        "vtk" => "vtp",
+        other => other,
+    };
+    let name = PathBuf::from(format!("{}.{written}", stem(path)));
+    write_surface(&directory.file(&name), surface, stored.in_world())?;
+    Ok(mover.moved(name, "surface"))
 }

@@ -211,7 +211,7 @@ fn points_images_and_surfaces_go_there_and_back() {
     std::fs::copy(found.path("average.stl"), place.path("average.stl")).unwrap();
     let report = warp(&["points.csv", "a.nii"], &[], "there");
     assert!(
-        report.contains("landmarks") && report.contains("image"),
+        report.contains("points") && report.contains("image"),
         "{report}"
     );
     warp(&["there/points.csv", "average.stl"], &["--inverse"], "back");

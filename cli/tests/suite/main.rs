@@ -40,3 +40,4 @@ mod segment;
 mod surfaces_elsewhere;
 mod verdict;
 mod verify;
+mod warps;

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Output;
 
 use levelset::{ContourDistance, Moments};
+use shapespace_input::lattice::Lattice;
 use shapespace_input::place::physical_frames;
 use shapespace_input::{
     AnyImage, Image, InputError, Numbers, ReadOptions, Sources, boundary, decode_image,
@@ -317,7 +318,10 @@ fn distances_on_turned_lattices_are_exact_outside_of_the_grid() {
     ];
     succeeded(&place.compute(&[&inputs[..], &options].concat()));
     let found = read_numbers(&place.path("out/average_distance.nii.gz")).unwrap();
-    let lattice = found.lattice;
+    let lattice = Lattice {
+        size: found.size.as_slice().try_into().unwrap(),
+        affine: found.affine.unwrap(),
+    };
     let mut furthest = 0.0f64;
     for (i, value) in found.values.iter().enumerate() {
         let expected = depth(lattice.position(i));
@@ -339,8 +343,8 @@ fn segmented_objects_stay_in_the_world() {
     SOLID.write(&place, "a.nii", size, &affine);
     succeeded(&place.compute(&["segment", "a.nii", "--grid", "17", "-o", "out"]));
     let mask = read_numbers(&place.path("out/mask_000.nii.gz")).unwrap();
-    assert_eq!(mask.lattice.size, size);
-    for (found, expected) in mask.lattice.affine.iter().zip(affine) {
+    assert_eq!(mask.size, size);
+    for (found, expected) in mask.affine.unwrap().iter().zip(affine) {
         for k in 0..4 {
             assert!((found[k] - expected[k]).abs() < 1e-4, "{found:?}");
         }

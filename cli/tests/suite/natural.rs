@@ -151,6 +151,6 @@ fn mistakes_get_an_answer() {
     );
     wrong(
         &["warp", "modes", "a.png", "--shape", "0", "-o", "x"],
-        "shapespace average",
+        "a result of `shapespace pca`",
     );
 }

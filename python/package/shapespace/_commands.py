@@ -493,41 +493,56 @@ def transport(
 
 
 def warp(
-    average: Source,
+    result: Source,
     image: Image,
     *,
-    shape: int,
+    shape: Optional[int] = None,
+    to_shape: Optional[int] = None,
+    time: Optional[float] = None,
+    from_time: Optional[float] = None,
+    scores: Sequence[float] = (),
     inverse: bool = False,
+    refine: int = 1,
     interpolation: Optional[str] = None,
     affine: Any = None,
     threads: Optional[int] = None,
     trust: bool = False,
 ) -> Any:
-    """Carries an image or points from an input of an average to the average, or back (``inverse``).
+    """Carries an image or points from one shape of a result to another, or back (``inverse``).
 
-    The average is one of volumes with a place in the world. ``image`` is a volume of any kind, with
-    its ``affine`` for an array: the result is an array with the axes of nibabel (x first) and its
-    affine map. An array of shape ``(n, 3)`` has points of the world, in millimetres: the result has
-    where they go."""
-    folder = _from(average, Average, "an average")
+    Of an average, from the input ``shape`` to the average, or to the input ``to_shape``; of a geodesic
+    or of a path of given shapes, from ``from_time`` (0 unless stated) to ``time``; of modes, from the
+    average to the shape of these ``scores``; of a shape of given scores, from the average to the shape.
+
+    An array of shape ``(n, 2)``, or ``(n, 3)`` for volumes, has points: the result has where they go, in
+    the world (millimetres) where the inputs have a place there, else in samples of the input or in
+    coordinates of the result. Everything else is an image: of volumes with a place in the world, with its
+    ``affine`` for an array, the result is an array with the axes of nibabel (x first) and its affine map.
+    Other images have the samples of the input, or the nodes of the grid, between which there are
+    ``refine - 1`` others; the result is an array, of which x is the last axis."""
+    folder = _from(result, Result, "a result")
+    shapes = (shape, to_shape, time, from_time, [float(score) for score in scores])
     points = None if affine is not None else _points(image)
     if points is not None:
         moved = _shapespace.warp_points(
-            folder, points.tolist(), shape=shape, inverse=inverse, trust=trust
+            folder, points.tolist(), shapes=shapes, inverse=inverse, trust=trust
         )
-        return np.array(moved).reshape(-1, 3)
+        return np.array(moved).reshape(points.shape)
     given = Gathered()
     name = given.image(image, "image", None, affine)
-    values, rows = _shapespace.warp_volume(
+    values, rows = _shapespace.warp_image(
         folder,
         name,
         given.arrays,
-        shape=shape,
+        shapes=shapes,
         inverse=inverse,
+        refine=refine,
         trust=trust,
         interpolation=interpolation,
         threads=threads,
     )
+    if values.ndim == 2 or (affine is None and isinstance(image, np.ndarray)):
+        return values
     return values.T, np.vstack([np.array(rows), [0.0, 0.0, 0.0, 1.0]])
 
 
@@ -535,7 +550,7 @@ def _points(image: Any) -> Optional[np.ndarray]:
     """Points as rows, if these are points and no image."""
     if isinstance(image, (np.ndarray, list, tuple)):
         array = np.asarray(image, float)
-        if array.ndim == 2 and array.shape[1] == 3:
+        if array.ndim == 2 and array.shape[1] in (2, 3):
             return array
     return None
 

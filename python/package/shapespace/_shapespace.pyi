@@ -43,21 +43,26 @@ def verify(
 ) -> Verified: ...
 def commands() -> list[str]: ...
 def keys(command: str) -> list[str]: ...
+_Shapes = tuple[
+    Optional[int], Optional[int], Optional[float], Optional[float], Sequence[float]
+]
+
 def warp_points(
-    average: str,
+    result: str,
     points: Sequence[Sequence[float]],
     *,
-    shape: int,
+    shapes: _Shapes,
     inverse: bool,
     trust: bool,
 ) -> list[list[float]]: ...
-def warp_volume(
-    average: str,
+def warp_image(
+    result: str,
     name: str,
     arrays: Sequence[_Given],
     *,
-    shape: int,
+    shapes: _Shapes,
     inverse: bool,
+    refine: int,
     trust: bool,
     interpolation: Optional[str],
     threads: Optional[int],

@@ -1,0 +1,125 @@
+//! Images that are carried, and how they are written.
+
+use std::path::{Path, PathBuf};
+
+use shapespace_input::{Numbers, Sources, extension_of};
+use shapespace_picture::png::{BitDepth, ColorType, encode};
+
+use super::command::Interpolation;
+use super::points::Moved;
+use super::route::WorldMap;
+use super::samples::{Between, Side, carried};
+use crate::error::CliError;
+use crate::output::nifti::{Values, write_volume};
+use crate::output::npy::write_samples;
+use crate::output::{OutputError, ResultDir};
+use crate::shapes::stem;
+use shapespace_input::lattice::Lattice;
+
+/// Carries an image from the first side to the second, whose points a map sends back, and writes it:
+/// volumes in the world as NIfTI, pictures of whole numbers as PNG, and others as arrays.
+///
+/// # Errors
+/// Those of reading and writing, and [`CliError::Option`] for an image with other samples.
+pub(super) fn carried_image(
+    path: &Path,
+    directory: &ResultDir,
+    ([from, to], back, small): ([&Side; 2], &WorldMap, f64),
+    interpolation: Option<Interpolation>,
+) -> Result<Moved, CliError> {
+    let image = Sources::files().read_numbers(path)?;
+    let lattice = from.lattice_of(path, &image)?;
+    let target = to.target();
+    let whole = image.values.iter().all(|value| value.fract() == 0.0);
+    let between = between(&image, interpolation);
+    let found = carried((&image, &lattice), (&target, back), between, small);
+    let written = Written {
+        stem: stem(path),
+        target: &target,
+        array: extension_of(path) == "npy",
+        whole,
+    };
+    let name = if to.in_world() {
+        written.volume(directory, &found.values)?
+    } else {
+        written.picture(directory, found.values)?
+    };
+    Ok(Moved {
+        name,
+        what: match between {
+            Between::Nearest => "labels",
+            Between::Linear => "image",
+        },
+        unit: "samples",
+        count: target.count(),
+        inexact: found.inexact,
+    })
+}
+
+/// Whole numbers are taken from the nearest sample unless asked otherwise.
+pub(crate) fn between(image: &Numbers, interpolation: Option<Interpolation>) -> Between {
+    let whole = || image.values.iter().all(|value| value.fract() == 0.0);
+    match interpolation {
+        Some(Interpolation::Nearest) => Between::Nearest,
+        None if whole() => Between::Nearest,
+        Some(Interpolation::Linear) | None => Between::Linear,
+    }
+}
+
+/// An image that is written.
+struct Written<'a> {
+    stem: String,
+    target: &'a Lattice,
+    /// Whether it came as an array.
+    array: bool,
+    /// Whether its numbers were whole.
+    whole: bool,
+}
+
+impl Written<'_> {
+    fn volume(&self, directory: &ResultDir, values: &[f32]) -> Result<PathBuf, CliError> {
+        let name = PathBuf::from(format!("{}.nii.gz", self.stem));
+        let file = directory.file(&name);
+        match bytes(values) {
+            Some(bytes) => write_volume(&file, self.target, &Values::Mask(&bytes))?,
+            None => write_volume(&file, self.target, &Values::Numbers(values))?,
+        }
+        Ok(name)
+    }
+
+    /// A flat image, or a volume without a place.
+    fn picture(&self, directory: &ResultDir, mut values: Vec<f32>) -> Result<PathBuf, CliError> {
+        let [nx, ny, nz] = self.target.size;
+        let flat = nz == 1;
+        let grey = |value: &f32| (0.0..=f32::from(u16::MAX)).contains(value);
+        if flat && !self.array && self.whole && values.iter().all(grey) {
+            for value in &mut values {
+                *value = value.round();
+            }
+            let (depth, samples) = if let Some(bytes) = bytes(&values) {
+                (BitDepth::Eight, bytes)
+            } else {
+                let pairs = values
+                    .iter()
+                    .flat_map(|&value| (value as u16).to_be_bytes());
+                (BitDepth::Sixteen, pairs.collect())
+            };
+            let name = PathBuf::from(format!("{}.png", self.stem));
+            let file = directory.file(&name);
+            let picture = encode([nx, ny], (ColorType::Grayscale, depth), &samples);
+            let written = picture.and_then(|bytes| std::fs::write(&file, bytes));
+            written.map_err(OutputError::at(&file))?;
+            return Ok(name);
+        }
+        let name = PathBuf::from(format!("{}.npy", self.stem));
+        let size: &[usize] = if flat { &[nx, ny] } else { &[nx, ny, nz] };
+        write_samples(&directory.file(&name), size, &values)?;
+        Ok(name)
+    }
+}
+
+/// The values as bytes, if they are.
+fn bytes(values: &[f32]) -> Option<Vec<u8>> {
+    let byte = |&value: &f32| (f32::from(value as u8) == value).then_some(value as u8);
+    values.iter().map(byte).collect()
+}
