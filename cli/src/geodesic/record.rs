@@ -10,7 +10,7 @@ use super::path::Path;
 use super::{GeodesicConfig, Outcome};
 use crate::doubts::named;
 use crate::report::{self, overall};
-use crate::shapes::{InputRecord, SurfaceRecord, common_scale};
+use crate::shapes::{BoundaryRecord, InputRecord, common_scale};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -45,8 +45,8 @@ pub(super) struct Found<'a, const D: usize> {
     pub iterations: usize,
     /// Evaluations of the functional on all levels, with or without gradient.
     evaluations: usize,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    surface: Option<SurfaceRecord>,
+    #[serde(flatten)]
+    coordinates: BoundaryRecord,
     /// Seconds of the minimisation including the initial path.
     solver_seconds: f64,
 }
@@ -55,7 +55,7 @@ pub(super) struct Found<'a, const D: usize> {
 pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<D>,
     path: &Path<D>,
-    surface: Option<SurfaceRecord>,
+    coordinates: BoundaryRecord,
     start: Instant,
 ) -> Record<'a, D> {
     let (inputs, result) = (&outcome.inputs, &outcome.result);
@@ -76,7 +76,7 @@ pub(super) fn record<'a, const D: usize>(
             .map(|scale| path.sizes.iter().map(|v| v / unit(scale)).collect()),
         iterations: levels.iter().map(|level| level.info.iterations).sum(),
         evaluations: levels.iter().map(|l| l.info.evaluations.energies()).sum(),
-        surface,
+        coordinates,
         solver_seconds: outcome.solver_seconds,
     };
     let status = overall(result.status, levels.last().map(|level| level.info.status));

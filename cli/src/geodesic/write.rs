@@ -16,8 +16,9 @@ use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
-use crate::shapes::{Input, SurfaceRecord, WorldFrame, write_surface};
+use crate::shapes::{BoundaryRecord, Input, WorldFrame, write_curves, write_surface};
 use crate::summary::Summary;
+use crate::warp::{write_shape, write_steps_in_world};
 
 /// The name of the pictures of a geodesic.
 pub(crate) const STEM: &str = "geodesic";
@@ -34,7 +35,7 @@ pub(super) fn write_all<const D: usize>(
     session: &Session<'_>,
 ) -> Result<Summary, CliError> {
     let path = Path::new(outcome)?;
-    let surface = write_path(directory, STEM, &outcome.inputs, &path)?;
+    let coordinates = write_path(directory, STEM, &outcome.inputs, &path)?;
     directory.deformations("psi", 1, &outcome.result.motions)?;
     for (k, components) in outcome.result.components.iter().enumerate() {
         for (i, level_set) in components.iter().enumerate() {
@@ -45,14 +46,15 @@ pub(super) fn write_all<const D: usize>(
     write_energy(directory, &outcome.history, names, |level| {
         parts(outcome, level)
     })?;
-    let record = record(outcome, &path, surface, session.start);
+    let record = record(outcome, &path, coordinates, session.start);
     record.write(directory)?;
     Ok(summary(&record))
 }
 
 /// Writes the files of any path: shapes and steps as arrays, as series, as tables and in pictures,
-/// and surfaces in 3D. Pictures and series have the name `stem`. Returns the coordinate system of the
-/// surfaces.
+/// and the boundaries in the coordinates of the inputs: outlines in 2D, surfaces in 3D, there also volumes and
+/// displacement fields in the world. Pictures and series have the name `stem`. Returns the coordinate systems
+/// of the boundaries.
 ///
 /// # Errors
 /// [`CliError`]; the directory is incomplete then.
@@ -61,7 +63,7 @@ pub(crate) fn write_path<const D: usize>(
     stem: &str,
     inputs: &[Input<D>],
     path: &Path<D>,
-) -> Result<Option<SurfaceRecord>, CliError> {
+) -> Result<BoundaryRecord, CliError> {
     directory.arrays("shape", 0, &path.parts.level_sets)?;
     directory.deformations("deformation", 1, &path.parts.displacements)?;
     write_paraview(directory, stem, path, WorldFrame::of_inputs(inputs))?;
@@ -70,11 +72,20 @@ pub(crate) fn write_path<const D: usize>(
     directory.with_file(format!("{stem}.apng"), |file| {
         write_animation(file, &animation(path))
     })?;
-    let mut coordinates = None;
+    let mut coordinates = BoundaryRecord::default();
     for (k, contour) in path.contours.iter().enumerate() {
-        let name = numbered("shape", k, "stl");
-        coordinates = write_surface(directory, name, &["stl"], inputs, contour)?;
+        let name = format!("shape_{k:03}");
+        coordinates = BoundaryRecord {
+            surface: write_surface(directory, &name, &["stl"], inputs, contour)?,
+            outline: write_curves(directory, &format!("{name}_outline"), inputs, contour)?,
+        };
+        // A shape that has vanished has no distance.
+        if !contour.points().is_empty() {
+            let grid = *path.parts.level_sets[k].grid();
+            write_shape(directory, &name, inputs, contour, grid)?;
+        }
     }
+    write_steps_in_world(directory, inputs, &path.parts.displacements)?;
     Ok(coordinates)
 }
 

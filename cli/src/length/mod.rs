@@ -105,12 +105,12 @@ impl Command for LengthConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = outcome.path()?;
-        let surface = write_path(directory, STEM, &outcome.inputs, &path)?;
+        let coordinates = write_path(directory, STEM, &outcome.inputs, &path)?;
         if let (Some(shortest), [first, .., last]) = (&outcome.shortest, &outcome.inputs[..]) {
             let path = Path::of_geodesic([first, last], shortest, &outcome.config.params)?;
             directory.picture("geodesic.png", || film(&path))?;
         }
-        let record = record::record(outcome, &path, surface, session.start);
+        let record = record::record(outcome, &path, coordinates, session.start);
         record.write(directory)?;
         Ok(record::summary(&record))
     }

@@ -10,7 +10,7 @@ use super::{LengthConfig, Outcome};
 use crate::doubts::named;
 use crate::geodesic::path::Path;
 use crate::report::{self, CONVERGED, first_failure, overall};
-use crate::shapes::{InputRecord, SurfaceRecord, common_scale};
+use crate::shapes::{BoundaryRecord, InputRecord, common_scale};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -31,8 +31,8 @@ pub(super) struct Found {
     volumes: Vec<f64>,
     /// The worst of all steps.
     certificate: Certificate,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    surface: Option<SurfaceRecord>,
+    #[serde(flatten)]
+    coordinates: BoundaryRecord,
 }
 
 /// Length and dissipation.
@@ -100,7 +100,7 @@ impl Measures {
 pub(super) fn record<const D: usize>(
     outcome: &Outcome<D>,
     path: &Path<D>,
-    surface: Option<SurfaceRecord>,
+    coordinates: BoundaryRecord,
     start: Instant,
 ) -> Record<D> {
     let Outcome { inputs, given, .. } = outcome;
@@ -133,7 +133,7 @@ pub(super) fn record<const D: usize>(
         geodesic: shortest,
         volumes: path.sizes.clone(),
         certificate: given.certificate(),
-        surface,
+        coordinates,
     };
     let grid = outcome.distances[0].grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));

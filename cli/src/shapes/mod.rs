@@ -41,8 +41,8 @@ pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
 pub(crate) use record::{
-    GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale, describe_placement,
-    scale_of_records,
+    BoundaryRecord, GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale,
+    describe_placement, scale_of_records,
 };
 pub(crate) use surface::{write_curves, write_surface};
 pub(crate) use world::{WorldFrame, WorldRecord};

@@ -85,6 +85,15 @@ pub(crate) struct SurfaceRecord {
     pub of_input: Option<usize>,
 }
 
+/// Coordinate systems of the boundaries of a result: of surfaces in 3D, of outlines in 2D.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(crate) struct BoundaryRecord {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<SurfaceRecord>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outline: Option<SurfaceRecord>,
+}
+
 /// The common scale of all frames, if there is one; one up to rounding counts as one.
 pub(crate) fn common_scale<const D: usize>(inputs: &[Input<D>]) -> Option<f64> {
     let first = inputs.first()?.scale();

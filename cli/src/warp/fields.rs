@@ -32,22 +32,54 @@ pub(crate) fn write_warps<const D: usize>(
         return Ok(());
     };
     for (number, displacement) in displacements.iter().enumerate() {
-        let Some(subject) = WorldFrame::of_one(inputs, number) else {
+        if let Some(subject) = WorldFrame::of_one(inputs, number) {
+            write_both(directory, number, [&subject, &average], displacement)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes the steps of a path, from 1, and their inverses, where its inputs have a world: `warp` of a step
+/// resamples the shape before it as that after it.
+///
+/// # Errors
+/// [`CliError::Output`].
+pub(crate) fn write_steps_in_world<const D: usize>(
+    directory: &ResultDir,
+    inputs: &[Input<D>],
+    displacements: &[Field<f64, D, D>],
+) -> Result<(), CliError> {
+    let Some(world) = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files()) else {
+        return Ok(());
+    };
+    for (k, displacement) in displacements.iter().enumerate() {
+        write_both(directory, k + 1, [&world, &world], displacement)?;
+    }
+    Ok(())
+}
+
+/// Writes the deformation of a shape in one world onto one in another, and its inverse. Flat shapes have none.
+fn write_both<const D: usize>(
+    directory: &ResultDir,
+    number: usize,
+    [start, end]: [&WorldFrame<D>; 2],
+    displacement: &Field<f64, D, D>,
+) -> Result<(), CliError> {
+    if D == 2 {
+        return Ok(());
+    }
+    let inverse = inverted(displacement);
+    let warps = [
+        ("warp", end, start, &inverse),
+        ("inverse_warp", start, end, displacement),
+    ];
+    for (kind, from, to, displacement) in warps {
+        let Some(lattice) = from.lattice(displacement.grid()) else {
             continue;
         };
-        let inverse = inverted(displacement);
-        let warps = [
-            ("warp", &average, &subject, &inverse),
-            ("inverse_warp", &subject, &average, displacement),
-        ];
-        for (kind, from, to, displacement) in warps {
-            let Some(lattice) = from.lattice(displacement.grid()) else {
-                return Ok(());
-            };
-            let vectors = ways(displacement, from, to);
-            let file = directory.file(numbered(kind, number, "nii.gz"));
-            write_volume(&file, &lattice, &Values::Displacements(&vectors))?;
-        }
+        let vectors = ways(displacement, from, to);
+        let file = directory.file(numbered(kind, number, "nii.gz"));
+        write_volume(&file, &lattice, &Values::Displacements(&vectors))?;
     }
     Ok(())
 }

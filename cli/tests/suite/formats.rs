@@ -167,6 +167,60 @@ fn displacement_fields_are_applied_by_simpleitk() {
     );
 }
 
+/// The shapes of a path lie in the world, and its steps are applied by another program.
+#[test]
+fn paths_lie_in_the_world() {
+    let place = Place::new();
+    averaged(&place);
+    succeeded(&place.compute(&[
+        "geodesic", "a.nii", "b.nii", "--grid", "33", "-K", "2", "-o", "path",
+    ]));
+    succeeded(&place.run(&["warp", "path", "a.nii", "--time", ".5", "-o", "half"]));
+    succeeded(&place.run(&["warp", "path", "a.nii", "--time", "1", "-o", "end"]));
+    let inside = |name: &str| -> (Vec<usize>, Vec<bool>) {
+        let sources = shapespace_input::Sources::files();
+        let image = sources.read_numbers(&place.path(name)).unwrap();
+        (image.size, image.values.iter().map(|&v| v > 0.5).collect())
+    };
+    let dice = |a: &str, b: &str| {
+        let ((size, a), (other, b)) = (inside(a), inside(b));
+        assert_eq!(size, other);
+        let both = a.iter().zip(&b).filter(|(a, b)| **a && **b).count();
+        let count = |m: &[bool]| m.iter().filter(|&&x| x).count();
+        2.0 * both as f64 / (count(&a) + count(&b)) as f64
+    };
+    // At the end the samples are those of the second input.
+    for (a, b) in [
+        ("half/a.nii.gz", "path/shape_001.nii.gz"),
+        ("end/a.nii.gz", "b.nii"),
+    ] {
+        let overlap = dice(a, b);
+        assert!(overlap > 0.96, "{a}: {overlap}");
+    }
+    let Some(program) = python(VOLUMES) else {
+        return;
+    };
+    let affine = {
+        let image = shapespace_input::Sources::files();
+        let image = image.read_numbers(&place.path("path/shape_001.nii.gz"));
+        let mut rows: Vec<f64> = image.unwrap().affine.unwrap().concat();
+        rows.extend([0.0, 0.0, 0.0, 1.0]);
+        format!("{rows:?}")
+    };
+    let arguments = [
+        "path/shape_001.nii.gz",
+        "path/shape_001_distance.nii.gz",
+        &affine,
+        "path/shape_000.nii.gz,path/warp_001.nii.gz,path/inverse_warp_001.nii.gz,half/a.nii.gz",
+    ];
+    let checked = run_script(&program, &place, CHECK, &arguments.map(String::from));
+    println!("{checked}");
+    for key in ["onto", "back", "ours"] {
+        let dice = checked[key][0].as_f64().unwrap();
+        assert!(dice >= 0.96, "{key}: {dice}");
+    }
+}
+
 fn unpacked(place: &Place, name: &str) -> Vec<u8> {
     use std::io::Read;
     let file = std::fs::File::open(place.path(name)).unwrap();

@@ -148,6 +148,15 @@ fn a_growing_disk_has_the_length_of_the_theory() {
     let off = positions[65 * 65 + node] - 0.5;
     assert!(off.abs() < 0.01, "{off}");
     assert!(!results.path("shape_000.stl").exists());
+    // The outline in samples has the area that is recorded.
+    assert_eq!(results.json["outline"]["coordinates"], "input");
+    let text = std::fs::read_to_string(results.path("shape_002_outline.csv")).unwrap();
+    let row = |line: &str| -> Vec<f64> { line.split(',').map(|x| x.parse().unwrap()).collect() };
+    let points: Vec<Vec<f64>> = text.lines().skip(1).map(row).collect();
+    let pieces = points.iter().zip(points.iter().cycle().skip(1));
+    let area = 0.5 * pieces.map(|(p, q)| p[1] * q[2] - q[1] * p[2]).sum::<f64>();
+    let expected = results.number("/volumes_input_units/2");
+    assert!((area / expected - 1.0).abs() < 1e-4, "{area} {expected}");
     assert_eq!(place.listing(), ["disks", "out"]);
 }
 
