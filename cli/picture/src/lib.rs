@@ -30,7 +30,7 @@ pub use film::{FilmStrip, tile_width};
 pub use key::Key;
 pub use matrix::HeatMap;
 pub use mesh::{Bounds, Paint, Surface, View};
-pub use scatter::ScatterPlot;
+pub use scatter::{Axis, GroupCurve, ScatterPlot};
 pub use shape::{Camera, Shape};
 pub use sheet2::{ContactSheet, ShapeTile};
 pub use sheet3::SurfaceSheet;

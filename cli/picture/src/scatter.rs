@@ -2,7 +2,7 @@
 
 use super::text::SIZE;
 use super::tree::round_below;
-use super::{Canvas, GREY, Key, WHITE, key, scale, text};
+use super::{Canvas, GREY, Key, WHITE, colour, key, mix, scale, text};
 
 /// Width of the picture.
 const WIDTH: usize = 1100;
@@ -28,6 +28,20 @@ const ON_OBJECT: usize = 3;
 /// Distance of labels from each other and from the edges of the picture.
 const CLEARANCE: f32 = 3.0;
 
+/// An axis through a map, with a shape at each end.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    /// The ends.
+    pub points: [[f64; 2]; 2],
+    /// The pictures there, of the size of all marks.
+    pub marks: [Canvas; 2],
+    /// The labels there.
+    pub names: [String; 2],
+}
+
+/// A closed curve, such as an ellipse, and the number of its group.
+pub type GroupCurve = (Vec<[f64; 2]>, usize);
+
 /// Everything in a map.
 #[derive(Clone, Copy, Debug)]
 pub struct ScatterPlot<'a> {
@@ -41,6 +55,10 @@ pub struct ScatterPlot<'a> {
     pub groups: &'a [usize],
     /// The legend of the markers.
     pub key: &'a [Key],
+    /// Curves behind the marks.
+    pub curves: &'a [GroupCurve],
+    /// Axes behind the marks.
+    pub axes: &'a [Axis],
     /// The title.
     pub title: &'a str,
     /// The unit of lengths.
@@ -71,7 +89,16 @@ impl ScatterPlot<'_> {
     pub fn draw(&self) -> Canvas {
         let mark = self.marks.first().map_or([1; 2], Canvas::size);
         let room = [mark[0] + 2 * BORDER, mark[1] + 2 * BORDER + SIZE as usize];
-        let (low, sides) = extent(self.points);
+        let on_curves = self.curves.iter().flat_map(|(curve, _)| curve);
+        let ends = self.axes.iter().flat_map(|axis| &axis.points);
+        let all: Vec<[f64; 2]> = self
+            .points
+            .iter()
+            .chain(ends)
+            .chain(on_curves)
+            .copied()
+            .collect();
+        let (low, sides) = extent(&all);
         let across = (WIDTH - room[0]) as f64;
         // A map that is higher than broad is drawn smaller.
         let tall = SLENDER[1] * WIDTH as f64 - room[1] as f64;
@@ -92,16 +119,35 @@ impl ScatterPlot<'_> {
                 height + (BORDER + mark[1] / 2) as f64 - 0.5 * spare[1] - scale * (p[1] - low[1]),
             ]
         };
-        let places: Vec<[f64; 2]> = self.points.iter().map(|p| place(*p)).collect();
-        for (at, picture) in places.iter().zip(self.marks) {
+        self.lines(&mut canvas, &place);
+        // The ends of the axes follow the objects.
+        let ends = || self.axes.iter().flat_map(|axis| &axis.points);
+        let places: Vec<[f64; 2]> = self
+            .points
+            .iter()
+            .chain(ends())
+            .map(|p| place(*p))
+            .collect();
+        let marks: Vec<&Canvas> = self
+            .marks
+            .iter()
+            .chain(self.axes.iter().flat_map(|axis| &axis.marks))
+            .collect();
+        for (at, picture) in places.iter().zip(&marks).rev() {
             let corner = [0, 1].map(|k| (at[k] - 0.5 * mark[k] as f64).max(0.0) as usize);
             canvas.overlay(picture, corner);
         }
         let named = self.names.len() <= MOST_NAMES;
-        let name = |i: usize| if named { self.names[i].as_str() } else { "" };
+        let objects_alone = self.points.len();
+        let end_names: Vec<&String> = self.axes.iter().flat_map(|axis| &axis.names).collect();
+        let name = |i: usize| match i.checked_sub(objects_alone) {
+            Some(end) => end_names[end].as_str(),
+            None if named => self.names[i].as_str(),
+            None => "",
+        };
         let objects: Vec<Area> = places
             .iter()
-            .zip(self.marks)
+            .zip(&marks)
             .map(|(at, mark)| inked(mark, *at))
             .collect();
         let widths: Vec<f32> = (0..places.len()).map(|i| label_width(name(i))).collect();
@@ -114,7 +160,10 @@ impl ScatterPlot<'_> {
         }
         for (i, [low, high]) in labels.iter().enumerate() {
             let middle = [0.5 * (low[0] + high[0]), low[1]];
-            key::centred(&mut canvas, self.groups[i], name(i), middle, MOST);
+            match self.groups.get(i).filter(|_| i < objects_alone) {
+                Some(&group) => key::centred(&mut canvas, group, name(i), middle, MOST),
+                None => text::centred(&mut canvas, name(i), middle, text::SMALL, MOST, GREY),
+            }
         }
         self.scale_bar(&mut canvas, bottom, scale);
         key::draw(
@@ -124,6 +173,20 @@ impl ScatterPlot<'_> {
             WIDTH - 2 * BORDER,
         );
         canvas
+    }
+
+    /// The axes, and the curves in the colours of their groups.
+    fn lines(&self, canvas: &mut Canvas, place: &dyn Fn([f64; 2]) -> [f64; 2]) {
+        let pixels = |points: &[[f64; 2]]| -> Vec<[f32; 2]> {
+            let places = points.iter().map(|p| place(*p).map(|x| x as f32));
+            places.collect()
+        };
+        for axis in self.axes {
+            canvas.line(&pixels(&axis.points), false, 1.0, mix(WHITE, GREY, 0.5));
+        }
+        for (curve, group) in self.curves {
+            canvas.line(&pixels(curve), true, 1.6, mix(WHITE, colour(*group), 0.6));
+        }
     }
 
     fn scale_bar(&self, canvas: &mut Canvas, top: usize, scale: f64) {
@@ -289,6 +352,8 @@ mod tests {
                 names: &names,
                 groups: &[0, 1, 2, 3],
                 key: &key,
+                curves: &[],
+                axes: &[],
                 title: "stress .031, .92 of the variance",
                 unit: "L",
             };

@@ -4,17 +4,17 @@ use super::record::differences;
 use super::tests::{Found, OfModes, Outcome};
 use crate::error::CliError;
 use crate::output::ResultDir;
-use crate::pca::moved;
-use fe_grid::parallel;
+use crate::pca::ScoreMap;
 use shapespace_picture::{
-    Camera, Canvas, Colour, HeatMap, INK, Key, ScatterPlot, Shape, TileRows, WHITE, colour, heat,
-    mix,
+    Camera, Canvas, Colour, HeatMap, INK, Shape, TileRows, WHITE, colour, heat,
 };
 
 /// Tiles in a row.
 const COLUMNS: usize = 3;
 /// Side of a mark in a matrix.
 const MARK: usize = 12;
+/// Scores at the ends of the axes.
+const AMPLITUDE: f64 = 2.0;
 
 /// `compare.png` and, of modes, `scores.png`.
 pub(super) fn pictures<const D: usize>(
@@ -24,8 +24,9 @@ pub(super) fn pictures<const D: usize>(
     match &outcome.found {
         Found::Modes(found) => {
             directory.picture("compare.png", || sheet(outcome, found))?;
-            if found.tests.f.len() > 1 {
-                directory.picture("scores.png", || scores(outcome, found))?;
+            let drawn = found.tests.f.len() > 1 && directory.has_files();
+            if let Some(map) = drawn.then(|| scores(outcome, found)).flatten() {
+                directory.picture("scores.png", || map)?;
             }
         }
         Found::Distances(_) => {
@@ -125,45 +126,21 @@ fn nearest<const D: usize>(points: &[[f64; D]], place: &[f64]) -> usize {
 }
 
 /// The shapes at their scores in the first two modes.
-fn scores<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
-    let labelled = &outcome.compared.labelled;
-    let groups = labelled.groups.labels();
-    let points: Vec<[f64; 2]> = found.scores.iter().map(|s| [s[0], s[1]]).collect();
-    let side = ScatterPlot::mark_side(&points);
-    let shapes: Vec<Shape> = match &outcome.compared.kind {
-        super::source::Kind::Modes(stored, _) => found
-            .scores
-            .iter()
-            // Scores of this analysis are never too many for its modes.
-            .filter_map(|s| stored.space.synthesise(s).ok())
-            .map(|u| Shape::of(&moved(&found.outline, &u, -1.0)))
-            .collect(),
-        super::source::Kind::Distances(_) => Vec::new(),
+fn scores<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Option<Canvas> {
+    let compared = &outcome.compared;
+    let super::source::Kind::Modes(stored, _) = &compared.kind else {
+        return None;
     };
-    let camera = Camera::around(&shapes, side).with_longer_side(side);
-    let marks = parallel::map(shapes.iter().zip(groups), &|(shape, &group)| {
-        let tone = colour(group);
-        camera.drawn(shape, mix(WHITE, tone, 0.45), 1.2, tone)
-    });
-    ScatterPlot {
-        points: &points,
-        marks: &marks,
-        names: &outcome.compared.names,
-        groups,
-        key: &key(&labelled.names),
-        title: "scores in the first two modes, in standard deviations",
-        unit: "",
-    }
-    .draw()
-}
-
-fn key(names: &[String]) -> Vec<Key> {
-    let all = names.iter().enumerate();
-    all.map(|(category, name)| Key {
-        name: name.clone(),
-        category,
-    })
-    .collect()
+    let map = ScoreMap {
+        average: &found.outline,
+        space: &stored.space,
+        scores: &found.scores,
+        names: &compared.names,
+        groups: compared.labelled.groups.labels(),
+        group_names: &compared.labelled.names,
+        amplitude: AMPLITUDE,
+    };
+    map.draw()
 }
 
 /// The distances, by groups.

@@ -90,6 +90,8 @@ impl Sheets {
         }
         if let Some(groups) = &outcome.study.groups {
             let plot = ScatterPlot {
+                curves: &[],
+                axes: &[],
                 points: &groups.refined.points,
                 marks: &self.large,
                 names: &self.names,

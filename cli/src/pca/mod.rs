@@ -10,6 +10,7 @@ mod balance;
 mod command;
 mod draw;
 mod images;
+mod map;
 mod procrustes;
 mod read;
 mod record;
@@ -20,6 +21,7 @@ mod tables;
 mod write;
 
 pub(crate) use draw::{moved, shown};
+pub(crate) use map::ScoreMap;
 pub(crate) use read::{StoredAverage, StoredPca, read_average, read_pca};
 
 pub use args::{PcaConfig, ScoreConfig, SynthesizeConfig};

@@ -1,10 +1,11 @@
 //! The files of the directory of an analysis.
 
-use levelset::{BoxEdge, Moments, contour};
+use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::command::Outcome;
 use super::draw::{DrawnModes, animated, shown};
 use super::images::ImageModes;
+use super::map::ScoreMap;
 use super::procrustes::{Procrustes, there_and_back};
 use super::record::{record, summary};
 use super::report::write_report;
@@ -69,6 +70,7 @@ pub(super) fn write_all<const D: usize>(
         };
         directory.picture("modes.png", || modes.strip())?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
+        write_map(directory, outcome, outline)?;
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
         (size, fits(outcome)?)
     };
@@ -125,4 +127,30 @@ fn write_arrays<const D: usize>(
             .fields("mode", &space.fields)
             .write(path)
     })?)
+}
+
+/// The shapes at their scores, if there are two modes.
+fn write_map<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+    average: &Contour<D>,
+) -> Result<(), CliError> {
+    let pca = &outcome.pca;
+    if pca.space.fields.len() < 2 || !directory.has_files() {
+        return Ok(());
+    }
+    let scores: Vec<Vec<f64>> = pca.training.iter().map(|s| s.scores.clone()).collect();
+    let map = ScoreMap {
+        average,
+        space: &pca.space,
+        scores: &scores,
+        names: &outcome.stored.names,
+        groups: &vec![0; scores.len()],
+        group_names: &[],
+        amplitude: outcome.config.amplitude,
+    };
+    match map.draw() {
+        Some(map) => Ok(directory.picture("scores.png", || map)?),
+        None => Ok(()),
+    }
 }

@@ -32,7 +32,8 @@ fn check_files(results: &Results, size: &[u64], shapes: usize, modes: usize) {
     assert_eq!(results.array("gram.npy").0, [n, n]);
     let table = std::fs::read_to_string(results.path("scores.csv")).unwrap();
     assert_eq!(table.lines().count(), shapes + 1);
-    for name in ["modes.png", "mode_000.apng"] {
+    let map = (modes > 1).then_some("scores.png");
+    for name in ["modes.png", "mode_000.apng"].into_iter().chain(map) {
         let [width, height] = picture_size(&results.path(name));
         assert!(width > 100 && height > 100, "{name}");
     }

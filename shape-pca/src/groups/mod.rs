@@ -12,11 +12,13 @@
 //! | Do the distances show groups? | [`permanova`] |
 //! | Where on the boundary do they differ? | [`compare_points`] |
 //! | Do the modes depend on a covariate? | [`regress`] |
+//! | Where may the mean of a group lie? | [`mean_ellipse`] |
 //! | Can a shape's group be told from its scores? | [`classify`] |
 
 mod analysis_of_variance;
 mod classification;
 mod distances;
+mod ellipse;
 mod labels;
 mod points;
 mod regression;
@@ -25,6 +27,7 @@ mod scores;
 
 pub use classification::{Classification, classify};
 pub use distances::{Permanova, permanova};
+pub use ellipse::{Ellipse, mean_ellipse};
 pub use labels::{GroupError, Groups};
 pub use points::{PointTests, compare_points, false_discovery_rates};
 pub use regression::{Regression, regress};

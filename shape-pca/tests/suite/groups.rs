@@ -4,7 +4,7 @@ use approx::assert_relative_eq;
 use fe_grid::random::{SplitMix64, normal};
 use shape_pca::groups::{
     GroupError, Groups, Relabelling, classify, compare_points, compare_scores,
-    false_discovery_rates, permanova, regress,
+    false_discovery_rates, mean_ellipse, permanova, regress,
 };
 
 /// A table of standard normal numbers.
@@ -245,4 +245,49 @@ fn unsuitable_groups_and_tables_are_errors() {
         classify(&equal, &groups, 2, few(9, 0)).unwrap().assigned,
         [0; 4]
     );
+}
+
+/// The ellipses of samples contain the mean of the distribution as often as stated, whatever its
+/// covariance; they are centred at the sample's mean, and turn and scale with the points.
+#[test]
+fn ellipses_contain_the_mean_as_often_as_stated() {
+    let mut random = SplitMix64::new(7);
+    let mut point = || {
+        let mut one = || normal(random.open_uniform(), random.uniform());
+        let [x, y] = [one(), one()];
+        [3.0 + 2.0 * x, -1.0 + 0.7 * x + 0.3 * y]
+    };
+    for (n, level) in [(4, 0.95), (7, 0.95), (30, 0.95), (6, 0.5)] {
+        let samples = 4000;
+        let within = (0..samples).filter(|_| {
+            let points: Vec<[f64; 2]> = (0..n).map(|_| point()).collect();
+            mean_ellipse(&points, level).unwrap().contains([3.0, -1.0])
+        });
+        let share = within.count() as f64 / f64::from(samples);
+        // Four standard errors.
+        let bound = 4.0 * (level * (1.0 - level) / f64::from(samples)).sqrt();
+        assert!((share - level).abs() < bound, "{n}: {share} {level}");
+    }
+    let points: Vec<[f64; 2]> = (0..9).map(|_| point()).collect();
+    let ellipse = mean_ellipse(&points, 0.9).unwrap();
+    let mean = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / 9.0);
+    let turned: Vec<[f64; 2]> = points.iter().map(|[x, y]| [-2.0 * y, 2.0 * x]).collect();
+    let other = mean_ellipse(&turned, 0.9).unwrap();
+    let length = |[x, y]: [f64; 2]| x.hypot(y);
+    for k in 0..2 {
+        assert!((ellipse.centre[k] - mean[k]).abs() < 1e-12);
+        let ratio = length(other.half_axes[k]) / length(ellipse.half_axes[k]);
+        assert!((ratio - 2.0).abs() < 1e-12);
+        let [[x, y], [u, v]] = [ellipse.half_axes[k], other.half_axes[k]];
+        assert!((x * u + y * v).abs() < 1e-12);
+    }
+    assert!(length(ellipse.half_axes[0]) > length(ellipse.half_axes[1]));
+    for on_it in ellipse.points(12) {
+        let out = [0, 1].map(|k| mean[k] + 1.001 * (on_it[k] - mean[k]));
+        let inside = [0, 1].map(|k| mean[k] + 0.999 * (on_it[k] - mean[k]));
+        assert!(ellipse.contains(inside) && !ellipse.contains(out));
+    }
+    assert_eq!(mean_ellipse(&points[..3], 0.9), None);
+    let line: Vec<[f64; 2]> = (0..6).map(|i| [f64::from(i), 0.1 * f64::from(i)]).collect();
+    assert_eq!(mean_ellipse(&line, 0.9), None);
 }
