@@ -187,6 +187,15 @@ impl Sums {
         self.arrays.iter().flatten()
     }
 
+    /// Numbers of the arrays of a kind, such as `deformation_001.npy`, that are listed.
+    pub fn numbers(&self, kind: &str) -> Vec<usize> {
+        let number = |name: &String| {
+            let rest = name.strip_prefix(kind)?.strip_prefix('_')?;
+            rest.strip_suffix(".npy")?.parse().ok()
+        };
+        self.iter().filter_map(|(name, _)| number(name)).collect()
+    }
+
     /// Whether the record has checksums.
     pub fn exist(&self) -> bool {
         self.arrays.is_some()

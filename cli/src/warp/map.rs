@@ -15,6 +15,9 @@ use crate::results::{ResultFields, command_in, read_contents, read_dimension};
 use crate::shapes::{Coordinates, InputRecord};
 use shapespace_input::dimension::Dim;
 
+/// Most samples of an image that is written.
+const MOST_SAMPLES: usize = 1 << 28;
+
 /// A map and the way back, with the images at both ends.
 pub(crate) struct StoredMap {
     route: Dim<Route<2>, Route<3>>,
@@ -207,6 +210,13 @@ impl<const D: usize> Reading<'_, D> {
         let (coordinates, leading) = found.ok_or_else(|| self.damaged())?;
         let side = Side::of_result(&self.inputs[leading], &coordinates, grid, self.refine);
         let side = side.ok_or_else(|| self.damaged())?;
+        if side.samples().is_none_or(|count| count > MOST_SAMPLES) {
+            return Err(CliError::Option {
+                option: "--refine",
+                value: self.refine.to_string(),
+                remedy: format!("images have at most {MOST_SAMPLES} samples: choose fewer"),
+            });
+        }
         Ok(End { coordinates, side })
     }
 
@@ -230,9 +240,11 @@ impl<const D: usize> Reading<'_, D> {
 
     fn of_path(&self, from: f64, to: f64) -> Result<Ends<D>, CliError> {
         let fields = self.fields()?;
-        let name = |number: usize| numbered("deformation", number, "npy");
-        let count = (1..).take_while(|&k| self.directory.join(name(k)).exists());
-        let steps: Result<Vec<_>, _> = count.map(|k| deformation(&fields, k)).collect();
+        // All that the result had, so that none is missed.
+        let last = fields.sums().numbers("deformation").into_iter().max();
+        let steps: Result<Vec<_>, _> = (1..=last.unwrap_or(0))
+            .map(|k| deformation(&fields, k))
+            .collect();
         let steps = steps?;
         let Some(first) = steps.first() else {
             return Err(unfit(self.directory, "it has no deformations".into()));

@@ -92,6 +92,13 @@ impl Side {
         })
     }
 
+    /// Number of samples of images that are written, if it is not beyond all bounds.
+    pub fn samples(&self) -> Option<usize> {
+        let along = |n: usize| n.saturating_sub(1).checked_mul(self.refine)?.checked_add(1);
+        let mut axes = self.lattice.size.iter();
+        axes.try_fold(1usize, |count, &n| count.checked_mul(along(n)?))
+    }
+
     /// Whether images state their place in the world.
     pub fn in_world(&self) -> bool {
         self.placing == Placing::World
@@ -158,7 +165,7 @@ pub(crate) fn carried(
     between: Between,
     small: f64,
 ) -> Carried {
-    let value = |&index: &usize| {
+    let value = |index: usize| {
         let found = back.point(target.position(index));
         let mut sample = lattice.to_sample(found.position);
         if between == Between::Nearest {
@@ -173,11 +180,20 @@ pub(crate) fn carried(
             (0.0, false)
         }
     };
-    let indices: Vec<usize> = (0..target.count()).collect();
-    let found = fe_grid::parallel::map(&indices, &value);
+    let along = target.size[0];
+    let mut values = vec![0.0; target.count()];
+    let mut inexact = vec![0; target.count() / along];
+    let rows = values.chunks_exact_mut(along).zip(&mut inexact);
+    fe_grid::parallel::for_each(rows.enumerate(), &|(row, (values, inexact))| {
+        for (i, out) in values.iter_mut().enumerate() {
+            let (value, is_inexact) = value(along * row + i);
+            *out = value;
+            *inexact += usize::from(is_inexact);
+        }
+    });
     Carried {
-        inexact: found.iter().filter(|(_, inexact)| *inexact).count(),
-        values: found.into_iter().map(|(value, _)| value).collect(),
+        values,
+        inexact: inexact.iter().sum(),
     }
 }
 

@@ -166,6 +166,11 @@ fn pictures_and_outlines_go_to_the_average_and_to_other_inputs() {
         &warp(&["a.png", "--shape", "0", "--inverse"]),
         "65 x 65 nodes",
     );
+    refused(
+        &place,
+        &warp(&["a.png", "--shape", "0", "--refine", "65"]),
+        "not in 1..=64",
+    );
     refused(&place, &warp(&["a.png"]), "--shape that is missing");
     refused(
         &place,
@@ -243,6 +248,8 @@ fn a_path_carries_its_first_shape_to_all_times() {
     assert!(!moved.contains("left,20.5"), "{moved}");
     let warp =
         |more: &[&'static str]| [&["warp", "path", "first.npy"], more, &["-o", "refused"]].concat();
+    std::fs::remove_file(place.path("path/deformation_003.npy")).unwrap();
+    refused(&place, &warp(&["--time", "1"]), "deformation_003.npy");
     refused(&place, &warp(&["--time", "1.5"]), "a time from 0 to 1");
     refused(&place, &warp(&["--shape", "0"]), "give --time");
 }
