@@ -133,7 +133,9 @@ impl ScatterPlot<'_> {
             .iter()
             .chain(self.axes.iter().flat_map(|axis| &axis.marks))
             .collect();
-        for (at, picture) in places.iter().zip(&marks).rev() {
+        let (objects, ends) = (0..self.points.len(), self.points.len()..places.len());
+        for i in ends.chain(objects) {
+            let (at, picture) = (places[i], marks[i]);
             let corner = [0, 1].map(|k| (at[k] - 0.5 * mark[k] as f64).max(0.0) as usize);
             canvas.overlay(picture, corner);
         }

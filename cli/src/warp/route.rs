@@ -18,8 +18,8 @@ pub(super) struct Leg<const D: usize> {
     guess: Option<Arc<Field<f64, D, D>>>,
 }
 
-/// Where a point goes, and how far, in the box, its image under the inverse is from it: inverses do not
-/// exist where deformations fold or reach beyond the box.
+/// Where a point goes, and how far, in the box, the image of what is found by an inverse is from the point:
+/// deformations that fold in the void have none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Found {
     pub position: [f64; 3],
@@ -197,14 +197,29 @@ mod tests {
         assert!(along(&steps, 0.3, 0.3).is_empty());
     }
 
+    /// Where a deformation folds, its inverse is sought in vain, and the defect says by how much.
     #[test]
-    fn points_beyond_a_deformation_have_a_defect() {
-        let grid = Grid::<2>::cube(17);
-        // Everything lies to the right of .4 afterwards.
-        let squeezed = Field::from_fn(grid, |[x, _]| [0.4 * (1.0 - x), 0.0]);
-        let back = Leg::by(squeezed).reversed();
-        assert!(back.point([0.7, 0.5]).1 < 1e-9);
-        assert!((back.point([0.7, 0.5]).0[0] - 0.5).abs() < 1e-9);
-        assert!(back.point([0.1, 0.5]).1 > 0.05);
+    fn the_defect_is_the_distance_of_the_image() {
+        let folded = Leg::by(Field::from_fn(Grid::<2>::cube(33), |[x, _]| {
+            [0.3 * (20.0 * x).sin(), 0.0]
+        }));
+        let back = folded.reversed();
+        let mut most = 0.0f64;
+        for k in 0..100 {
+            let point = [0.01 * f64::from(k), 0.5];
+            let (image, defect) = back.point(point);
+            let there = folded.point(image).0;
+            assert!(((there[0] - point[0]).hypot(there[1] - point[1]) - defect).abs() < 1e-12);
+            most = most.max(defect);
+        }
+        assert!(most > 1e-3, "{most}");
+        // Beyond the box a displacement is that of the nearest point of its faces.
+        let squeezed = Leg::by(Field::from_fn(Grid::<2>::cube(17), |[x, _]| {
+            [0.4 * (1.0 - x), 0.0]
+        }));
+        let (image, defect) = squeezed.reversed().point([0.7, 0.5]);
+        assert!((image[0] - 0.5).abs() < 1e-9 && defect < 1e-9);
+        let (image, defect) = squeezed.reversed().point([0.1, 0.5]);
+        assert!((image[0] + 0.3).abs() < 1e-9 && defect < 1e-9);
     }
 }
