@@ -49,9 +49,9 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
     /// [`CliError`] for a value that is not allowed.
     fn check(&self) -> Result<(), CliError>;
 
-    /// The list of inputs, in which folders and patterns stand for their files.
-    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
-        None
+    /// The lists of inputs, in which folders and patterns stand for their files.
+    fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
+        Vec::new()
     }
 
     /// The files and directories that it names.
@@ -113,10 +113,9 @@ impl<C: Config> Configured<C> {
             .map(ConfigFile::read::<C>)
             .transpose()?;
         let mut config = over_defaults(|base: &C| self.over(base, file.as_ref()))?;
-        let expanded = match config.inputs() {
-            Some((inputs, kinds)) => expand(inputs, kinds).map_err(CliError::from),
-            None => Ok(()),
-        };
+        let mut lists = config.inputs().into_iter();
+        let expanded = lists.try_for_each(|(inputs, kinds)| expand(inputs, kinds));
+        let expanded = expanded.map_err(CliError::from);
         let checked = expanded
             .and_then(|()| table(&config))
             .and_then(|_| config.check());

@@ -109,6 +109,20 @@ def test_distances_are_a_matrix():
     assert scipy.linkage(found.condensed()).shape == (2, 4)
 
 
+def test_new_shapes_are_compared_with_stored_ones():
+    new, *stored = ellipses(17)
+    found = shapespace.distances([new], against=stored, classes=["a", "b"], grid=17, steps=1)
+    every = shapespace.distances([new, *stored], grid=17, steps=1)
+    assert found.matrix.shape == (1, 2)
+    assert np.array_equal(found.matrix, every.matrix[:1, 1:])
+    [nearest] = found.neighbours
+    assert [column for column, _ in nearest] == list(np.argsort(found.matrix[0]))
+    assert [distance for _, distance in nearest] == sorted(found.matrix[0])
+    assert found.votes == ["ab"[nearest[0][0]]]
+    with pytest.raises(ValueError, match="condensed"):
+        found.condensed()
+
+
 def test_all_options_of_the_program_are_named():
     assert {"grid", "align", "mismatch_weight", "law"} <= set(shapespace.options("average"))
     assert "inputs" not in shapespace.options("average")

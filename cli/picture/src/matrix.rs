@@ -23,8 +23,10 @@ pub struct HeatMap<'a> {
     pub marks: &'a [Canvas],
     /// The numbers of their groups, which have the colours of them.
     pub groups: &'a [usize],
-    /// The order in which they are shown.
-    pub order: &'a [usize],
+    /// The objects of the rows, from above.
+    pub rows: &'a [usize],
+    /// The objects of the columns, from the left.
+    pub columns: &'a [usize],
     /// What there is between two of them; a cell without a number is crossed out.
     pub value: &'a dyn Fn(usize, usize) -> Option<f64>,
     /// The title of the colour scale.
@@ -34,20 +36,25 @@ pub struct HeatMap<'a> {
 impl HeatMap<'_> {
     /// Draws the matrix: names and small pictures on the left and above, the scale below.
     pub fn draw(&self) -> Canvas {
-        let n = self.order.len();
-        let cell = (SIDE / n.max(1)).clamp(CELLS[0], CELLS[1]);
+        let size = [self.columns.len(), self.rows.len()];
+        let cell = (SIDE / size[0].max(size[1]).max(1)).clamp(CELLS[0], CELLS[1]);
         let (named, pictured) = (cell >= LEGIBLE[0], cell >= LEGIBLE[1]);
         let left = BORDER + if named { NAMES } else { 0 } + if pictured { cell } else { 0 };
         let top = BORDER + if pictured { cell } else { 0 };
         let [left, top] = [left, top].map(|edge| edge + STRIPE + 4);
-        let side = n * cell;
+        let sides = size.map(|n| n * cell);
         // The scale needs its room even under a small matrix.
-        let width = (left + side + BORDER).max(420);
-        let mut canvas = Canvas::new(width, top + side + BORDER + LABEL);
+        let width = (left + sides[0] + BORDER).max(420);
+        let mut canvas = Canvas::new(width, top + sides[1] + BORDER + LABEL);
         let most = self.largest();
-        for (row, &i) in self.order.iter().enumerate() {
+        let small = |i: usize| {
+            let small = self.marks[i].reduced(cell - 2);
+            let spare = small.size().map(|side| (cell - side) / 2);
+            (small, spare)
+        };
+        for (row, &i) in self.rows.iter().enumerate() {
             let y = top + row * cell;
-            for (column, &j) in self.order.iter().enumerate() {
+            for (column, &j) in self.columns.iter().enumerate() {
                 let x = left + column * cell;
                 match (self.value)(i, j) {
                     Some(value) => fill(&mut canvas, [x, y], [cell; 2], heat(value / most)),
@@ -57,9 +64,6 @@ impl HeatMap<'_> {
             let group = colour(self.groups[i]);
             let stripe = left - STRIPE - 2;
             fill(&mut canvas, [stripe, y], [STRIPE, cell], group);
-            let x = left + row * cell;
-            let above = top - STRIPE - 2;
-            fill(&mut canvas, [x, above], [cell, STRIPE], group);
             if named {
                 let end = left - STRIPE - 8 - if pictured { cell } else { 0 };
                 let middle = [end as f32, y as f32 + 0.5 * cell as f32];
@@ -67,24 +71,37 @@ impl HeatMap<'_> {
                 key::before(&mut canvas, self.groups[i], &self.names[i], middle, room);
             }
             if pictured {
-                let small = self.marks[i].reduced(cell - 2);
-                let spare = small.size().map(|side| (cell - side) / 2);
-                let [beside, over] = [left, top].map(|edge| edge - STRIPE - 4 - cell);
+                let (small, spare) = small(i);
+                let beside = left - STRIPE - 4 - cell;
                 canvas.overlay(&small, [beside + spare[0], y + spare[1]]);
+            }
+        }
+        for (column, &j) in self.columns.iter().enumerate() {
+            let x = left + column * cell;
+            let above = top - STRIPE - 2;
+            fill(
+                &mut canvas,
+                [x, above],
+                [cell, STRIPE],
+                colour(self.groups[j]),
+            );
+            if pictured {
+                let (small, spare) = small(j);
+                let over = top - STRIPE - 4 - cell;
                 canvas.overlay(&small, [x + spare[0], over + spare[1]]);
             }
         }
-        canvas.frame([left - 1, top - 1], [side + 2; 2], PALE);
-        let bottom = [BORDER, top + side + BORDER - 4];
+        canvas.frame([left - 1, top - 1], sides.map(|side| side + 2), PALE);
+        let bottom = [BORDER, top + sides[1] + BORDER - 4];
         scale::legend(&mut canvas, self.title, most, bottom, width - 2 * BORDER);
         canvas
     }
 
     fn largest(&self) -> f64 {
         let pairs = self
-            .order
+            .rows
             .iter()
-            .flat_map(|&i| self.order.iter().map(move |&j| (i, j)));
+            .flat_map(|&i| self.columns.iter().map(move |&j| (i, j)));
         let values = pairs.filter_map(|(i, j)| (self.value)(i, j));
         let most = values.fold(0.0, f64::max);
         if most > 0.0 { most } else { 1.0 }
@@ -124,7 +141,8 @@ mod tests {
                 names: &names,
                 marks: &marks,
                 groups: &groups,
-                order: &order,
+                rows: &order,
+                columns: &order,
                 value: &value,
                 title: "distance",
             }
@@ -155,5 +173,42 @@ mod tests {
             let crossed = middle(n - 1, n - 2);
             assert!(crossed[0] < 0.96 && crossed[0] > 0.3, "{crossed:?}");
         }
+    }
+
+    #[test]
+    fn rows_and_columns_may_be_different_objects() {
+        let names: Vec<String> = (0..12).map(|i| format!("shape-{i:02}")).collect();
+        let marks = vec![Canvas::new(44, 44); 12];
+        let groups: Vec<usize> = (0..12).map(|i| i % 3).collect();
+        let columns: Vec<usize> = (2..12).collect();
+        let value = |i: usize, j: usize| (i < 2 && j >= 2).then_some((j - 2 + i) as f64);
+        let canvas = HeatMap {
+            names: &names,
+            marks: &marks,
+            groups: &groups,
+            rows: &[0, 1],
+            columns: &columns,
+            value: &value,
+            title: "distance",
+        }
+        .draw();
+        let [width, height] = canvas.size();
+        let cell = CELLS[1];
+        let top = height - BORDER - LABEL - 2 * cell;
+        let left = top + NAMES;
+        assert_eq!(width, left + 10 * cell + BORDER);
+        let middle = |row: usize, column: usize| {
+            canvas.pixel(left + column * cell + cell / 2, top + row * cell + cell / 2)
+        };
+        for (row, column) in [(0, 0), (1, 3), (1, 9)] {
+            let (found, sought) = (middle(row, column), heat((row + column) as f64 / 10.0));
+            assert!(
+                (0..3).all(|k| (found[k] - sought[k]).abs() < 1e-5),
+                "{row} {column}"
+            );
+        }
+        // The stripe above has the colours of the groups of the columns.
+        let stripe = canvas.pixel(left + cell / 2, top - STRIPE / 2 - 2);
+        assert!((0..3).all(|k| (stripe[k] - colour(2)[k]).abs() < 1e-5));
     }
 }

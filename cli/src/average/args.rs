@@ -132,13 +132,13 @@ impl Config for AverageConfig {
         Ok(AverageParams { weights, ..params }.check(n)?)
     }
 
-    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
+    fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
         let kinds = if self.joint {
             Kinds::Images
         } else {
             Kinds::Masks
         };
-        Some((&mut self.inputs, kinds))
+        vec![(&mut self.inputs, kinds)]
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

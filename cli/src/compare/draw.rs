@@ -158,7 +158,8 @@ fn matrix<const D: usize>(outcome: &Outcome<D>) -> Canvas {
         names: &compared.names,
         marks: &marks,
         groups,
-        order: &order,
+        rows: &order,
+        columns: &order,
         value: &value,
         title: "distance L",
     }

@@ -52,6 +52,14 @@ pub struct DistancesConfig {
     /// pattern in quotes, stands for its files.
     #[arg(value_name = "INPUT")]
     pub inputs: Vec<PathBuf>,
+    /// Stored shapes, as files, folders or patterns: only the distances from the inputs to these are
+    /// computed, and the nearest of them are listed for every input. `--classes` are theirs.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub against: Vec<PathBuf>,
+    /// Number of nearest neighbours that are listed for every shape [default: none, 5 with --against].
+    #[arg(long, value_name = "K")]
+    pub neighbours: Option<usize>,
     /// How masks are read, placed and aligned, pair by pair.
     #[serde(flatten)]
     #[command(flatten)]
@@ -92,6 +100,8 @@ impl Default for DistancesConfig {
     fn default() -> Self {
         Self {
             inputs: Vec::new(),
+            against: Vec::new(),
+            neighbours: None,
             masks: MaskOptions {
                 align: Some(Align::Rigid),
                 ..MaskOptions::default()
@@ -116,14 +126,26 @@ impl Config for DistancesConfig {
 
     fn check(&self) -> Result<(), CliError> {
         let most = self.inputs.len();
-        if most < 2 {
+        let needed = if self.against.is_empty() { 2 } else { 1 };
+        if most < needed {
             return Err(CliError::TooFewInputs {
                 command: Self::COMMAND,
-                needed: 2,
+                needed,
                 found: most,
             });
         }
         check_path(&self.params)?;
+        let neighbours = self.neighbours != Some(0);
+        allow(neighbours, "neighbours", &0, "at least 1")?;
+        if let Some(clusters) = self.clusters.filter(|_| !self.against.is_empty()) {
+            return Err(CliError::Option {
+                option: "--clusters",
+                value: format!("{clusters} with --against"),
+                remedy: "distances from new to stored shapes have no clusters: leave it out, or compute \
+                         the distances between all shapes"
+                    .into(),
+            });
+        }
         if self.retry != Some(Form::LevelSets) {
             check_area(&self.params)?;
         }
@@ -156,18 +178,34 @@ impl Config for DistancesConfig {
         }
     }
 
-    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
-        Some((&mut self.inputs, Kinds::Masks))
+    fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
+        let lists = [&mut self.inputs, &mut self.against];
+        lists.map(|list| (list, Kinds::Masks)).into()
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {
         let file = |path: &&mut PathBuf| !classes::NAMED.map(Path::new).contains(&path.as_path());
         let classes = self.classes.iter_mut().filter(file);
-        self.inputs.iter_mut().chain(classes).collect()
+        let shapes = self.inputs.iter_mut().chain(&mut self.against);
+        shapes.chain(classes).collect()
     }
 }
 
+/// Neighbours of new shapes, as in scikit-learn.
+const NEIGHBOURS: usize = 5;
+
 impl DistancesConfig {
+    /// The files of all shapes: the inputs, then the stored ones.
+    pub(super) fn shapes(&self) -> Vec<PathBuf> {
+        self.inputs.iter().chain(&self.against).cloned().collect()
+    }
+
+    /// Number of neighbours that are listed, if any.
+    pub(super) fn listed_neighbours(&self) -> Option<usize> {
+        let usual = (!self.against.is_empty()).then_some(NEIGHBOURS);
+        self.neighbours.or(usual)
+    }
+
     /// Number of directions in which the path of a pair is computed.
     pub(super) fn directions(&self) -> usize {
         if self.one_way { 1 } else { 2 }

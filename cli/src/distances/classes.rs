@@ -10,6 +10,7 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
+use super::args::DistancesConfig;
 use crate::error::CliError;
 use shapespace_input::files::read_text;
 
@@ -34,11 +35,7 @@ impl Classes {
     /// [`CliError::Classes`] for a file that cannot be read or lacks an input, and for inputs whose
     /// names contain no class.
     pub fn of(option: &Path, inputs: &[PathBuf]) -> Result<Self, CliError> {
-        let named = match option.to_str() {
-            Some(FOLDER) => inputs.iter().map(|path| folder(path)).collect(),
-            Some(PREFIX) => inputs.iter().map(|path| Some(prefix(path))).collect(),
-            _ => listed(option, inputs)?,
-        };
+        let named = named(option, inputs)?;
         let mut classes = Self {
             names: Vec::new(),
             of_input: Vec::new(),
@@ -58,6 +55,71 @@ impl Classes {
         }
         Ok(classes)
     }
+}
+
+/// The classes of the shapes of distances.
+pub(super) struct Labels {
+    /// Of all shapes, or of the stored ones.
+    given: Classes,
+    /// Those of new shapes before them, as far as stored shapes have them, too.
+    expected: Vec<Option<usize>>,
+}
+
+impl Labels {
+    /// The classes according to the option `--classes`.
+    ///
+    /// # Errors
+    /// As [`Classes::of`]; new shapes need none.
+    pub fn of(option: &Path, config: &DistancesConfig) -> Result<Self, CliError> {
+        if config.against.is_empty() {
+            return Ok(Self {
+                given: Classes::of(option, &config.inputs)?,
+                expected: Vec::new(),
+            });
+        }
+        let given = Classes::of(option, &config.against)?;
+        let number = |name: Option<String>| {
+            let name = name?;
+            given.names.iter().position(|known| *known == name)
+        };
+        let expected = named(option, &config.inputs)?;
+        Ok(Self {
+            expected: expected.into_iter().map(number).collect(),
+            given,
+        })
+    }
+
+    /// The names of all classes.
+    pub fn names(&self) -> &[String] {
+        &self.given.names
+    }
+
+    /// The class of a shape, if it is known.
+    pub fn class(&self, shape: usize) -> Option<usize> {
+        match self.expected.get(shape) {
+            Some(expected) => *expected,
+            None => Some(self.given.of_input[shape - self.expected.len()]),
+        }
+    }
+
+    /// Its name.
+    pub fn name(&self, shape: usize) -> Option<&str> {
+        Some(&self.given.names[self.class(shape)?])
+    }
+
+    /// The classes, if those of all shapes are known.
+    pub fn all(&self) -> Option<&Classes> {
+        self.expected.is_empty().then_some(&self.given)
+    }
+}
+
+/// The names of the classes of inputs, where they have one.
+fn named(option: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliError> {
+    Ok(match option.to_str() {
+        Some(FOLDER) => inputs.iter().map(|path| folder(path)).collect(),
+        Some(PREFIX) => inputs.iter().map(|path| Some(prefix(path))).collect(),
+        _ => listed(option, inputs)?,
+    })
 }
 
 fn folder(path: &Path) -> Option<String> {

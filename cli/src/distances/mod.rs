@@ -1,9 +1,10 @@
-//! `shapespace distances`: computes the distances between all pairs of masks.
+//! `shapespace distances`: computes the distances between all pairs of masks, or from new to stored ones.
 //!
-//! `plan` reads and validates the inputs, `store` stores finished pairs for the next run, `compute`
-//! processes several pairs at a time, `pair` is one of them; `shard` divides them among machines. `study` computes matrices, clusters
-//! and an embedding, `record` and `write` write the result directory, `draw` its pictures,
-//! `summary` summarises it; `classes` determines the classes of the inputs.
+//! `plan` reads and validates the inputs, `scope` says which pairs are asked for, `store` stores finished
+//! pairs for the next run, `compute` processes several pairs at a time, `pair` is one of them; `shard`
+//! divides them among machines. `study` computes matrices, clusters and an embedding, `neighbours` the
+//! nearest neighbours, `record` and `write` write the result directory, `draw` its pictures, `summary`
+//! summarises it; `classes` determines the classes of the inputs.
 //!
 //! The distance of two shapes is the mean of the lengths in both directions. A path that folds or
 //! does not reach its end is not used: the other direction counts alone, and if neither can be used
@@ -13,9 +14,11 @@ mod args;
 mod classes;
 mod compute;
 mod draw;
+mod neighbours;
 mod pair;
 mod plan;
 mod record;
+mod scope;
 mod shard;
 mod store;
 mod study;
@@ -32,10 +35,12 @@ use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{Input, Pairs, settle};
 use crate::summary::Summary;
+use classes::Labels;
 pub(crate) use classes::{Classes, NAMED};
 use compute::Task;
 use pair::PairRecord;
 use plan::{DistancesPlan, plan_distances};
+use scope::{Scope, paths};
 use shard::Shard;
 use store::{Store, fingerprint};
 use study::Study;
@@ -56,7 +61,8 @@ pub(crate) struct DistanceStudy {
 /// The result of a computation.
 pub(crate) struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
-    classes: Option<Classes>,
+    scope: Scope,
+    labels: Option<Labels>,
     config: DistancesConfig,
     /// The part of the pairs that was computed; all by default.
     shard: Option<Shard>,
@@ -91,7 +97,7 @@ impl Command for DistanceStudy {
     type Outcome<const D: usize> = Outcome<D>;
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
-        let n = self.config.inputs.len();
+        let n = self.config.shapes().len();
         session.progress.stage(format!("reading {n} masks"));
         plan_distances(self.config.clone(), &session.sources)
     }
@@ -106,8 +112,9 @@ impl Command for DistanceStudy {
         let settled = settle(plan.placed, &[], &session.progress)?;
         let own = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress)?;
-        let n = inputs.len();
-        let mut wanted = wanted(n, config.one_way);
+        let scope = Scope::new(&config);
+        let asked_for = scope.pairs();
+        let mut wanted = paths(&asked_for, config.one_way);
         if let Some(shard) = self.shard {
             wanted = shard.part(&wanted, config.directions());
         }
@@ -124,10 +131,11 @@ impl Command for DistanceStudy {
         let interrupted = || store.interrupted(&wanted);
         let aligned = config.masks.align == Some(Align::Rigid);
         let pairs = if aligned {
-            let count = n * (n - 1) / 2;
+            let count = asked_for.len();
             session.progress.stage(format!("aligning {count} pairs"));
             let asked = || session.interrupt.asked();
-            Pairs::aligned(inputs, distances, &own, &domain, asked)?.ok_or_else(interrupted)?
+            let aligned = Pairs::aligned(inputs, distances, asked_for, &own, &domain, asked)?;
+            aligned.ok_or_else(interrupted)?
         } else {
             Pairs::placed(inputs, distances, own)
         };
@@ -139,11 +147,13 @@ impl Command for DistanceStudy {
             session,
         };
         let records = task.run(&wanted)?.ok_or_else(interrupted)?;
-        let classes = plan.classes;
+        let labels = plan.labels;
+        let whole = self.shard.is_none();
         Ok(Outcome {
-            study: Study::new(n, &records, &config, classes.as_ref(), self.shard.is_none())?,
+            study: Study::new(scope, &records, &config, labels.as_ref(), whole)?,
             shard: self.shard,
-            classes,
+            scope,
+            labels,
             config,
             grid: pairs.grid,
             inputs: pairs.inputs,
@@ -164,15 +174,5 @@ impl Command for DistanceStudy {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         write::write_all(directory, outcome, session)
-    }
-}
-
-/// The pairs to be computed, in both directions by default.
-fn wanted(n: usize, one_way: bool) -> Vec<[usize; 2]> {
-    let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| [i, j]));
-    if one_way {
-        pairs.collect()
-    } else {
-        pairs.flat_map(|[i, j]| [[i, j], [j, i]]).collect()
     }
 }

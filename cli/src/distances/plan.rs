@@ -1,7 +1,7 @@
 //! From the options to a validated plan.
 
 use super::args::DistancesConfig;
-use super::classes::Classes;
+use super::classes::Labels;
 use crate::error::CliError;
 use crate::options::{Align, MaskOptions, resolve_law};
 use crate::shapes::Placed;
@@ -12,7 +12,7 @@ use shapespace_input::{Image, Sources};
 pub(crate) struct DistancesPlan<const D: usize> {
     /// The masks in the unit box.
     pub placed: Placed<D>,
-    pub(super) classes: Option<Classes>,
+    pub(super) labels: Option<Labels>,
     /// The configuration with all defaults resolved except the number of clusters.
     pub config: DistancesConfig,
 }
@@ -25,7 +25,7 @@ pub(super) fn plan_distances(
     config: DistancesConfig,
     sources: &Sources,
 ) -> Result<Dim<DistancesPlan<2>, DistancesPlan<3>>, CliError> {
-    let images = sources.read_images(&config.inputs, &config.masks.reading())?;
+    let images = sources.read_images(&config.shapes(), &config.masks.reading())?;
     Ok(per_dimension!(images, images => plan_images(images, config)?))
 }
 
@@ -48,8 +48,8 @@ fn plan_images<const D: usize>(
     let classes = config.classes.as_deref();
     Ok(DistancesPlan {
         placed,
-        classes: classes
-            .map(|option| Classes::of(option, &config.inputs))
+        labels: classes
+            .map(|option| Labels::of(option, &config))
             .transpose()?,
         config,
     })

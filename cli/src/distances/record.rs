@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::Outcome;
 use super::args::DistancesConfig;
+use super::neighbours::Neighbours;
 use super::pair::{PairRecord, PathRecord};
 use super::study::{Distances, Groups};
 use crate::report::{self, CONVERGED};
@@ -30,6 +31,9 @@ pub(super) struct Found<'a> {
     /// The part of the pairs that was computed, and the number of parts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shard: Option<String>,
+    /// Number of new shapes, whose distances to the stored ones after them were computed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub new_shapes: Option<usize>,
     /// Every requested path.
     pub paths: Vec<LengthRecord>,
     /// Attempts that fold or do not reach their end, and their replacements.
@@ -38,6 +42,8 @@ pub(super) struct Found<'a> {
     pub distances: &'a Distances,
     /// The same for the elastic distances, the roots of the energies of a single step.
     pub elastic: &'a Distances,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub neighbours: Option<&'a Neighbours>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub clustering: Option<ClusteringRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -152,12 +158,12 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     // Paths that end near their end are complete, with a doubt.
     let asked = |mark: &MarkRecord<'_>| mark.outcome == MarkOutcome::Used && !mark.path.end_near;
     let used = marked.iter().any(asked);
-    let completed = distances.completed.as_ref();
-    let complete = completed.is_some_and(|c| c.filled.is_empty()) && !used;
+    let complete = study.complete && !used;
     let scale = common_scale(inputs);
     let found = Found {
         align: outcome.align,
         shard: outcome.shard.map(|shard| shard.to_string()),
+        new_shapes: (outcome.scope.is_across()).then(|| outcome.scope.rows().len()),
         length_unit: scale.map(|scale| scale.powi(D as i32).sqrt().recip()),
         paths: records
             .iter()
@@ -166,6 +172,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         marked,
         distances,
         elastic: &study.elastic,
+        neighbours: study.neighbours.as_ref(),
         clustering: ClusteringRecord::new(config.linkage, &study.distances),
         embedding: study
             .groups
@@ -224,11 +231,11 @@ fn doubts<const D: usize>(outcome: &Outcome<D>, found: &Found<'_>) -> Vec<Doubt>
 
 /// The inputs with their names and classes.
 fn named<const D: usize>(outcome: &Outcome<D>) -> Vec<InputRecord<D>> {
-    let classes = outcome.classes.as_ref();
+    let labels = outcome.labels.as_ref();
     let inputs = outcome.inputs.iter().enumerate();
     let record = |(i, input): (usize, &Input<D>)| {
         let mut record = InputRecord::new(input);
-        record.class = classes.map(|c| c.names[c.of_input[i]].clone());
+        record.class = labels.and_then(|labels| Some(labels.name(i)?.to_owned()));
         record
     };
     inputs.map(record).collect()

@@ -65,7 +65,10 @@ mod tests {
 
     #[test]
     fn every_pair_is_in_one_part() {
-        let wanted = super::super::wanted(7, false);
+        let pairs: Vec<_> = (0..7)
+            .flat_map(|i| (i + 1..7).map(move |j| [i, j]))
+            .collect();
+        let wanted = super::super::paths(&pairs, false);
         let mut all: Vec<_> = (1..=4)
             .flat_map(|number| Shard { number, of: 4 }.part(&wanted, 2))
             .collect();

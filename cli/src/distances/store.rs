@@ -10,6 +10,7 @@ use super::args::DistancesConfig;
 use super::pair::PairRecord;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
+use crate::grid::Sides;
 use crate::output::{OutputError, WorkDir};
 use shapespace_input::Image;
 use shapespace_input::files::read_text;
@@ -22,8 +23,15 @@ pub(super) fn fingerprint<const D: usize>(
     images: &[Image<D>],
 ) -> Fingerprint {
     let mut fingerprint = Fingerprint::new(config, images.iter().map(hash).collect());
-    for afterwards in ["linkage", "clusters", "classes"] {
-        fingerprint.leave_out(afterwards);
+    // Which pairs are asked for does not matter for the path of a pair.
+    for key in ["linkage", "clusters", "classes", "neighbours", "against"] {
+        fingerprint.leave_out(key);
+    }
+    // But for a box that fits all of them.
+    let fits = config.masks.sides == Sides::Fit || config.masks.spacing.is_some();
+    if fits && !config.against.is_empty() {
+        let new = format!("{} of them new", config.inputs.len());
+        fingerprint = fingerprint.and(std::iter::once(new));
     }
     // Without a second attempt, the threshold for complete paths is only used afterwards.
     if config.retry.is_none() {

@@ -12,8 +12,10 @@ use std::collections::HashMap;
 use serde::{Serialize, Serializer};
 
 use super::args::DistancesConfig;
-use super::classes::Classes;
+use super::classes::{Classes, Labels};
+use super::neighbours::Neighbours;
 use super::pair::{Measured, PairRecord};
+use super::scope::Scope;
 use crate::error::CliError;
 
 /// Extrapolations that would change a length by more than this are not applied: the paths of the
@@ -30,6 +32,10 @@ pub(super) struct Study {
     pub not_extrapolated: Vec<[usize; 2]>,
     /// The embedding of the distances; `None` if some shapes have none.
     pub groups: Option<Groups>,
+    /// The nearest neighbours by the distances, where they are asked for.
+    pub neighbours: Option<Neighbours>,
+    /// Whether every pair that is asked for has a distance by a path of its own.
+    pub complete: bool,
 }
 
 /// A kind of distance between shapes.
@@ -87,18 +93,19 @@ pub(super) struct Groups {
 }
 
 impl Study {
-    /// The evaluation of the records of all pairs, or of a part of them: there are no clusters then, and
-    /// no map.
+    /// The evaluation of the records of the whole scope, or of a part of it. Without distances between
+    /// all shapes there are no clusters, and no map.
     ///
     /// # Errors
     /// [`CliError::Computation`] for lengths that are no distances.
     pub fn new(
-        n: usize,
+        scope: Scope,
         records: &[PairRecord],
         config: &DistancesConfig,
-        classes: Option<&Classes>,
-        all: bool,
+        labels: Option<&Labels>,
+        whole: bool,
     ) -> Result<Self, CliError> {
+        let n = scope.n_shapes();
         let by_ends: HashMap<[usize; 2], &PairRecord> =
             records.iter().map(|r| ([r.start, r.end], r)).collect();
         let of = |start: usize, end: usize, steps: &[usize]| -> Option<Measured> {
@@ -125,6 +132,8 @@ impl Study {
             }
             between = PathLengths::from_fn(n, |i, j| limit(i, j).or_else(|| lengths.between(i, j)));
         }
+        let classes = labels.and_then(Labels::all);
+        let all = whole && !scope.is_across();
         let analyse = |lengths: &PathLengths, between: PathLengths| {
             Distances::new(lengths, between, config, classes, all)
         };
@@ -134,7 +143,12 @@ impl Study {
             let refined = smacof(&completed.matrix, &classical.points);
             Groups { classical, refined }
         });
+        let known = |&[i, j]: &[usize; 2]| distances.between.between(i, j).is_some();
+        let count = config.listed_neighbours().filter(|_| whole);
         Ok(Self {
+            complete: whole && scope.pairs().iter().all(known),
+            neighbours: count
+                .map(|count| Neighbours::new(scope, count, &distances.between, labels)),
             distances,
             elastic: analyse(&elastic, elastic.clone())?,
             not_extrapolated,
@@ -184,13 +198,15 @@ impl Distances {
         classes: Option<&Classes>,
         all: bool,
     ) -> Result<Self, CliError> {
-        let n = lengths.n_objects();
-        let completed = between.completed().map_err(|error| failed(&error))?;
         // What is missing in a part is no path that could not be found.
-        let completed = completed.filter(|_| all);
+        let completed = if all {
+            between.completed().map_err(|error| failed(&error))?
+        } else {
+            None
+        };
         Ok(Self {
             asymmetry: lengths.asymmetry(),
-            triangles: triangles(n, |i, j| between.between(i, j)),
+            triangles: triangles(lengths.n_objects(), |i, j| between.between(i, j)),
             completed: completed.map(|found| {
                 let tree = Dendrogram::new(&found.matrix, config.linkage);
                 let clusters = match (config.clusters, classes) {

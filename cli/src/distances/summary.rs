@@ -2,17 +2,23 @@
 
 use ::geodesic::distances::TriangleReport;
 
+use super::neighbours::Neighbours;
 use super::record::{MarkOutcome, MarkRecord, Record};
 use crate::summary::Summary;
 
 /// Maximum number of marked paths that are listed.
 const NAMED: usize = 6;
+/// Maximum number of shapes that are listed with their nearest neighbour.
+const NEAREST: usize = 12;
 
 /// The summary of a result.
 pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
+    let shapes = match record.body.new_shapes {
+        Some(new) => format!("from {new} new to {} stored", record.input.len() - new),
+        None => format!("of {}", record.input.len()),
+    };
     let title = format!(
-        "Distances of {} shapes on {} nodes, {} steps, {}: {} pairs, {:.1} s",
-        record.input.len(),
+        "Distances {shapes} shapes on {} nodes, {} steps, {}: {} pairs, {:.1} s",
         record.grid(),
         record.parameters.params.steps,
         if record.parameters.one_way {
@@ -25,6 +31,8 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     );
     let picture = if record.body.embedding.is_some() {
         "embedding.png"
+    } else if record.body.neighbours.is_some() {
+        "neighbours.png"
     } else {
         "matrix.png"
     };
@@ -32,7 +40,45 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     describe_paths(&mut summary, record);
     describe_distances(&mut summary, record);
     describe_groups(&mut summary, record);
+    if let Some(neighbours) = record.body.neighbours {
+        describe_neighbours(&mut summary, neighbours, record);
+    }
     summary
+}
+
+/// Lists the first shapes with the nearest of their neighbours.
+fn describe_neighbours<const D: usize>(
+    summary: &mut Summary,
+    neighbours: &Neighbours,
+    record: &Record<'_, D>,
+) {
+    let name = |shape: usize| record.input[shape].name.as_str();
+    if record.body.new_shapes.is_some() {
+        for of in neighbours.of.iter().take(NEAREST) {
+            let nearest = of.nearest.first().map_or_else(
+                || "NO path to any stored shape".into(),
+                |n| format!("{} is nearest, {:.4e} away", name(n.object), n.distance),
+            );
+            let vote = of.vote.as_ref().map_or_else(String::new, |vote| {
+                format!("; most of {} are {vote}", of.nearest.len())
+            });
+            summary.line(name(of.shape), format!("{nearest}{vote}"));
+        }
+        if neighbours.of.len() > NEAREST {
+            summary.line("", "and others, see neighbours.csv");
+        }
+    }
+    if let Some(found) = &neighbours.agreement {
+        let [nearest, vote] = [found.nearest, found.vote].map(|share| 100.0 * share);
+        summary.line(
+            "neighbours",
+            format!(
+                "of {} shapes of known class the nearest is right for {nearest:.0} %, most of {} \
+                 for {vote:.0} %",
+                found.shapes, neighbours.count
+            ),
+        );
+    }
 }
 
 fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_, D>) {
@@ -44,10 +90,14 @@ fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_,
         );
         return;
     }
-    let range = distances.range().map_or_else(
-        || "NOT between all shapes: no clusters and no map".into(),
-        |[low, high]| format!("from {low:.4e} to {high:.4e}"),
-    );
+    let range = distances.range();
+    let missing = record.status == "incomplete";
+    let range = match (range, record.body.new_shapes) {
+        (Some([low, high]), _) => format!("from {low:.4e} to {high:.4e}"),
+        (None, None) => "NOT between all shapes: no clusters and no map".into(),
+        (None, Some(_)) if missing => "NOT from all new to all stored shapes".into(),
+        (None, Some(_)) => "from all new to all stored shapes".into(),
+    };
     summary.line("distances", range);
     if let Some(asymmetry) = &distances.asymmetry {
         let [i, j] = asymmetry.worst.map(|i| record.input[i].name.as_str());
@@ -58,6 +108,9 @@ fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_,
         );
     }
     let [own, other] = [distances, elastic].map(|distances| distances.triangles);
+    if own.count == 0 {
+        return;
+    }
     summary.line(
         "triangles",
         format!(

@@ -46,17 +46,23 @@ fn write_tables<const D: usize>(
     // Only lengths of paths: the table could not distinguish them from the shortest ways through
     // other shapes.
     let entry = |distances: &Distances, i: usize, j: usize| distances.between.between(i, j);
+    let (rows, columns) = (outcome.scope.rows(), outcome.scope.columns());
+    let sides = [&names[rows.clone()], &names[columns.clone()]];
     for (name, distances) in [
         ("distances.csv", &study.distances),
         ("elastic.csv", &study.elastic),
     ] {
         directory.with_file(name, |path| {
-            write_matrix_table(path, &names, |i, j| entry(distances, i, j))
+            write_matrix_table(path, sides, |i, j| entry(distances, i, columns.start + j))
         })?;
     }
-    directory.matrix("distances.npy", names.len(), |i, j| {
-        entry(&study.distances, i, j)
+    directory.matrix("distances.npy", [rows.len(), columns.len()], |i, j| {
+        entry(&study.distances, i, columns.start + j)
     })?;
+    if let Some(neighbours) = &study.neighbours {
+        let table = neighbours.table(&names, outcome.labels.as_ref());
+        directory.with_file("neighbours.csv", |path| write_text(path, &table.csv()))?;
+    }
     let mut table = Table::new([
         "start",
         "end",
@@ -118,8 +124,8 @@ fn write_embedding<const D: usize>(
         "classical_y",
     ]);
     for (i, name) in names.iter().enumerate() {
-        let classes = outcome.classes.as_ref();
-        let class = classes.map_or("", |c| c.names[c.of_input[i]].as_str());
+        let labels = outcome.labels.as_ref();
+        let class = labels.and_then(|labels| labels.name(i)).unwrap_or_default();
         let [x, y] = groups.refined.points[i];
         let [u, v] = groups.classical.points[i];
         let words = [name.clone(), class.into(), completed.labels[i].to_string()];

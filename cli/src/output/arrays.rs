@@ -84,19 +84,19 @@ impl ResultDir {
         Ok(())
     }
 
-    /// Writes a square matrix; entries that do not exist are NaN.
+    /// Writes a matrix of these numbers of rows and columns; entries that do not exist are NaN.
     pub(crate) fn matrix(
         &self,
         name: impl AsRef<Path>,
-        n: usize,
+        [rows, columns]: [usize; 2],
         entry: impl Fn(usize, usize) -> Option<f64>,
     ) -> Result<(), OutputError> {
         let Some(mut kept) = self.kept() else {
-            return write_matrix_array(&self.file(name), n, entry);
+            return write_matrix_array(&self.file(name), [rows, columns], entry);
         };
-        let values = (0..n * n).map(|at| entry(at / n, at % n).unwrap_or(f64::NAN));
-        let numbers = KeptNumbers::Real(values.collect());
-        kept.push(name.as_ref(), vec![n, n], numbers);
+        let at = |at: usize| entry(at / columns, at % columns).unwrap_or(f64::NAN);
+        let numbers = KeptNumbers::Real((0..rows * columns).map(at).collect());
+        kept.push(name.as_ref(), vec![rows, columns], numbers);
         Ok(())
     }
 

@@ -13,28 +13,28 @@ use super::{OutputError, write_text};
 /// [`OutputError::Unwritable`].
 pub fn write_matrix_table(
     path: &Path,
-    names: &[String],
+    [rows, columns]: [&[String]; 2],
     entry: impl Fn(usize, usize) -> Option<f64>,
 ) -> Result<(), OutputError> {
-    let mut table = Table::new([""].into_iter().chain(names.iter().map(String::as_str)));
-    for (i, name) in names.iter().enumerate() {
-        let entries = (0..names.len()).map(|j| exact_or_empty(entry(i, j)));
+    let mut table = Table::new([""].into_iter().chain(columns.iter().map(String::as_str)));
+    for (i, name) in rows.iter().enumerate() {
+        let entries = (0..columns.len()).map(|j| exact_or_empty(entry(i, j)));
         table.texts([name.clone()].into_iter().chain(entries));
     }
     write_text(path, &table.csv())
 }
 
-/// Writes a square matrix as an array `(n, n)`; entries that do not exist are NaN.
+/// Writes a matrix as an array `(rows, columns)`; entries that do not exist are NaN.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub fn write_matrix_array(
     path: &Path,
-    n: usize,
+    [rows, columns]: [usize; 2],
     entry: impl Fn(usize, usize) -> Option<f64>,
 ) -> Result<(), OutputError> {
-    let values = (0..n * n).map(|at| entry(at / n, at % n).unwrap_or(f64::NAN));
-    write_array(path, &[n, n], values)
+    let at = |at: usize| entry(at / columns, at % columns).unwrap_or(f64::NAN);
+    write_array(path, &[rows, columns], (0..rows * columns).map(at))
 }
 
 #[cfg(test)]
@@ -48,12 +48,12 @@ mod tests {
         let (csv, npy) = (place.path().join("m.csv"), place.path().join("m.npy"));
         let names = ["plain".to_owned(), "a \"b\", c".to_owned()];
         let entry = |i: usize, j: usize| (i + j > 0).then_some((i + 2 * j) as f64 / 4.0);
-        write_matrix_table(&csv, &names, entry).unwrap();
+        write_matrix_table(&csv, [&names; 2], entry).unwrap();
         assert_eq!(
             fs::read_to_string(&csv).unwrap(),
             ",plain,\"a \"\"b\"\", c\"\nplain,,5e-1\n\"a \"\"b\"\", c\",2.5e-1,7.5e-1\n"
         );
-        write_matrix_array(&npy, 2, entry).unwrap();
+        write_matrix_array(&npy, [2, 2], entry).unwrap();
         let bytes = fs::read(&npy).unwrap();
         let (header, numbers) = bytes.split_at(128);
         let header = String::from_utf8_lossy(header);

@@ -210,6 +210,7 @@ const LEADS: &[Lead] = &[
         figures: &[
             ("shapes", "/input/*", Count),
             ("paths", "/paths/*", Count),
+            ("new shapes", "/new_shapes", All),
             ("largest distance", "/distances/matrix/*/*", Most),
             ("mean asymmetry", "/distances/asymmetry/mean", Share),
             ("violated triangles", "/distances/triangles/violations", All),
@@ -224,6 +225,11 @@ const LEADS: &[Lead] = &[
                 "adjusted Rand index",
                 "/distances/agreement/adjusted_rand_index",
                 All,
+            ),
+            (
+                "most neighbours in its class",
+                "/neighbours/agreement/vote",
+                Share,
             ),
             ("Dice at the ends, least", "/paths/*/dice_end", Least),
             ("determinant, least", "/paths/*/min_det", Least),

@@ -6,7 +6,7 @@ use shapespace_report::html::{Markup, data_block, data_url, element, single};
 
 use super::overview::section;
 use super::source::Source;
-use super::values::{at, points, text};
+use super::values::{at, one, points, text};
 
 /// Width of the map, and the space around its points.
 const WIDTH: f64 = 640.0;
@@ -27,18 +27,27 @@ pub(super) fn map(source: &Source<'_>) -> Markup {
     };
     let groups = groups(record, names.len());
     let stops = (0..STOPS).map(|k| heat(k as f64 / (STOPS - 1) as f64).map(byte));
-    let order = match &at(record, "/clustering/order/*")[..] {
-        [] => (0..names.len()).collect(),
-        order => order
-            .iter()
-            .map(|i| i.and_then(Value::as_u64).unwrap_or(0) as usize)
-            .collect(),
+    let order = at(record, "/clustering/order/*").into_iter();
+    let order = order.map(|i| i.and_then(Value::as_u64).unwrap_or(0) as usize);
+    let order: Vec<usize> = order.collect();
+    // New shapes in the rows, stored ones in the columns.
+    let new = one(record, "/new_shapes").and_then(Value::as_u64);
+    let new = new
+        .and_then(|new| usize::try_from(new).ok())
+        .filter(|new| *new < names.len());
+    let first = new.unwrap_or(0);
+    let [rows, columns] = match (new, order.is_empty()) {
+        (Some(new), _) => [(0..new).collect(), (new..names.len()).collect()],
+        (None, true) => [(); 2].map(|()| (0..names.len()).collect()),
+        (None, false) => [(); 2].map(|()| order.clone()),
     };
-    let order: Vec<usize> = order;
+    let [rows, columns]: [Vec<usize>; 2] = [rows, columns];
     let data = json!({
         "names": names,
         "groups": groups.iter().map(|(name, _)| name).collect::<Vec<_>>(),
-        "order": order,
+        "rows": rows,
+        "columns": columns,
+        "first": first,
         "matrix": entries(&matrix),
         "heat": stops.collect::<Vec<_>>(),
         "marks": marks(source),
@@ -53,8 +62,12 @@ pub(super) fn map(source: &Source<'_>) -> Markup {
         element(
             "figcaption",
             &[],
-            "Point at a shape of the map or at a cell of the matrix, whose rows and columns are in the \
-             order of the tree: the darker, the further apart.",
+            match new {
+                None => "Point at a shape of the map or at a cell of the matrix, whose rows and columns are \
+                         in the order of the tree: the darker, the further apart.",
+                Some(_) => "Point at a cell of the matrix, with new shapes in its rows and stored ones in its \
+                            columns: the darker, the further apart.",
+            },
         ),
         data_block("distances", &data),
     ]

@@ -177,8 +177,8 @@ impl Config for ScoreConfig {
         )
     }
 
-    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
-        Some((&mut self.inputs, Kinds::Masks))
+    fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
+        vec![(&mut self.inputs, Kinds::Masks)]
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -119,7 +119,7 @@ fn write_arrays<const D: usize>(
     directory.array("mean_displacement.npy", &space.mean)?;
     directory.array("object.npy", &space.object)?;
     let gram = |i: usize, j: usize| Some(pca.gram[(i, j)]);
-    directory.matrix("gram.npy", pca.gram.nrows(), gram)?;
+    directory.matrix("gram.npy", [pca.gram.nrows(); 2], gram)?;
     Ok(directory.with_file("modes.vti", |path| {
         VtiFile::new(*space.object.grid(), Precision::Single)
             .within(outcome.stored.world)

@@ -118,8 +118,8 @@ impl Config for SegmentConfig {
         Ok(self.params.check()?)
     }
 
-    fn inputs(&mut self) -> Option<(&mut Vec<PathBuf>, Kinds)> {
-        Some((&mut self.inputs, Kinds::Images))
+    fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
+        vec![(&mut self.inputs, Kinds::Images)]
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -32,8 +32,9 @@ pub(crate) struct Pairs<const D: usize> {
     pub grid: Grid<D>,
     /// From the unit box, in which pairs are aligned, to the boxes of the shapes and of the pairs.
     corners: [[f64; D]; 2],
-    /// For every pair, in the order `(0, 1), (0, 2), ..., (1, 2), ...`; none if pairs are not
-    /// aligned.
+    /// The pairs that are aligned, the smaller number first, sorted.
+    aligned: Vec<[usize; 2]>,
+    /// Their positions.
     positions: Vec<Position<D>>,
 }
 
@@ -70,12 +71,14 @@ impl<const D: usize> Pairs<D> {
             distances,
             grid,
             corners: [[0.0; D]; 2],
+            aligned: Vec::new(),
             positions: Vec::new(),
         }
     }
 
-    /// Aligns every pair of shapes on the grid `own`, and chooses the grid of the pairs. `stop` is called
-    /// between two pairs; if it returns true, the result is `None`.
+    /// Aligns these pairs of shapes, sorted and the smaller number first, which are on the grid `own`,
+    /// and chooses the grid of the pairs. `stop` is called between two pairs; if it returns true, the
+    /// result is `None`.
     ///
     /// # Errors
     /// [`CliError::Computation`] where a shape is too small to be aligned, and those of
@@ -83,6 +86,7 @@ impl<const D: usize> Pairs<D> {
     pub fn aligned(
         inputs: Vec<Input<D>>,
         distances: Vec<ScalarField<f64, D>>,
+        pairs: Vec<[usize; 2]>,
         own: &Grid<D>,
         domain: &Domain<D>,
         stop: impl Fn() -> bool + Sync,
@@ -92,10 +96,6 @@ impl<const D: usize> Pairs<D> {
         let contours: Vec<Contour<D>> = contours.collect();
         let contours: Vec<&Contour<D>> = contours.iter().collect();
         let coarse = coarse_distances(&contours)?;
-        let n = inputs.len();
-        let pairs: Vec<[usize; 2]> = (0..n)
-            .flat_map(|i| (i + 1..n).map(move |j| [i, j]))
-            .collect();
         let found: Vec<Result<Option<RigidMotion<D>>, CliError>> =
             parallel::map(&pairs, &|&[i, j]| {
                 if stop() {
@@ -137,14 +137,15 @@ impl<const D: usize> Pairs<D> {
             distances,
             grid,
             corners: [corner, corner_in_unit_box(&grid)],
+            aligned: pairs,
             positions,
         }))
     }
 
     /// The position of a pair, the smaller number first; none if pairs are not aligned.
     fn position(&self, i: usize, j: usize) -> Option<&Position<D>> {
-        let n = self.inputs.len();
-        self.positions.get(i * n - i * (i + 1) / 2 + j - i - 1)
+        let place = self.aligned.binary_search(&[i, j]).ok()?;
+        self.positions.get(place)
     }
 
     /// The factor from the common scale of all shapes to the scale of a pair.
@@ -239,7 +240,9 @@ mod tests {
         let (inputs, distances) = prepared(&[slanted, lying, upright]);
         let areas: Vec<f64> = inputs.iter().map(|input| input.volume).collect();
         let grid = Grid::cube(NODES);
-        let pairs = Pairs::aligned(inputs, distances, &grid, &Domain::Cube(NODES), || false)
+        let all = vec![[0, 1], [0, 2], [1, 2]];
+        let domain = Domain::Cube(NODES);
+        let pairs = Pairs::aligned(inputs, distances, all, &grid, &domain, || false)
             .unwrap()
             .unwrap();
         for i in 0..3 {
@@ -279,6 +282,7 @@ mod tests {
             Pairs::aligned(
                 inputs,
                 distances,
+                vec![[0, 1]],
                 &Grid::cube(NODES),
                 &Domain::Cube(NODES),
                 || true

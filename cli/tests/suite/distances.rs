@@ -18,14 +18,14 @@ const SHAPES: [(&str, &[&str]); 4] = [
     ),
 ];
 
-fn shapes(place: &Place) -> Vec<&'static str> {
+pub fn shapes(place: &Place) -> Vec<&'static str> {
     for (name, arguments) in SHAPES {
         draw(place, name, &[arguments, &["--grid", "33"]].concat());
     }
     SHAPES.map(|(name, _)| name).into()
 }
 
-fn arguments<'a>(inputs: &[&'a str], options: &[&'a str], output: &'a str) -> Vec<&'a str> {
+pub fn arguments<'a>(inputs: &[&'a str], options: &[&'a str], output: &'a str) -> Vec<&'a str> {
     let mut all = vec!["distances"];
     all.extend(inputs);
     all.extend(["--grid", "33", "-K", "2", "-o", output]);
@@ -33,7 +33,7 @@ fn arguments<'a>(inputs: &[&'a str], options: &[&'a str], output: &'a str) -> Ve
     all
 }
 
-fn measured(place: &Place, inputs: &[&str], options: &[&str], output: &str) -> Results {
+pub fn measured(place: &Place, inputs: &[&str], options: &[&str], output: &str) -> Results {
     succeeded(&place.compute(&arguments(inputs, options, output)));
     Results::read(&place.path(output))
 }
@@ -46,7 +46,7 @@ fn matrix(results: &Results, name: &str) -> Vec<Vec<f64>> {
 }
 
 /// A result without what depends on the clock.
-fn timeless(results: &Results) -> Value {
+pub fn timeless(results: &Results) -> Value {
     let mut json = results.json.clone();
     let all = json.as_object_mut().unwrap();
     for key in ["seconds", "path_seconds", "peak_memory_bytes"] {
@@ -58,7 +58,7 @@ fn timeless(results: &Results) -> Value {
     json
 }
 
-fn files(folder: &Path) -> Vec<String> {
+pub fn files(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
@@ -68,7 +68,7 @@ fn files(folder: &Path) -> Vec<String> {
 }
 
 /// What is compared byte by byte: everything that holds no times.
-fn exact(results: &Results) -> Vec<(String, Vec<u8>)> {
+pub fn exact(results: &Results) -> Vec<(String, Vec<u8>)> {
     let names = files(&results.path("."));
     let timed = ["pairs", "paths.csv", "report.html", "result.json"];
     let names = names.into_iter().filter(|n| !timed.contains(&n.as_str()));

@@ -3,6 +3,7 @@
 mod common;
 
 mod absurd_options;
+mod against;
 mod api;
 mod average;
 mod bad_input;

@@ -11,6 +11,7 @@
 //! A [`DistanceMatrix`] is the input of [`Dendrogram::new`] (hierarchical clustering),
 //! [`classical_scaling`] and [`smacof`] (maps in few dimensions), and the measures of agreement
 //! with known classes: [`nearest_neighbour_accuracy`], [`purity`] and [`adjusted_rand_index`].
+//! [`nearest`] and [`vote`] classify new objects by their distances from known ones.
 //!
 //! ```
 //! use geodesic::distances::{Dendrogram, DistanceMatrix, Linkage, classical_scaling};
@@ -29,6 +30,7 @@ mod cluster;
 mod doubts;
 mod lengths;
 mod matrix;
+mod neighbours;
 mod quality;
 mod richardson;
 mod scaling;
@@ -38,6 +40,7 @@ pub use cluster::{Dendrogram, Linkage, Merge};
 pub use doubts::doubts;
 pub use lengths::{Asymmetry, Completed, PathLengths};
 pub use matrix::{DistanceError, DistanceMatrix};
+pub use neighbours::{Neighbour, nearest, vote};
 pub use quality::{adjusted_rand_index, nearest_neighbour_accuracy, purity};
 pub use richardson::richardson;
 pub use scaling::{Embedding, Refined, classical_scaling, smacof, stress};

@@ -3,7 +3,8 @@
 use approx::assert_relative_eq;
 use geodesic::distances::{
     Dendrogram, DistanceError, DistanceMatrix, Linkage, PathLengths, adjusted_rand_index,
-    classical_scaling, nearest_neighbour_accuracy, purity, richardson, smacof, stress, triangles,
+    classical_scaling, nearest, nearest_neighbour_accuracy, purity, richardson, smacof, stress,
+    triangles, vote,
 };
 use geodesic::finite::{Dissimilarity, finite_geodesic};
 use proptest::prelude::*;
@@ -78,6 +79,35 @@ proptest! {
             prop_assert_eq!(order, (0..9).collect::<Vec<_>>());
             prop_assert_eq!(labels[0], 0);
         }
+    }
+
+    #[test]
+    fn one_neighbour_votes_as_the_nearest(
+        matrix in any_matrix(8),
+        classes in prop::collection::vec(0usize..3, 8),
+        count in 1usize..9,
+    ) {
+        let mut right = 0;
+        let mut counted = 0;
+        for i in 0..8 {
+            let others = (0..8).filter(|&j| j != i);
+            let found = nearest(others.map(|j| (j, Some(matrix.get(i, j)))), count);
+            prop_assert_eq!(found.len(), count.min(7));
+            prop_assert!(found.windows(2).all(|n| n[0].distance <= n[1].distance));
+            // No other is nearer than those that are found.
+            let last = found[found.len() - 1].distance;
+            let nearer = (0..8).filter(|&j| j != i && matrix.get(i, j) < last).count();
+            prop_assert!(nearer < found.len());
+            let winner = vote(&found, |j| classes[j]).unwrap();
+            let votes = |class| found.iter().filter(|n| classes[n.object] == class).count();
+            prop_assert!((0..3).all(|class| votes(class) <= votes(winner)));
+            if (0..8).any(|j| j != i && classes[j] == classes[i]) {
+                counted += 1;
+                right += usize::from(vote(&found[..1], |j| classes[j]) == Some(classes[i]));
+            }
+        }
+        let share = (counted > 0).then(|| f64::from(right as u32) / f64::from(counted));
+        prop_assert_eq!(share, nearest_neighbour_accuracy(&matrix, &classes));
     }
 
     #[test]

@@ -264,6 +264,7 @@ def distances(
     spacing: Any = None,
     affine: Any = None,
     names: Optional[Iterable[str]] = None,
+    against: Optional[Images] = None,
     classes: Union[str, "os.PathLike[str]", Sequence[Any], None] = None,
     config: Optional[File] = None,
     progress: Optional[Progress] = None,
@@ -271,19 +272,23 @@ def distances(
     at_once: Optional[int] = None,
     **options: Any,
 ) -> Distances:
-    """Computes the distances between all pairs of shapes in masks, which :func:`average` describes.
+    """Computes the distances between all pairs of shapes in masks, which :func:`average` describes; with
+    ``against`` those from the masks to these stored shapes, as ``scipy.spatial.distance.cdist``.
 
-    ``classes`` are the class of each shape, or as on the command line. ``at_once`` pairs are
-    computed at the same time."""
+    ``classes`` are the class of each shape, of the stored ones with ``against``, or as on the command
+    line. ``spacing`` and ``affine`` are of all arrays. ``at_once`` pairs are computed at the same
+    time."""
     given = Gathered()
     inputs = None if masks is None else given.images(masks, spacing, affine, names)
+    stored = None if against is None else given.images(against, spacing, affine, None, "stored")
     run = _Run(progress, threads, None, at_once, config=config)
     with tempfile.TemporaryDirectory(prefix="shapespace-") as folder:
         if classes is not None and not isinstance(classes, (str, os.PathLike)):
-            if inputs is None:
+            of = inputs if stored is None else stored
+            if of is None:
                 raise TypeError("classes as a list need masks")
-            classes = _listed(inputs, list(classes), os.path.join(folder, "classes.csv"))
-        values = {"inputs": inputs, "classes": classes}
+            classes = _listed(of, list(classes), os.path.join(folder, "classes.csv"))
+        values = {"inputs": inputs, "against": stored, "classes": classes}
         return Distances(run("distances", given, values, options))
 
 

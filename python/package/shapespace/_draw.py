@@ -66,9 +66,11 @@ def matrix(result: Any, ax: Any) -> Any:
     """The matrix of distances."""
     ax = _axes(ax, (5, 4))
     image = ax.imshow(result.matrix, cmap="viridis")
-    ticks = range(len(result.names))
-    ax.set_xticks(ticks, result.names, rotation=90, fontsize=7)
-    ax.set_yticks(ticks, result.names, fontsize=7)
+    new = result.record.get("new_shapes")
+    rows = result.names[:new]
+    columns = result.names[new or 0 :]
+    ax.set_xticks(range(len(columns)), columns, rotation=90, fontsize=7)
+    ax.set_yticks(range(len(rows)), rows, fontsize=7)
     ax.figure.colorbar(image, ax=ax, label="distance")
     return ax
 

@@ -391,19 +391,38 @@ class Comparison(Result):
 
 
 class Distances(Result):
-    """The distances between all pairs of shapes."""
+    """The distances between all pairs of shapes, or from new to stored ones."""
 
     _word = "Distances"
 
     @property
     def matrix(self) -> np.ndarray:
         """The matrix of distances: symmetric, with zeros on the diagonal; NaN where no path of a
-        pair could be used. ``metric="precomputed"`` of scikit-learn takes it."""
+        pair could be used. With ``against`` it has a row for each new shape and a column for each
+        stored one. ``metric="precomputed"`` of scikit-learn takes it."""
         return self.arrays["distances"]
 
     def condensed(self) -> np.ndarray:
         """The distances of the pairs ``i < j`` row by row, as ``scipy.cluster`` takes them."""
+        if "new_shapes" in self.record:
+            raise ValueError("distances from new to stored shapes have no condensed form")
         return self.matrix[np.triu_indices(len(self.matrix), 1)]
+
+    @property
+    def neighbours(self) -> Optional[list[list[tuple[int, float]]]]:
+        """The nearest shapes of every new shape, or of all with ``neighbours``: their columns in the
+        matrix and their distances, nearest first."""
+        found = self.record.get("neighbours")
+        if found is None:
+            return None
+        first = self.record.get("new_shapes", 0)
+        return [[(n["object"] - first, n["distance"]) for n in of["nearest"]] for of in found["of"]]
+
+    @property
+    def votes(self) -> Optional[list[Optional[str]]]:
+        """The class that most of these neighbours have, where classes are given."""
+        found = self.record.get("neighbours")
+        return None if found is None else [of.get("vote") for of in found["of"]]
 
     @property
     def points(self) -> Optional[np.ndarray]:

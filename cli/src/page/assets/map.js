@@ -1,6 +1,6 @@
 // Distances: what the points of the map and the cells of the matrix are.
 for (const figure of document.querySelectorAll('figure.map')) {
-  const {names, groups, order, matrix, heat, marks} = dataOf('distances');
+  const {names, groups, rows, columns, first, matrix, heat, marks} = dataOf('distances');
   const canvas = figure.querySelector('canvas');
   const circles = [...figure.querySelectorAll('circle')];
   const tip = made('div', {class: 'tip', hidden: ''});
@@ -21,9 +21,9 @@ for (const figure of document.querySelectorAll('figure.map')) {
     circle.addEventListener('pointermove', event => show(event, [i], told(i)));
     circle.addEventListener('pointerleave', hide);
   });
-  const n = order.length;
-  const cell = Math.max(2, Math.min(40, Math.floor(480 / n)));
-  canvas.width = canvas.height = n * cell;
+  const cell = Math.max(2, Math.min(40, Math.floor(480 / Math.max(rows.length, columns.length))));
+  canvas.width = columns.length * cell;
+  canvas.height = rows.length * cell;
   const most = Math.max(...matrix.flat().map(Number)) || 1;
   const paint = canvas.getContext('2d');
   const shade = share => {
@@ -32,18 +32,18 @@ for (const figure of document.querySelectorAll('figure.map')) {
     const mixed = heat[k].map((from, c) => Math.round(from + (heat[k + 1][c] - from) * (place - k)));
     return 'rgb(' + mixed.join(',') + ')';
   };
-  order.forEach((i, row) => order.forEach((j, column) => {
-    const value = matrix[i][j];
+  rows.forEach((i, row) => columns.forEach((j, column) => {
+    const value = matrix[i][j - first];
     if (value === null) return;
     paint.fillStyle = shade(value / most);
     paint.fillRect(column * cell, row * cell, cell, cell);
   }));
   canvas.addEventListener('pointermove', event => {
     const box = canvas.getBoundingClientRect();
-    const at = [event.clientY - box.top, event.clientX - box.left].map(p => Math.floor(p * n / box.width));
-    if (at.some(k => k < 0 || k >= n)) return hide();
-    const [i, j] = at.map(k => order[k]);
-    const value = matrix[i][j];
+    const at = [event.clientY - box.top, event.clientX - box.left].map(p => Math.floor(p * columns.length / box.width));
+    const [i, j] = [rows[at[0]], columns[at[1]]];
+    if (i === undefined || j === undefined) return hide();
+    const value = matrix[i][j - first];
     show(event, i === j ? [i] : [i, j],
       i === j ? told(i) : told(i) + '\n' + told(j) + '\n' + (value === null ? 'no path' : 'distance ' + value));
   });
