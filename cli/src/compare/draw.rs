@@ -161,6 +161,7 @@ fn matrix<const D: usize>(outcome: &Outcome<D>) -> Canvas {
         rows: &order,
         columns: &order,
         value: &value,
+        skipped: &|_, _| false,
         title: "distance L",
     }
     .draw()

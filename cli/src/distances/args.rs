@@ -57,9 +57,20 @@ pub struct DistancesConfig {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub against: Vec<PathBuf>,
-    /// Number of nearest neighbours that are listed for every shape [default: none, 5 with --against].
+    /// Number of nearest neighbours that are listed for every shape [default: none, 5 with --against
+    /// and with --skip-far].
     #[arg(long, value_name = "K")]
     pub neighbours: Option<usize>,
+    /// Skip the paths of pairs that are too far apart to be among the nearest neighbours: pairs with a
+    /// lower bound of the length beyond them. The bound is calibrated on a random sample, of whose
+    /// lengths this share is shorter, for example .05. The summary says how many neighbours are kept.
+    #[arg(long, value_name = "SHARE")]
+    pub skip_far: Option<f64>,
+    /// Number of landmarks, shapes with paths to all others: the map of all shapes is made of these paths
+    /// alone, and others are not computed unless --against or --skip-far ask for them [default: none,
+    /// with --skip-far half the root of the number of shapes, at least 4].
+    #[arg(long, value_name = "N")]
+    pub landmarks: Option<usize>,
     /// How masks are read, placed and aligned, pair by pair.
     #[serde(flatten)]
     #[command(flatten)]
@@ -102,6 +113,8 @@ impl Default for DistancesConfig {
             inputs: Vec::new(),
             against: Vec::new(),
             neighbours: None,
+            skip_far: None,
+            landmarks: None,
             masks: MaskOptions {
                 align: Some(Align::Rigid),
                 ..MaskOptions::default()
@@ -137,15 +150,25 @@ impl Config for DistancesConfig {
         check_path(&self.params)?;
         let neighbours = self.neighbours != Some(0);
         allow(neighbours, "neighbours", &0, "at least 1")?;
-        if let Some(clusters) = self.clusters.filter(|_| !self.against.is_empty()) {
+        let share = self.skip_far.unwrap_or(0.5);
+        let is_share = share > 0.0 && share < 1.0;
+        allow(is_share, "skip-far", &share, "a number above 0 and below 1")?;
+        let incomplete = [
+            (!self.against.is_empty(), "--against"),
+            (self.skip_far.is_some(), "--skip-far"),
+            (self.landmarks.is_some(), "--landmarks"),
+        ];
+        let incomplete = incomplete.iter().find(|(given, _)| *given);
+        if let (Some(clusters), Some((_, name))) = (self.clusters, incomplete) {
             return Err(CliError::Option {
                 option: "--clusters",
-                value: format!("{clusters} with --against"),
-                remedy: "distances from new to stored shapes have no clusters: leave it out, or compute \
-                         the distances between all shapes"
+                value: format!("{clusters} with {name}"),
+                remedy: "clusters need the distances between all shapes, of new and of stored ones: leave \
+                         out one of both"
                     .into(),
             });
         }
+        self.check_landmarks()?;
         if self.retry != Some(Form::LevelSets) {
             check_area(&self.params)?;
         }
@@ -202,8 +225,38 @@ impl DistancesConfig {
 
     /// Number of neighbours that are listed, if any.
     pub(super) fn listed_neighbours(&self) -> Option<usize> {
-        let usual = (!self.against.is_empty()).then_some(NEIGHBOURS);
-        self.neighbours.or(usual)
+        let asked = !self.against.is_empty() || self.skip_far.is_some();
+        self.neighbours.or(asked.then_some(NEIGHBOURS))
+    }
+
+    fn check_landmarks(&self) -> Result<(), CliError> {
+        let least = 3;
+        let most = if self.against.is_empty() {
+            self.inputs.len()
+        } else {
+            self.against.len()
+        };
+        match self.landmarks {
+            Some(number) if number < least || number > most => Err(CliError::Option {
+                option: "--landmarks",
+                value: number.to_string(),
+                remedy: format!(
+                    "a map needs {least}, and there are {most} shapes from which they can be taken"
+                ),
+            }),
+            Some(_) if self.against.is_empty() && self.skip_far.is_none() => match self.neighbours {
+                Some(count) => Err(CliError::Option {
+                    option: "--neighbours",
+                    value: format!("{count} with --landmarks"),
+                    remedy:
+                        "the distances from landmarks alone tell no neighbours: add --skip-far, or \
+                             leave out one of both"
+                            .into(),
+                }),
+                None => Ok(()),
+            },
+            _ => Ok(()),
+        }
     }
 
     /// Number of directions in which the path of a pair is computed.

@@ -6,6 +6,7 @@
 //! not depend on it: a path is bitwise the same on any number of threads, and pairs are
 //! independent.
 
+use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -29,18 +30,25 @@ pub(super) struct Task<'a, const D: usize> {
     pub pairs: &'a Pairs<D>,
     pub config: &'a DistancesConfig,
     pub store: &'a Store,
+    /// Result directories whose paths are taken.
+    pub merge: &'a [PathBuf],
     /// Pairs processed at the same time; by default one per thread.
     pub at_once: Option<u32>,
     pub session: &'a Session<'a>,
 }
 
 impl<const D: usize> Task<'_, D> {
-    /// Computes all pairs that are not stored yet, and returns all in the requested order; `None`
-    /// if interrupted. Finished pairs are stored.
+    /// Takes the paths of these pairs from other results, computes those that are not stored yet, and
+    /// returns all in the requested order; `None` if interrupted. Finished pairs are stored.
     ///
     /// # Errors
     /// The first error of a path, and those of files.
     pub fn run(&self, wanted: &[[usize; 2]]) -> Result<Option<Vec<PairRecord>>, CliError> {
+        if !self.merge.is_empty() {
+            let taken = self.store.merge(self.merge, wanted)?;
+            let note = format!("{taken} of {} paths are taken", wanted.len());
+            self.session.progress.note(note);
+        }
         // Both directions of a pair are computed together.
         let directions = self.config.directions();
         let missing: Vec<[usize; 2]> = wanted

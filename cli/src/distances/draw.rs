@@ -1,5 +1,7 @@
 //! The pictures, with the shapes themselves as marks.
 
+use std::collections::HashSet;
+
 use fe_grid::parallel;
 
 use super::Outcome;
@@ -76,8 +78,8 @@ impl Sheets {
                 .collect()
         });
         let colours: Vec<Colour> = groups.iter().map(|&group| colour(group)).collect();
-        let embedded = outcome.study.groups.as_ref();
-        let side = embedded.map_or(SMALL, |g| ScatterPlot::mark_side(&g.refined.points));
+        let map = outcome.study.map.as_ref();
+        let side = map.map_or(SMALL, |map| ScatterPlot::mark_side(map.points()));
         let contours = outcome.inputs.iter().map(|input| &input.contour);
         let shapes: Vec<Shape> = contours.map(Shape::of).collect();
         Self {
@@ -97,11 +99,18 @@ impl Sheets {
     /// All pictures with the names of their files. Without distances between all shapes there is
     /// only the matrix.
     pub fn draw<const D: usize>(&self, outcome: &Outcome<D>) -> Vec<(&'static str, Canvas)> {
-        let (distances, scope) = (&outcome.study.distances, outcome.scope);
+        let (distances, scope) = (&outcome.study.distances, &outcome.scope);
         let known = |i: usize, j: usize| distances.between.between(i, j);
         let completed = distances.completed.as_ref();
         let [rows, columns] = [scope.rows(), scope.columns()]
             .map(|side| completed.map_or_else(|| side.collect(), |c| c.tree.order().to_vec()));
+        let computed: HashSet<[usize; 2]> = outcome
+            .records
+            .iter()
+            .map(|record| [record.start.min(record.end), record.start.max(record.end)])
+            .collect();
+        let skipped =
+            |i: usize, j: usize| scope.is_sparse() && !computed.contains(&[i.min(j), i.max(j)]);
         let matrix = HeatMap {
             names: &self.names,
             marks: &self.small,
@@ -109,25 +118,23 @@ impl Sheets {
             rows: &rows,
             columns: &columns,
             value: &known,
+            skipped: &skipped,
             title: "distance L",
         };
         let mut sheets = vec![("matrix.png", matrix.draw())];
         if let Some(completed) = completed {
             sheets.push(("dendrogram.png", self.tree(completed)));
         }
-        if let Some(groups) = &outcome.study.groups {
+        if let Some(map) = &outcome.study.map {
             let plot = ScatterPlot {
-                curves: &[],
+curves: &[],
                 axes: &[],
-                points: &groups.refined.points,
+                points: map.points(),
                 marks: &self.large,
                 names: &self.names,
                 groups: &self.groups,
                 key: &self.key,
-                title: &format!(
-                    "stress {:.3}, {:.2} of the variance in classical scaling",
-                    groups.refined.stress, groups.classical.explained
-                ),
+                title: &map.quality(),
                 unit: "L",
             };
             sheets.push(("embedding.png", plot.draw()));

@@ -2,7 +2,8 @@
 //!
 //! `plan` reads and validates the inputs, `scope` says which pairs are asked for, `store` stores finished
 //! pairs for the next run, `compute` processes several pairs at a time, `pair` is one of them; `shard`
-//! divides them among machines. `study` computes matrices, clusters and an embedding, `neighbours` the
+//! divides them among machines. `skip` finds out which pairs may be near, by the numbers of `surrogate`.
+//! `study` computes matrices and clusters, `map` an embedding, `neighbours` the
 //! nearest neighbours, `record` and `write` write the result directory, `draw` its pictures, `summary`
 //! summarises it; `classes` determines the classes of the inputs.
 //!
@@ -14,15 +15,18 @@ mod args;
 mod classes;
 mod compute;
 mod draw;
+mod map;
 mod neighbours;
 mod pair;
 mod plan;
 mod record;
 mod scope;
 mod shard;
+mod skip;
 mod store;
 mod study;
 mod summary;
+mod surrogate;
 mod write;
 
 use std::path::PathBuf;
@@ -42,6 +46,7 @@ use pair::PairRecord;
 use plan::{DistancesPlan, plan_distances};
 use scope::{Scope, paths};
 use shard::Shard;
+use skip::{Skipped, near_pairs};
 use store::{Store, fingerprint};
 use study::Study;
 
@@ -71,6 +76,8 @@ pub(crate) struct Outcome<const D: usize> {
     /// The placement of the pairs.
     align: &'static str,
     records: Vec<PairRecord>,
+    /// What was skipped, if far pairs are.
+    skipped: Option<Skipped>,
     study: Study,
     work: Option<WorkDir>,
 }
@@ -97,6 +104,13 @@ impl Command for DistanceStudy {
     type Outcome<const D: usize> = Outcome<D>;
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
+        if let (Some(shard), Some(_)) = (self.shard, self.config.skip_far) {
+            return Err(CliError::Option {
+                option: "--shard",
+                value: format!("{shard} with --skip-far"),
+                remedy: "which pairs are far is found out on the way: leave out one of both".into(),
+            });
+        }
         let n = self.config.shapes().len();
         session.progress.stage(format!("reading {n} masks"));
         plan_distances(self.config.clone(), &session.sources)
@@ -108,13 +122,12 @@ impl Command for DistanceStudy {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let (domain, config) = (plan.placed.domain, plan.config);
-        let fingerprint = fingerprint(&config, &plan.placed.images);
+        let scope = Scope::new(&config);
+        let fingerprint = fingerprint(&config, &scope, &plan.placed.images);
         let settled = settle(plan.placed, &[], &session.progress)?;
         let own = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress)?;
-        let scope = Scope::new(&config);
-        let asked_for = scope.pairs();
-        let mut wanted = paths(&asked_for, config.one_way);
+        let mut wanted = paths(&scope.asked_for(), config.one_way);
         if let Some(shard) = self.shard {
             wanted = shard.part(&wanted, config.directions());
         }
@@ -123,18 +136,19 @@ impl Command for DistanceStudy {
             fingerprint.check(directory)?;
         }
         let store = Store::open(session.output, &fingerprint)?;
-        let taken = store.merge(&self.merge, &wanted)?;
-        if !self.merge.is_empty() {
-            let note = format!("{taken} of {} paths are taken", wanted.len());
-            session.progress.note(note);
-        }
-        let interrupted = || store.interrupted(&wanted);
+        // Where far pairs are skipped, nobody knows yet how many of these there will be.
+        let most = match config.skip_far {
+            Some(_) => paths(&scope.possible(), config.one_way),
+            None => wanted.clone(),
+        };
+        let interrupted = || store.interrupted(&most);
         let aligned = config.masks.align == Some(Align::Rigid);
         let pairs = if aligned {
-            let count = asked_for.len();
+            let possible = scope.possible();
+            let count = possible.len();
             session.progress.stage(format!("aligning {count} pairs"));
             let asked = || session.interrupt.asked();
-            let aligned = Pairs::aligned(inputs, distances, asked_for, &own, &domain, asked)?;
+            let aligned = Pairs::aligned(inputs, distances, possible, &own, &domain, asked)?;
             aligned.ok_or_else(interrupted)?
         } else {
             Pairs::placed(inputs, distances, own)
@@ -143,14 +157,20 @@ impl Command for DistanceStudy {
             pairs: &pairs,
             config: &config,
             store: &store,
+            merge: &self.merge,
             at_once: self.at_once,
             session,
         };
-        let records = task.run(&wanted)?.ok_or_else(interrupted)?;
+        let mut records = task.run(&wanted)?.ok_or_else(interrupted)?;
+        let mut skipped = None;
+        if let Some(share) = config.skip_far {
+            let found = near_pairs(&task, &scope, share, records)?.ok_or_else(interrupted)?;
+            (records, skipped) = (found.0, Some(found.1));
+        }
         let labels = plan.labels;
         let whole = self.shard.is_none();
         Ok(Outcome {
-            study: Study::new(scope, &records, &config, labels.as_ref(), whole)?,
+            study: Study::new(&scope, &records, &config, labels.as_ref(), whole)?,
             shard: self.shard,
             scope,
             labels,
@@ -159,6 +179,7 @@ impl Command for DistanceStudy {
             inputs: pairs.inputs,
             align: if aligned { "pairs" } else { "none" },
             records,
+            skipped,
             work: Some(store.into_directory()),
         })
     }

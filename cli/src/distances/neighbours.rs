@@ -44,7 +44,12 @@ pub(super) struct VoteAgreement {
 
 impl Neighbours {
     /// The neighbours by known distances.
-    pub fn new(scope: Scope, count: usize, between: &PathLengths, labels: Option<&Labels>) -> Self {
+    pub fn new(
+        scope: &Scope,
+        count: usize,
+        between: &PathLengths,
+        labels: Option<&Labels>,
+    ) -> Self {
         let class = |shape: usize| labels.and_then(|labels| labels.class(shape));
         let (mut of, mut counted, mut right) = (Vec::new(), 0, [0usize; 2]);
         for shape in scope.rows() {
@@ -120,7 +125,7 @@ mod tests {
             let (i, j) = (i.min(j), i.max(j));
             (i < 2 && j >= 2 && [i, j] != [1, 5]).then(|| (j - 1) as f64)
         });
-        let found = Neighbours::new(scope, 3, &between, Some(&labels));
+        let found = Neighbours::new(&scope, 3, &between, Some(&labels));
         let objects = |k: usize| {
             found.of[k]
                 .nearest
@@ -135,10 +140,10 @@ mod tests {
         let agreement = found.agreement.unwrap();
         assert_eq!((agreement.shapes, agreement.vote), (1, 0.0));
         // Two and two: the class of the nearest wins.
-        let all = Neighbours::new(scope, 9, &between, Some(&labels));
+        let all = Neighbours::new(&scope, 9, &between, Some(&labels));
         assert_eq!((all.of[0].nearest.len(), all.of[1].nearest.len()), (4, 3));
         assert_eq!(all.of[0].vote.as_deref(), Some("b"));
-        let none = Neighbours::new(scope, 1, &between, None);
+        let none = Neighbours::new(&scope, 1, &between, None);
         assert!(none.of[0].class.is_none() && none.agreement.is_none());
     }
 }

@@ -9,9 +9,11 @@ use serde::Serialize;
 
 use super::Outcome;
 use super::args::DistancesConfig;
+use super::map::{LandmarkMap, Map};
 use super::neighbours::Neighbours;
 use super::pair::{PairRecord, PathRecord};
-use super::study::{Distances, Groups};
+use super::skip::Skipped;
+use super::study::Distances;
 use crate::report::{self, CONVERGED};
 use crate::shapes::{Input, InputRecord, common_scale, doubts_of};
 
@@ -34,6 +36,9 @@ pub(super) struct Found<'a> {
     /// Number of new shapes, whose distances to the stored ones after them were computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub new_shapes: Option<usize>,
+    /// What was skipped, where far pairs are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skipped: Option<&'a Skipped>,
     /// Every requested path.
     pub paths: Vec<LengthRecord>,
     /// Attempts that fold or do not reach their end, and their replacements.
@@ -129,13 +134,20 @@ pub(super) struct ClusteringRecord<'a> {
 }
 
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct EmbeddingRecord<'a> {
+#[serde(untagged)]
+pub(super) enum EmbeddingRecord<'a> {
+    Whole(WholeRecord<'a>),
+    Landmarks(&'a LandmarkMap),
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct WholeRecord<'a> {
     /// The points of minimal stress.
     points: &'a [[f64; 2]],
     /// Kruskal's first.
-    pub stress: f64,
+    stress: f64,
     /// The points of classical scaling, the initial guess.
-    pub classical: ClassicalRecord<'a>,
+    classical: ClassicalRecord<'a>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -143,7 +155,7 @@ pub(super) struct ClassicalRecord<'a> {
     points: &'a [[f64; 2]],
     stress: f64,
     /// Share of the variance in these two dimensions.
-    pub explained: f64,
+    explained: f64,
     /// Share of the negative eigenvalues: the part that cannot be embedded in any Euclidean space.
     negative: f64,
     eigenvalues: &'a [f64],
@@ -164,6 +176,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         align: outcome.align,
         shard: outcome.shard.map(|shard| shard.to_string()),
         new_shapes: (outcome.scope.is_across()).then(|| outcome.scope.rows().len()),
+        skipped: outcome.skipped.as_ref(),
         length_unit: scale.map(|scale| scale.powi(D as i32).sqrt().recip()),
         paths: records
             .iter()
@@ -174,10 +187,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
         elastic: &study.elastic,
         neighbours: study.neighbours.as_ref(),
         clustering: ClusteringRecord::new(config.linkage, &study.distances),
-        embedding: study
-            .groups
-            .as_ref()
-            .map(|g| EmbeddingRecord::new(g, &study.distances)),
+        embedding: study.map.as_ref().map(EmbeddingRecord::new),
         not_extrapolated: study.not_extrapolated.clone(),
         path_seconds: records.iter().map(seconds).sum(),
     };
@@ -311,21 +321,32 @@ impl<'a> ClusteringRecord<'a> {
 }
 
 impl<'a> EmbeddingRecord<'a> {
-    fn new(groups: &'a Groups, distances: &Distances) -> Self {
-        let classical = &groups.classical;
-        let matrix = distances.completed.as_ref().map(|c| &c.matrix);
-        Self {
-            points: &groups.refined.points,
-            stress: groups.refined.stress,
-            classical: ClassicalRecord {
-                points: &classical.points,
-                stress: matrix.map_or(0.0, |matrix| {
-                    ::geodesic::distances::stress(matrix, &classical.points)
-                }),
-                explained: classical.explained,
-                negative: classical.negative,
-                eigenvalues: &classical.eigenvalues,
-            },
+    fn new(map: &'a Map) -> Self {
+        match map {
+            Map::Whole {
+                classical,
+                refined,
+                stress,
+            } => Self::Whole(WholeRecord {
+                points: &refined.points,
+                stress: refined.stress,
+                classical: ClassicalRecord {
+                    points: &classical.points,
+                    stress: *stress,
+                    explained: classical.explained,
+                    negative: classical.negative,
+                    eigenvalues: &classical.eigenvalues,
+                },
+            }),
+            Map::Landmarks(map) => Self::Landmarks(map),
+        }
+    }
+
+    /// The stress, and the share of the variance that is explained.
+    pub fn figures(&self) -> (f64, f64) {
+        match self {
+            Self::Whole(map) => (map.stress, map.classical.explained),
+            Self::Landmarks(map) => map.figures(),
         }
     }
 }

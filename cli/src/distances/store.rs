@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::args::DistancesConfig;
 use super::pair::PairRecord;
+use super::scope::Scope;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::grid::Sides;
@@ -20,18 +21,28 @@ const PAIRS: &str = "pairs";
 /// The inputs and parameters that paths depend on.
 pub(super) fn fingerprint<const D: usize>(
     config: &DistancesConfig,
+    scope: &Scope,
     images: &[Image<D>],
 ) -> Fingerprint {
     let mut fingerprint = Fingerprint::new(config, images.iter().map(hash).collect());
     // Which pairs are asked for does not matter for the path of a pair.
-    for key in ["linkage", "clusters", "classes", "neighbours", "against"] {
+    for key in [
+        "linkage",
+        "clusters",
+        "classes",
+        "neighbours",
+        "against",
+        "skip_far",
+        "landmarks",
+    ] {
         fingerprint.leave_out(key);
     }
     // But for a box that fits all of them.
     let fits = config.masks.sides == Sides::Fit || config.masks.spacing.is_some();
-    if fits && !config.against.is_empty() {
-        let new = format!("{} of them new", config.inputs.len());
-        fingerprint = fingerprint.and(std::iter::once(new));
+    let (n, pairs) = (scope.n_shapes(), scope.possible());
+    if fits && 2 * pairs.len() != n * (n - 1) {
+        let text = format!("pairs {pairs:?}");
+        fingerprint = fingerprint.and(std::iter::once(text));
     }
     // Without a second attempt, the threshold for complete paths is only used afterwards.
     if config.retry.is_none() {
@@ -99,6 +110,11 @@ impl Store {
             total: wanted.len(),
             path: self.0.path().into(),
         }
+    }
+
+    /// The directory, for what is stored beside the pairs.
+    pub fn work(&self) -> &WorkDir {
+        &self.0
     }
 
     /// The directory.

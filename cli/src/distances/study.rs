@@ -2,9 +2,8 @@
 //! agreement with known classes.
 
 use ::geodesic::distances::{
-    Asymmetry, Dendrogram, DistanceError, DistanceMatrix, Embedding, PathLengths, Refined,
-    TriangleReport, adjusted_rand_index, classical_scaling, nearest_neighbour_accuracy, purity,
-    richardson, smacof, triangles,
+    Asymmetry, Dendrogram, DistanceError, DistanceMatrix, PathLengths, TriangleReport,
+    adjusted_rand_index, nearest_neighbour_accuracy, purity, richardson, triangles,
 };
 
 use std::collections::HashMap;
@@ -13,6 +12,7 @@ use serde::{Serialize, Serializer};
 
 use super::args::DistancesConfig;
 use super::classes::{Classes, Labels};
+use super::map::Map;
 use super::neighbours::Neighbours;
 use super::pair::{Measured, PairRecord};
 use super::scope::Scope;
@@ -31,7 +31,7 @@ pub(super) struct Study {
     /// Pairs whose distance is not extrapolated although this was requested.
     pub not_extrapolated: Vec<[usize; 2]>,
     /// The embedding of the distances; `None` if some shapes have none.
-    pub groups: Option<Groups>,
+    pub map: Option<Map>,
     /// The nearest neighbours by the distances, where they are asked for.
     pub neighbours: Option<Neighbours>,
     /// Whether every pair that is asked for has a distance by a path of its own.
@@ -86,12 +86,6 @@ pub(super) struct Agreement {
     pub adjusted_rand_index: f64,
 }
 
-/// The map of the shapes.
-pub(super) struct Groups {
-    pub classical: Embedding<2>,
-    pub refined: Refined<2>,
-}
-
 impl Study {
     /// The evaluation of the records of the whole scope, or of a part of it. Without distances between
     /// all shapes there are no clusters, and no map.
@@ -99,13 +93,58 @@ impl Study {
     /// # Errors
     /// [`CliError::Computation`] for lengths that are no distances.
     pub fn new(
-        scope: Scope,
+        scope: &Scope,
         records: &[PairRecord],
         config: &DistancesConfig,
         labels: Option<&Labels>,
         whole: bool,
     ) -> Result<Self, CliError> {
-        let n = scope.n_shapes();
+        let Evaluated {
+            lengths,
+            elastic,
+            between,
+            not_extrapolated,
+        } = Evaluated::new(scope.n_shapes(), records, config);
+        let classes = labels.and_then(Labels::all);
+        let all = whole && scope.is_all();
+        let analyse = |lengths: &PathLengths, between: PathLengths| {
+            Distances::new(lengths, between, config, classes, all)
+        };
+        let distances = analyse(&lengths, between)?;
+        let map = match &distances.completed {
+            Some(completed) => Some(Map::whole(&completed.matrix)),
+            None if whole => Map::of_landmarks(scope, &distances.between),
+            None => None,
+        };
+        let known = |r: &PairRecord| distances.between.between(r.start, r.end).is_some();
+        let count = config.listed_neighbours().filter(|_| whole);
+        Ok(Self {
+            complete: whole && records.iter().all(known),
+            neighbours: count
+                .map(|count| Neighbours::new(scope, count, &distances.between, labels)),
+            distances,
+            elastic: analyse(&elastic, elastic.clone())?,
+            not_extrapolated,
+            map,
+        })
+    }
+}
+
+/// The lengths of paths, and the distances by them.
+pub(super) struct Evaluated {
+    /// Of the paths with the requested number of steps.
+    lengths: PathLengths,
+    /// Of those of a single step.
+    elastic: PathLengths,
+    /// The distances by the first, extrapolated on request.
+    pub between: PathLengths,
+    /// Pairs for which that was not possible.
+    not_extrapolated: Vec<[usize; 2]>,
+}
+
+impl Evaluated {
+    /// The lengths between `n` shapes by the records of some paths.
+    pub fn new(n: usize, records: &[PairRecord], config: &DistancesConfig) -> Self {
         let by_ends: HashMap<[usize; 2], &PairRecord> =
             records.iter().map(|r| ([r.start, r.end], r)).collect();
         let of = |start: usize, end: usize, steps: &[usize]| -> Option<Measured> {
@@ -132,28 +171,12 @@ impl Study {
             }
             between = PathLengths::from_fn(n, |i, j| limit(i, j).or_else(|| lengths.between(i, j)));
         }
-        let classes = labels.and_then(Labels::all);
-        let all = whole && !scope.is_across();
-        let analyse = |lengths: &PathLengths, between: PathLengths| {
-            Distances::new(lengths, between, config, classes, all)
-        };
-        let distances = analyse(&lengths, between)?;
-        let groups = distances.completed.as_ref().map(|completed| {
-            let classical = classical_scaling(&completed.matrix);
-            let refined = smacof(&completed.matrix, &classical.points);
-            Groups { classical, refined }
-        });
-        let known = |&[i, j]: &[usize; 2]| distances.between.between(i, j).is_some();
-        let count = config.listed_neighbours().filter(|_| whole);
-        Ok(Self {
-            complete: whole && scope.pairs().iter().all(known),
-            neighbours: count
-                .map(|count| Neighbours::new(scope, count, &distances.between, labels)),
-            distances,
-            elastic: analyse(&elastic, elastic.clone())?,
+        Self {
+            lengths,
+            elastic,
+            between,
             not_extrapolated,
-            groups,
-        })
+        }
     }
 }
 

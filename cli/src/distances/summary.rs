@@ -3,7 +3,8 @@
 use ::geodesic::distances::TriangleReport;
 
 use super::neighbours::Neighbours;
-use super::record::{MarkOutcome, MarkRecord, Record};
+use super::record::{EmbeddingRecord, MarkOutcome, MarkRecord, Record};
+use super::skip::Skipped;
 use crate::summary::Summary;
 
 /// Maximum number of marked paths that are listed.
@@ -44,6 +45,29 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
         describe_neighbours(&mut summary, neighbours, record);
     }
     summary
+}
+
+/// Says how much was skipped, and what that costs.
+fn describe_skipped(summary: &mut Summary, skipped: &Skipped, count: Option<usize>) {
+    let (computed, pairs) = (skipped.computed, skipped.pairs);
+    let share = 100.0 * computed as f64 / pairs.max(1) as f64;
+    summary.line(
+        "computed",
+        format!("{computed} of {pairs} pairs, {share:.0} %; the others are farther by a calibrated bound"),
+    );
+    let ([found, all], [first, firsts]) = (skipped.kept, skipped.nearest_kept);
+    let (shapes, count) = (skipped.sample.len(), count.unwrap_or(1));
+    if all == 0 {
+        let words = "unknown: the sample is too small, see --landmarks";
+        return summary.line("kept", words);
+    }
+    summary.line(
+        "kept",
+        format!(
+            "{found} of the {all} that are among the {count} nearest of {shapes} shapes, all of whose \
+             paths were computed, and {first} of their {firsts} nearest"
+        ),
+    );
 }
 
 /// Lists the first shapes with the nearest of their neighbours.
@@ -92,13 +116,19 @@ fn describe_distances<const D: usize>(summary: &mut Summary, record: &Record<'_,
     }
     let range = distances.range();
     let missing = record.status == "incomplete";
+    let sparse = record.parameters.skip_far.is_some() || record.parameters.landmarks.is_some();
     let range = match (range, record.body.new_shapes) {
         (Some([low, high]), _) => format!("from {low:.4e} to {high:.4e}"),
+        (None, _) if sparse && missing => "NOT between all shapes that are asked for".into(),
+        (None, _) if sparse => "between all shapes that are asked for".into(),
         (None, None) => "NOT between all shapes: no clusters and no map".into(),
         (None, Some(_)) if missing => "NOT from all new to all stored shapes".into(),
         (None, Some(_)) => "from all new to all stored shapes".into(),
     };
     summary.line("distances", range);
+    if let Some(skipped) = record.body.skipped {
+        describe_skipped(summary, skipped, record.parameters.listed_neighbours());
+    }
     if let Some(asymmetry) = &distances.asymmetry {
         let [i, j] = asymmetry.worst.map(|i| record.input[i].name.as_str());
         let [mean, largest] = [asymmetry.mean, asymmetry.largest].map(|share| 100.0 * share);
@@ -130,10 +160,15 @@ fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<'_, D>
         summary.line("clusters", clustering.clusters);
     }
     if let Some(embedding) = &found.embedding {
-        let (stress, share) = (embedding.stress, 100.0 * embedding.classical.explained);
+        let (stress, share) = embedding.figures();
+        let of = match embedding {
+            EmbeddingRecord::Whole(_) => "in classical scaling".into(),
+            EmbeddingRecord::Landmarks(map) => format!("of {} landmarks", map.landmarks.len()),
+        };
+        let share = 100.0 * share;
         summary.line(
             "map",
-            format!("stress {stress:.3}, {share:.0} % of the variance in classical scaling"),
+            format!("stress {stress:.3}, {share:.0} % of the variance {of}"),
         );
     }
     for (name, distances) in [("classes", found.distances), ("elastic", found.elastic)] {

@@ -4,6 +4,7 @@ use shapespace_report::table::{Table, exact, exact_or_empty};
 
 use super::Outcome;
 use super::draw::Sheets;
+use super::map::Map;
 use super::record::{Record, record};
 use super::study::Distances;
 use super::summary::summary;
@@ -110,26 +111,34 @@ fn write_embedding<const D: usize>(
     outcome: &Outcome<D>,
     names: &[String],
 ) -> Result<(), CliError> {
-    let study = &outcome.study;
-    let (Some(groups), Some(completed)) = (&study.groups, &study.distances.completed) else {
+    let Some(map) = &outcome.study.map else {
         return Ok(());
     };
-    let mut table = Table::new([
-        "name",
-        "class",
-        "cluster",
-        "x",
-        "y",
-        "classical_x",
-        "classical_y",
-    ]);
-    for (i, name) in names.iter().enumerate() {
+    let (of_map, more): (&[&str], Vec<Vec<String>>) = match map {
+        Map::Whole { classical, .. } => {
+            let places = classical.points.iter();
+            let places = places.map(|p| p.map(exact).to_vec());
+            (&["classical_x", "classical_y"], places.collect())
+        }
+        Map::Landmarks(map) => {
+            let all = 0..names.len();
+            let is = |shape: usize| usize::from(map.landmarks.contains(&shape));
+            (
+                &["landmark"],
+                all.map(|shape| vec![is(shape).to_string()]).collect(),
+            )
+        }
+    };
+    let clusters = outcome.study.distances.completed.as_ref();
+    let first = ["name", "class", "cluster", "x", "y"];
+    let mut table = Table::new(first.into_iter().chain(of_map.iter().copied()));
+    for ((i, name), more) in names.iter().enumerate().zip(more) {
         let labels = outcome.labels.as_ref();
         let class = labels.and_then(|labels| labels.name(i)).unwrap_or_default();
-        let [x, y] = groups.refined.points[i];
-        let [u, v] = groups.classical.points[i];
-        let words = [name.clone(), class.into(), completed.labels[i].to_string()];
-        table.texts(words.into_iter().chain([x, y, u, v].map(exact)));
+        let cluster = clusters.map_or_else(String::new, |c| c.labels[i].to_string());
+        let words = [name.clone(), class.into(), cluster];
+        let place = map.points()[i].map(exact);
+        table.texts(words.into_iter().chain(place).chain(more));
     }
     Ok(directory.with_file("embedding.csv", |path| write_text(path, &table.csv()))?)
 }

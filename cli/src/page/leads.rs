@@ -211,6 +211,7 @@ const LEADS: &[Lead] = &[
             ("shapes", "/input/*", Count),
             ("paths", "/paths/*", Count),
             ("new shapes", "/new_shapes", All),
+            ("pairs computed", "/skipped/computed", All),
             ("largest distance", "/distances/matrix/*/*", Most),
             ("mean asymmetry", "/distances/asymmetry/mean", Share),
             ("violated triangles", "/distances/triangles/violations", All),

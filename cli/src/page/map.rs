@@ -58,17 +58,12 @@ pub(super) fn map(source: &Source<'_>) -> Markup {
     }
     let inner: Markup = [
         drawn(&points(record, "/embedding/points/*"), &groups),
-        element("canvas", &[("class", "matrix"), ("aria-label", "distances")], ""),
         element(
-            "figcaption",
-            &[],
-            match new {
-                None => "Point at a shape of the map or at a cell of the matrix, whose rows and columns are \
-                         in the order of the tree: the darker, the further apart.",
-                Some(_) => "Point at a cell of the matrix, with new shapes in its rows and stored ones in its \
-                            columns: the darker, the further apart.",
-            },
+            "canvas",
+            &[("class", "matrix"), ("aria-label", "distances")],
+            "",
         ),
+        element("figcaption", &[], caption(record)),
         data_block("distances", &data),
     ]
     .into_iter()
@@ -77,6 +72,24 @@ pub(super) fn map(source: &Source<'_>) -> Markup {
         "Map and matrix",
         element("figure", &[("class", "map")], inner),
     )
+}
+
+/// What can be read off, and in which order.
+fn caption(record: &Value) -> String {
+    let has = |pointer: &str| one(record, pointer).is_some();
+    let of_map = if has("/embedding") {
+        "at a shape of the map or "
+    } else {
+        ""
+    };
+    let order = if has("/new_shapes") {
+        "with new shapes in its rows and stored ones in its columns"
+    } else if has("/clustering") {
+        "whose rows and columns are in the order of the tree"
+    } else {
+        "whose rows and columns are in the order of the inputs"
+    };
+    format!("Point {of_map}at a cell of the matrix, {order}: the darker, the further apart.")
 }
 
 /// What each shape belongs to, with its colour: its class, or else its cluster.

@@ -160,16 +160,12 @@ impl<const D: usize> Pairs<D> {
     /// [`CliError`] for a shape that is lost on the grid.
     pub fn fields(&self, start: usize, end: usize) -> Result<PairFields<'_, D>, CliError> {
         let (i, j) = (start.min(end), start.max(end));
-        let (first, second) = match self.position(i, j) {
-            None => (
-                Cow::Borrowed(&self.distances[i]),
-                Cow::Borrowed(&self.distances[j]),
-            ),
-            Some(position) => {
-                let onto = |p| position.centred(position.motion.map(p));
-                let first = self.field(i, |p| position.centred(p))?;
-                (Cow::Owned(first), Cow::Owned(self.field(j, onto)?))
-            }
+        let (first, second) = if self.position(i, j).is_some() {
+            let [first, second] = self.sampled(i, j, self.grid)?;
+            (Cow::Owned(first), Cow::Owned(second))
+        } else {
+            let [first, second] = [i, j].map(|shape| Cow::Borrowed(&self.distances[shape]));
+            (first, second)
         };
         Ok(if start < end {
             (first, second)
@@ -178,9 +174,33 @@ impl<const D: usize> Pairs<D> {
         })
     }
 
+    /// The signed distances of both shapes in the position of their pair, the smaller number first, on
+    /// another grid of the same box.
+    ///
+    /// # Errors
+    /// [`CliError`] for a shape that is lost on the grid.
+    pub fn sampled(
+        &self,
+        i: usize,
+        j: usize,
+        grid: Grid<D>,
+    ) -> Result<[ScalarField<f64, D>; 2], CliError> {
+        Ok(match self.position(i, j) {
+            None => [self.field(i, grid, |p| p)?, self.field(j, grid, |p| p)?],
+            Some(position) => {
+                let onto = |p| position.centred(position.motion.map(p));
+                [
+                    self.field(i, grid, |p| position.centred(p))?,
+                    self.field(j, grid, onto)?,
+                ]
+            }
+        })
+    }
+
     fn field(
         &self,
         shape: usize,
+        grid: Grid<D>,
         map: impl Fn([f64; D]) -> [f64; D],
     ) -> Result<ScalarField<f64, D>, CliError> {
         let input = &self.inputs[shape];
@@ -194,7 +214,7 @@ impl<const D: usize> Pairs<D> {
                 path: input.path.clone(),
                 source,
             })?
-            .sample(self.grid);
+            .sample(grid);
         super::on_the_grid(&input.path, distance)
     }
 }

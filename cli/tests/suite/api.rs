@@ -157,3 +157,24 @@ fn a_stopped_trial_begins_no_experiment() {
     trial.stop.ask();
     assert!(matches!(trial.run(), Err(CliError::Stopped)));
 }
+
+#[test]
+fn far_pairs_are_skipped_in_memory() {
+    let mut call = call();
+    call.options.insert("steps".into(), 1.into());
+    call.options.insert("skip_far".into(), 0.1.into());
+    call.options.insert("neighbours".into(), 1.into());
+    let mut found = call.run("distances").unwrap();
+    // The sample has both shapes.
+    assert_eq!(found.record()["skipped"]["computed"], 1);
+    assert_eq!(
+        found.record()["neighbours"]["of"][1]["nearest"][0]["object"],
+        0
+    );
+    let arrays = found.take_arrays();
+    let matrix = arrays.iter().find(|kept| kept.name == "distances").unwrap();
+    assert_eq!(matrix.shape, [2, 2]);
+    call.options.insert("skip_far".into(), 2.0.into());
+    let error = call.run("distances").err().unwrap();
+    assert_eq!(error.to_string(), "--skip-far 2 is not allowed");
+}

@@ -67,11 +67,11 @@ pub fn files(folder: &Path) -> Vec<String> {
     names
 }
 
-/// What is compared byte by byte: everything that holds no times.
+/// What is compared byte by byte: every file that holds no times.
 pub fn exact(results: &Results) -> Vec<(String, Vec<u8>)> {
-    let names = files(&results.path("."));
-    let timed = ["pairs", "paths.csv", "report.html", "result.json"];
-    let names = names.into_iter().filter(|n| !timed.contains(&n.as_str()));
+    let names = files(&results.path(".")).into_iter();
+    let timed = ["paths.csv", "report.html", "result.json"];
+    let names = names.filter(|n| !timed.contains(&n.as_str()) && results.path(n).is_file());
     names
         .map(|name| {
             let bytes = std::fs::read(results.path(&name)).unwrap();

@@ -38,6 +38,7 @@ mod readme;
 mod real_data;
 mod resume;
 mod segment;
+mod skipping;
 mod surfaces_elsewhere;
 mod verdict;
 mod verify;

@@ -16,7 +16,7 @@ fn readme() -> String {
 
 /// Commands that write a directory, and the headings over the tables of their files.
 /// Of several beginnings of a command the first counts; those without a table have no heading.
-const TABLES: [(&str, &str); 13] = [
+const TABLES: [(&str, &str); 14] = [
     ("shapespace average --joint", "### Several images together"),
     ("shapespace average --sweep", ""),
     ("shapespace segment", "## Shapes in images"),
@@ -29,6 +29,10 @@ const TABLES: [(&str, &str); 13] = [
     (
         "shapespace distances blob_x",
         "### New shapes and stored ones",
+    ),
+    (
+        "shapespace distances blobs stars",
+        "### Neighbours and maps without all distances",
     ),
     ("shapespace distances", "## Distances, clusters and maps"),
     ("shapespace verify --quick", ""),

@@ -13,6 +13,10 @@
 //! with known classes: [`nearest_neighbour_accuracy`], [`purity`] and [`adjusted_rand_index`].
 //! [`nearest`] and [`vote`] classify new objects by their distances from known ones.
 //!
+//! Many objects have more pairs than can be computed. [`Search`] finds nearest neighbours with a part of
+//! the lengths, by a calibrated [`LowerBound`], and [`landmark_scaling`] makes a map of the distances
+//! from a few objects.
+//!
 //! ```
 //! use geodesic::distances::{Dendrogram, DistanceMatrix, Linkage, classical_scaling};
 //!
@@ -28,20 +32,24 @@
 
 mod cluster;
 mod doubts;
+mod landmarks;
 mod lengths;
 mod matrix;
 mod neighbours;
 mod quality;
 mod richardson;
 mod scaling;
+mod skipping;
 mod triangle;
 
 pub use cluster::{Dendrogram, Linkage, Merge};
 pub use doubts::doubts;
+pub use landmarks::{LandmarkEmbedding, landmark_scaling, random_sample};
 pub use lengths::{Asymmetry, Completed, PathLengths};
 pub use matrix::{DistanceError, DistanceMatrix};
 pub use neighbours::{Neighbour, nearest, vote};
 pub use quality::{adjusted_rand_index, nearest_neighbour_accuracy, purity};
 pub use richardson::richardson;
-pub use scaling::{Embedding, Refined, classical_scaling, smacof, stress};
+pub use scaling::{Embedding, Refined, classical_scaling, smacof, stress, stress_of_pairs};
+pub use skipping::{Known, LowerBound, Search, kept};
 pub use triangle::{TriangleReport, triangles};

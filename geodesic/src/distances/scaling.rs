@@ -47,33 +47,87 @@ pub struct Refined<const D: usize> {
 /// The axes are those of the variance, largest first; the signs are such that the largest
 /// coordinate on each axis is positive (the first of equally large ones).
 pub fn classical_scaling<const D: usize>(matrix: &DistanceMatrix) -> Embedding<D> {
-    let n = matrix.n_objects();
-    let squares = DMatrix::from_fn(n, n, |i, j| matrix.get(i, j).powi(2));
-    let means: Vec<f64> = (0..n).map(|i| squares.row(i).sum() / n as f64).collect();
-    let mean = means.iter().sum::<f64>() / n.max(1) as f64;
-    let centred = DMatrix::from_fn(n, n, |i, j| {
-        -0.5 * (squares[(i, j)] - means[i] - means[j] + mean)
-    });
-    let found = SymmetricEigen::new(centred);
-    let mut ranks: Vec<usize> = (0..n).collect();
-    ranks.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
-    let eigenvalues: Vec<f64> = ranks.iter().map(|&k| found.eigenvalues[k]).collect();
-    let coordinate = |object: usize, axis: usize| {
-        let root = eigenvalues.get(axis).map_or(0.0, |l| l.max(0.0).sqrt());
-        let vector = ranks.get(axis);
-        vector.map_or(0.0, |&k| root * found.eigenvectors[(object, k)])
-    };
-    let mut points: Vec<[f64; D]> = (0..n)
-        .map(|i| std::array::from_fn(|axis| coordinate(i, axis)))
+    let scaling = Scaling::new(matrix);
+    let mut points: Vec<[f64; D]> = (0..matrix.n_objects())
+        .map(|i| std::array::from_fn(|axis| scaling.coordinate(i, axis)))
         .collect();
     fix_signs(&mut points);
-    let all: f64 = eigenvalues.iter().map(|l| l.abs()).sum();
-    let share = |part: f64| if all > 0.0 { part / all } else { 0.0 };
     Embedding {
-        explained: share(eigenvalues.iter().take(D).map(|l| l.max(0.0)).sum()),
-        negative: share(eigenvalues.iter().map(|l| (-l).max(0.0)).sum()),
+        explained: scaling.explained(D),
+        negative: scaling.negative(),
         points,
-        eigenvalues,
+        eigenvalues: scaling.eigenvalues,
+    }
+}
+
+/// The eigenvectors of classical scaling.
+pub(super) struct Scaling {
+    /// Largest first.
+    pub eigenvalues: Vec<f64>,
+    /// The columns of the eigenvectors, in this order.
+    ranks: Vec<usize>,
+    vectors: DMatrix<f64>,
+    /// The mean of the squared distances of every object.
+    means: Vec<f64>,
+}
+
+impl Scaling {
+    pub fn new(matrix: &DistanceMatrix) -> Self {
+        let n = matrix.n_objects();
+        let squares = DMatrix::from_fn(n, n, |i, j| matrix.get(i, j).powi(2));
+        let means: Vec<f64> = (0..n).map(|i| squares.row(i).sum() / n as f64).collect();
+        let mean = means.iter().sum::<f64>() / n.max(1) as f64;
+        let centred = DMatrix::from_fn(n, n, |i, j| {
+            -0.5 * (squares[(i, j)] - means[i] - means[j] + mean)
+        });
+        let found = SymmetricEigen::new(centred);
+        let mut ranks: Vec<usize> = (0..n).collect();
+        ranks.sort_by(|&a, &b| found.eigenvalues[b].total_cmp(&found.eigenvalues[a]));
+        Self {
+            eigenvalues: ranks.iter().map(|&k| found.eigenvalues[k]).collect(),
+            ranks,
+            vectors: found.eigenvectors,
+            means,
+        }
+    }
+
+    /// A coordinate of one of the objects; zero on axes without a positive eigenvalue.
+    pub fn coordinate(&self, object: usize, axis: usize) -> f64 {
+        let root = self
+            .eigenvalues
+            .get(axis)
+            .map_or(0.0, |l| l.max(0.0).sqrt());
+        let vector = self.ranks.get(axis);
+        vector.map_or(0.0, |&k| root * self.vectors[(object, k)])
+    }
+
+    /// A coordinate of another object by its squared distances from all of them.
+    pub fn place(&self, squares: &[f64], axis: usize) -> f64 {
+        let largest = self.eigenvalues.first().copied().unwrap_or(0.0);
+        let value = self.eigenvalues.get(axis).copied().unwrap_or(0.0);
+        // The others are zero up to rounding.
+        if value <= EQUAL * EQUAL * largest {
+            return 0.0;
+        }
+        let vector = self.vectors.column(self.ranks[axis]);
+        let terms = vector.iter().zip(squares).zip(&self.means);
+        let sum: f64 = terms.map(|((v, square), mean)| v * (square - mean)).sum();
+        -0.5 * sum / value.sqrt()
+    }
+
+    /// The share of the first positive eigenvalues in the absolute values of all.
+    pub fn explained(&self, axes: usize) -> f64 {
+        self.share(self.eigenvalues.iter().take(axes).map(|l| l.max(0.0)).sum())
+    }
+
+    /// The share of the negative eigenvalues.
+    pub fn negative(&self) -> f64 {
+        self.share(self.eigenvalues.iter().map(|l| (-l).max(0.0)).sum())
+    }
+
+    fn share(&self, part: f64) -> f64 {
+        let all: f64 = self.eigenvalues.iter().map(|l| l.abs()).sum();
+        if all > 0.0 { part / all } else { 0.0 }
     }
 }
 
@@ -118,8 +172,19 @@ pub fn smacof<const D: usize>(matrix: &DistanceMatrix, start: &[[f64; D]]) -> Re
 /// # Panics
 /// If there are fewer points than objects.
 pub fn stress<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> f64 {
+    stress_of_pairs(matrix.pairs(), points)
+}
+
+/// Computes the [`stress`] over some pairs, given with their distances.
+///
+/// # Panics
+/// If there is no point of an object of a pair.
+pub fn stress_of_pairs<const D: usize>(
+    pairs: impl IntoIterator<Item = (usize, usize, f64)>,
+    points: &[[f64; D]],
+) -> f64 {
     let (mut misfit, mut all) = (0.0, 0.0);
-    for (i, j, distance) in matrix.pairs() {
+    for (i, j, distance) in pairs {
         misfit += (distance_between(&points[i], &points[j]) - distance).powi(2);
         all += distance * distance;
     }
@@ -147,7 +212,7 @@ fn guttman<const D: usize>(matrix: &DistanceMatrix, points: &[[f64; D]]) -> Vec<
 }
 
 /// Rotates points, whose centroid is the origin, to their principal axes.
-fn turn_to_axes<const D: usize>(points: &mut [[f64; D]]) {
+pub(super) fn turn_to_axes<const D: usize>(points: &mut [[f64; D]]) {
     let spread = DMatrix::from_fn(D, D, |a, b| points.iter().map(|p| p[a] * p[b]).sum::<f64>());
     let found = SymmetricEigen::new(spread);
     let mut ranks: Vec<usize> = (0..D).collect();
@@ -161,7 +226,7 @@ fn turn_to_axes<const D: usize>(points: &mut [[f64; D]]) {
     }
 }
 
-fn fix_signs<const D: usize>(points: &mut [[f64; D]]) {
+pub(super) fn fix_signs<const D: usize>(points: &mut [[f64; D]]) {
     for axis in 0..D {
         let largest = points.iter().map(|p| p[axis].abs()).fold(0.0, f64::max);
         let leading = points

@@ -11,6 +11,7 @@ mod distances;
 mod finite;
 mod given;
 mod known;
+mod many_objects;
 mod oracle;
 mod resume;
 mod units;

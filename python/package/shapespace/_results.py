@@ -398,7 +398,7 @@ class Distances(Result):
     @property
     def matrix(self) -> np.ndarray:
         """The matrix of distances: symmetric, with zeros on the diagonal; NaN where no path of a
-        pair could be used. With ``against`` it has a row for each new shape and a column for each
+        pair could be used, or none was computed (``skip_far``, ``landmarks``). With ``against`` it has a row for each new shape and a column for each
         stored one. ``metric="precomputed"`` of scikit-learn takes it."""
         return self.arrays["distances"]
 

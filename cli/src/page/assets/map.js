@@ -45,7 +45,7 @@ for (const figure of document.querySelectorAll('figure.map')) {
     if (i === undefined || j === undefined) return hide();
     const value = matrix[i][j - first];
     show(event, i === j ? [i] : [i, j],
-      i === j ? told(i) : told(i) + '\n' + told(j) + '\n' + (value === null ? 'no path' : 'distance ' + value));
+      i === j ? told(i) : told(i) + '\n' + told(j) + '\n' + (value === null ? 'no distance' : 'distance ' + value));
   });
   canvas.addEventListener('pointerleave', hide);
 }
