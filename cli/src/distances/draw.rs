@@ -127,7 +127,7 @@ impl Sheets {
         }
         if let Some(map) = &outcome.study.map {
             let plot = ScatterPlot {
-curves: &[],
+                curves: &[],
                 axes: &[],
                 points: map.points(),
                 marks: &self.large,
