@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -65,6 +66,8 @@ impl WorkDir {
             Err(TryLockError::WouldBlock) => return Err(OutputError::Busy { path: inner }),
             Err(TryLockError::Error(_)) => None,
         };
+        // Again, for what another run has put there before it let go.
+        check_links(&handle.path().join("."))?;
         Ok(Self {
             target,
             inner,
@@ -181,15 +184,22 @@ pub(crate) fn sync(path: &Path) -> Result<(), OutputError> {
 }
 
 /// Rejects a folder that is, or holds, a symbolic link: what is written or removed there would be
-/// elsewhere.
+/// elsewhere. Entries that another run removes meanwhile are none.
 fn check_links(path: &Path) -> Result<(), OutputError> {
     let failed = OutputError::at(path);
-    let kind = fs::symlink_metadata(path).map_err(&failed)?.file_type();
+    let kind = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+        found => found.map_err(&failed)?.file_type(),
+    };
     if kind.is_symlink() {
         return Err(OutputError::Link { path: shown(path) });
     }
     if kind.is_dir() {
-        for entry in fs::read_dir(path).map_err(&failed)? {
+        let entries = match fs::read_dir(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
+            found => found.map_err(&failed)?,
+        };
+        for entry in entries {
             check_links(&entry.map_err(&failed)?.path())?;
         }
     }
@@ -282,6 +292,31 @@ mod tests {
 
     /// `OUT.partial` is replaced by a link while it is in use.
     #[cfg(target_os = "linux")]
+    /// A run that holds the directory writes and removes in it while others ask for it.
+    #[test]
+    fn who_asks_for_a_busy_directory_hears_that_it_is_busy() {
+        let place = tempfile::tempdir().unwrap();
+        let target = place.path().join("out");
+        let held = WorkDir::open(&target).unwrap();
+        let done = std::sync::atomic::AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while !done.load(std::sync::atomic::Ordering::Relaxed) {
+                    for k in 0..8 {
+                        held.folder(&format!("checkpoint_{k}")).unwrap();
+                    }
+                    for k in 0..8 {
+                        fs::remove_dir(held.file(format!("checkpoint_{k}"))).unwrap();
+                    }
+                }
+            });
+            let busy = |_: &i32| matches!(WorkDir::open(&target), Err(OutputError::Busy { .. }));
+            let heard = (0..2000).filter(busy).count();
+            done.store(true, std::sync::atomic::Ordering::Relaxed);
+            assert_eq!(heard, 2000);
+        });
+    }
+
     #[test]
     fn nothing_is_written_or_removed_where_a_link_leads() {
         let place = tempfile::tempdir().unwrap();
