@@ -1,6 +1,8 @@
 //! The coordinates of files: from the box of the grid to what an input, or a result, states.
 
 use fe_grid::tensor::inverse_transpose;
+use levelset::Contour;
+use nalgebra::{SMatrix, SVector};
 
 use super::{InputRecord, scale_of_records};
 use shapespace_input::lattice::Lattice;
@@ -93,6 +95,13 @@ impl<const D: usize> Coordinates<D> {
         let along = |i: usize| (0..D).map(|k| self.matrix[i][k] * unit[k]).sum::<f64>();
         let position: [f64; D] = std::array::from_fn(|i| along(i) + self.shift[i]);
         in_space(position)
+    }
+
+    /// A boundary in these coordinates, with its inside where it was.
+    pub fn placed(&self, shape: &Contour<D>) -> Contour<D> {
+        let matrix = SMatrix::<f64, D, D>::from_fn(|i, k| self.matrix[i][k]);
+        let shift = SVector::<f64, D>::from_fn(|i, _| self.shift[i]);
+        shape.transformed(&matrix, &shift)
     }
 
     /// The point of the box at these coordinates.

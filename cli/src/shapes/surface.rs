@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use levelset::Contour;
-use nalgebra::{SMatrix, SVector};
 
-use super::{Input, SurfaceRecord, WorldFrame, common_scale};
+use super::{Coordinates, Input, InputRecord, SurfaceRecord};
 use crate::output::outline::write_outline;
 use crate::output::{OutputError, ResultDir, surface};
 use shapespace_picture::Shape;
@@ -56,42 +55,27 @@ pub(crate) fn write_curves<const D: usize>(
     Ok(Some(record))
 }
 
-/// A shape in the world of the results, or else in the position of the reference of the alignment, or
-/// of the first input without one, in world coordinates if its file states them. Inputs of different scales have no common length
-/// unit: then the shape stays in the unit box.
+/// A shape in the coordinates of the results ([`Coordinates::of_result`]); in the unit box where there are none.
 fn in_input_coordinates<const D: usize>(
     inputs: &[Input<D>],
     shape: &Contour<D>,
 ) -> (Contour<D>, SurfaceRecord) {
-    if common_scale(inputs).is_none() {
+    let records: Vec<_> = inputs.iter().map(InputRecord::new).collect();
+    let found = Coordinates::of_result(&records);
+    let Some((coordinates, number)) = found.filter(|(coordinates, _)| !coordinates.is_box()) else {
         let record = SurfaceRecord {
             coordinates: "unit_box",
             of_input: None,
         };
         return (shape.clone(), record);
-    }
-    if let Some(world) = WorldFrame::of_inputs(inputs) {
-        let record = SurfaceRecord {
-            coordinates: "world",
-            of_input: Some(world.number()),
-        };
-        return (shape.map(|p| world.position(p)), record);
-    }
-    let is_reference = |input: &Input<D>| input.alignment.is_some_and(|a| a.reference);
-    let reference = inputs.iter().position(is_reference).unwrap_or(0);
-    let input = &inputs[reference];
-    let unit = |p: [f64; D]| input.alignment.map_or(p, |a| a.motion.map_back(p));
-    let (placed, coordinates) = if let Some(affine) = input.affine {
-        let samples = shape.map(|p| input.frame.to_sample(unit(p)));
-        let matrix = SMatrix::<f64, D, D>::from_fn(|i, j| affine[i][j]);
-        let shift = SVector::<f64, D>::from_fn(|i, _| affine[i][3]);
-        (samples.transformed(&matrix, &shift), "world")
-    } else {
-        (shape.map(|p| input.frame.to_physical(unit(p))), "input")
     };
     let record = SurfaceRecord {
-        coordinates,
-        of_input: Some(reference),
+        coordinates: if records[number].states_place() {
+            "world"
+        } else {
+            "input"
+        },
+        of_input: Some(number),
     };
-    (placed, record)
+    (coordinates.placed(shape), record)
 }
