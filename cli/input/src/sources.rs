@@ -211,6 +211,13 @@ pub struct Numbers {
     pub affine: Option<[[f64; 4]; 3]>,
 }
 
+impl Numbers {
+    /// Whether all are whole.
+    pub fn are_whole(&self) -> bool {
+        self.values.iter().all(|value| value.fract() == 0.0)
+    }
+}
+
 fn is_byte(x: f64) -> bool {
     f64::from(x as u8) == x
 }

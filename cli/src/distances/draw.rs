@@ -7,6 +7,7 @@ use fe_grid::parallel;
 use super::Outcome;
 use super::classes::Labels;
 use super::neighbours::Neighbours;
+use super::pair::PairRecord;
 use super::study::Completed;
 use shapespace_picture::{
     Camera, Canvas, Colour, HeatMap, Key, ScatterPlot, Shape, TileRows, TreeChart, WHITE, colour,
@@ -104,11 +105,7 @@ impl Sheets {
         let completed = distances.completed.as_ref();
         let [rows, columns] = [scope.rows(), scope.columns()]
             .map(|side| completed.map_or_else(|| side.collect(), |c| c.tree.order().to_vec()));
-        let computed: HashSet<[usize; 2]> = outcome
-            .records
-            .iter()
-            .map(|record| [record.start.min(record.end), record.start.max(record.end)])
-            .collect();
+        let computed: HashSet<[usize; 2]> = outcome.records.iter().map(PairRecord::pair).collect();
         let skipped =
             |i: usize, j: usize| scope.is_sparse() && !computed.contains(&[i.min(j), i.max(j)]);
         let matrix = HeatMap {

@@ -110,6 +110,11 @@ impl PathRecord {
 }
 
 impl PairRecord {
+    /// Its shapes, the smaller number first.
+    pub fn pair(&self) -> [usize; 2] {
+        [self.start.min(self.end), self.start.max(self.end)]
+    }
+
     /// The attempt in a form with this number of steps.
     pub fn path(&self, form: Form, steps: usize) -> Option<&PathRecord> {
         let mut paths = self.paths.iter();

@@ -78,7 +78,7 @@ pub(super) fn near_pairs<const D: usize>(
     };
     let rows = scope.rows().map(|row| (row, estimates.candidates(row)));
     let search = Search::new(count, bound, rows);
-    let mut computed: HashSet<[usize; 2]> = records.iter().map(pair_of).collect();
+    let mut computed: HashSet<[usize; 2]> = records.iter().map(PairRecord::pair).collect();
     let mut most = count;
     loop {
         let known = between(&records);
@@ -109,13 +109,8 @@ pub(super) fn near_pairs<const D: usize>(
         .iter()
         .filter(|pair| computed.contains(*pair))
         .count();
-    records.sort_by_key(|record| (pair_of(record), record.start));
+    records.sort_by_key(|record| (record.pair(), record.start));
     Ok(Some((records, skipped)))
-}
-
-fn pair_of(record: &PairRecord) -> [usize; 2] {
-    let (start, end) = (record.start, record.end);
-    [start.min(end), start.max(end)]
 }
 
 /// The surrogates of the pairs of a matrix.

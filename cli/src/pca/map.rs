@@ -12,7 +12,7 @@ use shapespace_report::palette::GREY;
 use super::draw::moved;
 
 /// Ellipses contain the mean of a group with this probability.
-pub(crate) const LEVEL: f64 = 0.95;
+const LEVEL: f64 = 0.95;
 /// Points of an ellipse.
 const AROUND: usize = 96;
 

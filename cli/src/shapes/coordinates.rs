@@ -53,16 +53,11 @@ impl<const D: usize> Coordinates<D> {
     /// Those of the file of an input: of the world, where it states its place there, else those of its
     /// samples times their distance, or of its outline. `None` for a record that is damaged.
     pub fn of_input(input: &InputRecord<D>) -> Option<Self> {
-        let motion = match &input.alignment {
-            None => None,
-            Some(alignment) => Some(alignment.motion::<D>()?),
-        };
+        let (rotation, shift) = input.motion()?;
         let factor = input.size_factor.unwrap_or(1.0);
         Self::of(|unit| {
-            let unaligned = motion.map_or(unit, |(rotation, shift)| {
-                let back = |i: usize| (0..D).map(|j| rotation[j][i] * (unit[j] - shift[j])).sum();
-                std::array::from_fn(back)
-            });
+            let back = |i: usize| (0..D).map(|j| rotation[j][i] * (unit[j] - shift[j])).sum();
+            let unaligned = std::array::from_fn(back);
             match &input.affine {
                 Some(rows) => {
                     let sample = input.frame.to_sample(unaligned);
@@ -124,17 +119,11 @@ impl<const D: usize> Coordinates<D> {
 
     /// The samples of an input.
     pub fn samples(&self, input: &InputRecord<D>) -> Option<Lattice> {
-        let motion = match &input.alignment {
-            None => None,
-            Some(alignment) => Some(alignment.motion::<D>()?),
-        };
+        let (rotation, shift) = input.motion()?;
         let place = |sample: [f64; D]| {
             let unit = input.frame.to_unit(sample);
-            let aligned = motion.map_or(unit, |(rotation, shift)| {
-                let turned = |i: usize| (0..D).map(|j| rotation[i][j] * unit[j]).sum::<f64>();
-                std::array::from_fn(|i| turned(i) + shift[i])
-            });
-            self.position(aligned)
+            let turned = |i: usize| (0..D).map(|j| rotation[i][j] * unit[j]).sum::<f64>();
+            self.position(std::array::from_fn(|i| turned(i) + shift[i]))
         };
         Some(lattice(input.size.as_slice().try_into().ok()?, place))
     }
@@ -158,6 +147,6 @@ fn lattice<const D: usize>(size: [usize; D], place: impl Fn([f64; D]) -> [f64; 3
 }
 
 /// A point of three coordinates, 0 where there are fewer.
-fn in_space<const D: usize>(p: [f64; D]) -> [f64; 3] {
+pub(crate) fn in_space<const D: usize>(p: [f64; D]) -> [f64; 3] {
     std::array::from_fn(|k| p.get(k).copied().unwrap_or(0.0))
 }

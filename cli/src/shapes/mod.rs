@@ -34,7 +34,7 @@ use shapespace_input::place::{are_near, centred_frames, fit_frames, physical_fra
 use shapespace_input::{Image, LEVEL, boundary};
 use size::equalise;
 
-pub(crate) use coordinates::Coordinates;
+pub(crate) use coordinates::{Coordinates, in_space};
 pub(crate) use domain::{Domain, moved};
 pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution};
 pub(crate) use label::{labels, stem};

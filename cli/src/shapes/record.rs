@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Input;
 use super::align::AlignmentRecord;
+use super::world::Motion;
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::{GreyRange, Image};
 
@@ -138,6 +139,15 @@ pub(crate) fn describe_placement<const D: usize>(inputs: &[InputRecord<D>]) -> O
 }
 
 impl<const D: usize> InputRecord<D> {
+    /// The motion by which it was aligned, the identity for one that was not; `None` for a record that is
+    /// damaged.
+    pub fn motion(&self) -> Option<Motion<D>> {
+        let identity =
+            std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+        let alignment = self.alignment.as_ref();
+        alignment.map_or(Some((identity, [0.0; D])), AlignmentRecord::motion)
+    }
+
     /// Whether its file states its place in the world.
     pub fn states_place(&self) -> bool {
         self.affine.is_some() || self.frame.in_world()

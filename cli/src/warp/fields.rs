@@ -13,7 +13,7 @@ use levelset::{Contour, ContourDistance};
 use crate::error::CliError;
 use crate::output::nifti::{Values, write_volume};
 use crate::output::{ResultDir, numbered};
-use crate::shapes::{Input, WorldFrame, lattice_of};
+use crate::shapes::{Input, WorldFrame, in_space, lattice_of};
 use shapespace_input::lattice::Lattice;
 
 /// Share of the longest side of the box, at all of its faces, where no volumes of shapes are written.
@@ -194,11 +194,6 @@ fn ways<const D: usize>(
             [-way[0] as f32, -way[1] as f32, way[2] as f32]
         })
         .collect()
-}
-
-/// A point of three coordinates, 0 where there are fewer.
-fn in_space<const D: usize>(p: [f64; D]) -> [f64; 3] {
-    std::array::from_fn(|k| p.get(k).copied().unwrap_or(0.0))
 }
 
 /// The first coordinates of a point.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use shapespace_input::{Numbers, Sources, extension_of};
+use shapespace_input::{Sources, extension_of};
 use shapespace_picture::png::{BitDepth, ColorType, encode};
 
 use super::command::Interpolation;
@@ -30,8 +30,8 @@ pub(super) fn carried_image(
     let image = Sources::files().read_numbers(path)?;
     let lattice = from.lattice_of(path, &image)?;
     let target = to.target();
-    let whole = image.values.iter().all(|value| value.fract() == 0.0);
-    let between = between(&image, interpolation);
+    let whole = image.are_whole();
+    let between = between(whole, interpolation);
     let found = carried((&image, &lattice), (&target, back), between, small);
     let written = Written {
         stem: stem(path),
@@ -57,11 +57,10 @@ pub(super) fn carried_image(
 }
 
 /// Whole numbers are taken from the nearest sample unless asked otherwise.
-pub(crate) fn between(image: &Numbers, interpolation: Option<Interpolation>) -> Between {
-    let whole = || image.values.iter().all(|value| value.fract() == 0.0);
+pub(crate) fn between(whole: bool, interpolation: Option<Interpolation>) -> Between {
     match interpolation {
         Some(Interpolation::Nearest) => Between::Nearest,
-        None if whole() => Between::Nearest,
+        None if whole => Between::Nearest,
         Some(Interpolation::Linear) | None => Between::Linear,
     }
 }

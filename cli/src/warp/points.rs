@@ -30,7 +30,16 @@ struct Mover<'a> {
     inexact: usize,
 }
 
-impl Mover<'_> {
+impl<'a> Mover<'a> {
+    fn new(stored: &StoredMap, map: &'a WorldMap) -> Self {
+        Self {
+            map,
+            small: stored.small(),
+            count: 0,
+            inexact: 0,
+        }
+    }
+
     fn point(&mut self, position: [f64; 3]) -> [f64; 3] {
         let found = self.map.point(position);
         self.count += 1;
@@ -79,12 +88,7 @@ pub(super) fn moved_landmarks(
     let text = String::from_utf8(bytes_of(path)?)
         .map_err(|_| malformed(path, "CSV", "it is not text in UTF-8"))?;
     let dimension = stored.dimension();
-    let mut mover = Mover {
-        map,
-        small: stored.small(),
-        count: 0,
-        inexact: 0,
-    };
+    let mut mover = Mover::new(stored, map);
     let mut moved = String::new();
     let mut places: Option<Vec<usize>> = None;
     for (number, line) in text.lines().enumerate() {
@@ -136,12 +140,7 @@ pub(super) fn moved_surface(
             remedy: "give images or points: the shapes of the result are flat".into(),
         });
     }
-    let mut mover = Mover {
-        map,
-        small: stored.small(),
-        count: 0,
-        inexact: 0,
-    };
+    let mut mover = Mover::new(stored, map);
     let mesh = read_mesh(path)?;
     let vertices: Vec<[f64; 3]> = mesh.points.iter().map(|&p| mover.point(p)).collect();
     let corners = |triangle: &[u32; 3]| triangle.map(|corner| corner as usize);
