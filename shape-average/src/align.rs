@@ -19,6 +19,7 @@ mod matching;
 mod motion;
 mod reflection;
 mod starts;
+mod steepness;
 
 use fe_grid::Field;
 use fe_grid::{compiled_once, parallel};

@@ -5,6 +5,7 @@ use levelset::{Compact, LevelsetError, Moments};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::motion::{RigidMotion, angle_between, extended, plane_rotation};
+use super::steepness::steepness;
 
 /// Maximal number of steps of one refinement; most end after five to ten.
 const MAX_STEPS: usize = 40;
@@ -120,6 +121,8 @@ pub(super) struct Matching<'a, const D: usize> {
     shape: Masked<'a, D>,
     moments: Moments<D>,
     norm_squared: f64,
+    /// Largest rate at which the shape's distance changes, see [`steepness`].
+    steepness: f64,
 }
 
 impl<'a, const D: usize> Matching<'a, D> {
@@ -135,6 +138,7 @@ impl<'a, const D: usize> Matching<'a, D> {
             shape,
             moments: own.moments,
             norm_squared: squares(&own.values) + squares(&target.values),
+            steepness: steepness(shape.distance),
         })
     }
 
@@ -196,15 +200,57 @@ impl<'a, const D: usize> Matching<'a, D> {
 
     /// Computes the sum of the squared difference of the indicators over the visible nodes.
     pub(super) fn difference(&self, pose: &Pose<D>) -> f64 {
-        let motion = self.motion(pose);
-        let nodes = self.target.values.grid();
         let mut sum = 0.0;
-        for (index, target) in self.target.values.as_slice().iter().enumerate() {
-            let z = motion.map_back(nodes.position(nodes.node(index)));
-            let u = extended(self.shape.distance, &z);
-            sum += self.weight(index, &z) * (self.target.step.value(u) - target).powi(2);
-        }
+        self.visit(&self.motion(pose), |index, target, _, z, u| {
+            sum += self.weight(index, z) * (self.target.step.value(u) - target).powi(2);
+        });
         sum
+    }
+
+    /// Calls `work` at every node where the indicator of the moved shape may differ from that of
+    /// the target, with the index of the node, the target's indicator, the node `y`, the point `z`
+    /// of the shape that lies there, and the shape's distance `u(z)`.
+    ///
+    /// Where `u` is beyond the step, it stays there for some nodes of the row, by its
+    /// [`steepness`]. There `u` is not evaluated, but replaced by a value on the same side, and the
+    /// node is passed over if the target is on that side, too.
+    fn visit(
+        &self,
+        motion: &RigidMotion<D>,
+        mut work: impl FnMut(usize, f64, &[f64; D], &[f64; D], f64),
+    ) {
+        let nodes = self.target.values.grid();
+        let row = nodes.nodes_per_axis()[0];
+        let half_width = self.target.step.half_width();
+        let most = self.steepness * nodes.spacing();
+        for (first, targets) in self.target.values.as_slice().chunks_exact(row).enumerate() {
+            let first = first * row;
+            let mut node = nodes.node(first);
+            let (mut known, mut beyond) = (0, 0.0);
+            for (i, &target) in targets.iter().enumerate() {
+                node[0] = i;
+                let same = target == if beyond > 0.0 { 1.0 } else { 0.0 };
+                if known > 0 && same {
+                    known -= 1;
+                    continue;
+                }
+                let y = nodes.position(node);
+                let z = motion.map_back(y);
+                if known > 0 {
+                    known -= 1;
+                    work(first + i, target, &y, &z, beyond);
+                    continue;
+                }
+                let u = extended(self.shape.distance, &z);
+                // Less by far more than what rounding adds.
+                let excess = (1.0 - 1e-9) * u.abs() - half_width;
+                if excess > 0.0 {
+                    known = (excess / most) as usize;
+                    beyond = (2.0 * half_width).copysign(u);
+                }
+                work(first + i, target, &y, &z, u);
+            }
+        }
     }
 
     /// Returns the product of the target's visibility at a node and the shape's at a point.
@@ -249,34 +295,28 @@ impl<'a, const D: usize> Matching<'a, D> {
     /// from axis `i` to axis `j`. The visibility mask of the shape moves with it; the system
     /// neglects the motion of the mask's edge over the target, the difference includes it.
     fn linearise(&self, pose: &Pose<D>) -> System {
-        let motion = self.motion(pose);
-        let nodes = self.target.values.grid();
         let planes = planes::<D>();
-        let n = D + planes.len();
-        let mut system = System::zeros(n);
-        let mut slope = vec![0.0; n];
-        for (index, target) in self.target.values.as_slice().iter().enumerate() {
-            let y = nodes.position(nodes.node(index));
-            let z = motion.map_back(y);
-            let u = extended(self.shape.distance, &z);
-            let weight = self.weight(index, &z);
+        let mut sums = Sums::zeros(D + planes.len());
+        let mut slope = [0.0; MOST_UNKNOWNS];
+        self.visit(&self.motion(pose), |index, target, y, z, u| {
+            let weight = self.weight(index, z);
             let residual = self.target.step.value(u) - target;
-            system.value += weight * residual * residual;
+            sums.value += weight * residual * residual;
             let rate = self.target.step.derivative(u);
             if rate == 0.0 {
-                continue;
+                return;
             }
-            let g = pose.rotation * SVector::from(gradient(self.shape.distance, &z)) * rate;
-            let q = SVector::from(y) - pose.centre;
+            let g = pose.rotation * SVector::from(gradient(self.shape.distance, z)) * rate;
+            let q = SVector::from(*y) - pose.centre;
             for k in 0..D {
                 slope[k] = -g[k];
             }
             for (k, &(i, j)) in planes.iter().enumerate() {
                 slope[D + k] = -(g[j] * q[i] - g[i] * q[j]);
             }
-            system.add(weight, residual, &slope);
-        }
-        system
+            sums.add(weight, residual, &slope);
+        });
+        sums.system()
     }
 }
 
@@ -297,7 +337,48 @@ fn moved<const D: usize>(pose: &Pose<D>, step: &DVector<f64>) -> Pose<D> {
     }
 }
 
-/// The sums `sum w r^2`, `J^T w r` and `J^T w J`.
+/// Number of unknowns of a motion in space: shifts and turns.
+const MOST_UNKNOWNS: usize = 6;
+
+/// The sums `sum w r^2`, `J^T w r` and `J^T w J` while nodes are added, for `n` unknowns.
+struct Sums {
+    n: usize,
+    value: f64,
+    rhs: [f64; MOST_UNKNOWNS],
+    /// The entries on and below the diagonal.
+    matrix: [[f64; MOST_UNKNOWNS]; MOST_UNKNOWNS],
+}
+
+impl Sums {
+    fn zeros(n: usize) -> Self {
+        Self {
+            n,
+            value: 0.0,
+            rhs: [0.0; MOST_UNKNOWNS],
+            matrix: [[0.0; MOST_UNKNOWNS]; MOST_UNKNOWNS],
+        }
+    }
+
+    fn add(&mut self, weight: f64, residual: f64, slope: &[f64; MOST_UNKNOWNS]) {
+        for (i, row) in self.matrix.iter_mut().enumerate().take(self.n) {
+            let weighted = weight * slope[i];
+            self.rhs[i] += residual * weighted;
+            for (sum, slope) in row.iter_mut().zip(slope).take(i + 1) {
+                *sum += weighted * slope;
+            }
+        }
+    }
+
+    fn system(&self) -> System {
+        System {
+            value: self.value,
+            rhs: DVector::from_column_slice(&self.rhs[..self.n]),
+            matrix: DMatrix::from_fn(self.n, self.n, |i, j| self.matrix[i.max(j)][i.min(j)]),
+        }
+    }
+}
+
+/// A Gauss-Newton system: `sum w r^2`, `J^T w r` and `J^T w J`.
 struct System {
     value: f64,
     rhs: DVector<f64>,
@@ -305,28 +386,6 @@ struct System {
 }
 
 impl System {
-    fn zeros(n: usize) -> Self {
-        Self {
-            value: 0.0,
-            rhs: DVector::zeros(n),
-            matrix: DMatrix::zeros(n, n),
-        }
-    }
-
-    fn add(&mut self, weight: f64, residual: f64, slope: &[f64]) {
-        for i in 0..slope.len() {
-            let weighted = weight * slope[i];
-            self.rhs[i] += residual * weighted;
-            for j in 0..=i {
-                let product = weighted * slope[j];
-                self.matrix[(i, j)] += product;
-                if j < i {
-                    self.matrix[(j, i)] += product;
-                }
-            }
-        }
-    }
-
     /// Computes the damped step; `None` if the system is not positive definite.
     fn step(&self, damping: f64) -> Option<DVector<f64>> {
         let n = self.rhs.len();
@@ -417,6 +476,49 @@ mod tests {
                 (slope - expected).abs() < 1e-5 * scale,
                 "{k}: {slope} {expected}"
             );
+        }
+    }
+
+    /// Nodes are passed over without a change of any bit, for distances and for steeper functions,
+    /// within the box and beyond it, below targets that are one, zero and between.
+    fn check_visits<const D: usize>(n: usize, factor: f64, turn: f64) {
+        let grid = Grid::<D>::cube(n);
+        let (fixed, mut shape) = (pair(grid, 0.0), pair(grid, 0.04));
+        for u in shape.as_mut_slice() {
+            *u *= factor;
+        }
+        let step = Compact::new(0.03).unwrap();
+        let whole = |distance| Masked {
+            distance,
+            weight: None,
+        };
+        let still = [(whole(&fixed), RigidMotion::identity())];
+        let target = Indicator::mean(&still, grid, step).unwrap();
+        let matching = Matching::new(&target, whole(&shape)).unwrap();
+        let mut pose = matching.centred(plane_rotation(0, 1, turn));
+        for shift in [0.0, 0.23, 0.9] {
+            pose.centre[0] += shift;
+            let motion = matching.motion(&pose);
+            let mut plain = 0.0;
+            for (index, target) in target.values.as_slice().iter().enumerate() {
+                let z = motion.map_back(grid.position(grid.node(index)));
+                plain += (step.value(extended(&shape, &z)) - target).powi(2);
+            }
+            assert_eq!(matching.difference(&pose).to_bits(), plain.to_bits());
+            let (mut visited, mut active) = (0, 0);
+            matching.visit(&motion, |_, target, _, _, u| {
+                visited += 1;
+                active += usize::from(step.derivative(u) > 0.0 || step.value(u) != target);
+            });
+            assert!(visited < grid.n_nodes() && active > 0);
+        }
+    }
+
+    #[test]
+    fn nodes_beyond_the_step_are_passed_over_exactly() {
+        for factor in [0.2, 1.0, 30.0] {
+            check_visits::<2>(49, factor, 0.4);
+            check_visits::<3>(17, factor, 1.1);
         }
     }
 
