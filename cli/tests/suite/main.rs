@@ -10,6 +10,8 @@ mod bad_input;
 mod book;
 mod boxes;
 mod calculus;
+#[cfg(unix)]
+mod clusters;
 mod compare;
 mod config;
 mod damaged_files;

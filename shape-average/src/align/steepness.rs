@@ -89,7 +89,11 @@ mod tests {
         }
         // A distance has slope one, but for the cell about the middle of the ball.
         let least = 2f64.sqrt();
-        assert!((least..1.3 * least).contains(&steepness(&ball)), "{}", steepness(&ball));
+        assert!(
+            (least..1.3 * least).contains(&steepness(&ball)),
+            "{}",
+            steepness(&ball)
+        );
     }
 
     #[test]
