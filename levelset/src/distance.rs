@@ -7,7 +7,7 @@ use crate::contour::Contour;
 use crate::error::LevelsetError;
 use crate::extract::{BoxEdge, check_finite, contour};
 use crate::pseudonormal::{Pseudonormals, winding_number};
-use crate::search::{Found, PACKET};
+use crate::search::{Found, PACKET, RUN, find_all};
 use crate::vector::{add_scaled, sub};
 
 compiled_once! {
@@ -114,6 +114,25 @@ impl<const D: usize> ContourDistance<D> {
         signed_at(self, &point)
     }
 
+    /// Returns the signed distances of many points, as [`ContourDistance::signed_distance`] does for one
+    /// of them, but several times faster where points that follow each other lie near each other: they
+    /// walk through the triangles together.
+    pub fn signed_distances(&self, points: &[[f64; D]]) -> Vec<f64> {
+        signed_at_all(self, points)
+    }
+
+    fn signed_distances_in(&self, points: &[[f64; D]]) -> Vec<f64> {
+        let found = find_all(&self.tree, points);
+        let mut distances = vec![0.0; points.len()];
+        parallel::for_each_chunk(&mut distances, RUN, 1, &|run, distances| {
+            for (i, distance) in distances.iter_mut().enumerate() {
+                let i = run * RUN + i;
+                *distance = self.signed(&points[i], found[i]);
+            }
+        });
+        distances
+    }
+
     fn signed_distance_in(&self, point: &[f64; D]) -> f64 {
         self.signed(point, self.find(point))
     }
@@ -174,6 +193,14 @@ compiled_once! {
 compiled_once! {
     /// The signed distance of a point.
     fn signed_at<'a, D>(contour: &'a ContourDistance<D>, point: &'a [f64; D]) -> f64 = ContourDistance::signed_distance_in;
+}
+
+compiled_once! {
+    /// The signed distances of points.
+    fn signed_at_all<'a, D>(
+        contour: &'a ContourDistance<D>,
+        points: &'a [[f64; D]],
+    ) -> Vec<f64> = ContourDistance::signed_distances_in;
 }
 
 compiled_once! {

@@ -19,6 +19,9 @@ use shapespace_input::lattice::Lattice;
 /// Share of the longest side of the box, at all of its faces, where no volumes of shapes are written.
 const BORDER: f64 = 0.05;
 
+/// Samples that one thread evaluates at a time.
+const SAMPLES_AT_ONCE: usize = 1024;
+
 /// Writes the deformations of inputs onto a shape, and their inverses, where they have a world.
 ///
 /// # Errors
@@ -142,18 +145,21 @@ fn sampled<const D: usize>(
 ) -> Vec<f32> {
     let nodal = distance.sample(grid);
     let extent = grid.extent();
-    let value = |index: usize| {
-        let unit: [f64; D] = world.unit(of_space(lattice.position(index)));
-        let within = (0..D).all(|k| (0.0..=extent[k]).contains(&unit[k]));
-        let value = if within {
-            nodal.sample(unit)[0]
-        } else {
-            distance.signed_distance(unit)
-        };
-        (world.length() * value) as f32
-    };
-    let indices: Vec<usize> = (0..lattice.count()).collect();
-    fe_grid::parallel::map(indices, &value)
+    let unit = |index: usize| world.unit(of_space(lattice.position(index)));
+    let within = |unit: &[f64; D]| (0..D).all(|k| (0.0..=extent[k]).contains(&unit[k]));
+    let millimetres = |distance: f64| (world.length() * distance) as f32;
+    let mut near: Vec<Option<f32>> = vec![None; lattice.count()];
+    fe_grid::parallel::for_each_chunk(&mut near, SAMPLES_AT_ONCE, 1, &|chunk, near| {
+        for (i, near) in near.iter_mut().enumerate() {
+            let unit = unit(chunk * SAMPLES_AT_ONCE + i);
+            *near = within(&unit).then(|| millimetres(nodal.sample(unit)[0]));
+        }
+    });
+    let outside = near.iter().enumerate().filter(|(_, near)| near.is_none());
+    let outside: Vec<[f64; D]> = outside.map(|(index, _)| unit(index)).collect();
+    let mut outside = distance.signed_distances(&outside).into_iter();
+    let value = |near: Option<f32>| near.or_else(|| outside.next().map(millimetres));
+    near.into_iter().filter_map(value).collect()
 }
 
 /// The inverse of a deformation at the nodes. Where a node lies outside the image of the box, the

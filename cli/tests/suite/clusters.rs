@@ -93,7 +93,7 @@ fn commands(manifest: &str) -> Vec<String> {
                 let deeper = line.len() - line.trim_start().len() > indent;
                 deeper || line.trim().is_empty()
             });
-            commands.push(inner.map(|line| format!("{line}\n")).collect());
+            commands.push(inner.collect::<Vec<_>>().join("\n"));
         }
     }
     commands

@@ -1,6 +1,7 @@
 //! Signed distances against brute force and closed forms.
 
 use crate::common::{ball, brute_force, noise};
+use fe_grid::random::SplitMix64;
 use fe_grid::{Field, Grid};
 use levelset::{BoxEdge, Contour, ContourDistance, LevelsetError, contour, signed_distance};
 use proptest::prelude::*;
@@ -226,6 +227,34 @@ fn a_tip_folded_by_rounding_does_not_turn_the_sign() {
         assert!(distance.signed_distance([x, y, z]) < 0.0, "{x} {y} {z}");
     }
     assert!(distance.signed_distance([0.3, 0.3, 0.3]) > 0.0);
+}
+
+/// Many points at once have the distances that they have alone, near the contour and far outside of its box.
+fn check_many<const D: usize>(n: usize) {
+    let field = ball(Grid::<D>::cube(n), 0.3);
+    let contour = contour(&field, 0.0, BoxEdge::Open).unwrap();
+    let distance = ContourDistance::new(&contour).unwrap();
+    // More than one run of a thread, with a last packet that is not full.
+    let mut random = SplitMix64::new(11);
+    let points: Vec<[f64; D]> = (0..2500)
+        .map(|_| std::array::from_fn(|_| random.between(-2.0, 3.0)))
+        .collect();
+    let all = distance.signed_distances(&points);
+    assert_eq!(all.len(), points.len());
+    for (point, found) in points.iter().zip(all) {
+        let alone = distance.signed_distance(*point);
+        assert!(
+            (found - alone).abs() < ROUNDING * (1.0 + alone.abs()),
+            "{point:?}: {found} {alone}"
+        );
+    }
+    assert!(distance.signed_distances(&[]).is_empty());
+}
+
+#[test]
+fn points_together_have_the_distances_that_they_have_alone() {
+    check_many::<2>(33);
+    check_many::<3>(17);
 }
 
 #[test]
