@@ -448,16 +448,22 @@ mod tests {
         })
     }
 
+    fn whole<const D: usize>(distance: &Field<f64, D, 1>) -> Masked<'_, D> {
+        Masked {
+            distance,
+            weight: None,
+        }
+    }
+
+    fn indicator<const D: usize>(fixed: &Field<f64, D, 1>) -> Indicator<D> {
+        let still = [(whole(fixed), RigidMotion::identity())];
+        Indicator::mean(&still, *fixed.grid(), Compact::new(0.03).unwrap()).unwrap()
+    }
+
     fn check_gradient<const D: usize>(n: usize) {
         let grid = Grid::<D>::cube(n);
         let (fixed, shape) = (pair(grid, 0.0), pair(grid, 0.04));
-        let step = Compact::new(0.03).unwrap();
-        let whole = |distance| Masked {
-            distance,
-            weight: None,
-        };
-        let still = [(whole(&fixed), RigidMotion::identity())];
-        let target = Indicator::mean(&still, grid, step).unwrap();
+        let target = indicator(&fixed);
         let matching = Matching::new(&target, whole(&shape)).unwrap();
         let start = matching.centred(plane_rotation(0, 1, 0.3));
         let system = matching.linearise(&start);
@@ -487,13 +493,8 @@ mod tests {
         for u in shape.as_mut_slice() {
             *u *= factor;
         }
-        let step = Compact::new(0.03).unwrap();
-        let whole = |distance| Masked {
-            distance,
-            weight: None,
-        };
-        let still = [(whole(&fixed), RigidMotion::identity())];
-        let target = Indicator::mean(&still, grid, step).unwrap();
+        let target = indicator(&fixed);
+        let step = target.step;
         let matching = Matching::new(&target, whole(&shape)).unwrap();
         let mut pose = matching.centred(plane_rotation(0, 1, turn));
         for shift in [0.0, 0.23, 0.9] {
