@@ -63,6 +63,9 @@ fn signed_distance_in<const D: usize>(
     Ok(distance)
 }
 
+/// Share of the distance from the contour at which the side of a point is looked for.
+const NEARBY: f64 = 0.9;
+
 /// The nearest point of a contour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest<const D: usize> {
@@ -168,12 +171,28 @@ impl<const D: usize> ContourDistance<D> {
         foot
     }
 
-    fn signed(&self, point: &[f64; D], found: Found) -> f64 {
+    /// Returns whether a point lies inside, by the normal of what is nearest to it.
+    fn is_inside(&self, point: &[f64; D], found: Found) -> Option<bool> {
         let weights = self.tree.closest(found.stored, point).weights;
         let offset = sub(point, &self.foot(found.stored, &weights));
+        self.normals.is_inside(found.stored, &weights, &offset)
+    }
+
+    /// Returns the side of a point whose nearest simplex does not tell it, by points about it that are
+    /// nearer to it than the contour, and so on its side. The winding number, which tells it always,
+    /// visits all simplices.
+    fn is_inside_nearby(&self, point: &[f64; D], distance: f64) -> Option<bool> {
+        (0..2 * D).find_map(|way| {
+            let mut near = *point;
+            near[way / 2] += NEARBY * distance * [1.0, -1.0][way % 2];
+            self.is_inside(&near, self.find(&near))
+        })
+    }
+
+    fn signed(&self, point: &[f64; D], found: Found) -> f64 {
         let inside = self
-            .normals
-            .is_inside(found.stored, &weights, &offset)
+            .is_inside(point, found)
+            .or_else(|| self.is_inside_nearby(point, found.distance))
             .unwrap_or_else(|| winding_number(self.tree.all_corners(), point) > 0.5);
         if inside {
             found.distance

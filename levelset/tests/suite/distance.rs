@@ -229,6 +229,43 @@ fn a_tip_folded_by_rounding_does_not_turn_the_sign() {
     assert!(distance.signed_distance([0.3, 0.3, 0.3]) > 0.0);
 }
 
+/// A ball with slivers all over: every triangle is cut in three at a point next to one of its corners.
+fn splintered() -> Contour<3> {
+    let field = ball(Grid::<3>::cube(13), 0.3);
+    let whole = contour(&field, 0.0, BoxEdge::Open).unwrap();
+    let mut points = whole.points().to_vec();
+    let mut triangles = Vec::new();
+    for [a, b, c] in whole.simplices() {
+        let new = points.len();
+        let [pa, pb, pc] = [a, b, c].map(|i| points[*i as usize]);
+        let near = |k: usize| pa[k] + 1e-11 * (pb[k] + pc[k] - 2.0 * pa[k]);
+        points.push(std::array::from_fn(near));
+        let new = new.try_into().unwrap();
+        triangles.extend([[*a, *b, new], [*b, *c, new], [*c, *a, new]]);
+    }
+    Contour::new(points, triangles).unwrap()
+}
+
+#[test]
+fn sides_are_right_where_all_normals_about_a_corner_are_unreliable() {
+    let contour = splintered();
+    assert!(contour.is_closed());
+    let distance = ContourDistance::new(&contour).unwrap();
+    let mut random = SplitMix64::new(3);
+    for _ in 0..3000 {
+        let point: [f64; 3] = std::array::from_fn(|_| random.between(0.1, 0.9));
+        let radius = point.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>().sqrt();
+        // Chords of a twelfth of the box are within a hundredth of the sphere.
+        if (radius - 0.3).abs() > 0.01 {
+            assert_eq!(
+                distance.signed_distance(point) > 0.0,
+                radius < 0.3,
+                "{point:?}"
+            );
+        }
+    }
+}
+
 /// Many points at once have the distances that they have alone, near the contour and far outside of its box.
 fn check_many<const D: usize>(n: usize) {
     let field = ball(Grid::<D>::cube(n), 0.3);
