@@ -227,6 +227,7 @@ fn checked<'a, const D: usize>(
         list.push(Masked {
             distance: shape,
             weight,
+            steepness: steepness::steepness(shape),
         });
     }
     Ok(list)

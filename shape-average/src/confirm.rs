@@ -49,10 +49,7 @@ pub(crate) fn minimise_in_rounds<const D: usize>(
         if matches!(status, Status::Cancelled | Status::InadmissibleStart) {
             return Ok(info);
         }
-        // The estimate of a state that has not moved is known.
-        if first || found.iterations > 0 {
-            objective.found_remaining = objective.remaining(x)?;
-        }
+        objective.found_remaining = objective.remaining(x)?;
         let share = ENOUGH.max(2.0 * params.stopping.relative_energy);
         let limit = share * objective.elastic_scale();
         let enough = objective.found_remaining.is_none_or(|left| left <= limit);

@@ -5,7 +5,6 @@ use levelset::{Compact, LevelsetError, Moments};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::motion::{RigidMotion, angle_between, extended, plane_rotation};
-use super::steepness::steepness;
 
 /// Maximal number of steps of one refinement; most end after five to ten.
 const MAX_STEPS: usize = 40;
@@ -24,6 +23,8 @@ pub(super) struct Masked<'a, const D: usize> {
     pub(super) distance: &'a Field<f64, D, 1>,
     /// Visibility mask, from 1 (visible) to 0 (hidden); `None` if all of the shape is visible.
     pub(super) weight: Option<&'a Field<f64, D, 1>>,
+    /// The largest rate at which its distance changes: [`steepness`](super::steepness::steepness).
+    pub(super) steepness: f64,
 }
 
 impl<const D: usize> Masked<'_, D> {
@@ -121,8 +122,6 @@ pub(super) struct Matching<'a, const D: usize> {
     shape: Masked<'a, D>,
     moments: Moments<D>,
     norm_squared: f64,
-    /// Largest rate at which the shape's distance changes, see [`steepness`].
-    steepness: f64,
 }
 
 impl<'a, const D: usize> Matching<'a, D> {
@@ -138,7 +137,6 @@ impl<'a, const D: usize> Matching<'a, D> {
             shape,
             moments: own.moments,
             norm_squared: squares(&own.values) + squares(&target.values),
-            steepness: steepness(shape.distance),
         })
     }
 
@@ -212,7 +210,7 @@ impl<'a, const D: usize> Matching<'a, D> {
     /// of the shape that lies there, and the shape's distance `u(z)`.
     ///
     /// Where `u` is beyond the step, it stays there for some nodes of the row, by its
-    /// [`steepness`]. There `u` is not evaluated, but replaced by a value on the same side, and the
+    /// steepness. There `u` is not evaluated, but replaced by a value on the same side, and the
     /// node is passed over if the target is on that side, too.
     fn visit(
         &self,
@@ -222,7 +220,7 @@ impl<'a, const D: usize> Matching<'a, D> {
         let nodes = self.target.values.grid();
         let row = nodes.nodes_per_axis()[0];
         let half_width = self.target.step.half_width();
-        let most = self.steepness * nodes.spacing();
+        let most = self.shape.steepness * nodes.spacing();
         for (first, targets) in self.target.values.as_slice().chunks_exact(row).enumerate() {
             let first = first * row;
             let mut node = nodes.node(first);
@@ -452,6 +450,7 @@ mod tests {
         Masked {
             distance,
             weight: None,
+            steepness: crate::align::steepness::steepness(distance),
         }
     }
 
