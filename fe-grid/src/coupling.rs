@@ -1,11 +1,11 @@
 //! The mixed second derivative of a composition's energy, in the deformation and in the field.
 //!
-//! For sources `(u_i, d_i, c_i)` and the energy `sum_i c_i sum_q w f(V(Phi_i(x_q)))` with
-//! `Phi_i(x) = x + u_i(x)`, the derivative by the nodal values of `V` changes in the directions
-//! `d_i` of the displacements, in the model of [`SmoothMatching`], by
+//! For a source `(u, c)` and the energy `c sum_q w f(V(Phi(x_q)))` with `Phi(x) = x + u(x)`, the
+//! derivative by the nodal values of `V` changes in a direction `d` of the displacement, in the model of
+//! [`SmoothMatching`], by
 //!
 //! ```text
-//! sum_i c_i sum_q w f'' (G . d_i) N(Phi_i),
+//! c sum_q w f'' (G . d) N(Phi),
 //! ```
 //!
 //! with the vector `N(y)` of all shape functions. Its transpose, the change of the derivative by
@@ -45,25 +45,22 @@ pub struct Variation<'a> {
 pub fn field_derivative_change<F: MatchDensity, const D: usize>(
     grid: &Grid<D>,
     model: &SmoothMatching<'_, F, f64, D>,
-    variations: &[Variation<'_>],
+    variation: &Variation<'_>,
     out: &mut [f64],
 ) {
     let n = grid.n_nodes();
     assert_eq!(out.len(), n);
-    for variation in variations {
-        assert_eq!(variation.source.displacement.len(), D * n);
-        assert_eq!(variation.direction.len(), D * n);
-        assert!(variation.source.coefficients.len() >= F::COEFFICIENTS);
-    }
-    let ranges = variations.iter().map(|v| layer_ranges(grid, &v.source));
-    let ranges: Vec<Vec<[f64; 2]>> = ranges.collect();
+    assert_eq!(variation.source.displacement.len(), D * n);
+    assert_eq!(variation.direction.len(), D * n);
+    assert!(variation.source.coefficients.len() >= F::COEFFICIENTS);
+    let ranges = layer_ranges(grid, &variation.source);
     out.fill(0.0);
     let parallel = grid.n_cells() >= PARALLEL_CELLS;
     over_slabs(grid, 1, out, parallel, &|slab| {
         let task = SlabTask {
             grid,
             model,
-            variations,
+            variation,
             ranges: &ranges,
             slab,
         };
@@ -84,9 +81,9 @@ impl<F: MatchDensity> Reads for Place<F> {
 struct SlabTask<'a, F, const D: usize> {
     grid: &'a Grid<D>,
     model: &'a SmoothMatching<'a, F, f64, D>,
-    variations: &'a [Variation<'a>],
-    /// Of each source, the ranges of the last deformed coordinate.
-    ranges: &'a [Vec<[f64; 2]>],
+    variation: &'a Variation<'a>,
+    /// The ranges of the last deformed coordinate.
+    ranges: &'a [[f64; 2]],
     slab: Slab<'a, f64>,
 }
 
@@ -101,30 +98,29 @@ impl<F: MatchDensity, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
         let reached = |range: &[f64; 2]| range[0] <= high && range[1] >= low;
         let mut block = Block::<L, D, D>::zero::<Place<F>>(self.grid);
         let mut direction = Evaluated::<L, D, D>::zero();
-        for (variation, ranges) in self.variations.iter().zip(self.ranges) {
-            let data = Data {
-                coefficients: variation.source.coefficients,
-                cells: &[],
-            };
-            let mut rows = ranges.chunks_exact(runs);
-            for layer in 0..cells[D - 1] {
-                for (row, ranges) in rows_of_layer(self.grid, layer).zip(&mut rows) {
-                    if !ranges.iter().any(reached) {
-                        continue;
-                    }
-                    let displacement = variation.source.displacement;
-                    let nodes = RowData::new::<Place<F>>(self.grid, displacement, &data, row);
-                    let along = component_rows(self.grid, variation.direction, row);
-                    for (run, _) in ranges.iter().enumerate().filter(|(_, r)| reached(r)) {
-                        let end = ((run + 1) * RUN).min(cells[0]);
-                        for i in (run * RUN..end).step_by(L::COUNT) {
-                            block.read::<Place<F>, f64>(&nodes, i);
-                            direction.read::<Place<F>, f64>(&along, i, 1.0);
-                            for q in 0..1usize << D {
-                                let d = direction.jet(q).value;
-                                let weight = variation.source.weight;
-                                self.scatter(&block.point(q), &d, weight, end - i);
-                            }
+        let variation = self.variation;
+        let data = Data {
+            coefficients: variation.source.coefficients,
+            cells: &[],
+        };
+        let mut rows = self.ranges.chunks_exact(runs);
+        for layer in 0..cells[D - 1] {
+            for (row, ranges) in rows_of_layer(self.grid, layer).zip(&mut rows) {
+                if !ranges.iter().any(reached) {
+                    continue;
+                }
+                let displacement = variation.source.displacement;
+                let nodes = RowData::new::<Place<F>>(self.grid, displacement, &data, row);
+                let along = component_rows(self.grid, variation.direction, row);
+                for (run, _) in ranges.iter().enumerate().filter(|(_, r)| reached(r)) {
+                    let end = ((run + 1) * RUN).min(cells[0]);
+                    for i in (run * RUN..end).step_by(L::COUNT) {
+                        block.read::<Place<F>, f64>(&nodes, i);
+                        direction.read::<Place<F>, f64>(&along, i, 1.0);
+                        for q in 0..1usize << D {
+                            let d = direction.jet(q).value;
+                            let weight = variation.source.weight;
+                            self.scatter(&block.point(q), &d, weight, end - i);
                         }
                     }
                 }

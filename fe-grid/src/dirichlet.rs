@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 
 use crate::buffer::Buffer;
+use crate::distribution::Distribution;
 use crate::error::GridError;
 use crate::field::Field;
 use crate::grid::Grid;
@@ -226,6 +227,10 @@ impl<O: Objective> Objective for Held<'_, O> {
 
     fn value(&mut self, x: &[f64]) -> Result<Evaluation, Self::Error> {
         self.inner.value(x)
+    }
+
+    fn distribution(&self) -> Distribution {
+        self.inner.distribution()
     }
 
     fn energy_scale(&self, energy: f64) -> f64 {

@@ -9,7 +9,8 @@
 //!   [`multigrid`].
 //! - Given values: [`HeldValues`], on the boundary or anywhere, for operators and objectives.
 //! - Minimisation: [`minimise`], from coarse levels to fine, and a check of derivatives.
-//! - Threads: [`parallel`] loops, whose scheduler is compiled once.
+//! - Threads: [`parallel`] loops, whose scheduler is compiled once. Processes: [`communicator`], and
+//!   the [`Distribution`] of the parts of a problem to them.
 //! - Compilation: [`dimension`] forwards generic code to a version for 2D and one for 3D.
 //!
 //! Everything holds for `D = 2` and `D = 3` alike. Elements are multilinear, with two quadrature
@@ -65,12 +66,14 @@ macro_rules! mutant {
 mod blocks;
 mod buffer;
 mod certificate;
+pub mod communicator;
 pub mod composition;
 pub mod coupling;
 mod covering;
 #[allow(unsafe_code, reason = "one type under two names")]
 pub mod dimension;
 mod dirichlet;
+mod distribution;
 pub mod engine;
 mod error;
 mod field;
@@ -112,6 +115,7 @@ pub mod vector;
 pub use buffer::{Buffer, Storage};
 pub use certificate::{Certificate, certify, certify_below, certify_within, repair, violations};
 pub use dirichlet::{Held, HeldValues};
+pub use distribution::{Distribution, Quantum};
 pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_cells};
 pub use error::GridError;
 pub use field::{Field, ScalarField, VectorField, locate};

@@ -13,10 +13,13 @@
 //! `s(1-s)`, `s^2`: a point adds to `3^D` moments of its cell, and moments become matrix entries
 //! once all points are in.
 //!
-//! Every slab of cells is processed by one task, which searches the sources for points inside it; a
-//! cell receives its points in the order of the sources, independent of the number of threads.
+//! Every slab of cells is processed by one task, which searches the sources for points inside it, one
+//! source after the other: what each adds is independent of the number of threads. Where the sources are
+//! [distributed](Distribution) to processes, the terms of the sum over sources are rounded such that it
+//! is exact, and independent of the order, too.
 
 use crate::composition::locate_lanes;
+use crate::distribution::{Distribution, Quantum};
 use crate::engine::block::{Block, RowData};
 use crate::engine::element::MAX_CORNERS;
 use crate::engine::kernel::CACHE_LINE;
@@ -62,7 +65,7 @@ pub fn normal_equations<T: Element, P: PointWeights<D>, const D: usize>(
     background: Background,
 ) -> (SymmetricStencil<D>, Vec<f64>) {
     let mut equations = NormalEquations::new(*grid);
-    equations.assemble(rule, sources, background);
+    equations.assemble(rule, sources, background, None);
     (equations.matrix, equations.rhs)
 }
 
@@ -73,6 +76,19 @@ pub struct NormalEquations<const D: usize> {
     rhs: Vec<f64>,
     moments: Pool<Vec<f64>>,
 }
+
+/// Sources that are distributed to processes: each is one part, and `sources` are the own ones.
+#[derive(Clone, Copy, Debug)]
+pub struct DistributedSources<'a> {
+    /// The distribution.
+    pub distribution: &'a Distribution,
+    /// Size of the entries that a source adds where it does not compress: the volume of a cell times the
+    /// two numbers. Larger entries cost a second assembly.
+    pub entry: f64,
+}
+
+/// The entries of a source may be this many times as large as expected; more cost a further assembly.
+const ROOM: f64 = 4096.0;
 
 impl<const D: usize> NormalEquations<D> {
     /// Empty equations: zero.
@@ -99,15 +115,17 @@ impl<const D: usize> NormalEquations<D> {
         &self.rhs
     }
 
-    /// Assembles as [`normal_equations`] does.
+    /// Assembles as [`normal_equations`] does. With a distribution, all processes have the equations of
+    /// all sources afterwards, with the same bits on any number of processes; collective.
     ///
     /// # Panics
-    /// If a source does not fit the grid.
+    /// If a source does not fit the grid, or the distribution the number of sources.
     pub fn assemble<T: Element, P: PointWeights<D>>(
         &mut self,
         rule: &P,
         sources: &[Source<'_, T>],
         background: Background,
+        distributed: Option<DistributedSources<'_>>,
     ) {
         let grid = *self.matrix.grid();
         let n = grid.n_nodes();
@@ -117,31 +135,141 @@ impl<const D: usize> NormalEquations<D> {
             const { assert!(P::USES_VALUE && P::CELL_DATA == 0) };
         }
         let ranges: Vec<Vec<[f64; 2]>> = sources.iter().map(|s| layer_ranges(&grid, s)).collect();
+        let sum = Sum {
+            grid: &grid,
+            rule,
+            sources,
+            ranges: &ranges,
+            quantum: Quantum::of_sums(0.0),
+            moments: &self.moments,
+        };
         let half = half_offsets::<D>().len();
-        let element = crate::stencil::constant_element::<D>(&grid, background);
         let mut out = self.matrix.take();
-        out.clear();
         out.resize((half + 1) * n, 0.0);
-        let parallel = grid.n_cells() >= PARALLEL_CELLS;
-        let moments = &self.moments;
-        over_slabs(&grid, half + 1, &mut out, parallel, &|slab| {
-            moments.with(Vec::new, |moments| {
-                T::run_kernel(SlabTask {
-                    grid: &grid,
-                    rule,
-                    sources,
-                    ranges: &ranges,
-                    element: &element,
-                    background,
-                    moments,
-                    slab,
-                });
-            });
+        match distributed {
+            None => {
+                sum.assemble(&mut out);
+            }
+            Some(distributed) => sum.assemble_distributed(distributed, &mut out),
+        }
+        let element = crate::stencil::constant_element::<D>(&grid, background);
+        let load = background.load * grid.cell_volume() / f64::from(1u32 << D);
+        over_slabs(&grid, half + 1, &mut out, is_parallel(&grid), &|slab| {
+            add_background(&grid, slab, &element, load);
         });
         self.rhs.copy_from_slice(&out[half * n..]);
         out.truncate(half * n);
         self.matrix.restore(out);
     }
+}
+
+fn is_parallel<const D: usize>(grid: &Grid<D>) -> bool {
+    grid.n_cells() >= PARALLEL_CELLS
+}
+
+/// The sum of what sources add to the entries of the matrix and the right-hand side.
+struct Sum<'a, T, P, const D: usize> {
+    grid: &'a Grid<D>,
+    rule: &'a P,
+    sources: &'a [Source<'a, T>],
+    /// Of each source, [`layer_ranges`].
+    ranges: &'a [Vec<[f64; 2]>],
+    /// What the entries of each source are rounded to.
+    quantum: Quantum,
+    moments: &'a Pool<Vec<f64>>,
+}
+
+impl<T: Element, P: PointWeights<D>, const D: usize> Sum<'_, T, P, D> {
+    /// Overwrites `out` by the sum; returns the largest absolute value that a source adds to an entry.
+    fn assemble(&self, out: &mut [f64]) -> f64 {
+        out.fill(0.0);
+        let outputs = half_offsets::<D>().len() + 1;
+        let parallel = is_parallel(self.grid);
+        let largest = over_slabs(self.grid, outputs, out, parallel, &|slab| {
+            self.moments.with(Vec::new, |memory| {
+                T::run_kernel(SlabTask {
+                    sum: self,
+                    memory,
+                    slab,
+                })
+            })
+        });
+        largest.into_iter().fold(0.0, f64::max)
+    }
+
+    /// The sum over the sources of all processes.
+    fn assemble_distributed(mut self, sources: DistributedSources<'_>, out: &mut [f64]) {
+        let distribution = sources.distribution;
+        assert_eq!(self.sources.len(), distribution.own().len());
+        let n = distribution.n_parts() as f64;
+        let mut room = ROOM;
+        loop {
+            self.quantum = Quantum::of_sums(room * n * sources.entry);
+            let mut largest = [self.assemble(out)];
+            distribution.communicator().maximum(&mut largest);
+            // What is not finite does not become so with more room.
+            if largest[0] <= room * sources.entry || !largest[0].is_finite() || room > 1e100 {
+                break;
+            }
+            room *= ROOM;
+        }
+        distribution.communicator().sum(out);
+    }
+}
+
+/// Adds the entries of an element that is the same for all cells, and a load at every corner.
+fn add_background<const D: usize>(
+    grid: &Grid<D>,
+    mut slab: Slab<'_, f64>,
+    element: &[[f64; MAX_CORNERS]; MAX_CORNERS],
+    load: f64,
+) {
+    let rhs = half_offsets::<D>().len();
+    let pairs = corner_pairs::<D>();
+    for layer in slab.layers.clone() {
+        for row in rows_of_layer(grid, layer) {
+            let mut add = |output: usize, a: usize, constant: f64| {
+                for x in entries_of_row(grid, &mut slab, layer, row, output, a) {
+                    *x += constant;
+                }
+            };
+            for pair in &pairs {
+                add(pair.offset, pair.corner, element[pair.corner][pair.other]);
+            }
+            for a in 0..1usize << D {
+                add(rhs, a, load);
+            }
+        }
+    }
+}
+
+/// The entries of one output at one corner of the cells of a row.
+#[inline(always)]
+fn entries_of_row<'a, const D: usize>(
+    grid: &Grid<D>,
+    slab: &'a mut Slab<'_, f64>,
+    layer: usize,
+    row: Row,
+    output: usize,
+    corner: usize,
+) -> &'a mut [f64] {
+    let n = grid.nodes_per_axis();
+    let plane = plane_size(grid);
+    let y = if D == 3 { row[0] } else { 0 };
+    let line = if D == 3 {
+        (y + (corner >> 1 & 1)) * n[0]
+    } else {
+        0
+    };
+    let start = line + (corner & 1);
+    let nodes = slab.plane(output, layer, corner >> (D - 1), plane);
+    &mut nodes[start..start + n[0] - 1]
+}
+
+/// Number of nodes of a plane across the last axis.
+fn plane_size<const D: usize>(grid: &Grid<D>) -> usize {
+    let n = grid.nodes_per_axis();
+    if D == 3 { n[0] * n[1] } else { n[0] }
 }
 
 /// For every run of cells, row by row, the smallest and largest deformed coordinate along the
@@ -209,73 +337,94 @@ impl<T: Element> LaneKernel<T> for Extremes<'_, T> {
 }
 
 struct SlabTask<'a, T: Element, P, const D: usize> {
-    grid: &'a Grid<D>,
-    rule: &'a P,
-    sources: &'a [Source<'a, T>],
-    /// Of each source, [`layer_ranges`].
-    ranges: &'a [Vec<[f64; 2]>],
-    element: &'a [[f64; MAX_CORNERS]; MAX_CORNERS],
-    background: Background,
-    /// Memory for the moments.
-    moments: &'a mut Vec<f64>,
+    sum: &'a Sum<'a, T, P, D>,
+    /// Memory for the moments and the entries of one source.
+    memory: &'a mut Vec<f64>,
     slab: Slab<'a, f64>,
 }
 
 impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<'_, T, P, D> {
-    type Output = ();
+    type Output = f64;
 
     #[inline(always)]
-    fn run<L: Lane<Element = T>>(mut self) {
-        let cells = self.grid.cells_per_axis();
+    fn run<L: Lane<Element = T>>(mut self) -> f64 {
+        let grid = self.sum.grid;
+        let cells = grid.cells_per_axis();
         let per_layer: usize = cells[..D - 1].iter().product();
         let stride = const { moment_stride(D as u32) };
         let layers = self.slab.layers.clone();
         let count = layers.len() * per_layer * stride;
-        let mut memory = std::mem::take(self.moments);
+        let outputs = half_offsets::<D>().len() + 1;
+        let size = (layers.len() + 1) * plane_size(grid);
+        let mut memory = std::mem::take(self.memory);
         memory.clear();
-        memory.resize(count + CACHE_LINE, 0.0);
-        let first = memory.as_ptr().align_offset(CACHE_LINE);
-        let moments = memory.get_mut(first..first + count).unwrap_or_default();
-        let length = cells[0];
-        let mut points = RunPoints::new();
-        let runs = length.div_ceil(RUN);
-        let (low, high) = self.slab.reach(cells[D - 1]);
-        let reached = |range: &[f64; 2]| range[0] <= high && range[1] >= low;
-        let mut block = Block::<L, D, D>::zero::<P>(self.grid);
-        // Rows beside each other fall into cells beside each other, whose moments are then still
-        // in the cache: all rows of one `y` follow each other, those of all sources.
-        let rows_per_layer = per_layer / length;
-        for y in 0..rows_per_layer {
-            for (source, ranges) in self.sources.iter().zip(self.ranges) {
-                let factor = mutant!(source.weight, ScatterWeight => 1.0);
-                for layer in 0..cells[D - 1] {
-                    let first = (layer * rows_per_layer + y) * runs;
-                    let ranges = &ranges[first..first + runs];
-                    if !ranges.iter().any(reached) {
-                        continue;
-                    }
-                    let row = if D == 3 { [y, layer] } else { [layer, 0] };
-                    let data = Data {
-                        coefficients: source.coefficients,
-                        cells: &[],
-                    };
-                    let nodes = RowData::new::<P>(self.grid, source.displacement, &data, row);
-                    for (run, range) in ranges.iter().enumerate() {
-                        if reached(range) {
-                            let first = run * RUN;
-                            self.evaluate(&nodes, first, factor, &mut block, &mut points);
-                            accumulate::<L, T, D>(&points, moments);
-                        }
-                    }
-                }
+        memory.resize(outputs * size + count + CACHE_LINE, 0.0);
+        let (entries, rest) = memory.split_at_mut(outputs * size);
+        let first = rest.as_ptr().align_offset(CACHE_LINE);
+        let moments = rest.get_mut(first..first + count).unwrap_or_default();
+        let mut largest = 0.0;
+        for (i, (source, ranges)) in self.sum.sources.iter().zip(self.sum.ranges).enumerate() {
+            if i > 0 {
+                moments.fill(0.0);
+                entries.fill(0.0);
             }
+            self.accumulate_source::<L>(source, ranges, moments);
+            let mut own = Slab {
+                layers: layers.clone(),
+                planes: entries.chunks_exact_mut(size).collect(),
+                top: Vec::new(),
+            };
+            finish(grid, moments, &mut own);
+            largest = f64::max(largest, self.add(entries));
         }
-        self.finish(moments, stride);
-        *self.moments = memory;
+        *self.memory = memory;
+        largest
     }
 }
 
 impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
+    /// Adds the points of a source to the moments of the cells that they are moved to.
+    #[inline(always)]
+    fn accumulate_source<L: Lane<Element = T>>(
+        &self,
+        source: &Source<'_, T>,
+        ranges: &[[f64; 2]],
+        moments: &mut [f64],
+    ) {
+        let grid = self.sum.grid;
+        let cells = grid.cells_per_axis();
+        let runs = cells[0].div_ceil(RUN);
+        let (low, high) = self.slab.reach(cells[D - 1]);
+        let reached = |range: &[f64; 2]| range[0] <= high && range[1] >= low;
+        let factor = mutant!(source.weight, ScatterWeight => 1.0);
+        let mut block = Block::<L, D, D>::zero::<P>(grid);
+        let mut points = RunPoints::new();
+        // Rows above each other fall into cells beside each other, whose moments are then still in the
+        // cache: all rows of one `y` follow each other.
+        let rows_per_layer: usize = cells[1..D - 1].iter().product();
+        for y in 0..rows_per_layer {
+            for layer in 0..cells[D - 1] {
+                let first = (layer * rows_per_layer + y) * runs;
+                let ranges = &ranges[first..first + runs];
+                if !ranges.iter().any(reached) {
+                    continue;
+                }
+                let row = if D == 3 { [y, layer] } else { [layer, 0] };
+                let data = Data {
+                    coefficients: source.coefficients,
+                    cells: &[],
+                };
+                let nodes = RowData::new::<P>(grid, source.displacement, &data, row);
+                for (run, range) in ranges.iter().enumerate() {
+                    if reached(range) {
+                        self.evaluate(&nodes, run * RUN, factor, &mut block, &mut points);
+                        accumulate::<L, T, D>(&points, moments);
+                    }
+                }
+            }
+        }
+    }
+
     #[inline(always)]
     fn evaluate<L: Lane<Element = T>>(
         &self,
@@ -285,8 +434,9 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
         block: &mut Block<L, D, D>,
         points: &mut RunPoints<T, D>,
     ) {
-        let weight = L::splat(factor * self.grid.cell_volume() / f64::from(1u32 << D));
-        let cells = self.grid.cells_per_axis();
+        let grid = self.sum.grid;
+        let weight = L::splat(factor * grid.cell_volume() / f64::from(1u32 << D));
+        let cells = grid.cells_per_axis();
         let first_layer = L::splat(self.slab.layers.start as f64);
         points.length = RUN.min(cells[0] - first);
         for i in (0..points.length).step_by(L::COUNT) {
@@ -297,8 +447,8 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
                 for k in 0..D {
                     deformed[k] += p.value[k];
                 }
-                let (a, b) = self.rule.weights(&p, &deformed);
-                let at = locate_lanes(self.grid, &deformed);
+                let (a, b) = self.sum.rule.weights(&p, &deformed);
+                let at = locate_lanes(grid, &deformed);
                 let start = RunPoints::<T, D>::start(q) + i;
                 let mut places = points.data[start..].chunks_mut(RUN);
                 let mut put = |x: L| {
@@ -321,35 +471,52 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
         }
     }
 
-    /// Moments of the cells to matrix entries and right-hand side at the nodes.
+    /// Adds the entries of a source, rounded; returns the largest absolute value before.
     #[inline(always)]
-    fn finish(&mut self, moments: &[f64], stride: usize) {
-        let n = self.grid.nodes_per_axis();
-        let plane = if D == 3 { n[0] * n[1] } else { n[0] };
-        let pairs = corner_pairs::<D>();
-        let rhs = half_offsets::<D>().len();
-        let load = self.background.load * self.grid.cell_volume() / f64::from(1u32 << D);
-        let products = const { first_moments(D as u32) };
-        let length = n[0] - 1;
-        let mut rows = moments.chunks_exact(stride * length);
-        for layer in self.slab.layers.clone() {
-            for (row, blocks) in rows_of_layer(self.grid, layer).zip(&mut rows) {
-                let y = if D == 3 { row[0] } else { 0 };
-                let mut add = |output: usize, a: usize, moment: usize, constant: f64| {
-                    let start = if D == 3 { (y + (a >> 1 & 1)) * n[0] } else { 0 } + (a & 1);
-                    let target = self.slab.plane(output, layer, a >> (D - 1), plane);
-                    let blocks = blocks.chunks_exact(stride);
-                    for (t, block) in target[start..start + length].iter_mut().zip(blocks) {
-                        *t += block[moment] + constant;
-                    }
-                };
-                for pair in &pairs {
-                    let a = pair.corner;
-                    add(pair.offset, a, pair.moment, self.element[a][pair.other]);
+    fn add(&mut self, entries: &[f64]) -> f64 {
+        let quantum = self.sum.quantum;
+        let size = (self.slab.layers.len() + 1) * plane_size(self.sum.grid);
+        let mut largest = 0.0;
+        for (o, entries) in entries.chunks_exact(size).enumerate() {
+            let (planes, top) = entries.split_at(self.slab.planes[o].len());
+            let mut add = |out: &mut [f64], own: &[f64]| {
+                for (out, &own) in out.iter_mut().zip(own) {
+                    *out += quantum.round(own);
+                    let size = own.abs();
+                    // Not `max`, which is slower for its rule on NaN: that stays in the sum.
+                    largest = if size > largest { size } else { largest };
                 }
-                for a in 0..1usize << D {
-                    add(rhs, a, products + a, load);
+            };
+            add(self.slab.planes[o], planes);
+            if let Some(out) = self.slab.top.get_mut(o) {
+                add(out, top);
+            }
+        }
+        largest
+    }
+}
+
+/// Moments of the cells to matrix entries and right-hand side at the nodes.
+#[inline(always)]
+fn finish<const D: usize>(grid: &Grid<D>, moments: &[f64], slab: &mut Slab<'_, f64>) {
+    let stride = const { moment_stride(D as u32) };
+    let pairs = corner_pairs::<D>();
+    let rhs = half_offsets::<D>().len();
+    let products = const { first_moments(D as u32) };
+    let mut rows = moments.chunks_exact(stride * grid.cells_per_axis()[0]);
+    for layer in slab.layers.clone() {
+        for (row, blocks) in rows_of_layer(grid, layer).zip(&mut rows) {
+            let mut add = |output: usize, a: usize, moment: usize| {
+                let entries = entries_of_row(grid, slab, layer, row, output, a);
+                for (x, block) in entries.iter_mut().zip(blocks.chunks_exact(stride)) {
+                    *x += block[moment];
                 }
+            };
+            for pair in &pairs {
+                add(pair.offset, pair.corner, pair.moment);
+            }
+            for a in 0..1usize << D {
+                add(rhs, a, products + a);
             }
         }
     }

@@ -13,7 +13,7 @@ use crate::level::{LevelShapes, shape};
 use crate::params::AverageParams;
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Buffer, Grid, GridError, LinearOperator, locate, parallel};
+use fe_grid::{Buffer, Distribution, Grid, GridError, LinearOperator, locate, parallel};
 use hyperelastic::{Corotational, CorotationalMultigrid};
 
 /// How many times the spacing of the grid of common motions is doubled.
@@ -33,13 +33,14 @@ pub(crate) struct CommonMotion<const D: usize> {
     grid: Grid<D>,
     cycle: CorotationalMultigrid<D>,
     rigid: Rigid,
-    /// For every shape the cell of `grid` into which each node is moved, as the number of its first
+    /// For every shape of this process the cell of `grid` into which each node is moved, as the number of its first
     /// node, and the `D` coordinates there.
     places: Buffer<f32>,
+    distribution: Distribution,
 }
 
 impl<const D: usize> CommonMotion<D> {
-    /// Computes the metric at displacements, for given weights of the elastic energies and a
+    /// Computes the metric at displacements, for given weights of the elastic energies of all shapes and a
     /// regularisation relative to their shear modulus times the weights.
     pub fn new(
         shapes: &LevelShapes<D>,
@@ -53,28 +54,30 @@ impl<const D: usize> CommonMotion<D> {
         let n_nodes = fine.n_nodes();
         let mut places = params
             .storage
-            .zeros::<f32>((D + 1) * n_nodes * weights.len())?;
+            .zeros::<f32>((D + 1) * n_nodes * shapes.n_own())?;
+        let distribution = shapes.distribution().clone();
+        let own = &weights[distribution.own()];
         let dim = D * n_nodes;
         let void = params
             .void_stiffness
             .max(Corotational::<D>::LEAST_VOID_STIFFNESS);
         let parts = places.chunks_exact_mut((D + 1) * n_nodes).enumerate();
-        let stiffness: Vec<Vec<f64>> = parallel::map(parts, &|(i, places)| {
+        let mut stiffness: Vec<Vec<f64>> = parallel::map(parts, &|(i, places)| {
             let moved = find(&fine, &grid, shape(x, i, dim), places);
             let indicator = shapes.indicators[i].as_slice();
             let mut sums = vec![0.0; grid.n_cells()];
             for (cell, chi) in moved.into_iter().zip(indicator) {
-                sums[cell] += weights[i] * ((1.0 - void) * chi + void);
+                sums[cell] += own[i] * ((1.0 - void) * chi + void);
             }
             sums
         });
         places.rest();
+        let stiffness = distribution.sum_vectors(&mut stiffness, grid.n_cells());
         let total: f64 = weights.iter().sum();
         // Every node stands for the volume of a cell.
         let volume = fine.cell_volume() / grid.cell_volume();
         let mut cells = vec![vec![0.0; grid.n_cells()]; Corotational::<D>::CELL_DATA];
-        for cell in 0..grid.n_cells() {
-            let sum: f64 = stiffness.iter().map(|part| part[cell]).sum();
+        for (cell, sum) in stiffness.iter().enumerate() {
             let mean = (sum * volume).max(void * total) as f32;
             cells[0][cell] = mean;
             for k in 0..D {
@@ -94,13 +97,14 @@ impl<const D: usize> CommonMotion<D> {
             cycle,
             rigid,
             places,
+            distribution,
         })
     }
 
     /// Adds `R K^-1 R^T gradient`.
     pub fn add(&self, gradient: &[f64], out: &mut [f64]) {
         let (n, m, dim) = (self.n_nodes, self.grid.n_nodes(), D * self.n_nodes);
-        let loads = parallel::map(0..gradient.len() / dim, &|i| {
+        let mut loads = parallel::map(0..gradient.len() / dim, &|i| {
             let mut load = vec![0.0; D * m];
             let gradient = shape(gradient, i, dim);
             self.visit(i, |node, coarse, weight| {
@@ -110,12 +114,7 @@ impl<const D: usize> CommonMotion<D> {
             });
             load
         });
-        let mut sum = vec![0.0; D * m];
-        for load in &loads {
-            for (a, b) in sum.iter_mut().zip(load) {
-                *a += b;
-            }
-        }
+        let mut sum = self.distribution.sum_vectors(&mut loads, D * m);
         self.rigid.balance(&mut sum);
         let mut motion = vec![0.0; D * m];
         self.cycle.apply_into(&sum, &mut motion);

@@ -90,6 +90,10 @@ impl Observer for View<'_> {
         self.observer.memory(memory);
     }
 
+    fn remembers(&mut self, ended: bool) -> bool {
+        self.observer.remembers(ended)
+    }
+
     fn between(&mut self) -> Control {
         self.observer.between()
     }

@@ -70,6 +70,22 @@ pub(crate) struct ShapeTerms {
     pub barrier: f64,
 }
 
+impl ShapeTerms {
+    /// The terms as numbers.
+    pub fn into_array(self) -> [f64; 3] {
+        [self.elastic, self.mismatch, self.barrier]
+    }
+
+    /// The inverse of [`Self::into_array`].
+    pub fn from_array([elastic, mismatch, barrier]: [f64; 3]) -> Self {
+        Self {
+            elastic,
+            mismatch,
+            barrier,
+        }
+    }
+}
+
 impl Energy {
     /// Returns the quantity that is minimised.
     pub fn objective(&self) -> f64 {

@@ -55,6 +55,14 @@ pub enum AverageError {
         /// What was found instead.
         what: &'static str,
     },
+    /// Something that only one process can do was asked of several.
+    #[error("{what} runs on one process, and there are {processes}")]
+    Distributed {
+        /// What.
+        what: &'static str,
+        /// The number of processes.
+        processes: usize,
+    },
     /// A parameter is out of range.
     #[error("{name} must be {expected}, found {value}")]
     Parameter {

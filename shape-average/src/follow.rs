@@ -14,9 +14,9 @@ use crate::error::AverageError;
 use crate::hierarchy::{LevelMinimiser, Levels, levels_of_visible, targets_of};
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean};
-use crate::result::{AverageResult, Timing};
+use crate::result::AverageResult;
 use fe_grid::minimise::{Observer, Status, minimise_levels};
-use fe_grid::{Field, ScalarField, mutant};
+use fe_grid::{Distribution, Field, ScalarField, mutant};
 use std::time::Instant;
 
 /// Elastic weights of the continuation, relative to the full weight of the mismatch of the shape. From
@@ -129,17 +129,8 @@ pub(crate) fn with_followers<const D: usize>(
         }
     }
     let shapes = LevelShapes::new(grid, &distances, params)?.with_visibility(seen);
-    let timing = Timing {
-        levels: Vec::new(),
-        seconds: start.elapsed().as_secs_f64(),
-    };
-    let seconds: Vec<f64> = levels.iter().map(|level| level.seconds).collect();
     let average = result.average.into_vec();
-    let mut all = AverageResult::new(&distances, &weights, shapes, &x, average, levels, &timing)?;
-    for (level, seconds) in all.levels.iter_mut().zip(seconds) {
-        level.seconds = seconds;
-    }
-    Ok(all)
+    AverageResult::new(&distances, &weights, shapes, &x, average, levels, start)
 }
 
 /// What a shape is deformed onto.
@@ -162,6 +153,7 @@ fn follow<const D: usize>(
 ) -> Result<(Vec<f64>, Vec<[f64; 2]>), AverageError> {
     let size = D * distance.grid().n_nodes();
     let quiet = &mut crate::quiet::Quiet(observer);
+    let alone = Distribution::alone(1);
     let mut terms: Vec<[f64; 2]> = Vec::new();
     let mut displacement: Option<Vec<f64>> = None;
     for weight in ELASTIC_WEIGHTS {
@@ -170,7 +162,7 @@ fn follow<const D: usize>(
             mean: Mean::Arithmetic,
             ..params.clone()
         };
-        let mut levels = levels_of_visible(std::slice::from_ref(distance), seen, &own)?;
+        let mut levels = levels_of_visible(std::slice::from_ref(distance), seen, &own, &alone)?;
         let mut targets = targets_of(goal.target, &own)?;
         if let Some(finest) = targets.last_mut() {
             *finest = goal.phase_field.as_slice().to_vec();

@@ -100,31 +100,35 @@ impl<const D: usize> AverageObjective<D> {
     ) -> Result<Vec<f64>, AverageError> {
         let dim = self.shape_dim();
         let n = self.grid().n_nodes();
-        let coefficients: Vec<Vec<&[f64]>> = (0..self.shapes.n_shapes())
-            .map(|i| self.shapes.match_coefficients(i))
-            .collect();
-        let variation = |i: usize| Variation {
-            source: Source {
-                displacement: shape(x, i, dim),
-                coefficients: &coefficients[i],
-                weight: self.weights.shares[i],
-            },
-            direction: shape(direction, i, dim),
-        };
-        let variations: Vec<Variation<'_>> = (0..coefficients.len()).map(variation).collect();
-        let mut load = vec![0.0; n];
         let grid = self.grid();
         let (rule, average) = (
             self.mismatch_rule(1.0),
             Interpolant::new(*grid, &self.average),
         );
-        if self.shapes.seen().is_empty() {
-            let model = SmoothMatching::new(rule, average, gradient);
-            field_derivative_change(grid, &model, &variations, &mut load);
-        } else {
-            let model = SmoothMatching::new(Masked(rule), average, gradient);
-            field_derivative_change(grid, &model, &variations, &mut load);
+        let distribution = self.shapes.distribution();
+        let shares = &self.weights.shares[distribution.own()];
+        let mut loads: Vec<Vec<f64>> = Vec::with_capacity(shares.len());
+        for (i, weight) in shares.iter().enumerate() {
+            let coefficients = self.shapes.match_coefficients(i);
+            let variation = Variation {
+                source: Source {
+                    displacement: shape(x, i, dim),
+                    coefficients: &coefficients,
+                    weight: *weight,
+                },
+                direction: shape(direction, i, dim),
+            };
+            let mut load = vec![0.0; n];
+            if self.shapes.seen().is_empty() {
+                let model = SmoothMatching::new(rule, average, gradient);
+                field_derivative_change(grid, &model, &variation, &mut load);
+            } else {
+                let model = SmoothMatching::new(Masked(rule), average, gradient);
+                field_derivative_change(grid, &model, &variation, &mut load);
+            }
+            loads.push(load);
         }
+        let mut load = distribution.sum_vectors(&mut loads, n);
         // The matrix is half the second derivative.
         scale(-0.5, &mut load);
         let mut change = vec![0.0; n];
@@ -142,7 +146,7 @@ impl<const D: usize> AverageObjective<D> {
         change: &Expansion<'_>,
         out: &mut [f64],
     ) {
-        let rule = self.mismatch_rule(self.weights.shares[shape]);
+        let rule = self.mismatch_rule(self.share(shape));
         let states = (displacement, direction);
         if self.shapes.seen().is_empty() {
             self.mismatch_hessian(rule, shape, states, change, out);
@@ -159,7 +163,7 @@ impl<const D: usize> AverageObjective<D> {
             gradient: &mut image,
         };
         elastic_hessian_into(term, direction, self.grid());
-        axpy(self.weights.of_elastic(shape), &image, out);
+        axpy(self.elastic_weight(shape), &image, out);
         if self.near_folding(displacement) {
             let barrier = self.barrier();
             barrier.hessian_action_into(self.grid(), displacement, direction, &mut image);

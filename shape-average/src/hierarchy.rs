@@ -5,15 +5,15 @@ use crate::confirm::minimise_in_rounds;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
+use crate::minimum::Minimum;
 use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Solver};
-use crate::result::{AverageResult, LevelReport, Timing, worst_certificate};
+use crate::result::{LevelReport, certificates};
 use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
 };
 use fe_grid::transfer::{inject_into, prolong_into};
-use fe_grid::{Buffer, Field, Grid, parallel, repair};
-use std::time::Instant;
+use fe_grid::{Buffer, Certificate, Distribution, Field, Grid, parallel, repair};
 
 /// Number of iterations over which the decrease of the energy is measured.
 const ENERGY_WINDOW: usize = 5;
@@ -29,18 +29,16 @@ pub(crate) const HISTORY: usize = 5;
 /// Number of iterations after which the metric is recomputed.
 pub(crate) const METRIC_INTERVAL: usize = 8;
 
-/// Minimises on all levels and assembles the result.
+/// Minimises on all levels.
 pub(crate) fn solve_levels<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
     mut problem: Levels<'_, D>,
-    start: Instant,
     observer: &mut dyn Observer,
-) -> Result<AverageResult<D>, AverageError> {
+) -> Result<Minimum<D>, AverageError> {
     let params = problem.params;
     let dim = D * problem.grids[0].n_nodes();
-    let mut first = params.storage.zeros(dim * signed_distances.len())?;
-    for (x, u) in first.chunks_exact_mut(dim).zip(problem.start) {
-        x.copy_from_slice(u.as_slice());
+    let mut first = params.storage.zeros(dim * problem.n_own)?;
+    for (x, u) in first.chunks_exact_mut(dim).zip(&problem.start) {
+        x.copy_from_slice(u);
     }
     let (finest, estimated) = (problem.grids.len() - 1, problem.estimated);
     let minimiser = |level| LevelMinimiser {
@@ -49,11 +47,10 @@ pub(crate) fn solve_levels<const D: usize>(
         estimated,
     };
     let solution = minimise_levels(&mut problem, minimiser, first, observer)?;
-    let timing = Timing {
-        levels: solution.levels,
-        seconds: start.elapsed().as_secs_f64(),
-    };
-    problem.into_result(signed_distances, &solution.x, &timing)
+    for (report, level) in problem.reports.iter_mut().zip(&solution.levels) {
+        report.seconds = level.seconds;
+    }
+    problem.into_minimum(solution.x)
 }
 
 /// The minimiser selected by the parameters, with the stopping criterion of a level.
@@ -134,12 +131,15 @@ pub(crate) struct Levels<'a, const D: usize> {
     targets: Option<Vec<Vec<f64>>>,
     /// Additional factor of the terms of each shape; `None` if all are one.
     shares: Option<Vec<f64>>,
-    /// Initial displacements on the coarsest level; empty if they are zero.
-    start: &'a [Field<f64, D, D>],
+    /// Initial displacements of the shapes of this process on the coarsest level; empty if they are zero.
+    start: Vec<&'a [f64]>,
     /// Whether the remaining energy is estimated on the finest level.
     estimated: bool,
     /// Grids, coarsest first.
     grids: Vec<Grid<D>>,
+    /// Numbers of shapes of all processes, and of this one.
+    n_shapes: usize,
+    n_own: usize,
     shapes: Vec<Option<LevelShapes<D>>>,
     average: Vec<f64>,
     pub(crate) reports: Vec<LevelReport>,
@@ -153,7 +153,9 @@ impl<'a, const D: usize> Levels<'a, D> {
             params,
             targets: None,
             shares: None,
-            start: &[],
+            start: Vec::new(),
+            n_shapes: levels[0].n_shapes(),
+            n_own: levels[0].n_own(),
             estimated: false,
             average: vec![1.0; grids[0].n_nodes()],
             grids,
@@ -187,21 +189,16 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
-    /// Starts from these displacements on the coarsest level, if there are any.
-    pub(crate) fn from(self, start: &'a [Field<f64, D, D>]) -> Self {
+    /// Starts from these displacements of the shapes of this process on the coarsest level, if there are
+    /// any.
+    pub(crate) fn from(self, start: Vec<&'a [f64]>) -> Self {
         Self { start, ..self }
     }
 
-    fn into_result(
-        self,
-        signed_distances: &[Field<f64, D, 1>],
-        x: &[f64],
-        timing: &Timing,
-    ) -> Result<AverageResult<D>, AverageError> {
-        let (shapes, reports) = (self.finest, self.reports);
+    fn into_minimum(self, x: Buffer<f64>) -> Result<Minimum<D>, AverageError> {
         // The level on which the run was cancelled is the last.
-        let shapes = shapes.ok_or(AverageError::NoShapes)?;
-        let mut votes = self.params.resolved_weights(signed_distances.len());
+        let shapes = self.finest.ok_or(AverageError::NoShapes)?;
+        let mut votes = self.params.resolved_weights(self.n_shapes);
         if let Some(shares) = &self.shares {
             for (vote, share) in votes.iter_mut().zip(shares) {
                 *vote *= share;
@@ -211,15 +208,13 @@ impl<'a, const D: usize> Levels<'a, D> {
                 *vote /= sum;
             }
         }
-        AverageResult::new(
-            signed_distances,
-            &votes,
+        Ok(Minimum {
             shapes,
             x,
-            self.average,
-            reports,
-            timing,
-        )
+            average: self.average,
+            reports: self.reports,
+            votes,
+        })
     }
 }
 
@@ -228,25 +223,31 @@ pub(crate) fn levels_of<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     params: &AverageParams,
 ) -> Result<Vec<LevelShapes<D>>, AverageError> {
-    levels_of_visible(signed_distances, &[], params)
+    let alone = Distribution::alone(signed_distances.len());
+    levels_of_visible(signed_distances, &[], params, &alone)
 }
 
-/// Computes the shapes with their visibility masks on all levels, coarsest first.
+/// Computes the shapes of this process, of all those given, with their visibility masks on all levels,
+/// coarsest first.
 pub(crate) fn levels_of_visible<const D: usize>(
     signed_distances: &[Field<f64, D, 1>],
     seen: &[Field<f64, D, 1>],
     params: &AverageParams,
+    distribution: &Distribution,
 ) -> Result<Vec<LevelShapes<D>>, AverageError> {
     let grids = signed_distances[0].grid().hierarchy(params.coarsest_nodes);
     let mut levels = Vec::with_capacity(grids.len());
-    let (mut distances, mut seen) = (signed_distances.to_vec(), seen.to_vec());
+    let own = distribution.own();
+    let mut distances = signed_distances[own.clone()].to_vec();
+    let mut seen = seen.get(own).unwrap_or_default().to_vec();
     for (depth, grid) in grids.iter().enumerate().rev() {
         if depth + 1 < grids.len() {
             // Nodes of a coarse grid are nodes of the fine one, so the distances there are exact.
             distances = distances.iter().map(|u| inject(grid, u)).collect();
             seen = seen.iter().map(|w| inject(grid, w)).collect();
         }
-        levels.push(LevelShapes::new(*grid, &distances, params)?.with_visibility(seen.clone()));
+        let level = LevelShapes::new(*grid, &distances, params)?.with_visibility(seen.clone());
+        levels.push(level.distributed(distribution.clone()));
     }
     levels.reverse();
     Ok(levels)
@@ -333,7 +334,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
             average_iterations: objective.average_iterations,
             energies: info.energies.clone(),
             energy,
-            certificate: worst_certificate(&grid, x),
+            certificate: worst_of_all(&objective, x),
             seconds: 0.0,
         });
         self.average = objective.average().to_vec();
@@ -343,4 +344,25 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         self.finest = Some(objective.into_shapes());
         Ok(())
     }
+}
+
+/// The certificate of the worst displacement of all processes. Collective.
+fn worst_of_all<const D: usize>(objective: &AverageObjective<D>, x: &[f64]) -> Certificate {
+    let numbers = |c: Certificate| {
+        let certified = f64::from(u8::from(c.certified));
+        [certified, c.min_det, c.min_corner_det, c.cell as f64]
+    };
+    let own: Vec<_> = certificates(objective.grid(), x)
+        .into_iter()
+        .map(numbers)
+        .collect();
+    let all = objective.shapes().distribution().share(&own).into_iter();
+    Certificate::worst(
+        all.map(|[certified, min_det, min_corner_det, cell]| Certificate {
+            certified: certified > 0.0,
+            min_det,
+            min_corner_det,
+            cell: cell as usize,
+        }),
+    )
 }

@@ -2,10 +2,10 @@
 
 use crate::error::AverageError;
 use crate::params::AverageParams;
-use fe_grid::{Field, Grid};
+use fe_grid::{Distribution, Field, Grid};
 use phasefield::{ElasticWeight, Profile};
 
-/// The data of all shapes on one grid.
+/// The data of all shapes on one grid; where they are distributed to processes, of those of this process.
 #[derive(Clone, Debug)]
 pub struct LevelShapes<const D: usize> {
     grid: Grid<D>,
@@ -15,6 +15,7 @@ pub struct LevelShapes<const D: usize> {
     /// Smooth indicators `chi_i`.
     pub indicators: Vec<Field<f64, D, 1>>,
     seen: Vec<Field<f64, D, 1>>,
+    distribution: Distribution,
 }
 
 impl<const D: usize> LevelShapes<D> {
@@ -42,6 +43,7 @@ impl<const D: usize> LevelShapes<D> {
                 .map(|u| weight.indicator_field(u))
                 .collect(),
             seen: Vec::new(),
+            distribution: Distribution::alone(signed_distances.len()),
         })
     }
 
@@ -59,9 +61,23 @@ impl<const D: usize> LevelShapes<D> {
         Self {
             grid,
             interface_width,
+            distribution: Distribution::alone(phase_fields.len()),
             phase_fields,
             indicators,
             seen: Vec::new(),
+        }
+    }
+
+    /// Declares these shapes to be those that this process has of all.
+    ///
+    /// # Panics
+    /// If it does not have so many.
+    #[must_use]
+    pub fn distributed(self, distribution: Distribution) -> Self {
+        assert_eq!(distribution.own().len(), self.n_own());
+        Self {
+            distribution,
+            ..self
         }
     }
 
@@ -72,7 +88,7 @@ impl<const D: usize> LevelShapes<D> {
     /// If there are masks, but not one per shape.
     #[must_use]
     pub fn with_visibility(self, seen: Vec<Field<f64, D, 1>>) -> Self {
-        assert!(seen.is_empty() || seen.len() == self.n_shapes());
+        assert!(seen.is_empty() || seen.len() == self.n_own());
         Self { seen, ..self }
     }
 
@@ -98,9 +114,19 @@ impl<const D: usize> LevelShapes<D> {
         self.interface_width
     }
 
-    /// Returns the number of shapes.
+    /// Returns the number of shapes of all processes.
     pub fn n_shapes(&self) -> usize {
+        self.distribution.n_parts()
+    }
+
+    /// Returns the number of shapes of this process.
+    pub fn n_own(&self) -> usize {
         self.phase_fields.len()
+    }
+
+    /// Returns the distribution of the shapes to processes.
+    pub fn distribution(&self) -> &Distribution {
+        &self.distribution
     }
 }
 

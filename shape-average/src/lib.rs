@@ -63,6 +63,7 @@ mod level;
 mod median;
 mod memory;
 mod metric;
+mod minimum;
 mod objective;
 mod params;
 mod partial;
@@ -72,6 +73,7 @@ mod rounds;
 mod solve;
 mod strain;
 mod stress;
+mod together;
 
 pub use fe_grid;
 pub use hyperelastic;
@@ -88,7 +90,9 @@ pub use memory::{MemoryEstimate, memory_estimate};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};
-pub use solve::{average, average_from, average_of_visible, average_on_levels, match_to};
+pub use solve::{
+    average, average_distributed, average_from, average_of_visible, average_on_levels, match_to,
+};
 pub use strain::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 pub use stress::cauchy_stress_at_nodes;
 

@@ -4,7 +4,6 @@
 //! The root is taken of all terms of a shape, `e_i = lambda_i W_i + gamma/n (F_i - min F_i)`,
 //! including the mismatch: otherwise a shape that cannot be deformed onto the others would still
 //! attract the average through its mismatch. Each term is `2 sqrt(e0) (sqrt(e_i + s^2) - s)` with
-//! would otherwise pull by its mismatch. Each term is `2 sqrt(e0) (sqrt(e_i + s^2) - s)` with
 //! `s^2 = e0/100`, smooth at zero, and with slope about one where `e_i` equals the reference `e0`.
 //!
 //! The root is concave, hence bounded by its tangent. If the terms are multiplied by the slopes of
@@ -15,11 +14,12 @@ use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::hierarchy::{Levels, solve_levels};
 use crate::level::LevelShapes;
+use crate::minimum::Minimum;
 use crate::params::{AverageParams, Mean};
 use crate::quiet::Quiet;
 use crate::result::AverageResult;
 use fe_grid::composition::{Interpolant, Matching};
-use fe_grid::minimise::{Observer, Status};
+use fe_grid::minimise::Observer;
 use fe_grid::{Assembly, Data, Field, GridError, mutant};
 use phasefield::{LeastMismatch, Masked};
 use std::time::Instant;
@@ -98,7 +98,7 @@ pub(crate) fn solve<const D: usize>(
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
-) -> Result<AverageResult<D>, AverageError> {
+) -> Result<Option<AverageResult<D>>, AverageError> {
     let arithmetic = AverageParams {
         mean: Mean::Arithmetic,
         ..params.clone()
@@ -114,12 +114,13 @@ pub(crate) fn solve<const D: usize>(
         weights: params.resolved_weights(signed_distances.len()),
         mismatch: params.mismatch_weight / signed_distances.len() as f64,
     };
-    let problem = Levels::new(levels.clone(), &arithmetic).from(known);
-    let plain = solve_levels(signed_distances, problem, start, &mut Quiet(observer))?;
-    if cancelled(&plain) {
-        return Ok(plain);
+    let known: Vec<&[f64]> = known.iter().map(Field::as_slice).collect();
+    let problem = Levels::new(levels.clone(), &arithmetic).from(known.clone());
+    let plain = solve_levels(problem, &mut Quiet(observer))?;
+    if plain.cancelled() {
+        return plain.into_result(signed_distances, start);
     }
-    let mut energies = roots.energies(&plain.energy);
+    let mut energies = roots.energies(&plain.energy());
     energies.sort_unstable_by(f64::total_cmp);
     // Identical shapes have zero energy; any reference will do.
     let middle = energies[energies.len() / 2].max(LEAST_REFERENCE * params.law.moduli.mu);
@@ -127,74 +128,54 @@ pub(crate) fn solve<const D: usize>(
     // The first iteration restarts on the coarsest level, as outliers may have moved the mean far
     // from the median.
     let problem = Levels::new(levels, &arithmetic)
-        .shared(roots.slopes(&plain.energy))
+        .shared(roots.slopes(&plain.energy()))
         .from(known);
-    let mut found = solve_levels(signed_distances, problem, start, observer)?;
-    found.rounds.push(roots.total(&plain.energy));
-    found.rounds.push(roots.total(&found.energy));
-    if found.rounds[1] > found.rounds[0] && !cancelled(&found) {
+    let mut found = solve_levels(problem, observer)?;
+    let [mean, first] = [&plain, &found].map(|minimum| roots.total(&minimum.energy()));
+    let mut rounds = vec![mean, first];
+    if first > mean && !found.cancelled() {
         // The coarse levels led to a worse minimum: the iteration continues from the mean.
-        let (rounds, mean) = (vec![found.rounds[0]], plain);
-        found = round(
-            signed_distances,
-            &finest,
-            &arithmetic,
-            &roots,
-            &mean,
-            observer,
-        )?;
-        found.rounds = [rounds, found.rounds].concat();
+        found = round(&finest, &arithmetic, &roots, &plain, observer)?;
+        rounds[1] = roots.total(&found.energy());
     }
+    // The vectors of the mean are not needed any more.
+    drop(plain);
     for _ in 0..ROUNDS {
-        let rounds = found.rounds.as_slice();
         let (before, last) = (rounds[rounds.len() - 2], rounds[rounds.len() - 1]);
-        if cancelled(&found) || before - last <= TOLERANCE * roots.excess(last, &found.energy) {
+        if found.cancelled() || before - last <= TOLERANCE * roots.excess(last, &found.energy()) {
             break;
         }
-        let (rounds, mut reports) = (found.rounds.clone(), found.levels.clone());
-        let next = round(
-            signed_distances,
-            &finest,
-            &arithmetic,
-            &roots,
-            &found,
-            observer,
-        )?;
-        reports.extend(next.levels.clone());
+        let mut next = round(&finest, &arithmetic, &roots, &found, observer)?;
+        rounds.push(roots.total(&next.energy()));
+        let mut reports = std::mem::take(&mut found.reports);
+        reports.append(&mut next.reports);
+        next.reports = reports;
         found = next;
-        found.rounds = [rounds, found.rounds].concat();
-        found.levels = reports;
     }
-    found.energy.total = roots.total(&found.energy);
-    found.seconds = start.elapsed().as_secs_f64();
-    Ok(found)
+    let total = roots.total(&found.energy());
+    let result = found.into_result(signed_distances, start)?;
+    Ok(result.map(|mut result| {
+        result.energy.total = total;
+        result.rounds = rounds;
+        result
+    }))
 }
 
-/// Computes one more average on the finest level, weighted by the slopes at the last one; its
-/// `rounds` contain only its own sum of roots.
+/// Computes one more average on the finest level, weighted by the slopes at the last one.
 fn round<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
     finest: &[LevelShapes<D>],
     params: &AverageParams,
     roots: &Roots,
-    last: &AverageResult<D>,
+    last: &Minimum<D>,
     observer: &mut dyn Observer,
-) -> Result<AverageResult<D>, AverageError> {
+) -> Result<Minimum<D>, AverageError> {
     let problem = Levels::new(finest.to_vec(), params)
-        .shared(roots.slopes(&last.energy))
-        .from(&last.displacements);
-    let quiet = &mut Quiet(observer);
-    let mut next = solve_levels(signed_distances, problem, Instant::now(), quiet)?;
-    next.rounds.push(roots.total(&next.energy));
-    Ok(next)
+        .shared(roots.slopes(&last.energy()))
+        .from(last.displacements());
+    solve_levels(problem, &mut Quiet(observer))
 }
 
-fn cancelled<const D: usize>(result: &AverageResult<D>) -> bool {
-    let last = result.levels.last();
-    last.is_some_and(|level| level.status == Status::Cancelled)
-}
-
-/// Computes the least mismatch of each shape with any phase field.
+/// Computes the least mismatch of each shape, of all processes, with any phase field. Collective.
 fn floors<const D: usize>(shapes: &LevelShapes<D>) -> Result<Vec<f64>, GridError> {
     let grid = *shapes.grid();
     let rest = vec![0.0; D * grid.n_nodes()];
@@ -214,5 +195,8 @@ fn floors<const D: usize>(shapes: &LevelShapes<D>) -> Result<Vec<f64>, GridError
             Assembly::new(grid, &Matching::new(Masked(density), field), data).value(&rest)
         }
     };
-    (0..shapes.n_shapes()).map(floor).collect()
+    let own: Result<Vec<[f64; 1]>, _> =
+        (0..shapes.n_own()).map(|i| floor(i).map(|f| [f])).collect();
+    let all = shapes.distribution().share(&own?);
+    Ok(all.into_flattened())
 }

@@ -18,7 +18,7 @@ use crate::rounds::Rounds;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::minimise::Evaluation;
 use fe_grid::multigrid::WorkSpace;
-use fe_grid::scatter::{NormalEquations, Source};
+use fe_grid::scatter::{DistributedSources, NormalEquations, Source};
 use fe_grid::stencil::Background;
 use fe_grid::{
     Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Grid, GridError, Storage, certify_below,
@@ -240,13 +240,19 @@ impl<const D: usize> AverageObjective<D> {
             stiffness: self.weights.length * self.shapes.interface_width(),
             load: potential,
         };
-        let coefficients: Vec<Vec<&[f64]>> = (0..self.shapes.n_shapes())
+        let coefficients: Vec<Vec<&[f64]>> = (0..self.shapes.n_own())
             .map(|i| self.shapes.match_coefficients(i))
             .collect();
+        let largest_share = self.weights.shares.iter().copied().fold(0.0, f64::max);
+        let distributed = Some(DistributedSources {
+            distribution: self.shapes.distribution(),
+            entry: largest_share * self.weights.mismatch / self.shapes.interface_width()
+                * self.grid().cell_volume(),
+        });
         let sources: Vec<Source<'_, f64>> = x
             .chunks_exact(self.shape_dim())
             .zip(&coefficients)
-            .zip(&self.weights.shares)
+            .zip(&self.weights.shares[self.shapes.distribution().own()])
             .map(|((displacement, coefficients), share)| Source {
                 displacement,
                 coefficients,
@@ -254,9 +260,11 @@ impl<const D: usize> AverageObjective<D> {
             })
             .collect();
         if self.shapes.seen().is_empty() {
-            self.equations.assemble(&rule, &sources, background);
+            self.equations
+                .assemble(&rule, &sources, background, distributed);
         } else {
-            self.equations.assemble(&Masked(rule), &sources, background);
+            self.equations
+                .assemble(&Masked(rule), &sources, background, distributed);
         }
         let (equations, scratch) = (&self.equations, &mut self.scratch);
         let (load, average) = (equations.rhs(), &mut self.average);
@@ -285,7 +293,7 @@ impl<const D: usize> AverageObjective<D> {
         }
     }
 
-    /// Computes the terms of one shape for the present average; `None` if its deformation folds.
+    /// Computes the terms of one shape of this process for the present average; `None` if its deformation folds.
     /// The gradient of their weighted sum overwrites `gradient` unless that is empty. `min_corner`
     /// is the result of [`Self::admissible`].
     pub(crate) fn shape_energy(
@@ -342,7 +350,7 @@ impl<const D: usize> AverageObjective<D> {
             cells: &[],
         };
         let matching = Assembly::new(grid, &law, data);
-        matching.value_or_gradient_add(displacement, self.weights.of_mismatch(shape), gradient)
+        matching.value_or_gradient_add(displacement, self.mismatch_weight(shape), gradient)
     }
 
     /// Returns the barrier against folding.
@@ -365,7 +373,7 @@ impl<const D: usize> AverageObjective<D> {
             indicator: self.shapes.indicators[shape].as_slice(),
             void_stiffness: self.params.void_stiffness,
             displacement,
-            factor: self.weights.of_elastic(shape),
+            factor: self.elastic_weight(shape),
             gradient,
         };
         add_elastic(term, self.grid())
@@ -373,9 +381,26 @@ impl<const D: usize> AverageObjective<D> {
 
     /// Returns the weighted energy of one shape.
     pub(crate) fn weigh(&self, shape: usize, terms: ShapeTerms) -> f64 {
-        self.weights.of_elastic(shape) * terms.elastic
-            + self.weights.of_mismatch(shape) * terms.mismatch
+        self.elastic_weight(shape) * terms.elastic
+            + self.mismatch_weight(shape) * terms.mismatch
             + terms.barrier
+    }
+
+    /// Returns the share of a shape of this process.
+    pub(crate) fn share(&self, shape: usize) -> f64 {
+        self.weights.shares[self.shapes.distribution().own().start + shape]
+    }
+
+    /// Returns the weight of the elastic energy of a shape of this process.
+    pub(crate) fn elastic_weight(&self, shape: usize) -> f64 {
+        let first = self.shapes.distribution().own().start;
+        self.weights.of_elastic(first + shape)
+    }
+
+    /// Returns the weight of the mismatch of a shape of this process.
+    pub(crate) fn mismatch_weight(&self, shape: usize) -> f64 {
+        let first = self.shapes.distribution().own().start;
+        self.weights.of_mismatch(first + shape)
     }
 
     /// Computes the metric of one shape at a state.
@@ -389,10 +414,7 @@ impl<const D: usize> AverageObjective<D> {
             &self.shapes,
             shape,
             &self.params,
-            (
-                self.weights.of_elastic(shape),
-                self.weights.of_mismatch(shape),
-            ),
+            (self.elastic_weight(shape), self.mismatch_weight(shape)),
             average,
             displacement,
             &self.work_space,
@@ -443,18 +465,21 @@ impl<const D: usize> AverageObjective<D> {
     ) -> Result<Evaluation, AverageError> {
         let dim = self.shape_dim();
         let corners = parallel::map(x.chunks_exact(dim), &|u| self.admissible(u));
-        let Some(corners) = corners.into_iter().collect::<Option<Vec<_>>>() else {
+        let corners: Option<Vec<f64>> = corners.into_iter().collect();
+        let distribution = self.shapes.distribution().clone();
+        // All processes go on together.
+        if !distribution.all(corners.is_some()) {
             return Ok(Evaluation::Inadmissible);
-        };
+        }
+        let corners = corners.unwrap_or_default();
         self.solve_average(x)?;
-        let n = self.shapes.n_shapes();
-        self.shape_evaluations += n;
+        self.shape_evaluations += self.shapes.n_shapes();
         let energy = |i: usize, gradient: &mut [f64]| {
             self.shape_energy(i, shape(x, i, dim), corners[i], gradient)
         };
         let in_turn = self.params.storage != Storage::Memory;
         let terms: Result<Vec<_>, AverageError> = if gradient.is_empty() {
-            parallel::try_map(0..n, &|i| energy(i, &mut []))
+            parallel::try_map(0..self.shapes.n_own(), &|i| energy(i, &mut []))
         } else if in_turn {
             let parts = gradient.chunks_exact_mut(dim).enumerate();
             parts.map(|(i, gradient)| energy(i, gradient)).collect()
@@ -462,9 +487,14 @@ impl<const D: usize> AverageObjective<D> {
             let parts = gradient.chunks_exact_mut(dim).enumerate();
             parallel::try_map(parts, &|(i, gradient)| energy(i, gradient))
         };
-        let Some(terms) = terms?.into_iter().collect::<Option<Vec<_>>>() else {
+        let terms: Option<Vec<ShapeTerms>> = terms?.into_iter().collect();
+        if !distribution.all(terms.is_some()) {
             return Ok(Evaluation::Inadmissible);
-        };
+        }
+        let own = terms.unwrap_or_default().into_iter();
+        let own: Vec<[f64; 3]> = own.map(ShapeTerms::into_array).collect();
+        let terms = distribution.share(&own).into_iter();
+        let terms: Vec<ShapeTerms> = terms.map(ShapeTerms::from_array).collect();
         self.energy = Energy::new(&self.weights, &terms, self.length());
         Ok(Evaluation::Value(self.energy.objective()))
     }

@@ -3,10 +3,11 @@
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
-use fe_grid::minimise::{Evaluations, LevelInfo, Status};
+use fe_grid::minimise::{Evaluations, Status};
 use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify, parallel};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
 use serde::Serialize;
+use std::time::Instant;
 
 /// Convergence history of one level.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -88,11 +89,6 @@ pub struct AverageResult<const D: usize> {
     pub seconds: f64,
 }
 
-pub(crate) struct Timing {
-    pub levels: Vec<LevelInfo>,
-    pub seconds: f64,
-}
-
 impl<const D: usize> AverageResult<D> {
     pub(crate) fn new(
         signed_distances: &[Field<f64, D, 1>],
@@ -100,14 +96,11 @@ impl<const D: usize> AverageResult<D> {
         shapes: LevelShapes<D>,
         x: &[f64],
         average: Vec<f64>,
-        mut levels: Vec<LevelReport>,
-        timing: &Timing,
+        levels: Vec<LevelReport>,
+        start: Instant,
     ) -> Result<Self, AverageError> {
         let grid = *shapes.grid();
         let dim = D * grid.n_nodes();
-        for (report, info) in levels.iter_mut().zip(&timing.levels) {
-            report.seconds = info.seconds;
-        }
         let displacements: Result<Vec<_>, _> = x
             .chunks_exact(dim)
             .map(|u| Field::from_vec(grid, u.to_vec()))
@@ -155,7 +148,7 @@ impl<const D: usize> AverageResult<D> {
             status: overall_status(&levels),
             levels,
             shapes,
-            seconds: timing.seconds,
+            seconds: start.elapsed().as_secs_f64(),
         })
     }
 
@@ -232,8 +225,13 @@ fn measure<const D: usize>(
 
 /// Returns the certificate of the worst displacement, for positive determinants.
 pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Certificate {
+    Certificate::worst(certificates(grid, x))
+}
+
+/// Returns the certificate of every displacement.
+pub(crate) fn certificates<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Vec<Certificate> {
     let parts = x.chunks_exact(D * grid.n_nodes());
-    Certificate::worst(parallel::map(parts, &|u| certify(grid, u, 0.0)))
+    parallel::map(parts, &|u| certify(grid, u, 0.0))
 }
 
 /// Returns `Status::EnergyTolerance` if the levels converged, else the status of the first that did

@@ -4,11 +4,13 @@ use crate::error::AverageError;
 use crate::follow::{Leaders, with_followers};
 use crate::hierarchy::{Levels, levels_of, levels_of_visible, solve_levels, targets_of};
 use crate::level::LevelShapes;
-use crate::params::{AverageParams, Mean};
+use crate::params::{AverageParams, Mean, Solver};
 use crate::result::AverageResult;
-use fe_grid::compiled_once;
+use crate::together::Together;
+use fe_grid::communicator::{Alone, Communicator};
 use fe_grid::minimise::Observer;
-use fe_grid::{Field, Grid};
+use fe_grid::{Distribution, Field, Grid, compiled_once};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Computes the average of shapes given by their signed distances (positive inside) on one grid.
@@ -73,19 +75,90 @@ fn average_from_in<const D: usize>(
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
+    let alone: Arc<dyn Communicator> = Arc::new(Alone);
+    let found = average_distributed(alone, signed_distances, seen, known, params, observer);
+    of_first(found?)
+}
+
+compiled_once! {
+    /// Computes the average, as [`average_from`] does, on several processes: each has some of the shapes,
+    /// and the first has the result; the others have `None`.
+    ///
+    /// All processes call this with the same arguments, but for the observer, of which that of the first is
+    /// asked. The result has the same bits on any number of processes. Shapes of weight zero are deformed
+    /// on the first.
+    ///
+    /// # Errors
+    /// As [`average_from`], and [`AverageError::Distributed`] where there are several processes and the
+    /// solver is [`Solver::Descent`].
+    pub fn average_distributed<'a, D>(
+        communicator: Arc<dyn Communicator>,
+        signed_distances: &'a [Field<f64, D, 1>],
+        seen: &'a [Field<f64, D, 1>],
+        start: &'a [Field<f64, D, D>],
+        params: &'a AverageParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Option<AverageResult<D>>, AverageError> = average_distributed_in;
+}
+
+fn average_distributed_in<const D: usize>(
+    communicator: Arc<dyn Communicator>,
+    signed_distances: &[Field<f64, D, 1>],
+    seen: &[Field<f64, D, 1>],
+    known: &[Field<f64, D, D>],
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<Option<AverageResult<D>>, AverageError> {
     check(signed_distances, params)?;
+    let processes = communicator.size();
+    if processes > 1 && params.solver == Solver::Descent {
+        let what = "gradient descent";
+        return Err(AverageError::Distributed { what, processes });
+    }
     check_visibility(signed_distances, seen)?;
     let start = Instant::now();
     let weights = params.resolved_weights(signed_distances.len());
     if weights.contains(&0.0) {
         let led = Leaders::of(signed_distances, seen, known, params);
-        let own = average_from_in(&led.distances, &led.seen, &led.known, &led.params, observer)?;
-        return with_followers(own, signed_distances, seen, params, start, observer);
+        let (distances, own) = (&led.distances, &led.params);
+        let found = average_distributed_in(
+            communicator,
+            distances,
+            &led.seen,
+            &led.known,
+            own,
+            observer,
+        )?;
+        let follow = |own| with_followers(own, signed_distances, seen, params, start, observer);
+        return found.map(follow).transpose();
     }
-    let mut levels = levels_of_visible(signed_distances, seen, params)?;
+    let distribution = Distribution::over(communicator, signed_distances.len());
+    let mut levels = levels_of_visible(signed_distances, seen, params, &distribution)?;
     let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
     levels.drain(..first_level(&grids, signed_distances.len(), known)?);
-    solve(signed_distances, levels, known, params, start, observer)
+    let known = known.get(distribution.own()).unwrap_or_default();
+    if distribution.is_alone() {
+        return solve(signed_distances, levels, known, params, start, observer);
+    }
+    let mut together = Together {
+        observer,
+        distribution,
+    };
+    solve(
+        signed_distances,
+        levels,
+        known,
+        params,
+        start,
+        &mut together,
+    )
+}
+
+/// The result of the only process.
+fn of_first<const D: usize>(
+    found: Option<AverageResult<D>>,
+) -> Result<AverageResult<D>, AverageError> {
+    found.ok_or(AverageError::NoShapes)
 }
 
 /// Returns the level whose grid is that of the initial displacements; the first without any.
@@ -153,7 +226,8 @@ fn average_on_levels_in<const D: usize>(
     if levels.is_empty() {
         return Err(AverageError::Levels { level: 0 });
     }
-    solve(signed_distances, levels, &[], params, start, observer)
+    let found = solve(signed_distances, levels, &[], params, start, observer);
+    of_first(found?)
 }
 
 compiled_once! {
@@ -199,12 +273,8 @@ fn match_to_in<const D: usize>(
     if let Some(finest) = targets.last_mut() {
         *finest = target_phase_field.as_slice().to_vec();
     }
-    solve_levels(
-        shape,
-        Levels::new(levels, &params).onto(targets).estimated(),
-        start,
-        observer,
-    )
+    let problem = Levels::new(levels, &params).onto(targets).estimated();
+    of_first(solve_levels(problem, observer)?.into_result(shape, start)?)
 }
 
 /// Checks all inputs and returns the first shape.
@@ -269,10 +339,11 @@ fn solve<const D: usize>(
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
-) -> Result<AverageResult<D>, AverageError> {
+) -> Result<Option<AverageResult<D>>, AverageError> {
     if params.mean != Mean::Arithmetic {
         return crate::median::solve(signed_distances, levels, known, params, start, observer);
     }
+    let known = known.iter().map(Field::as_slice).collect();
     let problem = Levels::new(levels, params).from(known).estimated();
-    solve_levels(signed_distances, problem, start, observer)
+    solve_levels(problem, observer)?.into_result(signed_distances, start)
 }

@@ -3,21 +3,29 @@
 use super::info::Evaluations;
 use super::objective::{Evaluation, Objective, SecondOrder};
 use crate::buffer::Buffer;
+use crate::distribution::Distribution;
 use crate::lane::Element;
-use crate::vector::{dot, scale};
+use crate::vector::scale;
 
 /// Passes calls on and counts them; an energy that is not finite becomes an inadmissible state.
 pub(super) struct Counted<'a, O: Objective> {
     objective: &'a mut O,
+    distribution: Distribution,
     pub(super) evaluations: Evaluations,
 }
 
 impl<'a, O: Objective> Counted<'a, O> {
     pub(super) fn new(objective: &'a mut O) -> Self {
         Self {
+            distribution: objective.distribution(),
             objective,
             evaluations: Evaluations::default(),
         }
+    }
+
+    /// The distribution of the unknowns, which scalar products are taken by.
+    pub(super) fn distribution(&self) -> &Distribution {
+        &self.distribution
     }
 
     pub(super) fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, O::Error> {
@@ -74,7 +82,7 @@ impl<'a, O: Objective> Counted<'a, O> {
         direction: &mut [f64],
     ) -> Result<f64, O::Error> {
         self.objective.restrain(x, direction)?;
-        Ok(dot(gradient, direction))
+        Ok(self.distribution.dot(gradient, direction))
     }
 
     /// `direction = -P gradient`; returns the slope of the energy along it.
@@ -85,7 +93,7 @@ impl<'a, O: Objective> Counted<'a, O> {
     ) -> Result<f64, O::Error> {
         self.apply_inverse_metric(gradient, direction)?;
         scale(-1.0, direction);
-        Ok(dot(gradient, direction))
+        Ok(self.distribution.dot(gradient, direction))
     }
 }
 

@@ -7,7 +7,8 @@
 
 use super::memory::MemoryPair;
 use crate::buffer::Buffer;
-use crate::vector::{axpy, dot, max_abs_difference, norm, scaled_difference_into};
+use crate::distribution::Distribution;
+use crate::vector::{axpy, scaled_difference_into};
 
 /// A step `s = x' - x` and a change of the gradient `y = g' - g`, both of largest entry one.
 pub(super) struct Pair {
@@ -23,6 +24,8 @@ pub(super) struct Pair {
 
 /// The last pairs, in a ring.
 pub(super) struct PairHistory {
+    /// That of the unknowns.
+    distribution: Distribution,
     ring: Vec<Pair>,
     /// Number of stored pairs; the newest is stored before `next`.
     len: usize,
@@ -43,17 +46,25 @@ impl Pair {
 
     /// Becomes the pair of two states and their gradients and says whether its curvature is above
     /// `threshold |s| |y|`.
-    fn set(&mut self, new: (&[f64], &[f64]), old: (&[f64], &[f64]), threshold: f64) -> bool {
+    fn set(
+        &mut self,
+        new: (&[f64], &[f64]),
+        old: (&[f64], &[f64]),
+        threshold: f64,
+        distribution: &Distribution,
+    ) -> bool {
         let (step, change) = (&mut self.step, &mut self.change);
-        let step_size = max_abs_difference(new.0, old.0);
-        let change_size = max_abs_difference(new.1, old.1);
+        let step_size = distribution.max_abs_difference(new.0, old.0);
+        let change_size = distribution.max_abs_difference(new.1, old.1);
         scaled_difference_into(1.0 / step_size, new.0, old.0, step);
         scaled_difference_into(1.0 / change_size, new.1, old.1, change);
-        let curvature = dot(step, change);
+        let curvature = distribution.dot::<f32, f32>(step, change);
         self.inverse_curvature = 1.0 / curvature;
         self.ratio = step_size / change_size;
         // A size of zero makes all of them NaN.
-        self.ratio.is_finite() && curvature > threshold * norm(step) * norm(change)
+        self.ratio.is_finite()
+            && curvature
+                > threshold * distribution.norm::<f32>(step) * distribution.norm::<f32>(change)
     }
 
     /// Takes over a pair of an earlier run, whose vectors have the same lengths.
@@ -73,8 +84,9 @@ impl Pair {
 
 impl PairHistory {
     /// A memory of as many pairs as there is room given for.
-    pub(super) fn new(ring: Vec<Pair>) -> Self {
+    pub(super) fn new(ring: Vec<Pair>, distribution: Distribution) -> Self {
         Self {
+            distribution,
             ring,
             len: 0,
             next: 0,
@@ -119,7 +131,7 @@ impl PairHistory {
         let Some(pair) = self.ring.get_mut(self.next) else {
             return;
         };
-        let curved = pair.set(new, old, threshold);
+        let curved = pair.set(new, old, threshold, &self.distribution);
         pair.rest();
         if curved {
             self.next = (self.next + 1) % capacity;
@@ -135,7 +147,7 @@ impl PairHistory {
         for age in 0..self.len {
             let place = self.place(age);
             let pair = &mut self.ring[place];
-            let a = pair.inverse_curvature * dot(&pair.step, q);
+            let a = pair.inverse_curvature * self.distribution.dot::<f32, f64>(&pair.step, q);
             axpy(-a, &pair.change, q);
             pair.coefficient = a;
             pair.rest();
@@ -146,7 +158,7 @@ impl PairHistory {
     pub(super) fn second_loop(&self, r: &mut [f64]) {
         for age in (0..self.len).rev() {
             let pair = &self.ring[self.place(age)];
-            let b = pair.inverse_curvature * dot(&pair.change, r);
+            let b = pair.inverse_curvature * self.distribution.dot::<f32, f64>(&pair.change, r);
             axpy(pair.ratio * pair.coefficient - b, &pair.step, r);
             pair.rest();
         }

@@ -9,7 +9,7 @@ use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, Objective};
 use super::observer::Observer;
 use crate::buffer::Buffer;
-use crate::vector::{copy_into, dot, scale};
+use crate::vector::{copy_into, scale};
 
 /// L-BFGS whose initial inverse Hessian is the objective's inverse metric.
 ///
@@ -82,7 +82,7 @@ impl<O: Objective> Minimiser<O> for LbfgsParams {
             .collect::<Result<_, O::Error>>()?;
         let mut run = Run {
             params: self,
-            pairs: PairHistory::new(pairs),
+            pairs: PairHistory::new(pairs, objective.distribution().clone()),
             gradient: objective.room(dim)?,
             direction: objective.room(dim)?,
             trial: objective.room(dim)?,
@@ -221,12 +221,18 @@ impl<O: Objective> Run<'_, O> {
             .apply_inverse_metric(&self.trial, &mut self.direction)?;
         self.pairs.second_loop(&mut self.direction);
         scale(-1.0, &mut self.direction);
-        let slope = dot(&self.gradient, &self.direction);
+        let slope = self.slope();
         self.gradient.rest();
         if slope < 0.0 || self.pairs.is_empty() {
             return Ok(slope);
         }
         self.restart()
+    }
+
+    /// The slope of the energy along the direction.
+    fn slope(&self) -> f64 {
+        let distribution = self.objective.distribution();
+        distribution.dot::<f64, f64>(&self.gradient, &self.direction)
     }
 
     /// Steepest descent in the objective's metric, with the memory dropped.
@@ -263,7 +269,7 @@ impl<O: Objective> Run<'_, O> {
         energy: f64,
         restrained: bool,
     ) -> Result<Option<Step>, O::Error> {
-        let mut slope = dot(&self.gradient, &self.direction);
+        let mut slope = self.slope();
         if restrained {
             let whole = slope;
             slope = self

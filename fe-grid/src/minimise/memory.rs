@@ -31,6 +31,17 @@ pub struct Memory<'a> {
     pub ended: Option<Ended>,
 }
 
+/// The ways in which a run can end, by their numbers.
+const STATUSES: [Status; 7] = [
+    Status::GradientTolerance,
+    Status::EnergyTolerance,
+    Status::MaxIterations,
+    Status::LineSearchFailed,
+    Status::IndefiniteMetric,
+    Status::Cancelled,
+    Status::InadmissibleStart,
+];
+
 /// The end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ended {
@@ -102,6 +113,51 @@ impl Memory<'_> {
         }
     }
 
+    /// All but the vectors, as numbers.
+    pub fn to_numbers(&self) -> [f64; 9] {
+        let work = &self.evaluations;
+        let (status, gradient_norm) = self.ended.map_or((-1.0, 0.0), |ended| {
+            let place = STATUSES.iter().position(|status| *status == ended.status);
+            (
+                place.map_or(-1.0, |place| place as f64),
+                ended.gradient_norm,
+            )
+        });
+        [
+            self.first_gradient_norm,
+            self.step_length,
+            status,
+            gradient_norm,
+            work.values as f64,
+            work.gradients as f64,
+            work.metric_applications as f64,
+            work.metric_builds as f64,
+            work.hessian_actions as f64,
+        ]
+    }
+
+    /// Takes over what [`Self::to_numbers`] has returned.
+    pub fn set_numbers(&mut self, numbers: &[f64; 9]) {
+        let [first, step, status, gradient_norm, work @ ..] = *numbers;
+        self.first_gradient_norm = first;
+        self.step_length = step;
+        let [values, gradients, applications, builds, actions] = work.map(|count| count as usize);
+        self.evaluations = Evaluations {
+            values,
+            gradients,
+            metric_applications: applications,
+            metric_builds: builds,
+            hessian_actions: actions,
+        };
+        let place = (status >= 0.0).then_some(status as usize);
+        self.ended = place
+            .and_then(|place| STATUSES.get(place))
+            .map(|status| Ended {
+                status: *status,
+                gradient_norm,
+            });
+    }
+
     /// Bytes of its vectors.
     pub fn bytes(&self) -> usize {
         let pair = |pair: &MemoryPair<'_>| size_of_val(&*pair.step) + size_of_val(&*pair.change);
@@ -119,5 +175,33 @@ impl Memory<'_> {
             && self.pairs.len() <= pairs
             && self.pairs.iter().all(fits)
             && !self.energies.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_restore_all_but_the_vectors() {
+        let mut memory = Memory::of_result(&[], Vec::new());
+        memory.first_gradient_norm = 0.5;
+        memory.step_length = 0.25;
+        memory.evaluations = Evaluations {
+            values: 1,
+            gradients: 2,
+            metric_applications: 3,
+            metric_builds: 4,
+            hessian_actions: 5,
+        };
+        for status in STATUSES.map(Some).into_iter().chain([None]) {
+            memory.ended = status.map(|status| Ended {
+                status,
+                gradient_norm: 0.125,
+            });
+            let mut copy = Memory::of_result(&[], Vec::new());
+            copy.set_numbers(&memory.to_numbers());
+            assert_eq!(copy, memory);
+        }
     }
 }

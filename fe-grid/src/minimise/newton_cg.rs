@@ -7,7 +7,7 @@ use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, SecondOrder};
 use super::observer::Observer;
 use crate::buffer::Buffer;
-use crate::vector::{axpy, aypx, copy_into, dot, fill, scale};
+use crate::vector::{axpy, aypx, copy_into, fill, scale};
 
 /// Inexact Newton: `H d = -g` is solved by conjugate gradients, preconditioned by the objective's
 /// inverse metric `P`, until `sqrt(r · P r) <= forcing sqrt(g · P g)`.
@@ -176,11 +176,15 @@ impl<'a, O: SecondOrder> Run<'a, O> {
         forcing.min(self.params.max_forcing)
     }
 
+    fn dot(&self, x: &[f64], y: &[f64]) -> f64 {
+        self.objective.distribution().dot(x, y)
+    }
+
     /// `preconditioned = P g`; returns `g · P g`.
     fn precondition_gradient(&mut self) -> Result<f64, O::Error> {
         self.objective
             .apply_inverse_metric(&self.gradient, &mut self.preconditioned)?;
-        Ok(dot(&self.gradient, &self.preconditioned))
+        Ok(self.dot(&self.gradient, &self.preconditioned))
     }
 
     /// Solves `H d = -g` as far as the forcing asks, given `preconditioned = P g` and
@@ -192,9 +196,8 @@ impl<'a, O: SecondOrder> Run<'a, O> {
         squared_size: f64,
     ) -> Result<f64, O::Error> {
         // With the signs of the system `H d = r`, `r = -g`.
-        let r = &mut self.residual;
-        copy_into(&self.gradient, r);
-        scale(-1.0, r);
+        copy_into(&self.gradient, &mut self.residual);
+        scale(-1.0, &mut self.residual);
         scale(-1.0, &mut self.preconditioned);
         copy_into(&self.preconditioned, &mut self.search);
         fill(0.0, &mut self.direction);
@@ -203,7 +206,7 @@ impl<'a, O: SecondOrder> Run<'a, O> {
         for inner in 0..self.params.max_inner_iterations {
             self.objective
                 .hessian_action(x, &self.search, &mut self.image)?;
-            let curvature = dot(&self.search, &self.image);
+            let curvature = self.dot(&self.search, &self.image);
             if !(curvature > 0.0 && curvature.is_finite()) {
                 if inner == 0 {
                     copy_into(&self.search, &mut self.direction);
@@ -212,16 +215,16 @@ impl<'a, O: SecondOrder> Run<'a, O> {
             }
             let step = product / curvature;
             axpy(step, &self.search, &mut self.direction);
-            axpy(-step, &self.image, r);
+            axpy(-step, &self.image, &mut self.residual);
             self.objective
-                .apply_inverse_metric(r, &mut self.preconditioned)?;
-            let next = dot(r, &self.preconditioned);
+                .apply_inverse_metric(&self.residual, &mut self.preconditioned)?;
+            let next = self.dot(&self.residual, &self.preconditioned);
             if next.is_nan() || next <= enough {
                 break;
             }
             aypx(next / product, &self.preconditioned, &mut self.search);
             product = next;
         }
-        Ok(dot(&self.gradient, &self.direction))
+        Ok(self.dot(&self.gradient, &self.direction))
     }
 }

@@ -3,6 +3,7 @@
 use super::info::Info;
 use super::observer::Observer;
 use crate::buffer::Buffer;
+use crate::distribution::Distribution;
 use crate::lane::Element;
 
 /// The outcome of an evaluation.
@@ -21,6 +22,13 @@ pub trait Objective {
 
     /// Returns the number of unknowns.
     fn dim(&self) -> usize;
+
+    /// Returns the distribution of the unknowns to processes. Minimisers take scalar products by it:
+    /// part by part. The default is one part on one process. With several processes all functions are
+    /// collective, `dim` and all vectors are those of this process, and energies are those of all.
+    fn distribution(&self) -> Distribution {
+        Distribution::alone(1)
+    }
 
     /// Computes the energy at `x` and its gradient, which overwrites `gradient` (and is undefined
     /// if the state is inadmissible).

@@ -54,6 +54,13 @@ pub trait Observer {
         let _ = memory;
     }
 
+    /// Whether [`Observer::memory`] would be of use now, within a run or at its end. Asked only where a
+    /// memory has to be collected from several processes first; the default says no.
+    fn remembers(&mut self, ended: bool) -> bool {
+        let _ = ended;
+        false
+    }
+
     /// Called in work without iterations of a minimiser; returns whether to continue.
     fn between(&mut self) -> Control {
         Control::Continue

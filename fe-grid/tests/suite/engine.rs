@@ -361,8 +361,8 @@ fn normal_equations_are_assembled_again() {
             load: 0.3,
         };
         let mut equations = NormalEquations::new(grid);
-        equations.assemble(&Square, &[source(&first)], background);
-        equations.assemble(&Square, &[source(&second)], background);
+        equations.assemble(&Square, &[source(&first)], background, None);
+        equations.assemble(&Square, &[source(&second)], background, None);
         let (matrix, rhs) = normal_equations(&grid, &Square, &[source(&second)], background);
         assert_eq!(equations.rhs(), rhs);
         assert_eq!(equations.matrix().row_sums(), matrix.row_sums());

@@ -353,7 +353,7 @@ impl<const D: usize> LevelSetObjective<D> {
                     weight: 1.0,
                 };
                 self.equations
-                    .assemble(&rule, &[source], Background::default());
+                    .assemble(&rule, &[source], Background::default(), None);
                 vector::axpy(weight, self.equations.rhs(), &mut gradient[after]);
             }
         }

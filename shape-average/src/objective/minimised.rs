@@ -7,13 +7,19 @@ use crate::error::AverageError;
 use crate::level::shape;
 use crate::metric::ShapeMetric;
 use fe_grid::minimise::{Evaluation, Objective};
-use fe_grid::{Buffer, Element, LinearOperator, Storage, parallel, restrain_step, vector};
+use fe_grid::{
+    Buffer, Distribution, Element, LinearOperator, Storage, parallel, restrain_step, vector,
+};
 
 impl<const D: usize> Objective for AverageObjective<D> {
     type Error = AverageError;
 
     fn dim(&self) -> usize {
-        self.shapes.n_shapes() * self.shape_dim()
+        self.shapes.n_own() * self.shape_dim()
+    }
+
+    fn distribution(&self) -> Distribution {
+        self.shapes.distribution().clone()
     }
 
     fn value_and_gradient(
@@ -111,7 +117,7 @@ impl<const D: usize> Objective for AverageObjective<D> {
             return Ok(());
         }
         drop(old);
-        let metric = parallel::try_map(0..self.shapes.n_shapes(), &|i| {
+        let metric = parallel::try_map(0..self.shapes.n_own(), &|i| {
             self.shape_metric(i, &self.average, shape(x, i, dim))
         });
         self.metric = Metric::Kept(metric?);

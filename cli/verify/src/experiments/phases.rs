@@ -323,7 +323,7 @@ fn best_field(setting: Setting) -> Result<Outcome, VerifyError> {
             scale: 1.0,
         };
         let mut equations = NormalEquations::new(grid);
-        equations.assemble(&rule, &sources, Background::default());
+        equations.assemble(&rule, &sources, Background::default(), None);
         let mut v = vec![0.5; grid.n_nodes()];
         let jacobi = Diagonal::jacobi(equations.matrix().diagonal())?;
         let params = CgParams {

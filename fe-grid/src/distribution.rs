@@ -1,0 +1,186 @@
+//! A problem of many equal parts, such as the shapes of an average, that are distributed to processes.
+//!
+//! A [`Distribution`] gives every process a run of consecutive parts. Vectors of unknowns have the parts
+//! of this process, one after the other. What all parts share, such as a scalar product or the sum of
+//! nodal fields, has the same bits on any number of processes:
+//! - numbers of each part are exchanged, and added in the order of the parts;
+//! - of fields, the terms are rounded to multiples of one power of two, so small that their sum is less
+//!   than `2^53` of it: such sums are exact ([`Quantum`]), hence independent of the order.
+
+use crate::communicator::{Alone, Communicator};
+use crate::lane::Element;
+use crate::parallel;
+use crate::vector;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Which parts of a problem this process has.
+#[derive(Clone, Debug)]
+pub struct Distribution {
+    communicator: Arc<dyn Communicator>,
+    n_parts: usize,
+    own: Range<usize>,
+}
+
+impl Distribution {
+    /// All parts on this process.
+    pub fn alone(n_parts: usize) -> Self {
+        Self::over(Arc::new(Alone), n_parts)
+    }
+
+    /// Parts in equal shares: the first processes have one more where they cannot be equal, and the
+    /// last have none where there are more processes than parts.
+    pub fn over(communicator: Arc<dyn Communicator>, n_parts: usize) -> Self {
+        let (rank, size) = (communicator.rank(), communicator.size());
+        let (share, more) = (n_parts / size, n_parts % size);
+        let start = |rank: usize| rank * share + rank.min(more);
+        Self {
+            own: start(rank)..start(rank + 1),
+            n_parts,
+            communicator,
+        }
+    }
+
+    /// The same processes with another number of parts.
+    #[must_use]
+    pub fn of(&self, n_parts: usize) -> Self {
+        Self::over(Arc::clone(&self.communicator), n_parts)
+    }
+
+    /// Number of parts of all processes.
+    pub fn n_parts(&self) -> usize {
+        self.n_parts
+    }
+
+    /// The parts of this process.
+    pub fn own(&self) -> Range<usize> {
+        self.own.clone()
+    }
+
+    /// Whether there is one process.
+    pub fn is_alone(&self) -> bool {
+        self.communicator.size() == 1
+    }
+
+    /// Whether this is the first process.
+    pub fn is_first(&self) -> bool {
+        self.communicator.rank() == 0
+    }
+
+    /// The processes.
+    pub fn communicator(&self) -> &dyn Communicator {
+        &*self.communicator
+    }
+
+    /// Returns the numbers of all parts on all processes, given those of the own parts, as many for each.
+    /// Collective.
+    ///
+    /// # Panics
+    /// If there is not a row of numbers for every own part.
+    pub fn share<const N: usize>(&self, own: &[[f64; N]]) -> Vec<[f64; N]> {
+        assert_eq!(own.len(), self.own.len());
+        if self.is_alone() {
+            return own.to_vec();
+        }
+        let mut all = vec![[0.0; N]; self.n_parts];
+        all[self.own()].copy_from_slice(own);
+        // All but one of the terms of each sum are zero.
+        self.communicator.sum(all.as_flattened_mut());
+        all
+    }
+
+    /// Whether something is true on all processes. Collective.
+    pub fn all(&self, own: bool) -> bool {
+        let mut failures = [if own { 0.0 } else { 1.0 }];
+        self.communicator.maximum(&mut failures);
+        failures[0] == 0.0
+    }
+
+    /// The scalar product of two vectors of unknowns: of each part, then their sum in the order of the
+    /// parts. Collective.
+    ///
+    /// # Panics
+    /// If the lengths differ, or are no multiple of the number of own parts.
+    pub fn dot<T: Element, U: Element>(&self, x: &[T], y: &[U]) -> f64 {
+        assert_eq!(x.len(), y.len());
+        let n = self.own.len();
+        assert!(x.is_empty() || x.len().is_multiple_of(n.max(1)));
+        let dim = x.len() / n.max(1);
+        let part = |i: usize| {
+            let range = i * dim..(i + 1) * dim;
+            [vector::dot(&x[range.clone()], &y[range])]
+        };
+        let own = parallel::map(0..n, &part);
+        self.share(&own).iter().map(|[product]| product).sum()
+    }
+
+    /// Euclidean norm of a vector of unknowns. Collective.
+    pub fn norm<T: Element>(&self, x: &[T]) -> f64 {
+        self.dot(x, x).sqrt()
+    }
+
+    /// Largest absolute value of the difference of two vectors of unknowns, NaN where any entry is.
+    /// Collective.
+    pub fn max_abs_difference(&self, x: &[f64], y: &[f64]) -> f64 {
+        let own = vector::max_abs_difference(x, y);
+        // Maxima of communicators may pass over NaN.
+        let mut found = [own.max(0.0), f64::from(u8::from(own.is_nan()))];
+        self.communicator.maximum(&mut found);
+        if found[1] > 0.0 { f64::NAN } else { found[0] }
+    }
+
+    /// The sum of one vector for each part, exact but for the rounding of the entries to a multiple of the
+    /// largest times `2^-50`. Collective.
+    ///
+    /// # Panics
+    /// If there is not a vector for every own part, of this length.
+    pub fn sum_vectors(&self, own: &mut [Vec<f64>], len: usize) -> Vec<f64> {
+        assert_eq!(own.len(), self.own.len());
+        let most = own.iter().map(|x| vector::max_abs(x));
+        let mut most = [most.fold(0.0, f64::max)];
+        self.communicator.maximum(&mut most);
+        let quantum = Quantum::of_sums(most[0] * self.n_parts as f64);
+        let mut sum = vec![0.0; len];
+        for x in own {
+            assert_eq!(x.len(), len);
+            for (sum, x) in sum.iter_mut().zip(x) {
+                *sum += quantum.round(*x);
+            }
+        }
+        self.communicator.sum(&mut sum);
+        sum
+    }
+
+    /// Returns the vector of unknowns of all parts on the first process, and nothing on the others.
+    /// Collective.
+    pub fn gather(&self, own: &[f64]) -> Option<Vec<f64>> {
+        self.communicator.gather(own)
+    }
+}
+
+/// A power of two that all terms of a sum are multiples of: as long as the sum is less than `2^53` times as
+/// large, no addition rounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantum {
+    /// `1.5 * 2^52` times the power: numbers about this size are multiples of it.
+    shift: f64,
+}
+
+impl Quantum {
+    /// The power for sums whose terms have absolute values that add up to less than this. Where it is
+    /// zero, or not finite, there is nothing to round.
+    pub fn of_sums(most: f64) -> Self {
+        if !(most > f64::MIN_POSITIVE && most < 1e290) {
+            return Self { shift: 0.0 };
+        }
+        // The next power of two above, exactly.
+        let above = f64::from_bits((most.to_bits() >> 52 << 52) + (1 << 52));
+        Self { shift: 3.0 * above }
+    }
+
+    /// The nearest multiple, half way the even one.
+    #[inline(always)]
+    pub fn round(self, x: f64) -> f64 {
+        (x + self.shift) - self.shift
+    }
+}

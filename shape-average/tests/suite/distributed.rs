@@ -1,0 +1,250 @@
+//! Averages on several processes, of which threads with a communicator take the place: results have
+//! the same bits on any number of them.
+
+use crate::support::shapes::{bar, ellipsoid};
+use fe_grid::communicator::{Communicator, on_threads};
+use fe_grid::minimise::{Control, Iteration, Memory, Observer, Silent};
+use fe_grid::{Field, Grid, ScalarField};
+use shape_average::{
+    AverageError, AverageParams, AverageResult, Mean, Solver, average_distributed,
+};
+use std::sync::Arc;
+
+/// The inputs of an average.
+#[derive(Clone, Default)]
+struct Case<const D: usize> {
+    shapes: Vec<ScalarField<f64, D>>,
+    seen: Vec<ScalarField<f64, D>>,
+    start: Vec<Field<f64, D, D>>,
+    params: AverageParams,
+}
+
+impl<const D: usize> Case<D> {
+    fn of(shapes: Vec<ScalarField<f64, D>>) -> Self {
+        Self {
+            shapes,
+            ..Self::default()
+        }
+    }
+
+    fn run(
+        &self,
+        communicator: Arc<dyn Communicator>,
+        observer: &mut dyn Observer,
+    ) -> Option<AverageResult<D>> {
+        let Self {
+            shapes,
+            seen,
+            start,
+            params,
+        } = self;
+        average_distributed(communicator, shapes, seen, start, params, observer).unwrap()
+    }
+
+    /// The result of the first of some processes; the others have none.
+    fn on(&self, processes: usize) -> AverageResult<D> {
+        let run = |communicator| self.run(communicator, &mut Silent);
+        let mut results = on_threads(processes, &run).into_iter();
+        let first = results.next().flatten().unwrap();
+        assert!(results.all(|other| other.is_none()));
+        first
+    }
+
+    /// Compares the results on several numbers of processes with that on one.
+    fn check(&self, numbers: &[usize]) -> AverageResult<D> {
+        let alone = self.on(1);
+        for &processes in numbers {
+            assert_same(&self.on(processes), &alone, processes);
+        }
+        alone
+    }
+}
+
+/// Compares all bits but those of times.
+fn assert_same<const D: usize>(a: &AverageResult<D>, b: &AverageResult<D>, processes: usize) {
+    let record = |result: &AverageResult<D>| {
+        let mut record = serde_json::to_value(result).unwrap();
+        record["solver_seconds"] = 0.into();
+        for level in record["levels"].as_array_mut().unwrap() {
+            level["seconds"] = 0.into();
+        }
+        record
+    };
+    assert_eq!(record(a), record(b), "{processes} processes");
+    let arrays = |result: &AverageResult<D>| {
+        let mut arrays = vec![
+            result.average.clone(),
+            result.average_indicator.clone(),
+            result.average_mask.clone(),
+        ];
+        arrays.extend(result.pushed.clone());
+        arrays.extend(result.pushed_visibility.clone());
+        arrays.extend(result.shapes.phase_fields.clone());
+        arrays.extend(result.shapes.indicators.clone());
+        arrays
+    };
+    assert!(arrays(a) == arrays(b), "{processes} processes");
+    assert!(a.displacements == b.displacements, "{processes} processes");
+}
+
+fn bars(angles: &[f64]) -> Vec<ScalarField<f64, 2>> {
+    let grid = Grid::<2>::dyadic(5);
+    let turned = |(i, angle): (usize, &f64)| bar(grid, *angle, 0.1 * i as f64);
+    angles.iter().enumerate().map(turned).collect()
+}
+
+/// With five processes for four shapes the last has none; with three the first has two.
+#[test]
+fn bars_have_the_same_bits_on_any_number_of_processes() {
+    let result = Case::of(bars(&[180.0, 150.0, 120.0, 90.0])).check(&[2, 3, 5]);
+    assert!(result.certificate.certified && result.energy.remaining.is_some());
+}
+
+#[test]
+fn ellipsoids_have_the_same_bits() {
+    let grid = Grid::<3>::dyadic(4);
+    let radii = [[0.3, 0.2, 0.2], [0.2, 0.3, 0.25], [0.25, 0.2, 0.3]];
+    let shapes = radii.map(|radii| ellipsoid(grid, radii, 0.2));
+    Case::of(shapes.to_vec()).check(&[2, 3]);
+}
+
+#[test]
+fn medians_have_the_same_bits() {
+    let case = Case {
+        params: AverageParams {
+            mean: Mean::Median,
+            ..AverageParams::default()
+        },
+        ..Case::of(bars(&[180.0, 170.0, 90.0]))
+    };
+    assert!(!case.check(&[2]).rounds.is_empty());
+}
+
+/// The shape of weight zero is deformed by the first process onto the average of the others.
+#[test]
+fn weights_masks_and_starts_are_those_of_the_shapes() {
+    let shapes = bars(&[180.0, 150.0, 120.0]);
+    let grid = *shapes[0].grid();
+    let weighted = Case {
+        params: AverageParams {
+            weights: Some(vec![0.2, 0.0, 0.8]),
+            ..AverageParams::default()
+        },
+        ..Case::of(shapes.clone())
+    };
+    let first = weighted.check(&[2]);
+    let left = ScalarField::from_fn(grid, |[x, _]| [f64::from(u8::from(x < 0.6))]);
+    let everywhere = ScalarField::from_fn(grid, |_| [1.0]);
+    let masked = Case {
+        seen: vec![everywhere.clone(), left, everywhere],
+        start: first.displacements,
+        ..Case::of(shapes)
+    };
+    masked.check(&[3]);
+}
+
+/// Stops after some iterations, and keeps the last memory.
+struct Stop {
+    after: usize,
+    kept: Option<(usize, Memory<'static>)>,
+    pending: Option<(usize, Memory<'static>)>,
+    run: usize,
+    dims: Vec<usize>,
+}
+
+impl Stop {
+    fn after(after: usize) -> Self {
+        Self {
+            after,
+            kept: None,
+            pending: None,
+            run: 0,
+            dims: Vec::new(),
+        }
+    }
+}
+
+impl Observer for Stop {
+    fn level(&mut self, _level: usize, _n_levels: usize, dim: usize) {
+        self.dims.push(dim);
+    }
+
+    fn iteration(&mut self, _iteration: &Iteration<'_>) -> Control {
+        self.after = self.after.saturating_sub(1);
+        if self.after == 0 {
+            return Control::Cancel;
+        }
+        Control::Continue
+    }
+
+    fn resume(&mut self) -> Option<Memory<'static>> {
+        self.run += 1;
+        let (_, memory) = self.pending.take_if(|(run, _)| *run == self.run)?;
+        Some(memory)
+    }
+
+    fn remembers(&mut self, ended: bool) -> bool {
+        !ended
+    }
+
+    fn memory(&mut self, memory: &Memory<'_>) {
+        self.kept = Some((self.run, memory.clone().into_owned()));
+    }
+}
+
+/// Only the first process is asked to stop; what it remembers then is resumed by other numbers of
+/// processes.
+#[test]
+fn runs_stop_together_and_resume_on_other_numbers_of_processes() {
+    let case = Case::of(bars(&[180.0, 60.0, 140.0]));
+    let whole = case.on(1);
+    let n_first: usize = whole.levels[..whole.levels.len() - 1]
+        .iter()
+        .map(|level| level.iterations + 1)
+        .sum();
+    let stopped = on_threads(3, &|communicator: Arc<dyn Communicator>| {
+        // On the finest level, after its metric has been made anew.
+        let stop_after = [n_first + 12, usize::MAX][usize::from(communicator.rank() > 0)];
+        let mut stop = Stop::after(stop_after);
+        let result = case.run(communicator, &mut stop);
+        (result.map(|result| result.status), stop.kept, stop.dims)
+    });
+    let (status, kept, dims) = stopped.into_iter().next().unwrap();
+    assert_eq!(status, Some(fe_grid::minimise::Status::Cancelled));
+    // All shapes are counted.
+    assert_eq!(dims.last(), Some(&(3 * 2 * 33 * 33)));
+    let kept = kept.unwrap();
+    assert!(kept.1.energies.len() > 1 && kept.1.x.len() == 3 * 2 * 33 * 33);
+    assert!(!kept.1.pairs.is_empty());
+    for processes in [1, 2] {
+        let resumed = on_threads(processes, &|communicator: Arc<dyn Communicator>| {
+            let mut stop = Stop::after(usize::MAX);
+            if communicator.rank() == 0 {
+                stop.pending = Some(kept.clone());
+            }
+            case.run(communicator, &mut stop)
+        });
+        let resumed = resumed.into_iter().next().flatten().unwrap();
+        assert_same(&resumed, &whole, processes);
+    }
+}
+
+#[test]
+fn descent_runs_on_one_process() {
+    let case = Case::of(bars(&[180.0, 150.0]));
+    let params = AverageParams {
+        solver: Solver::Descent,
+        ..AverageParams::default()
+    };
+    let found = on_threads(2, &|communicator| {
+        average_distributed(communicator, &case.shapes, &[], &[], &params, &mut Silent)
+    });
+    for result in found {
+        let what = "gradient descent";
+        let processes = 2;
+        assert_eq!(
+            result.err(),
+            Some(AverageError::Distributed { what, processes })
+        );
+    }
+}
