@@ -16,6 +16,7 @@ use crate::geodesic::GeodesicConfig;
 use crate::length::LengthConfig;
 use crate::metric::MetricConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
+use crate::processes::need_one;
 use crate::segment::SegmentConfig;
 use crate::session::{ComputeArgs, LongArgs};
 use crate::verify::{VerifyArgs, run_verify};
@@ -77,6 +78,9 @@ enum Command {
 /// # Errors
 /// [`CliError`], which holds the exit code and prints its own report.
 pub fn run(cli: &Cli) -> Result<Exit, CliError> {
+    if !matches!(cli.command, Command::Average(_)) {
+        need_one("this command")?;
+    }
     match &cli.command {
         Command::Average(args) => run_average(args),
         Command::Geodesic(args) => args.run(),

@@ -61,6 +61,20 @@ pub enum CliError {
         /// The missing input.
         what: &'static str,
     },
+    /// Several processes for a command that runs on one.
+    #[error("{command} runs on one process, and there are {processes}")]
+    OneProcess {
+        /// The command.
+        command: &'static str,
+        /// The processes.
+        processes: usize,
+    },
+    /// Several processes for a program that cannot exchange messages.
+    #[error("{processes} processes were started, and this program was built without MPI")]
+    WithoutMpi {
+        /// The processes.
+        processes: usize,
+    },
     /// Weights of the wrong number.
     #[error("--weights has {found} numbers for {expected} masks")]
     WeightCount {
@@ -287,6 +301,10 @@ fn average_error(error: shape_average::AverageError) -> CliError {
         shape_average::AverageError::Grid(spill @ fe_grid::GridError::Spill { .. }) => {
             CliError::Spill(spill)
         }
+        shape_average::AverageError::Distributed { what, processes } => CliError::OneProcess {
+            command: what,
+            processes,
+        },
         other => CliError::Average(other),
     }
 }
@@ -363,6 +381,10 @@ impl CliError {
             Self::WeightSum { normalised, .. } => return normalised_help(normalised),
             Self::NoResult { command, .. } => {
                 return format!("name a directory that `shapespace {command}` has written").into();
+            }
+            Self::OneProcess { .. } => "start it without mpirun",
+            Self::WithoutMpi { .. } => {
+                "start it without mpirun, or build it with `cargo build --release --features mpi`"
             }
             Self::TooFewInputs { .. } => "name the mask files after the command",
             Self::WeightCount { .. } => {

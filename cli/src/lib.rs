@@ -36,6 +36,7 @@ mod page;
 pub mod pca;
 mod pool;
 mod print;
+pub mod processes;
 pub mod progress;
 mod report;
 mod results;

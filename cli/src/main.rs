@@ -8,11 +8,6 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     shapespace::interrupt::listen();
-    match shapespace::args::run(&shapespace::args::Cli::parse()) {
-        Ok(exit) => exit.into(),
-        Err(error) => {
-            error.report();
-            error.exit().into()
-        }
-    }
+    let command = shapespace::args::Cli::parse();
+    shapespace::processes::run(|| shapespace::args::run(&command))
 }

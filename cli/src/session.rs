@@ -1,11 +1,12 @@
 //! The stages of every command that computes: plan, compute, write, summary.
 
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::Args;
-use fe_grid::Grid;
+use fe_grid::communicator::Communicator;
+use fe_grid::{Distribution, Grid};
 
 use crate::checkpoint::{Checkpointer, Place};
 use crate::config::{Config, Configured};
@@ -19,6 +20,7 @@ use crate::options::{CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
 use crate::page::{command_line, write_page};
 use crate::pool::in_pool;
+use crate::processes::{need_one, processes};
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::watch::ProgressObserver;
@@ -38,6 +40,8 @@ pub(crate) struct Session<'a> {
     pub trust: bool,
     /// When checkpoints are stored.
     pub checkpoint: CheckpointOption,
+    /// The processes that compute the result.
+    pub processes: Arc<dyn Communicator>,
     /// The checkpoints of a computation that has ended.
     pub obsolete: Mutex<Option<WorkDir>>,
 }
@@ -64,7 +68,21 @@ impl Session<'_> {
             fingerprint,
             minutes: self.checkpoint.minutes,
         };
-        Checkpointer::new(place, &self.progress)
+        if self.is_first() {
+            Checkpointer::new(place, &self.progress)
+        } else {
+            Ok(Checkpointer::without(place, &self.progress))
+        }
+    }
+
+    /// The distribution of parts of the computation to the processes.
+    pub fn distribution(&self, n_parts: usize) -> Distribution {
+        Distribution::over(Arc::clone(&self.processes), n_parts)
+    }
+
+    /// Whether this process reads, reports and writes.
+    pub fn is_first(&self) -> bool {
+        self.processes.rank() == 0
     }
 
     /// Ends the checkpoints of a computation, which are removed when its result is written.
@@ -96,6 +114,22 @@ pub(crate) trait Command: Sync {
         plan: Self::Plan<D>,
         session: &Session<'_>,
     ) -> Result<Self::Outcome<D>, CliError>;
+
+    /// Whether several processes can compute a result together.
+    const DISTRIBUTED: bool = false;
+
+    /// Takes part in the computation of a result that the first process writes. Called on the other
+    /// processes of a command that is [distributed](Self::DISTRIBUTED).
+    ///
+    /// # Errors
+    /// As [`Command::compute`].
+    fn assist<const D: usize>(
+        &self,
+        _plan: Self::Plan<D>,
+        _session: &Session<'_>,
+    ) -> Result<(), CliError> {
+        Ok(())
+    }
 
     /// A directory of finished work that becomes the result directory.
     fn work<const D: usize>(_outcome: &mut Self::Outcome<D>) -> Option<WorkDir> {
@@ -171,24 +205,38 @@ pub(crate) fn run<C: Command>(
     options: &RunOptions,
     checkpoint: CheckpointOption,
 ) -> Result<Exit, CliError> {
+    if !C::DISTRIBUTED {
+        need_one("this computation")?;
+    }
     let start = Instant::now();
+    let processes = processes();
     let session = Session {
         output: &options.output,
-        progress: options.progress(start),
+        progress: if processes.rank() == 0 {
+            options.progress(start)
+        } else {
+            Progress::hidden()
+        },
         interrupt: Interrupt::new(),
         sources: Sources::files(),
         start,
         trust: options.trust,
         checkpoint,
+        processes,
         obsolete: Mutex::default(),
     };
     let done = in_pool(options.threads, || {
-        // Fail before the computation if the directory cannot be written.
-        ResultDir::create(session.output).map(drop)?;
+        if session.is_first() {
+            // Fail before the computation if the directory cannot be written.
+            ResultDir::create(session.output).map(drop)?;
+        }
         let summary = match command.plan(&session)? {
             Dim::D2(plan) => execute(command, plan, &session),
             Dim::D3(plan) => execute(command, plan, &session),
         }?;
+        let Some(summary) = summary else {
+            return Ok(Exit::Success);
+        };
         let exit = exit(&summary, options.allow_doubtful);
         if options.log == Some(LogFormat::Json) {
             log::result(start, session.output, summary.doubts.len(), exit);
@@ -216,12 +264,17 @@ fn exit(summary: &Summary, allow_doubtful: bool) -> Exit {
     }
 }
 
-/// Computes and writes the result of a plan.
+/// Computes and writes the result of a plan; the first process writes it.
 fn execute<C: Command, const D: usize>(
     command: &C,
     plan: C::Plan<D>,
     session: &Session<'_>,
-) -> Result<Summary, CliError> {
+) -> Result<Option<Summary>, CliError> {
+    if !session.is_first() {
+        // A signal ends the first process; the others end with it.
+        session.interrupt.asked();
+        return command.assist(plan, session).map(|()| None);
+    }
     let mut outcome = command.compute(plan, session)?;
     session.progress.stage("writing");
     session.interrupt.writing();
@@ -242,5 +295,5 @@ fn execute<C: Command, const D: usize>(
     }
     session.progress.finish();
     summary.print(&target)?;
-    Ok(summary)
+    Ok(Some(summary))
 }

@@ -31,14 +31,18 @@ impl Distribution {
     /// Parts in equal shares: the first processes have one more where they cannot be equal, and the
     /// last have none where there are more processes than parts.
     pub fn over(communicator: Arc<dyn Communicator>, n_parts: usize) -> Self {
-        let (rank, size) = (communicator.rank(), communicator.size());
-        let (share, more) = (n_parts / size, n_parts % size);
-        let start = |rank: usize| rank * share + rank.min(more);
         Self {
-            own: start(rank)..start(rank + 1),
+            own: Self::range(communicator.rank(), communicator.size(), n_parts),
             n_parts,
             communicator,
         }
+    }
+
+    /// The parts of a process.
+    fn range(rank: usize, size: usize, n_parts: usize) -> Range<usize> {
+        let (share, more) = (n_parts / size, n_parts % size);
+        let start = |rank: usize| rank * share + rank.min(more);
+        start(rank)..start(rank + 1)
     }
 
     /// The same processes with another number of parts.
@@ -86,6 +90,32 @@ impl Distribution {
         all[self.own()].copy_from_slice(own);
         // All but one of the terms of each sum are zero.
         self.communicator.sum(all.as_flattened_mut());
+        all
+    }
+
+    /// Returns the vectors of all parts on all processes, given those of the own parts, all of one length.
+    /// Collective.
+    ///
+    /// # Panics
+    /// If there is not a vector of this length for every own part.
+    pub fn share_vectors(&self, own: Vec<Vec<f64>>, len: usize) -> Vec<Vec<f64>> {
+        assert_eq!(own.len(), self.own.len());
+        assert!(own.iter().all(|x| x.len() == len));
+        let mut all = own;
+        if self.is_alone() {
+            return all;
+        }
+        let mut own = all.into_iter();
+        all = Vec::with_capacity(self.n_parts);
+        for root in 0..self.communicator.size() {
+            for _ in Self::range(root, self.communicator.size(), self.n_parts) {
+                let mine = root == self.communicator.rank();
+                let next = if mine { own.next() } else { None };
+                let mut vector = next.unwrap_or_else(|| vec![0.0; len]);
+                self.communicator.broadcast(root, &mut vector);
+                all.push(vector);
+            }
+        }
         all
     }
 
@@ -182,5 +212,87 @@ impl Quantum {
     #[inline(always)]
     pub fn round(self, x: f64) -> f64 {
         (x + self.shift) - self.shift
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::communicator::on_threads;
+    use crate::random::SplitMix64;
+
+    /// Parts with entries of very different sizes.
+    fn vectors(n_parts: usize, len: usize) -> Vec<Vec<f64>> {
+        let mut random = SplitMix64::new(7);
+        let mut entry = || {
+            let size = 10f64.powi((random.between(-12.0, 3.0)) as i32);
+            random.between(-1.0, 1.0) * size
+        };
+        let mut vector = || (0..len).map(|_| entry()).collect();
+        (0..n_parts).map(|_| vector()).collect()
+    }
+
+    /// With five processes for four parts the last has none.
+    #[test]
+    fn all_numbers_have_the_same_bits_on_any_number_of_processes() {
+        let (n, len) = (4, 1000);
+        let (x, y) = (vectors(n, len), vectors(n, len));
+        let on = |size: usize| {
+            on_threads(size, &|communicator: Arc<dyn Communicator>| {
+                let distribution = Distribution::over(communicator, n);
+                let own = distribution.own();
+                let [flat_x, flat_y] = [&x, &y].map(|x| x[own.clone()].concat());
+                let sum = distribution.sum_vectors(&mut x[own.clone()].to_vec(), len);
+                let numbers: Vec<[f64; 1]> = own.clone().map(|i| [x[i][0]]).collect();
+                (
+                    distribution.dot(&flat_x, &flat_y),
+                    distribution.max_abs_difference(&flat_x, &flat_y),
+                    sum,
+                    distribution.share(&numbers),
+                    distribution.share_vectors(x[own].to_vec(), len),
+                )
+            })
+        };
+        let alone = on(1).remove(0);
+        assert_eq!(alone.4, x);
+        assert!((0..n).all(|i| alone.3[i][0] == x[i][0]));
+        let largest = x.iter().flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
+        for i in 0..len {
+            let plain: f64 = x.iter().map(|x| x[i]).sum();
+            // Every term is rounded to a multiple of at most 2^-50 times the sum of the largest.
+            let rounding = n as f64 * largest * n as f64 * f64::powi(2.0, -50);
+            assert!((alone.2[i] - plain).abs() <= rounding, "{i}");
+        }
+        for size in [2, 3, 5] {
+            for found in on(size) {
+                assert!(found == alone, "{size} processes");
+            }
+        }
+    }
+
+    #[test]
+    fn sums_of_rounded_numbers_are_exact() {
+        let x = vectors(1, 4000).remove(0);
+        let most: f64 = x.iter().map(|x| x.abs()).sum();
+        let quantum = Quantum::of_sums(most);
+        let rounded: Vec<f64> = x.iter().map(|x| quantum.round(*x)).collect();
+        let forwards: f64 = rounded.iter().sum();
+        let backwards: f64 = rounded.iter().rev().sum();
+        assert_eq!(forwards, backwards);
+        // Without being rounded they are not.
+        assert_ne!(x.iter().sum::<f64>(), x.iter().rev().sum::<f64>());
+        // Nothing to round, or no power of two that would do.
+        for most in [0.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(Quantum::of_sums(most).round(0.1), 0.1);
+        }
+    }
+
+    #[test]
+    fn nan_is_not_passed_over() {
+        let found = on_threads(2, &|communicator: Arc<dyn Communicator>| {
+            let x = [1.0, [2.0, f64::NAN][communicator.rank()]];
+            Distribution::over(communicator, 2).max_abs_difference(&x, &[0.0; 2])
+        });
+        assert!(found.iter().all(|x| x.is_nan()));
     }
 }

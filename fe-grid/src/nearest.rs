@@ -12,7 +12,7 @@
 /// # Panics
 /// If the number of values is not that of the points.
 pub(crate) fn squared_distances<const D: usize>(points: [usize; D], values: &mut [f64]) {
-    assert_eq!(values.len(), points.iter().product());
+    assert_eq!(values.len(), points.iter().product::<usize>());
     let longest = points.into_iter().max().unwrap_or(0);
     let mut envelope = Envelope::with_capacity(longest);
     let mut line = Vec::with_capacity(longest);

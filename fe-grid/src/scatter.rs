@@ -87,8 +87,9 @@ pub struct DistributedSources<'a> {
     pub entry: f64,
 }
 
-/// The entries of a source may be this many times as large as expected; more cost a further assembly.
-const ROOM: f64 = 4096.0;
+/// The entries of a source may be this many times as large as expected; more cost a further assembly. The
+/// more room, the larger the multiples that entries are rounded to.
+const ROOM: f64 = 64.0;
 
 impl<const D: usize> NormalEquations<D> {
     /// Empty equations: zero.

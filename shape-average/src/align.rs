@@ -21,9 +21,9 @@ mod reflection;
 mod starts;
 mod steepness;
 
-use fe_grid::Field;
-use fe_grid::{compiled_once, parallel};
+use fe_grid::{Distribution, Field, compiled_once, parallel};
 use levelset::{Compact, LevelsetError};
+use nalgebra::{SMatrix, SVector};
 
 use matching::{Indicator, Masked, Matching, Pose, thinned};
 pub use motion::RigidMotion;
@@ -122,7 +122,7 @@ fn align_to_in<const D: usize>(
 pub fn align_group<const D: usize>(
     shapes: &[&Field<f64, D, 1>],
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    align_group_of_visible(shapes, &[])
+    align_group_of_visible(shapes, &[], &Distribution::alone(shapes.len()))
 }
 
 compiled_once! {
@@ -139,24 +139,29 @@ compiled_once! {
     ///
     /// # Errors
     /// [`AlignError`].
+    ///
+    /// With a distribution of the shapes to several processes, each aligns its own; all are given all
+    /// shapes, and have all motions afterwards. Collective.
     pub fn align_group_of_visible<'a, D>(
         shapes: &'a [&'a Field<f64, D, 1>],
         seen: &'a [&'a Field<f64, D, 1>],
+        distribution: &'a Distribution,
     ) -> Result<Vec<Alignment<D>>, AlignError> = align_group_in;
 }
 
 fn align_group_in<const D: usize>(
     shapes: &[&Field<f64, D, 1>],
     seen: &[&Field<f64, D, 1>],
+    distribution: &Distribution,
 ) -> Result<Vec<Alignment<D>>, AlignError> {
     let shapes = checked(shapes, seen)?;
     let first = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
-    let mut found = align_each(&first, &shapes, &vec![None; shapes.len()])?;
+    let mut found = align_each(&first, &shapes, &vec![None; shapes.len()], distribution)?;
     for _ in 0..if shapes.len() > 2 { ROUNDS } else { 0 } {
         let motions: Vec<_> = found.iter().map(|a| a.motion).collect();
         let mean = Target::new(&shapes, &motions)?;
         let known: Vec<_> = motions.iter().copied().map(Some).collect();
-        found = align_each(&mean, &shapes, &known)?;
+        found = align_each(&mean, &shapes, &known, distribution)?;
         let turns = found.iter().zip(&motions);
         if turns.fold(0.0, |t, (a, m)| {
             f64::max(t, a.motion.after(&m.inverse()).angle())
@@ -177,11 +182,41 @@ fn align_each<const D: usize>(
     target: &Target<D>,
     shapes: &[Masked<'_, D>],
     motions: &[Option<RigidMotion<D>>],
+    distribution: &Distribution,
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    let shapes = shapes.iter().zip(motions).enumerate();
-    parallel::try_map(shapes, &|(i, (shape, known))| {
-        target.align(*shape, *known).map_err(|e| at(i, e))
-    })
+    let own = parallel::try_map(distribution.own(), &|i| {
+        let found = target.align(shapes[i], motions[i]).map_err(|e| at(i, e))?;
+        Ok(found.to_numbers())
+    });
+    let all = distribution.share(&own?).into_iter();
+    Ok(all.map(Alignment::from_numbers).collect())
+}
+
+/// Numbers of an alignment in 3D.
+const NUMBERS: usize = 13;
+
+impl<const D: usize> Alignment<D> {
+    /// The mismatch, the translation and the rotation, as numbers.
+    fn to_numbers(self) -> [f64; NUMBERS] {
+        let mut numbers = [0.0; NUMBERS];
+        let translation = self.motion.translation().iter();
+        let motion = translation.chain(self.motion.rotation().iter());
+        let all = std::iter::once(&self.mismatch).chain(motion);
+        for (number, x) in numbers.iter_mut().zip(all) {
+            *number = *x;
+        }
+        numbers
+    }
+
+    /// The inverse of [`Self::to_numbers`].
+    fn from_numbers([mismatch, motion @ ..]: [f64; NUMBERS]) -> Self {
+        let (translation, rotation) = motion.split_at(D);
+        let rotation = SMatrix::from_column_slice(&rotation[..D * D]);
+        Self {
+            motion: RigidMotion::from_parts(rotation, SVector::from_column_slice(translation)),
+            mismatch,
+        }
+    }
 }
 
 fn at(shape: usize, source: LevelsetError) -> AlignError {

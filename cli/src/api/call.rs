@@ -1,9 +1,10 @@
 //! Runs a command for another program.
 
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
+use fe_grid::communicator::Alone;
 use toml::Table;
 
 use super::computed::{Computed, Held};
@@ -219,6 +220,7 @@ impl Call {
                 start: Instant::now(),
                 trust: self.trust,
                 checkpoint: self.checkpoint(),
+                processes: Arc::new(Alone),
                 obsolete: Mutex::default(),
             };
             let computed = match command.plan(&session)? {

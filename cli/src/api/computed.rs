@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use fe_grid::communicator::Alone;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -121,6 +122,7 @@ impl Computed {
             start: now.checked_sub(seconds).unwrap_or(now),
             trust: false,
             checkpoint: CheckpointOption::NONE,
+            processes: Arc::new(Alone),
             obsolete: Mutex::default(),
         };
         self.held.write(&session, &directory)?;

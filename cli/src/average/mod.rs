@@ -19,7 +19,9 @@ mod sweep;
 mod views;
 mod write;
 
-use shape_average::{AverageParams, AverageResult, MemoryEstimate, average_from};
+use std::sync::Arc;
+
+use shape_average::{AverageParams, AverageResult, MemoryEstimate, average_distributed};
 
 use crate::error::{CliError, Exit};
 use crate::history::HistoryPoint;
@@ -103,6 +105,8 @@ fn run_on(
 }
 
 impl Command for Average {
+    const DISTRIBUTED: bool = true;
+
     type Plan<const D: usize> = AveragePlan<D>;
     type Outcome<const D: usize> = Outcome<D>;
 
@@ -119,41 +123,17 @@ impl Command for Average {
         plan: AveragePlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let config = plan.config;
-        let weights = config.weights()?;
-        let mut params = AverageParams {
-            weights: Some(weights),
-            ..config.params.clone()
-        };
-        let (n, partly) = (plan.placed.images.len(), !plan.views.is_empty());
-        let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
-        let settled = settle(plan.placed, &plan.views, &session.progress)?;
-        let grid = settled.grid;
-        let memory = provide(&mut params, n, partly, grid, &self.run, &session.progress)?;
-        let grids = grid.hierarchy(params.coarsest_nodes);
-        let start = config.start.as_deref();
-        let known = initial(start, n, &grids, session.trust)?;
-        let mut checkpointer = session.checkpointer(fingerprint)?;
-        let (mut inputs, mut distances) = settled.measure(&session.progress)?;
-        compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
-        let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
-        let mut watch = checkpointer.observe(session.observer(&grids));
-        let result = average_from(&distances, &visibility, &known, &params, &mut watch)?;
-        let history = watch.finish();
-        session.ended(checkpointer);
-        let error_bars = if config.error_bars {
-            error_bars(&result, distances, visibility, &params, session)?
-        } else {
-            None
-        };
-        Ok(Outcome {
-            inputs,
-            config,
-            result,
-            history,
-            memory,
-            error_bars,
-        })
+        let outcome = self.take_part(plan, session)?;
+        // The first process has a result.
+        outcome.ok_or_else(|| shape_average::AverageError::NoShapes.into())
+    }
+
+    fn assist<const D: usize>(
+        &self,
+        plan: AveragePlan<D>,
+        session: &Session<'_>,
+    ) -> Result<(), CliError> {
+        self.take_part(plan, session).map(drop)
     }
 
     fn write<const D: usize>(
@@ -166,5 +146,60 @@ impl Command for Average {
             write_inputs(directory, images)?;
         }
         write::write_all(directory, outcome, session)
+    }
+}
+
+impl Average {
+    /// Computes the average on all processes; the first one has it.
+    fn take_part<const D: usize>(
+        &self,
+        plan: AveragePlan<D>,
+        session: &Session<'_>,
+    ) -> Result<Option<Outcome<D>>, CliError> {
+        let config = plan.config;
+        let weights = config.weights()?;
+        let mut params = AverageParams {
+            weights: Some(weights),
+            ..config.params.clone()
+        };
+        let (n, partly) = (plan.placed.images.len(), !plan.views.is_empty());
+        let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
+        let settled = settle(plan.placed, &plan.views, session)?;
+        let grid = settled.grid;
+        let memory = provide(&mut params, n, partly, grid, &self.run, &session.progress)?;
+        let grids = grid.hierarchy(params.coarsest_nodes);
+        let start = config.start.as_deref();
+        let known = initial(start, n, &grids, session.trust)?;
+        let mut checkpointer = session.checkpointer(fingerprint)?;
+        let (mut inputs, mut distances) = settled.measure(session)?;
+        compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
+        let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
+        let mut watch = checkpointer.observe(session.observer(&grids));
+        let result = average_distributed(
+            Arc::clone(&session.processes),
+            &distances,
+            &visibility,
+            &known,
+            &params,
+            &mut watch,
+        )?;
+        let history = watch.finish();
+        session.ended(checkpointer);
+        let Some(result) = result else {
+            return Ok(None);
+        };
+        let error_bars = if config.error_bars {
+            error_bars(&result, distances, visibility, &params, session)?
+        } else {
+            None
+        };
+        Ok(Some(Outcome {
+            inputs,
+            config,
+            result,
+            history,
+            memory,
+            error_bars,
+        }))
     }
 }

@@ -65,6 +65,17 @@ impl<'a> Checkpointer<'a> {
         })
     }
 
+    /// No checkpoints: another process stores them.
+    pub fn without(place: Place<'a>, progress: &'a Progress) -> Self {
+        Self {
+            progress,
+            store: Store::none(place),
+            runs: 0,
+            pending: BTreeSet::new(),
+            unsaved: Vec::new(),
+        }
+    }
+
     /// Whether there are runs to resume.
     pub fn has_runs(&self) -> bool {
         !self.pending.is_empty()
@@ -192,6 +203,11 @@ impl Observer for Checked<'_, '_> {
         if let Err(error) = all.store(memory, history, self.watch.nodes()) {
             self.watch.note(format!("warning: no checkpoint: {error}"));
         }
+    }
+
+    fn remembers(&mut self, ended: bool) -> bool {
+        let all = &*self.checkpointer;
+        all.store.is_enabled() && all.pending.is_empty() && (ended || all.store.is_due())
     }
 
     fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {

@@ -80,8 +80,19 @@ impl<'a> Store<'a> {
     /// # Errors
     /// [`CliError::OtherWork`] for checkpoints of another run of the same name.
     pub fn open(place: Place<'a>, progress: &Progress) -> Result<Self, CliError> {
+        let mut store = Self::none(place);
+        if WorkDir::exists(store.place.target) {
+            let work = store.place.fingerprint.work_dir(store.place.target)?;
+            store.resume(&work, progress)?;
+            store.work = Some(work);
+        }
+        Ok(store)
+    }
+
+    /// No checkpoints yet.
+    pub fn none(place: Place<'a>) -> Self {
         let now = Instant::now();
-        let mut store = Self {
+        Self {
             place,
             work: None,
             kept: Vec::new(),
@@ -89,13 +100,7 @@ impl<'a> Store<'a> {
             before: 0.0,
             begin: now,
             last: now,
-        };
-        if WorkDir::exists(store.place.target) {
-            let work = store.place.fingerprint.work_dir(store.place.target)?;
-            store.resume(&work, progress)?;
-            store.work = Some(work);
         }
-        Ok(store)
     }
 
     fn resume(&mut self, work: &WorkDir, progress: &Progress) -> Result<(), CliError> {

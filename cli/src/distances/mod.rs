@@ -124,9 +124,9 @@ impl Command for DistanceStudy {
         let (domain, config) = (plan.placed.domain, plan.config);
         let scope = Scope::new(&config);
         let fingerprint = fingerprint(&config, &scope, &plan.placed.images);
-        let settled = settle(plan.placed, &[], &session.progress)?;
+        let settled = settle(plan.placed, &[], session)?;
         let own = settled.grid;
-        let (inputs, distances) = settled.measure(&session.progress)?;
+        let (inputs, distances) = settled.measure(session)?;
         let mut wanted = paths(&scope.asked_for(), config.one_way);
         if let Some(shard) = self.shard {
             wanted = shard.part(&wanted, config.directions());

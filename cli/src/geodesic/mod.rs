@@ -57,9 +57,9 @@ impl Command for GeodesicConfig {
     ) -> Result<Outcome<D>, CliError> {
         let (config, parts) = (plan.config, plan.parts);
         let mut checkpointer = session.checkpointer(plan.fingerprint)?;
-        let settled = settle(plan.placed, &plan.views, &session.progress)?;
+        let settled = settle(plan.placed, &plan.views, session)?;
         let grid = settled.grid;
-        let (inputs, distances) = settled.measure(&session.progress)?;
+        let (inputs, distances) = settled.measure(session)?;
         let [first, last] = shapes(
             &inputs,
             distances,

@@ -10,7 +10,7 @@
 //! If aligned shapes then extend beyond [`ROOM`], all are moved together to the middle, and, if
 //! that is not enough, scaled down by one factor, which is recorded in the frames.
 
-use fe_grid::{Grid, ScalarField, parallel};
+use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -82,13 +82,14 @@ impl<const D: usize> Alignment<D> {
 }
 
 /// Aligns the boundaries of all inputs by their visible parts: no visibility masks, or one per
-/// shape.
+/// shape. Each process aligns its own. Collective.
 ///
 /// # Errors
 /// [`CliError::Computation`] if a shape is too small to be aligned, and those of [`view_of`].
 pub(crate) fn align<const D: usize>(
     inputs: &mut [Input<D>],
     views: &[Option<VisibilityMask<D>>],
+    distribution: &Distribution,
 ) -> Result<(), CliError> {
     let before = centres(inputs)?;
     let contours: Vec<&Contour<D>> = inputs.iter().map(|input| &input.contour).collect();
@@ -97,7 +98,7 @@ pub(crate) fn align<const D: usize>(
     let mut order: Vec<usize> = (0..inputs.len()).collect();
     order.swap(0, reference);
     let ordered: Vec<&Contour<D>> = order.iter().map(|&i| contours[i]).collect();
-    let mut distances = coarse_distances(&ordered)?;
+    let mut distances = coarse_distances(&ordered, distribution)?;
     let mut visibility = Vec::new();
     if order.iter().any(|&i| view(i).is_some()) {
         for (distance, &i) in distances.iter_mut().zip(&order) {
@@ -113,7 +114,7 @@ pub(crate) fn align<const D: usize>(
         }
     }
     let [shapes, seen] = [&distances, &visibility].map(|fields| fields.iter().collect::<Vec<_>>());
-    let found = align_group_of_visible(&shapes, &seen).map_err(failed)?;
+    let found = align_group_of_visible(&shapes, &seen, distribution).map_err(failed)?;
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
         input.contour = found[position].motion.apply_to_contour(&input.contour);
@@ -125,7 +126,7 @@ pub(crate) fn align<const D: usize>(
         });
     }
     if visibility.is_empty() {
-        inspect_reflections(inputs, &distances, &order)?;
+        inspect_reflections(inputs, &distances, &order, distribution)?;
     }
     keep_inside(inputs, [ROOM; D]);
     measure_ways(inputs, &before, reference)
@@ -136,7 +137,10 @@ pub(crate) fn align<const D: usize>(
 ///
 /// # Errors
 /// [`CliError::Computation`].
-pub(super) fn inspect_unaligned<const D: usize>(inputs: &mut [Input<D>]) -> Result<(), CliError> {
+pub(super) fn inspect_unaligned<const D: usize>(
+    inputs: &mut [Input<D>],
+    distribution: &Distribution,
+) -> Result<(), CliError> {
     if inputs.len() < 2 || !inputs.iter().all(|input| input.frame.in_world()) {
         return Ok(());
     }
@@ -145,13 +149,13 @@ pub(super) fn inspect_unaligned<const D: usize>(inputs: &mut [Input<D>]) -> Resu
     let mut order: Vec<usize> = (0..inputs.len()).collect();
     order.swap(0, reference);
     let ordered: Vec<&Contour<D>> = order.iter().map(|&i| contours[i]).collect();
-    let distances = coarse_distances(&ordered)?;
+    let distances = coarse_distances(&ordered, distribution)?;
     let resolved = |distance: &ScalarField<f64, D>| distance.as_slice().iter().any(|&u| u > 0.0);
     if !distances.iter().all(resolved) {
         // Shapes that lie far from each other have few nodes.
         return Ok(());
     }
-    inspect_reflections(inputs, &distances, &order)
+    inspect_reflections(inputs, &distances, &order, distribution)
 }
 
 /// The centres of mass of shapes, in their physical space.
@@ -184,17 +188,22 @@ fn measure_ways<const D: usize>(
     Ok(())
 }
 
-/// The signed distances from which motions are computed.
+/// The signed distances from which motions are computed, of all shapes on all processes. Collective.
 ///
 /// # Errors
 /// [`CliError::Computation`].
 pub(super) fn coarse_distances<const D: usize>(
     contours: &[&Contour<D>],
+    distribution: &Distribution,
 ) -> Result<Vec<ScalarField<f64, D>>, CliError> {
     let grid = Grid::<D>::cube(NODES[usize::from(D == 3)]);
-    contours
-        .iter()
-        .map(|contour| Ok(ContourDistance::new(contour).map_err(failed)?.sample(grid)))
+    let own = contours[distribution.own()].iter().map(|contour| {
+        let distance = ContourDistance::new(contour).map_err(failed)?;
+        Ok(distance.sample(grid).into_vec())
+    });
+    let own: Result<Vec<_>, CliError> = own.collect();
+    let all = distribution.share_vectors(own?, grid.n_nodes()).into_iter();
+    all.map(|values| Ok(ScalarField::from_vec(grid, values)?))
         .collect()
 }
 
@@ -323,7 +332,7 @@ mod tests {
         diagonal.values = values.into();
         let mut inputs = vec![input(&upright), input(&diagonal)];
         let before = inputs[1].frame.scale();
-        align(&mut inputs, &[]).unwrap();
+        align(&mut inputs, &[], &Distribution::alone(2)).unwrap();
         check_record(&upright, &inputs[0]);
         check_record(&diagonal, &inputs[1]);
         let shrunk = inputs[1].frame.scale() / before;

@@ -1,7 +1,7 @@
 //! Doubts about masks: whether they show an object, the whole of it, and nothing else, at a
 //! resolution that the grid has.
 
-use fe_grid::{Grid, ScalarField, parallel};
+use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::inspect::{border_share_of, specks_of, thin_share};
 use levelset::{Cause, Contour, Doubt};
 use shape_average::align::mismatches;
@@ -48,7 +48,7 @@ pub(crate) fn inspect_resolution<const D: usize>(distance: &ScalarField<f64, D>)
 }
 
 /// Adds the doubts about shapes that fit one of them better when they are reflected. `distances` are
-/// those before an alignment, of that shape first.
+/// those before an alignment, of that shape first. Collective.
 ///
 /// # Errors
 /// [`CliError::Computation`].
@@ -56,15 +56,18 @@ pub(super) fn inspect_reflections<const D: usize>(
     inputs: &mut [Input<D>],
     distances: &[ScalarField<f64, D>],
     order: &[usize],
+    distribution: &Distribution,
 ) -> Result<(), CliError> {
     let loose = |i: usize| inputs[i].alignment.is_none_or(|a| a.mismatch > MATCHED);
     let others = order.iter().zip(distances).skip(1);
     let others: Vec<_> = others.filter(|(i, _)| loose(**i)).collect();
-    let shares = parallel::try_map(&others, &|(_, distance)| {
+    let distribution = distribution.of(others.len());
+    let shares = parallel::try_map(&others[distribution.own()], &|(_, distance)| {
         let [own, reflected] = mismatches(&distances[0], distance).map_err(super::align::failed)?;
         let alike = own <= MATCHED;
-        Ok::<_, CliError>(if alike { 1.0 } else { reflected / own })
+        Ok::<_, CliError>([if alike { 1.0 } else { reflected / own }])
     })?;
+    let shares = distribution.share(&shares).into_iter().flatten();
     let others = others.into_iter().map(|(i, _)| *i).zip(shares);
     let found: Vec<(usize, Doubt)> = others
         .filter_map(|(i, share)| Some((i, Doubt::check(Cause::Reflection, share)?)))

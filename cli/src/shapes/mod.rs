@@ -26,7 +26,7 @@ use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 use crate::error::CliError;
 use crate::grid::longest;
 use crate::options::{Align, Frame, MaskOptions, Nodes, Size};
-use crate::progress::Progress;
+use crate::session::Session;
 use align::{Alignment, align, inspect_unaligned};
 use shapespace_input::frame::{FrameRule, FrameTransform};
 use shapespace_input::lattice::Lattice;
@@ -239,9 +239,9 @@ pub(crate) struct Settled<const D: usize> {
 pub(crate) fn prepare<const D: usize>(
     placed: Placed<D>,
     views: &[Option<VisibilityMask<D>>],
-    progress: &Progress,
+    session: &Session<'_>,
 ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
-    settle(placed, views, progress)?.measure(progress)
+    settle(placed, views, session)?.measure(session)
 }
 
 /// Aligns shapes and chooses the grid.
@@ -251,8 +251,10 @@ pub(crate) fn prepare<const D: usize>(
 pub(crate) fn settle<const D: usize>(
     placed: Placed<D>,
     views: &[Option<VisibilityMask<D>>],
-    progress: &Progress,
+    session: &Session<'_>,
 ) -> Result<Settled<D>, CliError> {
+    let progress = &session.progress;
+    let distribution = session.distribution(placed.images.len());
     let Placed {
         images,
         frames,
@@ -277,10 +279,10 @@ pub(crate) fn settle<const D: usize>(
     }
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
-        align(&mut inputs, views)?;
+        align(&mut inputs, views, &distribution)?;
     } else if views.is_empty() {
         progress.stage("looking for reflected shapes");
-        inspect_unaligned(&mut inputs)?;
+        inspect_unaligned(&mut inputs, &distribution)?;
     }
     Ok(Settled {
         grid: domain.settle(&mut inputs)?,
@@ -296,14 +298,18 @@ impl<const D: usize> Settled<D> {
     /// As [`prepare`].
     pub fn measure(
         self,
-        progress: &Progress,
+        session: &Session<'_>,
     ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
         let (images, mut inputs, grid) = (self.images, self.inputs, self.grid);
-        progress.stage("measuring distances");
-        let both = images.iter().zip(&inputs);
-        let distances: Result<Vec<_>, CliError> = both
-            .map(|(image, input)| distance(image, input, &input.contour, grid))
-            .collect();
+        session.progress.stage("measuring distances");
+        let distribution = session.distribution(inputs.len());
+        let own = distribution.own().map(|i| {
+            let distance = distance(&images[i], &inputs[i], &inputs[i].contour, grid)?;
+            Ok(distance.into_vec())
+        });
+        let own: Result<Vec<_>, CliError> = own.collect();
+        let all = distribution.share_vectors(own?, grid.n_nodes()).into_iter();
+        let distances: Result<Vec<_>, _> = all.map(|d| ScalarField::from_vec(grid, d)).collect();
         let distances = distances?;
         for (input, distance) in inputs.iter_mut().zip(&distances) {
             input.doubts.extend(inspect_resolution(distance));

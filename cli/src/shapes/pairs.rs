@@ -13,7 +13,7 @@
 
 use std::borrow::Cow;
 
-use fe_grid::{Grid, ScalarField, parallel};
+use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance};
 use shape_average::align::{RigidMotion, align_to};
 
@@ -95,7 +95,7 @@ impl<const D: usize> Pairs<D> {
         let contours = inputs.iter().map(|input| moved(&input.contour, corner));
         let contours: Vec<Contour<D>> = contours.collect();
         let contours: Vec<&Contour<D>> = contours.iter().collect();
-        let coarse = coarse_distances(&contours)?;
+        let coarse = coarse_distances(&contours, &Distribution::alone(contours.len()))?;
         let found: Vec<Result<Option<RigidMotion<D>>, CliError>> =
             parallel::map(&pairs, &|&[i, j]| {
                 if stop() {

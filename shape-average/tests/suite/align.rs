@@ -1,6 +1,6 @@
 //! Rigid alignment: known motions are found, mirror images stay mirrored.
 
-use fe_grid::{Field, Grid};
+use fe_grid::{Distribution, Field, Grid};
 use levelset::{BoxEdge, ContourDistance, contour, signed_distance};
 use nalgebra::{Matrix2, Rotation2, Rotation3, SMatrix, SVector, Vector2, Vector3};
 use proptest::prelude::*;
@@ -218,7 +218,7 @@ fn check_cut<const D: usize>(grid: Grid<D>, motion: &RigidMotion<D>, end: f64) {
         (rest.angle().to_degrees(), place.norm() / grid.spacing())
     };
     let list = [&shape, &cut];
-    let found = align_group_of_visible(&list, &[&all, &seen]).unwrap();
+    let found = align_group_of_visible(&list, &[&all, &seen], &Distribution::alone(2)).unwrap();
     let (angle, distance) = off(&found);
     // The distance to the boundary of the cut shape is wrong near the plane, where the ramp begins.
     assert!(angle < 1.0 && distance < 0.5, "{angle} {distance}");
@@ -297,7 +297,7 @@ fn bad_input_is_named() {
         (vec![&seen, &other], 1),
     ] {
         assert_eq!(
-            align_group_of_visible(&[&good, &good], &seen).unwrap_err(),
+            align_group_of_visible(&[&good, &good], &seen, &Distribution::alone(2)).unwrap_err(),
             AlignError::Masked { shape }
         );
     }

@@ -4,7 +4,8 @@
 use crate::support::shapes::{bar, ellipsoid};
 use fe_grid::communicator::{Communicator, on_threads};
 use fe_grid::minimise::{Control, Iteration, Memory, Observer, Silent};
-use fe_grid::{Field, Grid, ScalarField};
+use fe_grid::{Distribution, Field, Grid, ScalarField};
+use shape_average::align::align_group_of_visible;
 use shape_average::{
     AverageError, AverageParams, AverageResult, Mean, Solver, average_distributed,
 };
@@ -226,6 +227,25 @@ fn runs_stop_together_and_resume_on_other_numbers_of_processes() {
         });
         let resumed = resumed.into_iter().next().flatten().unwrap();
         assert_same(&resumed, &whole, processes);
+    }
+}
+
+#[test]
+fn motions_have_the_same_bits() {
+    let grid = Grid::<3>::dyadic(4);
+    let turns = [0.0, 0.3, -0.5, 1.0];
+    let shapes = turns.map(|turn| ellipsoid(grid, [0.35, 0.25, 0.18], turn));
+    let shapes: Vec<&ScalarField<f64, 3>> = shapes.iter().collect();
+    let on = |processes: usize| {
+        on_threads(processes, &|communicator| {
+            let distribution = Distribution::over(communicator, shapes.len());
+            align_group_of_visible(&shapes, &[], &distribution).unwrap()
+        })
+    };
+    let alone = on(1).remove(0);
+    assert!(alone[3].motion.angle() > 0.5);
+    for processes in [2, 3, 5] {
+        assert!(on(processes).iter().all(|found| *found == alone));
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::support::shapes::{bar, ellipsoid};
 use fe_grid::minimise::{Evaluation, Objective, Silent};
 use fe_grid::{Grid, ScalarField};
-use levelset::{Moments, dice};
+use levelset::{BoxEdge, Moments};
 use shape_average::{
     AverageError, AverageObjective, AverageParams, AverageResult, LevelShapes, average,
     average_of_visible,
@@ -52,8 +52,15 @@ fn what_is_seen_everywhere_is_the_plain_average() {
         // The minimiser carries rounding on, far below its own tolerance.
         assert!((a - b).abs() <= 1e-9 * a, "{a} {b}");
     }
-    let same = dice(&plain.average_indicator, 0.5, &seen.average_indicator, 0.5);
-    assert!(same.unwrap() > 0.995);
+    // Nothing holds the average in its place: rounding, carried on, moves it by hundredths of a cell.
+    // What does not depend on the place is the same within the tolerance of the minimiser.
+    let [(elastic, volume), (elastic_seen, volume_seen)] = [&plain, &seen].map(|result| {
+        let outline = levelset::contour(&result.average_indicator, 0.5, BoxEdge::Closed).unwrap();
+        let volume = Moments::of_contour(&outline).unwrap().volume;
+        (result.energy.parts[0], volume)
+    });
+    assert!((elastic - elastic_seen).abs() <= 0.01 * elastic);
+    assert!((volume - volume_seen).abs() <= 0.005 * volume);
 }
 
 /// A third of one shape is hidden, and the hidden end drawn as if it were the shape's: the average is
