@@ -7,7 +7,9 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    shapespace::interrupt::listen();
+    if shapespace::processes::is_first() {
+        shapespace::interrupt::listen();
+    }
     let command = shapespace::args::Cli::parse();
     shapespace::processes::run(|| shapespace::args::run(&command))
 }

@@ -39,6 +39,19 @@ fn launched() -> Option<[usize; 2]> {
     found.filter(|[size, _]| *size > 1)
 }
 
+/// The number of processes of this run on this machine.
+pub(crate) fn on_this_machine() -> u64 {
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    let counts = ["OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"];
+    let found = counts.into_iter().find_map(number);
+    found.unwrap_or(1).max(1)
+}
+
+/// Whether this process is the only one, or the first of those that a launcher has started.
+pub fn is_first() -> bool {
+    launched().is_none_or(|[_, rank]| rank == 0)
+}
+
 /// Runs the program, on all processes that a launcher has started; reports an error.
 pub fn run(work: impl FnOnce() -> Result<Exit, CliError>) -> ExitCode {
     let Some([size, rank]) = launched() else {

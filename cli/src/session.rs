@@ -271,8 +271,6 @@ fn execute<C: Command, const D: usize>(
     session: &Session<'_>,
 ) -> Result<Option<Summary>, CliError> {
     if !session.is_first() {
-        // A signal ends the first process; the others end with it.
-        session.interrupt.asked();
         return command.assist(plan, session).map(|()| None);
     }
     let mut outcome = command.compute(plan, session)?;

@@ -7,7 +7,7 @@
 
 use crate::hierarchy::HISTORY;
 use crate::params::{AverageParams, Solver};
-use fe_grid::{Grid, Storage, parallel};
+use fe_grid::{Distribution, Grid, Storage, parallel};
 use hyperelastic::Corotational;
 use serde::Serialize;
 
@@ -42,24 +42,28 @@ pub struct MemoryEstimate {
     pub files: u64,
 }
 
-/// Estimates the memory of an average of `n_shapes` shapes with the given finest grid, with as many
-/// threads as the present pool has; `partly_visible` is true if there are visibility masks
-/// ([`average_of_visible`](crate::average_of_visible)).
+/// Estimates the memory of an average with the given finest grid, with as many threads as the present
+/// pool has; `partly_visible` is true if there are visibility masks
+/// ([`average_of_visible`](crate::average_of_visible)). Where the shapes are distributed to processes, it
+/// is that of the first one, which collects the result.
 pub fn memory_estimate<const D: usize>(
     params: &AverageParams,
-    n_shapes: usize,
+    distribution: &Distribution,
     partly_visible: bool,
     grid: &Grid<D>,
 ) -> MemoryEstimate {
-    let sizes = Sizes::new(grid, n_shapes);
-    let n = n_shapes as u64;
+    let all = distribution.n_parts() as u64;
+    let n = distribution.own().len() as u64;
+    let sizes = Sizes::new(grid, distribution.own().len());
     let state = n * sizes.d * sizes.field;
     let spilled = params.storage != Storage::Memory;
     let lbfgs = params.solver == Solver::Lbfgs;
     // The previous level's phase fields and indicators exist until the next level is set up.
     let coarser = grid.coarser().map_or(0, |g| g.n_nodes() as u64 * DOUBLE);
     let seen = u64::from(partly_visible);
-    let shapes = n * ((3 + 2 * seen) * sizes.field + (2 + seen) * coarser);
+    // The signed distances are those of all shapes.
+    let shapes =
+        all * (1 + seen) * sizes.field + n * ((2 + seen) * sizes.field + (2 + seen) * coarser);
     let metric = sizes.metric();
     // The part for common motions stores a cell and a position for every node.
     let common = n * (sizes.d + 1) * sizes.field * SINGLE / DOUBLE;
@@ -87,8 +91,11 @@ pub fn memory_estimate<const D: usize>(
     };
     let temporary = work_space + sizes.temporary().max(transfer);
     // Per shape the displacement, the signed distance and the pushed-forward distance, with the
-    // masks; during an inversion, the points found.
-    let result = state + n * (2 + seen) * sizes.field + sizes.at_once * 10 * sizes.field;
+    // masks; during an inversion, the points found. Of shapes of other processes the first collects the
+    // displacements, the phase fields and the indicators.
+    let collected = (all - n) * (sizes.d + 2 + seen) * sizes.field;
+    let result =
+        all * (sizes.d + 2 + seen) * sizes.field + collected + sizes.at_once * 10 * sizes.field;
     let vectors = minimiser + history + if spilled { metrics } else { 0 };
     let files = if spilled && lbfgs { state + vectors } else { 0 };
     let everything = shapes + state + minimiser + history + metrics + average + temporary;
@@ -121,8 +128,9 @@ struct Sizes<const D: usize> {
     /// Node planes shared by two slabs of cells, which are stored twice, as a fraction of all
     /// planes.
     shared_planes: f64,
-    /// Number of cells of a slab.
+    /// Numbers of cells and nodes of a slab.
     slab_cells: u64,
+    slab_nodes: u64,
     /// Numbers of nodes and cells of all levels of a metric.
     hierarchy: Vec<(u64, u64)>,
 }
@@ -148,6 +156,7 @@ impl<const D: usize> Sizes<D> {
             n_cells: grid.n_cells() as u64,
             shared_planes: (slabs - 1) as f64 / (layers + 1) as f64,
             slab_cells: (grid.n_cells() / layers * thickness.min(layers)) as u64,
+            slab_nodes: (grid.n_nodes() / (layers + 1) * (thickness.min(layers) + 1)) as u64,
             hierarchy,
         }
     }
@@ -180,11 +189,12 @@ impl<const D: usize> Sizes<D> {
     }
 
     /// Returns the size of the couplings, the space for the right-hand side behind them, the
-    /// right-hand side itself, and the moments of the cells of one slab per thread.
+    /// right-hand side itself, and the moments of the cells of one slab and its entries per thread.
     fn equations(&self) -> u64 {
         let moments = (4 * 3u64.pow(D as u32 - 1) + (1 << D)).next_multiple_of(8) * DOUBLE;
-        let slabs = self.threads * moments * self.slab_cells.min(self.n_cells);
-        (Self::outputs() + 1) * self.field + slabs
+        let moments = moments * self.slab_cells.min(self.n_cells);
+        let entries = Self::outputs() * DOUBLE * self.slab_nodes;
+        (Self::outputs() + 1) * self.field + self.threads * (moments + entries)
     }
 
     /// Returns the largest of: the planes shared by the slabs of the normal equations; those of the

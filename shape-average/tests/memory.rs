@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fe_grid::minimise::Silent;
-use fe_grid::{Grid, ScalarField, Storage};
+use fe_grid::{Distribution, Grid, ScalarField, Storage};
 use shape_average::{AverageParams, AverageResult, Solver, average_of_visible, memory_estimate};
 
 /// Bytes in use, and the most there have been.
@@ -75,7 +75,7 @@ fn measured<const D: usize>(
         let seen: Vec<_> = (0..views).map(half).collect();
         let result = average_of_visible(&inputs, &seen, params, &mut Silent).unwrap();
         let most = MOST.load(Ordering::Relaxed) - before;
-        let estimate = memory_estimate(params, shapes, partly_visible, &grid);
+        let estimate = memory_estimate(params, &Distribution::alone(shapes), partly_visible, &grid);
         (result, estimate.memory as f64 / most as f64)
     })
 }
@@ -157,7 +157,8 @@ fn files_save_memory_and_change_nothing() {
     assert_eq!(plain.energy, same.energy);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     let grid = Grid::<3>::cube(33);
-    let sizes = [&params, &spilled].map(|p| memory_estimate(p, 8, false, &grid).memory);
+    let sizes = [&params, &spilled]
+        .map(|p| memory_estimate(p, &Distribution::alone(8), false, &grid).memory);
     assert!(2 * sizes[1] < sizes[0], "{sizes:?}");
 }
 

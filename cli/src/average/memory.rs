@@ -2,41 +2,43 @@
 
 use std::path::{Path, PathBuf};
 
-use fe_grid::{Grid, Storage};
+use fe_grid::{Distribution, Grid, Storage};
 use shape_average::{AverageParams, MemoryEstimate, memory_estimate};
 
 use super::args::AverageRun;
 use crate::error::CliError;
 use crate::grid::in_words;
+use crate::processes;
 use crate::progress::Progress;
 use shapespace_input::bytes::format_bytes;
 use shapespace_input::memory;
 
-/// Estimates and prints the memory of an average, and moves data beyond `--memory`, or else beyond
-/// the free memory, to temporary files.
+/// Estimates and prints the memory of an average on this process, and moves data beyond `--memory`, or
+/// else beyond its share of the free memory, to temporary files.
 ///
 /// # Errors
 /// [`CliError::Memory`] if that does not suffice.
 pub(super) fn provide<const D: usize>(
     params: &mut AverageParams,
-    n_shapes: usize,
+    distribution: &Distribution,
     partly_visible: bool,
     grid: Grid<D>,
     run: &AverageRun,
     progress: &Progress,
 ) -> Result<MemoryEstimate, CliError> {
-    let mut estimate = memory_estimate(params, n_shapes, partly_visible, &grid);
-    let limit = run.memory.or_else(memory::free);
+    let mut estimate = memory_estimate(params, distribution, partly_visible, &grid);
+    let free = || Some(memory::free()? / processes::on_this_machine());
+    let limit = run.memory.or_else(free);
     if let Some(limit) = limit
         && estimate.memory > limit
     {
         params.storage = Storage::Folder(folder(&run.common.output));
-        estimate = memory_estimate(params, n_shapes, partly_visible, &grid);
+        estimate = memory_estimate(params, distribution, partly_visible, &grid);
         if estimate.memory > limit {
             return Err(CliError::Memory {
                 limit,
                 needed: estimate.memory,
-                shapes: n_shapes,
+                shapes: distribution.n_parts(),
                 nodes: in_words(&grid),
             });
         }

@@ -166,7 +166,15 @@ impl Average {
         let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
         let settled = settle(plan.placed, &plan.views, session)?;
         let grid = settled.grid;
-        let memory = provide(&mut params, n, partly, grid, &self.run, &session.progress)?;
+        let shared = session.distribution(n);
+        let memory = provide(
+            &mut params,
+            &shared,
+            partly,
+            grid,
+            &self.run,
+            &session.progress,
+        )?;
         let grids = grid.hierarchy(params.coarsest_nodes);
         let start = config.start.as_deref();
         let known = initial(start, n, &grids, session.trust)?;

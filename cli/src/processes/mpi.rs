@@ -66,7 +66,7 @@ fn failed(message: &str) -> CliError {
 struct World;
 
 impl World {
-    fn reduce(values: &mut [f64], operation: &SystemOperation) {
+    fn reduce(values: &mut [f64], operation: SystemOperation) {
         for part in values.chunks_mut(MESSAGE) {
             let own = part.to_vec();
             SimpleCommunicator::world().all_reduce_into(&own[..], part, operation);
@@ -84,11 +84,11 @@ impl Communicator for World {
     }
 
     fn sum(&self, values: &mut [f64]) {
-        Self::reduce(values, &SystemOperation::sum());
+        Self::reduce(values, SystemOperation::sum());
     }
 
     fn maximum(&self, values: &mut [f64]) {
-        Self::reduce(values, &SystemOperation::max());
+        Self::reduce(values, SystemOperation::max());
     }
 
     fn broadcast(&self, root: usize, values: &mut [f64]) {

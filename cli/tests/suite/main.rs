@@ -36,6 +36,7 @@ mod natural;
 mod own_law;
 mod page;
 mod pca;
+mod processes;
 mod readme;
 mod real_data;
 mod resume;

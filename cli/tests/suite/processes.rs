@@ -1,0 +1,215 @@
+//! Averages on several processes. With the feature `mpi` they are started by `mpirun`, where it is
+//! installed; without, several processes are refused.
+
+use crate::common::Place;
+
+#[cfg(not(feature = "mpi"))]
+mod without_mpi {
+    use super::*;
+
+    /// The first of two processes reports that they cannot exchange messages; the other is silent.
+    #[test]
+    fn several_processes_are_refused() {
+        let place = Place::new();
+        let arguments = ["average", "a.npy", "b.npy", "-o", "out"];
+        for [size, rank] in [
+            ["OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"],
+            ["PMI_SIZE", "PMI_RANK"],
+        ] {
+            let run = |number| place.run_with(&arguments, &[(size, "2"), (rank, number)]);
+            let [first, second] = ["0", "1"].map(run);
+            assert_eq!([&first, &second].map(|run| run.status.code()), [Some(2); 2]);
+            let report = String::from_utf8(first.stderr).unwrap();
+            assert!(report.contains("2 processes were started"), "{report}");
+            assert!(report.contains("--features mpi"), "{report}");
+            assert!(second.stderr.is_empty());
+        }
+        assert!(place.listing().is_empty());
+    }
+}
+
+#[cfg(feature = "mpi")]
+mod with_mpi {
+    use super::*;
+    use crate::common::{Results, arrays, draw, drawn};
+    use std::process::{Command, Output};
+
+    /// Runs the program on some processes, on one thread each; `None`, with a printed reason, where there
+    /// is no `mpirun`.
+    fn mpirun(place: &Place, processes: usize, arguments: &[&str]) -> Option<Output> {
+        if Command::new("mpirun").arg("--version").output().is_err() {
+            println!("skipped: there is no mpirun");
+            return None;
+        }
+        let output = Command::new("mpirun")
+            .args(["--oversubscribe", "-n", &processes.to_string()])
+            .arg(env!("CARGO_BIN_EXE_shapespace"))
+            .args(arguments)
+            .args(["--threads", "1"])
+            .envs([
+                ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+                ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+            ])
+            .current_dir(place.path("."))
+            .output();
+        Some(output.unwrap())
+    }
+
+    /// The record without times and the memory of a process.
+    fn record(results: &Results) -> serde_json::Value {
+        let mut record = results.json.clone();
+        let all = record.as_object_mut().unwrap();
+        for key in ["seconds", "solver_seconds", "peak_memory_bytes"] {
+            all.remove(key);
+        }
+        for level in all["levels"].as_array_mut().unwrap() {
+            level.as_object_mut().unwrap().remove("seconds");
+        }
+        all.remove("files");
+        record
+    }
+
+    /// Compares the results of some numbers of processes with that of one.
+    fn check(place: &Place, arguments: &[&str], numbers: &[usize]) {
+        let alone = [
+            arguments,
+            &["--allow-doubtful", "--threads", "1", "-o", "alone"],
+        ]
+        .concat();
+        let alone = place.run(&alone);
+        assert!(
+            alone.status.success(),
+            "{}",
+            String::from_utf8_lossy(&alone.stderr)
+        );
+        let alone = Results::read(&place.path("alone"));
+        for processes in numbers {
+            let out = format!("on_{processes}");
+            let arguments = [arguments, &["--allow-doubtful", "-o", &out]].concat();
+            let Some(run) = mpirun(place, *processes, &arguments) else {
+                return;
+            };
+            let report = String::from_utf8_lossy(&run.stderr);
+            assert!(run.status.success(), "{processes} processes: {report}");
+            let results = Results::read(&place.path(&out));
+            assert!(arrays(&results) == arrays(&alone), "{processes} processes");
+            assert_eq!(record(&results), record(&alone), "{processes} processes");
+        }
+    }
+
+    #[test]
+    fn averages_have_the_same_bits_on_any_number_of_processes() {
+        let place = Place::new();
+        let names = drawn(&place, "stars", "2", "65");
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let arguments = [&["average"][..], &names, &["--grid", "33"]].concat();
+        check(&place, &arguments, &[2, 3, 5]);
+        let median = [&arguments[..], &["--mean", "median"]].concat();
+        let place = Place::new();
+        drawn(&place, "stars", "2", "65");
+        check(&place, &median, &[2]);
+    }
+
+    #[test]
+    fn averages_of_volumes_have_the_same_bits() {
+        let place = Place::new();
+        let names = drawn(&place, "blobs", "3", "33");
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        check(
+            &place,
+            &[&["average"][..], &names, &["--grid", "17"]].concat(),
+            &[2, 3],
+        );
+    }
+
+    /// One process that is killed ends all; the checkpoint is resumed on another number of processes.
+    #[test]
+    fn a_process_that_is_killed_ends_all_and_the_rest_is_resumed() {
+        let place = Place::new();
+        let names = drawn(&place, "stars", "2", "129");
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let arguments = [&["average"][..], &names, &["--grid", "129"]].concat();
+        let long = [
+            &arguments[..],
+            &["--checkpoint", "0.001", "--allow-doubtful", "-o", "on_2"],
+        ]
+        .concat();
+        let Some(run) = std::thread::scope(|scope| {
+            let run = scope.spawn(|| mpirun(&place, 3, &long));
+            while !run.is_finished() {
+                if place.path("on_2.partial/state.json").exists() {
+                    kill_one_of(&place);
+                }
+                std::thread::sleep(std::time::Duration::from_millis(5));
+            }
+            run.join().unwrap()
+        }) else {
+            return;
+        };
+        assert!(!run.status.success());
+        assert!(!place.path("on_2").exists() && place.path("on_2.partial").exists());
+        check(
+            &place,
+            &[&arguments[..], &["--checkpoint", "0.001"]].concat(),
+            &[2],
+        );
+        assert!(!place.path("on_2.partial").exists());
+    }
+
+    /// Kills the newest of the processes that work in a place.
+    fn kill_one_of(place: &Place) {
+        let here = place.path(".").canonicalize().unwrap();
+        let mut found: Vec<u32> = Vec::new();
+        for entry in std::fs::read_dir("/proc").unwrap().flatten() {
+            let name = entry.file_name().to_string_lossy().parse();
+            let (Ok(id), Ok(folder)) = (name, entry.path().join("cwd").read_link()) else {
+                continue;
+            };
+            let command = std::fs::read_to_string(entry.path().join("comm")).unwrap_or_default();
+            if folder == here && command.trim() == "shapespace" {
+                found.push(id);
+            }
+        }
+        if let Some(newest) = found.iter().max() {
+            let _ = Command::new("kill")
+                .args(["-9", &newest.to_string()])
+                .status();
+        }
+    }
+
+    /// Everything that cannot be done ends all processes with one report.
+    #[test]
+    fn errors_end_all_processes() {
+        let place = Place::new();
+        draw(&place, "a.npy", &["bar", "--grid", "33"]);
+        for (arguments, text) in [
+            (
+                &["average", "a.npy", "missing.npy", "-o", "out"][..],
+                "missing.npy",
+            ),
+            (
+                &["average", "a.npy", "a.npy", "--joint", "-o", "out"],
+                "runs on one process",
+            ),
+            (
+                &["geodesic", "a.npy", "a.npy", "-o", "out"],
+                "runs on one process",
+            ),
+            (
+                &[
+                    "average", "a.npy", "a.npy", "--solver", "descent", "--grid", "17", "-o", "out",
+                ],
+                "runs on one process",
+            ),
+        ] {
+            let Some(run) = mpirun(&place, 2, arguments) else {
+                return;
+            };
+            let report = String::from_utf8_lossy(&run.stderr);
+            assert_eq!(run.status.code(), Some(2), "{report}");
+            assert_eq!(report.matches(text).count(), 1, "{report}");
+            assert!(!report.contains("interrupted"), "{report}");
+        }
+        assert!(!place.path("out").exists());
+    }
+}
