@@ -16,7 +16,6 @@ use crate::geodesic::GeodesicConfig;
 use crate::length::LengthConfig;
 use crate::metric::MetricConfig;
 use crate::pca::{PcaConfig, ScoreConfig, SynthesizeConfig};
-use crate::processes::need_one;
 use crate::segment::SegmentConfig;
 use crate::session::{ComputeArgs, LongArgs};
 use crate::verify::{VerifyArgs, run_verify};
@@ -33,6 +32,13 @@ used, 3 the result was written and is doubtful (0 with --allow-doubtful), 130 in
 pub struct Cli {
     #[command(subcommand)]
     command: Command,
+}
+
+impl Cli {
+    /// Whether several processes can run the command together.
+    pub fn is_distributed(&self) -> bool {
+        matches!(self.command, Command::Average(_))
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -78,9 +84,6 @@ enum Command {
 /// # Errors
 /// [`CliError`], which holds the exit code and prints its own report.
 pub fn run(cli: &Cli) -> Result<Exit, CliError> {
-    if !matches!(cli.command, Command::Average(_)) {
-        need_one("this command")?;
-    }
     match &cli.command {
         Command::Average(args) => run_average(args),
         Command::Geodesic(args) => args.run(),

@@ -7,9 +7,6 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    if shapespace::processes::is_first() {
-        shapespace::interrupt::listen();
-    }
     let command = shapespace::args::Cli::parse();
-    shapespace::processes::run(|| shapespace::args::run(&command))
+    shapespace::processes::run(command.is_distributed(), || shapespace::args::run(&command))
 }

@@ -10,7 +10,7 @@ use ::mpi::topology::SimpleCommunicator;
 use ::mpi::traits::{Communicator as _, CommunicatorCollectives, Destination, Root, Source};
 use fe_grid::communicator::Communicator;
 
-use super::{PROCESSES, done};
+use super::{Launched, PROCESSES, done, refused};
 use crate::error::{CliError, Exit};
 
 /// Most numbers of one message: MPI counts them by 32 bits.
@@ -20,7 +20,7 @@ const MESSAGE: usize = 1 << 26;
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Runs work on all processes of MPI. An error or a panic on one of them ends all.
-pub(super) fn run(work: impl FnOnce() -> Result<Exit, CliError>) -> ExitCode {
+pub(super) fn run(launched: Launched, work: impl FnOnce() -> Result<Exit, CliError>) -> ExitCode {
     // Commands run on a thread of the pool, the only one that sends messages.
     let started = ::mpi::initialize_with_threading(Threading::Serialized);
     let Some((universe, threading)) = started else {
@@ -33,7 +33,10 @@ pub(super) fn run(work: impl FnOnce() -> Result<Exit, CliError>) -> ExitCode {
         )));
     }
     if world.size() == 1 {
-        return done(work());
+        return refused(
+            launched,
+            &failed("MPI does not know of the other processes"),
+        );
     }
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -57,7 +60,8 @@ pub(super) fn run(work: impl FnOnce() -> Result<Exit, CliError>) -> ExitCode {
 fn failed(message: &str) -> CliError {
     CliError::Computation {
         message: message.into(),
-        remedy: "run the program without mpirun, on one process".into(),
+        remedy: "start it with the mpirun of the MPI that it was built with, or on one process"
+            .into(),
     }
 }
 

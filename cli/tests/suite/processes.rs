@@ -26,6 +26,22 @@ mod without_mpi {
         }
         assert!(place.listing().is_empty());
     }
+
+    /// `mpirun` starts processes that work together; `srun` may start parts of an array.
+    #[test]
+    fn other_commands_are_refused_under_mpirun_alone() {
+        let place = Place::new();
+        let arguments = ["generate", "disk", "--grid", "17", "-o", "disk.npy"];
+        let mpirun = [("OMPI_COMM_WORLD_SIZE", "2"), ("OMPI_COMM_WORLD_RANK", "0")];
+        let run = place.run_with(&arguments, &mpirun);
+        let report = String::from_utf8(run.stderr).unwrap();
+        assert_eq!(run.status.code(), Some(2));
+        assert!(report.contains("runs on one process"), "{report}");
+        assert!(place.listing().is_empty());
+        let srun = [("SLURM_STEP_NUM_TASKS", "2"), ("SLURM_PROCID", "1")];
+        assert!(place.run_with(&arguments, &srun).status.success());
+        assert_eq!(place.listing(), ["disk.npy"]);
+    }
 }
 
 #[cfg(feature = "mpi")]
@@ -175,6 +191,41 @@ mod with_mpi {
                 .args(["-9", &newest.to_string()])
                 .status();
         }
+    }
+
+    /// The job of Slurm, with variables that the scheduler sets.
+    #[test]
+    fn a_job_of_slurm_runs_on_several_processes() {
+        let place = Place::new();
+        let names = drawn(&place, "stars", "2", "33");
+        if Command::new("mpirun").arg("--version").output().is_err() {
+            println!("skipped: there is no mpirun");
+            return;
+        }
+        let script =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/cluster/average.slurm");
+        let program = std::path::Path::new(env!("CARGO_BIN_EXE_shapespace"));
+        let mut path = program.parent().unwrap().as_os_str().to_owned();
+        path.push(":");
+        path.push(std::env::var_os("PATH").unwrap());
+        let run = Command::new("/bin/sh")
+            .arg(script)
+            .arg("out")
+            .args(&names)
+            .args(["--grid", "33", "--allow-doubtful"])
+            .env("PATH", path)
+            .envs([
+                ("SLURM_NTASKS", "2"),
+                ("SLURM_CPUS_PER_TASK", "1"),
+                ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+                ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+            ])
+            .current_dir(place.path("."))
+            .output()
+            .unwrap();
+        let report = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.success(), "{report}");
+        assert!(Results::read(&place.path("out")).number("/energy/total") > 0.0);
     }
 
     /// Everything that cannot be done ends all processes with one report.
