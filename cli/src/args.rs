@@ -37,7 +37,7 @@ pub struct Cli {
 impl Cli {
     /// Whether several processes can run the command together.
     pub fn is_distributed(&self) -> bool {
-        matches!(self.command, Command::Average(_))
+        matches!(self.command, Command::Average(_) | Command::Distances(_))
     }
 }
 

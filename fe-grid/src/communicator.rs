@@ -7,6 +7,7 @@
 //! Sums are requested only of numbers whose sum is exact, see [`crate::Distribution`]: a communicator may
 //! add in any order.
 
+use std::collections::VecDeque;
 use std::fmt::Debug;
 use std::sync::{Arc, Barrier, Mutex, PoisonError};
 
@@ -32,6 +33,12 @@ pub trait Communicator: Debug + Send + Sync {
     /// Returns the numbers of all processes, one process after the other, on the first process, and
     /// nothing on the others. Collective.
     fn gather(&self, values: &[f64]) -> Option<Vec<f64>>;
+
+    /// Sends bytes to another process, which receives those of one sender in their order.
+    fn send(&self, to: usize, message: &[u8]);
+
+    /// Returns bytes that have arrived, with the sender; `None` where there are none yet.
+    fn receive(&self) -> Option<(usize, Vec<u8>)>;
 }
 
 /// One process.
@@ -56,6 +63,12 @@ impl Communicator for Alone {
     fn gather(&self, values: &[f64]) -> Option<Vec<f64>> {
         Some(values.to_vec())
     }
+
+    fn send(&self, _to: usize, _message: &[u8]) {}
+
+    fn receive(&self) -> Option<(usize, Vec<u8>)> {
+        None
+    }
 }
 
 /// Runs work on several threads, each with a communicator as if it were a process; returns the results
@@ -72,6 +85,7 @@ pub fn on_threads<R: Send>(
     let board = Arc::new(Board {
         posted: Mutex::new(vec![Vec::new(); size]),
         barrier: Barrier::new(size),
+        messages: (0..size).map(|_| Mutex::default()).collect(),
     });
     std::thread::scope(|scope| {
         let start = |rank| {
@@ -92,6 +106,8 @@ pub fn on_threads<R: Send>(
 struct Board {
     posted: Mutex<Vec<Vec<f64>>>,
     barrier: Barrier,
+    /// For every thread what has arrived.
+    messages: Vec<Mutex<VecDeque<(usize, Vec<u8>)>>>,
 }
 
 /// The communicator of one thread.
@@ -162,6 +178,18 @@ impl Communicator for OfThread {
         });
         gathered
     }
+
+    fn send(&self, to: usize, message: &[u8]) {
+        let mut arrived = self.board.messages[to]
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        arrived.push_back((self.rank, message.to_vec()));
+    }
+
+    fn receive(&self) -> Option<(usize, Vec<u8>)> {
+        let arrived = self.board.messages[self.rank].lock();
+        arrived.unwrap_or_else(PoisonError::into_inner).pop_front()
+    }
 }
 
 #[cfg(test)]
@@ -185,6 +213,26 @@ mod tests {
         }
         assert_eq!(found[0].3, Some(vec![0.0, 1.0, 1.0, 2.0, 2.0, 2.0]));
         assert!(found[1].3.is_none() && found[2].3.is_none());
+    }
+
+    #[test]
+    fn threads_send_and_receive() {
+        let found = on_threads(2, &|communicator: Arc<dyn Communicator>| {
+            let rank = communicator.rank();
+            communicator.send(1 - rank, &[rank as u8]);
+            communicator.send(1 - rank, b"last");
+            let next = || loop {
+                if let Some(message) = communicator.receive() {
+                    return message;
+                }
+            };
+            [next(), next()]
+        });
+        for (rank, messages) in found.into_iter().enumerate() {
+            let other = 1 - rank;
+            let expected = [vec![other as u8], b"last".to_vec()];
+            assert_eq!(messages, expected.map(|message| (other, message)));
+        }
     }
 
     #[test]

@@ -44,6 +44,8 @@ const ROUNDS: usize = 2;
 const SETTLED: f64 = 2e-3;
 /// Relative difference up to which two minima count as equal; the smaller rotation is then chosen.
 const TIE: f64 = 1e-3;
+/// Number of numbers of an alignment in 3D.
+const NUMBERS: usize = 13;
 /// Half-width of the smoothed indicator, in spacings of the sample nodes.
 const HALF_WIDTH: f64 = 2.0;
 
@@ -192,12 +194,9 @@ fn align_each<const D: usize>(
     Ok(all.map(Alignment::from_numbers).collect())
 }
 
-/// Numbers of an alignment in 3D.
-const NUMBERS: usize = 13;
-
 impl<const D: usize> Alignment<D> {
-    /// The mismatch, the translation and the rotation, as numbers.
-    fn to_numbers(self) -> [f64; NUMBERS] {
+    /// The mismatch, the translation and the rotation, as numbers that another process understands.
+    pub fn to_numbers(self) -> [f64; NUMBERS] {
         let mut numbers = [0.0; NUMBERS];
         let translation = self.motion.translation().iter();
         let motion = translation.chain(self.motion.rotation().iter());
@@ -209,7 +208,7 @@ impl<const D: usize> Alignment<D> {
     }
 
     /// The inverse of [`Self::to_numbers`].
-    fn from_numbers([mismatch, motion @ ..]: [f64; NUMBERS]) -> Self {
+    pub fn from_numbers([mismatch, motion @ ..]: [f64; NUMBERS]) -> Self {
         let (translation, rotation) = motion.split_at(D);
         let rotation = SMatrix::from_column_slice(&rotation[..D * D]);
         Self {

@@ -4,7 +4,7 @@
 //! no time is lost by dividing the work of a pair. By default as many pairs are processed at the
 //! same time as there are threads; the threads are distributed evenly among them. The results do
 //! not depend on it: a path is bitwise the same on any number of threads, and pairs are
-//! independent.
+//! independent. Other [processes](super::helpers) take pairs from the same list.
 
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -14,9 +14,11 @@ use std::time::{Duration, Instant};
 use ::geodesic::Shape;
 
 use super::args::DistancesConfig;
+use super::helpers::lead;
 use super::pair::{PairRecord, compute};
 use super::store::Store;
 use crate::error::CliError;
+use crate::interrupt::Interrupt;
 use crate::pool::in_pool;
 use crate::progress::Progress;
 use crate::session::Session;
@@ -109,32 +111,51 @@ impl<const D: usize> Task<'_, D> {
                 }
             }
         };
-        std::thread::scope(|scope| {
+        let helped = std::thread::scope(|scope| {
             for k in 0..workers {
                 // The first workers have one more if the threads cannot be divided evenly.
                 let share = threads / workers + usize::from(k < threads % workers);
                 scope.spawn(move || worker(share));
             }
+            let hand_out = || missing.get(next.fetch_add(1, Ordering::Relaxed)).copied();
+            let ends = || stopped.load(Ordering::Relaxed) || self.session.interrupt.asked();
+            let keep = |records: &[PairRecord]| {
+                for record in records {
+                    self.store.keep(record)?;
+                    progress_of_pairs.one_more(&self.session.progress);
+                }
+                Ok(())
+            };
+            lead(&*self.session.processes, &hand_out, &keep, &ends)
         });
         match failure.into_inner() {
             Ok(Some(error)) => Err(error),
-            _ => Ok(()),
+            _ => helped,
         }
     }
 
     /// Computes and stores a pair, unless it is interrupted; returns the number of directions.
     fn pair(&self, ids: [usize; 2]) -> Result<usize, CliError> {
-        let (start, end) = self.pairs.fields(ids[0], ids[1])?;
-        let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
-        let magnification = self.pairs.magnification(ids[0], ids[1]);
-        let interrupt = &self.session.interrupt;
-        let records = compute(ids, &shapes, magnification, self.config, interrupt)?;
-        let records = records.unwrap_or_default();
+        let records = paths_of(self.pairs, ids, self.config, &self.session.interrupt)?;
         for record in &records {
             self.store.keep(record)?;
         }
         Ok(records.len())
     }
+}
+
+/// Computes the paths of a pair; none if they are interrupted.
+pub(super) fn paths_of<const D: usize>(
+    pairs: &Pairs<D>,
+    ids: [usize; 2],
+    config: &DistancesConfig,
+    interrupt: &Interrupt,
+) -> Result<Vec<PairRecord>, CliError> {
+    let (start, end) = pairs.fields(ids[0], ids[1])?;
+    let shapes = [start, end].map(|distance| Shape::new(distance.into_owned()));
+    let magnification = pairs.magnification(ids[0], ids[1]);
+    let records = compute(ids, &shapes, magnification, config, interrupt)?;
+    Ok(records.unwrap_or_default())
 }
 
 /// The number of finished pairs.

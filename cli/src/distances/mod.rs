@@ -1,7 +1,8 @@
 //! `shapespace distances`: computes the distances between all pairs of masks, or from new to stored ones.
 //!
 //! `plan` reads and validates the inputs, `scope` says which pairs are asked for, `store` stores finished
-//! pairs for the next run, `compute` processes several pairs at a time, `pair` is one of them; `shard`
+//! pairs for the next run, `compute` processes several pairs at a time, `helpers` those of other
+//! processes, `pair` is one of them; `shard`
 //! divides them among machines. `skip` finds out which pairs may be near, by the numbers of `surrogate`.
 //! `study` computes matrices and clusters, `map` an embedding, `neighbours` the
 //! nearest neighbours, `record` and `write` write the result directory, `draw` its pictures, `summary`
@@ -15,6 +16,7 @@ mod args;
 mod classes;
 mod compute;
 mod draw;
+mod helpers;
 mod map;
 mod neighbours;
 mod pair;
@@ -42,6 +44,7 @@ use crate::summary::Summary;
 use classes::Labels;
 pub(crate) use classes::{Classes, NAMED};
 use compute::Task;
+use helpers::{dismiss, help};
 use pair::PairRecord;
 use plan::{DistancesPlan, plan_distances};
 use scope::{Scope, paths};
@@ -100,6 +103,8 @@ pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
 }
 
 impl Command for DistanceStudy {
+    const DISTRIBUTED: bool = true;
+
     type Plan<const D: usize> = DistancesPlan<D>;
     type Outcome<const D: usize> = Outcome<D>;
 
@@ -148,7 +153,9 @@ impl Command for DistanceStudy {
             let count = possible.len();
             session.progress.stage(format!("aligning {count} pairs"));
             let asked = || session.interrupt.asked();
-            let aligned = Pairs::aligned(inputs, distances, possible, &own, &domain, asked)?;
+            let shared = session.distribution(inputs.len());
+            let aligned =
+                Pairs::aligned(inputs, distances, possible, &own, &domain, &shared, asked)?;
             aligned.ok_or_else(interrupted)?
         } else {
             Pairs::placed(inputs, distances, own)
@@ -167,6 +174,7 @@ impl Command for DistanceStudy {
             let found = near_pairs(&task, &scope, share, records)?.ok_or_else(interrupted)?;
             (records, skipped) = (found.0, Some(found.1));
         }
+        dismiss(&*session.processes);
         let labels = plan.labels;
         let whole = self.shard.is_none();
         Ok(Outcome {
@@ -182,6 +190,30 @@ impl Command for DistanceStudy {
             skipped,
             work: Some(store.into_directory()),
         })
+    }
+
+    fn assist<const D: usize>(
+        &self,
+        plan: DistancesPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<(), CliError> {
+        let (domain, config) = (plan.placed.domain, plan.config);
+        let scope = Scope::new(&config);
+        let settled = settle(plan.placed, &[], session)?;
+        let own = settled.grid;
+        let (inputs, distances) = settled.measure(session)?;
+        let pairs = if config.masks.align == Some(Align::Rigid) {
+            let shared = session.distribution(inputs.len());
+            let possible = scope.possible();
+            let never = || false;
+            let aligned =
+                Pairs::aligned(inputs, distances, possible, &own, &domain, &shared, never)?;
+            // The first process is asked, and ends all.
+            aligned.ok_or(CliError::Stopped)?
+        } else {
+            Pairs::placed(inputs, distances, own)
+        };
+        help(&pairs, &config, self.at_once, session)
     }
 
     fn work<const D: usize>(outcome: &mut Outcome<D>) -> Option<WorkDir> {

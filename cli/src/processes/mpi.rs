@@ -7,7 +7,9 @@ use std::time::Duration;
 use ::mpi::Threading;
 use ::mpi::collective::SystemOperation;
 use ::mpi::topology::SimpleCommunicator;
-use ::mpi::traits::{Communicator as _, CommunicatorCollectives, Destination, Root, Source};
+use ::mpi::traits::{
+    Communicator as _, CommunicatorCollectives, Destination, MatchedReceiveVec, Root, Source,
+};
 use fe_grid::communicator::Communicator;
 
 use super::{Launched, PROCESSES, done, refused};
@@ -15,6 +17,8 @@ use crate::error::{CliError, Exit};
 
 /// Most numbers of one message: MPI counts them by 32 bits.
 const MESSAGE: usize = 1 << 26;
+/// The tag of messages outside of collective functions.
+const LETTER: i32 = 1;
 /// An error of the inputs is found by all processes: the others leave its report to the first, for this
 /// time.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -125,5 +129,21 @@ impl Communicator for World {
             }
         }
         Some(all)
+    }
+
+    fn send(&self, to: usize, message: &[u8]) {
+        let world = SimpleCommunicator::world();
+        world
+            .process_at_rank(to as i32)
+            .send_with_tag(message, LETTER);
+    }
+
+    fn receive(&self) -> Option<(usize, Vec<u8>)> {
+        let world = SimpleCommunicator::world();
+        let arrived = world
+            .any_process()
+            .immediate_matched_probe_with_tag(LETTER)?;
+        let (bytes, status) = arrived.matched_receive_vec();
+        Some((status.source_rank() as usize, bytes))
     }
 }

@@ -15,7 +15,7 @@ use std::borrow::Cow;
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance};
-use shape_average::align::{RigidMotion, align_to};
+use shape_average::align::{Alignment, RigidMotion, align_to};
 
 use super::align::{ROOM, bounds, coarse_distances, failed};
 use super::domain::{Domain, moved, room};
@@ -77,7 +77,7 @@ impl<const D: usize> Pairs<D> {
     }
 
     /// Aligns these pairs of shapes, sorted and the smaller number first, which are on the grid `own`,
-    /// and chooses the grid of the pairs. `stop` is called between two pairs; if it returns true, the
+    /// and chooses the grid of the pairs; each process aligns some of them. Collective. `stop` is called between two pairs; if it returns true, the
     /// result is `None`.
     ///
     /// # Errors
@@ -89,31 +89,37 @@ impl<const D: usize> Pairs<D> {
         pairs: Vec<[usize; 2]>,
         own: &Grid<D>,
         domain: &Domain<D>,
+        distribution: &Distribution,
         stop: impl Fn() -> bool + Sync,
     ) -> Result<Option<Self>, CliError> {
         let corner = corner_in_unit_box(own);
         let contours = inputs.iter().map(|input| moved(&input.contour, corner));
         let contours: Vec<Contour<D>> = contours.collect();
         let contours: Vec<&Contour<D>> = contours.iter().collect();
-        let coarse = coarse_distances(&contours, &Distribution::alone(contours.len()))?;
-        let found: Vec<Result<Option<RigidMotion<D>>, CliError>> =
-            parallel::map(&pairs, &|&[i, j]| {
+        let coarse = coarse_distances(&contours, distribution)?;
+        let distribution = distribution.of(pairs.len());
+        let found: Vec<Result<_, CliError>> =
+            parallel::map(&pairs[distribution.own()], &|&[i, j]| {
                 if stop() {
                     return Ok(None);
                 }
                 let aligned = align_to(&coarse[i], &coarse[j]).map_err(failed)?;
-                Ok(Some(aligned.motion))
+                Ok(Some(aligned.to_numbers()))
             });
+        let found: Result<Option<Vec<_>>, CliError> = found.into_iter().collect();
+        // Interrupted on the first process, which ends the others.
+        let Some(own) = found? else {
+            return Ok(None);
+        };
+        let found = distribution.share(&own).into_iter();
+        let motions = found.map(|numbers| Alignment::from_numbers(numbers).motion);
         let mut positions = Vec::with_capacity(pairs.len());
         let within = match domain {
             Domain::Box(grid) => room(&grid.extent()),
             _ => [ROOM; D],
         };
         let mut sides = [0.0; D];
-        for (&[i, j], motion) in pairs.iter().zip(found) {
-            let Some(motion) = motion? else {
-                return Ok(None);
-            };
+        for (&[i, j], motion) in pairs.iter().zip(motions) {
             let moved = motion.apply_to_contour(contours[j]);
             let (low, high) = bounds([contours[i], &moved]);
             let share = |k: usize| (within[k][1] - within[k][0]) / (high[k] - low[k]);
@@ -262,7 +268,8 @@ mod tests {
         let grid = Grid::cube(NODES);
         let all = vec![[0, 1], [0, 2], [1, 2]];
         let domain = Domain::Cube(NODES);
-        let pairs = Pairs::aligned(inputs, distances, all, &grid, &domain, || false)
+        let alone = Distribution::alone(3);
+        let pairs = Pairs::aligned(inputs, distances, all, &grid, &domain, &alone, || false)
             .unwrap()
             .unwrap();
         for i in 0..3 {
@@ -305,6 +312,7 @@ mod tests {
                 vec![[0, 1]],
                 &Grid::cube(NODES),
                 &Domain::Cube(NODES),
+                &Distribution::alone(2),
                 || true
             )
             .unwrap()

@@ -48,6 +48,7 @@ mod without_mpi {
 mod with_mpi {
     use super::*;
     use crate::common::{Results, arrays, draw, drawn};
+    use crate::distances::{arguments as paths, exact, measured, shapes, timeless};
     use std::process::{Command, Output};
 
     /// Runs the program on some processes, on one thread each; `None`, with a printed reason, where there
@@ -71,11 +72,16 @@ mod with_mpi {
         Some(output.unwrap())
     }
 
-    /// The record without times and the memory of a process.
+    /// The record without times and the memory of processes.
     fn record(results: &Results) -> serde_json::Value {
         let mut record = results.json.clone();
         let all = record.as_object_mut().unwrap();
-        for key in ["seconds", "solver_seconds", "peak_memory_bytes"] {
+        for key in [
+            "seconds",
+            "solver_seconds",
+            "memory_estimate",
+            "peak_memory_bytes",
+        ] {
             all.remove(key);
         }
         for level in all["levels"].as_array_mut().unwrap() {
@@ -136,6 +142,37 @@ mod with_mpi {
             &[&["average"][..], &names, &["--grid", "17"]].concat(),
             &[2, 3],
         );
+    }
+
+    /// All pairs in their own alignment, with far ones skipped: some rounds of pairs.
+    #[test]
+    fn distances_have_the_same_bits_on_any_number_of_processes() {
+        let place = Place::new();
+        let inputs = shapes(&place);
+        let one = ["--threads", "1"];
+        for (k, options) in [
+            &["--align", "rigid", "--size", "equal"][..],
+            &["--skip-far", "0.1", "--neighbours", "2"],
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            let alone = format!("alone_{k}");
+            let alone = measured(&place, &inputs, &[options, &one].concat(), &alone);
+            for processes in [2, 4] {
+                let out = format!("on_{k}_{processes}");
+                let options = [options, &["--allow-doubtful"]].concat();
+                let Some(run) = mpirun(&place, processes, &paths(&inputs, &options, &out)) else {
+                    return;
+                };
+                let report = String::from_utf8_lossy(&run.stderr);
+                assert!(run.status.success(), "{report}");
+                let found = Results::read(&place.path(&out));
+                assert_eq!(timeless(&found), timeless(&alone), "{processes} processes");
+                assert_eq!(exact(&found), exact(&alone), "{processes} processes");
+                assert!(!place.path(&format!("{out}.partial")).exists());
+            }
+        }
     }
 
     /// One process that is killed ends all; the checkpoint is resumed on another number of processes.
