@@ -7,6 +7,7 @@ mod engine;
 mod held;
 mod history;
 mod lanes;
+mod least_eigenvalue;
 mod linear;
 mod minimise;
 mod multigrid;
