@@ -49,6 +49,10 @@ pub enum Cause {
     BoundaryVelocity,
     /// The estimated error of a finite grid.
     GridError,
+    /// The energy of another minimum above the lowest one.
+    Ambiguous,
+    /// The fall of the energy along the direction of least curvature.
+    Saddle,
     /// Doubts about the result that this one is computed from.
     Source,
 }
@@ -88,7 +92,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 22] = [
+const CRITERIA: [Criterion; 24] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -270,6 +274,24 @@ const CRITERIA: [Criterion; 22] = [
         limit: Limit::AtMost(0.1),
         reason: "On smooth shapes the error falls to a quarter with half the spacing.",
         remedy: "use a finer --grid",
+    },
+    Criterion {
+        cause: Cause::Ambiguous,
+        figure: "energy of another minimum above the lowest one, relative to the elastic energy",
+        limit: Limit::AtLeast(0.1),
+        reason: "Energies are known to some per cent at best: errors of the grid change the order of minima that \
+                 are closer than a tenth of the elastic energy. Minima with averages of the same shape, \
+                 within a spacing after alignment, do not count.",
+        remedy: "report both averages, or decide between them: align the shapes by what corresponds, or use \
+                 unequal --weights",
+    },
+    Criterion {
+        cause: Cause::Saddle,
+        figure: "fall of the energy along the direction of least curvature, relative to the elastic energy",
+        limit: Limit::AtMost(0.01),
+        reason: "At a minimum the energy falls along no direction by more than the hundredth that the \
+                 minimiser may leave.",
+        remedy: "use more --starts, which leave a symmetric state, or decrease --tolerance",
     },
     Criterion {
         cause: Cause::Source,

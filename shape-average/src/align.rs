@@ -17,6 +17,7 @@
 
 mod matching;
 mod motion;
+mod poses;
 mod reflection;
 mod starts;
 mod steepness;
@@ -27,6 +28,7 @@ use nalgebra::{SMatrix, SVector};
 
 use matching::{Indicator, Masked, Matching, Pose, thinned};
 pub use motion::RigidMotion;
+pub use poses::poses;
 pub use reflection::mismatches;
 
 /// Nodes a side of the coarse and the fine set of sample nodes. Coarse in 3D, where nodes are

@@ -30,10 +30,14 @@ impl<const D: usize> AverageResult<D> {
 
     /// The doubt about the energy above the minimum, if that was estimated.
     fn remaining(&self) -> Option<Doubt> {
-        let [elastic, ..] = self.energy.parts;
-        let resolved = elastic.max(RESOLVED_SHARE * self.energy.total);
         let remaining = self.energy.remaining?;
-        Doubt::check(Cause::RemainingEnergy, remaining / resolved)
+        Doubt::check(Cause::RemainingEnergy, remaining / self.elastic_scale())
+    }
+
+    /// The weighted elastic energy, or what is resolved of the functional if that is more.
+    pub(crate) fn elastic_scale(&self) -> f64 {
+        let [elastic, ..] = self.energy.parts;
+        elastic.max(RESOLVED_SHARE * self.energy.total)
     }
 
     /// The doubts about the deformation of a shape onto the average.

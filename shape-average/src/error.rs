@@ -93,4 +93,7 @@ pub enum AverageError {
     /// An error of the level sets.
     #[error(transparent)]
     Shape(#[from] levelset::LevelsetError),
+    /// An error of the alignment.
+    #[error(transparent)]
+    Align(#[from] crate::align::AlignError),
 }

@@ -15,7 +15,8 @@
 //! [`Solver`] selects one of the two algorithms. The minimiser adds a barrier that is zero unless a
 //! corner of a cell is close to folding ([`Energy::barrier`]). [`align`] aligns shapes rigidly
 //! beforehand; [`match_to`] deforms a new shape onto an average, [`average_of_visible`] averages
-//! partially visible shapes, and [`average_from`] continues from known deformations.
+//! partially visible shapes, and [`average_from`] continues from known deformations. [`Minima`] collects what
+//! minimisations from several [`starts`] end in.
 //!
 //! **Invariant:** the input is signed distances on a grid, the output is fields; no files are read
 //! or written except the temporary ones requested by [`AverageParams::storage`].
@@ -63,6 +64,7 @@ mod level;
 mod median;
 mod memory;
 mod metric;
+mod minima;
 mod minimum;
 mod objective;
 mod params;
@@ -87,6 +89,9 @@ pub use energy::Energy;
 pub use error::AverageError;
 pub use level::LevelShapes;
 pub use memory::{MemoryEstimate, memory_estimate};
+pub use minima::{
+    Curvature, Minima, Minimum, Start, StartKind, doubts as doubts_of_minima, starts,
+};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
 pub use result::{AverageResult, LevelReport};

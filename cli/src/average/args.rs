@@ -80,6 +80,11 @@ pub struct AverageConfig {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     #[arg(long)]
     pub error_bars: bool,
+    /// Minimise from N starts: the usual one, other poses of the shapes and smooth random deformations. The
+    /// result is the lowest minimum; all are listed, with the least curvature at each, and there is a
+    /// doubt where another one with another average is almost as low.
+    #[arg(long, value_name = "N")]
+    pub starts: Option<usize>,
     /// Inputs are grey images of similar size: segment and average them simultaneously. The default
     /// of --boundary is then identity.
     #[arg(long)]
@@ -169,6 +174,7 @@ impl AverageConfig {
             }
         }
         views::check(&self.valid, self.inputs.len())?;
+        self.check_starts()?;
         let Some(side) = self.sweep else {
             return Ok(());
         };
@@ -193,6 +199,31 @@ impl AverageConfig {
         })
     }
 
+    fn check_starts(&self) -> Result<(), CliError> {
+        let Some(starts) = self.starts else {
+            return Ok(());
+        };
+        allow((1..=1000).contains(&starts), "starts", &starts, "1 to 1000")?;
+        let zero = |weights: &Vec<f64>| weights.contains(&0.0);
+        let refused = [
+            ("--sweep", self.sweep.is_some()),
+            ("--error-bars", self.error_bars),
+            ("--mean median", self.params.mean != Mean::Arithmetic),
+            (
+                "--weights with a zero",
+                self.params.weights.as_ref().is_some_and(zero),
+            ),
+        ];
+        match refused.into_iter().find(|(_, is_set)| *is_set) {
+            Some((option, _)) => Err(CliError::Option {
+                option: "--starts",
+                value: format!("with {option}"),
+                remedy: "leave one of the two out".into(),
+            }),
+            None => Ok(()),
+        }
+    }
+
     fn check_joint(&self) -> Result<(), CliError> {
         let refused = [
             ("--weights", self.params.weights.is_some()),
@@ -204,6 +235,7 @@ impl AverageConfig {
             ("--valid", !self.valid.is_empty()),
             ("--sweep", self.sweep.is_some()),
             ("--error-bars", self.error_bars),
+            ("--starts", self.starts.is_some()),
         ];
         match refused.into_iter().find(|(_, is_set)| *is_set) {
             Some((option, _)) => Err(not_joint(option)),

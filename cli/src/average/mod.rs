@@ -3,7 +3,7 @@
 //! `args` are the options, `plan` reads and validates the inputs, `memory` estimates and limits the
 //! memory, `checkpoint` provides initial deformations, `record` and `write` write the result
 //! directory, `draw` its picture, `strain` the maps of its strains. `sweep` averages with many weights,
-//! `views` reads visibility masks, `error_bars` repeats averages on coarser grids, `joint` averages
+//! `views` reads visibility masks, `minima` minimises from several starts, `error_bars` repeats averages on coarser grids, `joint` averages
 //! grey images.
 
 mod args;
@@ -11,6 +11,7 @@ mod draw;
 mod error_bars;
 mod joint;
 mod memory;
+mod minima;
 mod plan;
 mod record;
 mod start;
@@ -26,12 +27,14 @@ use shape_average::{AverageParams, AverageResult, MemoryEstimate, average_distri
 use crate::error::{CliError, Exit};
 use crate::history::HistoryPoint;
 use crate::output::ResultDir;
+use crate::processes::need_one;
 use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{Input, settle};
 use crate::summary::Summary;
 use error_bars::{ErrorBars, error_bars};
 pub(crate) use joint::JointAverage;
 use memory::provide;
+use minima::{FoundMinima, Shapes, lowest_of};
 use plan::{AveragePlan, fingerprint, plan_average, plan_images};
 use shapespace_input::Image;
 use shapespace_input::dimension::Dim;
@@ -59,6 +62,7 @@ pub(crate) struct Outcome<const D: usize> {
     history: Vec<HistoryPoint>,
     memory: MemoryEstimate,
     error_bars: Option<ErrorBars>,
+    minima: Option<FoundMinima>,
 }
 
 /// Runs `shapespace average`.
@@ -157,6 +161,9 @@ impl Average {
         session: &Session<'_>,
     ) -> Result<Option<Outcome<D>>, CliError> {
         let config = plan.config;
+        if config.starts.is_some() {
+            need_one("the search for several minima")?;
+        }
         let weights = config.weights()?;
         let mut params = AverageParams {
             weights: Some(weights),
@@ -182,16 +189,28 @@ impl Average {
         let (mut inputs, mut distances) = settled.measure(session)?;
         compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
-        let mut watch = checkpointer.observe(session.observer(&grids));
-        let result = average_distributed(
-            Arc::clone(&session.processes),
-            &distances,
-            &visibility,
-            &known,
-            &params,
-            &mut watch,
-        )?;
-        let history = watch.finish();
+        let (result, history, minima) = if let Some(starts) = config.starts {
+            let shapes = Shapes {
+                distances: &distances,
+                visibility: &visibility,
+                known,
+            };
+            let checks = &mut checkpointer;
+            let (result, history, found) =
+                lowest_of(starts, shapes, &params, &grids, checks, session)?;
+            (Some(result), history, Some(found))
+        } else {
+            let mut watch = checkpointer.observe(session.observer(&grids));
+            let result = average_distributed(
+                Arc::clone(&session.processes),
+                &distances,
+                &visibility,
+                &known,
+                &params,
+                &mut watch,
+            )?;
+            (result, watch.finish(), None)
+        };
         session.ended(checkpointer);
         let Some(result) = result else {
             return Ok(None);
@@ -208,6 +227,7 @@ impl Average {
             history,
             memory,
             error_bars,
+            minima,
         }))
     }
 }

@@ -3,11 +3,13 @@
 use std::path::Path;
 use std::time::Instant;
 
+use fe_grid::minimise::Status;
 use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate, StrainRanges};
 
 use super::error_bars::ErrorBars;
+use super::minima::FoundMinima;
 use super::{AverageConfig, Outcome};
 use crate::doubts::named;
 use crate::report::{self, overall};
@@ -43,6 +45,9 @@ pub(super) struct Found<'a, const D: usize> {
     /// With --error-bars, unless the grid is too coarse.
     #[serde(skip_serializing_if = "Option::is_none")]
     error_bars: Option<&'a ErrorBars>,
+    /// With --starts.
+    #[serde(flatten)]
+    minima: Option<&'a FoundMinima>,
     /// Estimated bytes by purpose.
     memory_estimate: MemoryEstimate,
 }
@@ -82,11 +87,23 @@ pub(super) fn record<const D: usize>(
         outline,
         strain,
         error_bars: outcome.error_bars.as_ref(),
+        minima: outcome.minima.as_ref(),
         memory_estimate: outcome.memory,
     };
-    let status = overall(result.status, levels.last().map(|level| level.status));
+    let stopped = outcome
+        .minima
+        .as_ref()
+        .is_some_and(|found| found.interrupted);
+    let last = levels.last().map(|level| level.status);
+    let last = if stopped {
+        Some(Status::Cancelled)
+    } else {
+        last
+    };
+    let status = overall(result.status, last);
     let grid = result.average.grid();
-    let doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();
+    let mut doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();
+    doubts.extend(outcome.minima.iter().flat_map(FoundMinima::doubts));
     let doubts = named(&doubts, inputs.iter().map(|input| &*input.name));
     Record::new(status, Some(grid), &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
@@ -144,6 +161,9 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
     summary.certificate(&found.result.certificate);
     if let Some(bars) = found.error_bars {
         bars.add_to(&mut summary);
+    }
+    if let Some(minima) = found.minima {
+        minima.add_to(&mut summary);
     }
     if record.cancelled() {
         summary.line("to continue", format!("--start {}", target.display()));

@@ -42,6 +42,7 @@ mod real_data;
 mod resume;
 mod segment;
 mod skipping;
+mod starts;
 mod surfaces_elsewhere;
 mod verdict;
 mod verify;

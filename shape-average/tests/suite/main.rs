@@ -14,6 +14,7 @@ mod inverse;
 mod joint;
 mod levels;
 mod match_to;
+mod minima;
 mod oracle;
 mod remaining;
 mod rounds;

@@ -1,0 +1,92 @@
+//! `average --starts`.
+
+use crate::common::{Place, Results, arrays, draw, succeeded};
+
+/// Two crossed ellipses, which are not aligned.
+fn crossed() -> Place {
+    let place = Place::new();
+    for (name, angle) in [("lying.npy", "0"), ("standing.npy", "90")] {
+        draw(
+            &place,
+            name,
+            &["ellipse", "--rotate", angle, "--grid", "33"],
+        );
+    }
+    place
+}
+
+const AVERAGE: [&str; 7] = [
+    "average",
+    "lying.npy",
+    "standing.npy",
+    "--align",
+    "none",
+    "--grid",
+    "33",
+];
+
+#[test]
+fn two_minima_of_crossed_ellipses_are_listed() {
+    let place = crossed();
+    let options = ["--starts", "4", "-o", "four"];
+    let printed = succeeded(&place.compute(&[&AVERAGE[..], &options].concat()));
+    let four = Results::read(&place.path("four"));
+    let minima = four.json["minima"].as_array().unwrap();
+    assert_eq!(minima.len(), 3, "{printed}");
+    assert_eq!(four.json["starts"].as_array().unwrap().len(), 4);
+    assert_eq!(four.number("/parameters/starts"), 4.0);
+    assert!(printed.contains("4 end in 3 minima"), "{printed}");
+    // The usual start is not the lowest by far, and the result is the lowest.
+    assert_eq!(
+        four.number("/minima/0/energy"),
+        four.number("/energy/total")
+    );
+    let last = four.numbers("/minima/2/starts");
+    assert!(last.contains(&1.0) && four.number("/minima/2/excess") > 10.0);
+    assert!(four.number("/minima/0/least_eigenvalue/value") > 1.0);
+    // Turned to the left and to the right, with averages of one shape: nothing is ambiguous.
+    assert!(four.number("/minima/1/state_distance") > 1.0);
+    assert_eq!(four.json["minima"][1]["other_shape"], false);
+    assert!(!printed.contains("another minimum"), "{printed}");
+    // The configuration repeats the run.
+    let again = ["average", "--config", "four/config.toml", "-o", "again"];
+    succeeded(&place.compute(&again));
+    assert_eq!(arrays(&four), arrays(&Results::read(&place.path("again"))));
+}
+
+#[test]
+fn one_start_is_the_usual_one() {
+    let place = crossed();
+    for (options, output) in [(&["--starts", "1"][..], "one"), (&[], "usual")] {
+        let arguments = [&AVERAGE[..], options, &["-o", output]].concat();
+        succeeded(&place.compute(&arguments));
+    }
+    let [one, usual] = ["one", "usual"].map(|name| Results::read(&place.path(name)));
+    assert_eq!(arrays(&one), arrays(&usual));
+    assert_eq!(one.json["minima"].as_array().unwrap().len(), 1);
+    assert!(usual.json["minima"].is_null());
+}
+
+#[test]
+fn options_that_starts_exclude_are_named() {
+    let place = crossed();
+    let refused: [&[&str]; 5] = [
+        &["--sweep", "3"],
+        &["--error-bars"],
+        &["--mean", "median"],
+        &["--weights", "0,1"],
+        &["--joint"],
+    ];
+    for options in refused {
+        let options = [options, &["--starts", "3", "-o", "out"]].concat();
+        let run = place.run(&[&AVERAGE[..], &options].concat());
+        let text = String::from_utf8(run.stderr).unwrap();
+        assert_eq!(run.status.code(), Some(2), "{text}");
+        assert!(
+            text.contains("--starts") || text.contains("--align"),
+            "{text}"
+        );
+    }
+    let run = place.run(&[&AVERAGE[..], &["--starts", "0", "-o", "out"]].concat());
+    assert_eq!(run.status.code(), Some(2));
+}
