@@ -113,7 +113,7 @@ impl FoundMinima {
                 "energy", "excess", "curvature", "average", "points"
             ),
         );
-        for minimum in self.minima.iter().take(LISTED) {
+        for (place, minimum) in self.minima.iter().take(LISTED).enumerate() {
             let curvature = minimum.least_eigenvalue.map_or_else(
                 || "unknown".into(),
                 |found| {
@@ -127,7 +127,11 @@ impl FoundMinima {
                     }
                 },
             );
-            let average = if minimum.other_shape { "other" } else { "same" };
+            let average = match (place, minimum.other_shape) {
+                (0, _) => "lowest",
+                (_, true) => "other",
+                (_, false) => "same",
+            };
             let starts: Vec<String> = minimum.starts.iter().map(usize::to_string).collect();
             summary.line(
                 "",

@@ -57,8 +57,8 @@ pub struct LeastEigenvalueParams {
 impl Default for LeastEigenvalueParams {
     fn default() -> Self {
         Self {
-            max_actions: 150,
-            relative_error: 1e-4,
+            max_actions: 100,
+            relative_error: 1e-3,
             absolute_error: 0.0,
         }
     }

@@ -13,13 +13,13 @@ use levelset::Cause;
 use levelset::Doubt;
 use serde::Serialize;
 
-/// The first step along a direction moves some node by this many spacings: over shorter ones the energy
+/// A step along the direction moves the farthest node by this many spacings: over shorter ones the energy
 /// follows the kinks of the discrete mismatch, which are steeper than its mean curvature.
-const STEP: f64 = 0.5;
+const STEP: f64 = 2.0;
 /// How often the step is halved where it folds a deformation.
-const HALVINGS: usize = 4;
-/// How often it is doubled in the search for lower energies.
-const DOUBLINGS: i32 = 4;
+const HALVINGS: usize = 5;
+/// Multiples of the step at which lower energies are looked for.
+const MULTIPLES: [f64; 5] = [0.1, 0.25, 0.5, 2.0, 4.0];
 
 /// The least eigenvalue `lambda` of the Hessian `H` of the reduced functional, for the mass of the objects:
 ///
@@ -44,8 +44,8 @@ pub struct Curvature {
     pub actions: usize,
     /// Whether the error is small.
     pub converged: bool,
-    /// The second difference of the functional along `v`, for a step that moves some node by half a spacing, or
-    /// less where that would fold a deformation. `None` if every step does.
+    /// The second difference of the functional along `v`, for a step that moves the farthest node by two
+    /// spacings, or less where that would fold a deformation. `None` if every step does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured: Option<f64>,
     /// How far the energy falls along `v` or `-v`, relative to the elastic energy, at most: 0 at a minimum.
@@ -106,8 +106,8 @@ pub(super) fn at<const D: usize>(
         step *= 0.5;
     }
     for sign in [1.0, -1.0] {
-        for doubling in 1..=DOUBLINGS {
-            let Some(other) = change(sign * step * 2f64.powi(doubling))? else {
+        for multiple in MULTIPLES {
+            let Some(other) = change(sign * step * multiple)? else {
                 break;
             };
             lowest = lowest.min(other);
@@ -119,6 +119,6 @@ pub(super) fn at<const D: usize>(
         actions: found.actions,
         converged: found.converged,
         measured,
-        fall: -lowest / result.elastic_scale(),
+        fall: lowest.abs() / result.elastic_scale(),
     }))
 }
