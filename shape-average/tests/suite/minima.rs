@@ -132,6 +132,30 @@ fn similar_shapes_have_one_minimum() {
     }
 }
 
+/// The doubts follow the figures, not the way in which they came about.
+#[test]
+fn a_low_other_average_and_a_falling_energy_are_doubts() {
+    let grid = Grid::<2>::dyadic(4);
+    let shapes = [[0.35, 0.2], [0.3, 0.23]].map(|radii| ellipsoid(grid, radii, 0.3));
+    let (_, minima) = minima_of(&shapes, &AverageParams::default(), 1);
+    let mut other = minima[0].clone();
+    (other.excess, other.other_shape) = (0.05, true);
+    let causes = |minima: &[Minimum]| -> Vec<Cause> {
+        doubts_of_minima(minima).iter().map(|d| d.cause).collect()
+    };
+    let mut both = vec![minima[0].clone(), other];
+    assert_eq!(causes(&both), [Cause::Ambiguous]);
+    if let Some(curvature) = &mut both[0].least_eigenvalue {
+        curvature.fall = 0.05;
+    }
+    assert_eq!(causes(&both), [Cause::Ambiguous, Cause::Saddle]);
+    both[1].excess = 0.2;
+    assert_eq!(causes(&both), [Cause::Saddle]);
+    both[1].excess = 0.0;
+    both[1].other_shape = false;
+    assert_eq!(causes(&both), [Cause::Saddle]);
+}
+
 /// The same starts every time; the first ones of a longer list; none of poses where faces are fixed.
 #[test]
 fn starts_are_reproducible() {
