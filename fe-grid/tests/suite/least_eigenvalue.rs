@@ -92,7 +92,7 @@ fn the_least_eigenvalue_of_a_chain_is_found_with_its_sign() {
         let mode = chain.eigenvector(1);
         let cosine = dot(&mode, &found.direction) / dot(&mode, &mode).sqrt();
         assert!((cosine.abs() - 1.0).abs() < 1e-6, "{cosine}");
-        // Without the last changes, it is steepest descent: more than 600.
+        // Without the last changes, it is steepest descent: 400 do not suffice.
         assert!(found.actions < 150, "{}", found.actions);
     }
 }
