@@ -5,9 +5,9 @@ use crate::confirm::minimise_in_rounds;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
-use crate::minimum::Minimum;
 use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Solver};
+use crate::reached::Reached;
 use crate::result::{LevelReport, certificates};
 use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
@@ -33,7 +33,7 @@ pub(crate) const METRIC_INTERVAL: usize = 8;
 pub(crate) fn solve_levels<const D: usize>(
     mut problem: Levels<'_, D>,
     observer: &mut dyn Observer,
-) -> Result<Minimum<D>, AverageError> {
+) -> Result<Reached<D>, AverageError> {
     let params = problem.params;
     let dim = D * problem.grids[0].n_nodes();
     let mut first = params.storage.zeros(dim * problem.n_own)?;
@@ -50,7 +50,7 @@ pub(crate) fn solve_levels<const D: usize>(
     for (report, level) in problem.reports.iter_mut().zip(&solution.levels) {
         report.seconds = level.seconds;
     }
-    problem.into_minimum(solution.x)
+    problem.into_reached(solution.x)
 }
 
 /// The minimiser selected by the parameters, with the stopping criterion of a level.
@@ -195,7 +195,7 @@ impl<'a, const D: usize> Levels<'a, D> {
         Self { start, ..self }
     }
 
-    fn into_minimum(self, x: Buffer<f64>) -> Result<Minimum<D>, AverageError> {
+    fn into_reached(self, x: Buffer<f64>) -> Result<Reached<D>, AverageError> {
         // The level on which the run was cancelled is the last.
         let shapes = self.finest.ok_or(AverageError::NoShapes)?;
         let mut votes = self.params.resolved_weights(self.n_shapes);
@@ -208,7 +208,7 @@ impl<'a, const D: usize> Levels<'a, D> {
                 *vote /= sum;
             }
         }
-        Ok(Minimum {
+        Ok(Reached {
             shapes,
             x,
             average: self.average,

@@ -14,9 +14,9 @@ use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::hierarchy::{Levels, solve_levels};
 use crate::level::LevelShapes;
-use crate::minimum::Minimum;
 use crate::params::{AverageParams, Mean};
 use crate::quiet::Quiet;
+use crate::reached::Reached;
 use crate::result::AverageResult;
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::Observer;
@@ -166,9 +166,9 @@ fn round<const D: usize>(
     finest: &[LevelShapes<D>],
     params: &AverageParams,
     roots: &Roots,
-    last: &Minimum<D>,
+    last: &Reached<D>,
     observer: &mut dyn Observer,
-) -> Result<Minimum<D>, AverageError> {
+) -> Result<Reached<D>, AverageError> {
     let problem = Levels::new(finest.to_vec(), params)
         .shared(roots.slopes(&last.energy()))
         .from(last.displacements());

@@ -1,4 +1,4 @@
-//! Where a minimisation has ended, on all processes, and the result that the first makes of it.
+//! What a minimisation has reached, on all processes, and the result that the first makes of it.
 
 use crate::energy::Energy;
 use crate::error::AverageError;
@@ -8,8 +8,8 @@ use fe_grid::minimise::Status;
 use fe_grid::{Buffer, Distribution, Field};
 use std::time::Instant;
 
-/// The end of a minimisation on all levels.
-pub(crate) struct Minimum<const D: usize> {
+/// What a minimisation on all levels has reached.
+pub(crate) struct Reached<const D: usize> {
     /// The shapes of this process on the last level that was reached.
     pub shapes: LevelShapes<D>,
     /// Their displacements.
@@ -21,7 +21,7 @@ pub(crate) struct Minimum<const D: usize> {
     pub votes: Vec<f64>,
 }
 
-impl<const D: usize> Minimum<D> {
+impl<const D: usize> Reached<D> {
     /// The terms of the functional.
     pub fn energy(&self) -> Energy {
         let last = self.reports.last();
