@@ -171,7 +171,12 @@ impl Average {
         };
         let (n, partly) = (plan.placed.images.len(), !plan.views.is_empty());
         let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
-        let settled = settle(plan.placed, &plan.views, session)?;
+        let settled = settle(
+            plan.placed,
+            &plan.views,
+            &session.progress,
+            &session.processes,
+        )?;
         let grid = settled.grid;
         let shared = session.distribution(n);
         let memory = provide(
@@ -186,7 +191,7 @@ impl Average {
         let start = config.start.as_deref();
         let known = initial(start, n, &grids, session.trust)?;
         let mut checkpointer = session.checkpointer(fingerprint)?;
-        let (mut inputs, mut distances) = settled.measure(session)?;
+        let (mut inputs, mut distances) = settled.measure(&session.progress, &session.processes)?;
         compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let (result, history, minima) = if let Some(starts) = config.starts {

@@ -85,9 +85,14 @@ impl Command for Sweep {
         let config = plan.config;
         let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
         let mut checkpointer = session.checkpointer(fingerprint)?;
-        let settled = settle(plan.placed, &plan.views, session)?;
+        let settled = settle(
+            plan.placed,
+            &plan.views,
+            &session.progress,
+            &session.processes,
+        )?;
         let grid = settled.grid;
-        let (mut inputs, mut distances) = settled.measure(session)?;
+        let (mut inputs, mut distances) = settled.measure(&session.progress, &session.processes)?;
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let mut averages = Vec::new();
         for weights in weights(inputs.len(), self.side) {

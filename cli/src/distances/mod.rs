@@ -129,9 +129,9 @@ impl Command for DistanceStudy {
         let (domain, config) = (plan.placed.domain, plan.config);
         let scope = Scope::new(&config);
         let fingerprint = fingerprint(&config, &scope, &plan.placed.images);
-        let settled = settle(plan.placed, &[], session)?;
+        let settled = settle(plan.placed, &[], &session.progress, &session.processes)?;
         let own = settled.grid;
-        let (inputs, distances) = settled.measure(session)?;
+        let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         let mut wanted = paths(&scope.asked_for(), config.one_way);
         if let Some(shard) = self.shard {
             wanted = shard.part(&wanted, config.directions());
@@ -199,9 +199,9 @@ impl Command for DistanceStudy {
     ) -> Result<(), CliError> {
         let (domain, config) = (plan.placed.domain, plan.config);
         let scope = Scope::new(&config);
-        let settled = settle(plan.placed, &[], session)?;
+        let settled = settle(plan.placed, &[], &session.progress, &session.processes)?;
         let own = settled.grid;
-        let (inputs, distances) = settled.measure(session)?;
+        let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         let pairs = if config.masks.align == Some(Align::Rigid) {
             let shared = session.distribution(inputs.len());
             let possible = scope.possible();

@@ -124,7 +124,7 @@ impl Command for Figure {
         plan: Plan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let (inputs, distances) = prepare(plan.placed, &[], session)?;
+        let (inputs, distances) = prepare(plan.placed, &[], &session.progress, &session.processes)?;
         let scene = Scene {
             names: inputs.iter().map(|input| input.name.clone()).collect(),
             distances,

@@ -57,9 +57,14 @@ impl Command for GeodesicConfig {
     ) -> Result<Outcome<D>, CliError> {
         let (config, parts) = (plan.config, plan.parts);
         let mut checkpointer = session.checkpointer(plan.fingerprint)?;
-        let settled = settle(plan.placed, &plan.views, session)?;
+        let settled = settle(
+            plan.placed,
+            &plan.views,
+            &session.progress,
+            &session.processes,
+        )?;
         let grid = settled.grid;
-        let (inputs, distances) = settled.measure(session)?;
+        let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         let [first, last] = shapes(
             &inputs,
             distances,

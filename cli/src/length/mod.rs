@@ -65,9 +65,9 @@ impl Command for LengthConfig {
     ) -> Result<Outcome<D>, CliError> {
         let LengthPlan { placed, config } = plan;
         let params = &config.params;
-        let settled = settle(placed, &[], session)?;
+        let settled = settle(placed, &[], &session.progress, &session.processes)?;
         let grid = settled.grid;
-        let (inputs, distances) = settled.measure(session)?;
+        let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         let shapes: Vec<_> = distances.iter().cloned().map(Shape::new).collect();
         session.progress.stage("joining consecutive shapes");
         let mut watch = session.observer(&grid.hierarchy(params.coarsest_nodes));

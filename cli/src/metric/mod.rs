@@ -64,7 +64,7 @@ impl Command for MetricConfig {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let MetricPlan { placed, config } = plan;
-        let (inputs, distances) = prepare(placed, &[], session)?;
+        let (inputs, distances) = prepare(placed, &[], &session.progress, &session.processes)?;
         let mut distances = distances.into_iter();
         let (Some(distance), Some(input)) = (distances.next(), inputs.first()) else {
             return Err(CliError::Missing {

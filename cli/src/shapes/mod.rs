@@ -19,14 +19,16 @@ mod surface;
 mod world;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use fe_grid::{Grid, ScalarField, parallel};
+use fe_grid::communicator::Communicator;
+use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 
 use crate::error::CliError;
 use crate::grid::longest;
 use crate::options::{Align, Frame, MaskOptions, Nodes, Size};
-use crate::session::Session;
+use crate::progress::Progress;
 use align::{Alignment, align, inspect_unaligned};
 use shapespace_input::frame::{FrameRule, FrameTransform};
 use shapespace_input::lattice::Lattice;
@@ -239,9 +241,10 @@ pub(crate) struct Settled<const D: usize> {
 pub(crate) fn prepare<const D: usize>(
     placed: Placed<D>,
     views: &[Option<VisibilityMask<D>>],
-    session: &Session<'_>,
+    progress: &Progress,
+    processes: &Arc<dyn Communicator>,
 ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
-    settle(placed, views, session)?.measure(session)
+    settle(placed, views, progress, processes)?.measure(progress, processes)
 }
 
 /// Aligns shapes and chooses the grid.
@@ -251,10 +254,10 @@ pub(crate) fn prepare<const D: usize>(
 pub(crate) fn settle<const D: usize>(
     placed: Placed<D>,
     views: &[Option<VisibilityMask<D>>],
-    session: &Session<'_>,
+    progress: &Progress,
+    processes: &Arc<dyn Communicator>,
 ) -> Result<Settled<D>, CliError> {
-    let progress = &session.progress;
-    let distribution = session.distribution(placed.images.len());
+    let distribution = Distribution::over(Arc::clone(processes), placed.images.len());
     let Placed {
         images,
         frames,
@@ -298,11 +301,12 @@ impl<const D: usize> Settled<D> {
     /// As [`prepare`].
     pub fn measure(
         self,
-        session: &Session<'_>,
+        progress: &Progress,
+        processes: &Arc<dyn Communicator>,
     ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
         let (images, mut inputs, grid) = (self.images, self.inputs, self.grid);
-        session.progress.stage("measuring distances");
-        let distribution = session.distribution(inputs.len());
+        progress.stage("measuring distances");
+        let distribution = Distribution::over(Arc::clone(processes), inputs.len());
         let own = distribution.own().map(|i| {
             let distance = distance(&images[i], &inputs[i], &inputs[i].contour, grid)?;
             Ok(distance.into_vec())
