@@ -82,13 +82,13 @@ pub struct NormalEquations<const D: usize> {
 pub struct DistributedSources<'a> {
     /// The distribution.
     pub distribution: &'a Distribution,
-    /// Size of the entries that a source adds where it does not compress: the volume of a cell times the
-    /// two numbers. Larger entries cost a second assembly.
-    pub entry: f64,
+    /// Bound of the moments of a source where it does not compress: the volume of a cell times the larger
+    /// of the two numbers. Larger moments cost a second assembly.
+    pub moment: f64,
 }
 
-/// The entries of a source may be this many times as large as expected; more cost a further assembly. The
-/// more room, the larger the multiples that entries are rounded to.
+/// The moments of a source may be this many times as large as expected; more cost a further assembly. The
+/// more room, the larger the multiples that they are rounded to.
 const ROOM: f64 = 64.0;
 
 impl<const D: usize> NormalEquations<D> {
@@ -175,13 +175,13 @@ struct Sum<'a, T, P, const D: usize> {
     sources: &'a [Source<'a, T>],
     /// Of each source, [`layer_ranges`].
     ranges: &'a [Vec<[f64; 2]>],
-    /// What the entries of each source are rounded to.
+    /// What the moments of each source are rounded to.
     quantum: Quantum,
     moments: &'a Pool<Vec<f64>>,
 }
 
 impl<T: Element, P: PointWeights<D>, const D: usize> Sum<'_, T, P, D> {
-    /// Overwrites `out` by the sum; returns the largest absolute value that a source adds to an entry.
+    /// Overwrites `out` by the sum; returns the largest moment of a source.
     fn assemble(&self, out: &mut [f64]) -> f64 {
         out.fill(0.0);
         let outputs = half_offsets::<D>().len() + 1;
@@ -205,11 +205,13 @@ impl<T: Element, P: PointWeights<D>, const D: usize> Sum<'_, T, P, D> {
         let n = distribution.n_parts() as f64;
         let mut room = ROOM;
         loop {
-            self.quantum = Quantum::of_sums(room * n * sources.entry);
+            // An entry is the sum of a moment of every cell about its node.
+            let cells = f64::from(1u32 << D);
+            self.quantum = Quantum::of_sums(room * n * cells * sources.moment);
             let mut largest = [self.assemble(out)];
             distribution.communicator().maximum(&mut largest);
             // What is not finite does not become so with more room.
-            if largest[0] <= room * sources.entry || !largest[0].is_finite() || room > 1e100 {
+            if largest[0] <= room * sources.moment || !largest[0].is_finite() || room > 1e100 {
                 break;
             }
             room *= ROOM;
@@ -339,7 +341,7 @@ impl<T: Element> LaneKernel<T> for Extremes<'_, T> {
 
 struct SlabTask<'a, T: Element, P, const D: usize> {
     sum: &'a Sum<'a, T, P, D>,
-    /// Memory for the moments and the entries of one source.
+    /// Memory for the moments of all sources and of one.
     memory: &'a mut Vec<f64>,
     slab: Slab<'a, f64>,
 }
@@ -355,32 +357,35 @@ impl<T: Element, P: PointWeights<D>, const D: usize> LaneKernel<T> for SlabTask<
         let stride = const { moment_stride(D as u32) };
         let layers = self.slab.layers.clone();
         let count = layers.len() * per_layer * stride;
-        let outputs = half_offsets::<D>().len() + 1;
-        let size = (layers.len() + 1) * plane_size(grid);
         let mut memory = std::mem::take(self.memory);
         memory.clear();
-        memory.resize(outputs * size + count + CACHE_LINE, 0.0);
-        let (entries, rest) = memory.split_at_mut(outputs * size);
-        let first = rest.as_ptr().align_offset(CACHE_LINE);
-        let moments = rest.get_mut(first..first + count).unwrap_or_default();
+        memory.resize(2 * count + CACHE_LINE, 0.0);
+        let first = memory.as_ptr().align_offset(CACHE_LINE);
+        let both = memory.get_mut(first..first + 2 * count).unwrap_or_default();
+        let (sum, own) = both.split_at_mut(count);
         let mut largest = 0.0;
-        for (i, (source, ranges)) in self.sum.sources.iter().zip(self.sum.ranges).enumerate() {
-            if i > 0 {
-                moments.fill(0.0);
-                entries.fill(0.0);
-            }
-            self.accumulate_source::<L>(source, ranges, moments);
-            let mut own = Slab {
-                layers: layers.clone(),
-                planes: entries.chunks_exact_mut(size).collect(),
-                top: Vec::new(),
-            };
-            finish(grid, moments, &mut own);
-            largest = f64::max(largest, self.add(entries));
+        for (source, ranges) in self.sum.sources.iter().zip(self.sum.ranges) {
+            self.accumulate_source::<L>(source, ranges, own);
+            largest = f64::max(largest, add_rounded(self.sum.quantum, own, sum));
         }
+        finish(grid, sum, &mut self.slab);
         *self.memory = memory;
         largest
     }
+}
+
+/// Adds rounded moments of a source to the sum, and leaves zeros; returns the largest absolute value.
+#[inline(always)]
+fn add_rounded(quantum: Quantum, own: &mut [f64], sum: &mut [f64]) -> f64 {
+    let mut largest = 0.0;
+    for (sum, own) in sum.iter_mut().zip(own) {
+        *sum += quantum.round(*own);
+        let size = own.abs();
+        // Not `max`, which is slower for its rule on NaN: that stays in the sum.
+        largest = if size > largest { size } else { largest };
+        *own = 0.0;
+    }
+    largest
 }
 
 impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
@@ -470,30 +475,6 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
                 put(b * weight);
             }
         }
-    }
-
-    /// Adds the entries of a source, rounded; returns the largest absolute value before.
-    #[inline(always)]
-    fn add(&mut self, entries: &[f64]) -> f64 {
-        let quantum = self.sum.quantum;
-        let size = (self.slab.layers.len() + 1) * plane_size(self.sum.grid);
-        let mut largest = 0.0;
-        for (o, entries) in entries.chunks_exact(size).enumerate() {
-            let (planes, top) = entries.split_at(self.slab.planes[o].len());
-            let mut add = |out: &mut [f64], own: &[f64]| {
-                for (out, &own) in out.iter_mut().zip(own) {
-                    *out += quantum.round(own);
-                    let size = own.abs();
-                    // Not `max`, which is slower for its rule on NaN: that stays in the sum.
-                    largest = if size > largest { size } else { largest };
-                }
-            };
-            add(self.slab.planes[o], planes);
-            if let Some(out) = self.slab.top.get_mut(o) {
-                add(out, top);
-            }
-        }
-        largest
     }
 }
 

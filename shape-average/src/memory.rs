@@ -128,9 +128,8 @@ struct Sizes<const D: usize> {
     /// Node planes shared by two slabs of cells, which are stored twice, as a fraction of all
     /// planes.
     shared_planes: f64,
-    /// Numbers of cells and nodes of a slab.
+    /// Number of cells of a slab.
     slab_cells: u64,
-    slab_nodes: u64,
     /// Numbers of nodes and cells of all levels of a metric.
     hierarchy: Vec<(u64, u64)>,
 }
@@ -156,7 +155,6 @@ impl<const D: usize> Sizes<D> {
             n_cells: grid.n_cells() as u64,
             shared_planes: (slabs - 1) as f64 / (layers + 1) as f64,
             slab_cells: (grid.n_cells() / layers * thickness.min(layers)) as u64,
-            slab_nodes: (grid.n_nodes() / (layers + 1) * (thickness.min(layers) + 1)) as u64,
             hierarchy,
         }
     }
@@ -189,12 +187,11 @@ impl<const D: usize> Sizes<D> {
     }
 
     /// Returns the size of the couplings, the space for the right-hand side behind them, the
-    /// right-hand side itself, and the moments of the cells of one slab and its entries per thread.
+    /// right-hand side itself, and twice the moments of the cells of one slab per thread.
     fn equations(&self) -> u64 {
         let moments = (4 * 3u64.pow(D as u32 - 1) + (1 << D)).next_multiple_of(8) * DOUBLE;
         let moments = moments * self.slab_cells.min(self.n_cells);
-        let entries = Self::outputs() * DOUBLE * self.slab_nodes;
-        (Self::outputs() + 1) * self.field + self.threads * (moments + entries)
+        (Self::outputs() + 1) * self.field + 2 * self.threads * moments
     }
 
     /// Returns the largest of: the planes shared by the slabs of the normal equations; those of the

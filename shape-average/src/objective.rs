@@ -246,7 +246,7 @@ impl<const D: usize> AverageObjective<D> {
         let largest_share = self.weights.shares.iter().copied().fold(0.0, f64::max);
         let distributed = Some(DistributedSources {
             distribution: self.shapes.distribution(),
-            entry: largest_share * self.weights.mismatch / self.shapes.interface_width()
+            moment: largest_share * self.weights.mismatch / self.shapes.interface_width()
                 * self.grid().cell_volume(),
         });
         let sources: Vec<Source<'_, f64>> = x
