@@ -17,6 +17,8 @@ use crate::error::{CliError, Exit};
 
 /// Most numbers of one message: MPI counts them by 32 bits.
 const MESSAGE: usize = 1 << 26;
+/// Numbers that are reduced at a time: they stay in the caches of processes on one machine.
+const REDUCED: usize = 1 << 15;
 /// The tag of messages outside of collective functions.
 const LETTER: i32 = 1;
 /// An error of the inputs is found by all processes: the others leave its report to the first, for this
@@ -75,8 +77,10 @@ struct World;
 
 impl World {
     fn reduce(values: &mut [f64], operation: SystemOperation) {
-        for part in values.chunks_mut(MESSAGE) {
-            let own = part.to_vec();
+        let mut own = Vec::with_capacity(REDUCED.min(values.len()));
+        for part in values.chunks_mut(REDUCED) {
+            own.clear();
+            own.extend_from_slice(part);
             SimpleCommunicator::world().all_reduce_into(&own[..], part, operation);
         }
     }
