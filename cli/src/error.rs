@@ -75,6 +75,9 @@ pub enum CliError {
         /// The processes.
         processes: usize,
     },
+    /// An error that has been reported: the last line of a log.
+    #[error("reported in the log")]
+    Reported(Exit),
     /// Weights of the wrong number.
     #[error("--weights has {found} numbers for {expected} masks")]
     WeightCount {
@@ -362,6 +365,7 @@ impl CliError {
             | Self::Output(OutputError::Unwritable { .. } | OutputError::NotFinite { .. }) => {
                 Exit::Failure
             }
+            Self::Reported(exit) => *exit,
             Self::Stopped | Self::Unfinished { .. } => Exit::Interrupted,
             _ => Exit::BadInput,
         }
@@ -382,6 +386,7 @@ impl CliError {
             Self::NoResult { command, .. } => {
                 return format!("name a directory that `shapespace {command}` has written").into();
             }
+            Self::Reported(_) => "see the log",
             Self::OneProcess { .. } => "start it without mpirun",
             Self::WithoutMpi { .. } => {
                 "start it without mpirun, or build it with `cargo build --release --features mpi`"
@@ -451,6 +456,9 @@ impl CliError {
 
     /// Writes the report to standard error: the error, its causes, and the remedy.
     pub fn report(&self) {
+        if matches!(self, Self::Reported(_)) {
+            return;
+        }
         let [red, cyan, plain] = if std::io::stderr().is_terminal() {
             ["\x1b[31m", "\x1b[36m", "\x1b[0m"]
         } else {

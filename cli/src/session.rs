@@ -247,7 +247,7 @@ pub(crate) fn run<C: Command>(
         // The last line of the log instead of a report.
         (Err(error), Some(LogFormat::Json)) => {
             log::error(start, &error);
-            Ok(error.exit())
+            Err(CliError::Reported(error.exit()))
         }
         (done, _) => done,
     }

@@ -14,7 +14,7 @@ use crate::history::HistoryPoint;
 use crate::report::word;
 use crate::session::Session;
 use crate::summary::Summary;
-use levelset::Doubt;
+use levelset::{Cause, Doubt};
 
 /// Minima listed on the terminal.
 const LISTED: usize = 8;
@@ -29,6 +29,9 @@ pub(super) struct FoundMinima {
     /// Whether starts are missing.
     #[serde(skip)]
     pub interrupted: bool,
+    /// How many starts were asked for.
+    #[serde(skip)]
+    pub asked: usize,
 }
 
 /// The shapes of an average, and where the usual start begins.
@@ -91,21 +94,36 @@ pub(super) fn lowest_of<const D: usize>(
         starts: kinds,
         minima,
         interrupted,
+        asked: n,
     };
     Ok((result, history, found))
 }
 
 impl FoundMinima {
-    /// The doubts about them.
+    /// The doubts about them; starts that are missing did not end in a minimum.
     pub fn doubts(&self) -> Vec<Doubt> {
-        doubts_of_minima(&self.minima)
+        // Where the first was interrupted its result is, and there are no minima.
+        let counts = self.interrupted && !self.minima.is_empty();
+        let missing = if counts {
+            self.asked - self.starts.len()
+        } else {
+            0
+        };
+        let unfinished = Doubt::check(Cause::NotConverged, missing as f64);
+        let found = doubts_of_minima(&self.minima);
+        unfinished.into_iter().chain(found).collect()
     }
 
     /// Adds a table to a summary.
     pub fn add_to(&self, summary: &mut Summary) {
         let (n, found) = (self.starts.len(), self.minima.len());
         let plural = if found == 1 { "minimum" } else { "minima" };
-        summary.line("starts", format!("{n} end in {found} {plural}"));
+        let of = if self.interrupted {
+            format!(" of {}", self.asked)
+        } else {
+            String::new()
+        };
+        summary.line("starts", format!("{n}{of} end in {found} {plural}"));
         summary.line(
             "",
             format!(

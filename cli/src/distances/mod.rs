@@ -39,7 +39,7 @@ use crate::error::{CliError, Exit};
 use crate::options::{Align, CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{Input, Pairs, settle};
+use crate::shapes::{Domain, Input, Pairs, settle};
 use crate::summary::Summary;
 use classes::Labels;
 pub(crate) use classes::{Classes, NAMED};
@@ -147,19 +147,9 @@ impl Command for DistanceStudy {
             None => wanted.clone(),
         };
         let interrupted = || store.interrupted(&most);
-        let aligned = config.masks.align == Some(Align::Rigid);
-        let pairs = if aligned {
-            let possible = scope.possible();
-            let count = possible.len();
-            session.progress.stage(format!("aligning {count} pairs"));
-            let asked = || session.interrupt.asked();
-            let shared = session.distribution(inputs.len());
-            let aligned =
-                Pairs::aligned(inputs, distances, possible, &own, &domain, &shared, asked)?;
-            aligned.ok_or_else(interrupted)?
-        } else {
-            Pairs::placed(inputs, distances, own)
-        };
+        let pairs = Pairs::placed(inputs, distances, own);
+        let pairs = in_position(pairs, &domain, &config, &scope, session)?;
+        let pairs = pairs.ok_or_else(interrupted)?;
         let task = Task {
             pairs: &pairs,
             config: &config,
@@ -182,10 +172,10 @@ impl Command for DistanceStudy {
             shard: self.shard,
             scope,
             labels,
-            config,
             grid: pairs.grid,
             inputs: pairs.inputs,
-            align: if aligned { "pairs" } else { "none" },
+            align: if is_aligned(&config) { "pairs" } else { "none" },
+            config,
             records,
             skipped,
             work: Some(store.into_directory()),
@@ -202,17 +192,10 @@ impl Command for DistanceStudy {
         let settled = settle(plan.placed, &[], &session.progress, &session.processes)?;
         let own = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
-        let pairs = if config.masks.align == Some(Align::Rigid) {
-            let shared = session.distribution(inputs.len());
-            let possible = scope.possible();
-            let never = || false;
-            let aligned =
-                Pairs::aligned(inputs, distances, possible, &own, &domain, &shared, never)?;
-            // The first process is asked, and ends all.
-            aligned.ok_or(CliError::Stopped)?
-        } else {
-            Pairs::placed(inputs, distances, own)
-        };
+        let pairs = Pairs::placed(inputs, distances, own);
+        let pairs = in_position(pairs, &domain, &config, &scope, session)?;
+        // Only the first process is interrupted, and ends all.
+        let pairs = pairs.ok_or(CliError::Stopped)?;
         help(&pairs, &config, self.at_once, session)
     }
 
@@ -228,4 +211,29 @@ impl Command for DistanceStudy {
     ) -> Result<Summary, CliError> {
         write::write_all(directory, outcome, session)
     }
+}
+
+/// Whether every pair has a position of its own.
+fn is_aligned(config: &DistancesConfig) -> bool {
+    config.masks.align == Some(Align::Rigid)
+}
+
+/// Aligns the pairs, if they are to be aligned; `None` if interrupted.
+fn in_position<const D: usize>(
+    placed: Pairs<D>,
+    domain: &Domain<D>,
+    config: &DistancesConfig,
+    scope: &Scope,
+    session: &Session<'_>,
+) -> Result<Option<Pairs<D>>, CliError> {
+    if !is_aligned(config) {
+        return Ok(Some(placed));
+    }
+    let possible = scope.possible();
+    let count = possible.len();
+    session.progress.stage(format!("aligning {count} pairs"));
+    let asked = || session.interrupt.asked();
+    let (inputs, distances, own) = (placed.inputs, placed.distances, placed.grid);
+    let shared = session.distribution(inputs.len());
+    Pairs::aligned(inputs, distances, possible, &own, domain, &shared, asked)
 }

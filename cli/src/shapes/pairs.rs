@@ -27,7 +27,7 @@ use shapespace_input::frame::corner_in_unit_box;
 pub(crate) struct Pairs<const D: usize> {
     pub inputs: Vec<Input<D>>,
     /// Signed distances of the shapes before the alignment.
-    distances: Vec<ScalarField<f64, D>>,
+    pub distances: Vec<ScalarField<f64, D>>,
     /// The grid of all pairs.
     pub grid: Grid<D>,
     /// From the unit box, in which pairs are aligned, to the boxes of the shapes and of the pairs.

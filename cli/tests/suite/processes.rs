@@ -299,5 +299,13 @@ mod with_mpi {
             assert!(!report.contains("interrupted"), "{report}");
         }
         assert!(!place.path("out").exists());
+        // A log has its last line instead of a report.
+        place.write("there", b"");
+        let logged = ["average", "a.npy", "a.npy", "--log", "json", "-o", "there"];
+        if let Some(run) = mpirun(&place, 2, &logged) {
+            let log = String::from_utf8_lossy(&run.stderr);
+            assert_eq!(run.status.code(), Some(2), "{log}");
+            assert_eq!(log.matches("\"event\":\"error\"").count(), 1, "{log}");
+        }
     }
 }

@@ -149,18 +149,20 @@ impl<'a, const D: usize> Minima<'a, D> {
         } else {
             self.kept.push(new);
         }
-        let lower = self
-            .lowest
-            .as_ref()
-            .is_none_or(|(_, lowest)| energy < lowest.energy.total);
+        // Of minima that the minimiser cannot tell apart by their energies the first is the result, which
+        // is that of the usual start if it is one of them.
+        let lower = self.lowest.as_ref().is_none_or(|(_, lowest)| {
+            energy < lowest.energy.total - RESOLVED * lowest.elastic_scale()
+        });
         if lower {
             self.lowest = Some((place, result));
         }
         Ok(lower)
     }
 
-    /// The lowest result and all minima, the lowest first, with their distances from it. `None` if nothing
-    /// was added.
+    /// The lowest result and all minima, its own first and then by their energies, with their distances from
+    /// it. Of minima whose energies differ by less than a hundredth of the elastic energy, the first that was
+    /// added counts as the lowest. `None` if nothing was added.
     ///
     /// # Errors
     /// Those of the alignment of averages.
@@ -169,7 +171,8 @@ impl<'a, const D: usize> Minima<'a, D> {
             return Ok(None);
         };
         let weights = self.params.resolved_weights(lowest.displacements.len());
-        let mut list = Vec::with_capacity(self.kept.len());
+        let mut list: Vec<Minimum> = Vec::with_capacity(self.kept.len());
+        let mut chosen = None;
         let best = self.kept.get(place).map(|kept| kept.minimum.energy);
         let outline = Outline::of(&lowest.average_indicator);
         for (i, kept) in self.kept.into_iter().enumerate() {
@@ -188,9 +191,14 @@ impl<'a, const D: usize> Minima<'a, D> {
                     .boundary_distance
                     .is_none_or(|distance| distance.maximum > SAME_SHAPE * spacing);
             }
-            list.push(minimum);
+            if i == place {
+                chosen = Some(minimum);
+            } else {
+                list.push(minimum);
+            }
         }
         list.sort_by(|a, b| a.energy.total_cmp(&b.energy));
+        list.splice(0..0, chosen);
         Ok(Some((lowest, list)))
     }
 }
