@@ -164,7 +164,7 @@ impl Distribution {
     ///
     /// # Panics
     /// If there is not a vector for every own part, of this length.
-    pub fn sum_vectors(&self, own: &mut [Vec<f64>], len: usize) -> Vec<f64> {
+    pub fn sum_vectors(&self, own: &[Vec<f64>], len: usize) -> Vec<f64> {
         assert_eq!(own.len(), self.own.len());
         let most = own.iter().map(|x| vector::max_abs(x));
         let mut most = [most.fold(0.0, f64::max)];
@@ -242,7 +242,7 @@ mod tests {
                 let distribution = Distribution::over(communicator, n);
                 let own = distribution.own();
                 let [flat_x, flat_y] = [&x, &y].map(|x| x[own.clone()].concat());
-                let sum = distribution.sum_vectors(&mut x[own.clone()].to_vec(), len);
+                let sum = distribution.sum_vectors(&x[own.clone()], len);
                 let numbers: Vec<[f64; 1]> = own.clone().map(|i| [x[i][0]]).collect();
                 (
                     distribution.dot(&flat_x, &flat_y),

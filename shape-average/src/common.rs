@@ -62,7 +62,7 @@ impl<const D: usize> CommonMotion<D> {
             .void_stiffness
             .max(Corotational::<D>::LEAST_VOID_STIFFNESS);
         let parts = places.chunks_exact_mut((D + 1) * n_nodes).enumerate();
-        let mut stiffness: Vec<Vec<f64>> = parallel::map(parts, &|(i, places)| {
+        let stiffness: Vec<Vec<f64>> = parallel::map(parts, &|(i, places)| {
             let moved = find(&fine, &grid, shape(x, i, dim), places);
             let indicator = shapes.indicators[i].as_slice();
             let mut sums = vec![0.0; grid.n_cells()];
@@ -72,7 +72,7 @@ impl<const D: usize> CommonMotion<D> {
             sums
         });
         places.rest();
-        let stiffness = distribution.sum_vectors(&mut stiffness, grid.n_cells());
+        let stiffness = distribution.sum_vectors(&stiffness, grid.n_cells());
         let total: f64 = weights.iter().sum();
         // Every node stands for the volume of a cell.
         let volume = fine.cell_volume() / grid.cell_volume();
@@ -104,7 +104,7 @@ impl<const D: usize> CommonMotion<D> {
     /// Adds `R K^-1 R^T gradient`.
     pub fn add(&self, gradient: &[f64], out: &mut [f64]) {
         let (n, m, dim) = (self.n_nodes, self.grid.n_nodes(), D * self.n_nodes);
-        let mut loads = parallel::map(0..gradient.len() / dim, &|i| {
+        let loads = parallel::map(0..gradient.len() / dim, &|i| {
             let mut load = vec![0.0; D * m];
             let gradient = shape(gradient, i, dim);
             self.visit(i, |node, coarse, weight| {
@@ -114,7 +114,7 @@ impl<const D: usize> CommonMotion<D> {
             });
             load
         });
-        let mut sum = self.distribution.sum_vectors(&mut loads, D * m);
+        let mut sum = self.distribution.sum_vectors(&loads, D * m);
         self.rigid.balance(&mut sum);
         let mut motion = vec![0.0; D * m];
         self.cycle.apply_into(&sum, &mut motion);

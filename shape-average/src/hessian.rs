@@ -128,7 +128,7 @@ impl<const D: usize> AverageObjective<D> {
             }
             loads.push(load);
         }
-        let mut load = distribution.sum_vectors(&mut loads, n);
+        let mut load = distribution.sum_vectors(&loads, n);
         // The matrix is half the second derivative.
         scale(-0.5, &mut load);
         let mut change = vec![0.0; n];

@@ -113,8 +113,7 @@ impl<const D: usize> Task<'_, D> {
         };
         let helped = std::thread::scope(|scope| {
             for k in 0..workers {
-                // The first workers have one more if the threads cannot be divided evenly.
-                let share = threads / workers + usize::from(k < threads % workers);
+                let share = share(threads, workers, k);
                 scope.spawn(move || worker(share));
             }
             let hand_out = || missing.get(next.fetch_add(1, Ordering::Relaxed)).copied();
@@ -142,6 +141,11 @@ impl<const D: usize> Task<'_, D> {
         }
         Ok(records.len())
     }
+}
+
+/// The threads of one of several workers: the first have one more if they cannot be divided evenly.
+pub(super) fn share(threads: usize, workers: usize, worker: usize) -> usize {
+    threads / workers + usize::from(worker < threads % workers)
 }
 
 /// Computes the paths of a pair; none if they are interrupted.

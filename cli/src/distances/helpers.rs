@@ -13,7 +13,7 @@ use fe_grid::communicator::Communicator;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::args::DistancesConfig;
-use super::compute::paths_of;
+use super::compute::{paths_of, share};
 use super::pair::PairRecord;
 use crate::error::CliError;
 use crate::pool::in_pool;
@@ -120,7 +120,7 @@ pub(super) fn help<const D: usize>(
         std::thread::scope(|scope| {
             let started: Vec<_> = (0..workers)
                 .map(|k| {
-                    let share = threads / workers + usize::from(k < threads % workers);
+                    let share = share(threads, workers, k);
                     let (ask, work) = (ask.clone(), &work);
                     scope.spawn(move || work(share, ask))
                 })
