@@ -40,6 +40,14 @@ const N_COUNTERS: usize = 2;
 /// The barrier acts at corners whose determinant is below this value.
 const BARRIER_ONSET: f64 = FoldBarrier::ONSET;
 
+/// Stiffness of the barrier relative to the objects, or that of the void if the void is stiffer. With the
+/// stiffness 1e-4 of the default void the barrier was felt at the bound of the determinant only, where
+/// steps are cut: of twenty hands, six horses and twenty-six frames of a dancer the minimisation ended 94,
+/// 80 and 44 % of the elastic energy above the minimum (as estimated), and with 3e-3 it ends 20, 23 and 4 %
+/// above one that is lower by as much. 1e-3 and 1e-2 do as well; the minima without a corner below the
+/// onset are the same.
+const BARRIER_STIFFNESS: f64 = 3e-3;
+
 /// The metrics of all shapes.
 enum Metric<const D: usize> {
     /// Stored metrics.
@@ -357,7 +365,8 @@ impl<const D: usize> AverageObjective<D> {
     pub(crate) fn barrier(&self) -> FoldBarrier {
         let n = self.shapes.n_shapes() as f64;
         FoldBarrier {
-            weight: self.params.void_stiffness * self.params.law.moduli.mu / n,
+            weight: self.params.void_stiffness.max(BARRIER_STIFFNESS) * self.params.law.moduli.mu
+                / n,
             onset: BARRIER_ONSET,
         }
     }
