@@ -61,6 +61,11 @@ impl<const D: usize> Components<D> {
         }))
     }
 
+    /// Components with these labels and masks, of every input.
+    pub fn of_masks(labels: Vec<i64>, masks: Vec<Vec<Image<D>>>) -> Self {
+        Self { labels, masks }
+    }
+
     /// The masks of all labels, and of a number of parts that labels belong to by their places.
     fn parted(
         images: &[Image<D>],
