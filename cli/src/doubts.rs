@@ -13,6 +13,9 @@ pub(crate) struct DoubtRecord {
     /// As in tables and pictures; missing where the doubt is about the result as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     shape: Option<String>,
+    /// The component of the shape, such as `label 3`; missing where the doubt is about all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    component: Option<String>,
     what: Cause,
     /// Missing if it is not a finite number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -26,11 +29,22 @@ pub(crate) fn named<'a>(
     doubts: &[Doubt],
     names: impl IntoIterator<Item = &'a str>,
 ) -> Vec<DoubtRecord> {
+    named_by_label(doubts, names, &[])
+}
+
+/// The same of shapes whose components have these labels.
+pub(crate) fn named_by_label<'a>(
+    doubts: &[Doubt],
+    names: impl IntoIterator<Item = &'a str>,
+    labels: &[i64],
+) -> Vec<DoubtRecord> {
+    let component = |doubt: &Doubt| Some(format!("label {}", labels.get(doubt.component?)?));
     let names: Vec<&str> = names.into_iter().collect();
     let record = |doubt: Doubt| DoubtRecord {
         shape: doubt
             .shape
             .and_then(|shape| Some((*names.get(shape)?).into())),
+        component: component(&doubt),
         what: doubt.cause,
         figure: Some(doubt.figure).filter(|figure| figure.is_finite()),
         limit: doubt.limit,
@@ -83,10 +97,14 @@ pub(crate) fn in_words(doubts: &[DoubtRecord]) -> Vec<String> {
 
 fn sentence(doubt: &DoubtRecord) -> String {
     let criterion = doubt.what.criterion();
-    let about = doubt
-        .shape
-        .as_deref()
-        .map_or_else(String::new, |name| format!("{name}: "));
+    let about: Vec<&str> = [&doubt.shape, &doubt.component]
+        .into_iter()
+        .filter_map(|name| name.as_deref())
+        .collect();
+    let about = match about.len() {
+        0 => String::new(),
+        _ => format!("{}: ", about.join(", ")),
+    };
     let figure = doubt.figure.map_or_else(|| "unknown".into(), number);
     let bound = match criterion.limit {
         Limit::AtLeast(_) => "at least",
@@ -133,6 +151,15 @@ mod tests {
             text[3]
         );
         assert!(text[4].starts_with("remedy: use"), "{}", text[4]);
+    }
+
+    #[test]
+    fn doubts_about_components_name_the_label() {
+        let doubt = Doubt::check(Cause::Overlap, 0.5).unwrap().about(1);
+        let doubts = [doubt.within(1), doubt];
+        let text = in_words(&named_by_label(&doubts, ["a", "b"], &[3, 17]));
+        assert!(text[0].starts_with("b: Dice"), "{}", text[0]);
+        assert!(text[1].starts_with("b, label 17: Dice"), "{}", text[1]);
     }
 
     #[test]

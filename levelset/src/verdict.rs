@@ -36,6 +36,9 @@ pub struct Doubt {
     /// Index of the shape, from 0; missing where the doubt is about the result as a whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<usize>,
+    /// Index of the component of the shape, from 0; missing where the doubt is about all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub component: Option<usize>,
     /// What the figure measures.
     #[serde(rename = "what")]
     pub cause: Cause,
@@ -90,6 +93,7 @@ impl Doubt {
     fn new(cause: Cause, figure: f64, limit: f64) -> Self {
         Self {
             shape: None,
+            component: None,
             cause,
             figure,
             limit,
@@ -101,6 +105,15 @@ impl Doubt {
     pub fn about(self, shape: usize) -> Self {
         Self {
             shape: Some(shape),
+            ..self
+        }
+    }
+
+    /// The same about one component.
+    #[must_use]
+    pub fn within(self, component: usize) -> Self {
+        Self {
+            component: Some(component),
             ..self
         }
     }
@@ -119,11 +132,11 @@ impl Doubt {
     }
 }
 
-/// For every shape and cause the worst doubt, by cause and then by shape: the doubts of several
+/// For every shape, component and cause the worst doubt, by cause and then by shape and component: the doubts of several
 /// computations with the same shapes as one list.
 pub fn worst(doubts: impl IntoIterator<Item = Doubt>) -> Vec<Doubt> {
     let mut all: Vec<Doubt> = doubts.into_iter().collect();
-    let subject = |doubt: &Doubt| (doubt.cause, doubt.shape);
+    let subject = |doubt: &Doubt| (doubt.cause, doubt.shape, doubt.component);
     all.sort_by(|a, b| {
         let order = subject(a).cmp(&subject(b));
         order.then(b.excess().total_cmp(&a.excess()))
@@ -159,6 +172,8 @@ mod tests {
         let specks = Doubt::check(Cause::Specks, 2.0).unwrap().about(1);
         let all = [overlap(1, 0.9), specks, overlap(0, 0.5), overlap(1, 0.7)];
         assert_eq!(worst(all), [overlap(0, 0.5), overlap(1, 0.7), specks]);
+        let [first, second] = [0, 1].map(|c| overlap(0, 0.5).within(c));
+        assert_eq!(worst([second, first, first]), [first, second]);
         let unknown = Doubt::check(Cause::Overlap, f64::NAN).unwrap().about(1);
         assert!(worst([overlap(1, 0.1), unknown])[0].figure.is_nan());
         assert_eq!(worst([]), []);

@@ -208,7 +208,7 @@ impl<const D: usize> Descent<D> {
             let Some(terms) = objective.shape_energy(i, u, corner, &mut self.gradient)? else {
                 break;
             };
-            let energy = objective.weigh(i, terms);
+            let energy = objective.weigh(i, &terms);
             self.inverse_metric
                 .solve_into(&self.gradient, &mut self.direction);
             objective.hold_boundary(&mut self.direction);
@@ -237,7 +237,7 @@ impl<const D: usize> Descent<D> {
                 self.evaluations.values += 1;
                 let terms = objective.shape_energy(i, &self.trial, corner, &mut [])?;
                 let bound = energy - ARMIJO * step * squared;
-                if terms.is_some_and(|terms| objective.weigh(i, terms) <= bound) {
+                if terms.is_some_and(|terms| objective.weigh(i, &terms) <= bound) {
                     u.copy_from_slice(&self.trial);
                     self.steps[i] = step;
                     return Ok(true);

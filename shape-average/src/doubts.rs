@@ -4,7 +4,7 @@ use crate::joint::JointResult;
 use crate::params::AverageParams;
 use crate::result::{AverageResult, unconverged};
 use fe_grid::minimise::Status;
-use levelset::{Cause, Doubt};
+use levelset::{Cause, Doubt, Hausdorff};
 
 /// Elastic energies below this share of the whole functional are not resolved: where quadrature
 /// points pass from cell to cell, the functional has kinks of 1e-6 to 3e-6 (measured on bars at 129
@@ -14,18 +14,20 @@ const RESOLVED_SHARE: f64 = 5e-5;
 impl<const D: usize> AverageResult<D> {
     /// Returns the doubts about an average that was computed with these parameters: levels that did
     /// not converge, an energy too far above the minimum, a determinant at its lower bound, and
-    /// shapes that are not deformed onto the average.
+    /// shapes, or components of them, that are not deformed onto the average.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let whole = [
             not_converged(unconverged(&self.levels), self.status),
             self.remaining(),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
         ];
-        let shapes = (0..self.dice.len()).flat_map(|shape| {
-            let doubts = self.mismatched(shape);
-            doubts.map(move |doubt| doubt.about(shape))
+        let shapes = self.mismatched(&self.dice, &self.hausdorff);
+        let parts = self.components.iter().enumerate().flat_map(|(c, part)| {
+            let doubts = self.mismatched(&part.dice, &part.hausdorff);
+            doubts.map(move |doubt| doubt.within(c))
         });
-        whole.into_iter().flatten().chain(shapes).collect()
+        let whole = whole.into_iter().flatten();
+        whole.chain(shapes).chain(parts).collect()
     }
 
     /// The doubt about the energy above the minimum, if that was estimated.
@@ -40,19 +42,26 @@ impl<const D: usize> AverageResult<D> {
         elastic.max(RESOLVED_SHARE * self.energy.total)
     }
 
-    /// The doubts about the deformation of a shape onto the average.
-    fn mismatched(&self, shape: usize) -> impl Iterator<Item = Doubt> + use<D> {
+    /// The doubts about the deformations onto the average, from the overlap and the distance of each.
+    fn mismatched<'a>(
+        &self,
+        overlaps: &'a [f64],
+        distances: &'a [Option<Hausdorff>],
+    ) -> impl Iterator<Item = Doubt> + use<'a, D> {
         let spacing = self.average.grid().spacing();
-        let dice = self.dice[shape];
-        // Without a boundary, the overlap alone decides.
-        let [mean, largest] = self.hausdorff[shape].map_or([f64::INFINITY, 0.0], |distance| {
-            [distance.mean, distance.maximum].map(|d| d / spacing)
-        });
-        let doubts = [
-            Doubt::overlap(Cause::Overlap, dice, mean),
-            Doubt::check(Cause::BoundaryDistance, largest),
-        ];
-        doubts.into_iter().flatten()
+        let measured = overlaps.iter().zip(distances).enumerate();
+        measured.flat_map(move |(shape, (dice, distance))| {
+            // Without a boundary, the overlap alone decides.
+            let [mean, largest] = distance.map_or([f64::INFINITY, 0.0], |distance| {
+                [distance.mean, distance.maximum].map(|d| d / spacing)
+            });
+            let doubts = [
+                Doubt::overlap(Cause::Overlap, *dice, mean),
+                Doubt::check(Cause::BoundaryDistance, largest),
+            ];
+            let doubts = doubts.into_iter().flatten();
+            doubts.map(move |doubt| doubt.about(shape))
+        })
     }
 }
 

@@ -3,8 +3,11 @@
 //! ```text
 //! E = sum_i lambda_i W_i[phi_i] + (gamma / n) sum_i F[v o phi_i, v_i] + mu_L L[v].
 //! ```
+//!
+//! With several components `c` there are an average `v^c` and phase fields `v_i^c` of each. `F` and `L`
+//! are then sums over the components, while `W_i` is one energy, of the union of the components.
 
-use fe_grid::mutant;
+use fe_grid::{Distribution, mutant};
 use serde::Serialize;
 
 /// The terms of the functional, without their weights, and their weighted sum.
@@ -18,10 +21,13 @@ pub struct Energy {
     /// Elastic energy `W_i` of each shape. Those of shapes of weight zero, and their mismatch, do not
     /// enter the total.
     pub elastic: Vec<f64>,
-    /// Mismatch `F_i` of each shape.
+    /// Mismatch `F_i` of each shape, the sum of those of its components.
     pub mismatch: Vec<f64>,
-    /// Interface length `L` of the average.
+    /// Interface length `L` of the average, the sum of those of its components.
     pub length: f64,
+    /// The terms of every component; empty if there is one.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<ComponentEnergy>,
     /// Barrier against folding, which the minimiser adds to the functional: zero if all
     /// determinants exceed its onset.
     pub barrier: f64,
@@ -32,6 +38,15 @@ pub struct Energy {
     /// an arithmetic mean computed by L-BFGS; `None` elsewhere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remaining: Option<f64>,
+}
+
+/// The terms of one component, without their weights.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ComponentEnergy {
+    /// Mismatch of the component of each shape.
+    pub mismatch: Vec<f64>,
+    /// Interface length of the component of the average.
+    pub length: f64,
 }
 
 /// The weights of the terms.
@@ -60,29 +75,35 @@ impl Weights {
 }
 
 /// The terms of one shape.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ShapeTerms {
     /// Elastic energy.
     pub elastic: f64,
-    /// Mismatch.
-    pub mismatch: f64,
+    /// Mismatch of every component.
+    pub mismatch: Vec<f64>,
     /// Barrier against folding, including its weight.
     pub barrier: f64,
 }
 
 impl ShapeTerms {
-    /// The terms as numbers.
-    pub fn into_array(self) -> [f64; 3] {
-        [self.elastic, self.mismatch, self.barrier]
-    }
-
-    /// The inverse of [`Self::into_array`].
-    pub fn from_array([elastic, mismatch, barrier]: [f64; 3]) -> Self {
-        Self {
-            elastic,
-            mismatch,
-            barrier,
+    /// The terms of all processes, given those of the shapes of this one. Collective.
+    pub fn share(own: &[Self], n_components: usize, distribution: &Distribution) -> Vec<Self> {
+        let numbers: Vec<_> = own.iter().map(|t| [t.elastic, t.barrier]).collect();
+        let all = distribution.share(&numbers).into_iter();
+        let mut all: Vec<Self> = all
+            .map(|[elastic, barrier]| Self {
+                elastic,
+                mismatch: Vec::with_capacity(n_components),
+                barrier,
+            })
+            .collect();
+        for c in 0..n_components {
+            let numbers: Vec<_> = own.iter().map(|t| [t.mismatch[c]]).collect();
+            for (terms, [mismatch]) in all.iter_mut().zip(distribution.share(&numbers)) {
+                terms.mismatch.push(mismatch);
+            }
         }
+        all
     }
 }
 
@@ -92,9 +113,18 @@ impl Energy {
         self.total + self.barrier
     }
 
-    pub(crate) fn new(weights: &Weights, terms: &[ShapeTerms], length: f64) -> Self {
+    /// The energy of the terms of all shapes and the lengths of the components of the average.
+    pub(crate) fn new(weights: &Weights, terms: &[ShapeTerms], lengths: &[f64]) -> Self {
         let elastic: Vec<f64> = terms.iter().map(|t| t.elastic).collect();
-        let mismatch: Vec<f64> = terms.iter().map(|t| t.mismatch).collect();
+        let mismatch: Vec<f64> = terms.iter().map(|t| t.mismatch.iter().sum()).collect();
+        let length = lengths.iter().sum();
+        let of_component = |(c, length): (usize, &f64)| ComponentEnergy {
+            mismatch: terms.iter().map(|t| t.mismatch[c]).collect(),
+            length: *length,
+        };
+        let several = lengths.len() > 1;
+        let components = lengths.iter().enumerate().filter(|_| several);
+        let components = components.map(of_component).collect();
         let barrier = terms.iter().map(|t| t.barrier).sum();
         let sum = |terms: &[f64], weight: &dyn Fn(usize) -> f64| -> f64 {
             let weighted = terms.iter().enumerate().map(|(i, term)| weight(i) * term);
@@ -112,6 +142,7 @@ impl Energy {
             elastic,
             mismatch,
             length,
+            components,
             barrier,
             remaining: None,
         }

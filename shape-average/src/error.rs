@@ -13,6 +13,20 @@ pub enum AverageError {
         /// Index of the shape.
         index: usize,
     },
+    /// The signed distances of components are more or fewer than the shapes have.
+    #[error(
+        "{shapes} shapes of {components} components have {expected} signed distances of components, \
+         found {found}",
+        expected = shapes * components
+    )]
+    Components {
+        /// Number of shapes.
+        shapes: usize,
+        /// Number of components of each, at least one.
+        components: usize,
+        /// Number of signed distances found.
+        found: usize,
+    },
     /// The visibility masks do not fit the shapes.
     #[error("the weight of what was seen of shape {index} is {what}")]
     Masked {
@@ -96,4 +110,16 @@ pub enum AverageError {
     /// An error of the alignment.
     #[error(transparent)]
     Align(#[from] crate::align::AlignError),
+}
+
+impl AverageError {
+    /// The same error about another shape, where it is one about a shape.
+    pub(crate) fn of_shape(self, index: usize) -> Self {
+        match self {
+            Self::GridsDiffer { .. } => Self::GridsDiffer { index },
+            Self::NotFinite { node, .. } => Self::NotFinite { index, node },
+            Self::Degenerate { what, .. } => Self::Degenerate { index, what },
+            other => other,
+        }
+    }
 }

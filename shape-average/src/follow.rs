@@ -10,11 +10,13 @@
 //! the shape is deformed onto the average with a large elastic weight, which leads around folds, and
 //! from there on the finest level with smaller and smaller ones.
 
+use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::hierarchy::{LevelMinimiser, Levels, levels_of_visible, targets_of};
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean};
 use crate::result::AverageResult;
+use crate::shapes::{OwnShapes, Shapes};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
 use fe_grid::{Distribution, Field, ScalarField, mutant};
 use std::time::Instant;
@@ -27,7 +29,7 @@ const ELASTIC_WEIGHTS: [f64; 4] = [1.0, 0.2, 0.04, 0.01];
 /// The shapes of positive weight, with the parameters of their average.
 pub(crate) struct Leaders<const D: usize> {
     /// Signed distances.
-    pub distances: Vec<ScalarField<f64, D>>,
+    pub shapes: OwnShapes<D>,
     /// Visibility mask of each shape, or empty.
     pub seen: Vec<ScalarField<f64, D>>,
     /// Initial displacements, or empty.
@@ -40,18 +42,15 @@ pub(crate) struct Leaders<const D: usize> {
 impl<const D: usize> Leaders<D> {
     /// Selects the shapes whose weight is not zero.
     pub(crate) fn of(
-        signed_distances: &[Field<f64, D, 1>],
+        shapes: Shapes<'_, D>,
         seen: &[Field<f64, D, 1>],
         known: &[Field<f64, D, D>],
         params: &AverageParams,
     ) -> Self {
-        let n = signed_distances.len();
+        let n = shapes.len();
         let weights = params.resolved_weights(n);
         let leaders: Vec<usize> = (0..n).filter(|&i| weights[i] > 0.0).collect();
-        let of_leaders = |fields: &[ScalarField<f64, D>]| -> Vec<_> {
-            let found = leaders.iter().filter_map(|&i| fields.get(i));
-            found.cloned().collect()
-        };
+        let seen = leaders.iter().filter_map(|&i| seen.get(i));
         // Displacements that are not one per shape are passed on unchanged, so that the error is
         // reported.
         let known = if known.len() == n {
@@ -60,8 +59,8 @@ impl<const D: usize> Leaders<D> {
             known.to_vec()
         };
         Self {
-            distances: of_leaders(signed_distances),
-            seen: of_leaders(seen),
+            shapes: shapes.select(leaders.iter().copied(), Field::clone),
+            seen: seen.cloned().collect(),
             known,
             params: AverageParams {
                 weights: Some(leaders.iter().map(|&i| weights[i]).collect()),
@@ -80,20 +79,19 @@ impl<const D: usize> Leaders<D> {
 /// Those of [`average`](crate::average).
 pub(crate) fn with_followers<const D: usize>(
     result: AverageResult<D>,
-    signed_distances: &[Field<f64, D, 1>],
+    shapes: Shapes<'_, D>,
     seen: &[Field<f64, D, 1>],
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
-    let n = signed_distances.len();
+    let n = shapes.len();
     let weights = params.resolved_weights(n);
     let leads = |i: usize| weights[i] > 0.0;
     let grid = *result.average.grid();
     let on_grid = |d: &ScalarField<f64, D>| ScalarField::from_fn(grid, |x| d.sample(x));
-    let distances: Vec<_> = signed_distances.iter().map(on_grid).collect();
     let seen: Vec<_> = seen.iter().map(on_grid).collect();
-    let target = levelset::signed_distance(&result.average_indicator, 0.5)?;
+    let target = Goal::of(&result)?;
     let stopped = result
         .levels
         .last()
@@ -110,51 +108,82 @@ pub(crate) fn with_followers<const D: usize>(
         let (displacement, terms) = if stopped {
             (vec![0.0; D * grid.n_nodes()], Vec::new())
         } else {
-            let goal = Goal {
-                target: &target,
-                phase_field: &result.average,
-            };
-            follow(&distances[i], seen, &goal, params, observer)?
+            let own = shapes.select([i], on_grid);
+            follow(own.as_shapes(), seen, &target, params, observer)?
         };
         x.extend(displacement);
         followed.push((i, terms));
     }
+    let average = result.all_averages();
     let mut levels = result.levels;
     for (depth, level) in levels.iter_mut().rev().enumerate() {
         for (i, terms) in &followed {
-            let of_level = terms.len().checked_sub(depth + 1);
-            let [elastic, mismatch] = of_level.map_or([0.0; 2], |place| terms[place]);
-            level.energy.elastic.insert(*i, elastic);
-            level.energy.mismatch.insert(*i, mismatch);
+            let of_level = terms
+                .len()
+                .checked_sub(depth + 1)
+                .map(|place| &terms[place]);
+            insert(&mut level.energy, *i, of_level);
         }
     }
-    let shapes = LevelShapes::new(grid, &distances, params)?.with_visibility(seen);
-    let average = result.average.into_vec();
-    AverageResult::new(&distances, &weights, shapes, &x, average, levels, start)
+    let own = shapes.select(0..n, on_grid);
+    let level = LevelShapes::of_shapes(grid, own.as_shapes(), params)?.with_visibility(seen);
+    AverageResult::new(own.as_shapes(), &weights, level, &x, average, levels, start)
+}
+
+/// Inserts the terms of a shape, given by the energy of this shape alone, among those of others.
+fn insert(energy: &mut Energy, place: usize, own: Option<&Energy>) {
+    let first = |terms: &[f64]| terms.first().copied().unwrap_or(0.0);
+    let of = |terms: fn(&Energy) -> &[f64]| own.map_or(0.0, |own| first(terms(own)));
+    energy.elastic.insert(place, of(|own| &own.elastic));
+    energy.mismatch.insert(place, of(|own| &own.mismatch));
+    for (c, terms) in energy.components.iter_mut().enumerate() {
+        let own = own.and_then(|own| own.components.get(c));
+        let mismatch = own.map_or(0.0, |own| first(&own.mismatch));
+        terms.mismatch.insert(place, mismatch);
+    }
 }
 
 /// What a shape is deformed onto.
-struct Goal<'a, const D: usize> {
-    /// Signed distance, for the coarser levels.
-    target: &'a ScalarField<f64, D>,
-    /// Phase field of the finest level.
-    phase_field: &'a ScalarField<f64, D>,
+struct Goal<const D: usize> {
+    /// Signed distances of the whole average and of its components, for the coarser levels.
+    wholes: Vec<ScalarField<f64, D>>,
+    components: Vec<ScalarField<f64, D>>,
+    /// Phase fields of the finest level, one after the other.
+    phase_fields: Vec<f64>,
 }
 
-/// Computes the displacement that deforms a shape, given by its signed distance and its visibility
-/// mask if it has one, onto an average; with the elastic energy and the mismatch on every level,
-/// coarsest first.
+impl<const D: usize> Goal<D> {
+    fn of(result: &AverageResult<D>) -> Result<Self, AverageError> {
+        let distance = |indicator| levelset::signed_distance(indicator, 0.5);
+        let parts = result.components.iter().map(|c| &c.average_indicator);
+        Ok(Self {
+            wholes: vec![distance(&result.average_indicator)?],
+            components: parts.map(distance).collect::<Result<_, _>>()?,
+            phase_fields: result.all_averages(),
+        })
+    }
+
+    fn shape(&self) -> Result<Shapes<'_, D>, AverageError> {
+        match self.components.len() {
+            0 => Ok(Shapes::new(&self.wholes)),
+            n => Shapes::of_components(&self.wholes, &self.components, n),
+        }
+    }
+}
+
+/// Computes the displacement that deforms a shape, with its visibility mask if it has one, onto an
+/// average; with its energy on every level, coarsest first.
 fn follow<const D: usize>(
-    distance: &ScalarField<f64, D>,
+    shape: Shapes<'_, D>,
     seen: &[ScalarField<f64, D>],
-    goal: &Goal<'_, D>,
+    goal: &Goal<D>,
     params: &AverageParams,
     observer: &mut dyn Observer,
-) -> Result<(Vec<f64>, Vec<[f64; 2]>), AverageError> {
-    let size = D * distance.grid().n_nodes();
+) -> Result<(Vec<f64>, Vec<Energy>), AverageError> {
+    let size = D * shape.whole()[0].grid().n_nodes();
     let quiet = &mut crate::quiet::Quiet(observer);
     let alone = Distribution::alone(1);
-    let mut terms: Vec<[f64; 2]> = Vec::new();
+    let mut terms: Vec<Energy> = Vec::new();
     let mut displacement: Option<Vec<f64>> = None;
     for weight in ELASTIC_WEIGHTS {
         let own = AverageParams {
@@ -162,10 +191,10 @@ fn follow<const D: usize>(
             mean: Mean::Arithmetic,
             ..params.clone()
         };
-        let mut levels = levels_of_visible(std::slice::from_ref(distance), seen, &own, &alone)?;
-        let mut targets = targets_of(goal.target, &own)?;
+        let mut levels = levels_of_visible(shape, seen, &own, &alone)?;
+        let mut targets = targets_of(goal.shape()?, &own)?;
         if let Some(finest) = targets.last_mut() {
-            *finest = goal.phase_field.as_slice().to_vec();
+            finest.clone_from(&goal.phase_fields);
         }
         let start = if let Some(known) = displacement.take() {
             // The continuation stays on the finest level.
@@ -188,8 +217,7 @@ fn follow<const D: usize>(
         if solution.x.len() != size {
             return Ok((vec![0.0; size], Vec::new()));
         }
-        let reports = problem.reports.iter();
-        terms.extend(reports.map(|r| [r.energy.elastic[0], r.energy.mismatch[0]]));
+        terms.extend(problem.reports.into_iter().map(|report| report.energy));
         displacement = Some(solution.x.to_vec());
     }
     Ok((displacement.unwrap_or_else(|| vec![0.0; size]), terms))

@@ -35,8 +35,8 @@ const FORCING: f64 = 0.2;
 /// fifth, except where they follow directions of almost no curvature, in which the model says little.
 const MOST_ACTIONS: usize = 8;
 
-/// The average of a state, its nodal gradient, and its change in a direction (empty if it is
-/// prescribed).
+/// A component of the average of a state, its nodal gradient, and its change in a direction (empty if it
+/// is prescribed).
 struct Expansion<'a> {
     average: &'a [f64],
     gradient: Vec<f64>,
@@ -50,22 +50,30 @@ impl<const D: usize> SecondOrder for AverageObjective<D> {
         direction: &[f64],
         out: &mut [f64],
     ) -> Result<(), AverageError> {
-        let gradient = nodal_gradient(self.grid(), &self.average);
-        let change = if self.fixed {
-            Vec::new()
-        } else {
-            self.average_change(x, direction, &gradient)?
-        };
+        let grid = *self.grid();
+        let gradients = self.averages().map(|v| nodal_gradient(&grid, v));
+        let mut expansions = Vec::with_capacity(self.shapes.n_components());
+        for (c, gradient) in gradients.collect::<Vec<_>>().into_iter().enumerate() {
+            let change = if self.fixed {
+                Vec::new()
+            } else {
+                self.average_change(c, x, direction, &gradient)?
+            };
+            expansions.push((gradient, change));
+        }
         let dim = self.shape_dim();
         let this = &*self;
-        let change = Expansion {
-            average: &this.average,
-            gradient,
-            change,
-        };
+        let expansions = this.averages().zip(expansions);
+        let expansions: Vec<Expansion<'_>> = expansions
+            .map(|(average, (gradient, change))| Expansion {
+                average,
+                gradient,
+                change,
+            })
+            .collect();
         let apply = |(i, out): (usize, &mut [f64])| {
             let states = (shape(x, i, dim), shape(direction, i, dim));
-            this.shape_hessian(i, states, &change, out);
+            this.shape_hessian(i, states, &expansions, out);
         };
         let parts = out.chunks_exact_mut(dim).enumerate();
         if this.params.storage == Storage::Memory {
@@ -91,9 +99,10 @@ impl<const D: usize> AverageObjective<D> {
         remaining
     }
 
-    /// Computes the derivative of the average along a direction.
+    /// Computes the derivative of a component of the average along a direction.
     fn average_change(
         &mut self,
+        component: usize,
         x: &[f64],
         direction: &[f64],
         gradient: &[f64],
@@ -101,15 +110,13 @@ impl<const D: usize> AverageObjective<D> {
         let dim = self.shape_dim();
         let n = self.grid().n_nodes();
         let grid = self.grid();
-        let (rule, average) = (
-            self.mismatch_rule(1.0),
-            Interpolant::new(*grid, &self.average),
-        );
+        let average = &self.average[component * n..(component + 1) * n];
+        let (rule, average) = (self.mismatch_rule(1.0), Interpolant::new(*grid, average));
         let distribution = self.shapes.distribution();
         let shares = &self.weights.shares[distribution.own()];
         let mut loads: Vec<Vec<f64>> = Vec::with_capacity(shares.len());
         for (i, weight) in shares.iter().enumerate() {
-            let coefficients = self.shapes.match_coefficients(i);
+            let coefficients = self.shapes.match_coefficients(i, component);
             let variation = Variation {
                 source: Source {
                     displacement: shape(x, i, dim),
@@ -132,7 +139,7 @@ impl<const D: usize> AverageObjective<D> {
         // The matrix is half the second derivative.
         scale(-0.5, &mut load);
         let mut change = vec![0.0; n];
-        let (equations, scratch) = (&self.equations, &mut self.scratch);
+        let (equations, scratch) = (&self.equations[component], &mut self.scratch);
         self.average_iterations +=
             solve_equations(equations, &load, &mut change, CHANGE_TOLERANCE, scratch)?;
         Ok(change)
@@ -143,17 +150,24 @@ impl<const D: usize> AverageObjective<D> {
         &self,
         shape: usize,
         (displacement, direction): (&[f64], &[f64]),
-        change: &Expansion<'_>,
+        expansions: &[Expansion<'_>],
         out: &mut [f64],
     ) {
         let rule = self.mismatch_rule(self.share(shape));
         let states = (displacement, direction);
-        if self.shapes.seen().is_empty() {
-            self.mismatch_hessian(rule, shape, states, change, out);
-        } else {
-            self.mismatch_hessian(Masked(rule), shape, states, change, out);
-        }
         let mut image = vec![0.0; out.len()];
+        for (c, expansion) in expansions.iter().enumerate() {
+            let part = (c, expansion);
+            let own = if c == 0 { &mut *out } else { &mut image[..] };
+            if self.shapes.seen().is_empty() {
+                self.mismatch_hessian(rule, shape, states, part, own);
+            } else {
+                self.mismatch_hessian(Masked(rule), shape, states, part, own);
+            }
+            if c > 0 {
+                axpy(1.0, &image, out);
+            }
+        }
         let term = ElasticTerm {
             law: &self.law,
             indicator: self.shapes.indicators[shape].as_slice(),
@@ -177,11 +191,11 @@ impl<const D: usize> AverageObjective<D> {
         density: F,
         shape: usize,
         (displacement, direction): (&[f64], &[f64]),
-        change: &Expansion<'_>,
+        (component, change): (usize, &Expansion<'_>),
         out: &mut [f64],
     ) {
         let grid = *self.grid();
-        let coefficients = self.shapes.match_coefficients(shape);
+        let coefficients = self.shapes.match_coefficients(shape, component);
         let data = Data {
             coefficients: &coefficients,
             cells: &[],

@@ -9,6 +9,7 @@ use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Solver};
 use crate::reached::Reached;
 use crate::result::{LevelReport, certificates};
+use crate::shapes::Shapes;
 use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
 };
@@ -114,14 +115,22 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
     }
 }
 
-/// Computes the phase fields of a shape on all levels, coarsest first, as targets for other shapes.
+/// Computes the phase fields of a shape on all levels, coarsest first, as targets for other shapes: on
+/// every level those of all components, one after the other.
 pub(crate) fn targets_of<const D: usize>(
-    target: &Field<f64, D, 1>,
+    target: Shapes<'_, D>,
     params: &AverageParams,
 ) -> Result<Vec<Vec<f64>>, AverageError> {
-    let levels = levels_of(std::slice::from_ref(target), params)?;
-    let fields = levels.into_iter().flat_map(|level| level.phase_fields);
-    Ok(fields.map(Field::into_vec).collect())
+    let levels = levels_of(target, params)?.into_iter();
+    let of_level = |level: LevelShapes<D>| {
+        let fields: Vec<_> = level
+            .phase_fields
+            .into_iter()
+            .map(Field::into_vec)
+            .collect();
+        fields.concat()
+    };
+    Ok(levels.map(of_level).collect())
 }
 
 /// The levels of an average.
@@ -157,7 +166,7 @@ impl<'a, const D: usize> Levels<'a, D> {
             n_shapes: levels[0].n_shapes(),
             n_own: levels[0].n_own(),
             estimated: false,
-            average: vec![1.0; grids[0].n_nodes()],
+            average: vec![1.0; levels[0].n_components() * grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
             reports: Vec::new(),
@@ -220,33 +229,34 @@ impl<'a, const D: usize> Levels<'a, D> {
 
 /// Computes the shapes on all levels, coarsest first.
 pub(crate) fn levels_of<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
+    shapes: Shapes<'_, D>,
     params: &AverageParams,
 ) -> Result<Vec<LevelShapes<D>>, AverageError> {
-    let alone = Distribution::alone(signed_distances.len());
-    levels_of_visible(signed_distances, &[], params, &alone)
+    let alone = Distribution::alone(shapes.len());
+    levels_of_visible(shapes, &[], params, &alone)
 }
 
 /// Computes the shapes of this process, of all those given, with their visibility masks on all levels,
 /// coarsest first.
 pub(crate) fn levels_of_visible<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
+    shapes: Shapes<'_, D>,
     seen: &[Field<f64, D, 1>],
     params: &AverageParams,
     distribution: &Distribution,
 ) -> Result<Vec<LevelShapes<D>>, AverageError> {
-    let grids = signed_distances[0].grid().hierarchy(params.coarsest_nodes);
+    let grids = shapes.whole()[0].grid().hierarchy(params.coarsest_nodes);
     let mut levels = Vec::with_capacity(grids.len());
     let own = distribution.own();
-    let mut distances = signed_distances[own.clone()].to_vec();
+    let mut distances = shapes.select(own.clone(), Field::clone);
     let mut seen = seen.get(own).unwrap_or_default().to_vec();
     for (depth, grid) in grids.iter().enumerate().rev() {
         if depth + 1 < grids.len() {
             // Nodes of a coarse grid are nodes of the fine one, so the distances there are exact.
-            distances = distances.iter().map(|u| inject(grid, u)).collect();
+            distances.change(|u| inject(grid, u));
             seen = seen.iter().map(|w| inject(grid, w)).collect();
         }
-        let level = LevelShapes::new(*grid, &distances, params)?.with_visibility(seen.clone());
+        let level = LevelShapes::of_shapes(*grid, distances.as_shapes(), params)?;
+        let level = level.with_visibility(seen.clone());
         levels.push(level.distributed(distribution.clone()));
     }
     levels.reverse();
@@ -290,10 +300,13 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         parallel::for_each(parts.zip(x.chunks_exact(dim)), &|(finer, x)| {
             prolong_into(coarse, x, finer);
         });
-        let mut average = vec![0.0; fine.n_nodes()];
         if self.targets.is_none() {
-            prolong_into(coarse, &self.average, &mut average);
-            self.average = average;
+            let averages = self.average.chunks_exact(coarse.n_nodes());
+            let mut finer = vec![0.0; averages.len() * fine.n_nodes()];
+            for (average, finer) in averages.zip(finer.chunks_exact_mut(fine.n_nodes())) {
+                prolong_into(coarse, average, finer);
+            }
+            self.average = finer;
         }
         Ok(finer)
     }

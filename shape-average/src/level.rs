@@ -2,6 +2,7 @@
 
 use crate::error::AverageError;
 use crate::params::AverageParams;
+use crate::shapes::Shapes;
 use fe_grid::{Distribution, Field, Grid};
 use phasefield::{ElasticWeight, Profile};
 
@@ -10,11 +11,13 @@ use phasefield::{ElasticWeight, Profile};
 pub struct LevelShapes<const D: usize> {
     grid: Grid<D>,
     interface_width: f64,
-    /// Phase fields `v_i`.
+    /// Phase fields `v_i` of the shapes; of several components those of the first shape before those of the
+    /// second.
     pub phase_fields: Vec<Field<f64, D, 1>>,
-    /// Smooth indicators `chi_i`.
+    /// Smooth indicators `chi_i` of the whole shapes.
     pub indicators: Vec<Field<f64, D, 1>>,
     seen: Vec<Field<f64, D, 1>>,
+    n_components: usize,
     distribution: Distribution,
 }
 
@@ -28,22 +31,37 @@ impl<const D: usize> LevelShapes<D> {
         signed_distances: &[Field<f64, D, 1>],
         params: &AverageParams,
     ) -> Result<Self, AverageError> {
+        Self::of_shapes(grid, Shapes::new(signed_distances), params)
+    }
+
+    /// Computes the phase fields of all components, and the indicators of the whole shapes, from their
+    /// signed distances on their grid.
+    ///
+    /// # Errors
+    /// Those of the phase-field profiles.
+    pub fn of_shapes(
+        grid: Grid<D>,
+        shapes: Shapes<'_, D>,
+        params: &AverageParams,
+    ) -> Result<Self, AverageError> {
         let interface_width = params.interface_cells * grid.spacing();
         let profile = Profile::new(interface_width)?;
         let weight = ElasticWeight::new(interface_width, params.void_stiffness)?;
         Ok(Self {
             grid,
             interface_width,
-            phase_fields: signed_distances
-                .iter()
+            phase_fields: (0..shapes.len())
+                .flat_map(|i| shapes.components_of(i))
                 .map(|u| profile.phase_field(u))
                 .collect(),
-            indicators: signed_distances
+            indicators: shapes
+                .whole()
                 .iter()
                 .map(|u| weight.indicator_field(u))
                 .collect(),
             seen: Vec::new(),
-            distribution: Distribution::alone(signed_distances.len()),
+            n_components: shapes.n_components(),
+            distribution: Distribution::alone(shapes.len()),
         })
     }
 
@@ -57,14 +75,30 @@ impl<const D: usize> LevelShapes<D> {
         phase_fields: Vec<Field<f64, D, 1>>,
         indicators: Vec<Field<f64, D, 1>>,
     ) -> Self {
-        assert_eq!(phase_fields.len(), indicators.len());
+        Self::from_components(grid, interface_width, 1, phase_fields, indicators)
+    }
+
+    /// Creates shapes of this number of components from given phase fields, all of the first shape before
+    /// those of the second, and indicators of the whole shapes, on this grid.
+    ///
+    /// # Panics
+    /// If the number of phase fields is not that of the indicators times that of the components.
+    pub fn from_components(
+        grid: Grid<D>,
+        interface_width: f64,
+        n_components: usize,
+        phase_fields: Vec<Field<f64, D, 1>>,
+        indicators: Vec<Field<f64, D, 1>>,
+    ) -> Self {
+        assert_eq!(phase_fields.len(), n_components * indicators.len());
         Self {
             grid,
             interface_width,
-            distribution: Distribution::alone(phase_fields.len()),
+            distribution: Distribution::alone(indicators.len()),
             phase_fields,
             indicators,
             seen: Vec::new(),
+            n_components,
         }
     }
 
@@ -97,9 +131,10 @@ impl<const D: usize> LevelShapes<D> {
         &self.seen
     }
 
-    /// Returns the coefficients of the mismatch of a shape.
-    pub(crate) fn match_coefficients(&self, shape: usize) -> Vec<&[f64]> {
-        let mut fields = vec![self.phase_fields[shape].as_slice()];
+    /// Returns the coefficients of the mismatch of a component of a shape.
+    pub(crate) fn match_coefficients(&self, shape: usize, component: usize) -> Vec<&[f64]> {
+        let place = shape * self.n_components + component;
+        let mut fields = vec![self.phase_fields[place].as_slice()];
         fields.extend(self.seen.get(shape).map(Field::as_slice));
         fields
     }
@@ -121,7 +156,12 @@ impl<const D: usize> LevelShapes<D> {
 
     /// Returns the number of shapes of this process.
     pub fn n_own(&self) -> usize {
-        self.phase_fields.len()
+        self.indicators.len()
+    }
+
+    /// Returns the number of components of a shape.
+    pub fn n_components(&self) -> usize {
+        self.n_components
     }
 
     /// Returns the distribution of the shapes to processes.

@@ -15,7 +15,9 @@
 //! [`Solver`] selects one of the two algorithms. The minimiser adds a barrier that is zero unless a
 //! corner of a cell is close to folding ([`Energy::barrier`]). [`align`] aligns shapes rigidly
 //! beforehand; [`match_to`] deforms a new shape onto an average, [`average_of_visible`] averages
-//! partially visible shapes, and [`average_from`] continues from known deformations. [`Minima`] collects what
+//! partially visible shapes, and [`average_from`] continues from known deformations.
+//! [`average_of_components`] averages shapes of several components: one deformation of a shape moves all
+//! of them, each onto its own component of the average. [`Minima`] collects what
 //! minimisations from several [`starts`] end in.
 //!
 //! **Invariant:** the input is signed distances on a grid, the output is fields; no files are read
@@ -72,6 +74,7 @@ mod quiet;
 mod reached;
 mod result;
 mod rounds;
+mod shapes;
 mod solve;
 mod strain;
 mod stress;
@@ -85,7 +88,7 @@ pub use phasefield;
 
 pub use alternating::Alternating;
 pub use elastic::elastic_energy;
-pub use energy::Energy;
+pub use energy::{ComponentEnergy, Energy};
 pub use error::AverageError;
 pub use level::LevelShapes;
 pub use memory::{MemoryEstimate, memory_estimate};
@@ -94,9 +97,11 @@ pub use minima::{
 };
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
-pub use result::{AverageResult, LevelReport};
+pub use result::{AverageResult, ComponentResult, LevelReport};
+pub use shapes::Shapes;
 pub use solve::{
-    average, average_distributed, average_from, average_of_visible, average_on_levels, match_to,
+    average, average_distributed, average_from, average_of_components, average_of_visible,
+    average_on_levels, match_components_to, match_to,
 };
 pub use strain::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 pub use stress::cauchy_stress_at_nodes;

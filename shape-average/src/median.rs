@@ -18,6 +18,7 @@ use crate::params::{AverageParams, Mean};
 use crate::quiet::Quiet;
 use crate::reached::Reached;
 use crate::result::AverageResult;
+use crate::shapes::Shapes;
 use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::Observer;
 use fe_grid::{Assembly, Data, Field, GridError, mutant};
@@ -92,7 +93,7 @@ impl Roots {
 /// # Errors
 /// Those of the average.
 pub(crate) fn solve<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
+    shapes: Shapes<'_, D>,
     levels: Vec<LevelShapes<D>>,
     known: &[Field<f64, D, D>],
     params: &AverageParams,
@@ -111,14 +112,14 @@ pub(crate) fn solve<const D: usize>(
             .map(floors)
             .collect::<Result<Vec<_>, _>>()?
             .concat(),
-        weights: params.resolved_weights(signed_distances.len()),
-        mismatch: params.mismatch_weight / signed_distances.len() as f64,
+        weights: params.resolved_weights(shapes.len()),
+        mismatch: params.mismatch_weight / shapes.len() as f64,
     };
     let known: Vec<&[f64]> = known.iter().map(Field::as_slice).collect();
     let problem = Levels::new(levels.clone(), &arithmetic).from(known.clone());
     let plain = solve_levels(problem, &mut Quiet(observer))?;
     if plain.cancelled() {
-        return plain.into_result(signed_distances, start);
+        return plain.into_result(shapes, start);
     }
     let mut energies = roots.energies(&plain.energy());
     energies.sort_unstable_by(f64::total_cmp);
@@ -153,7 +154,7 @@ pub(crate) fn solve<const D: usize>(
         found = next;
     }
     let total = roots.total(&found.energy());
-    let result = found.into_result(signed_distances, start)?;
+    let result = found.into_result(shapes, start)?;
     Ok(result.map(|mut result| {
         result.energy.total = total;
         result.rounds = rounds;
@@ -182,21 +183,25 @@ fn floors<const D: usize>(shapes: &LevelShapes<D>) -> Result<Vec<f64>, GridError
     let density = LeastMismatch {
         interface_width: shapes.interface_width(),
     };
-    let floor = |i: usize| {
-        let coefficients = shapes.match_coefficients(i);
+    let of_component = |i: usize, c: usize| {
+        let coefficients = shapes.match_coefficients(i, c);
         let data = Data {
             coefficients: &coefficients,
             cells: &[],
         };
-        let field = Interpolant::new(grid, shapes.phase_fields[i].as_slice());
+        let field = Interpolant::new(grid, coefficients[0]);
         if shapes.seen().is_empty() {
             Assembly::new(grid, &Matching::new(density, field), data).value(&rest)
         } else {
             Assembly::new(grid, &Matching::new(Masked(density), field), data).value(&rest)
         }
     };
-    let own: Result<Vec<[f64; 1]>, _> =
-        (0..shapes.n_own()).map(|i| floor(i).map(|f| [f])).collect();
+    let components = 0..shapes.n_components();
+    let floor = |i: usize| {
+        let floors = components.clone().map(|c| of_component(i, c));
+        floors.sum::<Result<f64, _>>().map(|f| [f])
+    };
+    let own: Result<Vec<[f64; 1]>, _> = (0..shapes.n_own()).map(floor).collect();
     let all = shapes.distribution().share(&own?);
     Ok(all.into_flattened())
 }

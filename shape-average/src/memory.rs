@@ -44,15 +44,19 @@ pub struct MemoryEstimate {
 
 /// Estimates the memory of an average with the given finest grid, with as many threads as the present
 /// pool has; `partly_visible` is true if there are visibility masks
-/// ([`average_of_visible`](crate::average_of_visible)). Where the shapes are distributed to processes, it
+/// ([`average_of_visible`](crate::average_of_visible)), and shapes have `n_components` components. Where the shapes are distributed to processes, it
 /// is that of the first one, which collects the result.
 pub fn memory_estimate<const D: usize>(
     params: &AverageParams,
     distribution: &Distribution,
+    n_components: usize,
     partly_visible: bool,
     grid: &Grid<D>,
 ) -> MemoryEstimate {
     let all = distribution.n_parts() as u64;
+    let components = n_components as u64;
+    // Where there are several, the whole shapes are one more.
+    let parts = if n_components > 1 { components } else { 0 };
     let n = distribution.own().len() as u64;
     let sizes = Sizes::new(grid, distribution.own().len());
     let state = n * sizes.d * sizes.field;
@@ -62,8 +66,8 @@ pub fn memory_estimate<const D: usize>(
     let coarser = grid.coarser().map_or(0, |g| g.n_nodes() as u64 * DOUBLE);
     let seen = u64::from(partly_visible);
     // The signed distances are those of all shapes.
-    let shapes =
-        all * (1 + seen) * sizes.field + n * ((2 + seen) * sizes.field + (2 + seen) * coarser);
+    let shapes = all * (1 + parts + seen) * sizes.field
+        + n * (1 + components + seen) * (sizes.field + coarser);
     let metric = sizes.metric();
     // The part for common motions stores a cell and a position for every node.
     let common = n * (sizes.d + 1) * sizes.field * SINGLE / DOUBLE;
@@ -75,9 +79,9 @@ pub fn memory_estimate<const D: usize>(
         // The direction, the gradient and the trial state of one shape, and a spectral solve.
         (3 * sizes.d * sizes.field + 2 * sizes.field, 0, 0)
     };
-    // The average, four vectors of its solver and the diagonal.
-    let solver = 6 * sizes.field + if spilled && lbfgs { sizes.field } else { 0 };
-    let average = solver + sizes.equations();
+    // The average, four vectors of its solver and the diagonal; each component has its equations.
+    let copies = if spilled && lbfgs { 2 } else { 1 };
+    let average = (5 + copies * components) * sizes.field + components * sizes.equations();
     let (work_space, transfer) = match (lbfgs, spilled) {
         (false, _) => (0, 0),
         (true, false) => (
@@ -93,9 +97,9 @@ pub fn memory_estimate<const D: usize>(
     // Per shape the displacement, the signed distance and the pushed-forward distance, with the
     // masks; during an inversion, the points found. Of shapes of other processes the first collects the
     // displacements, the phase fields and the indicators.
-    let collected = (all - n) * (sizes.d + 2 + seen) * sizes.field;
-    let result =
-        all * (sizes.d + 2 + seen) * sizes.field + collected + sizes.at_once * 10 * sizes.field;
+    let collected = (all - n) * (sizes.d + 1 + components + seen) * sizes.field;
+    let measured = all * (sizes.d + 2 + 2 * parts + seen) * sizes.field;
+    let result = measured + collected + sizes.at_once * 10 * sizes.field;
     let vectors = minimiser + history + if spilled { metrics } else { 0 };
     let files = if spilled && lbfgs { state + vectors } else { 0 };
     let everything = shapes + state + minimiser + history + metrics + average + temporary;

@@ -27,7 +27,7 @@ pub(crate) struct ShapeMetric<const D: usize> {
 
 impl<const D: usize> ShapeMetric<D> {
     /// Computes the metric at a displacement, for given weights of the elastic energy and the
-    /// mismatch.
+    /// mismatch, and for the average, component by component.
     pub fn new(
         shapes: &LevelShapes<D>,
         shape: usize,
@@ -46,21 +46,33 @@ impl<const D: usize> ShapeMetric<D> {
             interface_width: shapes.interface_width(),
             scale: mismatch_weight,
         };
-        let mut coefficients = vec![shapes.indicators[shape].as_slice()];
-        coefficients.extend(shapes.match_coefficients(shape));
-        let data = Data {
-            coefficients: &coefficients,
-            cells: &[],
-        };
-        let average = Interpolant::new(grid, average);
-        let stiffness = [elastic_weight, void_stiffness];
-        let cells = if shapes.seen().is_empty() {
-            let probe = MetricProbe::new(stiffness, mismatch, average);
-            probe_cells(&grid, &probe, data, displacement)
-        } else {
-            let probe = MetricProbe::new(stiffness, Masked(mismatch), average);
-            probe_cells(&grid, &probe, data, displacement)
-        };
+        let mut cells: Vec<Vec<f32>> = Vec::new();
+        for (component, average) in average.chunks_exact(grid.n_nodes()).enumerate() {
+            let mut coefficients = vec![shapes.indicators[shape].as_slice()];
+            coefficients.extend(shapes.match_coefficients(shape, component));
+            let data = Data {
+                coefficients: &coefficients,
+                cells: &[],
+            };
+            let average = Interpolant::new(grid, average);
+            // The elastic part is in the data of the first component; the others add their mismatch.
+            let stiffness = if component == 0 { elastic_weight } else { 0.0 };
+            let stiffness = [stiffness, void_stiffness];
+            let own = if shapes.seen().is_empty() {
+                let probe = MetricProbe::new(stiffness, mismatch, average);
+                probe_cells(&grid, &probe, data, displacement)
+            } else {
+                let probe = MetricProbe::new(stiffness, Masked(mismatch), average);
+                probe_cells(&grid, &probe, data, displacement)
+            };
+            if component == 0 {
+                cells = own;
+                continue;
+            }
+            for (sum, term) in cells.iter_mut().flatten().zip(own.into_iter().flatten()) {
+                *sum += term;
+            }
+        }
         let moduli = params.law.moduli;
         let law = Corotational {
             moduli,

@@ -4,6 +4,8 @@
 //! solves the normal equations. The reduced functional `J(phi) = min_v E` depends on the
 //! deformations alone, and its derivative is the partial derivative of `E` at the minimiser
 //! (envelope theorem). Unknowns are the displacements of all shapes, one after the other.
+//!
+//! Of several components every one has its own average, eliminated by its own normal equations.
 
 mod minimised;
 
@@ -62,7 +64,7 @@ pub struct AverageObjective<const D: usize> {
     pub(crate) params: AverageParams,
     pub(crate) law: CompiledLaw<D>,
     pub(crate) weights: Weights,
-    /// The average `v`, also the initial guess of the next solve.
+    /// The average `v`, component by component, also the initial guess of the next solve.
     pub(crate) average: Vec<f64>,
     energy: Energy,
     metric: Metric<D>,
@@ -78,7 +80,8 @@ pub struct AverageObjective<const D: usize> {
     pub(crate) found_remaining: Option<f64>,
     /// Work space of the multigrid cycles of all shapes.
     work_space: WorkSpace<f32>,
-    pub(crate) equations: NormalEquations<D>,
+    /// The normal equations of every component of the average.
+    pub(crate) equations: Vec<NormalEquations<D>>,
     pub(crate) scratch: CgScratch,
     /// Number of evaluations of one shape's energy.
     pub(crate) shape_evaluations: usize,
@@ -103,13 +106,14 @@ compiled_once! {
 }
 
 impl<const D: usize> AverageObjective<D> {
-    /// Creates the functional for shapes on a level, with an initial guess of the average.
+    /// Creates the functional for shapes on a level, with an initial guess of the average, component by
+    /// component.
     ///
     /// # Errors
     /// [`LawError`] where there is no law with these parameters.
     ///
     /// # Panics
-    /// If the guess does not have one value per node.
+    /// If the guess does not have one value per node and component.
     pub fn new(
         shapes: LevelShapes<D>,
         params: &AverageParams,
@@ -124,14 +128,17 @@ impl<const D: usize> AverageObjective<D> {
         average: Vec<f64>,
     ) -> Result<Self, LawError> {
         let n = shapes.n_shapes();
-        assert_eq!(average.len(), shapes.grid().n_nodes());
+        let n_components = shapes.n_components();
+        assert_eq!(average.len(), n_components * shapes.grid().n_nodes());
         let weights = Weights {
             shapes: params.resolved_weights(n),
             shares: vec![1.0; n],
             mismatch: params.mismatch_weight / mutant!(n as f64, MismatchNotShared => 1.0),
             length: params.resolved_length_weight(),
         };
-        let equations = NormalEquations::new(*shapes.grid());
+        let equations = (0..n_components)
+            .map(|_| NormalEquations::new(*shapes.grid()))
+            .collect();
         Ok(Self {
             shapes,
             law: params.law.compile()?,
@@ -190,9 +197,14 @@ impl<const D: usize> AverageObjective<D> {
         &self.energy
     }
 
-    /// Returns the average of the last evaluation.
+    /// Returns the average of the last evaluation, component by component.
     pub fn average(&self) -> &[f64] {
         &self.average
+    }
+
+    /// Returns the components of the average.
+    pub(crate) fn averages(&self) -> impl Iterator<Item = &[f64]> {
+        self.average.chunks_exact(self.grid().n_nodes())
     }
 
     pub(crate) fn grid(&self) -> &Grid<D> {
@@ -248,36 +260,37 @@ impl<const D: usize> AverageObjective<D> {
             stiffness: self.weights.length * self.shapes.interface_width(),
             load: potential,
         };
-        let coefficients: Vec<Vec<&[f64]>> = (0..self.shapes.n_own())
-            .map(|i| self.shapes.match_coefficients(i))
-            .collect();
         let largest_share = self.weights.shares.iter().copied().fold(0.0, f64::max);
         let distributed = Some(DistributedSources {
             distribution: self.shapes.distribution(),
             moment: largest_share * self.weights.mismatch / self.shapes.interface_width()
                 * self.grid().cell_volume(),
         });
-        let sources: Vec<Source<'_, f64>> = x
-            .chunks_exact(self.shape_dim())
-            .zip(&coefficients)
-            .zip(&self.weights.shares[self.shapes.distribution().own()])
-            .map(|((displacement, coefficients), share)| Source {
-                displacement,
-                coefficients,
-                weight: *share,
-            })
-            .collect();
-        if self.shapes.seen().is_empty() {
-            self.equations
-                .assemble(&rule, &sources, background, distributed);
-        } else {
-            self.equations
-                .assemble(&Masked(rule), &sources, background, distributed);
+        let (n_nodes, dim) = (self.grid().n_nodes(), self.shape_dim());
+        let averages = self.average.chunks_exact_mut(n_nodes);
+        for (c, (average, equations)) in averages.zip(&mut self.equations).enumerate() {
+            let coefficients: Vec<Vec<&[f64]>> = (0..self.shapes.n_own())
+                .map(|i| self.shapes.match_coefficients(i, c))
+                .collect();
+            let sources: Vec<Source<'_, f64>> = x
+                .chunks_exact(dim)
+                .zip(&coefficients)
+                .zip(&self.weights.shares[self.shapes.distribution().own()])
+                .map(|((displacement, coefficients), share)| Source {
+                    displacement,
+                    coefficients,
+                    weight: *share,
+                })
+                .collect();
+            if self.shapes.seen().is_empty() {
+                equations.assemble(&rule, &sources, background, distributed);
+            } else {
+                equations.assemble(&Masked(rule), &sources, background, distributed);
+            }
+            let (load, scratch) = (equations.rhs(), &mut self.scratch);
+            self.average_iterations +=
+                solve_equations(equations, load, average, AVERAGE_TOLERANCE, scratch)?;
         }
-        let (equations, scratch) = (&self.equations, &mut self.scratch);
-        let (load, average) = (equations.rhs(), &mut self.average);
-        self.average_iterations +=
-            solve_equations(equations, load, average, AVERAGE_TOLERANCE, scratch)?;
         Ok(())
     }
 
@@ -322,11 +335,14 @@ impl<const D: usize> AverageObjective<D> {
             interface_width: self.shapes.interface_width(),
             scale: 1.0,
         };
-        let mismatch = if self.shapes.seen().is_empty() {
-            self.mismatch(density, shape, displacement, gradient)?
-        } else {
-            self.mismatch(Masked(density), shape, displacement, gradient)?
-        };
+        let mut mismatch = Vec::with_capacity(self.shapes.n_components());
+        for part in self.averages().enumerate() {
+            mismatch.push(if self.shapes.seen().is_empty() {
+                self.mismatch(density, shape, part, displacement, gradient)?
+            } else {
+                self.mismatch(Masked(density), shape, part, displacement, gradient)?
+            });
+        }
         let mut barrier = 0.0;
         if min_corner < BARRIER_ONSET {
             barrier = self
@@ -341,18 +357,19 @@ impl<const D: usize> AverageObjective<D> {
         }))
     }
 
-    /// Computes the mismatch of one shape from its density; adds the weighted gradient to
-    /// `gradient` unless that is empty.
+    /// Computes the mismatch of one component of a shape, with its number and its average, from its
+    /// density; adds the weighted gradient to `gradient` unless that is empty.
     fn mismatch<F: MatchDensity>(
         &self,
         density: F,
         shape: usize,
+        (component, average): (usize, &[f64]),
         displacement: &[f64],
         gradient: &mut [f64],
     ) -> Result<f64, GridError> {
         let grid = *self.grid();
-        let law = Matching::new(density, Interpolant::new(grid, &self.average));
-        let coefficients = self.shapes.match_coefficients(shape);
+        let law = Matching::new(density, Interpolant::new(grid, average));
+        let coefficients = self.shapes.match_coefficients(shape, component);
         let data = Data {
             coefficients: &coefficients,
             cells: &[],
@@ -389,9 +406,9 @@ impl<const D: usize> AverageObjective<D> {
     }
 
     /// Returns the weighted energy of one shape.
-    pub(crate) fn weigh(&self, shape: usize, terms: ShapeTerms) -> f64 {
+    pub(crate) fn weigh(&self, shape: usize, terms: &ShapeTerms) -> f64 {
         self.elastic_weight(shape) * terms.elastic
-            + self.mismatch_weight(shape) * terms.mismatch
+            + self.mismatch_weight(shape) * terms.mismatch.iter().sum::<f64>()
             + terms.barrier
     }
 
@@ -449,12 +466,13 @@ impl<const D: usize> AverageObjective<D> {
         }
     }
 
-    /// Returns the interface length of the present average.
-    pub(crate) fn length(&self) -> f64 {
+    /// Returns the interface lengths of the components of the present average.
+    pub(crate) fn lengths(&self) -> Vec<f64> {
         let length = InterfaceLength {
             interface_width: self.shapes.interface_width(),
         };
-        length.of(self.grid(), &self.average)
+        let of = |average| length.of(self.grid(), average);
+        self.averages().map(of).collect()
     }
 
     /// Solves for the average and computes all terms; the gradient overwrites `gradient` unless
@@ -500,11 +518,9 @@ impl<const D: usize> AverageObjective<D> {
         if !distribution.all(terms.is_some()) {
             return Ok(Evaluation::Inadmissible);
         }
-        let own = terms.unwrap_or_default().into_iter();
-        let own: Vec<[f64; 3]> = own.map(ShapeTerms::into_array).collect();
-        let terms = distribution.share(&own).into_iter();
-        let terms: Vec<ShapeTerms> = terms.map(ShapeTerms::from_array).collect();
-        self.energy = Energy::new(&self.weights, &terms, self.length());
+        let own = terms.unwrap_or_default();
+        let terms = ShapeTerms::share(&own, self.shapes.n_components(), &distribution);
+        self.energy = Energy::new(&self.weights, &terms, &self.lengths());
         Ok(Evaluation::Value(self.energy.objective()))
     }
 }

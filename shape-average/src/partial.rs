@@ -40,6 +40,6 @@ impl<const D: usize> AverageObjective<D> {
             };
             terms.push(of_shape);
         }
-        Ok(Some(Energy::new(self.weights(), &terms, self.length())))
+        Ok(Some(Energy::new(self.weights(), &terms, &self.lengths())))
     }
 }

@@ -4,6 +4,7 @@ use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
 use crate::result::{AverageResult, LevelReport};
+use crate::shapes::Shapes;
 use fe_grid::minimise::Status;
 use fe_grid::{Buffer, Distribution, Field};
 use std::time::Instant;
@@ -14,7 +15,7 @@ pub(crate) struct Reached<const D: usize> {
     pub shapes: LevelShapes<D>,
     /// Their displacements.
     pub x: Buffer<f64>,
-    /// The average.
+    /// The average, component by component.
     pub average: Vec<f64>,
     pub reports: Vec<LevelReport>,
     /// Weight of every shape in the vote on the average object.
@@ -46,7 +47,7 @@ impl<const D: usize> Reached<D> {
     /// Those of the measures.
     pub fn into_result(
         self,
-        signed_distances: &[Field<f64, D, 1>],
+        inputs: Shapes<'_, D>,
         start: Instant,
     ) -> Result<Option<AverageResult<D>>, AverageError> {
         let distribution = self.shapes.distribution().clone();
@@ -61,7 +62,7 @@ impl<const D: usize> Reached<D> {
             (shapes, Buffer::from(x))
         };
         let result = AverageResult::new(
-            signed_distances,
+            inputs,
             &self.votes,
             shapes,
             &x,
@@ -96,6 +97,7 @@ fn gathered<const D: usize>(
     else {
         return Ok(None);
     };
-    let all = LevelShapes::from_fields(grid, own.interface_width(), phase_fields, indicators);
+    let (width, components) = (own.interface_width(), own.n_components());
+    let all = LevelShapes::from_components(grid, width, components, phase_fields, indicators);
     Ok(Some(all.with_visibility(seen)))
 }

@@ -3,6 +3,7 @@
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
+use crate::shapes::Shapes;
 use fe_grid::minimise::{Evaluations, Status};
 use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify, parallel};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
@@ -36,12 +37,40 @@ pub struct LevelReport {
     pub seconds: f64,
 }
 
+/// A component of the average, for shapes of several components.
+#[derive(Clone, Debug, Serialize)]
+pub struct ComponentResult<const D: usize> {
+    /// Its phase field `v^c`.
+    #[serde(skip)]
+    pub average: ScalarField<f64, D>,
+    /// Indicator of its object, as [`AverageResult::average_mask`].
+    #[serde(skip)]
+    pub average_mask: ScalarField<f64, D>,
+    /// As [`AverageResult::average_indicator`], of the component.
+    #[serde(skip)]
+    pub average_indicator: ScalarField<f64, D>,
+    /// Signed distances of the component of every shape, pushed forward.
+    #[serde(skip)]
+    pub pushed: Vec<ScalarField<f64, D>>,
+    /// Dice overlap of the component of each pushed-forward shape with that of the average, on the visible
+    /// part of the shape.
+    pub dice: Vec<f64>,
+    /// Distance between their boundaries there; `None` if one of them has none there.
+    #[serde(skip)]
+    pub hausdorff: Vec<Option<Hausdorff>>,
+}
+
 /// The average of a number of shapes, on the finest level.
 #[derive(Clone, Debug, Serialize)]
 pub struct AverageResult<const D: usize> {
-    /// The average phase field `v`.
+    /// The average phase field `v`; of several components the least of their phase fields, which is small
+    /// on all of their boundaries.
     #[serde(skip)]
     pub average: ScalarField<f64, D>,
+    /// The components of the average; empty if there is one. All other masks, distances and overlaps are
+    /// those of the whole shapes.
+    #[serde(skip)]
+    pub components: Vec<ComponentResult<D>>,
     /// Indicator of the average object: 1 inside, 0 outside. It is the weighted majority of the
     /// indicators of the shapes, pushed forward by their deformations; in a median each weight is
     /// multiplied by the shape's share.
@@ -91,7 +120,7 @@ pub struct AverageResult<const D: usize> {
 
 impl<const D: usize> AverageResult<D> {
     pub(crate) fn new(
-        signed_distances: &[Field<f64, D, 1>],
+        inputs: Shapes<'_, D>,
         votes: &[f64],
         shapes: LevelShapes<D>,
         x: &[f64],
@@ -107,49 +136,70 @@ impl<const D: usize> AverageResult<D> {
             .collect();
         let displacements = displacements?;
         // A cancelled run ends on a coarser grid than that of the inputs.
-        let distances: Vec<ScalarField<f64, D>> = signed_distances
-            .iter()
-            .map(|d| ScalarField::from_fn(grid, |x| d.sample(x)))
-            .collect();
+        let distances = inputs.select(0..inputs.len(), |d| {
+            ScalarField::from_fn(grid, |x| d.sample(x))
+        });
+        let distances = distances.as_shapes();
         let far = -grid.extent().iter().fold(0.0f64, |a, &b| a.max(b));
         let seen = shapes.seen();
-        let pairs = parallel::map(displacements.iter().enumerate(), &|(i, u)| {
+        let moved = parallel::map(displacements.iter().enumerate(), &|(i, u)| {
             let inverse = InverseDeformation::new(u);
+            let push = |distance| inverse.push_forward(distance, far);
             // Outside the box, which is empty, the mask is one.
             let seen = seen.get(i).map(|seen| inverse.push_forward(seen, 1.0));
-            (inverse.push_forward(&distances[i], far), seen)
+            let parts: Vec<_> = distances.parts_of(i).iter().map(push).collect();
+            (push(&distances.whole()[i]), parts, seen)
         });
-        let (pushed, pushed_visibility): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
-        let pushed_visibility: Vec<_> = pushed_visibility.into_iter().flatten().collect();
-        let average_indicator = majority(&pushed, &pushed_visibility, votes)?;
-        let inside = |x: f64| if x > 0.5 { 1.0 } else { 0.0 };
-        let mask = average_indicator
-            .as_slice()
-            .iter()
-            .map(|&x| inside(x))
-            .collect();
-        let average_mask = ScalarField::from_vec(grid, mask)?;
-        let measures = parallel::try_map(pushed.iter().enumerate(), &|(i, d)| {
-            measure(d, &average_indicator, pushed_visibility.get(i))
-        });
-        let (dice, hausdorff) = measures?.into_iter().unzip();
+        let n_components = inputs.n_components();
+        let mut parts = vec![Vec::new(); if n_components > 1 { n_components } else { 0 }];
+        let (mut pushed, mut pushed_visibility) = (Vec::new(), Vec::new());
+        for (whole, of_shape, seen) in moved {
+            pushed.push(whole);
+            pushed_visibility.extend(seen);
+            for (of_component, part) in parts.iter_mut().zip(of_shape) {
+                of_component.push(part);
+            }
+        }
+        let whole = common_shape(&pushed, &pushed_visibility, votes)?;
+        let mut components = Vec::with_capacity(parts.len());
+        for (pushed, average) in parts.into_iter().zip(average.chunks_exact(grid.n_nodes())) {
+            let found = common_shape(&pushed, &pushed_visibility, votes)?;
+            components.push(ComponentResult {
+                average: ScalarField::from_vec(grid, average.to_vec())?,
+                average_mask: found.mask,
+                average_indicator: found.indicator,
+                pushed,
+                dice: found.dice,
+                hausdorff: found.hausdorff,
+            });
+        }
         Ok(Self {
-            average: ScalarField::from_vec(grid, average)?,
-            average_mask,
-            average_indicator,
+            average: ScalarField::from_vec(grid, least(average, grid.n_nodes()))?,
+            components,
+            average_mask: whole.mask,
+            average_indicator: whole.indicator,
             displacements,
             pushed,
             pushed_visibility,
             energy: levels.last().map(|l| l.energy.clone()).unwrap_or_default(),
             certificate: worst_certificate(&grid, x),
-            dice,
-            hausdorff,
+            dice: whole.dice,
+            hausdorff: whole.hausdorff,
             rounds: Vec::new(),
             status: overall_status(&levels),
             levels,
             shapes,
             seconds: start.elapsed().as_secs_f64(),
         })
+    }
+
+    /// Returns the phase fields of all components of the average, one after the other.
+    pub fn all_averages(&self) -> Vec<f64> {
+        if self.components.is_empty() {
+            return self.average.as_slice().to_vec();
+        }
+        let averages = self.components.iter().map(|c| c.average.as_slice());
+        averages.collect::<Vec<_>>().concat()
     }
 
     /// Returns the number of evaluations of one shape's energy on all levels.
@@ -167,6 +217,47 @@ impl<const D: usize> AverageResult<D> {
 const LEAST_VOTE: f64 = 1e-3;
 /// Threshold of the visibility mask above which a point counts as visible.
 const SEEN: f64 = 0.5;
+
+/// What pushed-forward shapes have in common, and how well they agree with it.
+struct Common<const D: usize> {
+    indicator: ScalarField<f64, D>,
+    mask: ScalarField<f64, D>,
+    dice: Vec<f64>,
+    hausdorff: Vec<Option<Hausdorff>>,
+}
+
+/// Computes the majority of pushed-forward shapes, and the distance of each from it.
+fn common_shape<const D: usize>(
+    pushed: &[ScalarField<f64, D>],
+    seen: &[ScalarField<f64, D>],
+    votes: &[f64],
+) -> Result<Common<D>, AverageError> {
+    let indicator = majority(pushed, seen, votes)?;
+    let inside = |x: &f64| if *x > 0.5 { 1.0 } else { 0.0 };
+    let mask = indicator.as_slice().iter().map(inside).collect();
+    let measures = parallel::try_map(pushed.iter().enumerate(), &|(i, d)| {
+        measure(d, &indicator, seen.get(i))
+    });
+    let (dice, hausdorff) = measures?.into_iter().unzip();
+    Ok(Common {
+        mask: ScalarField::from_vec(*indicator.grid(), mask)?,
+        indicator,
+        dice,
+        hausdorff,
+    })
+}
+
+/// The least of fields that follow each other, at every node.
+fn least(mut fields: Vec<f64>, n_nodes: usize) -> Vec<f64> {
+    let (first, others) = fields.split_at_mut(n_nodes);
+    for other in others.chunks_exact(n_nodes) {
+        for (least, value) in first.iter_mut().zip(other) {
+            *least = least.min(*value);
+        }
+    }
+    fields.truncate(n_nodes);
+    fields
+}
 
 /// Computes the weighted mean of the indicators of signed distances, each with a ramp one spacing
 /// wide, so that a tie of two shapes ends half way between their boundaries. At each point the

@@ -6,6 +6,7 @@ use crate::hierarchy::{Levels, levels_of, levels_of_visible, solve_levels, targe
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean, Solver};
 use crate::result::AverageResult;
+use crate::shapes::Shapes;
 use crate::together::Together;
 use fe_grid::communicator::{Alone, Communicator};
 use fe_grid::minimise::Observer;
@@ -75,13 +76,37 @@ fn average_from_in<const D: usize>(
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
+    average_of_components(Shapes::new(signed_distances), seen, known, params, observer)
+}
+
+/// Computes the average of shapes of one or several components, see [`Shapes`], as [`average_from`] does.
+///
+/// With several components `c` the functional is
+///
+/// ```text
+/// E = sum_i lambda_i int kappa_i W(D phi_i) + sum_c ( (gamma/n) sum_i F[v^c o phi_i, v_i^c] + mu_L L[v^c] )
+/// ```
+///
+/// with `kappa_i` the elastic weight of the union of a shape's components: one deformation moves all of
+/// them, and each has an average of its own. A visibility mask hides parts of all components of a shape.
+///
+/// # Errors
+/// As [`average_from`].
+pub fn average_of_components<const D: usize>(
+    shapes: Shapes<'_, D>,
+    seen: &[Field<f64, D, 1>],
+    start: &[Field<f64, D, D>],
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
     let alone: Arc<dyn Communicator> = Arc::new(Alone);
-    let found = average_distributed(alone, signed_distances, seen, known, params, observer);
-    of_first(found?)
+    of_first(average_distributed(
+        alone, shapes, seen, start, params, observer,
+    )?)
 }
 
 compiled_once! {
-    /// Computes the average, as [`average_from`] does, on several processes: each has some of the shapes,
+    /// Computes the average, as [`average_of_components`] does, on several processes: each has some of the shapes,
     /// and the first has the result; the others have `None`.
     ///
     /// All processes call this with the same arguments, but for the observer, of which that of the first is
@@ -89,11 +114,11 @@ compiled_once! {
     /// on the first.
     ///
     /// # Errors
-    /// As [`average_from`], and [`AverageError::Distributed`] where there are several processes and the
+    /// As [`average_of_components`], and [`AverageError::Distributed`] where there are several processes and the
     /// solver is [`Solver::Descent`].
     pub fn average_distributed<'a, D>(
         communicator: Arc<dyn Communicator>,
-        signed_distances: &'a [Field<f64, D, 1>],
+        shapes: Shapes<'a, D>,
         seen: &'a [Field<f64, D, 1>],
         start: &'a [Field<f64, D, D>],
         params: &'a AverageParams,
@@ -103,55 +128,47 @@ compiled_once! {
 
 fn average_distributed_in<const D: usize>(
     communicator: Arc<dyn Communicator>,
-    signed_distances: &[Field<f64, D, 1>],
+    shapes: Shapes<'_, D>,
     seen: &[Field<f64, D, 1>],
     known: &[Field<f64, D, D>],
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<Option<AverageResult<D>>, AverageError> {
-    check(signed_distances, params)?;
+    check(shapes, params)?;
     let processes = communicator.size();
     if processes > 1 && params.solver == Solver::Descent {
         let what = "gradient descent";
         return Err(AverageError::Distributed { what, processes });
     }
-    check_visibility(signed_distances, seen)?;
+    check_visibility(shapes, seen)?;
     let start = Instant::now();
-    let weights = params.resolved_weights(signed_distances.len());
+    let weights = params.resolved_weights(shapes.len());
     if weights.contains(&0.0) {
-        let led = Leaders::of(signed_distances, seen, known, params);
-        let (distances, own) = (&led.distances, &led.params);
+        let led = Leaders::of(shapes, seen, known, params);
         let found = average_distributed_in(
             communicator,
-            distances,
+            led.shapes.as_shapes(),
             &led.seen,
             &led.known,
-            own,
+            &led.params,
             observer,
         )?;
-        let follow = |own| with_followers(own, signed_distances, seen, params, start, observer);
+        let follow = |own| with_followers(own, shapes, seen, params, start, observer);
         return found.map(follow).transpose();
     }
-    let distribution = Distribution::over(communicator, signed_distances.len());
-    let mut levels = levels_of_visible(signed_distances, seen, params, &distribution)?;
+    let distribution = Distribution::over(communicator, shapes.len());
+    let mut levels = levels_of_visible(shapes, seen, params, &distribution)?;
     let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
-    levels.drain(..first_level(&grids, signed_distances.len(), known)?);
+    levels.drain(..first_level(&grids, shapes.len(), known)?);
     let known = known.get(distribution.own()).unwrap_or_default();
     if distribution.is_alone() {
-        return solve(signed_distances, levels, known, params, start, observer);
+        return solve(shapes, levels, known, params, start, observer);
     }
     let mut together = Together {
         observer,
         distribution,
     };
-    solve(
-        signed_distances,
-        levels,
-        known,
-        params,
-        start,
-        &mut together,
-    )
+    solve(shapes, levels, known, params, start, &mut together)
 }
 
 /// The result of the only process.
@@ -215,19 +232,19 @@ fn average_on_levels_in<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
     let start = Instant::now();
-    let first = check(signed_distances, params)?;
-    let mut finer = Some(*first.grid());
-    for (level, shapes) in levels.iter().enumerate().rev() {
-        if Some(*shapes.grid()) != finer || shapes.n_shapes() != signed_distances.len() {
+    let shapes = Shapes::new(signed_distances);
+    let mut finer = Some(check(shapes, params)?);
+    for (level, own) in levels.iter().enumerate().rev() {
+        let fits = own.n_shapes() == shapes.len() && own.n_components() == 1;
+        if Some(*own.grid()) != finer || !fits {
             return Err(AverageError::Levels { level });
         }
-        finer = shapes.grid().coarser();
+        finer = own.grid().coarser();
     }
     if levels.is_empty() {
         return Err(AverageError::Levels { level: 0 });
     }
-    let found = solve(signed_distances, levels, &[], params, start, observer);
-    of_first(found?)
+    of_first(solve(shapes, levels, &[], params, start, observer)?)
 }
 
 compiled_once! {
@@ -257,65 +274,100 @@ fn match_to_in<const D: usize>(
     params: &AverageParams,
     observer: &mut dyn Observer,
 ) -> Result<AverageResult<D>, AverageError> {
+    let [shape, target] = [signed_distance, target].map(std::slice::from_ref);
+    let phase_field = std::slice::from_ref(target_phase_field);
+    let [shape, target] = [shape, target].map(Shapes::new);
+    match_components_to(shape, target, phase_field, params, observer)
+}
+
+compiled_once! {
+    /// Computes the deformation of a new shape of one or several components onto a fixed average, as
+    /// [`match_to`] does: `shape` and `target` are one shape each, and `target_phase_fields` are the phase
+    /// fields of the average's components.
+    ///
+    /// # Errors
+    /// As [`match_to`], and [`AverageError::Components`] where the shape and the average do not have the same
+    /// number of components, or are not one each.
+    pub fn match_components_to<'a, D>(
+        shape: Shapes<'a, D>,
+        target: Shapes<'a, D>,
+        target_phase_fields: &'a [Field<f64, D, 1>],
+        params: &'a AverageParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<AverageResult<D>, AverageError> = match_components_to_in;
+}
+
+fn match_components_to_in<const D: usize>(
+    shape: Shapes<'_, D>,
+    target: Shapes<'_, D>,
+    target_phase_fields: &[Field<f64, D, 1>],
+    params: &AverageParams,
+    observer: &mut dyn Observer,
+) -> Result<AverageResult<D>, AverageError> {
     let params = AverageParams {
         weights: None,
         mean: Mean::Arithmetic,
         ..params.clone()
     };
-    let shape = std::slice::from_ref(signed_distance);
-    check(&[signed_distance.clone(), target.clone()], &params)?;
-    if target_phase_field.grid() != signed_distance.grid() {
+    let n_components = shape.n_components();
+    for (shapes, components) in [
+        (shape.len(), n_components),
+        (target.len(), target.n_components()),
+        (1, target_phase_fields.len()),
+    ] {
+        if shapes != 1 || components != n_components {
+            return Err(AverageError::Components {
+                shapes: 1,
+                components: n_components,
+                found: shapes * components,
+            });
+        }
+    }
+    let grid = check(shape, &params)?;
+    let same = target.check().map(|other| other == grid);
+    let same = same.map_err(|error| error.of_shape(1))?;
+    if !same || target_phase_fields.iter().any(|v| *v.grid() != grid) {
         return Err(AverageError::GridsDiffer { index: 1 });
     }
     let start = Instant::now();
     let levels = levels_of(shape, &params)?;
     let mut targets = targets_of(target, &params)?;
     if let Some(finest) = targets.last_mut() {
-        *finest = target_phase_field.as_slice().to_vec();
+        let fields = target_phase_fields.iter().map(Field::as_slice);
+        *finest = fields.collect::<Vec<_>>().concat();
     }
     let problem = Levels::new(levels, &params).onto(targets).estimated();
     of_first(solve_levels(problem, observer)?.into_result(shape, start)?)
 }
 
-/// Checks all inputs and returns the first shape.
-fn check<'a, const D: usize>(
-    signed_distances: &'a [Field<f64, D, 1>],
+/// Checks all inputs and returns their grid.
+fn check<const D: usize>(
+    shapes: Shapes<'_, D>,
     params: &AverageParams,
-) -> Result<&'a Field<f64, D, 1>, AverageError> {
-    let first = signed_distances.first().ok_or(AverageError::NoShapes)?;
-    params.check(signed_distances.len())?;
-    params.law.compile::<D>()?;
-    for (index, shape) in signed_distances.iter().enumerate() {
-        if shape.grid() != first.grid() {
-            return Err(AverageError::GridsDiffer { index });
-        }
-        if let Some(node) = shape.as_slice().iter().position(|u| !u.is_finite()) {
-            return Err(AverageError::NotFinite { index, node });
-        }
-        let inside = shape.as_slice().iter().filter(|&&u| u > 0.0).count();
-        if inside == 0 || inside == shape.as_slice().len() {
-            let what = if inside == 0 { "empty" } else { "full" };
-            return Err(AverageError::Degenerate { index, what });
-        }
+) -> Result<Grid<D>, AverageError> {
+    if shapes.is_empty() {
+        return Err(AverageError::NoShapes);
     }
-    Ok(first)
+    params.check(shapes.len())?;
+    params.law.compile::<D>()?;
+    shapes.check()
 }
 
 /// Checks the visibility masks: none, or one per shape on the shapes' grid, with values between 0
 /// and 1, not all zero.
 fn check_visibility<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
+    shapes: Shapes<'_, D>,
     seen: &[Field<f64, D, 1>],
 ) -> Result<(), AverageError> {
-    if !seen.is_empty() && seen.len() != signed_distances.len() {
+    if !seen.is_empty() && seen.len() != shapes.len() {
         return Err(AverageError::Masked {
-            index: seen.len().min(signed_distances.len()),
+            index: seen.len().min(shapes.len()),
             what: "missing, or one too many",
         });
     }
     let wrong = |weight: &Field<f64, D, 1>| {
         let values = weight.as_slice();
-        if weight.grid() != signed_distances[0].grid() {
+        if weight.grid() != shapes.whole()[0].grid() {
             Some("on another grid than the shapes")
         } else if !values.iter().all(|w| (0.0..=1.0).contains(w)) {
             Some("not between 0 and 1")
@@ -333,7 +385,7 @@ fn check_visibility<const D: usize>(
 }
 
 fn solve<const D: usize>(
-    signed_distances: &[Field<f64, D, 1>],
+    shapes: Shapes<'_, D>,
     levels: Vec<LevelShapes<D>>,
     known: &[Field<f64, D, D>],
     params: &AverageParams,
@@ -341,9 +393,9 @@ fn solve<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Option<AverageResult<D>>, AverageError> {
     if params.mean != Mean::Arithmetic {
-        return crate::median::solve(signed_distances, levels, known, params, start, observer);
+        return crate::median::solve(shapes, levels, known, params, start, observer);
     }
     let known = known.iter().map(Field::as_slice).collect();
     let problem = Levels::new(levels, params).from(known).estimated();
-    solve_levels(problem, observer)?.into_result(signed_distances, start)
+    solve_levels(problem, observer)?.into_result(shapes, start)
 }

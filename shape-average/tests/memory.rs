@@ -75,7 +75,13 @@ fn measured<const D: usize>(
         let seen: Vec<_> = (0..views).map(half).collect();
         let result = average_of_visible(&inputs, &seen, params, &mut Silent).unwrap();
         let most = MOST.load(Ordering::Relaxed) - before;
-        let estimate = memory_estimate(params, &Distribution::alone(shapes), partly_visible, &grid);
+        let estimate = memory_estimate(
+            params,
+            &Distribution::alone(shapes),
+            1,
+            partly_visible,
+            &grid,
+        );
         (result, estimate.memory as f64 / most as f64)
     })
 }
@@ -158,7 +164,7 @@ fn files_save_memory_and_change_nothing() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     let grid = Grid::<3>::cube(33);
     let sizes = [&params, &spilled]
-        .map(|p| memory_estimate(p, &Distribution::alone(8), false, &grid).memory);
+        .map(|p| memory_estimate(p, &Distribution::alone(8), 1, false, &grid).memory);
     assert!(2 * sizes[1] < sizes[0], "{sizes:?}");
 }
 

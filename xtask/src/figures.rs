@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// The figures in the order of the page, with their options.
-const FIGURES: [(&str, &[&str]); 12] = [
+const FIGURES: [(&str, &[&str]); 13] = [
     ("weights", &[]),
     ("median", &["--grid", "65"]),
     (
@@ -26,6 +26,7 @@ const FIGURES: [(&str, &[&str]); 12] = [
         "inverse-model",
         &["--tolerance", "2e-5", "--max-iterations", "1000"],
     ),
+    ("components", &[]),
     ("pins", &[]),
     ("modes", &[]),
 ];

@@ -45,6 +45,34 @@ impl Paint<'_> {
     }
 }
 
+/// A surface with a colour at every vertex, or with none.
+#[derive(Clone, Copy, Debug)]
+pub struct PaintedSurface<'a> {
+    /// The surface.
+    pub surface: Surface<'a>,
+    /// Of every vertex; empty where the surface has one colour that its picture chooses.
+    pub colours: &'a [Colour],
+}
+
+impl<'a> PaintedSurface<'a> {
+    /// A surface without colours of its own.
+    pub fn plain(surface: Surface<'a>) -> Self {
+        Self {
+            surface,
+            colours: &[],
+        }
+    }
+
+    /// Its paint, with a colour for a surface that has none.
+    pub fn paint(&self, plain: Colour) -> Paint<'a> {
+        if self.colours.is_empty() {
+            Paint::Plain(plain)
+        } else {
+            Paint::Vertices(self.colours)
+        }
+    }
+}
+
 /// A ball that is shown as the largest disk of a tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {

@@ -84,6 +84,32 @@ impl Shape {
     }
 }
 
+/// Solid shapes as one, with the colour of each at all of its vertices; flat ones as all of their curves.
+pub fn joined(parts: &[(Shape, Colour)]) -> (Shape, Vec<Colour>) {
+    let (mut vertices, mut triangles, mut colours) = (Vec::new(), Vec::new(), Vec::new());
+    let mut curves = Vec::new();
+    for (part, colour) in parts {
+        curves.extend_from_slice(part.curves());
+        let (first, surface) = (vertices.len(), part.surface());
+        vertices.extend_from_slice(surface.vertices);
+        triangles.extend(
+            surface
+                .triangles
+                .iter()
+                .map(|t| t.map(|corner| first + corner)),
+        );
+        colours.resize(vertices.len(), solid(*colour));
+    }
+    if vertices.is_empty() {
+        return (Shape::Flat(curves), colours);
+    }
+    let shape = Shape::Solid {
+        vertices,
+        triangles,
+    };
+    (shape, colours)
+}
+
 /// A view of shapes of one dimension.
 #[derive(Clone, Copy, Debug)]
 pub enum Camera {
@@ -129,6 +155,24 @@ impl Camera {
             }
             Self::Solid(view, bounds, side) => {
                 let paint = Paint::Plain(solid(colour));
+                shape.surface().render(view, bounds, paint, side)
+            }
+        }
+    }
+
+    /// The components of a shape, each in its colour.
+    pub fn parts(&self, parts: &[(Shape, Colour)]) -> Canvas {
+        match *self {
+            Self::Flat(_) => {
+                let mut canvas = self.blank();
+                for (part, colour) in parts {
+                    self.draw_over(&mut canvas, part, *colour);
+                }
+                canvas
+            }
+            Self::Solid(view, bounds, side) => {
+                let (shape, colours) = joined(parts);
+                let paint = Paint::Vertices(&colours);
                 shape.surface().render(view, bounds, paint, side)
             }
         }

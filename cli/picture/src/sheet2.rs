@@ -15,6 +15,8 @@ pub struct ShapeTile<'a> {
     pub label: &'a str,
     /// Its boundary; the object consists of the points inside an odd number of these curves.
     pub outline: &'a [Curve],
+    /// The boundaries of its components, each in a colour of its own; none of a shape of one.
+    pub parts: &'a [Shape],
 }
 
 /// Everything in the picture of a flat average.
@@ -24,8 +26,8 @@ pub struct ContactSheet<'a> {
     pub inputs: &'a [ShapeTile<'a>],
     /// The average.
     pub average: ShapeTile<'a>,
-    /// The outlines of the inputs warped onto the average, in the order of the inputs.
-    pub warped: &'a [Shape],
+    /// The outlines of the inputs warped onto the average, each with the number of its colour.
+    pub warped: &'a [(Shape, usize)],
     /// Sides of the box in which all these lie.
     pub sides: [f64; 2],
 }
@@ -44,8 +46,11 @@ impl ContactSheet<'_> {
             let [x, y] = rows.corner(i, inner);
             let tile = self.tile([GAP + x, GAP + y], rows.tile);
             let line = (rows.tile as f32 / 150.0).clamp(1.2, 2.0);
-            tile.fill(&mut canvas, input.outline, mix(WHITE, colour(i), 0.28));
-            tile.category(&mut canvas, input.outline, line, i);
+            if input.parts.is_empty() {
+                tile.fill(&mut canvas, input.outline, mix(WHITE, colour(i), 0.28));
+                tile.category(&mut canvas, input.outline, line, i);
+            }
+            tile.parts(&mut canvas, input.parts, line);
             tile.finish(&mut canvas, input.label);
         }
         let y = GAP + rows.height();
@@ -53,11 +58,12 @@ impl ContactSheet<'_> {
         let average = self.tile([GAP, y], large);
         average.fill(&mut canvas, self.average.outline, fill);
         average.curves(&mut canvas, self.average.outline, 2.2, INK);
+        average.parts(&mut canvas, self.average.parts, 2.2);
         average.finish(&mut canvas, self.average.label);
         let over = self.tile([GAP + large + GAP, y], large);
         over.fill(&mut canvas, self.average.outline, mix(WHITE, INK, 0.10));
-        for (i, shape) in self.warped.iter().enumerate() {
-            over.category(&mut canvas, shape.curves(), 1.6, i);
+        for (shape, category) in self.warped {
+            over.category(&mut canvas, shape.curves(), 1.6, *category);
         }
         over.finish(&mut canvas, "inputs warped onto the average");
         canvas
@@ -103,6 +109,14 @@ impl Tile {
     fn curves(&self, canvas: &mut Canvas, curves: &[Curve], width: f32, colour: Colour) {
         for curve in curves {
             canvas.line(&self.pixels(curve), curve.closed, width, colour);
+        }
+    }
+
+    /// Fills the components of a shape, each in its colour.
+    fn parts(&self, canvas: &mut Canvas, parts: &[Shape], line: f32) {
+        for (category, part) in parts.iter().enumerate() {
+            self.fill(canvas, part.curves(), mix(WHITE, colour(category), 0.28));
+            self.category(canvas, part.curves(), line, category);
         }
     }
 
@@ -176,12 +190,14 @@ mod tests {
         ];
         let outlines: Vec<Outline> = which.iter().map(|&l| letter(l)).collect();
         let lines: Vec<_> = outlines.iter().map(curves).collect();
-        let warped: Vec<_> = lines.iter().cloned().map(Shape::Flat).collect();
+        let numbered = lines.iter().cloned().zip(0..);
+        let warped: Vec<_> = numbered.map(|(c, i)| (Shape::Flat(c), i)).collect();
         let names: Vec<String> = (0..9).map(|i| format!("letter_{i:03}.npy")).collect();
         let inputs: Vec<_> = (0..9)
             .map(|i| ShapeTile {
                 label: &names[i],
                 outline: &lines[i],
+                parts: &[],
             })
             .collect();
         let sheet = ContactSheet {
@@ -189,6 +205,7 @@ mod tests {
             average: ShapeTile {
                 label: "average",
                 outline: &lines[1],
+                parts: &[],
             },
             warped: &warped,
             sides: [1.0; 2],
@@ -223,6 +240,15 @@ mod tests {
         assert_eq!(lower, 2 * lost(rows.tile) + lost((WIDTH - 3 * GAP) / 2));
         // The stem of the average, and the space beside it.
         let [w, h] = canvas.size();
+        let parted = ContactSheet {
+            average: ShapeTile {
+                parts: &[Shape::Flat(lines[1].clone())],
+                ..sheet.average
+            },
+            ..sheet
+        };
+        let [red, _, blue] = parted.draw().pixel(w / 4 - 60, h - 240);
+        assert!((red - blue).abs() > 0.05, "{red} {blue}");
         assert!(canvas.pixel(w / 4 - 60, h - 240)[0] < 0.9);
         assert!(canvas.pixel(w / 4 - 200, h - 240)[0] == 1.0);
     }

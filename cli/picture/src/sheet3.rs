@@ -1,7 +1,7 @@
 //! The picture of an average in space: three large views of it over one view of each input.
 
 use super::film::place;
-use super::{Bounds, Canvas, Colour, GAP, LABEL, Paint, Rows, Surface, View, colour, solid};
+use super::{Bounds, Canvas, Colour, GAP, LABEL, PaintedSurface, Rows, View, colour, solid};
 
 const WIDTH: usize = 1080;
 const MOST_TILE: usize = 240;
@@ -10,13 +10,13 @@ const ELEVATION: f64 = 22.0;
 /// Warm stone: neutral between the inputs' colours.
 const STONE: Colour = [0.80, 0.77, 0.72];
 
-/// Everything in the picture of an average in space.
+/// Everything in the picture of an average in space. Shapes of one component have no colours of their own.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceSheet<'a> {
     /// The inputs with their names.
-    pub inputs: &'a [(&'a str, Surface<'a>)],
+    pub inputs: &'a [(&'a str, PaintedSurface<'a>)],
     /// The average.
-    pub average: Surface<'a>,
+    pub average: PaintedSurface<'a>,
 }
 
 impl SurfaceSheet<'_> {
@@ -28,7 +28,7 @@ impl SurfaceSheet<'_> {
         let rows = Rows::fill(self.inputs.len(), inner, MOST_TILE);
         let top = GAP + large + LABEL + GAP;
         let mut canvas = Canvas::new(WIDTH, top + rows.height());
-        let front = View::broadside(self.average, ELEVATION);
+        let front = View::broadside(self.average.surface, ELEVATION);
         let above = View {
             elevation: 78.0,
             ..front
@@ -40,18 +40,17 @@ impl SurfaceSheet<'_> {
         ];
         for (k, (view, label)) in views.into_iter().enumerate() {
             let corner = [GAP + k * (large + GAP), GAP];
-            let bounds = Bounds::around(view, [self.average]);
-            let picture = self
-                .average
-                .render(view, bounds, Paint::Plain(STONE), large);
+            let average = self.average.surface;
+            let bounds = Bounds::around(view, [average]);
+            let picture = average.render(view, bounds, self.average.paint(STONE), large);
             place(&mut canvas, &picture, corner, label);
         }
-        let inputs = self.inputs.iter().map(|(_, surface)| *surface);
+        let inputs = self.inputs.iter().map(|(_, painted)| painted.surface);
         let bounds = Bounds::around(front, inputs);
-        for (i, (label, surface)) in self.inputs.iter().enumerate() {
+        for (i, (label, painted)) in self.inputs.iter().enumerate() {
             let [x, y] = rows.corner(i, inner);
-            let paint = Paint::Plain(solid(colour(i)));
-            let picture = surface.render(front, bounds, paint, rows.tile);
+            let paint = painted.paint(solid(colour(i)));
+            let picture = painted.surface.render(front, bounds, paint, rows.tile);
             place(&mut canvas, &picture, [GAP + x, top + y], label);
         }
         canvas
@@ -60,6 +59,7 @@ impl SurfaceSheet<'_> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Surface;
     use super::super::mesh::tests::star_surface;
     use super::*;
 
@@ -80,10 +80,13 @@ mod tests {
                 triangles,
             })
             .collect();
-        let inputs: Vec<_> = surfaces[1..].iter().map(|s| ("blob.nii.gz", *s)).collect();
+        let inputs: Vec<_> = surfaces[1..]
+            .iter()
+            .map(|s| ("blob.nii.gz", PaintedSurface::plain(*s)))
+            .collect();
         let canvas = SurfaceSheet {
             inputs: &inputs,
-            average: surfaces[0],
+            average: PaintedSurface::plain(surfaces[0]),
         }
         .draw();
         if let Ok(folder) = std::env::var("SHAPESPACE_PICTURES") {

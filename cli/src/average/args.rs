@@ -61,6 +61,11 @@ pub struct AverageConfig {
     /// first].
     #[arg(long, value_name = "INPUT")]
     pub like: Option<PathBuf>,
+    /// Inputs are label images: every label but 0 is a component, which is deformed onto the component of
+    /// the same label of the average. One deformation moves all components of an input.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[arg(long)]
+    pub labels: bool,
     /// Visibility masks, one per input and of its size, bright where the input is visible; 'all'
     /// for an input that is completely visible. Elsewhere an input is not compared with the
     /// average.
@@ -174,6 +179,7 @@ impl AverageConfig {
             }
         }
         views::check(&self.valid, self.inputs.len())?;
+        self.check_labels()?;
         self.check_starts()?;
         let Some(side) = self.sweep else {
             return Ok(());
@@ -197,6 +203,25 @@ impl AverageConfig {
             value,
             remedy: remedy.into(),
         })
+    }
+
+    fn check_labels(&self) -> Result<(), CliError> {
+        let of_one_component = [
+            ("--label", self.masks.label.is_some()),
+            ("--invert", self.masks.invert),
+            ("--sweep", self.sweep.is_some()),
+            ("--error-bars", self.error_bars),
+            ("--starts", self.starts.is_some()),
+        ];
+        let refused = of_one_component.into_iter().find(|(_, is_set)| *is_set);
+        if let (true, Some((option, _))) = (self.labels, refused) {
+            return Err(CliError::Option {
+                option: "--labels",
+                value: format!("with {option}"),
+                remedy: "leave one of the two out".into(),
+            });
+        }
+        Ok(())
     }
 
     fn check_starts(&self) -> Result<(), CliError> {
@@ -230,6 +255,7 @@ impl AverageConfig {
             ("--align rigid", self.masks.align == Some(Align::Rigid)),
             ("--size equal", self.masks.size == Size::Equal),
             ("--label", self.masks.label.is_some()),
+            ("--labels", self.labels),
             ("--solver descent", self.params.solver != Solver::Lbfgs),
             ("--mean median", self.params.mean != Mean::Arithmetic),
             ("--valid", !self.valid.is_empty()),

@@ -21,30 +21,34 @@ use shapespace_input::memory;
 pub(super) fn provide<const D: usize>(
     params: &mut AverageParams,
     distribution: &Distribution,
+    n_components: usize,
     partly_visible: bool,
     grid: Grid<D>,
     run: &AverageRun,
     progress: &Progress,
 ) -> Result<MemoryEstimate, CliError> {
-    let mut estimate = memory_estimate(params, distribution, partly_visible, &grid);
+    let estimate = |params: &AverageParams| {
+        memory_estimate(params, distribution, n_components, partly_visible, &grid)
+    };
+    let mut needed = estimate(params);
     let free = || Some(memory::free()? / processes::on_this_machine());
     let limit = run.memory.or_else(free);
     if let Some(limit) = limit
-        && estimate.memory > limit
+        && needed.memory > limit
     {
         params.storage = Storage::Folder(folder(&run.common.output));
-        estimate = memory_estimate(params, distribution, partly_visible, &grid);
-        if estimate.memory > limit {
+        needed = estimate(params);
+        if needed.memory > limit {
             return Err(CliError::Memory {
                 limit,
-                needed: estimate.memory,
+                needed: needed.memory,
                 shapes: distribution.n_parts(),
                 nodes: in_words(&grid),
             });
         }
     }
-    progress.note(describe(&estimate, &params.storage));
-    Ok(estimate)
+    progress.note(describe(&needed, &params.storage));
+    Ok(needed)
 }
 
 fn describe(estimate: &MemoryEstimate, storage: &Storage) -> String {

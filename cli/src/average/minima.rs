@@ -35,7 +35,7 @@ pub(super) struct FoundMinima {
 }
 
 /// The shapes of an average, and where the usual start begins.
-pub(super) struct Shapes<'a, const D: usize> {
+pub(super) struct Starting<'a, const D: usize> {
     pub distances: &'a [ScalarField<f64, D>],
     pub visibility: &'a [ScalarField<f64, D>],
     pub known: Vec<Field<f64, D, D>>,
@@ -47,7 +47,7 @@ pub(super) struct Shapes<'a, const D: usize> {
 /// Those of averages and of checkpoints.
 pub(super) fn lowest_of<const D: usize>(
     n: usize,
-    shapes: Shapes<'_, D>,
+    shapes: Starting<'_, D>,
     params: &AverageParams,
     grids: &[Grid<D>],
     checkpointer: &mut Checkpointer<'_>,

@@ -3,10 +3,11 @@
 //! `args` are the options, `plan` reads and validates the inputs, `memory` estimates and limits the
 //! memory, `checkpoint` provides initial deformations, `record` and `write` write the result
 //! directory, `draw` its picture, `strain` the maps of its strains. `sweep` averages with many weights,
-//! `views` reads visibility masks, `minima` minimises from several starts, `error_bars` repeats averages on coarser grids, `joint` averages
+//! `views` reads visibility masks, `components` has shapes of several labels, `minima` minimises from several starts, `error_bars` repeats averages on coarser grids, `joint` averages
 //! grey images.
 
 mod args;
+mod components;
 mod draw;
 mod error_bars;
 mod joint;
@@ -22,7 +23,7 @@ mod write;
 
 use std::sync::Arc;
 
-use shape_average::{AverageParams, AverageResult, MemoryEstimate, average_distributed};
+use shape_average::{AverageParams, AverageResult, MemoryEstimate, Shapes, average_distributed};
 
 use crate::error::{CliError, Exit};
 use crate::history::HistoryPoint;
@@ -31,10 +32,11 @@ use crate::processes::need_one;
 use crate::session::{self, Command, PlanOf, Session};
 use crate::shapes::{Input, settle};
 use crate::summary::Summary;
+use components::Parts;
 use error_bars::{ErrorBars, error_bars};
 pub(crate) use joint::JointAverage;
 use memory::provide;
-use minima::{FoundMinima, Shapes, lowest_of};
+use minima::{FoundMinima, Starting, lowest_of};
 use plan::{AveragePlan, fingerprint, plan_average, plan_images};
 use shapespace_input::Image;
 use shapespace_input::dimension::Dim;
@@ -57,6 +59,8 @@ pub(crate) struct Average {
 /// The result of a computation.
 pub(crate) struct Outcome<const D: usize> {
     inputs: Vec<Input<D>>,
+    /// The components of the inputs, if there are several.
+    parts: Option<Parts<D>>,
     config: AverageConfig,
     result: AverageResult<D>,
     history: Vec<HistoryPoint>,
@@ -170,7 +174,9 @@ impl Average {
             ..config.params.clone()
         };
         let (n, partly) = (plan.placed.images.len(), !plan.views.is_empty());
-        let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
+        let (images, views) = (&plan.placed.images, &plan.views);
+        let fingerprint = fingerprint(&config, images, plan.parts.as_ref(), views);
+        let n_components = plan.parts.as_ref().map_or(1, |parts| parts.labels.len());
         let settled = settle(
             plan.placed,
             &plan.views,
@@ -182,6 +188,7 @@ impl Average {
         let memory = provide(
             &mut params,
             &shared,
+            n_components,
             partly,
             grid,
             &self.run,
@@ -193,9 +200,12 @@ impl Average {
         let mut checkpointer = session.checkpointer(fingerprint)?;
         let (mut inputs, mut distances) = settled.measure(&session.progress, &session.processes)?;
         compare_places(start, inputs.iter().map(|i| i.frame), &session.progress);
+        let parts = plan.parts.as_ref();
+        let parts = parts.map(|parts| Parts::new(parts, &mut inputs, &plan.views, grid));
+        let parts = parts.transpose()?;
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let (result, history, minima) = if let Some(starts) = config.starts {
-            let shapes = Shapes {
+            let shapes = Starting {
                 distances: &distances,
                 visibility: &visibility,
                 known,
@@ -206,9 +216,13 @@ impl Average {
             (Some(result), history, Some(found))
         } else {
             let mut watch = checkpointer.observe(session.observer(&grids));
+            let shapes = match &parts {
+                Some(parts) => Shapes::of_components(&distances, &parts.distances, n_components)?,
+                None => Shapes::new(&distances),
+            };
             let result = average_distributed(
                 Arc::clone(&session.processes),
-                &distances,
+                shapes,
                 &visibility,
                 &known,
                 &params,
@@ -227,6 +241,7 @@ impl Average {
         };
         Ok(Some(Outcome {
             inputs,
+            parts,
             config,
             result,
             history,

@@ -6,7 +6,7 @@ use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::options::resolve_law;
 use crate::progress::Progress;
-use crate::shapes::{Placed, VisibilityMask, input_like};
+use crate::shapes::{Components, Placed, VisibilityMask, input_like};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::{Image, Sources};
 
@@ -14,6 +14,8 @@ use shapespace_input::{Image, Sources};
 pub(crate) struct AveragePlan<const D: usize> {
     /// The masks in the unit box.
     pub(super) placed: Placed<D>,
+    /// The components of the masks, if there are several.
+    pub(super) parts: Option<Components<D>>,
     /// Visibility masks of the shapes.
     pub(super) views: Vec<Option<VisibilityMask<D>>>,
     /// The configuration with all defaults resolved.
@@ -30,7 +32,11 @@ pub(super) fn plan_average(
     progress: &Progress,
 ) -> Result<Dim<AveragePlan<2>, AveragePlan<3>>, CliError> {
     progress.stage(format!("reading {} masks", config.inputs.len()));
-    let images = sources.read_images(&config.inputs, &config.masks.reading())?;
+    let images = if config.labels {
+        sources.read_label_images(&config.inputs)?
+    } else {
+        sources.read_images(&config.inputs, &config.masks.reading())?
+    };
     Ok(per_dimension!(images, images => {
         plan_images(images, views::read(&config.valid, sources)?, config)?
     }))
@@ -46,6 +52,12 @@ pub(super) fn plan_images<const D: usize>(
     mut config: AverageConfig,
 ) -> Result<AveragePlan<D>, CliError> {
     resolve_law::<D>(&mut config.params.law)?;
+    let (images, parts) = if config.labels {
+        let (whole, parts) = Components::each(&images)?;
+        (whole, Some(parts).filter(|parts| parts.labels.len() > 1))
+    } else {
+        (images, None)
+    };
     let mut placed = Placed::new(images, &mut config.masks)?;
     placed.like = input_like(&config.inputs, config.like.as_deref())?;
     if config.sweep.is_none() {
@@ -55,6 +67,7 @@ pub(super) fn plan_images<const D: usize>(
     config.params.length_weight = Some(config.params.resolved_length_weight());
     Ok(AveragePlan {
         placed,
+        parts,
         views,
         config,
     })
@@ -64,8 +77,11 @@ pub(super) fn plan_images<const D: usize>(
 pub(super) fn fingerprint<const D: usize>(
     config: &AverageConfig,
     images: &[Image<D>],
+    parts: Option<&Components<D>>,
     views: &[Option<VisibilityMask<D>>],
 ) -> Fingerprint {
+    let parts = parts.into_iter().flat_map(Components::masks).map(hash);
     let views = views.iter().flatten().map(|mask| hash(&mask.image));
-    Fingerprint::new(config, images.iter().map(hash).chain(views).collect())
+    let images = images.iter().map(hash);
+    Fingerprint::new(config, images.chain(parts).chain(views).collect())
 }

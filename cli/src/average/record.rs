@@ -8,10 +8,11 @@ use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate, StrainRanges};
 
+use super::components::{ComponentRecord, labels_of, records};
 use super::error_bars::ErrorBars;
 use super::minima::FoundMinima;
 use super::{AverageConfig, Outcome};
-use crate::doubts::named;
+use crate::doubts::named_by_label;
 use crate::report::{self, overall};
 use crate::shapes::{InputRecord, SizeRecord, SurfaceRecord, common_scale, doubts_of};
 use crate::summary::Summary;
@@ -36,6 +37,9 @@ pub(super) struct Found<'a, const D: usize> {
     /// In the length units of each input.
     hausdorff_input_units: Vec<Distance>,
     average: SizeRecord,
+    /// With --labels, in the order of the labels.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub components: Vec<ComponentRecord<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<SurfaceRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -55,7 +59,7 @@ pub(super) struct Found<'a, const D: usize> {
 /// The distance between two boundaries, empty if one of them does not exist.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(untagged)]
-enum Distance {
+pub(super) enum Distance {
     Known(Hausdorff),
     Unknown {},
 }
@@ -77,12 +81,13 @@ pub(super) fn record<const D: usize>(
         evaluations: levels.iter().map(|l| l.evaluations.energies()).sum(),
         shape_evaluations: result.shape_evaluations(),
         mean_dice: result.mean_dice(),
-        hausdorff: distances(result, |_| 1.0),
-        hausdorff_input_units: distances(result, |i| inputs[i].scale()),
+        hausdorff: distances(&result.hausdorff, |_| 1.0),
+        hausdorff_input_units: distances(&result.hausdorff, |i| inputs[i].scale()),
         average: volume.map_or_else(
             |_| SizeRecord::default(),
             |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
         ),
+        components: records(outcome),
         surface,
         outline,
         strain,
@@ -104,13 +109,15 @@ pub(super) fn record<const D: usize>(
     let grid = result.average.grid();
     let mut doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();
     doubts.extend(outcome.minima.iter().flat_map(FoundMinima::doubts));
-    let doubts = named(&doubts, inputs.iter().map(|input| &*input.name));
+    let names = inputs.iter().map(|input| &*input.name);
+    let doubts = named_by_label(&doubts, names, labels_of(outcome));
     Record::new(status, Some(grid), &outcome.config, found, doubts, start)
         .of(inputs.iter().map(InputRecord::new).collect())
 }
 
-fn distances<const D: usize>(
-    result: &AverageResult<D>,
+/// Distances divided by the scales of their shapes.
+pub(super) fn distances(
+    found: &[Option<Hausdorff>],
     scale: impl Fn(usize) -> f64,
 ) -> Vec<Distance> {
     let of = |(i, distance): (usize, &Option<Hausdorff>)| match distance {
@@ -121,7 +128,7 @@ fn distances<const D: usize>(
         }),
         None => Distance::Unknown {},
     };
-    result.hausdorff.iter().enumerate().map(of).collect()
+    found.iter().enumerate().map(of).collect()
 }
 
 /// The summary of a result in this directory.
@@ -157,6 +164,9 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
             "overlap",
             format!("Dice {mean:.4} on average, {least:.4} at least ({path})"),
         );
+    }
+    for component in &found.components {
+        summary.line("", component.in_words());
     }
     summary.certificate(&found.result.certificate);
     if let Some(bars) = found.error_bars {

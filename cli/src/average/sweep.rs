@@ -83,7 +83,7 @@ impl Command for Sweep {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let config = plan.config;
-        let fingerprint = fingerprint(&config, &plan.placed.images, &plan.views);
+        let fingerprint = fingerprint(&config, &plan.placed.images, None, &plan.views);
         let mut checkpointer = session.checkpointer(fingerprint)?;
         let settled = settle(
             plan.placed,

@@ -6,6 +6,9 @@ use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::Outcome;
+use super::components::{
+    average_outlines, label_field, labels_of, write_components, write_phase_fields,
+};
 use super::draw::picture;
 use super::record::{record, summary};
 use super::strain::{self, Strains, write_maps};
@@ -44,8 +47,9 @@ pub(super) fn write_all<const D: usize>(
         strain::picture(&outcome.inputs, displacements, &strains)
     })?;
     let outline = average_outline(outcome)?;
+    let parts = average_outlines(outcome)?;
     directory.with_file("average.png", |path| {
-        let picture = picture(outcome, &outline)?.write_png(path);
+        let picture = picture(outcome, &outline, &parts)?.write_png(path);
         picture.map_err(|source| CliError::from(OutputError::at(path)(source)))
     })?;
     let extensions = ["stl", "ply", "vtp"];
@@ -53,6 +57,7 @@ pub(super) fn write_all<const D: usize>(
     let curves = write_curves(directory, "average_outline", &outcome.inputs, &outline)?;
     let grid = *outcome.result.average.grid();
     write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
+    write_components(directory, outcome, &outline, &parts)?;
     write_warps(directory, &outcome.inputs, &outcome.result.displacements)?;
     let volume = Moments::of_contour(&outline);
     let strains = strains.ranges();
@@ -94,7 +99,7 @@ fn write_arrays<const D: usize>(
     directory.array("average.npy", &result.average)?;
     directory.object("average_mask.npy", &result.average_mask, 0.5)?;
     directory.deformations("deformation", 0, &result.displacements)?;
-    directory.arrays("phasefield", 0, &shapes.phase_fields)?;
+    write_phase_fields(directory, outcome)?;
     let stiffness = outcome.config.params.void_stiffness;
     let weight = |indicator: &ScalarField<f64, D>| {
         let mut weight = indicator.clone();
@@ -105,12 +110,16 @@ fn write_arrays<const D: usize>(
     };
     let weights: Vec<_> = shapes.indicators.iter().map(weight).collect();
     directory.arrays("weight", 0, &weights)?;
+    let labels = (!labels_of(outcome).is_empty()).then(|| label_field(outcome));
     Ok(directory.with_file("average.vti", |path| {
-        VtiFile::new(*result.average.grid(), Precision::Single)
+        let mut file = VtiFile::new(*result.average.grid(), Precision::Single)
             .within(WorldFrame::of_inputs(&outcome.inputs))
             .field("average", &result.average)
-            .field("mask", &result.average_mask)
-            .fields("displacement", &result.displacements)
+            .field("mask", &result.average_mask);
+        if let Some(labels) = &labels {
+            file = file.field("labels", labels);
+        }
+        file.fields("displacement", &result.displacements)
             .write(path)
     })?)
 }

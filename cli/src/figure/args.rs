@@ -120,6 +120,8 @@ pub enum FigureName {
     MissingParts,
     /// A law compared with its inverse model.
     InverseModel,
+    /// Shapes as one component each, and as several labelled components.
+    Components,
     /// The mode of two shapes with pins at different places.
     Pins,
     /// Modes for both inner products, with and without the stress in the average, for both

@@ -117,6 +117,7 @@ fn shapes(figure: FigureName) -> Vec<Drawn> {
         }
         FigureName::LargeBends => named("cross", vec![cross([51.0, 51.0]), cross([-51.0, -51.0])]),
         FigureName::MissingParts => named("bar", vec![bar(180.0), bar(160.0), bar(150.0)]),
+        FigureName::Components => super::components::bars(),
         FigureName::Pins => named("pin", vec![pinned(0.25), pinned(0.75)]),
         FigureName::Modes => {
             let bends = [[20.0, 12.5], [20.0, -12.5], [-20.0, 12.5], [-20.0, -12.5]];

@@ -7,6 +7,7 @@
 mod args;
 mod averages;
 mod bends;
+mod components;
 mod drawn;
 mod force;
 mod inverse;
@@ -32,7 +33,7 @@ use crate::options::{CheckpointOption, resolve_law};
 use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{InputRecord, Placed, doubts_of, prepare};
+use crate::shapes::{Components, InputRecord, Placed, doubts_of, prepare};
 use crate::summary::Summary;
 use scene::Scene;
 use shapespace_input::Image;
@@ -51,6 +52,8 @@ struct Figure {
 /// The shapes of a figure.
 struct Plan<const D: usize> {
     placed: Placed<D>,
+    /// The components of the shapes, of the figure about these.
+    parts: Option<Components<D>>,
     config: FigureConfig,
     /// The built-in shapes, to be written to the folder `inputs`.
     drawn: Option<Vec<Image<D>>>,
@@ -95,7 +98,9 @@ impl Command for Figure {
             let folder = session.output.join("inputs");
             let images = drawn::images(self.name, config.masks.longest_side::<2>(DRAWN)?, &folder);
             let drawn = Some(images.clone());
-            return Plan::new(images, config, drawn).map(Dim::D2);
+            let parts = (self.name == FigureName::Components)
+                .then(|| components::parts(images[0].size[0], &folder));
+            return Plan::new(images, parts, config, drawn).map(Dim::D2);
         }
         let ([needed, most], found) = (self.name.counts(), config.inputs.len());
         if found < needed {
@@ -113,10 +118,17 @@ impl Command for Figure {
             });
         }
         session.progress.stage(format!("reading {found} masks"));
+        if self.name == FigureName::Components {
+            let images = session.sources.read_label_images(&config.inputs)?;
+            return Ok(per_dimension!(images, images => {
+                let (images, parts) = Components::each(&images)?;
+                Plan::new(images, Some(parts), config, None)?
+            }));
+        }
         let images = session
             .sources
             .read_images(&config.inputs, &config.masks.reading())?;
-        Ok(per_dimension!(images, images => Plan::new(images, config, None)?))
+        Ok(per_dimension!(images, images => Plan::new(images, None, config, None)?))
     }
 
     fn compute<const D: usize>(
@@ -125,9 +137,17 @@ impl Command for Figure {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let (inputs, distances) = prepare(plan.placed, &[], &session.progress, &session.processes)?;
+        let mut parts = Vec::new();
+        for (number, input) in inputs.iter().enumerate() {
+            if let Some(components) = &plan.parts {
+                parts.extend(components.distances(number, input, *distances[0].grid())?);
+            }
+        }
         let scene = Scene {
             names: inputs.iter().map(|input| input.name.clone()).collect(),
             distances,
+            labels: plan.parts.map(|parts| parts.labels).unwrap_or_default(),
+            parts,
             params: plan.config.params(),
             doubts: RefCell::new(doubts_of(&inputs)),
             session,
@@ -187,12 +207,14 @@ impl Command for Figure {
 impl<const D: usize> Plan<D> {
     fn new(
         images: Vec<Image<D>>,
+        parts: Option<Components<D>>,
         mut config: FigureConfig,
         drawn: Option<Vec<Image<D>>>,
     ) -> Result<Self, CliError> {
         resolve_law::<D>(&mut config.law)?;
         Ok(Self {
             placed: Placed::new(images, &mut config.masks)?,
+            parts,
             config,
             drawn,
         })
@@ -211,6 +233,7 @@ fn sheet<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet
         FigureName::LargeBends => bends::large_bends(scene),
         FigureName::MissingParts => missing::missing_parts(scene),
         FigureName::InverseModel => inverse::inverse_model(scene),
+        FigureName::Components => components::components(scene),
         FigureName::Pins => modes::pins(scene),
         FigureName::Modes => modes::modes(scene),
     }

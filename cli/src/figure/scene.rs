@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use fe_grid::transfer::inject_into;
 use fe_grid::{Grid, ScalarField};
 use levelset::{BoxEdge, Contour, Doubt, contour, hausdorff};
-use shape_average::{AverageError, AverageParams, AverageResult, average_of_visible};
+use shape_average::{AverageError, AverageParams, AverageResult, Shapes, average_of_components};
 
 use crate::error::CliError;
 use crate::session::Session;
@@ -16,6 +16,10 @@ pub(super) struct Scene<'a, const D: usize> {
     pub names: Vec<String>,
     /// Their signed distances.
     pub distances: Vec<ScalarField<f64, D>>,
+    /// The labels of their components, of the figure about these.
+    pub labels: Vec<i64>,
+    /// The signed distances of the components, all of the first shape before those of the second.
+    pub parts: Vec<ScalarField<f64, D>>,
     /// The parameters that a figure starts from.
     pub params: AverageParams,
     /// The doubts about the averages so far.
@@ -57,12 +61,35 @@ impl<const D: usize> Scene<'_, D> {
         visibility: &[ScalarField<f64, D>],
         change: impl FnOnce(&mut AverageParams),
     ) -> Result<AverageResult<D>, CliError> {
+        self.run(what, Shapes::new(distances), visibility, change)
+    }
+
+    /// The same for shapes of several components.
+    ///
+    /// # Errors
+    /// As [`Self::average`].
+    pub fn average_of_shapes(
+        &self,
+        what: &str,
+        shapes: Shapes<'_, D>,
+        change: impl FnOnce(&mut AverageParams),
+    ) -> Result<AverageResult<D>, CliError> {
+        self.run(what, shapes, &[], change)
+    }
+
+    fn run(
+        &self,
+        what: &str,
+        shapes: Shapes<'_, D>,
+        visibility: &[ScalarField<f64, D>],
+        change: impl FnOnce(&mut AverageParams),
+    ) -> Result<AverageResult<D>, CliError> {
         let mut params = self.params.clone();
         change(&mut params);
         self.session.progress.note(format!("{what}:"));
-        let grids = distances[0].grid().hierarchy(params.coarsest_nodes);
+        let grids = shapes.whole()[0].grid().hierarchy(params.coarsest_nodes);
         let mut watch = self.session.observer(&grids);
-        let result = average_of_visible(distances, visibility, &params, &mut watch)?;
+        let result = average_of_components(shapes, visibility, &[], &params, &mut watch)?;
         watch.finish();
         if self.session.interrupt.asked() {
             return Err(CliError::Stopped);

@@ -75,6 +75,18 @@ pub(crate) fn portraits<const D: usize>(shapes: &[(&Contour<D>, Colour)]) -> Vec
     })
 }
 
+/// Pictures of shapes at one scale, with the components of each in their colours.
+pub(crate) fn portraits_of_parts<const D: usize>(
+    shapes: &[(&Contour<D>, &[(Contour<D>, Colour)])],
+) -> Vec<Canvas> {
+    let outlines: Vec<Shape> = shapes.iter().map(|(whole, _)| Shape::of(whole)).collect();
+    let camera = camera::<D>(&outlines);
+    parallel::map(shapes, &|(_, parts)| {
+        let parts = parts.iter().map(|(part, hue)| (Shape::of(part), *hue));
+        camera.parts(&parts.collect::<Vec<_>>())
+    })
+}
+
 /// The view of an animation.
 fn camera<const D: usize>(outlines: &[Shape]) -> Camera {
     let side = SIDES[usize::from(D == 3)];

@@ -25,6 +25,8 @@ const SKEWED: f64 = 1e-5;
 pub enum Values<'a> {
     /// A mask.
     Mask(&'a [u8]),
+    /// A label a sample.
+    Labels(&'a [i32]),
     /// A number a sample.
     Numbers(&'a [f32]),
     /// Displacements in millimetres to the left, to the back and upwards, as ITK expects them.
@@ -36,6 +38,7 @@ impl Values<'_> {
     fn kind(&self) -> (i16, i16) {
         match self {
             Self::Mask(_) => (2, 8),
+            Self::Labels(_) => (8, 32),
             Self::Numbers(_) | Self::Displacements(_) => (16, 32),
         }
     }
@@ -43,6 +46,9 @@ impl Values<'_> {
     fn write(&self, writer: &mut impl Write) -> io::Result<()> {
         match self {
             Self::Mask(values) => writer.write_all(values),
+            Self::Labels(values) => values
+                .iter()
+                .try_for_each(|value| writer.write_all(&value.to_le_bytes())),
             Self::Numbers(values) => values
                 .iter()
                 .try_for_each(|value| writer.write_all(&value.to_le_bytes())),

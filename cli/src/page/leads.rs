@@ -48,6 +48,8 @@ const LEADS: &[Lead] = &[
             ("energy", "/energy/total", All),
             ("Dice, mean", "/mean_dice", All),
             ("Dice, least", "/dice/*", Least),
+            ("components", "/components/*", Count),
+            ("Dice of components, least", "/components/*/dice/*", Least),
             (
                 "Hausdorff distance in input units, most",
                 "/hausdorff_input_units/*/maximum",

@@ -7,6 +7,7 @@ use serde::Serialize;
 use shape_average::{AverageError, AverageObjective, LevelShapes};
 use shape_pca::{Average, BalanceReport, Balancing, PcaParams, push_forward};
 
+use super::components::follow;
 use super::draw::shown;
 use super::read::StoredAverage;
 use crate::error::CliError;
@@ -64,11 +65,11 @@ pub(super) fn balanced<const D: usize>(
     let mut fits = vec![fit(&stored.average, &objective(stored)?)?];
     let continued = report.changed();
     if continued {
+        follow(&mut stored.components, [&stored.average, &average]);
         stored.average = average;
         let objective = objective(stored)?;
         fits.push(fit(&stored.average, &objective)?);
-        let field = objective.average().to_vec();
-        stored.phase_field = ScalarField::from_vec(*stored.average.grid(), field)?;
+        take_average(stored, objective.average())?;
     }
     stored.phase_fields = Vec::new();
     Ok(Some(Continuation {
@@ -78,14 +79,36 @@ pub(super) fn balanced<const D: usize>(
     }))
 }
 
+/// Takes over the phase field of a continued average; of several components their least one.
+fn take_average<const D: usize>(
+    stored: &mut StoredAverage<D>,
+    fields: &[f64],
+) -> Result<(), CliError> {
+    let grid = *stored.average.grid();
+    let mut fields = fields.chunks_exact(grid.n_nodes());
+    let Some(first) = fields.clone().next() else {
+        return Ok(());
+    };
+    let mut least = first.to_vec();
+    for (component, field) in stored.components.iter_mut().zip(&mut fields) {
+        component.phase_field = ScalarField::from_vec(grid, field.to_vec())?;
+        for (least, value) in least.iter_mut().zip(field) {
+            *least = least.min(*value);
+        }
+    }
+    stored.phase_field = ScalarField::from_vec(grid, least)?;
+    Ok(())
+}
+
 /// The functional of an average, evaluated at its deformations.
 fn objective<const D: usize>(
     stored: &StoredAverage<D>,
 ) -> Result<AverageObjective<D>, AverageError> {
     let average = &stored.average;
-    let shapes = LevelShapes::from_fields(
+    let shapes = LevelShapes::from_components(
         *average.grid(),
         stored.params.interface_cells * average.grid().spacing(),
+        stored.components.len().max(1),
         stored.phase_fields.clone(),
         average.indicators().to_vec(),
     );
@@ -93,7 +116,12 @@ fn objective<const D: usize>(
         weights: Some(average.weights().to_vec()),
         ..stored.params.clone()
     };
-    let start = stored.phase_field.as_slice().to_vec();
+    let start = if stored.components.is_empty() {
+        stored.phase_field.as_slice().to_vec()
+    } else {
+        let fields = stored.components.iter().map(|c| c.phase_field.as_slice());
+        fields.collect::<Vec<_>>().concat()
+    };
     let mut objective = AverageObjective::new(shapes, &params, start)?;
     let all: Vec<f64> = average
         .displacements()

@@ -4,8 +4,9 @@ use fe_grid::VectorField;
 use levelset::Contour;
 use shape_pca::ModeSpace;
 
+use super::components::displaced;
 use crate::error::CliError;
-use crate::geodesic::draw::portraits;
+use crate::geodesic::draw::{portraits, portraits_of_parts};
 use shapespace_picture::{Canvas, Colour, Tiles, deviation};
 
 /// Most modes in the strip.
@@ -49,15 +50,33 @@ pub(super) fn displacement<const D: usize>(
 /// Modes that are drawn.
 pub(super) struct DrawnModes<'a, const D: usize> {
     pub average: &'a Contour<D>,
+    /// The boundaries of its components with their labels, each drawn in a colour of its own; none of a shape
+    /// of one, which has the colour of its score.
+    pub components: &'a [(i64, Contour<D>)],
     pub space: &'a ModeSpace<D>,
     /// In standard deviations.
     pub amplitude: f64,
 }
 
 impl<const D: usize> DrawnModes<'_, D> {
-    /// The shape with one score, `(1 - a sqrt Lambda_j y_j)(S)`.
-    fn shape(&self, j: usize, score: f64) -> Contour<D> {
-        moved(self.average, &displacement(self.space, j, score), -1.0)
+    /// Pictures of shapes with one score in a mode each, `(1 - a sqrt Lambda_j y_j)(S)`.
+    fn pictures(&self, scores: &[(usize, f64)]) -> Vec<Canvas> {
+        let moves = scores.iter().map(|&(j, score)| {
+            let u = displacement(self.space, j, score);
+            (
+                moved(self.average, &u, -1.0),
+                displaced(self.components, &u, -1.0),
+                score,
+            )
+        });
+        let moves: Vec<_> = moves.collect();
+        if self.components.is_empty() {
+            let one = |score: f64| deviation(score / self.amplitude);
+            let shapes = moves.iter().map(|(whole, _, score)| (whole, one(*score)));
+            return portraits(&shapes.collect::<Vec<(&Contour<D>, Colour)>>());
+        }
+        let shapes = moves.iter().map(|(whole, parts, _)| (whole, &parts[..]));
+        portraits_of_parts(&shapes.collect::<Vec<_>>())
     }
 
     /// Modes in rows: shapes at even scores, from one end to the other.
@@ -68,10 +87,7 @@ impl<const D: usize> DrawnModes<'_, D> {
         let mut names = Vec::new();
         for j in 0..rows {
             for i in 0..COLUMNS {
-                shapes.push((
-                    self.shape(j, score(i)),
-                    deviation(score(i) / self.amplitude),
-                ));
+                shapes.push((j, score(i)));
                 let ratio = self.space.eigenvalues[j] / self.space.eigenvalues[0];
                 names.push(if i == COLUMNS / 2 {
                     format!("mode {j}, ratio {ratio:.2}")
@@ -80,8 +96,7 @@ impl<const D: usize> DrawnModes<'_, D> {
                 });
             }
         }
-        let pairs: Vec<(&Contour<D>, Colour)> = shapes.iter().map(|(s, c)| (s, *c)).collect();
-        let pictures = portraits(&pairs);
+        let pictures = self.pictures(&shapes);
         let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
         Tiles {
             tiles: &tiles,
@@ -93,14 +108,9 @@ impl<const D: usize> DrawnModes<'_, D> {
 
     /// One mode in motion.
     pub fn animation(&self, j: usize) -> Vec<Canvas> {
-        let shapes: Vec<(Contour<D>, Colour)> = (0..FRAMES)
-            .map(|i| {
-                let share = 2.0 * i as f64 / (FRAMES - 1) as f64 - 1.0;
-                (self.shape(j, share * self.amplitude), deviation(share))
-            })
-            .collect();
-        let pairs: Vec<(&Contour<D>, Colour)> = shapes.iter().map(|(s, c)| (s, *c)).collect();
-        portraits(&pairs)
+        let share = |i: usize| 2.0 * i as f64 / (FRAMES - 1) as f64 - 1.0;
+        let scores = (0..FRAMES).map(|i| (j, share(i) * self.amplitude));
+        self.pictures(&scores.collect::<Vec<_>>())
     }
 }
 

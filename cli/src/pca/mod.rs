@@ -1,13 +1,14 @@
 //! `shapespace pca`, `shapespace synthesize` and `shapespace score`: modes of variation about an
 //! average, synthesis of shapes from scores, and scores of new shapes.
 //!
-//! `read` reads directories, `balance` continues averages, `command`, `synthesize` and `score` compute, `record` is the content
+//! `read` reads directories, `balance` continues averages, `components` has those of several labels, `command`, `synthesize` and `score` compute, `record` is the content
 //! of `result.json`, `procrustes` compares boundaries, `write`, `draw`, `images`, `tables` and
 //! `report` write the rest of the directory.
 
 mod args;
 mod balance;
 mod command;
+mod components;
 mod draw;
 mod images;
 mod map;

@@ -8,6 +8,9 @@ use shape_average::{AverageParams, Mean, Solver};
 use shape_pca::{Average, ModeSpace, PcaParams};
 
 use super::args::PcaConfig;
+use super::components::{
+    StoredComponent, StoredLabels, follow, phase_field_name, phase_field_names,
+};
 use crate::average::AverageConfig;
 use crate::doubts::DoubtRecord;
 use crate::error::CliError;
@@ -28,8 +31,10 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub phase_field: ScalarField<f64, D>,
     /// The average image, for averages of images.
     pub image: Option<ScalarField<f64, D>>,
-    /// The phase fields of its shapes; none for averages of images, medians, and shapes that are partly
-    /// hidden.
+    /// Its components; none of shapes of one.
+    pub components: Vec<StoredComponent<D>>,
+    /// The phase fields of its shapes, all components of the first before those of the second; none for
+    /// averages of images, medians, and shapes that are partly hidden.
     pub phase_fields: Vec<ScalarField<f64, D>>,
     /// Its parameters.
     pub params: AverageParams,
@@ -87,7 +92,7 @@ fn stored_average<const D: usize>(
     trust: bool,
 ) -> Result<StoredAverage<D>, CliError> {
     let unfit = |reason| unfit_average(directory, reason);
-    let record: Record<AverageConfig, (), D> = read_record(directory).map_err(unfit)?;
+    let record: Record<AverageConfig, StoredLabels, D> = read_record(directory).map_err(unfit)?;
     let config = record.parameters;
     let fields = ResultFields::new(directory, unfit_average, trust)?;
     let phase_field = fields.scalar::<D>(Path::new("average.npy"))?;
@@ -107,8 +112,10 @@ fn stored_average<const D: usize>(
     let complete =
         !config.joint && config.valid.is_empty() && config.params.mean == Mean::Arithmetic;
     let with_phase_fields = if complete { n } else { 0 };
-    let phase_fields = (0..with_phase_fields)
-        .map(|i| fields.numbered_scalar::<D>("phasefield", i))
+    let components: Vec<StoredComponent<D>> = record.body.read(&fields)?;
+    let names = (0..with_phase_fields).flat_map(|i| phase_field_names(i, components.len()));
+    let phase_fields = names
+        .map(|name| fields.scalar::<D>(Path::new(&name)))
         .collect::<Result<Vec<_>, _>>()?;
     for i in 0..n {
         displacements.push(fields.displacement(&grid, "deformation", i)?);
@@ -143,6 +150,7 @@ fn stored_average<const D: usize>(
         average: Average::new(displacements, indicators, weights)?,
         phase_field,
         image,
+        components,
         phase_fields,
         params,
         names: record
@@ -175,7 +183,12 @@ impl<const D: usize> StoredAverage<D> {
             .collect::<Result<Vec<_>, _>>()?;
         let indicators = self.average.indicators().to_vec();
         let weights = self.average.weights().to_vec();
-        self.average = Average::new(displacements, indicators, weights)?;
+        let continued = Average::new(displacements, indicators, weights)?;
+        follow(&mut self.components, [&self.average, &continued]);
+        for (c, component) in self.components.iter_mut().enumerate() {
+            component.phase_field = fields.scalar(Path::new(&phase_field_name(c)))?;
+        }
+        self.average = continued;
         self.phase_field = fields.scalar::<D>(Path::new("average.npy"))?;
         Ok(())
     }

@@ -25,6 +25,9 @@ pub(super) struct Analysis<'a> {
     average_sum: Option<String>,
     /// The shapes of the average.
     shapes: &'a [String],
+    /// The labels of their components, if there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    labels: Vec<i64>,
     pub n_shapes: usize,
     weights: &'a [f64],
     /// The material of the average.
@@ -109,6 +112,7 @@ pub(super) fn record<'a, const D: usize>(
     let found = Analysis {
         average_sum: stored.sums.digest(),
         shapes: &stored.names,
+        labels: stored.components.iter().map(|c| c.label).collect(),
         n_shapes: stored.average.n_shapes(),
         weights,
         law: params.law,

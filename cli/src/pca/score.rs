@@ -5,6 +5,7 @@
 //! displacement as for them, and its scores in the modes are computed.
 
 use std::path::Path;
+use std::slice;
 
 use fe_grid::minimise::{Memory, Observer};
 use fe_grid::{Grid, ScalarField, VectorField};
@@ -12,27 +13,30 @@ use levelset::{
     BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, signed_distance,
 };
 use shape_average::align::align_to;
-use shape_average::{AverageResult, match_to};
+use shape_average::{AverageResult, Shapes, match_components_to};
 use shape_pca::{Compound, Scores, Source};
 
 use super::args::ScoreConfig;
+use super::components::NewShapes;
 use super::draw::{moved, shown};
 use super::procrustes::{Procrustes, there_and_back};
 use super::read::{StoredPca, read_pca};
 use super::record::{Distances, Placements, ScoreRecord};
 use super::tables::{write_reconstruction, write_scores};
 use crate::checkpoint::Checkpointer;
-use crate::doubts::{named, of_source};
+use crate::doubts::{named_by_label, of_source};
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::portraits;
 use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{inspect_mask, inspect_resolution, labels, moved as moved_by, place_like};
+use crate::shapes::{
+    Components, Motion, inspect_mask, inspect_resolution, labels, moved as moved_by, place_like,
+};
 use crate::summary::Summary;
-use shapespace_input::dimension::per_dimension;
-use shapespace_input::frame::corner_in_unit_box;
+use shapespace_input::dimension::{Dim, per_dimension};
+use shapespace_input::frame::{FrameTransform, corner_in_unit_box};
 use shapespace_input::place::frame_like;
 use shapespace_input::{Image, ReadOptions};
 use shapespace_picture::{Canvas, Colour, INK, Tiles, colour};
@@ -48,6 +52,8 @@ pub(crate) struct Outcome<const D: usize> {
     /// The grid of the displacements.
     grid: Grid<D>,
     names: Vec<String>,
+    /// The labels of the components, if there are several.
+    labels: Vec<i64>,
     shapes: Vec<Measured<D>>,
     /// The doubt about the modes.
     source: Option<Doubt>,
@@ -69,6 +75,12 @@ struct Measured<const D: usize> {
     displacement: VectorField<f64, D>,
 }
 
+/// Where a new shape lies.
+struct Place<const D: usize> {
+    frame: FrameTransform<D>,
+    motion: Option<Motion<D>>,
+}
+
 /// The average as the target of new shapes.
 struct Target<'a, const D: usize> {
     stored: &'a StoredPca<D>,
@@ -76,6 +88,10 @@ struct Target<'a, const D: usize> {
     outline: Contour<D>,
     size: f64,
     distance: ScalarField<f64, D>,
+    /// Signed distances of its components; that of the whole where there is one.
+    parts: Vec<ScalarField<f64, D>>,
+    /// Their phase fields.
+    phase_fields: Vec<ScalarField<f64, D>>,
     /// On the grid of the rigid alignment, which is that of the unit box.
     coarse: ScalarField<f64, D>,
     align: Align,
@@ -83,7 +99,7 @@ struct Target<'a, const D: usize> {
 }
 
 impl Command for ScoreConfig {
-    type Plan<const D: usize> = (StoredPca<D>, Vec<Image<D>>);
+    type Plan<const D: usize> = (StoredPca<D>, NewShapes<D>);
     type Outcome<const D: usize> = Outcome<D>;
 
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
@@ -93,7 +109,16 @@ impl Command for ScoreConfig {
             label: self.label,
             invert: self.invert,
         };
-        let images = session.sources.read_images(&self.inputs, &options)?;
+        let labelled = match &stored {
+            Dim::D2(stored) => !stored.average.components.is_empty(),
+            Dim::D3(stored) => !stored.average.components.is_empty(),
+        };
+        let images = if labelled {
+            self.check_labelled()?;
+            session.sources.read_label_images(&self.inputs)?
+        } else {
+            session.sources.read_images(&self.inputs, &options)?
+        };
         let [own, new] = [stored.dimension(), images.dimension()];
         let unfit = || CliError::Option {
             option: "--pca",
@@ -105,19 +130,22 @@ impl Command for ScoreConfig {
         };
         Ok(per_dimension!(stored, stored => {
             let images = images.of_type().ok_or_else(unfit)?;
-            (stored, images)
+            let new = NewShapes::new(images, &stored.average.components)?;
+            (stored, new)
         }))
     }
 
     fn compute<const D: usize>(
         &self,
-        (stored, images): (StoredPca<D>, Vec<Image<D>>),
+        (stored, new): (StoredPca<D>, NewShapes<D>),
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         session.progress.stage("assembling the compound operator");
         let align = self.align.unwrap_or(stored.average.align);
         let size = self.size.unwrap_or(stored.average.size);
-        let hashes = images.iter().map(hash);
+        let images = &new.images;
+        let parts = new.parts.iter().flat_map(Components::masks);
+        let hashes = images.iter().chain(parts).map(hash);
         let mut fingerprint = Fingerprint::of_results(self, &[&self.pca])?.and(hashes);
         fingerprint.leave_out("pca");
         fingerprint.leave_out("average");
@@ -126,11 +154,12 @@ impl Command for ScoreConfig {
         let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
         let names = labels(&paths);
         let mut shapes = Vec::new();
-        for (image, name) in images.iter().zip(&names) {
+        for (number, (image, name)) in images.iter().zip(&names).enumerate() {
             session
                 .progress
                 .stage(format!("deforming '{name}' onto the average"));
-            shapes.push(target.measure(image, session, &mut checkpointer)?);
+            let parts = new.parts.as_ref().map_or(&[][..], |parts| parts.of(number));
+            shapes.push(target.measure(image, parts, session, &mut checkpointer)?);
         }
         session.ended(checkpointer);
         Ok(Outcome {
@@ -140,6 +169,7 @@ impl Command for ScoreConfig {
                 ..self.clone()
             },
             grid: *stored.space.object.grid(),
+            labels: stored.average.components.iter().map(|c| c.label).collect(),
             names,
             shapes,
             source: of_source(&stored.doubts),
@@ -167,11 +197,27 @@ impl Command for ScoreConfig {
         let doubts = shapes.iter().enumerate();
         let doubts = doubts.flat_map(|(i, shape)| shape.doubts.iter().map(move |d| d.about(i)));
         let doubts: Vec<Doubt> = doubts.chain(outcome.source).collect();
-        let doubts = named(&doubts, names.iter().map(|name| &**name));
+        let names = names.iter().map(|name| &**name);
+        let doubts = named_by_label(&doubts, names, &outcome.labels);
         let config = &outcome.config;
         let record = ScoreRecord::<D>::new("complete", grid, config, placed, doubts, start);
         record.write(directory)?;
         Ok(summary(&record))
+    }
+}
+
+impl ScoreConfig {
+    /// Rejects options that choose one object of label images.
+    fn check_labelled(&self) -> Result<(), CliError> {
+        let refused = [("--label", self.label.is_some()), ("--invert", self.invert)];
+        match refused.into_iter().find(|(_, is_set)| *is_set) {
+            Some((option, _)) => Err(CliError::Option {
+                option,
+                value: "with modes of labelled components".into(),
+                remedy: "leave it out: new shapes have the labels of the average".into(),
+            }),
+            None => Ok(()),
+        }
     }
 }
 
@@ -180,11 +226,24 @@ impl<'a, const D: usize> Target<'a, D> {
         let object = &stored.space.object;
         let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
         let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
+        let distance = signed_distance(object, 0.5).map_err(shown)?;
+        let components = &stored.average.components;
+        let (mut parts, mut phase_fields) = (Vec::new(), Vec::new());
+        for component in components {
+            parts.push(signed_distance(&component.indicator, 0.5).map_err(shown)?);
+            phase_fields.push(component.phase_field.clone());
+        }
+        if components.is_empty() {
+            parts.push(distance.clone());
+            phase_fields.push(stored.average.phase_field.clone());
+        }
         Ok(Self {
             stored,
             compound: Compound::new(&stored.average.average, &stored.space.params)?,
             size: Moments::of_contour(&outline).map_err(shown)?.volume,
-            distance: signed_distance(object, 0.5).map_err(shown)?,
+            distance,
+            parts,
+            phase_fields,
             coarse: ContourDistance::new(&moved_by(&outline, corner_in_unit_box(object.grid())))
                 .map_err(shown)?
                 .sample(coarse),
@@ -197,16 +256,28 @@ impl<'a, const D: usize> Target<'a, D> {
     fn measure(
         &self,
         image: &Image<D>,
+        components: &[Image<D>],
         session: &Session<'_>,
         checkpointer: &mut Checkpointer<'_>,
     ) -> Result<Measured<D>, CliError> {
         let grid = *self.distance.grid();
-        let (outline, distance) = self.placed(image)?;
+        let place = self.place(image)?;
+        let (outline, distance) = place.of(image, grid)?;
+        let mut parts = Vec::new();
+        for component in components {
+            parts.push(place.of(component, grid)?.1);
+        }
+        if parts.is_empty() {
+            parts.push(distance.clone());
+        }
         let params = &self.stored.average.params;
         let grids = grid.hierarchy(params.coarsest_nodes);
         let mut watch = checkpointer.observe(session.observer(&grids));
-        let phase_field = &self.stored.average.phase_field;
-        let fit = match_to(&distance, &self.distance, phase_field, params, &mut watch);
+        let [own, goal] =
+            [(&distance, &parts), (&self.distance, &self.parts)].map(|(whole, parts)| {
+                Shapes::of_components(slice::from_ref(whole), parts, parts.len())
+            });
+        let fit = match_components_to(own?, goal?, &self.phase_fields, params, &mut watch);
         if session.interrupt.asked() {
             return Err(CliError::Stopped);
         }
@@ -232,9 +303,16 @@ impl<'a, const D: usize> Target<'a, D> {
             distances.push(aligned.distance);
             reconstructions.push(shape);
         }
-        let overlap = levelset::dice(&fit.pushed[0], 0.0, &self.distance, 0.0).map_err(shown)?;
+        let (overlap, doubts) = agreement(&fit.pushed[0], &self.distance, &self.outline)?;
+        let mut doubts = [doubts, self.doubts(image, &distance, &fit)].concat();
+        let stored = &self.stored.average.components;
+        let components = fit.components.iter().zip(&self.parts).zip(stored);
+        for (c, ((component, part), stored)) in components.enumerate() {
+            let (_, found) = agreement(&component.pushed[0], part, &stored.outline()?)?;
+            doubts.extend(found.into_iter().map(|doubt| doubt.within(c)));
+        }
         Ok(Measured {
-            doubts: self.doubts(image, &distance, &fit, overlap)?,
+            doubts,
             overlap,
             outline,
             scores,
@@ -271,25 +349,16 @@ impl<'a, const D: usize> Target<'a, D> {
         image: &Image<D>,
         distance: &ScalarField<f64, D>,
         fit: &AverageResult<D>,
-        overlap: f64,
-    ) -> Result<Vec<Doubt>, CliError> {
-        let pushed = contour(&fit.pushed[0], 0.0, BoxEdge::Closed).map_err(shown)?;
-        let apart = hausdorff(&pushed, &self.outline).map_err(shown)?;
-        let [mean, largest] = [apart.mean, apart.maximum].map(|d| d / distance.grid().spacing());
+    ) -> Vec<Doubt> {
         // The result of a single shape compares it with itself.
         let own = fit.doubts(&self.stored.average.params).into_iter();
         let own = own.filter(|d| !matches!(d.cause, Cause::Overlap | Cause::BoundaryDistance));
-        let doubts = [
-            inspect_resolution(distance),
-            Doubt::overlap(Cause::Overlap, overlap, mean),
-            Doubt::check(Cause::BoundaryDistance, largest),
-        ];
-        let doubts = doubts.into_iter().flatten().chain(own);
-        Ok(doubts.chain(inspect_mask(image, false)).collect())
+        let doubts = inspect_resolution(distance).into_iter().chain(own);
+        doubts.chain(inspect_mask(image, false)).collect()
     }
 
-    /// The boundary of a new shape in the box of the average, and its signed distance.
-    fn placed(&self, image: &Image<D>) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
+    /// Where a new shape lies in the box of the average.
+    fn place(&self, image: &Image<D>) -> Result<Place<D>, CliError> {
         let grid = *self.distance.grid();
         // New shapes are placed and aligned in the unit box, which has room for any orientation.
         let corner = corner_in_unit_box(&grid);
@@ -308,7 +377,10 @@ impl<'a, const D: usize> Target<'a, D> {
             frame_of = frame_of.shrunk((self.size / own).powf(1.0 / D as f64));
         }
         if self.align == Align::None {
-            return place_like(image, frame_of.moved(back), None, grid);
+            return Ok(Place {
+                frame: frame_of.moved(back),
+                motion: None,
+            });
         }
         let (_, coarse) = place_like(image, frame_of, None, self.coarse_grid())?;
         let found = align_to(&self.coarse, &coarse).map_err(|error| CliError::Computation {
@@ -319,12 +391,44 @@ impl<'a, const D: usize> Target<'a, D> {
         let translation = found.motion.translation();
         let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
         let shift = std::array::from_fn(|i| translation[i] + back[i]);
-        place_like(image, frame_of, Some((rows, shift)), grid)
+        Ok(Place {
+            frame: frame_of,
+            motion: Some((rows, shift)),
+        })
     }
 
     fn coarse_grid(&self) -> Grid<D> {
         *self.coarse.grid()
     }
+}
+
+impl<const D: usize> Place<D> {
+    /// The boundary of a mask in this place, and its signed distance.
+    fn of(
+        &self,
+        mask: &Image<D>,
+        grid: Grid<D>,
+    ) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
+        place_like(mask, self.frame, self.motion, grid)
+    }
+}
+
+/// The overlap of a deformed shape, given by its signed distance, with what it is deformed onto, and the doubts
+/// about it and about the distance of the boundaries.
+fn agreement<const D: usize>(
+    pushed: &ScalarField<f64, D>,
+    target: &ScalarField<f64, D>,
+    outline: &Contour<D>,
+) -> Result<(f64, Vec<Doubt>), CliError> {
+    let overlap = levelset::dice(pushed, 0.0, target, 0.0).map_err(shown)?;
+    let pushed = contour(pushed, 0.0, BoxEdge::Closed).map_err(shown)?;
+    let apart = hausdorff(&pushed, outline).map_err(shown)?;
+    let [mean, largest] = [apart.mean, apart.maximum].map(|d| d / target.grid().spacing());
+    let doubts = [
+        Doubt::overlap(Cause::Overlap, overlap, mean),
+        Doubt::check(Cause::BoundaryDistance, largest),
+    ];
+    Ok((overlap, doubts.into_iter().flatten().collect()))
 }
 
 fn placements<const D: usize>(shapes: &[Measured<D>]) -> Placements {

@@ -7,12 +7,13 @@ use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour
 use shape_pca::{Compound, Finite, FiniteReport, Mahalanobis, Variation};
 
 use super::args::SynthesizeConfig;
+use super::components::{displaced, label_field, outlines};
 use super::draw::{moved, shown};
 use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
-use crate::geodesic::draw::portraits;
+use crate::geodesic::draw::{portraits, portraits_of_parts};
 use crate::output::ResultDir;
 use crate::output::surface::write_surface;
 use crate::session::{Command, PlanOf, Session};
@@ -94,8 +95,20 @@ impl Command for SynthesizeConfig {
         directory.array("shape.npy", &level_set)?;
         directory.array("displacement.npy", &outcome.displacement)?;
         directory.object("shape_mask.npy", &level_set, 0.0)?;
+        let components = outlines(&outcome.stored.average.components)?;
+        let parts = displaced(&components, &outcome.displacement, 1.0);
+        let labels: Vec<i64> = components.iter().map(|(label, _)| *label).collect();
+        if !labels.is_empty() {
+            let field = label_field(&level_set, &labels, &parts)?;
+            directory.array("shape_labels.npy", &field)?;
+        }
         directory.picture("shape.png", || {
-            let pictures = portraits(&[(&outline, INK), (&shape, colour(0))]);
+            let pictures = if labels.is_empty() {
+                portraits(&[(&outline, INK), (&shape, colour(0))])
+            } else {
+                let before = displaced(&components, &outcome.displacement, 0.0);
+                portraits_of_parts(&[(&outline, &before), (&shape, &parts)])
+            };
             let names = ["average", "shape"].map(String::from);
             let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
             let sheet = Tiles {
@@ -108,10 +121,16 @@ impl Command for SynthesizeConfig {
         if D == 3 {
             let world = outcome.stored.average.world;
             let place = |p| world.map_or(p, |world| world.position(p));
-            let shape = Shape::of(&shape.map(place));
-            directory.with_file("shape.stl", |path| {
-                write_surface(path, shape.surface(), world.is_some())
-            })?;
+            let write = |name: &str, shape: &Contour<D>| {
+                let shape = Shape::of(&shape.map(place));
+                directory.with_file(name, |path| {
+                    write_surface(path, shape.surface(), world.is_some())
+                })
+            };
+            write("shape.stl", &shape)?;
+            for (label, (part, _)) in labels.iter().zip(&parts) {
+                write(&format!("shape_label_{label}.stl"), part)?;
+            }
         }
         let record = record(outcome, self, [&shape, &outline], session.start)?;
         record.write(directory)?;

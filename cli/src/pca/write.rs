@@ -3,6 +3,7 @@
 use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::command::Outcome;
+use super::components::{outlines, phase_field_name};
 use super::draw::{DrawnModes, animated, shown};
 use super::images::ImageModes;
 use super::map::ScoreMap;
@@ -33,6 +34,9 @@ pub(super) fn write_all<const D: usize>(
         let stored = &outcome.stored;
         directory.deformations("deformation", 0, stored.average.displacements())?;
         directory.array("average.npy", &stored.phase_field)?;
+        for (c, component) in stored.components.iter().enumerate() {
+            directory.array(phase_field_name(c), &component.phase_field)?;
+        }
     }
     let pca = &outcome.pca;
     let quality = &outcome.quality;
@@ -63,8 +67,10 @@ pub(super) fn write_all<const D: usize>(
     } else {
         let object = outcome.stored.average.object();
         let outline = &contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let components = &outlines(&outcome.stored.components)?;
         let modes = DrawnModes {
             average: outline,
+            components,
             space: &pca.space,
             amplitude: outcome.config.amplitude,
         };

@@ -47,7 +47,7 @@ pub(crate) use record::{
     describe_placement, scale_of_records,
 };
 pub(crate) use surface::{write_curves, write_surface};
-pub(crate) use world::{WorldFrame, WorldRecord};
+pub(crate) use world::{Motion, WorldFrame, WorldRecord};
 
 /// Masks that are read and placed in the unit box, before the grid is known.
 #[derive(Clone, Debug)]

@@ -99,24 +99,79 @@ pub(crate) fn write_shape<const D: usize>(
     shape: &Contour<D>,
     grid: Grid<D>,
 ) -> Result<(), CliError> {
-    let Some(world) = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files()) else {
+    let Some((world, lattice)) = samples_in_world(directory, inputs, grid) else {
         return Ok(());
     };
-    let Some(samples) = lattice_of(&inputs[world.number()]) else {
-        return Ok(());
-    };
-    let position = |unit| in_space(world.position(unit));
-    let lattice = within_box(&samples, &grid, &position);
-    let distance = ContourDistance::new(shape).map_err(|error| CliError::Computation {
-        message: format!("the shape has no distance: {error}"),
-        remedy: "use a finer --grid".into(),
-    })?;
-    let values = sampled(&distance, grid, &lattice, &world);
+    let values = sampled(&distance_of(shape)?, grid, &lattice, &world);
     let mask: Vec<u8> = values.iter().map(|&u| u8::from(u > 0.0)).collect();
     let file = directory.file(format!("{name}.nii.gz"));
     write_volume(&file, &lattice, &Values::Mask(&mask))?;
     let file = directory.file(format!("{name}_distance.nii.gz"));
     Ok(write_volume(&file, &lattice, &Values::Numbers(&values))?)
+}
+
+/// Writes the components of a shape in the world of the results as a label image, on the samples of
+/// [`write_shape`], whose mask it replaces: inside the shape every sample has the label of the component whose
+/// inside it lies in most deeply, or whose boundary is nearest.
+///
+/// # Errors
+/// As [`write_shape`].
+pub(crate) fn write_labels<const D: usize>(
+    directory: &ResultDir,
+    name: &str,
+    inputs: &[Input<D>],
+    shape: &Contour<D>,
+    (labels, components): (&[i64], &[Contour<D>]),
+    grid: Grid<D>,
+) -> Result<(), CliError> {
+    let Some((world, lattice)) = samples_in_world(directory, inputs, grid) else {
+        return Ok(());
+    };
+    let whole = sampled(&distance_of(shape)?, grid, &lattice, &world);
+    let mut deepest = vec![f32::NEG_INFINITY; whole.len()];
+    let mut found = vec![0i32; whole.len()];
+    for (label, component) in labels.iter().zip(components) {
+        // Other labels are refused when the images are read.
+        let label = i32::try_from(*label).unwrap_or_default();
+        let own = sampled(&distance_of(component)?, grid, &lattice, &world);
+        for (((found, deepest), own), whole) in
+            found.iter_mut().zip(&mut deepest).zip(own).zip(&whole)
+        {
+            if *whole > 0.0 && own > *deepest {
+                (*found, *deepest) = (label, own);
+            }
+        }
+    }
+    let file = directory.file(format!("{name}.nii.gz"));
+    let bytes: Option<Vec<u8>> = found
+        .iter()
+        .map(|&label| u8::try_from(label).ok())
+        .collect();
+    let values = match &bytes {
+        Some(bytes) => Values::Mask(bytes),
+        None => Values::Labels(&found),
+    };
+    Ok(write_volume(&file, &lattice, &values)?)
+}
+
+/// The world of the results with the samples there, for results in files.
+fn samples_in_world<const D: usize>(
+    directory: &ResultDir,
+    inputs: &[Input<D>],
+    grid: Grid<D>,
+) -> Option<(WorldFrame<D>, Lattice)> {
+    let world = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files())?;
+    let samples = lattice_of(&inputs[world.number()])?;
+    let position = |unit| in_space(world.position(unit));
+    let lattice = within_box(&samples, &grid, &position);
+    Some((world, lattice))
+}
+
+fn distance_of<const D: usize>(shape: &Contour<D>) -> Result<ContourDistance<D>, CliError> {
+    ContourDistance::new(shape).map_err(|error| CliError::Computation {
+        message: format!("the shape has no distance: {error}"),
+        remedy: "use a finer --grid".into(),
+    })
 }
 
 /// The samples of a lattice, continued where needed, that lie in the box of a grid, whose points have these

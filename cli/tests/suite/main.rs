@@ -25,6 +25,7 @@ mod geodesic;
 mod hostile;
 mod integrity;
 mod joint;
+mod labelled;
 mod log;
 mod long_runs;
 mod malformed;

@@ -29,9 +29,12 @@ class Doubt(NamedTuple):
     #: The bound of a sound figure.
     limit: float
     remedy: str
+    #: The component of the shape, such as ``label 3``; None where it is about all of it.
+    component: Optional[str] = None
 
     def __str__(self) -> str:
-        about = f"{self.shape}: " if self.shape else ""
+        names = [name for name in (self.shape, self.component) if name]
+        about = f"{', '.join(names)}: " if names else ""
         figure = "unknown" if self.figure is None else f"{self.figure:.4g}"
         return f"{about}{self.what} {figure} (limit {self.limit:.4g}); {self.remedy}"
 
@@ -70,7 +73,14 @@ class Result:
     def doubts(self) -> list[Doubt]:
         """Why the result is doubtful, and what to do about it."""
         return [
-            Doubt(d.get("shape"), d["what"], d.get("figure"), d["limit"], d["remedy"])
+            Doubt(
+                d.get("shape"),
+                d["what"],
+                d.get("figure"),
+                d["limit"],
+                d["remedy"],
+                d.get("component"),
+            )
             for d in self.record["doubts"]
         ]
 

@@ -120,6 +120,7 @@ impl<const D: usize> State<D> {
             elastic: elastic.to_vec(),
             mismatch: mismatch.to_vec(),
             length,
+            components: Vec::new(),
             barrier,
             remaining: None,
         };

@@ -65,7 +65,7 @@ pub(super) fn at<const D: usize>(
     params: &AverageParams,
     weights: &[f64],
 ) -> Result<Option<Curvature>, AverageError> {
-    let average = result.average.as_slice().to_vec();
+    let average = result.all_averages();
     let mut objective = AverageObjective::new(result.shapes.clone(), params, average)?;
     objective.common_regularisation = common::ESTIMATE;
     let fields = result.displacements.iter().map(Field::as_slice);

@@ -7,7 +7,7 @@ use fe_grid::minimise::{Control, Iteration, Memory, Observer, Silent};
 use fe_grid::{Distribution, Field, Grid, ScalarField};
 use shape_average::align::align_group_of_visible;
 use shape_average::{
-    AverageError, AverageParams, AverageResult, Mean, Solver, average_distributed,
+    AverageError, AverageParams, AverageResult, Mean, Shapes, Solver, average_distributed,
 };
 use std::sync::Arc;
 
@@ -39,6 +39,7 @@ impl<const D: usize> Case<D> {
             start,
             params,
         } = self;
+        let shapes = Shapes::new(shapes);
         average_distributed(communicator, shapes, seen, start, params, observer).unwrap()
     }
 
@@ -257,7 +258,8 @@ fn descent_runs_on_one_process() {
         ..AverageParams::default()
     };
     let found = on_threads(2, &|communicator| {
-        average_distributed(communicator, &case.shapes, &[], &[], &params, &mut Silent)
+        let shapes = Shapes::new(&case.shapes);
+        average_distributed(communicator, shapes, &[], &[], &params, &mut Silent)
     });
     for result in found {
         let what = "gradient descent";

@@ -8,6 +8,7 @@ mod align;
 mod align_data;
 mod average;
 mod average_properties;
+mod components;
 mod distributed;
 mod hessian;
 mod inverse;

@@ -87,7 +87,7 @@ fn plan<const D: usize>(
             .map(|(((image, name), range), frame)| GreyInput::new(image, name, range, frame))
             .collect(),
         nodal: nodal?,
-        fingerprint: fingerprint(&config, read, &[]),
+        fingerprint: fingerprint(&config, read, None, &[]),
         config,
         params,
     })

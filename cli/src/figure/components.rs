@@ -1,0 +1,268 @@
+//! The same bodies as one shape and as shapes of several labelled components.
+
+use std::path::Path;
+
+use fe_grid::minimise::Silent;
+use fe_grid::{Grid, InverseDeformation, ScalarField};
+use levelset::{BoxEdge, Contour, contour, dice};
+use shape_average::{AverageError, AverageParams, AverageResult, Shapes};
+use shape_pca::{Average, Compound, Pca, PcaParams};
+use shapespace_generate::{Bar, Implicit};
+use shapespace_report::table::{Cell, Table};
+
+use super::drawn::drawn_image;
+use super::scene::{Scene, outline};
+use super::sheet::{Sheet, Tiles};
+use crate::error::CliError;
+use crate::shapes::Components;
+use shapespace_input::Image;
+use shapespace_picture::{Colour, INK, colour};
+
+/// Tiles in a row, and shapes of a mode.
+const COLUMNS: usize = 5;
+/// How far the shapes of a mode go, in standard deviations.
+const AMPLITUDE: f64 = 2.0;
+/// Modes drawn of every analysis.
+const MODES: usize = 2;
+/// Half the length of the built-in bars.
+const HALF: f64 = 0.3;
+/// Where their two labels meet, along the bar, and how it is bent, in degrees.
+const BARS: [(f64, f64); 4] = [(-0.05, 180.0), (0.05, 180.0), (-0.05, 155.0), (0.05, 155.0)];
+
+/// The part of a bar on one side of a line across it.
+struct Part {
+    bar: Bar,
+    border: f64,
+    /// One for the right part, minus one for the left.
+    side: f64,
+}
+
+impl Implicit<2> for Part {
+    fn value(&self, point: [f64; 2]) -> f64 {
+        let inside = self.side * (point[0] - self.border);
+        self.bar.value(point).min(inside)
+    }
+}
+
+fn bar(angle: f64) -> Bar {
+    Bar::new(2.0 * HALF, 0.18, angle)
+}
+
+/// The built-in shapes: bars with their names.
+pub(super) fn bars() -> Vec<(String, Box<dyn Implicit<2>>)> {
+    let bars = BARS.iter().enumerate();
+    bars.map(|(k, (_, angle))| {
+        let shape: Box<dyn Implicit<2>> = Box::new(bar(*angle));
+        (format!("bar_{k:03}"), shape)
+    })
+    .collect()
+}
+
+/// The components of the built-in shapes, as images with this number of nodes per side.
+pub(super) fn parts(nodes: usize, folder: &Path) -> Components<2> {
+    let grid = Grid::<2>::cube(nodes);
+    let mask = |(border, angle): (f64, f64), side: f64| {
+        let part = Part {
+            bar: bar(angle),
+            border,
+            side,
+        };
+        drawn_image("part", &part, grid, folder)
+    };
+    let of_bar = |place| vec![mask(place, -1.0), mask(place, 1.0)];
+    let masks: Vec<Vec<Image<2>>> = BARS.into_iter().map(of_bar).collect();
+    Components::of_masks(vec![1, 2], masks)
+}
+
+/// Averages and modes of shapes as they are, and of their components.
+pub(super) fn components<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliError> {
+    let n_components = scene.labels.len().max(1);
+    let whole = Shapes::new(&scene.distances);
+    let labelled = match scene.labels.len() {
+        0 | 1 => whole,
+        n => Shapes::of_components(&scene.distances, &scene.parts, n)?,
+    };
+    let mut tiles = Tiles::new(&scene.grid(), COLUMNS);
+    let outlines = scene
+        .parts
+        .iter()
+        .map(|part| contour(part, 0.0, BoxEdge::Closed));
+    let outlines: Vec<Contour<D>> = outlines
+        .collect::<Result<_, _>>()
+        .map_err(AverageError::from)?;
+    for (name, parts) in scene.names.iter().zip(outlines.chunks(n_components)) {
+        tiles.outlines(name, &coloured(parts));
+    }
+    tiles.end_row();
+    let mut table = Table::new([
+        "shapes",
+        "elastic energy",
+        "Dice of the shapes",
+        "Dice of the labels",
+        "least det",
+        "first eigenvalue",
+        "second ratio",
+        "third ratio",
+    ]);
+    for (what, shapes) in [("one component", whole), ("labelled", labelled)] {
+        let mut params = scene.params.clone();
+        let result = scene.average_of_shapes(what, shapes, |own| {
+            balanced(own);
+            params = own.clone();
+        })?;
+        scene.session.progress.stage(format!("modes, {what}"));
+        let pca = analyse(&result, &params)?;
+        let pushed = pushed(scene, &result);
+        let ratios = pca.ratios();
+        let ratio = |i: usize| ratios.get(i).copied().unwrap_or(0.0);
+        let elastic = &result.energy.elastic;
+        table.row([
+            Cell::from(what),
+            (elastic.iter().sum::<f64>() / elastic.len() as f64).into(),
+            result.mean_dice().into(),
+            agreement(&pushed, n_components)?.into(),
+            result.certificate.min_det.into(),
+            pca.modes.eigenvalues[0].into(),
+            ratio(1).into(),
+            ratio(2).into(),
+        ]);
+        let own = boundaries(&result)?;
+        draw_average(&mut tiles, what, &own, &pushed, n_components)?;
+        draw_modes(&mut tiles, what, &own, &pca);
+    }
+    Ok(Sheet {
+        title: "One component and several",
+        text: format!(
+            "The same bodies, averaged as one shape each and as shapes of several labelled components \
+             (`average --labels`), with the first {MODES} modes up to {AMPLITUDE} standard deviations. As one \
+             shape they are deformed by their outlines alone: the labels, carried along, do not agree in the \
+             average, and where they meet is no part of any mode. With labels one deformation of each body \
+             moves all of its labels onto those of the average, which costs elastic energy, and their common \
+             border varies in the modes. The Dice overlap of the labels is that of all pairs of deformed \
+             bodies, on average."
+        ),
+        table,
+        picture: tiles.draw(),
+    })
+}
+
+/// The boundaries of the components of an average, or of the whole where there is one.
+fn boundaries<const D: usize>(result: &AverageResult<D>) -> Result<Vec<Contour<D>>, CliError> {
+    if result.components.is_empty() {
+        return Ok(vec![outline(result)?]);
+    }
+    let parts = result.components.iter();
+    let parts = parts.map(|part| contour(&part.average_indicator, 0.5, BoxEdge::Closed));
+    let parts = parts.collect::<Result<_, _>>();
+    Ok(parts.map_err(AverageError::from)?)
+}
+
+/// Parameters for which the stresses balance.
+fn balanced(params: &mut AverageParams) {
+    params.length_weight = Some(1e-5 * params.mismatch_weight);
+    params.tolerance = params.tolerance.min(2e-4);
+    params.max_iterations = params.max_iterations.max(1000);
+}
+
+fn analyse<const D: usize>(
+    result: &AverageResult<D>,
+    params: &AverageParams,
+) -> Result<Pca<D>, CliError> {
+    let average = Average::of_result(result, params)?;
+    let own = PcaParams {
+        law: params.law,
+        void_stiffness: params.void_stiffness,
+        ..PcaParams::default()
+    };
+    let compound = Compound::new(&average, &own)?;
+    Ok(Pca::new(&average, &compound, usize::MAX, &mut Silent)?)
+}
+
+/// The components of all shapes by the deformations of a result, all of the first shape before those of the
+/// second.
+fn pushed<const D: usize>(
+    scene: &Scene<'_, D>,
+    result: &AverageResult<D>,
+) -> Vec<ScalarField<f64, D>> {
+    let n_components = scene.labels.len().max(1);
+    let shapes = scene.parts.chunks(n_components).zip(&result.displacements);
+    let moved = shapes.map(|(parts, u)| {
+        let inverse = InverseDeformation::new(u);
+        let push = |part| inverse.push_forward(part, -1.0);
+        parts.iter().map(push).collect::<Vec<_>>()
+    });
+    moved.flatten().collect()
+}
+
+/// The mean overlap of equal components of all pairs of shapes.
+fn agreement<const D: usize>(
+    pushed: &[ScalarField<f64, D>],
+    n_components: usize,
+) -> Result<f64, CliError> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (place, part) in pushed.iter().enumerate() {
+        let others = pushed[place + 1..].iter().enumerate();
+        for (_, other) in others.filter(|(k, _)| (k + 1) % n_components == 0) {
+            sum += dice(part, 0.0, other, 0.0).map_err(AverageError::from)?;
+            count += 1.0;
+        }
+    }
+    Ok(sum / f64::max(count, 1.0))
+}
+
+fn coloured<const D: usize>(parts: &[Contour<D>]) -> Vec<(&Contour<D>, Colour)> {
+    let numbered = parts.iter().enumerate();
+    numbered.map(|(c, part)| (part, colour(c))).collect()
+}
+
+/// The average, and the deformed components of all shapes over it.
+fn draw_average<const D: usize>(
+    tiles: &mut Tiles<D>,
+    what: &str,
+    own: &[Contour<D>],
+    pushed: &[ScalarField<f64, D>],
+    n_components: usize,
+) -> Result<(), CliError> {
+    let outlines = pushed
+        .iter()
+        .map(|part| contour(part, 0.0, BoxEdge::Closed));
+    let outlines: Vec<Contour<D>> = outlines
+        .collect::<Result<_, _>>()
+        .map_err(AverageError::from)?;
+    let mut drawn: Vec<(&Contour<D>, Colour)> = Vec::new();
+    for parts in outlines.chunks(n_components) {
+        drawn.extend(coloured(parts));
+    }
+    drawn.extend(own.iter().map(|part| (part, INK)));
+    tiles.outlines(&format!("{what}: average"), &drawn);
+    tiles.end_row();
+    Ok(())
+}
+
+/// The first modes, each a row, of shapes with these boundaries.
+fn draw_modes<const D: usize>(tiles: &mut Tiles<D>, what: &str, own: &[Contour<D>], pca: &Pca<D>) {
+    let space = &pca.space;
+    for j in 0..space.eigenvalues.len().min(MODES) {
+        for i in 0..COLUMNS {
+            let share = 2.0 * i as f64 / (COLUMNS - 1) as f64 - 1.0;
+            let factor = -share * AMPLITUDE * space.eigenvalues[j].sqrt();
+            let moved = own.iter().map(|part| {
+                part.map(|p| {
+                    let u = space.fields[j].sample(p);
+                    std::array::from_fn(|k| p[k] + factor * u[k])
+                })
+            });
+            let moved: Vec<Contour<D>> = moved.collect();
+            let words = match i {
+                0 => format!("{what}, mode {}", j + 1),
+                _ => format!("{:+.0} s", share * AMPLITUDE),
+            };
+            let drawn = match &moved[..] {
+                [one] => vec![(one, INK)],
+                parts => coloured(parts),
+            };
+            tiles.outlines(&words, &drawn);
+        }
+        tiles.end_row();
+    }
+}
