@@ -1,19 +1,24 @@
-//! `shapespace figure`: figures and tables about averages and modes, each reproduced by one
+//! `shapespace figure`: figures and tables about averages, modes and paths, each reproduced by one
 //! command, on built-in shapes or on the user's own.
 //!
-//! `scene` holds the shapes and averages them, `drawn` has the built-in shapes, `sheet` is the
-//! content of a figure; every other file has the figures of one subject.
+//! `scene` holds the shapes and averages them, `paths` computes paths between them, `drawn` has the built-in
+//! shapes, `sheet` is the content of a figure; every other file has the figures of one subject.
 
 mod args;
 mod averages;
 mod bends;
 mod drawn;
+mod fluids;
 mod force;
 mod inverse;
+mod minima;
 mod missing;
 mod modes;
+mod paths;
+mod related;
 mod scene;
 mod sheet;
+mod steps;
 
 use std::cell::RefCell;
 
@@ -130,6 +135,10 @@ impl Command for Figure {
             distances,
             params: plan.config.params(),
             doubts: RefCell::new(doubts_of(&inputs)),
+            groups: match plan.drawn {
+                Some(_) => drawn::groups(self.name),
+                None => vec![inputs.len()],
+            },
             session,
         };
         Ok(Outcome {
@@ -213,5 +222,9 @@ fn sheet<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet
         FigureName::InverseModel => inverse::inverse_model(scene),
         FigureName::Pins => modes::pins(scene),
         FigureName::Modes => modes::modes(scene),
+        FigureName::Related => related::related(scene),
+        FigureName::Steps => steps::steps(scene),
+        FigureName::Fluids => fluids::fluids(scene),
+        FigureName::Minima => minima::minima(scene),
     }
 }
