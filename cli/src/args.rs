@@ -68,7 +68,7 @@ enum Command {
     /// Tests whether groups of shapes differ, where, and whether they can be told apart.
     Compare(ComputeArgs<CompareConfig>),
     Warp(WarpArgs),
-    /// Draws a figure with a table that compares averages or modes, on built-in shapes or masks.
+    /// Draws a figure with a table that compares averages, modes or paths, on built-in shapes or masks.
     Figure(FigureArgs),
     /// Runs numerical experiments that check the theory.
     Verify(VerifyArgs),

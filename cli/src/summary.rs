@@ -4,9 +4,11 @@ use std::fmt::Display;
 use std::path::Path;
 
 use fe_grid::Certificate;
+use hyperelastic::LawSpec;
 
 use crate::doubts::{DoubtRecord, in_words};
 use crate::error::CliError;
+use crate::numbers::shown;
 use crate::print::print;
 use crate::report::{RESULT, Record, certified};
 use crate::shapes::describe_placement;
@@ -60,6 +62,33 @@ impl Summary {
     /// Adds text as it is.
     pub fn text(&mut self, text: impl Into<String>) {
         self.lines.push(text.into());
+    }
+
+    /// Adds a line about the elastic law: its name, its moduli, and what was chosen of a power law.
+    pub fn law(&mut self, law: &LawSpec) {
+        let moduli = law.moduli;
+        let (lambda, mu) = (rounded(moduli.lambda), rounded(moduli.mu));
+        let mut words = vec![format!("{}, lambda {lambda}, mu {mu}", law.law)];
+        let list = |numbers: &[f64]| {
+            numbers
+                .iter()
+                .map(|x| rounded(*x))
+                .collect::<Vec<_>>()
+                .join(",")
+        };
+        if let Some(exponents) = law.power.exponents {
+            words.push(format!("exponents {}", list(&<[f64; 4]>::from(exponents))));
+        }
+        if let Some(share) = law.power.norm_share {
+            words.push(format!("norm share {}", rounded(share)));
+        }
+        if let Some(coefficients) = law.power.coefficients {
+            words.push(format!(
+                "coefficients {}",
+                list(&<[f64; 3]>::from(coefficients))
+            ));
+        }
+        self.line("law", words.join(", "));
     }
 
     /// Adds a line about the deformations.
@@ -127,6 +156,11 @@ impl Summary {
         lines.push(String::new());
         Ok(print(&printable(&lines.join("\n")))?)
     }
+}
+
+/// A number to seven digits: moduli that follow from coefficients have rounding errors.
+fn rounded(number: f64) -> String {
+    shown(format!("{number:.6e}").parse().unwrap_or(number))
 }
 
 /// A line with a value.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 /// The figures in the order of the page, with their options.
-const FIGURES: [(&str, &[&str]); 13] = [
+const FIGURES: [(&str, &[&str]); 17] = [
     ("weights", &[]),
     ("median", &["--grid", "65"]),
     (
@@ -29,6 +29,10 @@ const FIGURES: [(&str, &[&str]); 13] = [
     ("components", &[]),
     ("pins", &[]),
     ("modes", &[]),
+    ("related", &["--tolerance", "2e-4"]),
+    ("steps", &["--grid", "65"]),
+    ("fluids", &["--grid", "65"]),
+    ("minima", &["--grid", "33", "--tolerance", "5e-3"]),
 ];
 
 /// Runs the task; with names, only for those figures.

@@ -1,6 +1,7 @@
 //! Families: shapes of one kind that vary in one way.
 
 use crate::blob::Blob;
+use crate::hand::Hand;
 use crate::implicit::Implicit;
 use crate::letter::{Letter, letter};
 use crate::random::Random;
@@ -22,6 +23,8 @@ pub enum Family {
     Letters,
     /// Smooth random shapes.
     Blobs,
+    /// Hands whose fingers have different directions and lengths.
+    Hands,
 }
 
 /// A shape of a family and its name.
@@ -65,6 +68,21 @@ pub fn family<const D: usize>(family: Family, seed: u64) -> Option<Vec<Member<D>
             let seeds: Vec<u64> = (0..5).map(|_| (seeds.uniform() * 1e15) as u64).collect();
             numbered("blob", seeds, |seed| {
                 Box::new(Blob::<D>::new(0.24, 0.3, seed))
+            })
+        }
+        Family::Hands => {
+            let hands = [
+                ([-40.0, -9.0, -3.0, 3.0, 9.0], [1.0; 5]),
+                ([-60.0, -18.0, -6.0, 6.0, 22.0], [1.0; 5]),
+                (
+                    [-48.0, -14.0, -10.0, 12.0, 16.0],
+                    [0.9, 0.95, 1.0, 1.0, 0.9],
+                ),
+                ([-32.0, -16.0, -4.0, 2.0, 8.0], [1.1, 1.0, 1.05, 1.05, 1.0]),
+                ([-54.0, -8.0, 2.0, 8.0, 26.0], [1.0, 0.8, 0.9, 0.95, 1.1]),
+            ];
+            numbered("hand", hands, |(angles, lengths)| {
+                Box::new(Hand { angles, lengths })
             })
         }
         Family::Letters => return None,

@@ -24,6 +24,7 @@
 
 mod blob;
 mod family;
+mod hand;
 mod implicit;
 mod letter;
 mod outline;
@@ -34,6 +35,7 @@ mod solid;
 
 pub use blob::Blob;
 pub use family::{Family, Member, family, letters};
+pub use hand::Hand;
 pub use implicit::Implicit;
 pub use letter::{Letter, letter};
 pub use outline::{Outline, Pen};

@@ -172,7 +172,11 @@ impl<const D: usize> Implicit<D> for Star {
 }
 
 /// A flat shape, in 3D cut off at `|z| = half`.
-fn thickened<const D: usize>(point: [f64; D], half: f64, flat: impl Fn([f64; 2]) -> f64) -> f64 {
+pub(crate) fn thickened<const D: usize>(
+    point: [f64; D],
+    half: f64,
+    flat: impl Fn([f64; 2]) -> f64,
+) -> f64 {
     let value = flat([point[0], point[1]]);
     if D < 3 {
         return value;
@@ -185,7 +189,7 @@ fn thickened<const D: usize>(point: [f64; D], half: f64, flat: impl Fn([f64; 2])
 }
 
 /// Signed distance to a box about the origin, positive inside.
-fn box_value<const D: usize>(point: [f64; D], half: [f64; D]) -> f64 {
+pub(crate) fn box_value<const D: usize>(point: [f64; D], half: [f64; D]) -> f64 {
     let excess: [f64; D] = std::array::from_fn(|k| point[k].abs() - half[k]);
     let outside = norm(&excess.map(|e| e.max(0.0)));
     if outside > 0.0 {

@@ -49,6 +49,11 @@ impl<const D: usize> Slice<D> {
         }
     }
 
+    /// Pixels along both sides.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
     /// The coordinate of the plane along the last axis.
     pub fn height(&self) -> f64 {
         self.height

@@ -143,6 +143,7 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
         record.seconds
     );
     let mut summary = Summary::new(record, "average.png", title);
+    summary.law(&params.law);
     let energy = &found.result.energy;
     let mismatch: f64 = energy.mismatch.iter().sum::<f64>() / energy.mismatch.len() as f64;
     let (mismatch, length) = (

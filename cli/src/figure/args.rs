@@ -96,7 +96,7 @@ impl Config for FigureConfig {
     }
 }
 
-/// Figures and tables about averages and modes.
+/// Figures and tables about averages, modes and paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FigureName {
@@ -127,6 +127,14 @@ pub enum FigureName {
     /// Modes for both inner products, with and without the stress in the average, for both
     /// materials.
     Modes,
+    /// Means and distances of the literature beside those of this program, of plane shapes.
+    Related,
+    /// Lengths and dissipations of paths of more and more steps, and their limits.
+    Steps,
+    /// Paths in fluids that keep lengths, and in fluids that keep areas.
+    Fluids,
+    /// Minima of one average that several starts lead to.
+    Minima,
 }
 
 impl FigureName {

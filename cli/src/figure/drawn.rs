@@ -4,7 +4,8 @@ use std::path::Path;
 
 use fe_grid::Grid;
 use shapespace_generate::{
-    Bar, Blob, Cross, Ellipsoid, Implicit, Outline, Pen, Placed, Star, area_share, letters,
+    Bar, Blob, Cross, Ellipsoid, Family, Implicit, Letter, Outline, Pen, Placed, Star, area_share,
+    family, letter, letters,
 };
 
 use super::FigureName;
@@ -42,6 +43,15 @@ pub(crate) fn drawn_image(
     }
 }
 
+/// The numbers of built-in shapes that are compared with each other, in their order.
+pub(super) fn groups(figure: FigureName) -> Vec<usize> {
+    match figure {
+        FigureName::Related => vec![2, 2, 5],
+        FigureName::Fluids => vec![2, 2],
+        _ => vec![shapes(figure).len()],
+    }
+}
+
 fn bar(angle: f64) -> Box<dyn Implicit<2>> {
     Box::new(Bar::new(0.6, 0.12, angle))
 }
@@ -68,6 +78,11 @@ fn cross(bend: [f64; 2]) -> Box<dyn Implicit<2>> {
         width: 0.11,
         bend,
     })
+}
+
+fn drawn_letter(which: Letter) -> Drawn {
+    let name = format!("letter_{which:?}").to_lowercase();
+    (name, Box::new(letter(which)))
 }
 
 fn shapes(figure: FigureName) -> Vec<Drawn> {
@@ -99,7 +114,7 @@ fn shapes(figure: FigureName) -> Vec<Drawn> {
         FigureName::MismatchWeight | FigureName::InverseModel => {
             named("bar", vec![bar(180.0), bar(118.0)])
         }
-        FigureName::Weights | FigureName::ElasticDomain => {
+        FigureName::Weights | FigureName::ElasticDomain | FigureName::Steps => {
             let letters = letters().into_iter();
             letters.map(|member| (member.name, member.shape)).collect()
         }
@@ -122,6 +137,25 @@ fn shapes(figure: FigureName) -> Vec<Drawn> {
         FigureName::Modes => {
             let bends = [[20.0, 12.5], [20.0, -12.5], [-20.0, 12.5], [-20.0, -12.5]];
             named("cross", bends.map(cross).into())
+        }
+        FigureName::Related => {
+            let hands = family::<2>(Family::Hands, 0)
+                .unwrap_or_default()
+                .into_iter();
+            let mut all = named("bar", vec![bar(180.0), bar(118.0)]);
+            all.extend(named("pin", vec![pinned(0.25), pinned(0.75)]));
+            all.extend(hands.map(|member| (member.name, member.shape)));
+            all
+        }
+        FigureName::Fluids => {
+            let mut all = named("bar", vec![bar(180.0), bar(118.0)]);
+            all.extend([Letter::B, Letter::SerifB].map(drawn_letter));
+            all
+        }
+        FigureName::Minima => {
+            let ellipse =
+                |radii: [f64; 2]| -> Box<dyn Implicit<2>> { Box::new(Ellipsoid { radii }) };
+            named("ellipse", vec![ellipse([0.35, 0.2]), ellipse([0.2, 0.35])])
         }
     }
 }

@@ -1,20 +1,25 @@
-//! `shapespace figure`: figures and tables about averages and modes, each reproduced by one
+//! `shapespace figure`: figures and tables about averages, modes and paths, each reproduced by one
 //! command, on built-in shapes or on the user's own.
 //!
-//! `scene` holds the shapes and averages them, `drawn` has the built-in shapes, `sheet` is the
-//! content of a figure; every other file has the figures of one subject.
+//! `scene` holds the shapes and averages them, `paths` computes paths between them, `drawn` has the built-in
+//! shapes, `sheet` is the content of a figure; every other file has the figures of one subject.
 
 mod args;
 mod averages;
 mod bends;
 mod components;
 mod drawn;
+mod fluids;
 mod force;
 mod inverse;
+mod minima;
 mod missing;
 mod modes;
+mod paths;
+mod related;
 mod scene;
 mod sheet;
+mod steps;
 
 use std::cell::RefCell;
 
@@ -150,6 +155,10 @@ impl Command for Figure {
             parts,
             params: plan.config.params(),
             doubts: RefCell::new(doubts_of(&inputs)),
+            groups: match plan.drawn {
+                Some(_) => drawn::groups(self.name),
+                None => vec![inputs.len()],
+            },
             session,
         };
         Ok(Outcome {
@@ -236,5 +245,9 @@ fn sheet<const D: usize>(name: FigureName, scene: &Scene<'_, D>) -> Result<Sheet
         FigureName::Components => components::components(scene),
         FigureName::Pins => modes::pins(scene),
         FigureName::Modes => modes::modes(scene),
+        FigureName::Related => related::related(scene),
+        FigureName::Steps => steps::steps(scene),
+        FigureName::Fluids => fluids::fluids(scene),
+        FigureName::Minima => minima::minima(scene),
     }
 }

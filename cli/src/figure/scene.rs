@@ -24,6 +24,8 @@ pub(super) struct Scene<'a, const D: usize> {
     pub params: AverageParams,
     /// The doubts about the averages so far.
     pub doubts: RefCell<Vec<Doubt>>,
+    /// Numbers of shapes that are compared with each other, in the order of the shapes.
+    pub groups: Vec<usize>,
     pub session: &'a Session<'a>,
 }
 

@@ -127,6 +127,12 @@ impl<const D: usize> Tiles<D> {
 
     /// A tile with an average, and the boundaries of the shapes deformed onto it.
     pub fn average(&mut self, label: &str, result: &AverageResult<D>) {
+        let tile = self.averaged(result);
+        self.rows.push(label, tile);
+    }
+
+    /// The picture of such a tile.
+    pub fn averaged(&self, result: &AverageResult<D>) -> Canvas {
         let indicator = &result.average_indicator;
         let pale = mix(WHITE, INK, 0.25);
         let mut tile = self
@@ -136,7 +142,7 @@ impl<const D: usize> Tiles<D> {
             self.slice.level(&mut tile, pushed, 0.0, 0.7, colour(i));
         }
         self.slice.level(&mut tile, indicator, 0.5, 1.4, INK);
-        self.rows.push(label, tile);
+        tile
     }
 
     /// A tile with boundaries over each other.

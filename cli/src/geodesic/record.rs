@@ -98,6 +98,7 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
         record.seconds
     );
     let mut summary = Summary::new(record, "geodesic.png", title);
+    summary.law(&record.parameters.params.law);
     let (length, dissipation) = (found.length, found.dissipation);
     summary.line(
         "length",

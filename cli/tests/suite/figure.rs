@@ -157,3 +157,125 @@ fn figures_take_shapes_of_the_user() {
     assert_eq!(run.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&run.stderr).contains("at least 5"));
 }
+
+/// Two disks, of which every notion has a known mean, and all are at known distances.
+#[test]
+fn related_notions_agree_on_disks() {
+    let place = Place::new();
+    for (name, radius) in [("a.npy", "0.2"), ("b.npy", "0.3")] {
+        draw(&place, name, &["disk", "--radius", radius, "--grid", "65"]);
+    }
+    let disks = ["a.npy", "b.npy", "--grid", "65", "--tolerance", "1e-4"];
+    let table = figure(&place, "related", &disks, "disks");
+    assert_eq!(table.rows(), 8);
+    let row = |name: &str| {
+        let mut rows = 0..table.rows();
+        rows.find(|&row| table.cell(row, "notion") == name).unwrap()
+    };
+    // A mean of the radius .25 has 2 * .25^2 / (.2^2 + .3^2) of the mean area.
+    for name in [
+        "signed distances in L2",
+        "smoothed Hausdorff",
+        "landmarks, Procrustes",
+        "landmarks, median",
+        "elastic curves (SRVF)",
+    ] {
+        let (area, thickness) = (
+            table.number(row(name), "area"),
+            table.number(row(name), "thickness"),
+        );
+        assert!((area / 0.9615 - 1.0).abs() < 0.01, "{name}: {area}");
+        assert!((thickness - 1.0).abs() < 0.07, "{name}: {thickness}");
+    }
+    let distance = |name: &str| table.number(row(name), "mean distance");
+    assert!((distance("smoothed Hausdorff") - 0.1).abs() < 0.002);
+    // Up to the noise of outlines on a grid, disks are one shape up to scalings.
+    assert!(distance("landmarks, Procrustes") < 0.01);
+    assert!(distance("elastic curves (SRVF)") < 0.15);
+    // sqrt(2 pi (lambda + mu)) times the difference of the radii, up to the grid and few steps.
+    let length = distance("elastic average, viscous paths");
+    assert!((length / (0.1 * (4.0 * std::f64::consts::PI).sqrt()) - 1.0).abs() < 0.03);
+    // The average of this program is nearer to equal areas than to equal radii, or between them.
+    let area = table.number(row("elastic average, viscous paths"), "area");
+    assert!((0.94..1.0).contains(&area), "{area}");
+}
+
+/// The built-in shapes are compared in their groups, and volumes are refused.
+#[test]
+fn related_notions_are_of_plane_shapes() {
+    let place = Place::new();
+    let table = figure(&place, "related", &["--grid", "33"], "drawn");
+    assert_eq!(table.rows(), 24);
+    for row in 0..8 {
+        assert_eq!(table.cell(row, "shapes"), "bar_000 to bar_001");
+        assert_eq!(table.cell(row + 16, "shapes"), "hand_000 to hand_004");
+    }
+    // The mean of the signed distances loses area where the bars do not overlap, the elastic average keeps it.
+    assert!(table.number(3, "area") < table.number(0, "area"));
+    let pairs = table.cell(16, "pairs over their mean").as_str().unwrap();
+    assert_eq!(pairs.split(", ").count(), 10);
+    for name in ["a.npy", "b.npy"] {
+        draw(&place, name, &["disk", "--dimension", "3", "--grid", "17"]);
+    }
+    let run = place.run(&["figure", "related", "a.npy", "b.npy", "-o", "solid"]);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("plane shapes"));
+}
+
+#[test]
+fn paths_of_more_steps_have_a_limit() {
+    let place = Place::new();
+    for (name, radius) in [("a.npy", "0.2"), ("b.npy", "0.3")] {
+        draw(&place, name, &["disk", "--radius", radius, "--grid", "33"]);
+    }
+    let disks = ["a.npy", "b.npy", "--grid", "33"];
+    let table = figure(&place, "steps", &disks, "disks");
+    assert_eq!(table.rows(), 1);
+    assert_eq!(table.cell(0, "arrive"), "4 of 4");
+    // In closed form for infinitely many steps: sqrt(2 pi (lambda + mu)) times the difference of the radii.
+    let exact = 0.1 * (4.0 * std::f64::consts::PI).sqrt();
+    let limit = table.number(0, "L limit");
+    assert!((limit / exact - 1.0).abs() < 0.03, "{limit} {exact}");
+    let square = table.number(0, "Diss limit");
+    assert!((square / exact.powi(2) - 1.0).abs() < 0.06, "{square}");
+    // Disks of equal moduli have order two; the errors of few steps are seen.
+    let steps = |k: usize| table.number(0, &format!("L, K = {k}"));
+    assert!((steps(4) - limit).abs() > (steps(32) - limit).abs());
+}
+
+#[test]
+fn fluids_that_keep_areas_have_longer_paths() {
+    let place = Place::new();
+    let table = figure(&place, "fluids", &["--grid", "33"], "fluids");
+    assert_eq!(table.rows(), 6);
+    let column = "lambda / mu";
+    for row in [0, 3] {
+        assert_eq!(table.cell(row, column), 0.01);
+        assert_eq!(table.cell(row + 2, column), 100.0);
+        assert!(table.number(row, "length") < table.number(row + 2, "length"));
+        let area = "least area over the ends";
+        assert!(table.number(row, area) <= table.number(row + 2, area) + 5e-3);
+    }
+    for row in 0..3 {
+        assert_ne!(table.cell(row, "verdict"), "does not arrive");
+    }
+}
+
+#[test]
+fn minima_of_crossed_ellipses_are_drawn() {
+    let place = Place::new();
+    let options = ["--grid", "33", "--tolerance", "5e-3"];
+    let table = figure(&place, "minima", &options, "minima");
+    // As `average --starts 4` lists them, for masks on this grid.
+    assert_eq!(table.rows(), 3);
+    assert!((table.number(0, "energy") - 0.9227).abs() < 1e-4);
+    assert!((table.number(0, "energy") - table.number(1, "energy")).abs() < 1e-6);
+    for (row, expected) in [(0, 4.2), (1, 4.2), (2, 0.727)] {
+        let value = table.number(row, "least eigenvalue");
+        assert!((value / expected - 1.0).abs() < 0.02, "{row}: {value}");
+    }
+    assert!(table.number(1, "points") > 1.0);
+    assert_eq!(table.cell(1, "average"), "same");
+    assert_eq!(table.cell(2, "average"), "other");
+    assert_eq!(table.cell(2, "starts"), "1 (usual)");
+}

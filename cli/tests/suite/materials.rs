@@ -1,7 +1,7 @@
 //! Materials by their coefficients: power laws with exponents, a share or coefficients.
 
 use crate::average::averaged;
-use crate::common::{Place, arrays, drawn};
+use crate::common::{Place, arrays, draw, drawn};
 
 /// `P = a1 p d^(p/2-1)` and `Q = a2 q d^(q/2-1)` in the plane, for the exponents and coefficients below.
 const PARTS: [f64; 2] = [0.1 * 4.0 * 2.0, 0.2 * 2.0];
@@ -58,9 +58,29 @@ fn a_law_is_stated_by_its_coefficients() {
         "repeated",
         "--allow-doubtful",
     ]);
-    crate::common::succeeded(&repeated);
+    let printed = crate::common::succeeded(&repeated);
+    let line = printed.lines().find(|line| line.starts_with("  law "));
+    // lambda = 0.8 + 13.5 - 2 (0.8 + 0.4), by the formula above.
+    let expected = "  law          power_two_term, lambda 11.9, mu 1.2, exponents 4,2,2,3, coefficients 0.1,0.2,0.9";
+    assert_eq!(line, Some(expected), "{printed}");
     let repeated = crate::common::Results::read(&place.path("repeated"));
     assert_eq!(arrays(&found), arrays(&repeated));
+}
+
+/// The terminal states the moduli of a path.
+#[test]
+fn the_moduli_of_a_path_are_printed() {
+    let place = Place::new();
+    for (name, radius) in [("a.npy", "0.2"), ("b.npy", "0.22")] {
+        draw(&place, name, &["disk", "--radius", radius, "--grid", "17"]);
+    }
+    let options = [
+        "a.npy", "b.npy", "-K", "2", "--lambda", "0.1", "--mu", "2.5",
+    ];
+    let run = place.compute(&[&["geodesic", "-o", "out"], &options[..]].concat());
+    let printed = crate::common::succeeded(&run);
+    let line = "\n  law          logdet, lambda 0.1, mu 2.5\n";
+    assert!(printed.contains(line), "{printed}");
 }
 
 /// What does not go together is refused before anything is computed.
