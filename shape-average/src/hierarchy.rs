@@ -8,6 +8,7 @@ use crate::level::LevelShapes;
 use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Solver};
 use crate::reached::Reached;
+use crate::rematch::minimise_and_rematch;
 use crate::result::{LevelReport, certificates};
 use crate::shapes::Shapes;
 use fe_grid::minimise::{
@@ -42,10 +43,12 @@ pub(crate) fn solve_levels<const D: usize>(
         x.copy_from_slice(u);
     }
     let (finest, estimated) = (problem.grids.len() - 1, problem.estimated);
+    let rematched = problem.rematched;
     let minimiser = |level| LevelMinimiser {
         params: params.clone(),
         finest: level == finest,
         estimated,
+        rematched: rematched.filter(|_| level + 1 == finest),
     };
     let solution = minimise_levels(&mut problem, minimiser, first, observer)?;
     for (report, level) in problem.reports.iter_mut().zip(&solution.levels) {
@@ -55,15 +58,18 @@ pub(crate) fn solve_levels<const D: usize>(
 }
 
 /// The minimiser selected by the parameters, with the stopping criterion of a level.
-pub(crate) struct LevelMinimiser {
+pub(crate) struct LevelMinimiser<'a, const D: usize> {
     pub params: AverageParams,
     /// Whether the level is the finest one.
     pub finest: bool,
     /// Whether the remaining energy is estimated on the finest level.
     pub estimated: bool,
+    /// The signed distances of all shapes on the finest level, if those that fit badly are deformed anew on
+    /// this level.
+    pub rematched: Option<&'a [Field<f64, D, 1>]>,
 }
 
-impl LevelMinimiser {
+impl<const D: usize> LevelMinimiser<'_, D> {
     /// Returns a factor of the tolerance: the least weight relative to equal weights, at least 0.1.
     /// A shape of small weight contributes little to the energy.
     fn strictness(&self, n_shapes: usize) -> f64 {
@@ -73,7 +79,7 @@ impl LevelMinimiser {
     }
 }
 
-impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
+impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser<'_, D> {
     fn minimise(
         &self,
         objective: &mut AverageObjective<D>,
@@ -101,6 +107,8 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser {
                 };
                 if self.finest && self.estimated {
                     minimise_in_rounds(&lbfgs, objective, x, observer)
+                } else if let Some(distances) = self.rematched {
+                    minimise_and_rematch(&lbfgs, objective, x, distances, observer)
                 } else {
                     lbfgs.minimise(objective, x, observer)
                 }
@@ -144,6 +152,8 @@ pub(crate) struct Levels<'a, const D: usize> {
     start: Vec<&'a [f64]>,
     /// Whether the remaining energy is estimated on the finest level.
     estimated: bool,
+    /// The signed distances of all shapes on the finest level, if those that fit badly are deformed anew.
+    rematched: Option<&'a [Field<f64, D, 1>]>,
     /// Grids, coarsest first.
     grids: Vec<Grid<D>>,
     /// Numbers of shapes of all processes, and of this one.
@@ -166,6 +176,7 @@ impl<'a, const D: usize> Levels<'a, D> {
             n_shapes: levels[0].n_shapes(),
             n_own: levels[0].n_own(),
             estimated: false,
+            rematched: None,
             average: vec![1.0; levels[0].n_components() * grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
@@ -194,6 +205,14 @@ impl<'a, const D: usize> Levels<'a, D> {
     pub(crate) fn estimated(self) -> Self {
         Self {
             estimated: true,
+            ..self
+        }
+    }
+
+    /// Deforms shapes that fit badly anew, given the signed distances of all shapes on the finest level.
+    pub(crate) fn rematching(self, signed_distances: &'a [Field<f64, D, 1>]) -> Self {
+        Self {
+            rematched: Some(signed_distances),
             ..self
         }
     }
@@ -345,6 +364,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
             evaluations: info.evaluations,
             shape_evaluations: objective.shape_evaluations - objective.shapes().n_shapes(),
             average_iterations: objective.average_iterations,
+            rematched: std::mem::take(&mut objective.rematched),
             energies: info.energies.clone(),
             energy,
             certificate: worst_of_all(&objective, x),

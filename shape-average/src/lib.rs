@@ -58,6 +58,7 @@ mod doubts;
 mod elastic;
 mod energy;
 mod error;
+mod floor;
 mod follow;
 mod hessian;
 mod hierarchy;
@@ -72,6 +73,7 @@ mod params;
 mod partial;
 mod quiet;
 mod reached;
+mod rematch;
 mod result;
 mod rounds;
 mod shapes;
@@ -97,6 +99,7 @@ pub use minima::{
 };
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
+pub use rematch::Rematch;
 pub use result::{AverageResult, ComponentResult, LevelReport};
 pub use shapes::Shapes;
 pub use solve::{

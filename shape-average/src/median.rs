@@ -12,6 +12,7 @@
 
 use crate::energy::Energy;
 use crate::error::AverageError;
+use crate::floor::{energies_above, floors};
 use crate::hierarchy::{Levels, solve_levels};
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean};
@@ -19,10 +20,8 @@ use crate::quiet::Quiet;
 use crate::reached::Reached;
 use crate::result::AverageResult;
 use crate::shapes::Shapes;
-use fe_grid::composition::{Interpolant, Matching};
 use fe_grid::minimise::Observer;
-use fe_grid::{Assembly, Data, Field, GridError, mutant};
-use phasefield::{LeastMismatch, Masked};
+use fe_grid::{Field, mutant};
 use std::time::Instant;
 
 /// Smoothing at zero: `s^2` as a fraction of the reference energy.
@@ -50,11 +49,7 @@ struct Roots {
 impl Roots {
     /// Returns the energies `e_i` of the shapes.
     fn energies(&self, energy: &Energy) -> Vec<f64> {
-        let own = |i: usize| {
-            let excess = (energy.mismatch[i] - self.floors[i]).max(0.0);
-            self.weights[i] * energy.elastic[i] + self.mismatch * excess
-        };
-        (0..self.floors.len()).map(own).collect()
+        energies_above(&self.floors, &self.weights, self.mismatch, energy)
     }
 
     /// Returns the sum of `2 sqrt(e0) (sqrt(e_i + s^2) - s)`, the floors and the length.
@@ -174,34 +169,4 @@ fn round<const D: usize>(
         .shared(roots.slopes(&last.energy()))
         .from(last.displacements());
     solve_levels(problem, &mut Quiet(observer))
-}
-
-/// Computes the least mismatch of each shape, of all processes, with any phase field. Collective.
-fn floors<const D: usize>(shapes: &LevelShapes<D>) -> Result<Vec<f64>, GridError> {
-    let grid = *shapes.grid();
-    let rest = vec![0.0; D * grid.n_nodes()];
-    let density = LeastMismatch {
-        interface_width: shapes.interface_width(),
-    };
-    let of_component = |i: usize, c: usize| {
-        let coefficients = shapes.match_coefficients(i, c);
-        let data = Data {
-            coefficients: &coefficients,
-            cells: &[],
-        };
-        let field = Interpolant::new(grid, coefficients[0]);
-        if shapes.seen().is_empty() {
-            Assembly::new(grid, &Matching::new(density, field), data).value(&rest)
-        } else {
-            Assembly::new(grid, &Matching::new(Masked(density), field), data).value(&rest)
-        }
-    };
-    let components = 0..shapes.n_components();
-    let floor = |i: usize| {
-        let floors = components.clone().map(|c| of_component(i, c));
-        floors.sum::<Result<f64, _>>().map(|f| [f])
-    };
-    let own: Result<Vec<[f64; 1]>, _> = (0..shapes.n_own()).map(floor).collect();
-    let all = shapes.distribution().share(&own?);
-    Ok(all.into_flattened())
 }

@@ -16,6 +16,7 @@ use crate::error::AverageError;
 use crate::level::{LevelShapes, shape};
 use crate::metric::ShapeMetric;
 use crate::params::{AverageParams, BoundaryCondition};
+use crate::rematch::Rematch;
 use crate::rounds::Rounds;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::minimise::Evaluation;
@@ -78,6 +79,8 @@ pub struct AverageObjective<const D: usize> {
     pub(crate) rounds: Rounds,
     /// The last estimate of the remaining energy.
     pub(crate) found_remaining: Option<f64>,
+    /// The shapes that were deformed anew on this level.
+    pub(crate) rematched: Vec<Rematch>,
     /// Work space of the multigrid cycles of all shapes.
     work_space: WorkSpace<f32>,
     /// The normal equations of every component of the average.
@@ -152,6 +155,7 @@ impl<const D: usize> AverageObjective<D> {
             fixed: false,
             rounds: Rounds::default(),
             found_remaining: None,
+            rematched: Vec::new(),
             work_space: WorkSpace::default(),
             equations,
             scratch: CgScratch::default(),

@@ -3,6 +3,7 @@
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
+use crate::rematch::Rematch;
 use crate::shapes::Shapes;
 use fe_grid::minimise::{Evaluations, Status};
 use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify, parallel};
@@ -27,6 +28,9 @@ pub struct LevelReport {
     pub shape_evaluations: usize,
     /// Conjugate-gradient iterations of all solves for the average.
     pub average_iterations: usize,
+    /// The shapes that were deformed anew, by way of others.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rematched: Vec<Rematch>,
     /// Value of the functional before the first and after every accepted step.
     pub energies: Vec<f64>,
     /// Terms of the functional at the end.

@@ -161,14 +161,24 @@ fn average_distributed_in<const D: usize>(
     let grids: Vec<Grid<D>> = levels.iter().map(|level| *level.grid()).collect();
     levels.drain(..first_level(&grids, shapes.len(), known)?);
     let known = known.get(distribution.own()).unwrap_or_default();
+    // Only where they are known by these distances alone.
+    let rematched = seen.is_empty() && shapes.n_components() == 1;
     if distribution.is_alone() {
-        return solve(shapes, levels, known, params, start, observer);
+        return solve(shapes, levels, known, rematched, params, start, observer);
     }
     let mut together = Together {
         observer,
         distribution,
     };
-    solve(shapes, levels, known, params, start, &mut together)
+    solve(
+        shapes,
+        levels,
+        known,
+        rematched,
+        params,
+        start,
+        &mut together,
+    )
 }
 
 /// The result of the only process.
@@ -244,7 +254,7 @@ fn average_on_levels_in<const D: usize>(
     if levels.is_empty() {
         return Err(AverageError::Levels { level: 0 });
     }
-    of_first(solve(shapes, levels, &[], params, start, observer)?)
+    of_first(solve(shapes, levels, &[], false, params, start, observer)?)
 }
 
 compiled_once! {
@@ -388,6 +398,7 @@ fn solve<const D: usize>(
     shapes: Shapes<'_, D>,
     levels: Vec<LevelShapes<D>>,
     known: &[Field<f64, D, D>],
+    rematched: bool,
     params: &AverageParams,
     start: Instant,
     observer: &mut dyn Observer,
@@ -396,6 +407,9 @@ fn solve<const D: usize>(
         return crate::median::solve(shapes, levels, known, params, start, observer);
     }
     let known = known.iter().map(Field::as_slice).collect();
-    let problem = Levels::new(levels, params).from(known).estimated();
+    let mut problem = Levels::new(levels, params).from(known).estimated();
+    if rematched {
+        problem = problem.rematching(shapes.whole());
+    }
     solve_levels(problem, observer)?.into_result(shapes, start)
 }

@@ -169,6 +169,24 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
     for component in &found.components {
         summary.line("", component.in_words());
     }
+    let rematched = found
+        .result
+        .levels
+        .iter()
+        .flat_map(|level| &level.rematched);
+    let names: Vec<String> = rematched
+        .map(|rematch| {
+            let name = |shape: usize| record.input[shape].path.display();
+            format!(
+                "{} by way of {}",
+                name(rematch.shape),
+                name(rematch.by_way_of)
+            )
+        })
+        .collect();
+    if !names.is_empty() {
+        summary.line("deformed", format!("anew: {}", names.join(", ")));
+    }
     summary.certificate(&found.result.certificate);
     if let Some(bars) = found.error_bars {
         bars.add_to(&mut summary);

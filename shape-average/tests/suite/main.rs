@@ -18,6 +18,7 @@ mod match_to;
 mod minima;
 mod oracle;
 mod remaining;
+mod rematch;
 mod rounds;
 mod seen;
 mod start;
