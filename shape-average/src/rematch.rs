@@ -149,9 +149,6 @@ fn rematch<const D: usize>(
             let Some(u) = way.follow(objective, own, observer)? else {
                 continue;
             };
-                "{k} by way of {j}: {before} -> {:?}, needs {best}",
-                energy_of(objective, own, &u)?
-            );
             match energy_of(objective, own, &u)? {
                 Some(energy) if energy < best => {
                     best = energy;
