@@ -4,7 +4,7 @@ use crate::support::shapes::{bar, shape};
 use fe_grid::communicator::on_threads;
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
-use shape_average::{AverageParams, AverageResult, average, average_distributed};
+use shape_average::{AverageParams, AverageResult, Shapes, average, average_distributed};
 
 /// A palm with four fingers, with these degrees between neighbouring ones.
 fn hand(grid: Grid<2>, spread: f64) -> ScalarField<f64, 2> {
@@ -82,7 +82,15 @@ fn processes_deform_the_same_shapes_anew() {
     let shapes = hands(Grid::dyadic(6));
     let params = AverageParams::default();
     let run = |communicator| {
-        average_distributed(communicator, &shapes, &[], &[], &params, &mut Silent).unwrap()
+        average_distributed(
+            communicator,
+            Shapes::new(&shapes),
+            &[],
+            &[],
+            &params,
+            &mut Silent,
+        )
+        .unwrap()
     };
     let alone = on_threads(1, &run).into_iter().next().flatten().unwrap();
     let three = on_threads(3, &run).into_iter().next().flatten().unwrap();
