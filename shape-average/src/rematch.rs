@@ -72,21 +72,22 @@ pub(crate) fn minimise_and_rematch<const D: usize>(
         observer,
     };
     let second = params.minimise(objective, x, &mut later)?;
-    Ok(joined(first, second))
+    Ok(joined(first, &second))
 }
 
 /// The record of both minimisations; that between them counts as a step.
-fn joined(first: Info, second: Info) -> Info {
+fn joined(first: Info, second: &Info) -> Info {
     let mut energies = first.energies;
     energies.extend(&second.energies);
     let mut evaluations = first.evaluations;
     evaluations += second.evaluations;
     Info {
+        status: second.status,
         iterations: energies.len().saturating_sub(1),
         evaluations,
         energies,
         first_gradient_norm: first.first_gradient_norm,
-        ..second
+        gradient_norm: second.gradient_norm,
     }
 }
 
@@ -364,7 +365,7 @@ mod tests {
             gradient_norm: 0.0,
         };
         let first = info(&[9.0, 7.0], Status::LineSearchFailed);
-        let both = joined(first, info(&[5.0, 4.0, 3.0], Status::EnergyTolerance));
+        let both = joined(first, &info(&[5.0, 4.0, 3.0], Status::EnergyTolerance));
         assert_eq!(both.energies, [9.0, 7.0, 5.0, 4.0, 3.0]);
         assert_eq!((both.iterations, both.evaluations.gradients), (4, 4));
         assert_eq!(both.status, Status::EnergyTolerance);
