@@ -59,12 +59,13 @@ pub(crate) fn minimise_in_rounds<const D: usize>(
     }
 }
 
-/// One observer for all rounds.
-struct View<'a> {
-    observer: &'a mut dyn Observer,
-    resumed: Option<Memory<'static>>,
+/// One observer for all rounds of a level.
+pub(crate) struct View<'a> {
+    pub observer: &'a mut dyn Observer,
+    /// What the next run resumes from.
+    pub resumed: Option<Memory<'static>>,
     /// Iterations of earlier rounds.
-    offset: usize,
+    pub offset: usize,
 }
 
 impl Observer for View<'_> {

@@ -12,6 +12,7 @@
 //!
 //! This is done on the second finest grid, where it costs little; all shapes go on from there together.
 
+use crate::confirm::View;
 use crate::error::AverageError;
 use crate::floor::{energies_above, floors};
 use crate::hierarchy::{Levels, inject, levels_of_visible, solve_levels, targets_of};
@@ -22,7 +23,7 @@ use crate::quiet::Quiet;
 use crate::reached::Reached;
 use crate::shapes::Shapes;
 use fe_grid::minimise::{
-    Control, Evaluation, Info, Iteration, LbfgsParams, Memory, Minimiser, Observer, Silent, Status,
+    Control, Evaluation, Info, LbfgsParams, Minimiser, Observer, Silent, Status,
 };
 use fe_grid::{Distribution, Field, Grid, ScalarField, repair, restrain_step, vector};
 use serde::Serialize;
@@ -67,9 +68,11 @@ pub(crate) fn minimise_and_rematch<const D: usize>(
     if !goes_on || !rematch(objective, x, signed_distances, observer)? {
         return Ok(first);
     }
-    let mut later = Later {
-        offset: first.energies.len(),
+    let resumed = observer.resume();
+    let mut later = View {
         observer,
+        resumed,
+        offset: first.energies.len(),
     };
     let second = params.minimise(objective, x, &mut later)?;
     Ok(joined(first, &second))
@@ -301,37 +304,6 @@ impl<const D: usize> Way<'_, D> {
         }
         repair(grid, &mut way, least_determinant, None);
         way
-    }
-}
-
-/// An observer of the second minimisation: iterations are counted on.
-struct Later<'a> {
-    observer: &'a mut dyn Observer,
-    offset: usize,
-}
-
-impl Observer for Later<'_> {
-    fn iteration(&mut self, iteration: &Iteration<'_>) -> Control {
-        self.observer.iteration(&Iteration {
-            iteration: self.offset + iteration.iteration,
-            ..*iteration
-        })
-    }
-
-    fn resume(&mut self) -> Option<Memory<'static>> {
-        self.observer.resume()
-    }
-
-    fn memory(&mut self, memory: &Memory<'_>) {
-        self.observer.memory(memory);
-    }
-
-    fn remembers(&mut self, ended: bool) -> bool {
-        self.observer.remembers(ended)
-    }
-
-    fn between(&mut self) -> Control {
-        self.observer.between()
     }
 }
 
