@@ -135,6 +135,24 @@ pub enum Align {
 }
 
 impl MaskOptions {
+    /// Checks the options beside `--labels`, which refuses those of masks and others of a command.
+    pub(crate) fn check_labels(
+        &self,
+        labels: bool,
+        others: &[(&str, bool)],
+    ) -> Result<(), CliError> {
+        let own = [("--label", self.label.is_some()), ("--invert", self.invert)];
+        let refused = own.iter().chain(others).find(|(_, is_set)| *is_set);
+        match refused {
+            Some((option, _)) if labels => Err(CliError::Option {
+                option: "--labels",
+                value: format!("with {option}"),
+                remedy: "leave one of the two out".into(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// How masks are read.
     pub fn reading(&self) -> ReadOptions {
         ReadOptions {

@@ -206,22 +206,14 @@ impl AverageConfig {
     }
 
     fn check_labels(&self) -> Result<(), CliError> {
-        let of_one_component = [
-            ("--label", self.masks.label.is_some()),
-            ("--invert", self.masks.invert),
-            ("--sweep", self.sweep.is_some()),
-            ("--error-bars", self.error_bars),
-            ("--starts", self.starts.is_some()),
-        ];
-        let refused = of_one_component.into_iter().find(|(_, is_set)| *is_set);
-        if let (true, Some((option, _))) = (self.labels, refused) {
-            return Err(CliError::Option {
-                option: "--labels",
-                value: format!("with {option}"),
-                remedy: "leave one of the two out".into(),
-            });
-        }
-        Ok(())
+        self.masks.check_labels(
+            self.labels,
+            &[
+                ("--sweep", self.sweep.is_some()),
+                ("--error-bars", self.error_bars),
+                ("--starts", self.starts.is_some()),
+            ],
+        )
     }
 
     fn check_starts(&self) -> Result<(), CliError> {

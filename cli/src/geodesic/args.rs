@@ -69,20 +69,13 @@ impl Config for GeodesicConfig {
     fn check(&self) -> Result<(), CliError> {
         named(Self::COMMAND, "a mask, START", &self.start)?;
         named(Self::COMMAND, "two masks, START and END", &self.end)?;
-        let of_one_component = [
-            ("--label", self.masks.label.is_some()),
-            ("--invert", self.masks.invert),
-            ("--valid-start", self.valid_start.is_some()),
-            ("--valid-end", self.valid_end.is_some()),
-        ];
-        let refused = of_one_component.into_iter().find(|(_, is_set)| *is_set);
-        if let (true, Some((option, _))) = (self.labels, refused) {
-            return Err(CliError::Option {
-                option: "--labels",
-                value: format!("with {option}"),
-                remedy: "leave one of the two out".into(),
-            });
-        }
+        self.masks.check_labels(
+            self.labels,
+            &[
+                ("--valid-start", self.valid_start.is_some()),
+                ("--valid-end", self.valid_end.is_some()),
+            ],
+        )?;
         check_path(&self.params)?;
         check_area(&self.params)
     }
