@@ -211,7 +211,7 @@ fn follow<const D: usize>(
             params: own.clone(),
             finest: level == finest,
             estimated: false,
-            rematched: None,
+            second: None,
         };
         let solution = minimise_levels(&mut problem, minimiser, start, quiet)?;
         // A cancelled run ends on a coarser grid: the shape is then not deformed.

@@ -8,8 +8,8 @@ use crate::level::LevelShapes;
 use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Solver};
 use crate::reached::Reached;
-use crate::rematch::minimise_and_rematch;
 use crate::result::{LevelReport, certificates};
+use crate::second::{SecondDeformations, minimise_again};
 use crate::shapes::Shapes;
 use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
@@ -43,12 +43,12 @@ pub(crate) fn solve_levels<const D: usize>(
         x.copy_from_slice(u);
     }
     let (finest, estimated) = (problem.grids.len() - 1, problem.estimated);
-    let rematched = problem.rematched;
+    let second = problem.second;
     let minimiser = |level| LevelMinimiser {
         params: params.clone(),
         finest: level == finest,
         estimated,
-        rematched: rematched.filter(|_| level + 1 == finest),
+        second: second.filter(|_| level + 1 == finest),
     };
     let solution = minimise_levels(&mut problem, minimiser, first, observer)?;
     for (report, level) in problem.reports.iter_mut().zip(&solution.levels) {
@@ -64,9 +64,8 @@ pub(crate) struct LevelMinimiser<'a, const D: usize> {
     pub finest: bool,
     /// Whether the remaining energy is estimated on the finest level.
     pub estimated: bool,
-    /// The signed distances of all shapes on the finest level, if those that fit badly are deformed anew on
-    /// this level.
-    pub rematched: Option<&'a [Field<f64, D, 1>]>,
+    /// The second deformations of this level, if there are any.
+    pub second: Option<&'a dyn SecondDeformations<D>>,
 }
 
 impl<const D: usize> LevelMinimiser<'_, D> {
@@ -107,8 +106,8 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser<'_, D> {
                 };
                 if self.finest && self.estimated {
                     minimise_in_rounds(&lbfgs, objective, x, observer)
-                } else if let Some(distances) = self.rematched {
-                    minimise_and_rematch(&lbfgs, objective, x, distances, observer)
+                } else if let Some(second) = self.second {
+                    minimise_again(&lbfgs, objective, x, second, observer)
                 } else {
                     lbfgs.minimise(objective, x, observer)
                 }
@@ -152,8 +151,8 @@ pub(crate) struct Levels<'a, const D: usize> {
     start: Vec<&'a [f64]>,
     /// Whether the remaining energy is estimated on the finest level.
     estimated: bool,
-    /// The signed distances of all shapes on the finest level, if those that fit badly are deformed anew.
-    rematched: Option<&'a [Field<f64, D, 1>]>,
+    /// The second deformations of the second finest level, if there are any.
+    second: Option<&'a dyn SecondDeformations<D>>,
     /// Grids, coarsest first.
     grids: Vec<Grid<D>>,
     /// Numbers of shapes of all processes, and of this one.
@@ -176,7 +175,7 @@ impl<'a, const D: usize> Levels<'a, D> {
             n_shapes: levels[0].n_shapes(),
             n_own: levels[0].n_own(),
             estimated: false,
-            rematched: None,
+            second: None,
             average: vec![1.0; levels[0].n_components() * grids[0].n_nodes()],
             grids,
             shapes: levels.into_iter().map(Some).collect(),
@@ -209,10 +208,10 @@ impl<'a, const D: usize> Levels<'a, D> {
         }
     }
 
-    /// Deforms shapes that fit badly anew, given the signed distances of all shapes on the finest level.
-    pub(crate) fn rematching(self, signed_distances: &'a [Field<f64, D, 1>]) -> Self {
+    /// Minimises again on the second finest level, from these deformations.
+    pub(crate) fn again(self, second: &'a dyn SecondDeformations<D>) -> Self {
         Self {
-            rematched: Some(signed_distances),
+            second: Some(second),
             ..self
         }
     }

@@ -76,6 +76,7 @@ mod reached;
 mod rematch;
 mod result;
 mod rounds;
+mod second;
 mod shapes;
 mod solve;
 mod strain;
@@ -99,8 +100,7 @@ pub use minima::{
 };
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
-pub use rematch::Rematch;
-pub use result::{AverageResult, ComponentResult, LevelReport};
+pub use result::{AverageResult, ComponentResult, LevelReport, Rematch};
 pub use shapes::Shapes;
 pub use solve::{
     average, average_distributed, average_from, average_of_components, average_of_visible,

@@ -16,7 +16,7 @@ use crate::error::AverageError;
 use crate::level::{LevelShapes, shape};
 use crate::metric::ShapeMetric;
 use crate::params::{AverageParams, BoundaryCondition};
-use crate::rematch::Rematch;
+use crate::result::Rematch;
 use crate::rounds::Rounds;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::minimise::Evaluation;

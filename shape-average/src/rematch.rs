@@ -12,7 +12,6 @@
 //!
 //! This is done on the second finest grid, where it costs little; all shapes go on from there together.
 
-use crate::confirm::View;
 use crate::error::AverageError;
 use crate::floor::{energies_above, floors};
 use crate::hierarchy::{Levels, inject, levels_of_visible, solve_levels, targets_of};
@@ -21,12 +20,11 @@ use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Mean};
 use crate::quiet::Quiet;
 use crate::reached::Reached;
+use crate::result::Rematch;
+use crate::second::SecondDeformations;
 use crate::shapes::Shapes;
-use fe_grid::minimise::{
-    Control, Evaluation, Info, LbfgsParams, Minimiser, Observer, Silent, Status,
-};
+use fe_grid::minimise::{Control, Evaluation, Observer, Silent};
 use fe_grid::{Distribution, Field, Grid, ScalarField, repair, restrain_step, vector};
-use serde::Serialize;
 
 /// A shape is deformed anew if its energy is this multiple of the median. Of horses, of frames of a dancer, and
 /// of beetles with bats the largest is 1.2 to 1.9 times the median; of hands 9 times, where fingers lie on
@@ -44,53 +42,20 @@ const STEPS: usize = 4;
 /// Fewer shapes have no median that tells which of them fits badly.
 const LEAST_SHAPES: usize = 4;
 
-/// A shape that was deformed anew, by way of another one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Rematch {
-    /// The shape.
-    pub shape: usize,
-    /// The other one.
-    pub by_way_of: usize,
-    /// Its weighted terms of the functional before and after, for the average before.
-    pub energies: [f64; 2],
+/// The shapes of an average, of which those that fit badly are deformed anew.
+pub(crate) struct ByOthers<'a, const D: usize> {
+    /// The signed distances of all shapes on the finest level.
+    pub signed_distances: &'a [ScalarField<f64, D>],
 }
 
-/// Minimises, deforms shapes anew that fit badly, and minimises again if there are any.
-pub(crate) fn minimise_and_rematch<const D: usize>(
-    params: &LbfgsParams,
-    objective: &mut AverageObjective<D>,
-    x: &mut [f64],
-    signed_distances: &[ScalarField<f64, D>],
-    observer: &mut dyn Observer,
-) -> Result<Info, AverageError> {
-    let first = params.minimise(objective, x, observer)?;
-    let goes_on = first.status.converged() || first.status == Status::LineSearchFailed;
-    if !goes_on || !rematch(objective, x, signed_distances, observer)? {
-        return Ok(first);
-    }
-    let resumed = observer.resume();
-    let mut later = View {
-        observer,
-        resumed,
-        offset: first.energies.len(),
-    };
-    let second = params.minimise(objective, x, &mut later)?;
-    Ok(joined(first, &second))
-}
-
-/// The record of both minimisations; that between them counts as a step.
-fn joined(first: Info, second: &Info) -> Info {
-    let mut energies = first.energies;
-    energies.extend(&second.energies);
-    let mut evaluations = first.evaluations;
-    evaluations += second.evaluations;
-    Info {
-        status: second.status,
-        iterations: energies.len().saturating_sub(1),
-        evaluations,
-        energies,
-        first_gradient_norm: first.first_gradient_norm,
-        gradient_norm: second.gradient_norm,
+impl<const D: usize> SecondDeformations<D> for ByOthers<'_, D> {
+    fn improve(
+        &self,
+        objective: &mut AverageObjective<D>,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<bool, AverageError> {
+        rematch(objective, x, self.signed_distances, observer)
     }
 }
 
@@ -321,26 +286,5 @@ mod tests {
         assert_eq!(poor_and_good(&[1.0; 40]).0, [0usize; 0]);
         assert_eq!(poor_and_good(&[1.0; 40]).1.len(), CANDIDATES);
         assert_eq!(poor_and_good(&[1.0, 1.0, 9.0]).0, [0usize; 0], "too few");
-    }
-
-    #[test]
-    fn a_step_between_two_minimisations_counts_as_one() {
-        let info = |energies: &[f64], status| Info {
-            status,
-            iterations: energies.len() - 1,
-            evaluations: fe_grid::minimise::Evaluations {
-                gradients: 2,
-                ..Default::default()
-            },
-            energies: energies.to_vec(),
-            first_gradient_norm: energies[0],
-            gradient_norm: 0.0,
-        };
-        let first = info(&[9.0, 7.0], Status::LineSearchFailed);
-        let both = joined(first, &info(&[5.0, 4.0, 3.0], Status::EnergyTolerance));
-        assert_eq!(both.energies, [9.0, 7.0, 5.0, 4.0, 3.0]);
-        assert_eq!((both.iterations, both.evaluations.gradients), (4, 4));
-        assert_eq!(both.status, Status::EnergyTolerance);
-        assert_eq!(both.first_gradient_norm, 9.0);
     }
 }

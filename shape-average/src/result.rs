@@ -3,13 +3,23 @@
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
-use crate::rematch::Rematch;
 use crate::shapes::Shapes;
 use fe_grid::minimise::{Evaluations, Status};
 use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify, parallel};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
 use serde::Serialize;
 use std::time::Instant;
+
+/// A shape that was deformed anew, by way of another one.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Rematch {
+    /// The shape.
+    pub shape: usize,
+    /// The other one.
+    pub by_way_of: usize,
+    /// Its weighted terms of the functional before and after, for the average before.
+    pub energies: [f64; 2],
+}
 
 /// Convergence history of one level.
 #[derive(Clone, Debug, PartialEq, Serialize)]

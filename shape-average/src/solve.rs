@@ -5,6 +5,7 @@ use crate::follow::{Leaders, with_followers};
 use crate::hierarchy::{Levels, levels_of, levels_of_visible, solve_levels, targets_of};
 use crate::level::LevelShapes;
 use crate::params::{AverageParams, Mean, Solver};
+use crate::rematch::ByOthers;
 use crate::result::AverageResult;
 use crate::shapes::Shapes;
 use crate::together::Together;
@@ -408,8 +409,11 @@ fn solve<const D: usize>(
     }
     let known = known.iter().map(Field::as_slice).collect();
     let mut problem = Levels::new(levels, params).from(known).estimated();
+    let others = ByOthers {
+        signed_distances: shapes.whole(),
+    };
     if rematched {
-        problem = problem.rematching(shapes.whole());
+        problem = problem.again(&others);
     }
     solve_levels(problem, observer)?.into_result(shapes, start)
 }
