@@ -6,7 +6,7 @@
 //! norm 1, and a shape is the orbit of a preshape under rotations.
 
 use super::curve::{Curve, Point};
-use super::space::{Space, added, hermitian, scaled, size, sphere_exp, sphere_log, turned};
+use super::space::{Orbits, added, hermitian, scaled, size, turned};
 
 /// Landmarks of an outline, at equal distances along it. Which of them correspond is not known: the
 /// correspondence is the best of the cyclic shifts.
@@ -66,17 +66,7 @@ pub(super) fn aligned(z: &[Point], w: &[Point]) -> Vec<Point> {
 }
 
 /// Kendall's space of the shapes of an outline, whose landmarks are numbered from an unknown one.
-pub(super) struct Shapes;
-
-impl Space for Shapes {
-    fn log(&self, at: &[Point], to: &[Point]) -> Vec<Point> {
-        sphere_log(at, &aligned(at, to))
-    }
-
-    fn exp(&self, at: &[Point], velocity: &[Point]) -> Vec<Point> {
-        sphere_exp(at, velocity)
-    }
-}
+pub(super) const SHAPES: Orbits = Orbits { aligned };
 
 /// The full Procrustes mean: `argmin_m sum d(m, z_i)^2` of the full Procrustes distance, the dominant
 /// eigenvector of `sum z_i z_i^*` (Dryden and Mardia, result 3.2), by the power iteration, with the best

@@ -217,7 +217,7 @@ impl Notion {
                     });
                     plane(&of_landmarks(&mean, &curves), distances)
                 } else {
-                    let median = space::geometric_median(&landmarks::Shapes, &shapes, &mean);
+                    let median = space::geometric_median(&landmarks::SHAPES, &shapes, &mean);
                     plane(&of_landmarks(&median, &curves), Vec::new())
                 }
             }

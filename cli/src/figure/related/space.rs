@@ -17,6 +17,22 @@ pub(super) trait Space {
     fn exp(&self, at: &[Point], velocity: &[Point]) -> Vec<Point>;
 }
 
+/// The orbits of a group that acts on the unit sphere by isometries, each given by one of its points.
+pub(super) struct Orbits {
+    /// The point nearest to the first argument in the orbit of the second.
+    pub aligned: fn(&[Point], &[Point]) -> Vec<Point>,
+}
+
+impl Space for Orbits {
+    fn log(&self, at: &[Point], to: &[Point]) -> Vec<Point> {
+        sphere_log(at, &(self.aligned)(at, to))
+    }
+
+    fn exp(&self, at: &[Point], velocity: &[Point]) -> Vec<Point> {
+        sphere_exp(at, velocity)
+    }
+}
+
 /// The norm of a tangent vector.
 pub(super) fn size(v: &[Point]) -> f64 {
     v.iter()
@@ -94,7 +110,7 @@ pub(super) fn geometric_median(
 }
 
 /// Exponential map of the unit sphere.
-pub(super) fn sphere_exp(at: &[Point], velocity: &[Point]) -> Vec<Point> {
+fn sphere_exp(at: &[Point], velocity: &[Point]) -> Vec<Point> {
     let angle = size(velocity);
     if angle == 0.0 {
         return at.to_vec();
@@ -165,17 +181,10 @@ mod tests {
         }
     }
 
-    struct Sphere;
-
-    impl Space for Sphere {
-        fn log(&self, at: &[Point], to: &[Point]) -> Vec<Point> {
-            sphere_log(at, to)
-        }
-
-        fn exp(&self, at: &[Point], velocity: &[Point]) -> Vec<Point> {
-            sphere_exp(at, velocity)
-        }
-    }
+    /// The sphere itself.
+    const SPHERE: Orbits = Orbits {
+        aligned: |_, to| to.to_vec(),
+    };
 
     /// On a line the geometric median is the median of the numbers, and the mean their mean.
     #[test]
@@ -210,7 +219,7 @@ mod tests {
     #[test]
     fn the_mean_on_a_sphere_is_the_middle_of_a_great_circle() {
         let at = |t: f64| vec![[t.cos(), t.sin()], [0.0, 0.0]];
-        let mean = karcher_mean(&Sphere, &[at(0.0), at(0.8)], &at(0.0), 50);
+        let mean = karcher_mean(&SPHERE, &[at(0.0), at(0.8)], &at(0.0), 50);
         assert_relative_eq!(mean[0][1], 0.4f64.sin(), epsilon = 1e-12);
         assert_relative_eq!(size(&sphere_log(&at(0.2), &at(1.0))), 0.8, epsilon = 1e-12);
     }

@@ -14,9 +14,7 @@
 use super::curve::{Curve, Point, minus, norm, plus};
 use super::landmarks::centroid;
 use super::reparametrise::reparametrise;
-use super::space::{
-    Space, dot, hermitian, karcher_mean, scaled, size, sphere_exp, sphere_log, turned,
-};
+use super::space::{Orbits, dot, hermitian, karcher_mean, scaled, size, sphere_log, turned};
 
 /// Intervals of a curve.
 pub(super) const SAMPLES: usize = 96;
@@ -121,21 +119,11 @@ fn aligned(a: &[Point], b: &[Point]) -> Vec<Point> {
 }
 
 /// The shapes of closed curves.
-struct Shapes;
-
-impl Space for Shapes {
-    fn log(&self, at: &[Point], to: &[Point]) -> Vec<Point> {
-        sphere_log(at, &aligned(at, to))
-    }
-
-    fn exp(&self, at: &[Point], velocity: &[Point]) -> Vec<Point> {
-        sphere_exp(at, velocity)
-    }
-}
+const SHAPES: Orbits = Orbits { aligned };
 
 /// The Karcher mean of closed curves, from the first.
 pub(super) fn mean(curves: &[Vec<Point>]) -> Vec<Point> {
-    karcher_mean(&Shapes, curves, &curves[0], ITERATIONS)
+    karcher_mean(&SHAPES, curves, &curves[0], ITERATIONS)
 }
 
 #[cfg(test)]
