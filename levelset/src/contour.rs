@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::{SMatrix, SVector};
 
 use crate::error::LevelsetError;
-use crate::vector::{area_normal, norm};
+use crate::vector::{area_normal, norm, sub};
 
 /// Oriented segments around a 2D object, or oriented triangles around a 3D object: shared
 /// points, and for every simplex the positions of its `D` corners in the list of points.
@@ -17,6 +17,9 @@ pub struct Contour<const D: usize> {
     points: Vec<[f64; D]>,
     simplices: Vec<Simplex<D>>,
 }
+
+/// Length of the shortest edges that are divided, relative to the extent of a contour.
+const SHORTEST: f64 = 1e-4;
 
 /// Positions of the corners of a segment or triangle in the list of points.
 pub type Simplex<const D: usize> = [u32; D];
@@ -117,6 +120,40 @@ impl<const D: usize> Contour<D> {
         let moved = other.simplices.iter().map(|s| s.map(|c| c + shift));
         self.simplices.extend(moved);
         self
+    }
+
+    /// Returns the same boundary in pieces of which no edge is longer than `length`: longer ones are
+    /// bisected, the longest of a triangle first. Pieces that share an edge divide it at the same
+    /// points, so that a closed contour remains closed. Edges shorter than a ten thousandth of the
+    /// extent are never divided, which bounds the number of pieces.
+    pub(crate) fn refined(&self, length: f64) -> Self {
+        let [low, high] = self.bounds();
+        let length = length.max(SHORTEST * norm(&sub(&high, &low)));
+        let mut points = self.points.clone();
+        let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
+        let (mut open, mut done) = (self.simplices.clone(), Vec::new());
+        open.reverse();
+        while let Some(simplex) = open.pop() {
+            let Some([i, j]) = longest_edge(&points, &simplex, length) else {
+                done.push(simplex);
+                continue;
+            };
+            let (a, b) = (simplex[i], simplex[j]);
+            let middle = *middles.entry([a.min(b), a.max(b)]).or_insert_with(|| {
+                let [p, q] = [a, b].map(|corner| points[corner as usize]);
+                points.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+                points.len() as u32 - 1
+            });
+            for corner in [i, j] {
+                let mut half = simplex;
+                half[corner] = middle;
+                open.push(half);
+            }
+        }
+        Self {
+            points,
+            simplices: done,
+        }
     }
 
     /// Returns the length of one segment, or the area of one triangle.
@@ -231,4 +268,20 @@ fn determinant<const D: usize>(matrix: &SMatrix<f64, D, D>) -> f64 {
             m(0, j) * (m(1, k) * m(2, l) - m(1, l) * m(2, k))
         })
         .sum()
+}
+
+/// The ends of the longest edge of a simplex, as positions among its corners, if it is longer than
+/// `length`.
+fn longest_edge<const D: usize>(
+    points: &[[f64; D]],
+    simplex: &Simplex<D>,
+    length: f64,
+) -> Option<[usize; 2]> {
+    let pairs = (0..D).flat_map(|i| (i + 1..D).map(move |j| [i, j]));
+    let measured = pairs.map(|[i, j]| {
+        let [p, q] = [i, j].map(|corner| points[simplex[corner] as usize]);
+        (norm(&sub(&p, &q)), [i, j])
+    });
+    let longest = measured.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (longest.0 > length).then_some(longest.1)
 }

@@ -1,9 +1,12 @@
 //! Properties of single shapes that make results doubtful: contact with the border, specks, and
-//! parts that a grid does not resolve.
+//! parts and gaps that a grid does not resolve.
 
 use fe_grid::{Field, Grid, compiled_once};
 
 use crate::components::{Adjacency, components};
+use crate::contour::Contour;
+use crate::error::LevelsetError;
+use crate::facing::{Layer, facing};
 
 /// Size of a speck relative to the largest component: smaller ones are specks.
 const SPECK: f64 = 0.02;
@@ -74,6 +77,31 @@ fn thin_share_in<const D: usize>(distance: &Field<f64, D, 1>) -> f64 {
         d > 0.0 && shallow.contains(&d) && !in_a_ball(distance, grid.node(index))
     });
     thin.count() as f64 / inside.max(1) as f64
+}
+
+compiled_once! {
+    /// The share of a closed boundary that faces itself across a gap of the outside narrower than
+    /// `width`, as the fingers of a closed hand do. Segments and triangles longer than the width are
+    /// divided first, so that the share hardly depends on how the boundary is cut into pieces.
+    ///
+    /// # Errors
+    /// [`LevelsetError::EmptyContour`].
+    pub fn narrow_gap_share<'a, D>(
+        contour: &'a Contour<D>,
+        width: f64,
+    ) -> Result<f64, LevelsetError> = narrow_gap_share_in;
+}
+
+fn narrow_gap_share_in<const D: usize>(
+    contour: &Contour<D>,
+    width: f64,
+) -> Result<f64, LevelsetError> {
+    let fine = contour.refined(width);
+    let found = facing(&fine, width)?;
+    let narrow = |i: &usize| found[*i].is_some_and(|facing| facing.layer == Layer::Slit);
+    let gaps = (0..found.len()).filter(narrow);
+    // From zero: an empty sum is minus zero.
+    Ok(gaps.fold(0.0, |sum, i| sum + fine.size(i)) / fine.perimeter())
 }
 
 /// Whether a node lies in a ball of at least the radius about a node nearby, inside the object.

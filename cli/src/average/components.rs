@@ -10,7 +10,7 @@ use super::record::{Distance, distances};
 use crate::error::CliError;
 use crate::output::ResultDir;
 use crate::shapes::{
-    Components, Input, SizeRecord, VisibilityMask, common_scale, inspect_resolution, write_curves,
+    Components, Input, SizeRecord, VisibilityMask, common_scale, inspect_thinness, write_curves,
     write_surface,
 };
 use crate::warp::write_labels;
@@ -45,7 +45,7 @@ impl<const D: usize> Parts<D> {
             let doubts = own
                 .iter()
                 .enumerate()
-                .filter_map(|(c, distance)| Some(inspect_resolution(distance)?.within(c)));
+                .filter_map(|(c, distance)| Some(inspect_thinness(distance)?.within(c)));
             input.doubts.extend(doubts);
             distances.extend(own);
         }

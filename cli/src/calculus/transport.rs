@@ -229,7 +229,7 @@ impl TransportConfig {
             (Some(last), Some(level)) if *last.grid() == grid => {
                 let (dice, distance) = overlap(first, last, &near)?;
                 let mut doubts = inspect_mask(image, false);
-                doubts.extend(inspect_resolution(&near));
+                doubts.extend(inspect_resolution(&near, &outline));
                 Ok(Variation {
                     dice,
                     distance,

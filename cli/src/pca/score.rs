@@ -304,7 +304,7 @@ impl<'a, const D: usize> Target<'a, D> {
             reconstructions.push(shape);
         }
         let (overlap, doubts) = agreement(&fit.pushed[0], &self.distance, &self.outline)?;
-        let mut doubts = [doubts, self.doubts(image, &distance, &fit)].concat();
+        let mut doubts = [doubts, self.doubts(image, &distance, &outline, &fit)].concat();
         let stored = &self.stored.average.components;
         let components = fit.components.iter().zip(&self.parts).zip(stored);
         for (c, ((component, part), stored)) in components.enumerate() {
@@ -348,12 +348,13 @@ impl<'a, const D: usize> Target<'a, D> {
         &self,
         image: &Image<D>,
         distance: &ScalarField<f64, D>,
+        outline: &Contour<D>,
         fit: &AverageResult<D>,
     ) -> Vec<Doubt> {
         // The result of a single shape compares it with itself.
         let own = fit.doubts(&self.stored.average.params).into_iter();
         let own = own.filter(|d| !matches!(d.cause, Cause::Overlap | Cause::BoundaryDistance));
-        let doubts = inspect_resolution(distance).into_iter().chain(own);
+        let doubts = inspect_resolution(distance, outline).into_iter().chain(own);
         doubts.chain(inspect_mask(image, false)).collect()
     }
 

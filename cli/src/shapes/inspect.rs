@@ -2,7 +2,7 @@
 //! resolution that the grid has.
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::inspect::{border_share_of, specks_of, thin_share};
+use levelset::inspect::{border_share_of, narrow_gap_share, specks_of, thin_share};
 use levelset::{Cause, Contour, Doubt};
 use shape_average::align::mismatches;
 
@@ -42,8 +42,23 @@ pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Ve
     doubts.into_iter().flatten().collect()
 }
 
-/// The doubt about a shape that the grid does not resolve, given by its signed distance.
-pub(crate) fn inspect_resolution<const D: usize>(distance: &ScalarField<f64, D>) -> Option<Doubt> {
+/// The doubts about a shape that the grid does not resolve, given by its signed distance and its
+/// boundary.
+pub(crate) fn inspect_resolution<const D: usize>(
+    distance: &ScalarField<f64, D>,
+    boundary: &Contour<D>,
+) -> Vec<Doubt> {
+    // A shape without a boundary has no gaps.
+    let gaps = narrow_gap_share(boundary, distance.grid().spacing()).unwrap_or_default();
+    let doubts = [
+        inspect_thinness(distance),
+        Doubt::check(Cause::NarrowGaps, gaps),
+    ];
+    doubts.into_iter().flatten().collect()
+}
+
+/// The doubt about parts that the grid does not resolve.
+pub(crate) fn inspect_thinness<const D: usize>(distance: &ScalarField<f64, D>) -> Option<Doubt> {
     Doubt::check(Cause::ThinParts, thin_share(distance))
 }
 

@@ -25,6 +25,7 @@ use fe_grid::communicator::Communicator;
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
 
+use crate::doubts::{in_words, named};
 use crate::error::CliError;
 use crate::grid::longest;
 use crate::options::{Align, Frame, MaskOptions, Nodes, Size};
@@ -38,7 +39,7 @@ use size::equalise;
 
 pub(crate) use coordinates::{Coordinates, in_space};
 pub(crate) use domain::{Domain, moved};
-pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution};
+pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution, inspect_thinness};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
@@ -315,8 +316,17 @@ impl<const D: usize> Settled<D> {
         let all = distribution.share_vectors(own?, grid.n_nodes()).into_iter();
         let distances: Result<Vec<_>, _> = all.map(|d| ScalarField::from_vec(grid, d)).collect();
         let distances = distances?;
-        for (input, distance) in inputs.iter_mut().zip(&distances) {
-            input.doubts.extend(inspect_resolution(distance));
+        let both = inputs.iter().zip(&distances);
+        let unresolved = parallel::map(both, &|(input, distance)| {
+            inspect_resolution(distance, &input.contour)
+        });
+        for (input, doubts) in inputs.iter_mut().zip(unresolved) {
+            input.doubts.extend(doubts);
+        }
+        // Before anything is computed: who reads them need not wait for a doubtful result.
+        let names = inputs.iter().map(|input| input.name.as_str());
+        for line in in_words(&named(&doubts_of(&inputs), names)) {
+            progress.note(line);
         }
         Ok((inputs, distances))
     }

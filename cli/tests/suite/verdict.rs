@@ -131,6 +131,37 @@ fn a_bar_that_is_thinner_than_three_cells_is_found() {
     assert!(!causes(&results, Some("good")).contains(&"thin_parts".into()));
 }
 
+#[test]
+fn a_gap_that_is_narrower_than_a_cell_is_found_before_anything_is_computed() {
+    let place = Place::new();
+    // The fork has two prongs beside each other; a cell of its grid is about two and a half pixels wide.
+    let fork = |gap: f64| {
+        move |x: f64, y: f64| {
+            let whole = x.abs() < 20.0 && y.abs() < 26.0;
+            f64::from(u8::from(whole && (y > 16.0 || x.abs() >= 0.5 * gap)))
+        }
+    };
+    picture(&place, "wide.png", fork(12.0));
+    picture(&place, "closed.png", fork(1.5));
+    let run = place.run(&[
+        "average",
+        "wide.png",
+        "closed.png",
+        "--grid",
+        "33",
+        "-o",
+        "out",
+    ]);
+    assert_eq!(run.status.code(), Some(3));
+    let results = Results::read(&place.path("out"));
+    let gaps = "narrow_gaps".to_owned();
+    assert!(causes(&results, Some("closed")).contains(&gaps));
+    assert!(!causes(&results, Some("wide")).contains(&gaps));
+    let text = String::from_utf8(run.stderr).unwrap();
+    let said = text.find("closed: share of the boundary along gaps narrower than a cell");
+    assert!(said.is_some() && said < text.find("level 1 of"), "{text}");
+}
+
 /// A flag: a pole with two bars on one side.
 fn flag(x: f64, y: f64) -> f64 {
     let inside =

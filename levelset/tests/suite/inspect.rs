@@ -1,7 +1,8 @@
-//! Inspection of single shapes: contact with the border, specks, thin parts.
+//! Inspection of single shapes: contact with the border, specks, thin parts, narrow gaps.
 
 use fe_grid::{Field, Grid};
-use levelset::inspect::{border_share, specks, thin_share};
+use levelset::inspect::{border_share, narrow_gap_share, specks, thin_share};
+use levelset::{BoxEdge, Contour, contour};
 use proptest::prelude::*;
 
 use crate::common::{ball, noise};
@@ -111,6 +112,48 @@ fn thick_shapes_with_corners_are_resolved() {
     assert_eq!(thin_share(&ball(Grid::<3>::cube(33), 0.3)), 0.0);
     let nothing = Field::<f64, 2, 1>::from_fn(Grid::cube(9), |_| [-1.0]);
     assert_eq!(thin_share(&nothing), 0.0);
+}
+
+/// Two blocks beside each other, the long sides of which face each other across a gap, by their corners
+/// only.
+fn blocks(gap: f64) -> Contour<2> {
+    let block = |low: f64, high: f64| {
+        let points = vec![[low, 0.3], [high, 0.3], [high, 0.7], [low, 0.7]];
+        Contour::new(points, vec![[0, 1], [1, 2], [2, 3], [3, 0]]).unwrap()
+    };
+    block(0.2, 0.5 - 0.5 * gap).joined(&block(0.5 + 0.5 * gap, 0.8))
+}
+
+proptest! {
+    #[test]
+    fn a_gap_counts_with_the_sides_that_face_each_other(gap in 0.001..0.06_f64, width in 0.01..0.04_f64) {
+        prop_assume!((gap - width).abs() > 1e-6);
+        let share = narrow_gap_share(&blocks(gap), width).unwrap();
+        let perimeter = 2.0 * (0.6 - gap + 0.8);
+        let exact = if gap < width { 0.8 / perimeter } else { 0.0 };
+        // Pieces are up to a width long, and those at the four ends may face the next side.
+        let ends = 4.0 * width / perimeter;
+        prop_assert!(share <= exact + 1e-12 && share >= exact - ends, "{share} {exact}");
+    }
+}
+
+#[test]
+fn gaps_are_those_of_the_outside_in_space_too() {
+    // Two plates, three cells thick, with a gap of 1.6 cells, as a grid draws them.
+    let grid = Grid::<3>::cube(33);
+    let h = grid.spacing();
+    let plates = Field::from_fn(grid, |[x, y, z]| {
+        let across = 1.5 * h - ((x - 0.5).abs() - 2.3 * h).abs();
+        [across.min(0.3 - (y - 0.5).abs()).min(0.3 - (z - 0.5).abs())]
+    });
+    let plates = contour(&plates, 0.0, BoxEdge::Closed).unwrap();
+    let share = |width: f64| narrow_gap_share(&plates, width * h).unwrap();
+    // Two of four large faces; four rims are each three cells high.
+    let exact = 2.0 * 0.36 / (4.0 * 0.36 + 8.0 * 0.6 * 3.0 * h);
+    let found = share(2.0) / exact;
+    // Half a width from the rims, 8 % of the faces, the rim may be nearer than the other side.
+    assert!(found > 0.92 && found < 1.02, "{found}");
+    assert_eq!(share(1.5), 0.0);
 }
 
 #[test]
