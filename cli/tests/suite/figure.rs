@@ -204,16 +204,20 @@ fn related_notions_agree_on_disks() {
 #[test]
 fn related_notions_are_of_plane_shapes() {
     let place = Place::new();
-    let table = figure(&place, "related", &["--grid", "33"], "drawn");
-    assert_eq!(table.rows(), 24);
+    for (name, angle) in [("a.png", "180"), ("b.png", "130"), ("c.png", "100")] {
+        draw(&place, name, &["bar", "--angle", angle, "--grid", "65"]);
+    }
+    // The shapes that it has by itself take minutes in a build for tests.
+    let shapes = ["a.png", "b.png", "c.png", "--grid", "33"];
+    let table = figure(&place, "related", &shapes, "drawn");
+    assert_eq!(table.rows(), 8);
     for row in 0..8 {
-        assert_eq!(table.cell(row, "shapes"), "bar_000 to bar_001");
-        assert_eq!(table.cell(row + 16, "shapes"), "hand_000 to hand_004");
+        assert_eq!(table.cell(row, "shapes"), "a to c");
     }
     // The mean of the signed distances loses area where the bars do not overlap, the elastic average keeps it.
     assert!(table.number(3, "area") < table.number(0, "area"));
-    let pairs = table.cell(16, "pairs over their mean").as_str().unwrap();
-    assert_eq!(pairs.split(", ").count(), 10);
+    let pairs = table.cell(0, "pairs over their mean").as_str().unwrap();
+    assert_eq!(pairs.split(", ").count(), 3);
     for name in ["a.npy", "b.npy"] {
         draw(&place, name, &["disk", "--dimension", "3", "--grid", "17"]);
     }
