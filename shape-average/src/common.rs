@@ -89,6 +89,7 @@ impl<const D: usize> CommonMotion<D> {
             moduli: params.law.moduli,
             regularisation: regularisation * total * params.law.moduli.mu,
             rotations: true,
+            factored: false,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
         Ok(Self {

@@ -94,7 +94,7 @@ impl<const D: usize> AverageObjective<D> {
             ..NewtonCgParams::default()
         };
         self.common_regularisation = common::ESTIMATE;
-        let remaining = newton.remaining(self, x);
+        let remaining = newton.remaining::<f64, _>(self, x);
         self.common_regularisation = common::MINIMISATION;
         remaining
     }

@@ -16,6 +16,7 @@ const CYCLE: MultigridParams = MultigridParams {
     smoothing_steps: 1,
     smoothing_range: 0.25,
     direct_unknowns: 100,
+    in_halves: false,
 };
 /// Lower bound of the weights; with weight zero the metric would not be definite.
 const LEAST_WEIGHT: f64 = 1e-6;
@@ -81,6 +82,7 @@ impl<const D: usize> ShapeMetric<D> {
                 * elastic_weight
                 * moduli.mu,
             rotations: true,
+            factored: false,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, CYCLE)?;
         Ok(Self {

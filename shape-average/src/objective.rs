@@ -538,7 +538,7 @@ pub(crate) fn solve_equations<const D: usize>(
     scratch: &mut CgScratch,
 ) -> Result<usize, GridError> {
     let matrix = equations.matrix();
-    let jacobi = Diagonal::jacobi(matrix.diagonal())?;
+    let jacobi = Diagonal::jacobi(&matrix.diagonal())?;
     let params = CgParams {
         relative_tolerance,
         ..CgParams::default()

@@ -8,7 +8,7 @@ use crate::level::shape;
 use crate::metric::ShapeMetric;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
-    Buffer, Distribution, Element, LinearOperator, Storage, parallel, restrain_step, vector,
+    Buffer, Distribution, LinearOperator, Storage, Stored, parallel, restrain_step, vector,
 };
 
 impl<const D: usize> Objective for AverageObjective<D> {
@@ -145,7 +145,7 @@ impl<const D: usize> Objective for AverageObjective<D> {
         }
     }
 
-    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
+    fn room<T: Stored>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
         Ok(self.params.storage.zeros(len)?)
     }
 }
