@@ -136,6 +136,10 @@ fn compact_vectors_cost_no_iterations() {
         rounded.0
     );
     assert!(rounded.1 < 2.0 * exact.1, "{} {}", exact.1, rounded.1);
-    // The state is one in single precision.
-    assert!(rounded.2.iter().all(|x| f64::from(*x as f32) == *x));
+    // The state is one in single precision, from the start.
+    let single = |x: &f64| f64::from(*x as f32) == *x;
+    assert!(rounded.2.iter().all(single));
+    let mut start = vec![0.1; 400];
+    let Ok(_) = compact(1e-4, 0).minimise(&mut quadratic(400), &mut start, &mut Silent);
+    assert!(start.iter().all(single));
 }
