@@ -5,7 +5,7 @@
 //! killed.
 
 use crate::error::GridError;
-use crate::lane::Element;
+use crate::lane::Stored;
 use crate::mapped::Mapped;
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ impl Storage {
     ///
     /// # Errors
     /// [`GridError::Spill`] if a file of this size cannot be created.
-    pub fn zeros<T: Element>(&self, len: usize) -> Result<Buffer<T>, GridError> {
+    pub fn zeros<T: Stored>(&self, len: usize) -> Result<Buffer<T>, GridError> {
         match self {
             Self::Folder(folder) if len > 0 => {
                 let mapped = Mapped::zeros(folder, len).map_err(|error| GridError::Spill {
@@ -50,7 +50,7 @@ enum Place<T> {
     Mapped(Mapped<T>),
 }
 
-impl<T: Element> Buffer<T> {
+impl<T: Stored> Buffer<T> {
     /// A vector of zeros in memory.
     pub fn zeros(len: usize) -> Self {
         Self(Place::Memory(vec![T::default(); len]))
@@ -65,7 +65,7 @@ impl<T: Element> Buffer<T> {
     }
 }
 
-impl<T: Element> Deref for Buffer<T> {
+impl<T: Stored> Deref for Buffer<T> {
     type Target = [T];
 
     fn deref(&self) -> &[T] {
@@ -76,7 +76,7 @@ impl<T: Element> Deref for Buffer<T> {
     }
 }
 
-impl<T: Element> DerefMut for Buffer<T> {
+impl<T: Stored> DerefMut for Buffer<T> {
     fn deref_mut(&mut self) -> &mut [T] {
         match &mut self.0 {
             Place::Memory(vector) => vector,
@@ -85,20 +85,20 @@ impl<T: Element> DerefMut for Buffer<T> {
     }
 }
 
-impl<T: Element> Clone for Buffer<T> {
+impl<T: Stored> Clone for Buffer<T> {
     /// The same numbers in memory.
     fn clone(&self) -> Self {
         self.to_vec().into()
     }
 }
 
-impl<T: Element> PartialEq for Buffer<T> {
+impl<T: Stored> PartialEq for Buffer<T> {
     fn eq(&self, other: &Self) -> bool {
         **self == **other
     }
 }
 
-impl<T: Element> From<Vec<T>> for Buffer<T> {
+impl<T: Stored> From<Vec<T>> for Buffer<T> {
     fn from(vector: Vec<T>) -> Self {
         Self(Place::Memory(vector))
     }

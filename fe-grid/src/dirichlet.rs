@@ -7,7 +7,7 @@ use crate::distribution::Distribution;
 use crate::error::GridError;
 use crate::field::Field;
 use crate::grid::Grid;
-use crate::lane::Element;
+use crate::lane::{Element, Stored};
 use crate::linear::{CgInfo, CgParams, CgScratch, LinearOperator, conjugate_gradient};
 use crate::minimise::{Evaluation, Objective, SecondOrder};
 use crate::vector::axpy;
@@ -254,7 +254,7 @@ impl<O: Objective> Objective for Held<'_, O> {
         Ok(())
     }
 
-    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, Self::Error> {
+    fn room<T: Stored>(&self, len: usize) -> Result<Buffer<T>, Self::Error> {
         self.inner.room(len)
     }
 

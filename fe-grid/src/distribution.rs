@@ -133,15 +133,24 @@ impl Distribution {
     /// If the lengths differ, or are no multiple of the number of own parts.
     pub fn dot<T: Element, U: Element>(&self, x: &[T], y: &[U]) -> f64 {
         assert_eq!(x.len(), y.len());
+        self.sum_of_parts(x.len(), &|part| vector::dot(&x[part.clone()], &y[part]))
+    }
+
+    /// The sum of a number for each part, which `of` computes for the range of a part in vectors of `len`
+    /// unknowns, in the order of the parts. Collective.
+    ///
+    /// # Panics
+    /// If the length is no multiple of the number of own parts.
+    pub(crate) fn sum_of_parts(
+        &self,
+        len: usize,
+        of: &(dyn Fn(Range<usize>) -> f64 + Sync),
+    ) -> f64 {
         let n = self.own.len();
-        assert!(x.is_empty() || x.len().is_multiple_of(n.max(1)));
-        let dim = x.len() / n.max(1);
-        let part = |i: usize| {
-            let range = i * dim..(i + 1) * dim;
-            [vector::dot(&x[range.clone()], &y[range])]
-        };
-        let own = parallel::map(0..n, &part);
-        self.share(&own).iter().map(|[product]| product).sum()
+        assert!(len == 0 || len.is_multiple_of(n.max(1)));
+        let dim = len / n.max(1);
+        let own = parallel::map(0..n, &|i| [of(i * dim..(i + 1) * dim)]);
+        self.share(&own).iter().map(|[number]| number).sum()
     }
 
     /// Euclidean norm of a vector of unknowns. Collective.
@@ -151,7 +160,7 @@ impl Distribution {
 
     /// Largest absolute value of the difference of two vectors of unknowns, NaN where any entry is.
     /// Collective.
-    pub fn max_abs_difference(&self, x: &[f64], y: &[f64]) -> f64 {
+    pub fn max_abs_difference<T: Element, U: Element>(&self, x: &[T], y: &[U]) -> f64 {
         let own = vector::max_abs_difference(x, y);
         // Maxima of communicators may pass over NaN.
         let mut found = [own.max(0.0), f64::from(u8::from(own.is_nan()))];

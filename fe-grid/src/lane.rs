@@ -5,6 +5,7 @@
 //! rounded (fused multiply-add included), and the others are made of these, so that a lane of any
 //! width gives the bits that the scalar formula gives.
 
+use crate::half::Half;
 use crate::simd_level::SimdLevel;
 use std::marker::PhantomData;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -61,6 +62,24 @@ pub trait Lane:
     fn split_exponent(self) -> (Self, Self);
     /// The first [`Lane::COUNT`] numbers of a slice; missing entries are zero.
     fn load(source: &[Self::Element]) -> Self;
+    /// The first [`Lane::COUNT`] numbers of a slice of halves; missing entries are zero.
+    #[inline(always)]
+    fn load_halves(source: &[Half]) -> Self {
+        let mut entries = [Self::Element::default(); MAX_LANES];
+        for (entry, half) in entries[..Self::COUNT].iter_mut().zip(source) {
+            *entry = Self::Element::from_half(*half);
+        }
+        Self::load(&entries)
+    }
+    /// The first [`Lane::COUNT`] numbers of a slice in single precision; missing entries are zero.
+    #[inline(always)]
+    fn load_singles(source: &[f32]) -> Self {
+        let mut entries = [Self::Element::default(); MAX_LANES];
+        for (entry, x) in entries[..Self::COUNT].iter_mut().zip(source) {
+            *entry = Self::Element::from_f64(f64::from(*x));
+        }
+        Self::load(&entries)
+    }
     /// Writes to the first [`Lane::COUNT`] places of a slice; entries beyond its end are dropped.
     fn store(self, target: &mut [Self::Element]);
 
@@ -274,13 +293,24 @@ mod sealed {
 
     impl Plain for f32 {}
     impl Plain for f64 {}
+    impl Plain for i8 {}
+    impl Plain for u16 {}
 }
 
-/// A scalar that fields are stored in: `f64` or `f32`. Other crates cannot implement it: vectors in files
-/// are read as these numbers, whatever their bits are.
-pub trait Element:
-    sealed::Plain + Lane<Element = Self> + Default + PartialOrd + std::fmt::Debug + std::iter::Sum
+/// A number that long vectors are stored in. Other crates cannot implement it: vectors in files are read
+/// as these numbers, whatever their bits are.
+pub trait Stored:
+    sealed::Plain + Copy + Default + PartialEq + Send + Sync + std::fmt::Debug + 'static
 {
+}
+
+impl Stored for f32 {}
+impl Stored for f64 {}
+impl Stored for i8 {}
+impl Stored for u16 {}
+
+/// A scalar that fields are stored in: `f64` or `f32`.
+pub trait Element: Stored + Lane<Element = Self> + PartialOrd + std::iter::Sum {
     /// `1.5 * 2^p` with `p` mantissa bits: adding it rounds to an integer.
     const ROUNDING_MAGIC: f64;
     /// `1/sqrt 2`, where [`Lane::split_exponent`] passes from one exponent to the next.
@@ -293,9 +323,14 @@ pub trait Element:
     fn from_f64(x: f64) -> Self;
     /// Widens to double precision.
     fn to_f64(self) -> f64;
+    /// Widens a half.
+    fn from_half(half: Half) -> Self;
     /// Numbers, with their type.
     #[doc(hidden)]
     fn numbers(numbers: &[Self]) -> Numbers<'_>;
+    /// Numbers to be changed, with their type.
+    #[doc(hidden)]
+    fn numbers_mut(numbers: &mut [Self]) -> NumbersMut<'_>;
     /// Runs a kernel on the instruction set in use, [`SimdLevel::active`]. Builds with debug
     /// assertions compile the kernel for scalars and for vectors of 256 bits only: copies for 512
     /// bits would give the tests the same bits, and much more to compile.
@@ -312,6 +347,16 @@ pub enum Numbers<'a> {
     Double(&'a [f64]),
     /// Single precision.
     Single(&'a [f32]),
+}
+
+/// Numbers of one of these types that are changed.
+#[doc(hidden)]
+#[derive(Debug)]
+pub enum NumbersMut<'a> {
+    /// Double precision.
+    Double(&'a mut [f64]),
+    /// Single precision.
+    Single(&'a mut [f32]),
 }
 
 /// A computation that is compiled once for each kind of lane.

@@ -78,7 +78,9 @@ pub mod engine;
 mod error;
 mod field;
 mod grid;
+mod half;
 mod inverse;
+mod kept;
 mod lane;
 mod lattice;
 pub mod linear;
@@ -120,8 +122,11 @@ pub use engine::{Assembly, CellLaw, CellProbe, Data, Jet, Point, Reads, probe_ce
 pub use error::GridError;
 pub use field::{Field, ScalarField, VectorField, locate};
 pub use grid::Grid;
+pub use half::Half;
 pub use inverse::InverseDeformation;
-pub use lane::{Element, Lane, LaneKernel, MAX_LANES};
+pub use lane::{Element, Lane, LaneKernel, MAX_LANES, Stored};
+#[doc(hidden)]
+pub use lane::{Numbers, NumbersMut};
 pub use lattice::Lattice;
 pub use linear::conjugate_gradient;
 pub use linear::{CgInfo, CgParams, CgScratch, CgStatus, Diagonal, Identity, LinearOperator};

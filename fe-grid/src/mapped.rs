@@ -1,9 +1,9 @@
 //! Numbers in a temporary file that is mapped into memory. All unsafe code of memory maps is here.
 //!
 //! **Invariant:** the file has no name, so that this map is the only way to it and its length never changes;
-//! the map begins at a page, and every pattern of bits is an [`Element`], which no other crate implements.
+//! the map begins at a page, and every pattern of bits is a [`Stored`] number, which no other crate implements.
 
-use crate::lane::Element;
+use crate::lane::Stored;
 use memmap2::MmapMut;
 use std::fs::File;
 use std::io::{self, Write};
@@ -17,7 +17,7 @@ pub(crate) struct Mapped<T> {
     numbers: PhantomData<T>,
 }
 
-impl<T: Element> Mapped<T> {
+impl<T: Stored> Mapped<T> {
     /// Zeros, in a file of a folder.
     ///
     /// # Errors

@@ -8,17 +8,19 @@
 //! that the cycle is a symmetric operator and can be used as a preconditioner of conjugate
 //! gradients or as a metric. Single precision suffices in a preconditioner and halves its memory.
 
-use crate::blocks::{invert_blocks, rounding_error};
-use crate::covering::{continued_cells, covering, prolong_from, restrict_to};
-use crate::engine::{Assembly, CellLaw, Data, MAX_CELL_DATA};
+mod level;
+
+use crate::blocks::rounding_error;
+use crate::covering::{prolong_from, restrict_to};
+use crate::engine::{CellLaw, MAX_CELL_DATA};
 use crate::error::GridError;
 use crate::grid::Grid;
-use crate::lane::{Element, Lane, LaneKernel};
+use crate::lane::Element;
 use crate::linear::LinearOperator;
-use crate::parallel;
 use crate::pool::Pool;
-use crate::transfer::average_cells;
+use level::{Level, Scratch, add_into};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// A quadratic law with coefficients that are constant on each cell.
@@ -26,11 +28,23 @@ pub trait CoefficientLaw<const D: usize, const M: usize>: CellLaw<D, M> + Clone 
     /// Computes the coefficients of a coarse cell from their means over its children.
     fn coarsen(&self, means: &mut [f64; MAX_CELL_DATA]);
 
+    /// Changes the coefficients of a cell to those that [`Self::packed`] reads.
+    fn pack(&self, coefficients: &mut [f64; MAX_CELL_DATA]) {
+        let _ = coefficients;
+    }
+
+    /// Returns the law of coefficients that are kept in [halves](crate::Half): one that is positive whatever
+    /// their rounding. The default is the law itself.
+    #[must_use]
+    fn packed(&self) -> Self {
+        self.clone()
+    }
+
     /// Returns an upper bound of the spectrum of the operator preconditioned by its block diagonal,
     /// from the coefficients of all cells; `None` if it has to be estimated. An estimate that is
     /// too low, which is possible where a coefficient nearly vanishes in a few cells, makes the
     /// cycle indefinite.
-    fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Vec<T>]) -> Option<f64> {
+    fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Cow<'_, [T]>]) -> Option<f64> {
         let _ = (spacing, cells);
         None
     }
@@ -46,6 +60,9 @@ pub struct MultigridParams {
     pub smoothing_range: f64,
     /// Maximal number of unknowns of the coarsest level, which is solved directly.
     pub direct_unknowns: usize,
+    /// Whether the coefficients are kept in [halves](crate::Half), and of the diagonal blocks the upper
+    /// triangle.
+    pub in_halves: bool,
 }
 
 impl Default for MultigridParams {
@@ -54,36 +71,14 @@ impl Default for MultigridParams {
             smoothing_steps: 2,
             smoothing_range: 0.25,
             direct_unknowns: 100,
+            in_halves: false,
         }
     }
 }
 
-/// Levels with at most so many unknowns are factorised where a number of cells is odd: the coarse grid,
-/// which then reaches beyond the box, is a worse approximation, and costs no less.
-const ODD_UNKNOWNS: usize = 600;
-
 /// Levels with more unknowns use the upper end of the spectrum of the next coarser level. It
 /// depends on the element: refinement does not change it, and jumps of the coefficients hardly do.
 const SPECTRUM_UNKNOWNS: usize = 150_000;
-
-struct Level<T, F, const D: usize, const M: usize> {
-    grid: Grid<D>,
-    law: F,
-    cells: Vec<Vec<T>>,
-    /// Inverses of the diagonal blocks, `[r M + m][node]`.
-    inverse_blocks: Vec<T>,
-    /// Upper end of the spectrum of the operator preconditioned by its block diagonal.
-    spectral_bound: f64,
-}
-
-/// Vectors of one level.
-struct Scratch<T> {
-    x: Vec<T>,
-    b: Vec<T>,
-    residual: Vec<T>,
-    update: Vec<T>,
-    product: Vec<T>,
-}
 
 /// Work vectors of cycles. Cycles on the same grid can share them: there are as many sets as cycles
 /// that run at the same time.
@@ -103,154 +98,6 @@ pub struct Multigrid<T: Element, F, const D: usize, const M: usize> {
     direct: Cholesky<f64, Dyn>,
     params: MultigridParams,
     work_space: WorkSpace<T>,
-}
-
-impl<T, F, const D: usize, const M: usize> Level<T, F, D, M>
-where
-    T: Element,
-    F: CoefficientLaw<D, M>,
-{
-    fn new(grid: Grid<D>, law: F, cells: Vec<Vec<T>>) -> Self {
-        Self {
-            grid,
-            law,
-            cells,
-            inverse_blocks: Vec::new(),
-            spectral_bound: 0.0,
-        }
-    }
-
-    fn n_unknowns(&self) -> usize {
-        M * self.grid.n_nodes()
-    }
-
-    /// The law does not depend on the state; the direction is passed for it.
-    fn apply_into(&self, x: &[T], y: &mut [T]) {
-        let cells: Vec<&[T]> = self.cells.iter().map(Vec::as_slice).collect();
-        let data = Data {
-            coefficients: &[],
-            cells: &cells,
-        };
-        Assembly::new(self.grid, &self.law, data).hessian_action_into(x, x, y);
-    }
-
-    /// The level of twice the spacing; `None` if this one is small enough to be factorised.
-    fn coarser(&self) -> Option<Self> {
-        let large = self.n_unknowns() > ODD_UNKNOWNS;
-        let even = self.grid.coarser();
-        let grid = even.or_else(|| large.then(|| covering(&self.grid))?)?;
-        let mut cells: Vec<Vec<T>> = self
-            .cells
-            .iter()
-            .map(|data| average_cells(&grid, &continued_cells(&self.grid, &grid, data)))
-            .collect();
-        for i in 0..grid.n_cells() {
-            let mut means = [0.0; MAX_CELL_DATA];
-            for (mean, data) in means.iter_mut().zip(&cells) {
-                *mean = data[i].to_f64();
-            }
-            self.law.coarsen(&mut means);
-            for (data, mean) in cells.iter_mut().zip(means) {
-                data[i] = T::from_f64(mean);
-            }
-        }
-        Some(Self::new(grid, self.law.clone(), cells))
-    }
-
-    /// Inverts the diagonal blocks.
-    fn invert_blocks(&mut self) -> Result<(), GridError> {
-        let n = self.grid.n_nodes();
-        let mut blocks = vec![T::default(); M * M * n];
-        let cells: Vec<&[T]> = self.cells.iter().map(Vec::as_slice).collect();
-        let data = Data {
-            coefficients: &[],
-            cells: &cells,
-        };
-        let zero = vec![T::default(); M * n];
-        Assembly::new(self.grid, &self.law, data).block_diagonal_into(&zero, &mut blocks);
-        invert_blocks::<T, M>(&mut blocks)?;
-        self.inverse_blocks = blocks;
-        Ok(())
-    }
-
-    /// Power iteration from a fixed oscillating vector, with a safety factor, as it converges from
-    /// below.
-    fn estimate_spectrum(&self) -> f64 {
-        const ITERATIONS: usize = 8;
-        const MARGIN: f64 = 1.1;
-        let n = self.n_unknowns();
-        let wave = |i: usize| ((i * 7919) % 1013) as f64 / 506.0 - 1.0;
-        let mut x: Vec<T> = (0..n).map(|i| T::from_f64(wave(i))).collect();
-        let (mut y, mut z) = (vec![T::default(); n], vec![T::default(); n]);
-        let mut bound: f64 = 1.0;
-        for _ in 0..ITERATIONS {
-            self.apply_into(&x, &mut y);
-            self.precondition_into(&y, &mut z);
-            // The Rayleigh quotient in the metric of the diagonal is <x, A x> / <x, D x>, but the
-            // ratio of norms has the same limit and needs no further product.
-            let norm = |v: &[T]| {
-                v.iter()
-                    .map(|a| a.to_f64() * a.to_f64())
-                    .sum::<f64>()
-                    .sqrt()
-            };
-            bound = norm(&z) / norm(&x).max(f64::MIN_POSITIVE);
-            let scale = T::from_f64(1.0 / norm(&z).max(f64::MIN_POSITIVE));
-            for (x, &z) in x.iter_mut().zip(&z) {
-                *x = z * scale;
-            }
-        }
-        MARGIN * bound
-    }
-
-    /// `y = D^{-1} x` with the diagonal blocks.
-    fn precondition_into(&self, x: &[T], y: &mut [T]) {
-        let n = self.grid.n_nodes();
-        for (r, row) in y.chunks_exact_mut(n).enumerate() {
-            parallel::for_each_chunk(row, CHUNK, MIN_CHUNKS, &|chunk, out| {
-                let start = chunk * CHUNK;
-                let blocks = &self.inverse_blocks[r * M * n..(r + 1) * M * n];
-                T::run_kernel(BlockRow::<T, M> {
-                    blocks,
-                    x,
-                    start,
-                    out,
-                });
-            });
-        }
-    }
-
-    fn update_residual(&self, s: &mut Scratch<T>) {
-        self.apply_into(&s.x, &mut s.product);
-        difference(&s.b, &s.product, &mut s.residual);
-    }
-
-    /// Improves `x`, given its residual `b - A x`, by a Chebyshev polynomial. `product` and
-    /// `update` are work vectors; the residual is not updated at the end.
-    fn smooth(&self, s: &mut Scratch<T>, params: &MultigridParams) {
-        let (low, high) = (
-            params.smoothing_range * self.spectral_bound,
-            self.spectral_bound,
-        );
-        let (centre, radius) = (f64::midpoint(high, low), 0.5 * (high - low));
-        let sigma = centre / radius;
-        let mut rho = 1.0 / sigma;
-        self.precondition_into(&s.residual, &mut s.update);
-        scale(&mut s.update, T::from_f64(1.0 / centre));
-        for step in 1..=params.smoothing_steps {
-            add_into(&s.update, &mut s.x);
-            if step == params.smoothing_steps {
-                break;
-            }
-            self.apply_into(&s.update, &mut s.product);
-            subtract_from(&s.product, &mut s.residual);
-            self.precondition_into(&s.residual, &mut s.product);
-            let next = 1.0 / (2.0 * sigma - rho);
-            let (keep, step) = (T::from_f64(next * rho), T::from_f64(2.0 * next / radius));
-            combine(&mut s.update, keep, &s.product, step);
-            rho = next;
-        }
-    }
 }
 
 impl<T, F, const D: usize, const M: usize> Multigrid<T, F, D, M>
@@ -280,12 +127,15 @@ where
         assert_eq!(cells.len(), F::CELL_DATA);
         let mut levels = vec![Level::new(grid, law.clone(), cells)];
         loop {
-            let last = &levels[levels.len() - 1];
-            if last.n_unknowns() <= params.direct_unknowns {
-                break;
+            let place = levels.len() - 1;
+            let last = &levels[place];
+            let small = last.n_unknowns() <= params.direct_unknowns;
+            let coarser = if small { None } else { last.coarser() };
+            if params.in_halves {
+                levels[place].pack();
             }
-            match last.coarser() {
-                Some(coarse) => levels.push(coarse),
+            match coarser {
+                Some(coarser) => levels.push(coarser),
                 None => break,
             }
         }
@@ -293,7 +143,7 @@ where
         let mut bound = None;
         for level in levels.iter_mut().rev() {
             level.invert_blocks()?;
-            let known = level.law.spectral_bound(level.grid.spacing(), &level.cells);
+            let known = level.known_bound();
             level.spectral_bound = match (known, bound) {
                 (Some(known), _) => known,
                 (None, Some(bound)) if level.n_unknowns() > SPECTRUM_UNKNOWNS => bound,
@@ -378,11 +228,22 @@ where
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
+        self.apply_in(x, y);
+    }
+}
+
+impl<T, F, const D: usize, const M: usize> Multigrid<T, F, D, M>
+where
+    T: Element,
+    F: CoefficientLaw<D, M>,
+{
+    /// Applies one cycle to a vector in any precision.
+    pub fn apply_in<X: Element, Y: Element>(&self, x: &[X], y: &mut [Y]) {
         // The right-hand side is scaled to one, so that single precision neither overflows nor
         // underflows.
-        let largest = x.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let largest = x.iter().fold(0.0f64, |m, v| m.max(v.to_f64().abs()));
         if largest == 0.0 {
-            y.fill(0.0);
+            y.fill(Y::default());
             return;
         }
         self.work_space.0.with(
@@ -393,46 +254,14 @@ where
                     *scratch = self.scratch();
                 }
                 for (b, v) in scratch[0].b.iter_mut().zip(x) {
-                    *b = T::from_f64(v / largest);
+                    *b = T::from_f64(v.to_f64() / largest);
                 }
                 self.cycle(0, scratch);
                 for (y, v) in y.iter_mut().zip(&scratch[0].x) {
-                    *y = v.to_f64() * largest;
+                    *y = Y::from_f64(v.to_f64() * largest);
                 }
             },
         );
-    }
-}
-
-/// Computes the product of one row of the diagonal blocks and a vector, for the nodes from `start`
-/// on.
-struct BlockRow<'a, T, const M: usize> {
-    /// `[m][node]`.
-    blocks: &'a [T],
-    /// `[m][node]`.
-    x: &'a [T],
-    start: usize,
-    out: &'a mut [T],
-}
-
-impl<T: Element, const M: usize> LaneKernel<T> for BlockRow<'_, T, M> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lane<Element = T>>(self) {
-        let n = self.x.len() / M;
-        let end = self.out.len();
-        let mut i = 0;
-        while i < end {
-            let part =
-                |v: &[T], m: usize| L::load(&v[m * n + self.start + i..m * n + self.start + end]);
-            let mut sum = part(self.blocks, 0) * part(self.x, 0);
-            for m in 1..M {
-                sum = part(self.blocks, m).mul_add(part(self.x, m), sum);
-            }
-            sum.store(&mut self.out[i..]);
-            i += L::COUNT;
-        }
     }
 }
 
@@ -468,48 +297,4 @@ where
         curvature,
         iteration: 0,
     })
-}
-
-/// Number of entries per task.
-const CHUNK: usize = 4096;
-/// Minimal number of tasks per thread.
-const MIN_CHUNKS: usize = 4;
-
-fn add_into<T: Element>(x: &[T], y: &mut [T]) {
-    zip(x, y, |x, y| *y += x);
-}
-
-fn subtract_from<T: Element>(x: &[T], y: &mut [T]) {
-    zip(x, y, |x, y| *y -= x);
-}
-
-/// `z = x - y`.
-fn difference<T: Element>(x: &[T], y: &[T], z: &mut [T]) {
-    parallel::for_each_chunk(z, CHUNK, MIN_CHUNKS, &|chunk, z| {
-        let (x, y) = (&x[chunk * CHUNK..], &y[chunk * CHUNK..]);
-        for (z, (&x, &y)) in z.iter_mut().zip(x.iter().zip(y)) {
-            *z = x - y;
-        }
-    });
-}
-
-/// Computes `y = keep y + step x`.
-fn combine<T: Element>(y: &mut [T], keep: T, x: &[T], step: T) {
-    zip(x, y, |x, y| *y = *y * keep + x * step);
-}
-
-fn zip<T: Element>(x: &[T], y: &mut [T], f: impl Fn(T, &mut T) + Sync) {
-    parallel::for_each_chunk(y, CHUNK, MIN_CHUNKS, &|chunk, y| {
-        for (y, &x) in y.iter_mut().zip(&x[chunk * CHUNK..]) {
-            f(x, y);
-        }
-    });
-}
-
-fn scale<T: Element>(x: &mut [T], s: T) {
-    parallel::for_each_chunk(x, CHUNK, MIN_CHUNKS, &|_, x| {
-        for x in x {
-            *x *= s;
-        }
-    });
 }

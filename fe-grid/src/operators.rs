@@ -1,6 +1,8 @@
 //! Mass and stiffness operators as quadratic laws: `1/2 (m u^2 + s |grad u|^2)`, component by
 //! component, so that the Hessian action is `M[m] + L[s]`.
 
+use std::borrow::Cow;
+
 use crate::engine::{CellLaw, Jet, MAX_CELL_DATA, Point, Reads};
 use crate::lane::{Element, Lane};
 use crate::multigrid::CoefficientLaw;
@@ -97,7 +99,7 @@ impl<const D: usize, const M: usize> CoefficientLaw<D, M> for WeightedMassStiffn
     /// The largest bound of a single cell, as `x . A x` and `x . diag(A) x` are sums over cells.
     /// The mass and stiffness matrices of a cell have the same eigenvectors: products of the
     /// constant and the alternating vector along each axis.
-    fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Vec<T>]) -> Option<f64> {
+    fn spectral_bound<T: Element>(&self, spacing: f64, cells: &[Cow<'_, [T]>]) -> Option<f64> {
         let area = spacing * spacing;
         let third = 1.0f64 / 3.0;
         let diagonal = [third.powi(D as i32), D as f64 * third.powi(D as i32 - 1)];
@@ -107,7 +109,7 @@ impl<const D: usize, const M: usize> CoefficientLaw<D, M> for WeightedMassStiffn
             [mass, 12.0 * alternating as f64 * mass]
         };
         let mut bound: f64 = 0.0;
-        for (mass, stiffness) in cells.first()?.iter().zip(cells.get(1)?) {
+        for (mass, stiffness) in cells.first()?.iter().zip(cells.get(1)?.iter()) {
             let of = |unit: [f64; 2]| area * mass.to_f64() * unit[0] + stiffness.to_f64() * unit[1];
             for alternating in 0..=D {
                 // A cell with zero coefficients contributes to neither sum.

@@ -1,6 +1,7 @@
 //! One number at a time: `f64` and `f32` as lanes, and as what fields are stored in.
 
-use crate::lane::{CompiledLane, Element, Lane, LaneKernel, Numbers};
+use crate::half::Half;
+use crate::lane::{CompiledLane, Element, Lane, LaneKernel, Numbers, NumbersMut};
 use crate::simd::{dispatch, run_kernel};
 use crate::simd_level::SimdLevel;
 
@@ -86,8 +87,16 @@ macro_rules! scalar_lane {
                 f64::from(self)
             }
             #[inline(always)]
+            fn from_half(half: Half) -> Self {
+                Self::from(half.to_single())
+            }
+            #[inline(always)]
             fn numbers(numbers: &[Self]) -> Numbers<'_> {
                 Numbers::$numbers(numbers)
+            }
+            #[inline(always)]
+            fn numbers_mut(numbers: &mut [Self]) -> NumbersMut<'_> {
+                NumbersMut::$numbers(numbers)
             }
             #[inline]
             fn run_kernel<K: LaneKernel<Self>>(kernel: K) -> K::Output {

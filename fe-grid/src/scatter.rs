@@ -75,6 +75,8 @@ pub struct NormalEquations<const D: usize> {
     matrix: SymmetricStencil<D>,
     rhs: Vec<f64>,
     moments: Pool<Vec<f64>>,
+    /// Whether the matrix is kept in single precision.
+    single: bool,
 }
 
 /// Sources that are distributed to processes: each is one part, and `sources` are the own ones.
@@ -100,9 +102,25 @@ impl<const D: usize> NormalEquations<D> {
         let mut coupling = vec![0.0; (half + 1) * n];
         coupling.truncate(half * n);
         Self {
-            matrix: SymmetricStencil::from_parts(grid, coupling),
+            matrix: SymmetricStencil::new(grid, coupling, false),
             rhs: vec![0.0; n],
             moments: Pool::new(),
+            single: false,
+        }
+    }
+
+    /// The same whose matrix is kept in single precision. It is assembled in double precision, in memory that
+    /// is needed for that long only.
+    pub fn in_single(grid: Grid<D>) -> Self {
+        Self {
+            matrix: SymmetricStencil::new(
+                grid,
+                vec![0.0; half_offsets::<D>().len() * grid.n_nodes()],
+                true,
+            ),
+            rhs: vec![0.0; grid.n_nodes()],
+            moments: Pool::new(),
+            single: true,
         }
     }
 
@@ -160,7 +178,7 @@ impl<const D: usize> NormalEquations<D> {
         });
         self.rhs.copy_from_slice(&out[half * n..]);
         out.truncate(half * n);
-        self.matrix.restore(out);
+        self.matrix = SymmetricStencil::new(grid, out, self.single);
     }
 }
 

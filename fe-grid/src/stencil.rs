@@ -7,9 +7,11 @@
 use crate::compiled_once;
 use crate::engine::element::{GAUSS, MAX_CORNERS, shape_derivative, shape_value};
 use crate::grid::Grid;
-use crate::lane::{Lane, LaneKernel};
+use crate::lane::{Element, Lane, LaneKernel, Numbers};
 use crate::linear::LinearOperator;
 use crate::parallel;
+use crate::vector::in_double;
+use std::borrow::Cow;
 
 /// The offsets that are stored: zero first, then all that come later in memory, in order.
 pub fn half_offsets<const D: usize>() -> Vec<[isize; D]> {
@@ -25,23 +27,43 @@ pub struct SymmetricStencil<const D: usize> {
     grid: Grid<D>,
     /// One nodal array for each of [`half_offsets`]: the coupling of a node with the node at
     /// that offset. Couplings that leave the grid are zero.
-    coupling: Vec<f64>,
+    coupling: Coupling,
+}
+
+/// Couplings in either precision.
+#[derive(Clone, Debug)]
+enum Coupling {
+    Double(Vec<f64>),
+    Single(Vec<f32>),
+}
+
+impl Coupling {
+    fn numbers(&self) -> Numbers<'_> {
+        match self {
+            Self::Double(numbers) => Numbers::Double(numbers),
+            Self::Single(numbers) => Numbers::Single(numbers),
+        }
+    }
 }
 
 impl<const D: usize> SymmetricStencil<D> {
-    pub(crate) fn from_parts(grid: Grid<D>, coupling: Vec<f64>) -> Self {
+    /// The matrix with these couplings, kept in single precision if that is wanted.
+    pub(crate) fn new(grid: Grid<D>, coupling: Vec<f64>, single: bool) -> Self {
         assert_eq!(coupling.len(), half_offsets::<D>().len() * grid.n_nodes());
+        let coupling = if single {
+            Coupling::Single(coupling.iter().map(|x| *x as f32).collect())
+        } else {
+            Coupling::Double(coupling)
+        };
         Self { grid, coupling }
     }
 
-    /// The memory of the couplings, for new ones: [`Self::restore`] has to follow.
+    /// The memory of the couplings in double precision, for new ones; zero until then.
     pub(crate) fn take(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.coupling)
-    }
-
-    /// Sets the couplings.
-    pub(crate) fn restore(&mut self, coupling: Vec<f64>) {
-        *self = Self::from_parts(self.grid, coupling);
+        match std::mem::replace(&mut self.coupling, Coupling::Double(Vec::new())) {
+            Coupling::Double(numbers) => numbers,
+            Coupling::Single(_) => Vec::new(),
+        }
     }
 
     /// The grid.
@@ -50,8 +72,11 @@ impl<const D: usize> SymmetricStencil<D> {
     }
 
     /// The diagonal.
-    pub fn diagonal(&self) -> &[f64] {
-        &self.coupling[..self.grid.n_nodes()]
+    pub fn diagonal(&self) -> Cow<'_, [f64]> {
+        match &self.coupling {
+            Coupling::Double(numbers) => numbers[..self.grid.n_nodes()].into(),
+            Coupling::Single(numbers) => in_double(&numbers[..self.grid.n_nodes()]),
+        }
     }
 
     /// Sums of the rows, `A 1`.
@@ -65,10 +90,14 @@ impl<const D: usize> SymmetricStencil<D> {
     /// All entries that are not outside the grid: row, column, and the number there.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         let n = self.grid.n_nodes();
+        let coupling = move |i: usize| match &self.coupling {
+            Coupling::Double(numbers) => numbers[i],
+            Coupling::Single(numbers) => f64::from(numbers[i]),
+        };
         let offsets = half_offsets::<D>().into_iter().enumerate();
         let stored = offsets.flat_map(move |(o, offset)| (0..n).map(move |i| (o, offset, i)));
         stored.flat_map(move |(o, offset, i)| {
-            let a = self.coupling[o * n + i];
+            let a = coupling(o * n + i);
             let j = self.neighbour(i, offset);
             let above = j.map(|j| (i, j, a));
             let below = j.filter(|&j| j != i).map(|j| (j, i, a));
@@ -91,7 +120,7 @@ impl<const D: usize> LinearOperator for SymmetricStencil<D> {
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        multiply_nodes(&self.grid, &self.coupling, x, y);
+        multiply_nodes(&self.grid, self.coupling.numbers(), x, y);
     }
 }
 
@@ -99,10 +128,22 @@ compiled_once! {
     /// `y = A x` for one number a node.
     fn multiply_nodes<'a, D>(
         grid: &'a Grid<D>,
-        coupling: &'a [f64],
+        coupling: Numbers<'a>,
         x: &'a [f64],
         y: &'a mut [f64],
-    ) = multiply::<_, 1>;
+    ) = multiply_nodes_in;
+}
+
+fn multiply_nodes_in<const D: usize>(
+    grid: &Grid<D>,
+    coupling: Numbers<'_>,
+    x: &[f64],
+    y: &mut [f64],
+) {
+    match coupling {
+        Numbers::Double(coupling) => multiply::<f64, D, 1>(grid, coupling, x, y),
+        Numbers::Single(coupling) => multiply::<f32, D, 1>(grid, coupling, x, y),
+    }
 }
 
 /// A symmetric matrix over the nodes of a grid whose entries are `M` x `M` blocks. Vectors hold
@@ -135,7 +176,7 @@ impl<const D: usize, const M: usize> LinearOperator for BlockStencil<D, M> {
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        multiply::<D, M>(&self.grid, &self.coupling, x, y);
+        multiply::<f64, D, M>(&self.grid, &self.coupling, x, y);
     }
 }
 
@@ -143,9 +184,9 @@ impl<const D: usize, const M: usize> LinearOperator for BlockStencil<D, M> {
 const PARALLEL_NODES: usize = 16384;
 
 /// `y = A x` for couplings as [`BlockStencil`] stores them.
-fn multiply<const D: usize, const M: usize>(
+fn multiply<T: Element, const D: usize, const M: usize>(
     grid: &Grid<D>,
-    coupling: &[f64],
+    coupling: &[T],
     x: &[f64],
     y: &mut [f64],
 ) {
@@ -155,7 +196,7 @@ fn multiply<const D: usize, const M: usize>(
         let work = |p: usize, out: &mut [f64]| {
             let first_row = p * plane / n[0];
             for (r, out) in out.chunks_exact_mut(n[0]).enumerate() {
-                let kernel = RowProduct::<D, M> {
+                let kernel = RowProduct::<T, D, M> {
                     grid,
                     coupling,
                     x,
@@ -172,16 +213,16 @@ fn multiply<const D: usize, const M: usize>(
 }
 
 /// One row of nodes of one component of the product.
-struct RowProduct<'a, const D: usize, const M: usize> {
+struct RowProduct<'a, T, const D: usize, const M: usize> {
     grid: &'a Grid<D>,
-    coupling: &'a [f64],
+    coupling: &'a [T],
     x: &'a [f64],
     component: usize,
     row: usize,
     out: &'a mut [f64],
 }
 
-impl<const D: usize, const M: usize> LaneKernel<f64> for RowProduct<'_, D, M> {
+impl<T: Element, const D: usize, const M: usize> LaneKernel<f64> for RowProduct<'_, T, D, M> {
     type Output = ();
 
     #[inline(always)]
@@ -228,7 +269,7 @@ impl<const D: usize, const M: usize> LaneKernel<f64> for RowProduct<'_, D, M> {
                     let array = (code - half) * M * M + entry;
                     let a = &self.coupling[array * total + first..][..to - from];
                     let x = &self.x[s * total + neighbour..][..to - from];
-                    multiply_add::<L>(a, x, &mut self.out[from..to]);
+                    multiply_add::<L, T>(a, x, &mut self.out[from..to]);
                 }
             }
         }
@@ -237,10 +278,14 @@ impl<const D: usize, const M: usize> LaneKernel<f64> for RowProduct<'_, D, M> {
 
 /// `out += a x`, entry by entry.
 #[inline(always)]
-fn multiply_add<L: Lane<Element = f64>>(a: &[f64], x: &[f64], out: &mut [f64]) {
+fn multiply_add<L: Lane<Element = f64>, T: Element>(a: &[T], x: &[f64], out: &mut [f64]) {
     let mut i = 0;
     while i < out.len() {
-        let sum = L::load(&a[i..]).mul_add(L::load(&x[i..]), L::load(&out[i..]));
+        let a = match T::numbers(&a[i..]) {
+            Numbers::Double(a) => L::load(a),
+            Numbers::Single(a) => L::load_singles(a),
+        };
+        let sum = a.mul_add(L::load(&x[i..]), L::load(&out[i..]));
         sum.store(&mut out[i..]);
         i += L::COUNT;
     }

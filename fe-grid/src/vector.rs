@@ -2,10 +2,12 @@
 //!
 //! A sum is taken over fixed chunks of [`CHUNK`] numbers, each in a fixed order, and the partial
 //! sums are added one after the other, so that the result does not depend on which thread computes
-//! a chunk. No function allocates.
+//! a chunk. Vectors are stored in either precision; every number is computed in double precision, and rounded
+//! once where the result is stored. No function allocates, except to convert vectors.
 
-use crate::lane::{Element, Lane, LaneKernel};
+use crate::lane::{Element, Lane, LaneKernel, Numbers, NumbersMut};
 use crate::parallel;
+use std::borrow::Cow;
 
 /// Number of entries in a chunk.
 pub const CHUNK: usize = 4096;
@@ -18,17 +20,28 @@ const MAX_PARTIALS: usize = 512;
 /// Independent sums inside a chunk, so that the additions can overlap.
 const ACCUMULATORS: usize = 8;
 
-/// `x · y`, of vectors in either precision; products and sums are taken in double precision.
+/// `x · y`.
 ///
 /// # Panics
 /// If the lengths differ.
 pub fn dot<T: Element, U: Element>(x: &[T], y: &[U]) -> f64 {
     assert_eq!(x.len(), y.len());
-    reduce(
-        x.len(),
-        |from, to| wide(Dot(&x[from..to], &y[from..to])),
-        |a, b| a + b,
-    )
+    sum_of_chunks(x.len(), |from, to| dot_of_chunk(&x[from..to], &y[from..to]))
+}
+
+/// The sum of the numbers `of(from, to)` of all chunks of vectors of `n` numbers, in order.
+pub(crate) fn sum_of_chunks(n: usize, of: impl Fn(usize, usize) -> f64 + Sync) -> f64 {
+    reduce(n, of, |a, b| a + b)
+}
+
+/// `x · y` of a chunk.
+pub(crate) fn dot_of_chunk<T: Element, U: Element>(x: &[T], y: &[U]) -> f64 {
+    wide(Dot(x, y))
+}
+
+/// `y = y + a x` of a chunk.
+pub(crate) fn add_chunk<T: Element, U: Element>(a: f64, x: &[T], y: &mut [U]) {
+    wide(Axpy(a, x, y));
 }
 
 /// Euclidean norm of `x`.
@@ -50,7 +63,7 @@ pub fn max_abs(x: &[f64]) -> f64 {
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn max_abs_difference(x: &[f64], y: &[f64]) -> f64 {
+pub fn max_abs_difference<T: Element, U: Element>(x: &[T], y: &[U]) -> f64 {
     assert_eq!(x.len(), y.len());
     reduce(
         x.len(),
@@ -60,39 +73,70 @@ pub fn max_abs_difference(x: &[f64], y: &[f64]) -> f64 {
 }
 
 /// `y = value` everywhere.
-pub fn fill(value: f64, y: &mut [f64]) {
-    update(y, |_, part| part.fill(value));
+pub fn fill<T: Element>(value: f64, y: &mut [T]) {
+    update(y, |_, part| part.fill(T::from_f64(value)));
 }
 
 /// `y = x`.
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn copy_into(x: &[f64], y: &mut [f64]) {
+pub fn copy_into<T: Element, U: Element>(x: &[T], y: &mut [U]) {
     assert_eq!(x.len(), y.len());
     update(y, |from, part| {
-        part.copy_from_slice(&x[from..from + part.len()]);
-    });
-}
-
-/// `y = a y`.
-pub fn scale(a: f64, y: &mut [f64]) {
-    update(y, |_, part| {
-        for v in part {
-            *v *= a;
+        for (v, u) in part.iter_mut().zip(&x[from..]) {
+            *v = U::from_f64(u.to_f64());
         }
     });
 }
 
-/// `y = y + a x`, of an `x` in either precision.
+/// `x` in double precision: itself, or a copy.
+pub fn in_double<T: Element>(x: &[T]) -> Cow<'_, [f64]> {
+    if let Numbers::Double(x) = T::numbers(x) {
+        return x.into();
+    }
+    let mut wide = vec![0.0; x.len()];
+    copy_into(x, &mut wide);
+    wide.into()
+}
+
+/// Calls `change` with `x` in double precision, itself or a copy, and rounds what that has become.
+pub fn change_in_double<T: Element, R>(x: &mut [T], change: impl FnOnce(&mut [f64]) -> R) -> R {
+    if let NumbersMut::Double(x) = T::numbers_mut(x) {
+        return change(x);
+    }
+    let mut wide = in_double(x).into_owned();
+    let result = change(&mut wide);
+    copy_into(&wide, x);
+    result
+}
+
+/// Rounds `x` to the precision of `T`.
+pub fn round_to<T: Element>(x: &mut [f64]) {
+    update(x, |_, part| {
+        for v in part {
+            *v = T::from_f64(*v).to_f64();
+        }
+    });
+}
+
+/// `y = a y`.
+pub fn scale<T: Element>(a: f64, y: &mut [T]) {
+    update(y, |_, part| {
+        for v in part {
+            *v = T::from_f64(a * v.to_f64());
+        }
+    });
+}
+
+/// `y = y + a x`.
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn axpy<T: Element>(a: f64, x: &[T], y: &mut [f64]) {
+pub fn axpy<T: Element, U: Element>(a: f64, x: &[T], y: &mut [U]) {
     assert_eq!(x.len(), y.len());
     update(y, |from, part| {
-        let x = &x[from..from + part.len()];
-        wide(Axpy(a, x, part));
+        add_chunk(a, &x[from..from + part.len()], part);
     });
 }
 
@@ -100,25 +144,25 @@ pub fn axpy<T: Element>(a: f64, x: &[T], y: &mut [f64]) {
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn aypx(a: f64, x: &[f64], y: &mut [f64]) {
+pub fn aypx<T: Element, U: Element>(a: f64, x: &[T], y: &mut [U]) {
     assert_eq!(x.len(), y.len());
     update(y, |from, part| {
         for (v, u) in part.iter_mut().zip(&x[from..]) {
-            *v = u + a * *v;
+            *v = U::from_f64(u.to_f64() + a * v.to_f64());
         }
     });
 }
 
-/// `out = x + a y`.
+/// `out = x + a y`, rounded to the precision of `x`.
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn add_scaled_into(x: &[f64], a: f64, y: &[f64], out: &mut [f64]) {
+pub fn add_scaled_into<T: Element, U: Element>(x: &[T], a: f64, y: &[U], out: &mut [f64]) {
     assert_eq!(x.len(), out.len());
     assert_eq!(y.len(), out.len());
     update(out, |from, part| {
         for ((v, u), w) in part.iter_mut().zip(&x[from..]).zip(&y[from..]) {
-            *v = u + a * w;
+            *v = T::from_f64(u.to_f64() + a * w.to_f64()).to_f64();
         }
     });
 }
@@ -141,12 +185,17 @@ pub fn subtract_into(x: &[f64], y: &[f64], out: &mut [f64]) {
 ///
 /// # Panics
 /// If the lengths differ.
-pub fn scaled_difference_into<T: Element>(a: f64, x: &[f64], y: &[f64], out: &mut [T]) {
+pub fn scaled_difference_into<T: Element, U: Element, V: Element>(
+    a: f64,
+    x: &[T],
+    y: &[U],
+    out: &mut [V],
+) {
     assert_eq!(x.len(), out.len());
     assert_eq!(y.len(), out.len());
     update(out, |from, part| {
         for ((v, u), w) in part.iter_mut().zip(&x[from..]).zip(&y[from..]) {
-            *v = T::from_f64(a * (u - w));
+            *v = V::from_f64(a * (u.to_f64() - w.to_f64()));
         }
     });
 }
@@ -187,7 +236,7 @@ fn reduce(
 }
 
 /// Runs `change(from, part)` on all parts of `y`, where `from` is the position of the part.
-fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
+pub(crate) fn update<T: Element>(y: &mut [T], change: impl Fn(usize, &mut [T]) + Sync) {
     if y.len() < SERIAL_BELOW {
         change(0, y);
         return;
@@ -227,15 +276,15 @@ impl<T: Element, U: Element> LaneKernel<f64> for Dot<'_, T, U> {
 }
 
 /// `y += a x`.
-struct Axpy<'a, T>(f64, &'a [T], &'a mut [f64]);
+struct Axpy<'a, T, U>(f64, &'a [T], &'a mut [U]);
 
-impl<T: Element> LaneKernel<f64> for Axpy<'_, T> {
+impl<T: Element, U: Element> LaneKernel<f64> for Axpy<'_, T, U> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lane<Element = f64>>(self) {
         for (v, u) in self.2.iter_mut().zip(self.1) {
-            *v += self.0 * u.to_f64();
+            *v = U::from_f64(v.to_f64() + self.0 * u.to_f64());
         }
     }
 }
@@ -263,9 +312,9 @@ impl LaneKernel<f64> for Largest<'_> {
 }
 
 /// The largest absolute value of `x - y`.
-struct LargestDifference<'a>(&'a [f64], &'a [f64]);
+struct LargestDifference<'a, T, U>(&'a [T], &'a [U]);
 
-impl LaneKernel<f64> for LargestDifference<'_> {
+impl<T: Element, U: Element> LaneKernel<f64> for LargestDifference<'_, T, U> {
     type Output = f64;
 
     #[inline(always)]
@@ -275,11 +324,11 @@ impl LaneKernel<f64> for LargestDifference<'_> {
         let ys = self.1.chunks_exact(ACCUMULATORS);
         let rest = xs.remainder().iter().zip(ys.remainder());
         for (m, (u, v)) in largest.iter_mut().zip(rest) {
-            *m = (u - v).abs();
+            *m = (u.to_f64() - v.to_f64()).abs();
         }
         for (x, y) in xs.zip(ys) {
             for i in 0..ACCUMULATORS {
-                largest[i] = larger(largest[i], (x[i] - y[i]).abs());
+                largest[i] = larger(largest[i], (x[i].to_f64() - y[i].to_f64()).abs());
             }
         }
         largest.into_iter().fold(0.0, larger)

@@ -83,6 +83,7 @@ pub(crate) fn corotational<const D: usize>(
             * form.stiffness
             * form.moduli.mu,
         rotations: false,
+        factored: false,
     };
     (law, probe_cells(grid, form, data, displacement))
 }

@@ -30,6 +30,10 @@ pub struct Corotational<const D: usize> {
     pub regularisation: f64,
     /// Whether `M` is a rotation in all cells; then it is one in the cells of coarser grids, too.
     pub rotations: bool,
+    /// Whether the data have the transpose of a factor `L` of `G = L L^T`, lower triangular, in place of
+    /// `G`. Where a mismatch has a large weight along one direction, what the rounding of `L` changes in the
+    /// others is of second order, and never negative: see [`CoefficientLaw::packed`].
+    pub factored: bool,
 }
 
 impl<const D: usize> Corotational<D> {
@@ -125,6 +129,20 @@ impl<const D: usize> Corotational<D> {
         means[0] = stiffness;
         Self::set_matrix(&mut means, &tensor::scale(&twice, stiffness.scale(0.5)));
         means
+    }
+
+    /// Adds `L L^T d`.
+    #[inline(always)]
+    fn add_factored<L: Lane>(point: &Point<L, D, D>, direction: &Jet<L, D, D>, value: &mut [L; D]) {
+        for j in 0..D {
+            let mut along = L::zero();
+            for i in j..D {
+                along = point.cell[Self::mass_entry(j, i)].mul_add(direction.value[i], along);
+            }
+            for i in j..D {
+                value[i] = point.cell[Self::mass_entry(j, i)].mul_add(along, value[i]);
+            }
+        }
     }
 
     /// Returns the position of entry `(i, j)`, `i <= j`, of `G` among the data of a cell.
@@ -238,12 +256,17 @@ impl<const D: usize> CellLaw<D, D> for Corotational<D> {
         gradient = tensor::add_scaled(&gradient, regularisation, &direction.gradient);
         let mut value = [L::zero(); D];
         for i in 0..D {
-            let mut sum = direction.value[i] * regularisation;
-            for j in 0..D {
-                let entry = Self::mass_entry(i.min(j), i.max(j));
-                sum = point.cell[entry].mul_add(direction.value[j], sum);
+            value[i] = direction.value[i] * regularisation;
+        }
+        if self.factored {
+            Self::add_factored(point, direction, &mut value);
+        } else {
+            for i in 0..D {
+                for j in 0..D {
+                    let entry = Self::mass_entry(i.min(j), i.max(j));
+                    value[i] = point.cell[entry].mul_add(direction.value[j], value[i]);
+                }
             }
-            value[i] = sum;
         }
         Jet { value, gradient }
     }
@@ -260,5 +283,37 @@ impl<const D: usize> CoefficientLaw<D, D> for Corotational<D> {
         let mean = Self::matrix(means).map(|row| row.map(|entry| entry / stiffness));
         let rotation = polar_rotation(&mean);
         Self::set_matrix(means, &tensor::scale(&rotation, stiffness));
+    }
+
+    /// Cholesky's factor of `G`. Pivots within the rounding errors of single precision are zero: `G` is the
+    /// mean of a few products `n n^T`.
+    fn pack(&self, data: &mut [f64; MAX_CELL_DATA]) {
+        const ROUNDING: f64 = 1e-6;
+        for j in 0..D {
+            let diagonal = data[Self::mass_entry(j, j)];
+            let mut column: [f64; D] = std::array::from_fn(|i| {
+                if i < j {
+                    return 0.0;
+                }
+                let known = |k: usize| data[Self::mass_entry(k, i)] * data[Self::mass_entry(k, j)];
+                data[Self::mass_entry(j, i)] - (0..j).map(known).sum::<f64>()
+            });
+            let pivot = column[j];
+            if pivot <= ROUNDING * diagonal.abs() {
+                column = [0.0; D];
+            } else {
+                column = column.map(|entry| entry / pivot.sqrt());
+            }
+            for i in j..D {
+                data[Self::mass_entry(j, i)] = column[i];
+            }
+        }
+    }
+
+    fn packed(&self) -> Self {
+        Self {
+            factored: true,
+            ..*self
+        }
     }
 }

@@ -3,7 +3,9 @@
 
 use crate::corotational::Corotational;
 use fe_grid::multigrid::{Multigrid, MultigridParams, WorkSpace};
-use fe_grid::{Assembly, Data, Grid, GridError, LinearOperator, compiled_once};
+use fe_grid::{
+    Assembly, Data, Element, Grid, GridError, LinearOperator, Numbers, NumbersMut, compiled_once,
+};
 
 /// The operator of a [`Corotational`] form on the nodal displacements of a grid.
 #[derive(Clone, Debug)]
@@ -77,6 +79,11 @@ impl<const D: usize> CorotationalMultigrid<D> {
     pub fn with_work_space(self, work_space: WorkSpace<f32>) -> Self {
         Self(self.0.with_work_space(work_space))
     }
+
+    /// Applies one cycle to a vector in either precision.
+    pub fn apply_in<T: Element>(&self, x: &[T], y: &mut [T]) {
+        apply_cycle(&self.0, T::numbers(x), T::numbers_mut(y));
+    }
 }
 
 impl<const D: usize> LinearOperator for CorotationalMultigrid<D> {
@@ -85,7 +92,7 @@ impl<const D: usize> LinearOperator for CorotationalMultigrid<D> {
     }
 
     fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        apply_cycle(&self.0, x, y);
+        self.apply_in(x, y);
     }
 }
 
@@ -112,7 +119,20 @@ compiled_once! {
     /// One cycle.
     fn apply_cycle<'a, D>(
         cycle: &'a Multigrid<f32, Corotational<D>, D, D>,
-        x: &'a [f64],
-        y: &'a mut [f64],
-    ) = LinearOperator::apply_into;
+        x: Numbers<'a>,
+        y: NumbersMut<'a>,
+    ) = apply_cycle_in;
+}
+
+fn apply_cycle_in<const D: usize>(
+    cycle: &Multigrid<f32, Corotational<D>, D, D>,
+    x: Numbers<'_>,
+    y: NumbersMut<'_>,
+) {
+    match (x, y) {
+        (Numbers::Double(x), NumbersMut::Double(y)) => cycle.apply_in(x, y),
+        (Numbers::Double(x), NumbersMut::Single(y)) => cycle.apply_in(x, y),
+        (Numbers::Single(x), NumbersMut::Double(y)) => cycle.apply_in(x, y),
+        (Numbers::Single(x), NumbersMut::Single(y)) => cycle.apply_in(x, y),
+    }
 }

@@ -10,10 +10,10 @@
 //! would drift.
 
 use crate::level::{LevelShapes, shape};
-use crate::params::AverageParams;
+use crate::params::{AverageParams, Precision};
 use fe_grid::multigrid::MultigridParams;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{Buffer, Distribution, Grid, GridError, LinearOperator, locate, parallel};
+use fe_grid::{Buffer, Distribution, Element, Grid, GridError, LinearOperator, locate, parallel};
 use hyperelastic::{Corotational, CorotationalMultigrid};
 
 /// How many times the spacing of the grid of common motions is doubled.
@@ -33,11 +33,21 @@ pub(crate) struct CommonMotion<const D: usize> {
     grid: Grid<D>,
     cycle: CorotationalMultigrid<D>,
     rigid: Rigid,
-    /// For every shape of this process the cell of `grid` into which each node is moved, as the number of its first
-    /// node, and the `D` coordinates there.
-    places: Buffer<f32>,
+    /// For every shape of this process where in `grid` each node is moved to.
+    places: Places,
     distribution: Distribution,
 }
+
+/// Places in a grid, shape by shape.
+enum Places {
+    /// The cell, as the number of its first node, and the `D` coordinates there.
+    InCells(Buffer<f32>),
+    /// The `D` coordinates in the grid, in parts of a cell: each is divided into so many powers of two.
+    Parts(Buffer<u16>, u32),
+}
+
+/// A place in a grid: the first node of a cell, and the coordinates there.
+type Place<const D: usize> = (usize, [f64; D]);
 
 impl<const D: usize> CommonMotion<D> {
     /// Computes the metric at displacements, for given weights of the elastic energies of all shapes and a
@@ -52,18 +62,16 @@ impl<const D: usize> CommonMotion<D> {
         let fine = *shapes.grid();
         let grid = coarsened(fine);
         let n_nodes = fine.n_nodes();
-        let mut places = params
-            .storage
-            .zeros::<f32>((D + 1) * n_nodes * shapes.n_own())?;
+        let mut places = Places::new(params, shapes, &grid)?;
         let distribution = shapes.distribution().clone();
         let own = &weights[distribution.own()];
         let dim = D * n_nodes;
         let void = params
             .void_stiffness
             .max(Corotational::<D>::LEAST_VOID_STIFFNESS);
-        let parts = places.chunks_exact_mut((D + 1) * n_nodes).enumerate();
-        let stiffness: Vec<Vec<f64>> = parallel::map(parts, &|(i, places)| {
-            let moved = find(&fine, &grid, shape(x, i, dim), places);
+        let parts = places.of_shapes::<D>(n_nodes).into_iter().enumerate();
+        let stiffness: Vec<Vec<f64>> = parallel::map(parts, &|(i, mut places)| {
+            let moved = find(&fine, &grid, shape(x, i, dim), &mut places);
             let indicator = shapes.indicators[i].as_slice();
             let mut sums = vec![0.0; grid.n_cells()];
             for (cell, chi) in moved.into_iter().zip(indicator) {
@@ -89,6 +97,7 @@ impl<const D: usize> CommonMotion<D> {
             moduli: params.law.moduli,
             regularisation: regularisation * total * params.law.moduli.mu,
             rotations: true,
+            factored: false,
         };
         let cycle = CorotationalMultigrid::new(grid, law, cells, MultigridParams::default())?;
         Ok(Self {
@@ -102,14 +111,14 @@ impl<const D: usize> CommonMotion<D> {
     }
 
     /// Adds `R K^-1 R^T gradient`.
-    pub fn add(&self, gradient: &[f64], out: &mut [f64]) {
+    pub fn add<T: Element>(&self, gradient: &[T], out: &mut [T]) {
         let (n, m, dim) = (self.n_nodes, self.grid.n_nodes(), D * self.n_nodes);
         let loads = parallel::map(0..gradient.len() / dim, &|i| {
             let mut load = vec![0.0; D * m];
             let gradient = shape(gradient, i, dim);
             self.visit(i, |node, coarse, weight| {
                 for k in 0..D {
-                    load[k * m + coarse] += weight * gradient[k * n + node];
+                    load[k * m + coarse] += weight * gradient[k * n + node].to_f64();
                 }
             });
             load
@@ -122,7 +131,8 @@ impl<const D: usize> CommonMotion<D> {
         parallel::for_each(out.chunks_exact_mut(dim).enumerate(), &|(i, out)| {
             self.visit(i, |node, coarse, weight| {
                 for k in 0..D {
-                    out[k * n + node] += weight * motion[k * m + coarse];
+                    let entry = &mut out[k * n + node];
+                    *entry = T::from_f64(entry.to_f64() + weight * motion[k * m + coarse]);
                 }
             });
         });
@@ -138,19 +148,100 @@ impl<const D: usize> CommonMotion<D> {
         let offsets: Vec<usize> = (0..1usize << D)
             .map(|c| (0..D).map(|k| (c >> k & 1) * strides[k]).sum())
             .collect();
-        let places = &self.places[shape * (D + 1) * n..(shape + 1) * (D + 1) * n];
-        for node in 0..n {
-            let first = places[node] as usize;
+        let mut visit = |node: usize, (first, local): Place<D>| {
             for (c, offset) in offsets.iter().enumerate() {
                 let mut weight = 1.0;
                 for k in 0..D {
-                    let local = f64::from(places[(k + 1) * n + node]);
-                    weight *= if c >> k & 1 == 1 { local } else { 1.0 - local };
+                    weight *= if c >> k & 1 == 1 {
+                        local[k]
+                    } else {
+                        1.0 - local[k]
+                    };
                 }
                 work(node, first + offset, weight);
             }
+        };
+        match &self.places {
+            Places::InCells(places) => {
+                let places = &places[shape * (D + 1) * n..(shape + 1) * (D + 1) * n];
+                for node in 0..n {
+                    let local = std::array::from_fn(|k| f64::from(places[(k + 1) * n + node]));
+                    visit(node, (places[node] as usize, local));
+                }
+            }
+            Places::Parts(places, shift) => {
+                let places = &places[shape * D * n..(shape + 1) * D * n];
+                for node in 0..n {
+                    let parts = std::array::from_fn(|k| places[k * n + node]);
+                    visit(node, place_of_parts(&self.grid, parts, *shift));
+                }
+            }
         }
     }
+}
+
+impl Places {
+    /// Room for the places of all nodes of shapes in a grid.
+    fn new<const D: usize>(
+        params: &AverageParams,
+        shapes: &LevelShapes<D>,
+        grid: &Grid<D>,
+    ) -> Result<Self, GridError> {
+        let nodes = shapes.grid().n_nodes() * shapes.n_own();
+        Ok(match params.precision_on(shapes.grid()) {
+            Precision::Double => Self::InCells(params.storage.zeros((D + 1) * nodes)?),
+            Precision::Mixed => {
+                let most = grid.cells_per_axis().into_iter().fold(1, usize::max);
+                let shift = (usize::from(u16::MAX) / most).max(1).ilog2();
+                Self::Parts(params.storage.zeros(D * nodes)?, shift)
+            }
+        })
+    }
+
+    /// The places of each shape.
+    fn of_shapes<const D: usize>(&mut self, n_nodes: usize) -> Vec<ShapePlaces<'_>> {
+        match self {
+            Self::InCells(places) => {
+                let shapes = places.chunks_exact_mut((D + 1) * n_nodes);
+                shapes.map(ShapePlaces::InCells).collect()
+            }
+            Self::Parts(places, shift) => {
+                let shapes = places.chunks_exact_mut(D * n_nodes);
+                shapes
+                    .map(|places| ShapePlaces::Parts(places, *shift))
+                    .collect()
+            }
+        }
+    }
+
+    fn rest(&self) {
+        match self {
+            Self::InCells(places) => places.rest(),
+            Self::Parts(places, _) => places.rest(),
+        }
+    }
+}
+
+/// The [`Places`] of one shape, to be written.
+enum ShapePlaces<'a> {
+    InCells(&'a mut [f32]),
+    Parts(&'a mut [u16], u32),
+}
+
+/// Returns the place with these coordinates, in parts of a cell.
+#[inline(always)]
+fn place_of_parts<const D: usize>(grid: &Grid<D>, parts: [u16; D], shift: u32) -> Place<D> {
+    let (cells, strides) = (grid.cells_per_axis(), grid.strides());
+    let size = f64::from(1u32 << shift);
+    let mut first = 0;
+    let local = std::array::from_fn(|k| {
+        let part = usize::from(parts[k]);
+        // The last node belongs to the last cell.
+        let cell = (part >> shift).min(cells[k] - 1);
+        first += cell * strides[k];
+        (part - (cell << shift)) as f64 / size
+    });
+    (first, local)
 }
 
 /// Returns the grid of common motions.
@@ -253,7 +344,7 @@ fn find<const D: usize>(
     fine: &Grid<D>,
     grid: &Grid<D>,
     displacement: &[f64],
-    places: &mut [f32],
+    places: &mut ShapePlaces<'_>,
 ) -> Vec<usize> {
     let n = fine.n_nodes();
     let mut place = |node: usize| {
@@ -262,9 +353,20 @@ fn find<const D: usize>(
             position[k] += displacement[k * n + node];
         }
         let (cell, local) = locate(grid, position);
-        places[node] = grid.node_index(cell) as f32;
-        for k in 0..D {
-            places[(k + 1) * n + node] = local[k] as f32;
+        match places {
+            ShapePlaces::InCells(places) => {
+                places[node] = grid.node_index(cell) as f32;
+                for k in 0..D {
+                    places[(k + 1) * n + node] = local[k] as f32;
+                }
+            }
+            ShapePlaces::Parts(places, shift) => {
+                let size = f64::from(1u32 << *shift);
+                for k in 0..D {
+                    let part = (cell[k] as f64 + local[k]) * size;
+                    places[k * n + node] = part.round() as u16;
+                }
+            }
         }
         grid.cell_index(cell)
     };

@@ -19,12 +19,13 @@ use crate::elastic::{ElasticTerm, elastic_hessian_into};
 use crate::error::AverageError;
 use crate::level::shape;
 use crate::objective::{AverageObjective, solve_equations};
+use crate::params::Precision;
 use fe_grid::composition::{Interpolant, MatchDensity, SmoothMatching, nodal_gradient};
 use fe_grid::coupling::{Variation, field_derivative_change};
 use fe_grid::minimise::{NewtonCgParams, SecondOrder};
 use fe_grid::scatter::Source;
-use fe_grid::vector::{axpy, scale};
-use fe_grid::{Assembly, Data, Storage, parallel};
+use fe_grid::vector::{axpy, change_in_double, in_double, scale};
+use fe_grid::{Assembly, Data, Element, parallel};
 use phasefield::Masked;
 
 /// Relative accuracy of the change of the average: well below that of the model.
@@ -50,6 +51,15 @@ impl<const D: usize> SecondOrder for AverageObjective<D> {
         direction: &[f64],
         out: &mut [f64],
     ) -> Result<(), AverageError> {
+        self.hessian_action_in(x, direction, out)
+    }
+
+    fn hessian_action_in<T: Element>(
+        &mut self,
+        x: &[f64],
+        direction: &[T],
+        out: &mut [T],
+    ) -> Result<(), AverageError> {
         let grid = *self.grid();
         let gradients = self.averages().map(|v| nodal_gradient(&grid, v));
         let mut expansions = Vec::with_capacity(self.shapes.n_components());
@@ -71,15 +81,18 @@ impl<const D: usize> SecondOrder for AverageObjective<D> {
                 change,
             })
             .collect();
-        let apply = |(i, out): (usize, &mut [f64])| {
-            let states = (shape(x, i, dim), shape(direction, i, dim));
-            this.shape_hessian(i, states, &expansions, out);
+        let apply = |(i, out): (usize, &mut [T])| {
+            let direction = in_double(shape(direction, i, dim));
+            let states = (shape(x, i, dim), &*direction);
+            change_in_double(out, |out| {
+                this.shape_hessian(i, states, &expansions, out);
+            });
         };
         let parts = out.chunks_exact_mut(dim).enumerate();
-        if this.params.storage == Storage::Memory {
-            parallel::for_each(parts, &apply);
-        } else {
+        if this.in_turn() {
             parts.for_each(apply);
+        } else {
+            parallel::for_each(parts, &apply);
         }
         Ok(())
     }
@@ -94,17 +107,20 @@ impl<const D: usize> AverageObjective<D> {
             ..NewtonCgParams::default()
         };
         self.common_regularisation = common::ESTIMATE;
-        let remaining = newton.remaining(self, x);
+        let remaining = match self.params.precision_on(self.grid()) {
+            Precision::Double => newton.remaining::<f64, _>(self, x),
+            Precision::Mixed => newton.remaining::<f32, _>(self, x),
+        };
         self.common_regularisation = common::MINIMISATION;
         remaining
     }
 
     /// Computes the derivative of a component of the average along a direction.
-    fn average_change(
+    fn average_change<T: Element>(
         &mut self,
         component: usize,
         x: &[f64],
-        direction: &[f64],
+        direction: &[T],
         gradient: &[f64],
     ) -> Result<Vec<f64>, AverageError> {
         let dim = self.shape_dim();
@@ -117,13 +133,14 @@ impl<const D: usize> AverageObjective<D> {
         let mut loads: Vec<Vec<f64>> = Vec::with_capacity(shares.len());
         for (i, weight) in shares.iter().enumerate() {
             let coefficients = self.shapes.match_coefficients(i, component);
+            let direction = in_double(shape(direction, i, dim));
             let variation = Variation {
                 source: Source {
                     displacement: shape(x, i, dim),
                     coefficients: &coefficients,
                     weight: *weight,
                 },
-                direction: shape(direction, i, dim),
+                direction: &direction,
             };
             let mut load = vec![0.0; n];
             if self.shapes.seen().is_empty() {

@@ -6,7 +6,7 @@ use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
 use crate::objective::AverageObjective;
-use crate::params::{AverageParams, Solver};
+use crate::params::{AverageParams, Precision, Solver};
 use crate::reached::Reached;
 use crate::result::{LevelReport, certificates};
 use crate::second::{SecondDeformations, minimise_again};
@@ -15,6 +15,7 @@ use fe_grid::minimise::{
     Info, LbfgsParams, LevelProblem, Minimiser, Observer, Stopping, minimise_levels,
 };
 use fe_grid::transfer::{inject_into, prolong_into};
+use fe_grid::vector::round_to;
 use fe_grid::{Buffer, Certificate, Distribution, Field, Grid, parallel, repair};
 
 /// Number of iterations over which the decrease of the energy is measured.
@@ -88,6 +89,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser<'_, D> {
         let factor = if self.finest { 1.0 } else { COARSE };
         let strictness = self.strictness(objective.shapes().n_shapes());
         let tolerance = factor * strictness * self.params.tolerance;
+        let precision = self.params.precision_on(objective.grid());
         match self.params.solver {
             Solver::Lbfgs => {
                 let stopping = Stopping {
@@ -101,6 +103,7 @@ impl<const D: usize> Minimiser<AverageObjective<D>> for LevelMinimiser<'_, D> {
                 let lbfgs = LbfgsParams {
                     metric_interval: METRIC_INTERVAL,
                     history: HISTORY,
+                    compact: precision == Precision::Mixed,
                     stopping,
                     ..LbfgsParams::default()
                 };
@@ -335,6 +338,10 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
     fn repair(&mut self, level: usize, x: &mut [f64]) -> Result<(), AverageError> {
         let grid = &self.grids[level];
         let bound = self.params.min_determinant;
+        if self.params.precision_on(grid) == Precision::Mixed {
+            // What the minimiser rounds the state to.
+            round_to::<f32>(x);
+        }
         parallel::for_each(x.chunks_exact_mut(D * grid.n_nodes()), &|u| {
             repair(grid, u, bound, None);
         });
@@ -350,7 +357,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
     ) -> Result<(), AverageError> {
         let mut objective = objective;
         // The last evaluation may have been that of a rejected trial.
-        let energy = match objective.evaluate(x, &mut [])? {
+        let energy = match objective.evaluate_energy(x)? {
             fe_grid::minimise::Evaluation::Value(_) => objective.energy().clone(),
             fe_grid::minimise::Evaluation::Inadmissible => Energy::default(),
         };

@@ -171,6 +171,6 @@ impl<const D: usize> LevelShapes<D> {
 }
 
 /// Returns the displacement of one shape.
-pub(crate) fn shape(x: &[f64], i: usize, dim: usize) -> &[f64] {
+pub(crate) fn shape<T>(x: &[T], i: usize, dim: usize) -> &[T] {
     &x[i * dim..(i + 1) * dim]
 }

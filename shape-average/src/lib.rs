@@ -99,7 +99,7 @@ pub use minima::{
     Curvature, Minima, Minimum, Start, StartKind, doubts as doubts_of_minima, starts,
 };
 pub use objective::AverageObjective;
-pub use params::{AverageParams, BoundaryCondition, Mean, Solver};
+pub use params::{AverageParams, BoundaryCondition, Mean, Precision, Solver};
 pub use result::{AverageResult, ComponentResult, LevelReport, Rematch};
 pub use shapes::Shapes;
 pub use solve::{

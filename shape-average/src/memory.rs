@@ -6,14 +6,15 @@
 //! pictures are not counted.
 
 use crate::hierarchy::HISTORY;
-use crate::params::{AverageParams, Solver};
+use crate::params::{AverageParams, Precision, Solver};
 use fe_grid::{Distribution, Grid, Storage, parallel};
 use hyperelastic::Corotational;
 use serde::Serialize;
 
-/// Size of a number in double and in single precision, in bytes.
+/// Size of a number in double and in single precision, and of a half, in bytes.
 const DOUBLE: u64 = 8;
 const SINGLE: u64 = 4;
+const HALF: u64 = 2;
 
 /// Memory by purpose, in bytes. Arrays that [`AverageParams::storage`] places in files are counted
 /// under their purpose and in [`MemoryEstimate::files`], not in [`MemoryEstimate::memory`].
@@ -27,7 +28,7 @@ pub struct MemoryEstimate {
     pub minimiser: u64,
     /// The L-BFGS pairs.
     pub history: u64,
-    /// The metrics of all shapes; with files, the state that they are computed from.
+    /// The metrics of all shapes, or the state that they are computed from.
     pub metric: u64,
     /// The average, its normal equations and the vectors of their solver.
     pub average: u64,
@@ -58,10 +59,12 @@ pub fn memory_estimate<const D: usize>(
     // Where there are several, the whole shapes are one more.
     let parts = if n_components > 1 { components } else { 0 };
     let n = distribution.own().len() as u64;
-    let sizes = Sizes::new(grid, distribution.own().len());
+    let mixed = params.precision_on(grid) == Precision::Mixed;
+    let sizes = Sizes::new(grid, distribution.own().len(), mixed);
     let state = n * sizes.d * sizes.field;
     let spilled = params.storage != Storage::Memory;
     let lbfgs = params.solver == Solver::Lbfgs;
+    let remade = params.remakes_metrics && lbfgs;
     // The previous level's phase fields and indicators exist until the next level is set up.
     let coarser = grid.coarser().map_or(0, |g| g.n_nodes() as u64 * DOUBLE);
     let seen = u64::from(partly_visible);
@@ -69,38 +72,47 @@ pub fn memory_estimate<const D: usize>(
     let shapes = all * (1 + parts + seen) * sizes.field
         + n * (1 + components + seen) * (sizes.field + coarser);
     let metric = sizes.metric();
-    // The part for common motions stores a cell and a position for every node.
-    let common = n * (sizes.d + 1) * sizes.field * SINGLE / DOUBLE;
+    // The part for common motions stores a cell and a position for every node, or the position in halves.
+    let common = if mixed {
+        n * sizes.d * sizes.field * HALF / DOUBLE
+    } else {
+        n * (sizes.d + 1) * sizes.field * SINGLE / DOUBLE
+    };
     let (minimiser, history, metrics) = if lbfgs {
-        let pairs = 2 * HISTORY as u64 * state * SINGLE / DOUBLE;
-        let own = if spilled { state } else { n * metric };
-        (4 * state, pairs, own + common)
+        let vectors = 2 * HISTORY as u64 * state;
+        let own = if remade { state } else { n * metric };
+        if sizes.mixed {
+            // A byte a number, and the scales of blocks of 32 numbers.
+            let pairs = vectors / DOUBLE + vectors / DOUBLE / 32 * SINGLE;
+            (4 * state * SINGLE / DOUBLE, pairs, own + common)
+        } else {
+            (4 * state, vectors * SINGLE / DOUBLE, own + common)
+        }
     } else {
         // The direction, the gradient and the trial state of one shape, and a spectral solve.
         (3 * sizes.d * sizes.field + 2 * sizes.field, 0, 0)
     };
+    let metric_vectors = if remade { metrics } else { common };
     // The average, four vectors of its solver and the diagonal; each component has its equations.
-    let copies = if spilled && lbfgs { 2 } else { 1 };
+    let copies = if remade { 2 } else { 1 };
     let average = (5 + copies * components) * sizes.field + components * sizes.equations();
-    let (work_space, transfer) = match (lbfgs, spilled) {
-        (false, _) => (0, 0),
-        (true, false) => (
-            sizes.at_once * sizes.cycle(),
-            sizes.at_once * sizes.transfer(),
-        ),
-        (true, true) => (
-            sizes.cycle(),
-            metric + sizes.metric_building().max(sizes.transfer()),
-        ),
+    let at_once = if spilled { 1 } else { sizes.at_once };
+    let (work_space, transfer) = if lbfgs {
+        let own = if remade { metric } else { 0 };
+        let building = if remade { sizes.metric_building() } else { 0 };
+        let transfer = own + building.max(sizes.transfer());
+        (at_once * sizes.cycle(), at_once * transfer)
+    } else {
+        (0, 0)
     };
-    let temporary = work_space + sizes.temporary().max(transfer);
+    let temporary = work_space + sizes.temporary(at_once).max(transfer);
     // Per shape the displacement, the signed distance and the pushed-forward distance, with the
     // masks; during an inversion, the points found. Of shapes of other processes the first collects the
     // displacements, the phase fields and the indicators.
     let collected = (all - n) * (sizes.d + 1 + components + seen) * sizes.field;
     let measured = all * (sizes.d + 2 + 2 * parts + seen) * sizes.field;
     let result = measured + collected + sizes.at_once * 10 * sizes.field;
-    let vectors = minimiser + history + if spilled { metrics } else { 0 };
+    let vectors = minimiser + history + if spilled { metric_vectors } else { 0 };
     let files = if spilled && lbfgs { state + vectors } else { 0 };
     let everything = shapes + state + minimiser + history + metrics + average + temporary;
     let in_files_at_the_end = if files > 0 { state } else { 0 };
@@ -125,6 +137,8 @@ struct Sizes<const D: usize> {
     d: u64,
     /// One scalar field in double precision.
     field: u64,
+    /// Whether vectors are kept in less memory.
+    mixed: bool,
     /// Number of shapes that are processed at the same time.
     at_once: u64,
     threads: u64,
@@ -139,7 +153,7 @@ struct Sizes<const D: usize> {
 }
 
 impl<const D: usize> Sizes<D> {
-    fn new(grid: &Grid<D>, n_shapes: usize) -> Self {
+    fn new(grid: &Grid<D>, n_shapes: usize, mixed: bool) -> Self {
         let threads = parallel::n_threads();
         let layers = grid.cells_per_axis()[D - 1];
         // The same partition as in the cell engine.
@@ -154,6 +168,7 @@ impl<const D: usize> Sizes<D> {
         Self {
             d: D as u64,
             field: grid.n_nodes() as u64 * DOUBLE,
+            mixed,
             at_once: threads.min(n_shapes) as u64,
             threads: threads as u64,
             n_cells: grid.n_cells() as u64,
@@ -171,6 +186,10 @@ impl<const D: usize> Sizes<D> {
     fn metric(&self) -> u64 {
         let cells: u64 = self.hierarchy.iter().map(|level| level.1).sum();
         let per_cell = Corotational::<D>::CELL_DATA as u64;
+        if self.mixed {
+            let blocks = self.d * (self.d + 1) / 2 * self.nodes();
+            return HALF * per_cell * cells + SINGLE * blocks;
+        }
         SINGLE * (per_cell * cells + self.d * self.d * self.nodes())
     }
 
@@ -195,16 +214,29 @@ impl<const D: usize> Sizes<D> {
     fn equations(&self) -> u64 {
         let moments = (4 * 3u64.pow(D as u32 - 1) + (1 << D)).next_multiple_of(8) * DOUBLE;
         let moments = moments * self.slab_cells.min(self.n_cells);
-        (Self::outputs() + 1) * self.field + 2 * self.threads * moments
+        let matrix = (Self::outputs() - 1) * self.field;
+        let assembled = if self.mixed {
+            // In single precision, and the right-hand side.
+            matrix * SINGLE / DOUBLE + self.field
+        } else {
+            matrix + 2 * self.field
+        };
+        assembled + 2 * self.threads * moments
     }
 
     /// Returns the largest of: the planes shared by the slabs of the normal equations; those of the
     /// gradients of the shapes processed at the same time; a damped step.
-    fn temporary(&self) -> u64 {
+    fn temporary(&self, at_once: u64) -> u64 {
+        if self.mixed {
+            // The equations while they are assembled, or three vectors of a shape in double precision, with
+            // the nodal fields of a second derivative.
+            let second = (3 * self.d * at_once + self.d + 1) * self.field;
+            return second.max(Self::outputs() * self.field);
+        }
         let shared = |bytes: u64| (bytes as f64 * self.shared_planes) as u64;
         let equations = shared(Self::outputs() * self.field);
-        let gradients = self.at_once * shared(self.d * self.field);
-        let restraint = self.at_once * (self.d + 1) * self.field;
+        let gradients = at_once * shared(self.d * self.field);
+        let restraint = at_once * (self.d + 1) * self.field;
         equations.max(gradients).max(restraint)
     }
 

@@ -2,11 +2,11 @@
 //! elastic energy, inverted by one multigrid cycle.
 
 use crate::level::LevelShapes;
-use crate::params::AverageParams;
+use crate::params::{AverageParams, Precision};
 use fe_grid::composition::{Interpolant, MatchDensity};
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::multigrid::{MultigridParams, WorkSpace};
-use fe_grid::{CellProbe, Data, GridError, Lane, LinearOperator, Point, Reads, probe_cells};
+use fe_grid::{CellProbe, Data, Element, GridError, Lane, Point, Reads, probe_cells};
 use hyperelastic::{Corotational, CorotationalMultigrid};
 use phasefield::{Masked, Mismatch};
 
@@ -16,6 +16,7 @@ const CYCLE: MultigridParams = MultigridParams {
     smoothing_steps: 1,
     smoothing_range: 0.25,
     direct_unknowns: 100,
+    in_halves: false,
 };
 /// Lower bound of the weights; with weight zero the metric would not be definite.
 const LEAST_WEIGHT: f64 = 1e-6;
@@ -81,21 +82,21 @@ impl<const D: usize> ShapeMetric<D> {
                 * elastic_weight
                 * moduli.mu,
             rotations: true,
+            factored: false,
         };
-        let cycle = CorotationalMultigrid::new(grid, law, cells, CYCLE)?;
+        let cycle = MultigridParams {
+            in_halves: params.precision_on(&grid) == Precision::Mixed,
+            ..CYCLE
+        };
+        let cycle = CorotationalMultigrid::new(grid, law, cells, cycle)?;
         Ok(Self {
             cycle: cycle.with_work_space(work_space.clone()),
         })
     }
-}
 
-impl<const D: usize> LinearOperator for ShapeMetric<D> {
-    fn dim(&self) -> usize {
-        self.cycle.dim()
-    }
-
-    fn apply_into(&self, x: &[f64], y: &mut [f64]) {
-        self.cycle.apply_into(x, y);
+    /// Applies the inverse metric.
+    pub fn apply_in<T: Element>(&self, x: &[T], y: &mut [T]) {
+        self.cycle.apply_in(x, y);
     }
 }
 

@@ -15,7 +15,7 @@ use crate::energy::{Energy, ShapeTerms, Weights};
 use crate::error::AverageError;
 use crate::level::{LevelShapes, shape};
 use crate::metric::ShapeMetric;
-use crate::params::{AverageParams, BoundaryCondition};
+use crate::params::{AverageParams, BoundaryCondition, Precision};
 use crate::result::Rematch;
 use crate::rounds::Rounds;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
@@ -23,9 +23,10 @@ use fe_grid::minimise::Evaluation;
 use fe_grid::multigrid::WorkSpace;
 use fe_grid::scatter::{DistributedSources, NormalEquations, Source};
 use fe_grid::stencil::Background;
+use fe_grid::vector::change_in_double;
 use fe_grid::{
-    Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Grid, GridError, Storage, certify_below,
-    compiled_once, conjugate_gradient, mutant, parallel,
+    Assembly, Buffer, CgParams, CgScratch, Data, Diagonal, Element, Grid, GridError, NumbersMut,
+    Storage, certify_below, compiled_once, conjugate_gradient, mutant, parallel,
 };
 use hyperelastic::{CompiledLaw, FoldBarrier, LawError};
 use phasefield::{InterfaceLength, Masked, Mismatch};
@@ -104,8 +105,8 @@ compiled_once! {
     fn evaluate_average<'a, D>(
         objective: &'a mut AverageObjective<D>,
         x: &'a [f64],
-        gradient: &'a mut [f64],
-    ) -> Result<Evaluation, AverageError> = AverageObjective::evaluate_terms;
+        gradient: NumbersMut<'a>,
+    ) -> Result<Evaluation, AverageError> = AverageObjective::evaluate_in;
 }
 
 impl<const D: usize> AverageObjective<D> {
@@ -140,7 +141,10 @@ impl<const D: usize> AverageObjective<D> {
             length: params.resolved_length_weight(),
         };
         let equations = (0..n_components)
-            .map(|_| NormalEquations::new(*shapes.grid()))
+            .map(|_| match params.precision_on(shapes.grid()) {
+                Precision::Double => NormalEquations::new(*shapes.grid()),
+                Precision::Mixed => NormalEquations::in_single(*shapes.grid()),
+            })
             .collect();
         Ok(Self {
             shapes,
@@ -238,6 +242,11 @@ impl<const D: usize> AverageObjective<D> {
             BARRIER_ONSET,
         );
         certificate.certified.then_some(certificate.min_corner_det)
+    }
+
+    /// Returns whether shapes are processed one after the other, which takes less work space.
+    pub(crate) fn in_turn(&self) -> bool {
+        self.params.storage != Storage::Memory
     }
 
     /// Returns whether the barrier acts on a deformation.
@@ -452,7 +461,7 @@ impl<const D: usize> AverageObjective<D> {
     }
 
     /// Removes the components of a direction that would move a fixed boundary.
-    pub(crate) fn hold_boundary(&self, direction: &mut [f64]) {
+    pub(crate) fn hold_boundary<T: Element>(&self, direction: &mut [T]) {
         if self.params.boundary
             == mutant!(BoundaryCondition::Natural, BoundaryFree => self.params.boundary)
         {
@@ -464,7 +473,7 @@ impl<const D: usize> AverageObjective<D> {
             for (i, x) in component.iter_mut().enumerate() {
                 let node = grid.node(i);
                 if (0..D).any(|k| node[k] == 0 || node[k] + 1 == n[k]) {
-                    *x = 0.0;
+                    *x = T::default();
                 }
             }
         }
@@ -481,18 +490,34 @@ impl<const D: usize> AverageObjective<D> {
 
     /// Solves for the average and computes all terms; the gradient overwrites `gradient` unless
     /// that is empty.
-    pub(crate) fn evaluate(
+    pub(crate) fn evaluate<T: Element>(
         &mut self,
         x: &[f64],
-        gradient: &mut [f64],
+        gradient: &mut [T],
     ) -> Result<Evaluation, AverageError> {
-        evaluate_average(self, x, gradient)
+        evaluate_average(self, x, T::numbers_mut(gradient))
     }
 
-    fn evaluate_terms(
+    /// Computes the energy alone.
+    pub(crate) fn evaluate_energy(&mut self, x: &[f64]) -> Result<Evaluation, AverageError> {
+        self.evaluate::<f64>(x, &mut [])
+    }
+
+    fn evaluate_in(
         &mut self,
         x: &[f64],
-        gradient: &mut [f64],
+        gradient: NumbersMut<'_>,
+    ) -> Result<Evaluation, AverageError> {
+        match gradient {
+            NumbersMut::Double(gradient) => self.evaluate_terms(x, gradient),
+            NumbersMut::Single(gradient) => self.evaluate_terms(x, gradient),
+        }
+    }
+
+    fn evaluate_terms<T: Element>(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [T],
     ) -> Result<Evaluation, AverageError> {
         let dim = self.shape_dim();
         let corners = parallel::map(x.chunks_exact(dim), &|u| self.admissible(u));
@@ -508,15 +533,17 @@ impl<const D: usize> AverageObjective<D> {
         let energy = |i: usize, gradient: &mut [f64]| {
             self.shape_energy(i, shape(x, i, dim), corners[i], gradient)
         };
-        let in_turn = self.params.storage != Storage::Memory;
+        let energy_in = |(i, gradient): (usize, &mut [T])| {
+            change_in_double(gradient, |gradient| energy(i, gradient))
+        };
         let terms: Result<Vec<_>, AverageError> = if gradient.is_empty() {
             parallel::try_map(0..self.shapes.n_own(), &|i| energy(i, &mut []))
-        } else if in_turn {
+        } else if self.in_turn() {
             let parts = gradient.chunks_exact_mut(dim).enumerate();
-            parts.map(|(i, gradient)| energy(i, gradient)).collect()
+            parts.map(energy_in).collect()
         } else {
             let parts = gradient.chunks_exact_mut(dim).enumerate();
-            parallel::try_map(parts, &|(i, gradient)| energy(i, gradient))
+            parallel::try_map(parts, &energy_in)
         };
         let terms: Option<Vec<ShapeTerms>> = terms?.into_iter().collect();
         if !distribution.all(terms.is_some()) {
@@ -538,7 +565,7 @@ pub(crate) fn solve_equations<const D: usize>(
     scratch: &mut CgScratch,
 ) -> Result<usize, GridError> {
     let matrix = equations.matrix();
-    let jacobi = Diagonal::jacobi(matrix.diagonal())?;
+    let jacobi = Diagonal::jacobi(&matrix.diagonal())?;
     let params = CgParams {
         relative_tolerance,
         ..CgParams::default()

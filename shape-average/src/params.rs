@@ -1,9 +1,12 @@
 //! Parameters of an average.
 
 use crate::error::AverageError;
-use fe_grid::{Storage, mutant};
+use fe_grid::{Grid, Storage, mutant};
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
+
+/// The largest number of nodes of a level in 3D that is minimised in double precision by default.
+const LARGEST_IN_DOUBLE: usize = 65 * 65 * 65;
 
 /// Algorithm that minimises the energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +31,20 @@ pub enum Mean {
     Arithmetic,
     /// Weighted sum of their square roots: the median, robust to outliers.
     Median,
+}
+
+/// Precision of the vectors of the minimiser and of its metric. All is computed in double precision, except
+/// for the metric.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// Double for the state, its gradients and the normal equations of the average; single for the L-BFGS
+    /// pairs and the metric.
+    Double,
+    /// Single for the state, its gradients and the matrix of the normal equations; a byte a number for the
+    /// pairs, and 16 bits for the metric.
+    Mixed,
 }
 
 /// Boundary condition for the deformations on the faces of the box.
@@ -112,12 +129,21 @@ pub struct AverageParams {
     /// Descent only: gradient steps per shape between two solves for the average.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true))]
     pub descent_steps: usize,
+    /// Precision of the vectors of the minimiser and of its metric [default: mixed on the levels of a
+    /// 3D grid with more than 65^3 nodes, which halves the memory, otherwise double].
+    #[cfg_attr(feature = "clap", arg(long, value_enum, hide_short_help = true))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Precision>,
     /// Storage of the minimiser's vectors. If it is a folder, shapes are processed one after the
-    /// other, and the metric of each is recomputed whenever it is applied. The results do not
-    /// depend on it.
+    /// other. The results do not depend on it.
     #[serde(skip)]
     #[cfg_attr(feature = "clap", arg(skip))]
     pub storage: Storage,
+    /// Whether the metric of each shape is recomputed whenever it is applied, for which the state is kept
+    /// that it is computed from: half as much work again. The results do not depend on it.
+    #[serde(skip)]
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub remakes_metrics: bool,
 }
 
 impl Default for AverageParams {
@@ -139,7 +165,9 @@ impl Default for AverageParams {
             min_determinant: 1e-3,
             filter_width: 10f64.sqrt(),
             descent_steps: 10,
+            precision: None,
             storage: Storage::Memory,
+            remakes_metrics: false,
         }
     }
 }
@@ -148,6 +176,16 @@ impl AverageParams {
     /// Returns the length weight, with the default resolved.
     pub fn resolved_length_weight(&self) -> f64 {
         self.length_weight.unwrap_or(1e-4 * self.mismatch_weight)
+    }
+
+    /// Returns the precision on a level, with the default resolved.
+    pub fn precision_on<const D: usize>(&self, grid: &Grid<D>) -> Precision {
+        let large = D == 3 && grid.n_nodes() > LARGEST_IN_DOUBLE;
+        self.precision.unwrap_or(if large {
+            Precision::Mixed
+        } else {
+            Precision::Double
+        })
     }
 
     /// Returns the weights of `n` shapes, with the default resolved.
@@ -209,5 +247,27 @@ impl AverageParams {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_large_levels_in_space_are_mixed_by_default() {
+        let params = AverageParams::default();
+        let of = |params: &AverageParams, n| params.precision_on(&Grid::<3>::cube(n));
+        assert_eq!(of(&params, 65), Precision::Double);
+        assert_eq!(of(&params, 67), Precision::Mixed);
+        let plane = Grid::<2>::cube(1025);
+        assert_eq!(params.precision_on(&plane), Precision::Double);
+        for precision in [Precision::Double, Precision::Mixed] {
+            let params = AverageParams {
+                precision: Some(precision),
+                ..AverageParams::default()
+            };
+            assert!(of(&params, 9) == precision && params.precision_on(&plane) == precision);
+        }
     }
 }

@@ -67,7 +67,7 @@ fn rematch<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<bool, AverageError> {
     // The last evaluation may have been that of a rejected trial.
-    let Evaluation::Value(_) = objective.evaluate(x, &mut [])? else {
+    let Evaluation::Value(_) = objective.evaluate_energy(x)? else {
         return Ok(false);
     };
     let energies = energies_above(

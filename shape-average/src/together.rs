@@ -2,6 +2,7 @@
 
 use fe_grid::Distribution;
 use fe_grid::minimise::{Control, Iteration, Memory, MemoryPair, Observer};
+use fe_grid::vector::in_double;
 
 /// Reports of the first process reach its observer, and all processes follow its decisions. What it
 /// remembers is that of all: checkpoints do not depend on the number of processes.
@@ -95,8 +96,8 @@ impl Observer for Together<'_> {
                     .map(|x| x as f32)
                     .collect::<Vec<f32>>()
             };
-            let step = vector(|pair| pair.step.iter().map(|x| f64::from(*x)).collect());
-            let change = vector(|pair| pair.change.iter().map(|x| f64::from(*x)).collect());
+            let step = vector(|pair| in_double(&pair.step.numbers()).into_owned());
+            let change = vector(|pair| in_double(&pair.change.numbers()).into_owned());
             let scales = known
                 .pairs
                 .get(i)
@@ -123,15 +124,14 @@ impl Observer for Together<'_> {
         }
         let gather = |own: &[f64]| self.distribution.gather(own).unwrap_or_default();
         let single = |own: &[f32]| {
-            let own: Vec<f64> = own.iter().map(|x| f64::from(*x)).collect();
-            gather(&own)
+            gather(&in_double(own))
                 .into_iter()
                 .map(|x| x as f32)
                 .collect::<Vec<f32>>()
         };
         let pair = |pair: &MemoryPair<'_>| MemoryPair {
-            step: single(&pair.step).into(),
-            change: single(&pair.change).into(),
+            step: single(&pair.step.numbers()).into(),
+            change: single(&pair.change.numbers()).into(),
             ..*pair
         };
         let all = Memory {

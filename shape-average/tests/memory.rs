@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Distribution, Grid, ScalarField, Storage};
-use shape_average::{AverageParams, AverageResult, Solver, average_of_visible, memory_estimate};
+use shape_average::{
+    AverageParams, AverageResult, Precision, Solver, average_of_visible, memory_estimate,
+};
 
 /// Bytes in use, and the most there have been.
 static IN_USE: AtomicUsize = AtomicUsize::new(0);
@@ -109,6 +111,14 @@ fn check_visibility<const D: usize>(
 fn in_files(params: &AverageParams, folder: &std::path::Path) -> AverageParams {
     AverageParams {
         storage: Storage::Folder(folder.into()),
+        remakes_metrics: true,
+        ..params.clone()
+    }
+}
+
+fn mixed(params: &AverageParams) -> AverageParams {
+    AverageParams {
+        precision: Some(Precision::Mixed),
         ..params.clone()
     }
 }
@@ -126,6 +136,7 @@ fn estimates_are_what_is_used() {
     let _alone = ALONE.lock();
     let params = short();
     check::<3>(3, 33, &params);
+    check::<3>(3, 33, &mixed(&params));
     check::<2>(4, 129, &params);
     check_visibility::<3>(2, 33, true, &params);
     let descent = AverageParams {
@@ -146,6 +157,7 @@ fn estimates_are_what_is_used_at_full_size() {
     let _alone = ALONE.lock();
     let params = AverageParams::default();
     check::<3>(8, 65, &params);
+    check::<3>(8, 65, &mixed(&params));
     check::<3>(2, 129, &params);
     let folder = tempfile::tempdir().unwrap();
     check::<3>(8, 65, &in_files(&params, folder.path()));
@@ -163,9 +175,12 @@ fn files_save_memory_and_change_nothing() {
     assert_eq!(plain.energy, same.energy);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     let grid = Grid::<3>::cube(33);
-    let sizes = [&params, &spilled]
+    let sizes = [&params, &spilled, &mixed(&params)]
         .map(|p| memory_estimate(p, &Distribution::alone(8), 1, false, &grid).memory);
-    assert!(2 * sizes[1] < sizes[0], "{sizes:?}");
+    assert!(
+        2 * sizes[1] < sizes[0] && 5 * sizes[2] < 3 * sizes[0],
+        "{sizes:?}"
+    );
 }
 
 #[test]

@@ -238,6 +238,7 @@ fn cycle<const D: usize>(
         moduli: params.law.moduli,
         regularisation: Corotational::<D>::REGULARISATION * params.void_stiffness * mu,
         rotations: true,
+        factored: false,
     };
     Ok(CorotationalMultigrid::new(
         *grid,

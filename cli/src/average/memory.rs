@@ -39,6 +39,10 @@ pub(super) fn provide<const D: usize>(
         params.storage = Storage::Folder(folder(&run.common.output));
         needed = estimate(params);
         if needed.memory > limit {
+            params.remakes_metrics = true;
+            needed = estimate(params);
+        }
+        if needed.memory > limit {
             return Err(CliError::Memory {
                 limit,
                 needed: needed.memory,

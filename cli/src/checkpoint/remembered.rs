@@ -57,8 +57,8 @@ impl Remembered {
         write(folder, OBJECTIVE, &memory.objective, f64::to_le_bytes)?;
         for (k, pair) in memory.pairs.iter().enumerate() {
             let [step, change] = names(k);
-            write(folder, &step, &pair.step, f32::to_le_bytes)?;
-            write(folder, &change, &pair.change, f32::to_le_bytes)?;
+            write(folder, &step, &pair.step.numbers(), f32::to_le_bytes)?;
+            write(folder, &change, &pair.change.numbers(), f32::to_le_bytes)?;
         }
         sync(folder)?;
         let numbers = |pair: &MemoryPair<'_>| [pair.inverse_curvature, pair.ratio];

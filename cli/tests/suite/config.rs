@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use shape_average::joint::JointParams;
-use shape_average::{AverageParams, BoundaryCondition, Mean, Solver};
+use shape_average::{AverageParams, BoundaryCondition, Mean, Precision, Solver};
 use shape_pca::{Metric, PcaParams};
 
 use crate::common::{Place, Results, draw, drawn, succeeded};
@@ -73,6 +73,7 @@ proptest! {
             solver: if some { Solver::Descent } else { Solver::Lbfgs },
             boundary: BoundaryCondition::Identity,
             max_iterations: n,
+            precision: some.then_some(Precision::Mixed),
             ..AverageParams::default()
         };
         unchanged(&average);

@@ -5,6 +5,7 @@ use super::slabs::over_slabs;
 use super::{CellLaw, Data};
 use crate::error::GridError;
 use crate::grid::Grid;
+use crate::half::Half;
 use crate::lane::Element;
 use crate::simd_level::SimdLevel;
 
@@ -29,6 +30,8 @@ pub struct Assembly<
     grid: Grid<D>,
     law: &'a F,
     data: Data<'a, T>,
+    /// The data of the cells, where they are halves.
+    halves: &'a [&'a [Half]],
     level: SimdLevel,
 }
 
@@ -55,6 +58,24 @@ where
             grid,
             law,
             data,
+            halves: &[],
+            level: SimdLevel::active(),
+        }
+    }
+
+    /// Binds a law that reads no coefficient field to a grid and to data of the cells in halves.
+    ///
+    /// # Panics
+    /// If there are fewer data than the law reads, or if one has the wrong length.
+    pub fn with_halves(grid: Grid<D>, law: &'a F, halves: &'a [&'a [Half]]) -> Self {
+        const { assert!((D == 2 || D == 3) && F::COEFFICIENTS == 0) };
+        assert!(halves.len() >= F::CELL_DATA, "cell data are missing");
+        assert!(halves.iter().all(|c| c.len() == grid.n_cells()));
+        Self {
+            grid,
+            law,
+            data: Data::default(),
+            halves,
             level: SimdLevel::active(),
         }
     }
@@ -62,12 +83,17 @@ where
     /// The same on another instruction set.
     pub fn with_simd_level(self, level: SimdLevel) -> Assembly<'a, F, T, D, M, true> {
         let Self {
-            grid, law, data, ..
+            grid,
+            law,
+            data,
+            halves,
+            ..
         } = self;
         Assembly {
             grid,
             law,
             data,
+            halves,
             level,
         }
     }
@@ -183,6 +209,7 @@ where
                 grid: &self.grid,
                 law: self.law,
                 data: self.data,
+                halves: self.halves,
                 state,
                 direction,
                 factor,

@@ -6,6 +6,8 @@ use super::element::{
 use super::rows::{NodeRows, Row, first_cell, iota};
 use super::{Data, Jet, MAX_CELL_DATA, MAX_COEFFICIENTS, Point, Reads};
 use crate::grid::Grid;
+use crate::half::Half;
+use crate::kept::KeptSlice;
 use crate::lane::{Element, Lane};
 
 /// The derivatives of a field of `M` components at the quadrature points of a block: component, axis,
@@ -149,7 +151,7 @@ pub(crate) fn component_rows<'a, T: Element, const D: usize, const M: usize>(
 pub(crate) struct RowData<'a, T, const D: usize, const M: usize> {
     state: [NodeRows<'a, T>; M],
     coefficients: [NodeRows<'a, T>; MAX_COEFFICIENTS],
-    cells: [&'a [T]; MAX_CELL_DATA],
+    cells: [KeptSlice<'a, T>; MAX_CELL_DATA],
     row: Row,
 }
 
@@ -161,9 +163,9 @@ impl<'a, T: Element, const D: usize, const M: usize> RowData<'a, T, D, M> {
             coefficients[f] = NodeRows::new(grid, data.coefficients[f], row);
         }
         let (start, length) = (first_cell(grid, row), grid.cells_per_axis()[0]);
-        let mut cells: [&[T]; MAX_CELL_DATA] = [&[]; MAX_CELL_DATA];
-        for f in 0..R::CELL_DATA {
-            cells[f] = &data.cells[f][start..start + length];
+        let mut cells = [KeptSlice::Whole(&[][..]); MAX_CELL_DATA];
+        for (f, numbers) in data.cells.iter().enumerate().take(R::CELL_DATA) {
+            cells[f] = KeptSlice::Whole(&numbers[start..start + length]);
         }
         Self {
             state: component_rows(grid, state, row),
@@ -171,6 +173,16 @@ impl<'a, T: Element, const D: usize, const M: usize> RowData<'a, T, D, M> {
             cells,
             row,
         }
+    }
+
+    /// Reads the data of the cells from halves.
+    #[inline(always)]
+    pub fn with_halves(mut self, grid: &Grid<D>, halves: &'a [&'a [Half]]) -> Self {
+        let (start, length) = (first_cell(grid, self.row), grid.cells_per_axis()[0]);
+        for (cells, halves) in self.cells.iter_mut().zip(halves) {
+            *cells = KeptSlice::Halves(&halves[start..start + length]);
+        }
+        self
     }
 }
 
@@ -215,7 +227,7 @@ impl<L: Lane, const D: usize, const M: usize> Block<L, D, M> {
             write_points::<L, D>(&corners, &mut self.coefficient[f]);
         }
         for f in 0..R::CELL_DATA {
-            self.cell[f] = L::load(&data.cells[f][i..]);
+            self.cell[f] = data.cells[f].load_from(i);
         }
         self.state
             .read::<R, T>(&data.state, i, self.inverse_spacing);

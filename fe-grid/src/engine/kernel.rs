@@ -9,6 +9,7 @@ use super::rows::{NodeRows, Row, block_starts, first_cell, rows_of_layer};
 use super::slabs::Slab;
 use super::{CellLaw, Data, Jet, Reads};
 use crate::grid::Grid;
+use crate::half::Half;
 use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
 
 /// Value only.
@@ -25,6 +26,8 @@ pub(super) struct RowKernel<'a, F, T: Element, const D: usize, const M: usize, c
     pub grid: &'a Grid<D>,
     pub law: &'a F,
     pub data: Data<'a, T>,
+    /// The data of the cells, where they are halves.
+    pub halves: &'a [&'a [Half]],
     /// The unknown, component by component.
     pub state: &'a [T],
     /// The direction of a Hessian action; otherwise empty.
@@ -134,7 +137,8 @@ where
             direction,
             fluxes,
         } = scratch;
-        let nodes = RowData::new::<F>(self.grid, self.state, &self.data, row);
+        let nodes = RowData::new::<F>(self.grid, self.state, &self.data, row)
+            .with_halves(self.grid, self.halves);
         let direction_nodes = match MODE {
             HESSIAN => component_rows(self.grid, self.direction, row),
             _ => [NodeRows::none(); M],

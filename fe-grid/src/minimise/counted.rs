@@ -4,7 +4,7 @@ use super::info::Evaluations;
 use super::objective::{Evaluation, Objective, SecondOrder};
 use crate::buffer::Buffer;
 use crate::distribution::Distribution;
-use crate::lane::Element;
+use crate::lane::{Element, Stored};
 use crate::vector::scale;
 
 /// Passes calls on and counts them; an energy that is not finite becomes an inadmissible state.
@@ -28,7 +28,7 @@ impl<'a, O: Objective> Counted<'a, O> {
         &self.distribution
     }
 
-    pub(super) fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, O::Error> {
+    pub(super) fn room<T: Stored>(&self, len: usize) -> Result<Buffer<T>, O::Error> {
         self.objective.room(len)
     }
 
@@ -37,22 +37,22 @@ impl<'a, O: Objective> Counted<'a, O> {
         Ok(finite(self.objective.value(x)?))
     }
 
-    pub(super) fn value_and_gradient(
+    pub(super) fn value_and_gradient<T: Element>(
         &mut self,
         x: &[f64],
-        gradient: &mut [f64],
+        gradient: &mut [T],
     ) -> Result<Evaluation, O::Error> {
         self.evaluations.gradients += 1;
-        Ok(finite(self.objective.value_and_gradient(x, gradient)?))
+        Ok(finite(self.objective.value_and_gradient_in(x, gradient)?))
     }
 
-    pub(super) fn apply_inverse_metric(
+    pub(super) fn apply_inverse_metric<T: Element>(
         &mut self,
-        gradient: &[f64],
-        out: &mut [f64],
+        gradient: &[T],
+        out: &mut [T],
     ) -> Result<(), O::Error> {
         self.evaluations.metric_applications += 1;
-        self.objective.apply_inverse_metric(gradient, out)
+        self.objective.apply_inverse_metric_in(gradient, out)
     }
 
     /// The energy with the scale of relative tolerances.
@@ -75,21 +75,21 @@ impl<'a, O: Objective> Counted<'a, O> {
 
     /// Keeps `x + direction` admissible; returns the slope of the energy along the restrained
     /// direction.
-    pub(super) fn restrain(
+    pub(super) fn restrain<T: Element>(
         &mut self,
         x: &[f64],
-        gradient: &[f64],
-        direction: &mut [f64],
+        gradient: &[T],
+        direction: &mut [T],
     ) -> Result<f64, O::Error> {
-        self.objective.restrain(x, direction)?;
+        self.objective.restrain_in(x, direction)?;
         Ok(self.distribution.dot(gradient, direction))
     }
 
     /// `direction = -P gradient`; returns the slope of the energy along it.
-    pub(super) fn steepest_descent(
+    pub(super) fn steepest_descent<T: Element>(
         &mut self,
-        gradient: &[f64],
-        direction: &mut [f64],
+        gradient: &[T],
+        direction: &mut [T],
     ) -> Result<f64, O::Error> {
         self.apply_inverse_metric(gradient, direction)?;
         scale(-1.0, direction);
@@ -98,14 +98,14 @@ impl<'a, O: Objective> Counted<'a, O> {
 }
 
 impl<O: SecondOrder> Counted<'_, O> {
-    pub(super) fn hessian_action(
+    pub(super) fn hessian_action<T: Element>(
         &mut self,
         x: &[f64],
-        direction: &[f64],
-        out: &mut [f64],
+        direction: &[T],
+        out: &mut [T],
     ) -> Result<(), O::Error> {
         self.evaluations.hessian_actions += 1;
-        self.objective.hessian_action(x, direction, out)
+        self.objective.hessian_action_in(x, direction, out)
     }
 }
 

@@ -69,14 +69,14 @@ impl DescentParams {
     ) -> Result<Status, O::Error> {
         let [mut gradient, mut new_gradient, mut direction, mut trial] =
             std::array::from_fn(|_| vec![0.0; x.len()]);
-        let first = objective.value_and_gradient(x, &mut gradient)?;
+        let first = objective.value_and_gradient(x, &mut gradient[..])?;
         let Evaluation::Value(mut energy) = first else {
             return Ok(Status::InadmissibleStart);
         };
         objective.update_metric(x)?;
         let (mut step_length, mut last_length) = (self.first_step, 0.0);
         for iteration in 1.. {
-            let slope = objective.steepest_descent(&gradient, &mut direction)?;
+            let slope = objective.steepest_descent(&gradient[..], &mut direction)?;
             let evaluations = objective.evaluations;
             let scaled = objective.scaled(energy);
             if let Some(status) = monitor.judge(x, scaled, slope, last_length, evaluations) {
@@ -85,12 +85,12 @@ impl DescentParams {
             let start = Start {
                 x,
                 energy,
-                direction: &direction,
+                direction: &direction[..],
                 slope,
                 step_length,
             };
             let search = &self.line_search;
-            let Some(step) = search.search(objective, &start, &mut trial, &mut new_gradient)?
+            let Some(step) = search.search(objective, &start, &mut trial, &mut new_gradient[..])?
             else {
                 return Ok(Status::LineSearchFailed);
             };

@@ -1,19 +1,19 @@
 //! The pairs of steps and gradient changes that L-BFGS remembers.
 //!
-//! They are stored in single precision, which halves the largest part of the method's memory. Each
-//! vector is divided by its largest entry first, to avoid overflow and underflow; the two-loop
+//! They are rounded ([`PairVector`]), which saves half of the largest part of the method's memory, or more.
+//! Each vector is divided by its largest entry first, to avoid overflow and underflow; the two-loop
 //! recursion needs only the quotient of the two scales. The curvature is that of the rounded pair:
 //! the inverse Hessian of the recursion is then positive definite, whatever the rounding.
 
-use super::memory::MemoryPair;
-use crate::buffer::Buffer;
+use super::memory::{MemoryPair, MemoryVector};
+use super::pair_vector::PairVector;
 use crate::distribution::Distribution;
-use crate::vector::{axpy, scaled_difference_into};
+use crate::lane::Element;
 
 /// A step `s = x' - x` and a change of the gradient `y = g' - g`, both of largest entry one.
 pub(super) struct Pair {
-    step: Buffer<f32>,
-    change: Buffer<f32>,
+    step: PairVector,
+    change: PairVector,
     /// `1 / s · y` of the scaled pair.
     inverse_curvature: f64,
     /// Size of the step over the size of the change, which the scaling took away.
@@ -34,7 +34,7 @@ pub(super) struct PairHistory {
 
 impl Pair {
     /// A pair with room for vectors of the length of these two.
-    pub(super) fn new(step: Buffer<f32>, change: Buffer<f32>) -> Self {
+    pub(super) fn new(step: PairVector, change: PairVector) -> Self {
         Self {
             step,
             change,
@@ -46,31 +46,31 @@ impl Pair {
 
     /// Becomes the pair of two states and their gradients and says whether its curvature is above
     /// `threshold |s| |y|`.
-    fn set(
+    fn set<T: Element>(
         &mut self,
-        new: (&[f64], &[f64]),
-        old: (&[f64], &[f64]),
+        new: (&[f64], &[T]),
+        old: (&[T], &[T]),
         threshold: f64,
         distribution: &Distribution,
     ) -> bool {
         let (step, change) = (&mut self.step, &mut self.change);
         let step_size = distribution.max_abs_difference(new.0, old.0);
         let change_size = distribution.max_abs_difference(new.1, old.1);
-        scaled_difference_into(1.0 / step_size, new.0, old.0, step);
-        scaled_difference_into(1.0 / change_size, new.1, old.1, change);
-        let curvature = distribution.dot::<f32, f32>(step, change);
+        step.set_difference(1.0 / step_size, new.0, old.0);
+        change.set_difference(1.0 / change_size, new.1, old.1);
+        let curvature = step.dot_with(change, distribution);
         self.inverse_curvature = 1.0 / curvature;
         self.ratio = step_size / change_size;
         // A size of zero makes all of them NaN.
+        let squared = |vector: &PairVector| vector.dot_with(vector, distribution);
         self.ratio.is_finite()
-            && curvature
-                > threshold * distribution.norm::<f32>(step) * distribution.norm::<f32>(change)
+            && curvature > threshold * squared(step).sqrt() * squared(change).sqrt()
     }
 
     /// Takes over a pair of an earlier run, whose vectors have the same lengths.
     fn restore(&mut self, pair: &MemoryPair<'_>) {
-        self.step.copy_from_slice(&pair.step);
-        self.change.copy_from_slice(&pair.change);
+        self.step.set(&pair.step.numbers());
+        self.change.set(&pair.change.numbers());
         self.inverse_curvature = pair.inverse_curvature;
         self.ratio = pair.ratio;
         self.rest();
@@ -106,8 +106,8 @@ impl PairHistory {
         let pair = |age| {
             let pair: &Pair = &self.ring[self.place(age)];
             MemoryPair {
-                step: pair.step[..].into(),
-                change: pair.change[..].into(),
+                step: MemoryVector::of_run(&pair.step),
+                change: MemoryVector::of_run(&pair.change),
                 inverse_curvature: pair.inverse_curvature,
                 ratio: pair.ratio,
             }
@@ -126,7 +126,12 @@ impl PairHistory {
 
     /// Remembers the pair of two states and their gradients, unless `s · y` is no more than
     /// `threshold |s| |y|`: the energy does not curve upwards there.
-    pub(super) fn push(&mut self, new: (&[f64], &[f64]), old: (&[f64], &[f64]), threshold: f64) {
+    pub(super) fn push<T: Element>(
+        &mut self,
+        new: (&[f64], &[T]),
+        old: (&[T], &[T]),
+        threshold: f64,
+    ) {
         let capacity = self.ring.len();
         let Some(pair) = self.ring.get_mut(self.next) else {
             return;
@@ -143,23 +148,23 @@ impl PairHistory {
     }
 
     /// First loop, newest pair to oldest: takes out of `q` what the pairs explain.
-    pub(super) fn first_loop(&mut self, q: &mut [f64]) {
+    pub(super) fn first_loop<T: Element>(&mut self, q: &mut [T]) {
         for age in 0..self.len {
             let place = self.place(age);
             let pair = &mut self.ring[place];
-            let a = pair.inverse_curvature * self.distribution.dot::<f32, f64>(&pair.step, q);
-            axpy(-a, &pair.change, q);
+            let a = pair.inverse_curvature * pair.step.dot(q, &self.distribution);
+            pair.change.add_to(-a, q);
             pair.coefficient = a;
             pair.rest();
         }
     }
 
     /// Second loop, oldest pair to newest: `r` becomes the inverse Hessian's image.
-    pub(super) fn second_loop(&self, r: &mut [f64]) {
+    pub(super) fn second_loop<T: Element>(&self, r: &mut [T]) {
         for age in (0..self.len).rev() {
             let pair = &self.ring[self.place(age)];
-            let b = pair.inverse_curvature * self.distribution.dot::<f32, f64>(&pair.change, r);
-            axpy(pair.ratio * pair.coefficient - b, &pair.step, r);
+            let b = pair.inverse_curvature * pair.change.dot(r, &self.distribution);
+            pair.step.add_to(pair.ratio * pair.coefficient - b, r);
             pair.rest();
         }
     }

@@ -8,8 +8,10 @@ use super::memory::{Ended, Memory};
 use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, Objective};
 use super::observer::Observer;
+use super::pair_vector::PairVector;
 use crate::buffer::Buffer;
-use crate::vector::{copy_into, scale};
+use crate::lane::Element;
+use crate::vector::{copy_into, in_double, round_to, scale};
 
 /// L-BFGS whose initial inverse Hessian is the objective's inverse metric.
 ///
@@ -37,6 +39,9 @@ pub struct LbfgsParams {
     pub first_step: f64,
     /// The line search.
     pub line_search: LineSearch,
+    /// Whether vectors are kept in less memory: the pairs in bytes, all others but the state
+    /// in single precision, to which the state is rounded. All is still computed in double precision.
+    pub compact: bool,
     /// When to stop.
     pub stopping: Stopping,
 }
@@ -49,20 +54,22 @@ impl Default for LbfgsParams {
             curvature_threshold: 1e-10,
             first_step: 1.0,
             line_search: LineSearch::default(),
+            compact: false,
             stopping: Stopping::default(),
         }
     }
 }
 
-/// All vectors of a run.
-struct Run<'a, O: Objective> {
+/// All vectors of a run but the state, which is the trial state while a step is looked for.
+struct Run<'a, O: Objective, T> {
     params: &'a LbfgsParams,
     objective: Counted<'a, O>,
     pairs: PairHistory,
-    gradient: Buffer<f64>,
-    direction: Buffer<f64>,
-    trial: Buffer<f64>,
-    new_gradient: Buffer<f64>,
+    /// The state that the step begins at.
+    start: Buffer<T>,
+    gradient: Buffer<T>,
+    direction: Buffer<T>,
+    new_gradient: Buffer<T>,
     /// Whether the objective shortened the last direction.
     shortened: bool,
 }
@@ -74,22 +81,40 @@ impl<O: Objective> Minimiser<O> for LbfgsParams {
         x: &mut [f64],
         observer: &mut dyn Observer,
     ) -> Result<Info, O::Error> {
+        if self.compact {
+            self.minimise_in::<f32, O>(objective, x, observer)
+        } else {
+            self.minimise_in::<f64, O>(objective, x, observer)
+        }
+    }
+}
+
+impl LbfgsParams {
+    /// Minimises with vectors in the precision of `T`.
+    fn minimise_in<T: Element, O: Objective>(
+        &self,
+        objective: &mut O,
+        x: &mut [f64],
+        observer: &mut dyn Observer,
+    ) -> Result<Info, O::Error> {
         let dim = objective.dim();
         assert_eq!(x.len(), dim);
         let objective = Counted::new(objective);
+        let vector = || PairVector::new(&objective, dim, self.compact);
         let pairs = (0..self.history)
-            .map(|_| Ok(Pair::new(objective.room(dim)?, objective.room(dim)?)))
+            .map(|_| Ok(Pair::new(vector()?, vector()?)))
             .collect::<Result<_, O::Error>>()?;
-        let mut run = Run {
+        let mut run = Run::<'_, O, T> {
             params: self,
             pairs: PairHistory::new(pairs, objective.distribution().clone()),
+            start: objective.room(dim)?,
             gradient: objective.room(dim)?,
             direction: objective.room(dim)?,
-            trial: objective.room(dim)?,
             new_gradient: objective.room(dim)?,
             shortened: false,
             objective,
         };
+        round_to::<T>(x);
         let memory = observer.resume();
         let memory = memory.filter(|memory| memory.fits(dim, self.history));
         let mut monitor = Monitor::new(&self.stopping, observer);
@@ -105,7 +130,7 @@ impl<O: Objective> Minimiser<O> for LbfgsParams {
     }
 }
 
-impl<O: Objective> Run<'_, O> {
+impl<O: Objective, T: Element> Run<'_, O, T> {
     fn iterate(
         &mut self,
         x: &mut [f64],
@@ -117,7 +142,9 @@ impl<O: Objective> Run<'_, O> {
             resumed = Some(memory.evaluations);
             self.restore(&memory, x, monitor)
         } else {
-            let first = self.objective.value_and_gradient(x, &mut self.gradient)?;
+            let first = self
+                .objective
+                .value_and_gradient(x, &mut self.gradient[..])?;
             let Evaluation::Value(energy) = first else {
                 return Ok(Status::InadmissibleStart);
             };
@@ -142,10 +169,10 @@ impl<O: Objective> Run<'_, O> {
             let Some(step) = self.step(x, energy)? else {
                 return Ok(Status::LineSearchFailed);
             };
-            let new = (&self.trial[..], &self.new_gradient[..]);
-            let threshold = self.params.curvature_threshold;
-            self.pairs.push(new, (x, &self.gradient), threshold);
-            copy_into(&self.trial, x);
+            let new = (&*x, &self.new_gradient[..]);
+            let old = (&self.start[..], &self.gradient[..]);
+            self.pairs.push(new, old, self.params.curvature_threshold);
+            self.start.rest();
             self.direction.rest();
             std::mem::swap(&mut self.gradient, &mut self.new_gradient);
             (energy, step_length) = (step.energy, step.length);
@@ -162,11 +189,15 @@ impl<O: Objective> Run<'_, O> {
         iterations == 0 || interval > 0 && iterations.is_multiple_of(interval)
     }
 
-    /// Passes the memory of this run on to the observer.
+    /// Passes the memory of this run on to the observer; where vectors are to be converted, if it has a use
+    /// for it.
     fn remember(&self, x: &[f64], step_length: f64, monitor: &mut Monitor<'_>) {
+        if self.params.compact && !monitor.remembers() {
+            return;
+        }
         monitor.remember(|energies, first_gradient_norm| Memory {
             x: x.into(),
-            gradient: self.gradient[..].into(),
+            gradient: in_double(&self.gradient),
             pairs: self.pairs.memory(),
             energies: energies.into(),
             first_gradient_norm,
@@ -204,7 +235,7 @@ impl<O: Objective> Run<'_, O> {
         monitor: &mut Monitor<'_>,
     ) -> (f64, f64, usize) {
         x.copy_from_slice(&memory.x);
-        self.gradient.copy_from_slice(&memory.gradient);
+        copy_into(&memory.gradient, &mut self.gradient);
         self.pairs.restore(&memory.pairs);
         self.objective.restore(&memory.objective);
         monitor.restore(memory);
@@ -214,11 +245,11 @@ impl<O: Objective> Run<'_, O> {
 
     /// Sets the direction and returns the slope along it.
     fn next_direction(&mut self) -> Result<f64, O::Error> {
-        // The trial state is not in use here and serves as work space.
-        copy_into(&self.gradient, &mut self.trial);
-        self.pairs.first_loop(&mut self.trial);
+        // The gradient of the trial state is not in use here and serves as work space.
+        copy_into(&self.gradient, &mut self.new_gradient);
+        self.pairs.first_loop(&mut self.new_gradient);
         self.objective
-            .apply_inverse_metric(&self.trial, &mut self.direction)?;
+            .apply_inverse_metric(&self.new_gradient, &mut self.direction)?;
         self.pairs.second_loop(&mut self.direction);
         scale(-1.0, &mut self.direction);
         let slope = self.slope();
@@ -232,7 +263,7 @@ impl<O: Objective> Run<'_, O> {
     /// The slope of the energy along the direction.
     fn slope(&self) -> f64 {
         let distribution = self.objective.distribution();
-        distribution.dot::<f64, f64>(&self.gradient, &self.direction)
+        distribution.dot(&self.gradient[..], &self.direction[..])
     }
 
     /// Steepest descent in the objective's metric, with the memory dropped.
@@ -243,7 +274,8 @@ impl<O: Objective> Run<'_, O> {
     }
 
     /// A step along the direction; where there is none, once more from the memory's start.
-    fn step(&mut self, x: &[f64], energy: f64) -> Result<Option<Step>, O::Error> {
+    fn step(&mut self, x: &mut [f64], energy: f64) -> Result<Option<Step>, O::Error> {
+        copy_into(x, &mut self.start);
         let step = self.search(x, energy, true)?;
         if step.is_some() {
             return Ok(step);
@@ -263,9 +295,10 @@ impl<O: Objective> Run<'_, O> {
         self.search(x, energy, false)
     }
 
+    /// Looks for a step from `x`, which becomes the new state if there is one, and else stays.
     fn search(
         &mut self,
-        x: &[f64],
+        x: &mut [f64],
         energy: f64,
         restrained: bool,
     ) -> Result<Option<Step>, O::Error> {
@@ -281,18 +314,18 @@ impl<O: Objective> Run<'_, O> {
             return Ok(None);
         }
         let start = Start {
-            x,
+            x: &self.start[..],
             energy,
-            direction: &self.direction,
+            direction: &self.direction[..],
             slope,
             step_length: self.params.first_step,
         };
         let line_search = &self.params.line_search;
-        line_search.search(
-            &mut self.objective,
-            &start,
-            &mut self.trial,
-            &mut self.new_gradient,
-        )
+        let (objective, gradient) = (&mut self.objective, &mut self.new_gradient[..]);
+        let found = line_search.search(objective, &start, x, gradient);
+        if !matches!(found, Ok(Some(_))) {
+            copy_into(&self.start, x);
+        }
+        found
     }
 }

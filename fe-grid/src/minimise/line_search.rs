@@ -2,6 +2,7 @@
 
 use super::counted::Counted;
 use super::objective::{Evaluation, Objective};
+use crate::lane::Element;
 use crate::vector::add_scaled_into;
 
 /// Armijo's rule with backtracking by a parabola.
@@ -36,10 +37,10 @@ impl Default for LineSearch {
 }
 
 /// Where a line search begins.
-pub(super) struct Start<'a> {
-    pub(super) x: &'a [f64],
+pub(super) struct Start<'a, S, T> {
+    pub(super) x: &'a [S],
     pub(super) energy: f64,
-    pub(super) direction: &'a [f64],
+    pub(super) direction: &'a [T],
     pub(super) slope: f64,
     pub(super) step_length: f64,
 }
@@ -52,16 +53,17 @@ pub(super) struct Step {
 }
 
 impl LineSearch {
-    /// Looks for a step; `trial` and `gradient` then hold the new state and its gradient.
+    /// Looks for a step; `trial` and `gradient` then hold the new state and its gradient. States are rounded
+    /// to the precision of the first.
     ///
     /// The first trial is expected to succeed and so is evaluated with its gradient; later ones
     /// get theirs once the energy alone would do.
-    pub(super) fn search<O: Objective>(
+    pub(super) fn search<O: Objective, S: Element, T: Element>(
         &self,
         objective: &mut Counted<'_, O>,
-        start: &Start<'_>,
+        start: &Start<'_, S, T>,
         trial: &mut [f64],
-        gradient: &mut [f64],
+        gradient: &mut [T],
     ) -> Result<Option<Step>, O::Error> {
         let mut length = start.step_length;
         for trial_idx in 0..self.max_trials {
@@ -84,14 +86,14 @@ impl LineSearch {
         Ok(None)
     }
 
-    fn accepts(&self, start: &Start<'_>, length: f64, evaluation: Evaluation) -> bool {
+    fn accepts<S, T>(&self, start: &Start<'_, S, T>, length: f64, evaluation: Evaluation) -> bool {
         let bound = start.energy + self.armijo * length * start.slope;
         // Near a minimum the bound rounds to the energy itself: the step must lower it still.
         matches!(evaluation, Evaluation::Value(e) if e <= bound && e < start.energy)
     }
 
     /// The share of the step at which the parabola is lowest.
-    fn shrink(&self, start: &Start<'_>, length: f64, energy: f64) -> f64 {
+    fn shrink<S, T>(&self, start: &Start<'_, S, T>, length: f64, energy: f64) -> f64 {
         let tangent = length * start.slope;
         let excess = energy - start.energy - tangent;
         let share = -0.5 * tangent / excess;

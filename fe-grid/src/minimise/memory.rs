@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::info::{Evaluations, Status};
+use super::pair_vector::PairVector;
 
 /// The memory of a run: of L-BFGS after an iteration in which the metric has been recomputed, or the
 /// result of any solver at its end. With the same objective and parameters, a run that resumes from it
@@ -55,13 +56,63 @@ pub struct Ended {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MemoryPair<'a> {
     /// The step.
-    pub step: Cow<'a, [f32]>,
+    pub step: MemoryVector<'a>,
     /// The change of the gradient.
-    pub change: Cow<'a, [f32]>,
+    pub change: MemoryVector<'a>,
     /// The inverse of their scalar product.
     pub inverse_curvature: f64,
     /// The size of the step over the size of the change.
     pub ratio: f64,
+}
+
+/// A vector of a pair: numbers in single precision, however the run keeps them.
+#[derive(Clone, Debug)]
+pub struct MemoryVector<'a>(Kept<'a>);
+
+#[derive(Clone, Debug)]
+enum Kept<'a> {
+    Here(Vec<f32>),
+    InRun(&'a PairVector),
+}
+
+impl<'a> MemoryVector<'a> {
+    /// That of a run, which is converted when its numbers are asked for.
+    pub(super) fn of_run(vector: &'a PairVector) -> Self {
+        Self(Kept::InRun(vector))
+    }
+
+    /// The numbers.
+    pub fn numbers(&self) -> Cow<'_, [f32]> {
+        match &self.0 {
+            Kept::Here(numbers) => numbers.into(),
+            Kept::InRun(vector) => vector.numbers(),
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match &self.0 {
+            Kept::Here(numbers) => numbers.len(),
+            Kept::InRun(vector) => vector.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl PartialEq for MemoryVector<'_> {
+    fn eq(&self, other: &Self) -> bool {
+        self.numbers() == other.numbers()
+    }
+}
+
+impl From<Vec<f32>> for MemoryVector<'_> {
+    fn from(numbers: Vec<f32>) -> Self {
+        Self(Kept::Here(numbers))
+    }
 }
 
 impl<'a> Memory<'a> {
@@ -95,8 +146,8 @@ impl Memory<'_> {
     /// A copy of its own.
     pub fn into_owned(self) -> Memory<'static> {
         let own = |pair: MemoryPair<'_>| MemoryPair {
-            step: pair.step.into_owned().into(),
-            change: pair.change.into_owned().into(),
+            step: pair.step.numbers().into_owned().into(),
+            change: pair.change.numbers().into_owned().into(),
             inverse_curvature: pair.inverse_curvature,
             ratio: pair.ratio,
         };
@@ -160,7 +211,7 @@ impl Memory<'_> {
 
     /// Bytes of its vectors.
     pub fn bytes(&self) -> usize {
-        let pair = |pair: &MemoryPair<'_>| size_of_val(&*pair.step) + size_of_val(&*pair.change);
+        let pair = |pair: &MemoryPair<'_>| (pair.step.len() + pair.change.len()) * size_of::<f32>();
         size_of_val(&*self.x)
             + size_of_val(&*self.gradient)
             + size_of_val(&*self.objective)

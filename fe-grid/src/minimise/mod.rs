@@ -42,6 +42,7 @@ mod multilevel;
 mod newton_cg;
 mod objective;
 mod observer;
+mod pair_vector;
 
 pub use descent::DescentParams;
 pub use differences::{compare_with_differences, gradient_errors, hessian_errors};
@@ -49,7 +50,7 @@ pub use info::{Evaluations, Info, Status};
 pub use lbfgs::LbfgsParams;
 pub use least_eigenvalue::{LeastEigenvalue, LeastEigenvalueParams};
 pub use line_search::LineSearch;
-pub use memory::{Ended, Memory, MemoryPair};
+pub use memory::{Ended, Memory, MemoryPair, MemoryVector};
 pub use monitor::Stopping;
 pub use multilevel::{LevelInfo, LevelProblem, Multilevel, minimise_levels};
 pub use newton_cg::NewtonCgParams;

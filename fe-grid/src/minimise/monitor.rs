@@ -128,6 +128,11 @@ impl<'a> Monitor<'a> {
         self.observer.memory(&memory);
     }
 
+    /// Whether a memory would be of use now, within the run.
+    pub(super) fn remembers(&mut self) -> bool {
+        self.observer.remembers(false)
+    }
+
     /// Size of the last gradient.
     pub(super) fn gradient_norm(&self) -> f64 {
         self.info.gradient_norm

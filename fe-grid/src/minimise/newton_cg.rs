@@ -7,6 +7,7 @@ use super::monitor::{Monitor, Stopping};
 use super::objective::{Evaluation, Minimiser, SecondOrder};
 use super::observer::Observer;
 use crate::buffer::Buffer;
+use crate::lane::Element;
 use crate::vector::{axpy, aypx, copy_into, fill, scale};
 
 /// Inexact Newton: `H d = -g` is solved by conjugate gradients, preconditioned by the objective's
@@ -50,31 +51,32 @@ const FORCING_FACTOR: f64 = 0.9;
 const FORCING_SAFEGUARD: f64 = 0.1;
 
 /// All vectors of a run.
-struct Run<'a, O: SecondOrder> {
+struct Run<'a, O: SecondOrder, T> {
     params: &'a NewtonCgParams,
     objective: Counted<'a, O>,
-    gradient: Buffer<f64>,
-    residual: Buffer<f64>,
-    preconditioned: Buffer<f64>,
-    search: Buffer<f64>,
-    image: Buffer<f64>,
-    direction: Buffer<f64>,
+    gradient: Buffer<T>,
+    residual: Buffer<T>,
+    preconditioned: Buffer<T>,
+    search: Buffer<T>,
+    image: Buffer<T>,
+    direction: Buffer<T>,
 }
 
 impl NewtonCgParams {
     /// Estimates the energy above the minimum: half the Newton decrement, `-(g · d + 1/2 d · H d)` of
     /// the first inner solve. What that solve leaves undone is a share of about the square of
-    /// [`NewtonCgParams::max_forcing`]. `None` where the state is inadmissible.
+    /// [`NewtonCgParams::max_forcing`]. `None` where the state is inadmissible. Vectors are kept in the
+    /// precision of `T`.
     ///
     /// # Errors
     /// Those of the objective.
-    pub fn remaining<O: SecondOrder>(
+    pub fn remaining<T: Element, O: SecondOrder>(
         &self,
         objective: &mut O,
         x: &[f64],
     ) -> Result<Option<f64>, O::Error> {
-        let mut run = Run::new(self, objective)?;
-        let found = run.objective.value_and_gradient(x, &mut run.gradient)?;
+        let mut run = Run::<'_, O, T>::new(self, objective)?;
+        let found = run.objective.value_and_gradient(x, &mut run.gradient[..])?;
         if found == Evaluation::Inadmissible {
             return Ok(None);
         }
@@ -93,14 +95,14 @@ impl<O: SecondOrder> Minimiser<O> for NewtonCgParams {
         observer: &mut dyn Observer,
     ) -> Result<Info, O::Error> {
         assert_eq!(x.len(), objective.dim());
-        let mut run = Run::new(self, objective)?;
+        let mut run = Run::<'_, O, f64>::new(self, objective)?;
         let mut monitor = Monitor::new(&self.stopping, observer);
         let status = run.iterate(x, &mut monitor)?;
         Ok(monitor.finish(status, run.objective.evaluations))
     }
 }
 
-impl<'a, O: SecondOrder> Run<'a, O> {
+impl<'a, O: SecondOrder, T: Element> Run<'a, O, T> {
     fn new(params: &'a NewtonCgParams, objective: &'a mut O) -> Result<Self, O::Error> {
         let dim = objective.dim();
         Ok(Self {
@@ -114,9 +116,13 @@ impl<'a, O: SecondOrder> Run<'a, O> {
             objective: Counted::new(objective),
         })
     }
+}
 
+impl<O: SecondOrder> Run<'_, O, f64> {
     fn iterate(&mut self, x: &mut [f64], monitor: &mut Monitor<'_>) -> Result<Status, O::Error> {
-        let first = self.objective.value_and_gradient(x, &mut self.gradient)?;
+        let first = self
+            .objective
+            .value_and_gradient(x, &mut self.gradient[..])?;
         let Evaluation::Value(mut energy) = first else {
             return Ok(Status::InadmissibleStart);
         };
@@ -143,12 +149,12 @@ impl<'a, O: SecondOrder> Run<'a, O> {
             let start = Start {
                 x,
                 energy,
-                direction: &self.direction,
+                direction: &self.direction[..],
                 slope,
                 step_length: 1.0,
             };
             // The vectors of the inner solve are free again.
-            let (trial, new_gradient) = (&mut self.search, &mut self.residual);
+            let (trial, new_gradient) = (&mut self.search, &mut self.residual[..]);
             let search = &self.params.line_search;
             let Some(step) = search.search(&mut self.objective, &start, trial, new_gradient)?
             else {
@@ -175,8 +181,10 @@ impl<'a, O: SecondOrder> Run<'a, O> {
         };
         forcing.min(self.params.max_forcing)
     }
+}
 
-    fn dot(&self, x: &[f64], y: &[f64]) -> f64 {
+impl<O: SecondOrder, T: Element> Run<'_, O, T> {
+    fn dot(&self, x: &[T], y: &[T]) -> f64 {
         self.objective.distribution().dot(x, y)
     }
 

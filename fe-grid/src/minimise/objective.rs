@@ -4,7 +4,8 @@ use super::info::Info;
 use super::observer::Observer;
 use crate::buffer::Buffer;
 use crate::distribution::Distribution;
-use crate::lane::Element;
+use crate::lane::{Element, Stored};
+use crate::vector::{change_in_double, in_double};
 
 /// The outcome of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,12 +84,55 @@ pub trait Objective {
         Ok(())
     }
 
+    /// [`Objective::value_and_gradient`] with a gradient in either precision. The default converts the whole
+    /// vector, as do those of the next methods; an objective of many parts converts one part at a time.
+    ///
+    /// # Errors
+    /// Any error that prevents the minimisation from continuing.
+    fn value_and_gradient_in<T: Element>(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [T],
+    ) -> Result<Evaluation, Self::Error>
+    where
+        Self: Sized,
+    {
+        change_in_double(gradient, |gradient| self.value_and_gradient(x, gradient))
+    }
+
+    /// [`Objective::apply_inverse_metric`] in either precision.
+    ///
+    /// # Errors
+    /// Any error that prevents the minimisation from continuing.
+    fn apply_inverse_metric_in<T: Element>(
+        &mut self,
+        gradient: &[T],
+        out: &mut [T],
+    ) -> Result<(), Self::Error>
+    where
+        Self: Sized,
+    {
+        let gradient = in_double(gradient);
+        change_in_double(out, |out| self.apply_inverse_metric(&gradient, out))
+    }
+
+    /// [`Objective::restrain`] with a direction in either precision.
+    ///
+    /// # Errors
+    /// Any error that prevents the minimisation from continuing.
+    fn restrain_in<T: Element>(&mut self, x: &[f64], direction: &mut [T]) -> Result<(), Self::Error>
+    where
+        Self: Sized,
+    {
+        change_in_double(direction, |direction| self.restrain(x, direction))
+    }
+
     /// Allocates a vector of the minimiser, filled with zeros: in memory, unless the objective
     /// provides other storage.
     ///
     /// # Errors
     /// If the allocation fails.
-    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, Self::Error>
+    fn room<T: Stored>(&self, len: usize) -> Result<Buffer<T>, Self::Error>
     where
         Self: Sized,
     {
@@ -129,6 +173,23 @@ pub trait SecondOrder: Objective {
         direction: &[f64],
         out: &mut [f64],
     ) -> Result<(), Self::Error>;
+
+    /// [`SecondOrder::hessian_action`] with vectors in either precision. The default converts them.
+    ///
+    /// # Errors
+    /// Any error that prevents the minimisation from continuing.
+    fn hessian_action_in<T: Element>(
+        &mut self,
+        x: &[f64],
+        direction: &[T],
+        out: &mut [T],
+    ) -> Result<(), Self::Error>
+    where
+        Self: Sized,
+    {
+        let direction = in_double(direction);
+        change_in_double(out, |out| self.hessian_action(x, &direction, out))
+    }
 }
 
 /// A method of minimisation.

@@ -55,7 +55,7 @@ pub trait Observer {
     }
 
     /// Whether [`Observer::memory`] would be of use now, within a run or at its end. Asked only where a
-    /// memory has to be collected from several processes first; the default says no.
+    /// memory has to be collected from several processes or converted first; the default says no.
     fn remembers(&mut self, ended: bool) -> bool {
         let _ = ended;
         false

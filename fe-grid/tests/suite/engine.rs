@@ -4,11 +4,11 @@ use crate::support::smooth_displacement;
 use fe_grid::composition::{Interpolant, MatchDensity, Matching};
 use fe_grid::engine::MAX_COEFFICIENTS;
 use fe_grid::linear::LinearOperator;
-use fe_grid::operators::MassStiffness;
+use fe_grid::operators::{MassStiffness, WeightedMassStiffness};
 use fe_grid::random::noise;
 use fe_grid::scatter::{NormalEquations, PointWeights, Source, normal_equations};
 use fe_grid::stencil::Background;
-use fe_grid::{Assembly, CellLaw, Data, Grid, Jet, Lane, Point, Reads, SimdLevel, tensor};
+use fe_grid::{Assembly, CellLaw, Data, Grid, Half, Jet, Lane, Point, Reads, SimdLevel, tensor};
 use proptest::prelude::*;
 use test_support::on_threads;
 
@@ -466,6 +466,35 @@ fn single_precision_agrees_to_its_accuracy() {
             assert!((f64::from(*a) - b).abs() < 1e-5 * largest);
         }
     });
+}
+
+/// Coefficients in halves give the bits of their numbers in single precision, at the ends of rows, too.
+#[test]
+fn cells_in_halves_have_the_bits_of_their_numbers() {
+    let case = Case::<3>::new([21, 4, 5], 12);
+    let state: Vec<f32> = case.state[..2 * case.grid.n_nodes()]
+        .iter()
+        .map(|x| *x as f32)
+        .collect();
+    let halves = [3, 4].map(|seed| -> Vec<Half> {
+        let numbers = noise(case.grid.n_cells(), seed);
+        numbers.iter().map(|x| Half::of(*x as f32)).collect()
+    });
+    let widened = [0, 1].map(|k| -> Vec<f32> { halves[k].iter().map(|x| x.to_single()).collect() });
+    let data = Data {
+        coefficients: &[],
+        cells: &[&widened[0], &widened[1]],
+    };
+    let halves = [&halves[0][..], &halves[1][..]];
+    let law = WeightedMassStiffness;
+    let image = |assembly: Assembly<'_, WeightedMassStiffness, f32, 3, 2>| {
+        let mut image = vec![0.0f32; state.len()];
+        assembly.hessian_action_into(&state, &state, &mut image);
+        image
+    };
+    let whole = image(Assembly::new(case.grid, &law, data));
+    assert!(whole.iter().any(|x| *x != 0.0));
+    assert!(image(Assembly::with_halves(case.grid, &law, &halves)) == whole);
 }
 
 #[test]

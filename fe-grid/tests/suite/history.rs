@@ -3,7 +3,15 @@
 use crate::support::objectives::Quadratic;
 use fe_grid::minimise::{Evaluation, LbfgsParams, Minimiser, Objective, Silent, Status, Stopping};
 use fe_grid::random::noise;
-use fe_grid::{Buffer, Element, GridError, Storage};
+use fe_grid::{Buffer, GridError, Storage, Stored};
+
+/// With vectors in less memory.
+fn compact(relative_gradient: f64, max_iterations: usize) -> LbfgsParams {
+    LbfgsParams {
+        compact: true,
+        ..lbfgs(relative_gradient, max_iterations)
+    }
+}
 
 fn lbfgs(relative_gradient: f64, max_iterations: usize) -> LbfgsParams {
     LbfgsParams {
@@ -46,13 +54,18 @@ impl Objective for InFiles {
         Ok(evaluation)
     }
 
-    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, GridError> {
+    fn room<T: Stored>(&self, len: usize) -> Result<Buffer<T>, GridError> {
         self.storage.zeros(len)
     }
 }
 
 #[test]
 fn same_bits_in_memory_and_in_files() {
+    check_files(&lbfgs(1e-8, 12));
+    check_files(&compact(1e-8, 12));
+}
+
+fn check_files(params: &LbfgsParams) {
     let dim = 50_000;
     let folder = tempfile::tempdir().unwrap();
     let minimised = |storage: Storage| {
@@ -61,7 +74,7 @@ fn same_bits_in_memory_and_in_files() {
             storage,
         };
         let mut x = vec![0.0; dim];
-        let info = lbfgs(1e-8, 12).minimise(&mut problem, &mut x, &mut Silent);
+        let info = params.minimise(&mut problem, &mut x, &mut Silent);
         info.map(|info| (x, info.energies))
     };
     let in_memory = minimised(Storage::Memory).unwrap();
@@ -78,6 +91,12 @@ fn same_bits_in_memory_and_in_files() {
 /// power of two, which is exact, must not be seen at all.
 #[test]
 fn the_memory_knows_no_units() {
+    // In single precision the minimum itself is rounded, by which the gradient changes.
+    check_units(&lbfgs(1e-8, 200), 200);
+    check_units(&compact(1e-5, 200), 60);
+}
+
+fn check_units(params: &LbfgsParams, most: i32) {
     let minimised = |exponent: i32| {
         let unit = 2f64.powi(exponent);
         let mut problem = quadratic(40);
@@ -85,7 +104,7 @@ fn the_memory_knows_no_units() {
             *c *= unit;
         }
         let mut x = vec![0.0; 40];
-        let Ok(info) = lbfgs(1e-8, 200).minimise(&mut problem, &mut x, &mut Silent);
+        let Ok(info) = params.minimise(&mut problem, &mut x, &mut Silent);
         assert_eq!(info.status, Status::GradientTolerance);
         for x in &mut x {
             *x /= unit;
@@ -94,5 +113,33 @@ fn the_memory_knows_no_units() {
     };
     let usual = minimised(0);
     assert!(usual.1 > 10);
-    assert!(usual == minimised(200) && usual == minimised(-200));
+    assert!(usual == minimised(most) && usual == minimised(-most));
+}
+
+/// Bytes suffice for pairs: what counts is that products are those of the rounded pair.
+#[test]
+fn compact_vectors_cost_no_iterations() {
+    let minimised = |params: &LbfgsParams| {
+        let mut problem = quadratic(400);
+        let mut x = vec![0.0; 400];
+        let Ok(info) = params.minimise(&mut problem, &mut x, &mut Silent);
+        assert_eq!(info.status, Status::GradientTolerance);
+        let distance = fe_grid::vector::max_abs_difference(&x, &problem.minimum);
+        (info.iterations, distance, x)
+    };
+    let exact = minimised(&lbfgs(1e-4, 200));
+    let rounded = minimised(&compact(1e-4, 200));
+    assert!(
+        rounded.0 <= exact.0 + exact.0 / 5,
+        "{} {}",
+        exact.0,
+        rounded.0
+    );
+    assert!(rounded.1 < 2.0 * exact.1, "{} {}", exact.1, rounded.1);
+    // The state is one in single precision, from the start.
+    let single = |x: &f64| f64::from(*x as f32) == *x;
+    assert!(rounded.2.iter().all(single));
+    let mut start = vec![0.1; 400];
+    let Ok(_) = compact(1e-4, 0).minimise(&mut quadratic(400), &mut start, &mut Silent);
+    assert!(start.iter().all(single));
 }

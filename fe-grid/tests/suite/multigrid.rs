@@ -37,9 +37,17 @@ fn iterations<T: Element, const D: usize>(n: usize, contrast: f64) -> usize {
 }
 
 fn iterations_on<T: Element, const D: usize>(grid: Grid<D>, contrast: f64) -> usize {
-    let params = MultigridParams::default();
+    iterations_with::<T, D>(grid, contrast, MultigridParams::default())
+}
+
+fn iterations_with<T: Element, const D: usize>(
+    grid: Grid<D>,
+    contrast: f64,
+    params: MultigridParams,
+) -> usize {
     let law = WeightedMassStiffness;
-    let exact = Multigrid::<f64, _, D, 1>::new(grid, &law, cells(&grid, contrast), params).unwrap();
+    let usual = MultigridParams::default();
+    let exact = Multigrid::<f64, _, D, 1>::new(grid, &law, cells(&grid, contrast), usual).unwrap();
     let cycle = Multigrid::<T, _, D, 1>::new(grid, &law, cells(&grid, contrast), params).unwrap();
     let operator = Operator(&exact, grid.n_nodes());
     let b = noise(grid.n_nodes(), 1);
@@ -76,8 +84,14 @@ fn iterations_do_not_grow_with_the_grid() {
     println!("{plane:?} {space:?}");
     assert!(plane.iter().all(|&n| n <= 20), "{plane:?}");
     assert!(space.iter().all(|&n| n <= 22), "{space:?}");
-    // Single precision inside the preconditioner costs next to nothing.
+    // Single precision inside the preconditioner costs next to nothing, and so do halves.
     assert!(iterations::<f32, 2>(129, 1e-4) <= plane[3] + 2);
+    let halves = MultigridParams {
+        in_halves: true,
+        ..MultigridParams::default()
+    };
+    assert!(iterations_with::<f32, 2>(Grid::cube(129), 1e-4, halves) <= plane[3] + 2);
+    assert!(iterations_with::<f32, 3>(Grid::cube(17), 1e-4, halves) <= space[1] + 2);
 }
 
 /// Numbers of cells that are odd on some level, along one axis and along all, and long boxes.
@@ -165,7 +179,8 @@ fn check_bound<const D: usize>(n: usize) {
     };
     let bound = |cells: &Vec<Vec<f64>>| {
         let law = WeightedMassStiffness;
-        CoefficientLaw::<D, 1>::spectral_bound(&law, grid.spacing(), cells).unwrap()
+        let cells: Vec<_> = cells.iter().map(|data| data.as_slice().into()).collect();
+        CoefficientLaw::<D, 1>::spectral_bound(&law, grid.spacing(), &cells).unwrap()
     };
     for seed in 0..5 {
         let cells = vec![wild(seed), wild(seed + 100)];

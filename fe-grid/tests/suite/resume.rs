@@ -87,10 +87,19 @@ impl Observer for Keeper {
     fn memory(&mut self, memory: &Memory<'_>) {
         self.kept.push(memory.clone().into_owned());
     }
+
+    fn remembers(&mut self, _ended: bool) -> bool {
+        true
+    }
 }
 
 fn run(keeper: &mut Keeper, start: f64) -> (Info, Vec<f64>) {
+    run_in(false, keeper, start)
+}
+
+fn run_in(compact: bool, keeper: &mut Keeper, start: f64) -> (Info, Vec<f64>) {
     let params = LbfgsParams {
+        compact,
         history: 4,
         metric_interval: 5,
         stopping: Stopping {
@@ -107,6 +116,17 @@ fn run(keeper: &mut Keeper, start: f64) -> (Info, Vec<f64>) {
 
 #[test]
 fn a_resumed_run_has_the_bits_of_the_whole() {
+    check_resumed(false);
+}
+
+/// Its memory has the pairs in single precision, which they are rounded from again.
+#[test]
+fn a_resumed_compact_run_has_the_bits_of_the_whole() {
+    check_resumed(true);
+}
+
+fn check_resumed(compact: bool) {
+    let run = |keeper: &mut Keeper, start| run_in(compact, keeper, start);
     let mut keeper = Keeper::default();
     let (whole, x) = run(&mut keeper, -0.7);
     assert!(whole.iterations > 30, "{whole:?}");

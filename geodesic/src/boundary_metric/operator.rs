@@ -41,6 +41,7 @@ impl<'a, const D: usize> Augmented<'a, D> {
             moduli,
             regularisation: 0.0,
             rotations: true,
+            factored: false,
         };
         let void = params.void_stiffness;
         let penalty = params.penalty * (moduli.lambda + 2.0 * moduli.mu) / grid.spacing();

@@ -32,6 +32,7 @@ pub(super) fn form<O: Element, const D: usize>(
         moduli,
         regularisation: REGULARISATION * moduli.mu,
         rotations: true,
+        factored: false,
     };
     let data = Data {
         coefficients: &[level_set],

@@ -219,6 +219,7 @@ fn law<const D: usize>(lambda: f64, regularisation: f64) -> Corotational<D> {
         moduli: moduli(lambda, 0.7),
         regularisation,
         rotations: true,
+        factored: false,
     }
 }
 
@@ -415,6 +416,7 @@ fn check_block_diagonal<const D: usize>(nodes: [usize; D]) {
         },
         regularisation: 0.2,
         rotations: true,
+        factored: false,
     };
     let data = Data {
         coefficients: &[],
@@ -456,13 +458,23 @@ fn weighted<const D: usize>(grid: &Grid<D>, weight: f64, normal: [f64; D]) -> Ve
 }
 
 /// A mismatch of large weight acts along the normal of a contour. In single precision nothing is left of the
-/// stiffness across it; the cycle is definite nevertheless, and refuses a mass that is negative.
+/// stiffness across it; the cycle is definite nevertheless, and refuses a mass that is negative. In halves
+/// nothing is left of it from smaller weights on.
 #[test]
 fn cycles_stand_large_weights_along_one_direction() {
-    fn check<const D: usize>(grid: Grid<D>, normal: [f64; D]) {
+    check_large_weights(false);
+    check_large_weights(true);
+}
+
+fn check_large_weights(in_halves: bool) {
+    fn check<const D: usize>(grid: Grid<D>, normal: [f64; D], in_halves: bool) {
+        let params = MultigridParams {
+            in_halves,
+            ..MultigridParams::default()
+        };
         let new = |weight: f64| {
             let cells = weighted(&grid, weight, normal);
-            CorotationalMultigrid::new(grid, law(1.2, 1e-6), cells, MultigridParams::default())
+            CorotationalMultigrid::new(grid, law(1.2, 1e-6), cells, params)
         };
         for weight in [1e-12, 1.0, 1e6, 1e9, 1e12, 1e15] {
             let cycle = new(weight).unwrap();
@@ -474,12 +486,42 @@ fn cycles_stand_large_weights_along_one_direction() {
                 assert!(product > 0.0 && product.is_finite(), "{weight}: {product}");
             }
         }
+        // Halves have a factor of the mass.
+        if in_halves {
+            return;
+        }
         let negative = new(-1e6).map(|_| ());
         assert!(
             matches!(negative, Err(GridError::NotPositiveDefinite { curvature, .. }) if curvature < 0.0)
         );
     }
-    check(Grid::<2>::dyadic(4), [0.6, 0.8]);
-    check(Grid::<2>::dyadic(4), [0.28, -0.96]);
-    check(Grid::<3>::dyadic(3), [0.48, 0.6, 0.64]);
+    check(Grid::<2>::dyadic(4), [0.6, 0.8], in_halves);
+    check(Grid::<2>::dyadic(4), [0.28, -0.96], in_halves);
+    check(Grid::<3>::dyadic(3), [0.48, 0.6, 0.64], in_halves);
+}
+
+/// In halves a cycle stays the inverse that it is, though a large weight along one direction exceeds the
+/// stiffness in the others by more than halves resolve: vectors in those are not changed by the weight.
+#[test]
+fn halves_keep_what_a_large_weight_leaves_free() {
+    fn check<const D: usize>(grid: Grid<D>, normal: [f64; D], free: [f64; D]) {
+        let quotient = |in_halves: bool| {
+            let params = MultigridParams {
+                in_halves,
+                ..MultigridParams::default()
+            };
+            let cells = weighted(&grid, 3e4, normal);
+            let cycle = CorotationalMultigrid::new(grid, law(1.2, 1e-3), cells, params).unwrap();
+            let n = grid.n_nodes();
+            let load: Vec<f64> = (0..D * n).map(|i| free[i / n]).collect();
+            let mut image = vec![0.0; D * n];
+            cycle.apply_into(&load, &mut image);
+            load.iter().zip(&image).map(|(a, b)| a * b).sum::<f64>()
+        };
+        let (whole, halves) = (quotient(false), quotient(true));
+        println!("{whole} {halves}");
+        assert!((0.8..1.25).contains(&(halves / whole)), "{whole} {halves}");
+    }
+    check(Grid::<2>::dyadic(4), [0.6, 0.8], [0.8, -0.6]);
+    check(Grid::<3>::dyadic(3), [0.48, 0.6, 0.64], [0.8, -0.64, 0.0]);
 }

@@ -72,7 +72,7 @@ impl<const D: usize> Edge<D> {
         };
         let background = Background::default();
         let (matrix, rhs) = normal_equations(&self.grid, &self.density(), &[source], background);
-        let jacobi = Diagonal::jacobi(matrix.diagonal()).unwrap();
+        let jacobi = Diagonal::jacobi(&matrix.diagonal()).unwrap();
         let mut best = vec![1.0; rhs.len()];
         let mut scratch = CgScratch::default();
         let params = CgParams::default();

@@ -82,14 +82,14 @@ pub(super) fn at<const D: usize>(
     let Some(found) = params.find(&mut objective, &x, &mass, motions, guesses)? else {
         return Ok(None);
     };
-    let Evaluation::Value(energy) = objective.evaluate(&x, &mut [])? else {
+    let Evaluation::Value(energy) = objective.evaluate_energy(&x)? else {
         return Ok(None);
     };
     let mut moved = vec![0.0; x.len()];
     // How much the energy changes along a multiple of the direction.
     let mut change = |step: f64| -> Result<Option<f64>, AverageError> {
         add_scaled_into(&x, step, &found.direction, &mut moved);
-        Ok(match objective.evaluate(&moved, &mut [])? {
+        Ok(match objective.evaluate_energy(&moved)? {
             Evaluation::Value(other) => Some(other - energy),
             Evaluation::Inadmissible => None,
         })

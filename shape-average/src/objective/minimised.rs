@@ -7,9 +7,8 @@ use crate::error::AverageError;
 use crate::level::shape;
 use crate::metric::ShapeMetric;
 use fe_grid::minimise::{Evaluation, Objective};
-use fe_grid::{
-    Buffer, Distribution, Element, LinearOperator, Storage, parallel, restrain_step, vector,
-};
+use fe_grid::vector::{change_in_double, copy_into};
+use fe_grid::{Buffer, Distribution, Element, Stored, parallel, restrain_step};
 
 impl<const D: usize> Objective for AverageObjective<D> {
     type Error = AverageError;
@@ -30,8 +29,16 @@ impl<const D: usize> Objective for AverageObjective<D> {
         self.evaluate(x, gradient)
     }
 
+    fn value_and_gradient_in<T: Element>(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [T],
+    ) -> Result<Evaluation, AverageError> {
+        self.evaluate(x, gradient)
+    }
+
     fn value(&mut self, x: &[f64]) -> Result<Evaluation, AverageError> {
-        self.evaluate(x, &mut [])
+        self.evaluate_energy(x)
     }
 
     /// The elastic energy: the mismatch, which is larger by orders of magnitude, has a part that no
@@ -45,16 +52,29 @@ impl<const D: usize> Objective for AverageObjective<D> {
         gradient: &[f64],
         out: &mut [f64],
     ) -> Result<(), AverageError> {
+        self.apply_inverse_metric_in(gradient, out)
+    }
+
+    fn apply_inverse_metric_in<T: Element>(
+        &mut self,
+        gradient: &[T],
+        out: &mut [T],
+    ) -> Result<(), AverageError> {
         let dim = self.shape_dim();
-        let apply = |i: usize, metric: &ShapeMetric<D>, out: &mut [f64]| {
-            metric.apply_into(shape(gradient, i, dim), out);
+        let apply = |i: usize, metric: &ShapeMetric<D>, out: &mut [T]| {
+            metric.apply_in(shape(gradient, i, dim), out);
             self.hold_boundary(out);
         };
         match &self.metric {
-            Metric::Kept(metrics) => parallel::for_each(
-                out.chunks_exact_mut(dim).zip(metrics).enumerate(),
-                &|(i, (out, metric))| apply(i, metric, out),
-            ),
+            Metric::Kept(metrics) => {
+                let parts = out.chunks_exact_mut(dim).zip(metrics).enumerate();
+                let apply = |(i, (out, metric)): (usize, (&mut [T], _))| apply(i, metric, out);
+                if self.in_turn() {
+                    parts.for_each(apply);
+                } else {
+                    parallel::for_each(parts, &apply);
+                }
+            }
             Metric::Remade { x, average } => {
                 for (i, out) in out.chunks_exact_mut(dim).enumerate() {
                     let metric = self.shape_metric(i, average, shape(x, i, dim))?;
@@ -71,16 +91,21 @@ impl<const D: usize> Objective for AverageObjective<D> {
     }
 
     fn restrain(&mut self, x: &[f64], direction: &mut [f64]) -> Result<(), AverageError> {
+        self.restrain_in(x, direction)
+    }
+
+    fn restrain_in<T: Element>(
+        &mut self,
+        x: &[f64],
+        direction: &mut [T],
+    ) -> Result<(), AverageError> {
         let dim = self.shape_dim();
+        let bound = self.params.min_determinant;
         let steps = direction.chunks_exact_mut(dim).enumerate();
         parallel::for_each(steps, &|(i, step)| {
-            restrain_step(
-                self.grid(),
-                shape(x, i, dim),
-                step,
-                self.params.min_determinant,
-                None,
-            );
+            change_in_double(step, |step| {
+                restrain_step(self.grid(), shape(x, i, dim), step, bound, None);
+            });
         });
         Ok(())
     }
@@ -103,12 +128,12 @@ impl<const D: usize> Objective for AverageObjective<D> {
             self.common = Some(common);
         }
         let old = std::mem::replace(&mut self.metric, Metric::Kept(Vec::new()));
-        if self.params.storage != Storage::Memory {
+        if self.params.remakes_metrics {
             let mut copy = match old {
                 Metric::Remade { x, .. } => x,
                 Metric::Kept(_) => self.params.storage.zeros(x.len())?,
             };
-            vector::copy_into(x, &mut copy);
+            copy_into(x, &mut copy);
             copy.rest();
             self.metric = Metric::Remade {
                 x: copy,
@@ -117,10 +142,14 @@ impl<const D: usize> Objective for AverageObjective<D> {
             return Ok(());
         }
         drop(old);
-        let metric = parallel::try_map(0..self.shapes.n_own(), &|i| {
-            self.shape_metric(i, &self.average, shape(x, i, dim))
-        });
-        self.metric = Metric::Kept(metric?);
+        let shapes = 0..self.shapes.n_own();
+        let of_shape = |i: usize| self.shape_metric(i, &self.average, shape(x, i, dim));
+        let metrics: Result<Vec<_>, _> = if self.in_turn() {
+            shapes.map(of_shape).collect()
+        } else {
+            parallel::try_map(shapes, &of_shape)
+        };
+        self.metric = Metric::Kept(metrics?);
         Ok(())
     }
 
@@ -145,7 +174,7 @@ impl<const D: usize> Objective for AverageObjective<D> {
         }
     }
 
-    fn room<T: Element>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
+    fn room<T: Stored>(&self, len: usize) -> Result<Buffer<T>, AverageError> {
         Ok(self.params.storage.zeros(len)?)
     }
 }

@@ -236,7 +236,7 @@ impl<const D: usize> Case<'_, D> {
         );
         close_to("rhs", &rhs, &case["rhs"], RELATIVE);
         // Solved down to rounding here ...
-        let jacobi = Diagonal::jacobi(matrix.diagonal()).unwrap();
+        let jacobi = Diagonal::jacobi(&matrix.diagonal()).unwrap();
         let params = CgParams {
             relative_tolerance: 1e-14,
             ..CgParams::default()

@@ -325,7 +325,7 @@ fn best_field(setting: Setting) -> Result<Outcome, VerifyError> {
         let mut equations = NormalEquations::new(grid);
         equations.assemble(&rule, &sources, Background::default(), None);
         let mut v = vec![0.5; grid.n_nodes()];
-        let jacobi = Diagonal::jacobi(equations.matrix().diagonal())?;
+        let jacobi = Diagonal::jacobi(&equations.matrix().diagonal())?;
         let params = CgParams {
             relative_tolerance: SOLVED,
             max_iterations: 2000,
