@@ -5,7 +5,7 @@ use fe_grid::minimise::{LbfgsParams, Stopping};
 use hyperelastic::FoldBarrier;
 
 /// Number of pairs in the L-BFGS history.
-const HISTORY: usize = 10;
+pub(crate) const HISTORY: usize = 10;
 /// Number of iterations after which the metric is recomputed.
 const METRIC_INTERVAL: usize = 10;
 /// A level ends when the predicted decrease is below this fraction of the tolerance.

@@ -99,6 +99,7 @@ pub mod lagrangian;
 mod laws;
 pub mod level_sets;
 mod levels;
+mod memory;
 mod metric;
 mod mismatch;
 mod overlap;
@@ -122,6 +123,7 @@ pub use error::GeodesicError;
 pub use given::GivenPath;
 pub use lagrangian::Domain;
 pub use levels::LevelReport;
+pub use memory::memory_estimate;
 pub use mismatch::{
     ComposedMismatch, HeavisideMismatch, MismatchWeights, StepMismatch, Visibility,
 };

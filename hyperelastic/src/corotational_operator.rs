@@ -55,6 +55,34 @@ fn apply_operator_in<const D: usize>(operator: &CorotationalOperator<D>, x: &[f6
     Assembly::new(operator.grid, &operator.law, data).hessian_action_into(x, x, y);
 }
 
+/// Memory of a [`CorotationalMultigrid`] in bytes: known before it is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CycleMemory {
+    /// The data of the cells of all levels, and the inverse diagonal blocks of their nodes.
+    pub matrices: u64,
+    /// Five vectors of every level, which cycles may [share](CorotationalMultigrid::with_work_space).
+    pub work_space: u64,
+}
+
+impl CycleMemory {
+    /// The memory with a finest grid, all numbers in single precision.
+    pub fn on<const D: usize>(grid: &Grid<D>) -> Self {
+        let single = size_of::<f32>() as u64;
+        let (mut matrices, mut work_space) = (0, 0);
+        let mut level = Some(*grid);
+        while let Some(grid) = level {
+            let (nodes, cells) = (grid.n_nodes(), grid.n_cells());
+            matrices += single * (Corotational::<D>::CELL_DATA * cells + D * D * nodes) as u64;
+            work_space += 5 * single * (D * nodes) as u64;
+            level = grid.coarser();
+        }
+        Self {
+            matrices,
+            work_space,
+        }
+    }
+}
+
 /// One multigrid cycle on a [`Corotational`] form, as a linear operator: an approximate inverse.
 pub struct CorotationalMultigrid<const D: usize>(Multigrid<f32, Corotational<D>, D, D>);
 

@@ -75,7 +75,7 @@ pub use fe_grid;
 pub use cauchy::cauchy_stress;
 pub use compiled::CompiledLaw;
 pub use corotational::{Corotational, polar_rotation};
-pub use corotational_operator::{CorotationalMultigrid, CorotationalOperator};
+pub use corotational_operator::{CorotationalMultigrid, CorotationalOperator, CycleMemory};
 pub use dissipation::ViscousDissipation;
 pub use error::LawError;
 pub use fold_barrier::FoldBarrier;

@@ -8,7 +8,7 @@
 use crate::hierarchy::HISTORY;
 use crate::params::{AverageParams, Precision, Solver};
 use fe_grid::{Distribution, Grid, Storage, parallel};
-use hyperelastic::Corotational;
+use hyperelastic::{Corotational, CycleMemory};
 use serde::Serialize;
 
 /// Size of a number in double and in single precision, and of a half, in bytes.
@@ -101,7 +101,7 @@ pub fn memory_estimate<const D: usize>(
         let own = if remade { metric } else { 0 };
         let building = if remade { sizes.metric_building() } else { 0 };
         let transfer = own + building.max(sizes.transfer());
-        (at_once * sizes.cycle(), at_once * transfer)
+        (at_once * sizes.cycle.work_space, at_once * transfer)
     } else {
         (0, 0)
     };
@@ -148,8 +148,11 @@ struct Sizes<const D: usize> {
     shared_planes: f64,
     /// Number of cells of a slab.
     slab_cells: u64,
-    /// Numbers of nodes and cells of all levels of a metric.
-    hierarchy: Vec<(u64, u64)>,
+    /// Numbers of nodes and cells of all levels of a metric together.
+    nodes: u64,
+    cells: u64,
+    /// A metric in single precision.
+    cycle: CycleMemory,
 }
 
 impl<const D: usize> Sizes<D> {
@@ -159,11 +162,12 @@ impl<const D: usize> Sizes<D> {
         // The same partition as in the cell engine.
         let thickness = layers.div_ceil(32).max(if D == 3 { 4 } else { 8 });
         let slabs = layers.div_ceil(thickness);
-        let mut hierarchy = Vec::new();
+        let (mut nodes, mut cells) = (0, 0);
         let mut level = Some(*grid);
-        while let Some(g) = level {
-            hierarchy.push((g.n_nodes() as u64, g.n_cells() as u64));
-            level = g.coarser();
+        while let Some(grid) = level {
+            nodes += grid.n_nodes() as u64;
+            cells += grid.n_cells() as u64;
+            level = grid.coarser();
         }
         Self {
             d: D as u64,
@@ -174,34 +178,26 @@ impl<const D: usize> Sizes<D> {
             n_cells: grid.n_cells() as u64,
             shared_planes: (slabs - 1) as f64 / (layers + 1) as f64,
             slab_cells: (grid.n_cells() / layers * thickness.min(layers)) as u64,
-            hierarchy,
+            nodes,
+            cells,
+            cycle: CycleMemory::on(grid),
         }
-    }
-
-    fn nodes(&self) -> u64 {
-        self.hierarchy.iter().map(|level| level.0).sum()
     }
 
     /// Returns the size of the coefficients per cell and the inverse diagonal blocks.
     fn metric(&self) -> u64 {
-        let cells: u64 = self.hierarchy.iter().map(|level| level.1).sum();
-        let per_cell = Corotational::<D>::CELL_DATA as u64;
         if self.mixed {
-            let blocks = self.d * (self.d + 1) / 2 * self.nodes();
-            return HALF * per_cell * cells + SINGLE * blocks;
+            let per_cell = Corotational::<D>::CELL_DATA as u64;
+            let blocks = self.d * (self.d + 1) / 2 * self.nodes;
+            return HALF * per_cell * self.cells + SINGLE * blocks;
         }
-        SINGLE * (per_cell * cells + self.d * self.d * self.nodes())
+        self.cycle.matrices
     }
 
     /// Returns the size of a zero state and of the planes shared by slabs.
     fn metric_building(&self) -> u64 {
         let planes = (self.field as f64 * self.shared_planes) as u64;
         (self.d * self.field + self.d * self.d * planes) * SINGLE / DOUBLE
-    }
-
-    /// Returns the size of five vectors per level, which are stored permanently.
-    fn cycle(&self) -> u64 {
-        5 * SINGLE * self.d * self.nodes()
     }
 
     /// Returns the size of the intermediate vectors between two levels.
