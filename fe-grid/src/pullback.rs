@@ -124,14 +124,19 @@ pub fn pull_back<F: CellLaw<D, D>, const D: usize>(
         value += part.value;
         stiffness.extend(part.stiffness);
     }
-    let hessian = (derivatives == Derivatives::Hessian).then(|| {
-        let coupling = out.split_off(D * n);
-        (BlockStencil::from_parts(*grid, coupling), stiffness)
-    });
+    if derivatives < Derivatives::Hessian {
+        return Ok(Pullback {
+            value,
+            gradient: out,
+            hessian: None,
+        });
+    }
+    // The stencil is by far the larger part, and stays where it is.
+    let gradient = out.drain(..D * n).collect();
     Ok(Pullback {
         value,
-        gradient: out,
-        hessian,
+        gradient,
+        hessian: Some((BlockStencil::from_parts(*grid, out), stiffness)),
     })
 }
 

@@ -1,5 +1,7 @@
 //! Shared by the integration tests.
 
+#![allow(dead_code, reason = "every program uses a part")]
+
 use fe_grid::{Field, Grid, ScalarField, VectorField};
 use shape_pca::Average;
 
