@@ -1,49 +1,20 @@
 //! The estimate of the memory against what is asked of the allocator, and results that do not
 //! depend on where vectors are kept.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use fe_grid::minimise::Silent;
 use fe_grid::{Distribution, Grid, ScalarField, Storage};
+use peak_alloc::PeakAlloc;
+use shape_average::joint::{self, JointParams, joint_average};
 use shape_average::{
     AverageParams, AverageResult, Precision, Solver, average_of_visible, memory_estimate,
 };
-
-/// Bytes in use, and the most there have been.
-static IN_USE: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-/// Tests of one program share its allocator: one at a time, from beginning to end.
-static ALONE: Mutex<()> = Mutex::new(());
-
-struct Counting;
-
-// SAFETY: all requests go to the system's allocator as they are.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let in_use = IN_USE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        MOST.fetch_max(in_use, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        let in_use = IN_USE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
-        MOST.fetch_max(in_use, Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        IN_USE.fetch_sub(layout.size(), Ordering::Relaxed);
-        // SAFETY: as the caller promises.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use std::sync::Mutex;
+use test_support::on_threads;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: PeakAlloc = PeakAlloc;
+/// Tests of one program share its allocator: one at a time, from beginning to end.
+static ALONE: Mutex<()> = Mutex::new(());
 
 /// Balls and ellipsoids about the centre, by distances that are exact enough here.
 fn ellipsoids<const D: usize>(grid: Grid<D>, n: usize) -> Vec<ScalarField<f64, D>> {
@@ -66,17 +37,16 @@ fn measured<const D: usize>(
     partly_visible: bool,
     params: &AverageParams,
 ) -> (AverageResult<D>, f64) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
-    pool.unwrap().install(|| {
-        let before = IN_USE.load(Ordering::Relaxed);
+    on_threads(1, || {
+        let before = ALLOCATOR.current_usage();
         let grid = Grid::<D>::cube(nodes);
         let inputs = ellipsoids(grid, shapes);
-        MOST.store(IN_USE.load(Ordering::Relaxed), Ordering::Relaxed);
+        ALLOCATOR.reset_peak_usage();
         let half = |_| ScalarField::from_fn(grid, |x| [f64::from(u8::from(x[0] < 0.5))]);
         let views = if partly_visible { shapes } else { 0 };
         let seen: Vec<_> = (0..views).map(half).collect();
         let result = average_of_visible(&inputs, &seen, params, &mut Silent).unwrap();
-        let most = MOST.load(Ordering::Relaxed) - before;
+        let most = ALLOCATOR.peak_usage() - before;
         let estimate = memory_estimate(
             params,
             &Distribution::alone(shapes),
@@ -145,6 +115,41 @@ fn estimates_are_what_is_used() {
         ..params
     };
     check::<2>(4, 129, &descent);
+}
+
+/// The estimate of averages of images over what they use, on one thread.
+fn of_images<const D: usize>(images: usize, nodes: usize) -> f64 {
+    on_threads(1, || {
+        let before = ALLOCATOR.current_usage();
+        let grid = Grid::<D>::cube(nodes);
+        let inputs = ellipsoids(grid, images).into_iter().map(|u| {
+            let inside = u.as_slice().iter().map(|u| f64::from(u8::from(*u > 0.0)));
+            ScalarField::from_vec(grid, inside.collect()).unwrap()
+        });
+        let inputs: Vec<_> = inputs.collect();
+        ALLOCATOR.reset_peak_usage();
+        let params = JointParams {
+            average: short(),
+            max_rounds: 2,
+            ..JointParams::default()
+        };
+        joint_average(&inputs, &params, &mut Silent).unwrap();
+        let most = ALLOCATOR.peak_usage() - before;
+        joint::memory_estimate(&params, images, &grid) as f64 / most as f64
+    })
+}
+
+#[test]
+fn estimates_of_images_are_what_is_used() {
+    let _alone = ALONE.lock();
+    let measured = [
+        of_images::<2>(2, 129),
+        of_images::<2>(5, 129),
+        of_images::<3>(2, 33),
+    ];
+    println!("{measured:.3?}");
+    let right = measured.iter().all(|ratio| (0.9..1.1).contains(ratio));
+    assert!(right, "{measured:?}");
 }
 
 /// The sizes at which estimates matter take minutes.

@@ -37,6 +37,7 @@
 mod alternation;
 mod doubts;
 mod energy;
+mod memory;
 mod params;
 mod relax;
 mod solve;
@@ -44,6 +45,7 @@ mod split;
 
 pub use alternation::{Alternation, SegmentationObjective};
 pub use energy::{AmbrosioTortorelli, SegmentationEnergy};
+pub use memory::memory_estimate;
 pub use params::{SegmentationParams, Weights};
 pub use relax::{Part, Relaxation, relax};
 pub use solve::{Segmentation, SegmentationLevel, coarser_image, segment};

@@ -33,11 +33,13 @@
 //! theirs.
 
 mod density;
+mod memory;
 mod params;
 mod result;
 mod round;
 mod solve;
 
+pub use memory::memory_estimate;
 pub use params::JointParams;
 pub use result::{JointEnergy, JointLevel, JointResult, spread};
 pub use solve::{joint_average, joint_average_from};
