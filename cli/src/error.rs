@@ -261,6 +261,16 @@ pub enum CliError {
         /// Nodes a side, or along each axis.
         nodes: String,
     },
+    /// A computation needs more memory than is free.
+    #[error("the computation on {nodes} nodes needs about {} of memory, and {} are free", shapespace_input::bytes::format_bytes(*needed), shapespace_input::bytes::format_bytes(*free))]
+    TooLarge {
+        /// The required memory.
+        needed: u64,
+        /// The free memory.
+        free: u64,
+        /// Nodes a side, or along each axis.
+        nodes: String,
+    },
     /// A computation failed.
     #[error("{message}")]
     Computation {
@@ -436,6 +446,9 @@ impl CliError {
                 "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
             }
             Self::Memory { .. } => "increase --memory, or ask for a coarser --grid",
+            Self::TooLarge { .. } => {
+                "take a coarser grid, fewer shapes or steps, or end other programs"
+            }
         };
         text.into()
     }

@@ -28,6 +28,7 @@ mod integrity;
 pub mod interrupt;
 pub mod length;
 pub mod log;
+mod memory;
 mod metric;
 mod numbers;
 pub mod options;

@@ -8,10 +8,9 @@ use shape_average::{AverageParams, MemoryEstimate, memory_estimate};
 use super::args::AverageRun;
 use crate::error::CliError;
 use crate::grid::in_words;
-use crate::processes;
+use crate::memory::{free, in_short};
 use crate::progress::Progress;
 use shapespace_input::bytes::format_bytes;
-use shapespace_input::memory;
 
 /// Estimates and prints the memory of an average on this process, and moves data beyond `--memory`, or
 /// else beyond its share of the free memory, to temporary files.
@@ -31,7 +30,6 @@ pub(super) fn provide<const D: usize>(
         memory_estimate(params, distribution, n_components, partly_visible, &grid)
     };
     let mut needed = estimate(params);
-    let free = || Some(memory::free()? / processes::on_this_machine());
     let limit = run.memory.or_else(free);
     if let Some(limit) = limit
         && needed.memory > limit
@@ -56,7 +54,7 @@ pub(super) fn provide<const D: usize>(
 }
 
 fn describe(estimate: &MemoryEstimate, storage: &Storage) -> String {
-    let needed = format!("memory: about {}", format_bytes(estimate.memory));
+    let needed = in_short(estimate.memory);
     match storage {
         Storage::Folder(folder) if estimate.files > 0 => format!(
             "{needed}, and {} in temporary files in '{}'",

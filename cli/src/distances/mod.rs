@@ -33,9 +33,11 @@ mod write;
 
 use std::path::PathBuf;
 
+use ::geodesic::memory_estimate;
 use fe_grid::Grid;
 
 use crate::error::{CliError, Exit};
+use crate::memory::announce;
 use crate::options::{Align, CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session};
@@ -102,6 +104,25 @@ pub fn run_distances(args: &DistancesArgs) -> Result<Exit, CliError> {
     })
 }
 
+impl DistanceStudy {
+    /// Announces the memory of the shapes and of the paths that are computed at the same time.
+    fn announce_memory<const D: usize>(
+        &self,
+        pairs: &Pairs<D>,
+        config: &DistancesConfig,
+        session: &Session<'_>,
+    ) -> Result<(), CliError> {
+        let threads = rayon::current_num_threads();
+        let at_once = self.at_once.map_or(threads, |n| threads.min(n as usize));
+        let fields = |n: usize| (size_of::<f64>() * pairs.grid.n_nodes() * n) as u64;
+        // Of the first direction of a pair the steps, both kinds of deformations and the shapes are kept.
+        let kept = (config.directions() - 1) * config.params.steps * (2 * D + 1);
+        let path = memory_estimate(&config.params, 1, &pairs.grid) + fields(kept);
+        let needed = fields(pairs.inputs.len()) + at_once as u64 * path;
+        announce(needed, &pairs.grid, &session.progress)
+    }
+}
+
 impl Command for DistanceStudy {
     const DISTRIBUTED: bool = true;
 
@@ -150,6 +171,7 @@ impl Command for DistanceStudy {
         let pairs = Pairs::placed(inputs, distances, own);
         let pairs = in_position(pairs, &domain, &config, &scope, session)?;
         let pairs = pairs.ok_or_else(interrupted)?;
+        self.announce_memory(&pairs, &config, session)?;
         let task = Task {
             pairs: &pairs,
             config: &config,
@@ -196,6 +218,7 @@ impl Command for DistanceStudy {
         let pairs = in_position(pairs, &domain, &config, &scope, session)?;
         // Only the first process is interrupted, and ends all.
         let pairs = pairs.ok_or(CliError::Stopped)?;
+        self.announce_memory(&pairs, &config, session)?;
         help(&pairs, &config, self.at_once, session)
     }
 

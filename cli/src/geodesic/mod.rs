@@ -12,12 +12,13 @@ pub(crate) mod write;
 
 use std::time::Instant;
 
-use ::geodesic::{Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between};
+use ::geodesic::{Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between, memory_estimate};
 use fe_grid::{Grid, ScalarField};
 use levelset::Doubt;
 
 use crate::error::CliError;
 use crate::history::HistoryPoint;
+use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Components, Input, VisibilityMask, doubts_of, settle, view_of};
@@ -73,6 +74,9 @@ impl Command for GeodesicConfig {
             config.occluded,
             grid,
         )?;
+        let components = first.components().len();
+        let needed = memory_estimate(&config.params, components, &grid);
+        announce(needed, &grid, &session.progress)?;
         session.progress.stage("computing the initial path");
         let begin = Instant::now();
         let grids = grid.hierarchy(first_nodes(&config.params));

@@ -2,7 +2,9 @@
 
 use std::fs;
 
-use shape_pca::{Compound, Pca, Quality, Variation};
+use fe_grid::Distribution;
+use shape_average::memory_estimate as memory_of_average;
+use shape_pca::{Compound, Pca, PcaParams, Quality, Variation, memory_estimate};
 
 use super::args::PcaConfig;
 use super::balance::{Continuation, balanced};
@@ -10,6 +12,7 @@ use super::read::{StoredAverage, read_average};
 use super::write::write_all;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
+use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
@@ -22,6 +25,35 @@ pub(crate) struct Outcome<const D: usize> {
     pub(super) continuation: Option<Continuation>,
     pub(super) pca: Pca<D>,
     pub(super) quality: Quality,
+}
+
+impl PcaConfig {
+    /// Whether the stresses of the average are balanced first: only modes of stresses rest on that.
+    fn balances(&self, params: &PcaParams) -> bool {
+        !self.keep_average && params.variation == Variation::Stress
+    }
+
+    /// Estimates the memory of the computation, in bytes.
+    fn memory<const D: usize>(&self, stored: &StoredAverage<D>, params: &PcaParams) -> u64 {
+        let (grid, n) = (stored.average.grid(), stored.average.n_shapes());
+        let balances = self.balances(params) && !stored.phase_fields.is_empty();
+        let most = self.modes.unwrap_or(usize::MAX);
+        let own = memory_estimate(n, most, balances, grid);
+        let fields = |n: usize| (size_of::<f64>() * grid.n_nodes() * n) as u64;
+        // How shapes fit before and after a balancing is measured by the functional of their average.
+        let fitted = if balances {
+            let average = &stored.params;
+            let distribution = Distribution::alone(n);
+            let components = stored.components.len().max(1);
+            let of_functional = memory_of_average(average, &distribution, components, false, grid);
+            // Without a minimiser and metrics.
+            let unused = of_functional.minimiser + of_functional.history + of_functional.metric;
+            of_functional.memory.saturating_sub(unused) + fields(2 * n * (D + 1))
+        } else {
+            0
+        };
+        own.max(fitted) + fields(stored.phase_fields.len() + 1)
+    }
 }
 
 impl Command for PcaConfig {
@@ -45,12 +77,16 @@ impl Command for PcaConfig {
         let params = stored.pca_params(config.params);
         let mut fingerprint = Fingerprint::of_results(&config, &[&config.average])?;
         fingerprint.leave_out("average");
+        announce(
+            self.memory(&stored, &params),
+            stored.average.grid(),
+            &session.progress,
+        )?;
         let mut checkpointer = session.checkpointer(fingerprint)?;
         let mut watch = checkpointer.observe(session.observer(&[*stored.average.grid()]));
         let most = config.modes.unwrap_or(usize::MAX);
         let mut continuation = None;
-        // Only modes of stresses rest on their balance.
-        if !config.keep_average && params.variation == Variation::Stress {
+        if self.balances(&params) {
             session.progress.stage("balancing the stresses");
             continuation = balanced(&mut stored, &params, &mut watch)?;
         }

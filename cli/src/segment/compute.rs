@@ -2,12 +2,15 @@
 
 use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, contour, hausdorff, largest_component, signed_distance};
-use phasefield::segmentation::{Segmentation, SegmentationParams, segment, split_classes};
+use phasefield::segmentation::{
+    Segmentation, SegmentationParams, memory_estimate, segment, split_classes,
+};
 
 use super::args::{Object, SegmentConfig};
 use super::plan::Placed;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
+use crate::memory::announce;
 use crate::numbers::shown;
 use crate::session::Session;
 use shapespace_input::{Image, LEVEL, boundary};
@@ -61,7 +64,9 @@ pub(super) fn compute<const D: usize>(
         if several {
             session.progress.note(format!("{}:", placed.input.name));
         }
-        let levels = placed.nodal.grid().hierarchy(params.coarsest_nodes);
+        let grid = placed.nodal.grid();
+        announce(memory_estimate(grid), grid, &session.progress)?;
+        let levels = grid.hierarchy(params.coarsest_nodes);
         let mut watch = session.observer(&levels);
         let result = segment(&placed.nodal, &params, &mut watch)?;
         let object = object(&placed, &result, config);

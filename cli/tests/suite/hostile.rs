@@ -245,6 +245,40 @@ fn inputs_beyond_the_memory_are_refused() {
     assert_eq!(place.listing(), ["large.png"]);
 }
 
+/// What a computation needs is known before it begins.
+#[test]
+fn computations_beyond_the_memory_are_refused() {
+    let place = Place::new();
+    let square = |side: usize| {
+        let inside = |i: usize| (8..8 + side).contains(&i);
+        let value = |i: usize| 255 * u8::from(inside(i / 32) && inside(i % 32));
+        grey_png(32, 32, &(0..32 * 32).map(value).collect::<Vec<_>>())
+    };
+    place.write("a.png", &square(16));
+    place.write("b.png", &square(12));
+    let program = env!("CARGO_BIN_EXE_shapespace");
+    for command in [
+        "geodesic a.png b.png --align none --grid 513 -K 16",
+        "distances a.png b.png --align none --grid 513 -K 16",
+        "segment a.png --grid 2049",
+        "average a.png b.png --joint --grid 1025",
+    ] {
+        let line = format!("ulimit -v 500000; exec '{program}' {command} -o out --threads 1");
+        let run = Command::new("sh")
+            .args(["-c", &line])
+            .current_dir(place.path("."))
+            .output();
+        let run = run.unwrap();
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{command}: {report}");
+        assert!(
+            report.contains("memory: about") && report.contains("are free"),
+            "{command}: {report}"
+        );
+        assert_eq!(place.listing(), ["a.png", "b.png"], "{command}");
+    }
+}
+
 /// Nothing waits for a pipe or reads a device without end.
 #[test]
 fn only_files_are_read() {

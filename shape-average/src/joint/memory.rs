@@ -2,6 +2,7 @@
 
 use super::params::JointParams;
 use crate::memory::memory_estimate as of_shapes;
+use crate::params::{AverageParams, Precision};
 use fe_grid::{Distribution, Grid};
 
 /// Estimates the most memory that an average of images needs at one time, in bytes: all arrays of the
@@ -12,13 +13,12 @@ pub fn memory_estimate<const D: usize>(
     n_images: usize,
     grid: &Grid<D>,
 ) -> u64 {
-    let average = of_shapes(
-        &params.average,
-        &Distribution::alone(n_images),
-        1,
-        false,
-        grid,
-    );
+    // The pairs of the minimiser stay in single precision, whatever that of the metric.
+    let params = AverageParams {
+        precision: Some(Precision::Double),
+        ..params.average.clone()
+    };
+    let average = of_shapes(&params, &Distribution::alone(n_images), 1, false, grid);
     // The smooth image and its phase field, that again and an indicator for the deformations.
     let mut fields = 4 * grid.n_nodes();
     // The images themselves, on all levels.

@@ -6,12 +6,13 @@ mod record;
 mod write;
 
 use fe_grid::ScalarField;
-use shape_average::joint::{JointParams, JointResult, joint_average_from};
+use shape_average::joint::{JointParams, JointResult, joint_average_from, memory_estimate};
 
 use super::args::{AverageConfig, AverageRun, not_joint};
 use super::start::{compare_places, initial};
 use crate::error::CliError;
 use crate::history::HistoryPoint;
+use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::GreyInput;
@@ -63,6 +64,9 @@ impl Command for JointAverage {
         let start = config.start.as_deref();
         compare_places(start, images.iter().map(|i| i.frame), &session.progress);
         let known = initial(start, nodal.len(), &grids, session.trust)?;
+        let grid = nodal[0].grid();
+        let needed = memory_estimate(&params, nodal.len(), grid);
+        announce(needed, grid, &session.progress)?;
         let mut checkpointer = session.checkpointer(fingerprint)?;
         let mut watch = checkpointer.observe(session.observer(&grids));
         let result = joint_average_from(&nodal, &known, &params, &mut watch)?;
