@@ -108,18 +108,19 @@ impl DistanceStudy {
     /// Announces the memory of the shapes and of the paths that are computed at the same time.
     fn announce_memory<const D: usize>(
         &self,
-        pairs: &Pairs<D>,
+        n_shapes: usize,
+        grid: &Grid<D>,
         config: &DistancesConfig,
         session: &Session<'_>,
     ) -> Result<(), CliError> {
         let threads = rayon::current_num_threads();
         let at_once = self.at_once.map_or(threads, |n| threads.min(n as usize));
-        let fields = |n: usize| (size_of::<f64>() * pairs.grid.n_nodes() * n) as u64;
+        let fields = |n: usize| (size_of::<f64>() * grid.n_nodes() * n) as u64;
         // Of the first direction of a pair the steps, both kinds of deformations and the shapes are kept.
         let kept = (config.directions() - 1) * config.params.steps * (2 * D + 1);
-        let path = memory_estimate(&config.params, 1, &pairs.grid) + fields(kept);
-        let needed = fields(pairs.inputs.len()) + at_once as u64 * path;
-        announce(needed, &pairs.grid, &session.progress)
+        let path = memory_estimate(&config.params, 1, grid) + fields(kept);
+        let needed = fields(n_shapes) + at_once as u64 * path;
+        announce(needed, grid, &session.progress)
     }
 }
 
@@ -158,6 +159,7 @@ impl Command for DistanceStudy {
             wanted = shard.part(&wanted, config.directions());
         }
         // Before anything is written.
+        self.announce_memory(inputs.len(), &own, &config, session)?;
         for directory in &self.merge {
             fingerprint.check(directory)?;
         }
@@ -171,7 +173,6 @@ impl Command for DistanceStudy {
         let pairs = Pairs::placed(inputs, distances, own);
         let pairs = in_position(pairs, &domain, &config, &scope, session)?;
         let pairs = pairs.ok_or_else(interrupted)?;
-        self.announce_memory(&pairs, &config, session)?;
         let task = Task {
             pairs: &pairs,
             config: &config,
@@ -214,11 +215,11 @@ impl Command for DistanceStudy {
         let settled = settle(plan.placed, &[], &session.progress, &session.processes)?;
         let own = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
+        self.announce_memory(inputs.len(), &own, &config, session)?;
         let pairs = Pairs::placed(inputs, distances, own);
         let pairs = in_position(pairs, &domain, &config, &scope, session)?;
         // Only the first process is interrupted, and ends all.
         let pairs = pairs.ok_or(CliError::Stopped)?;
-        self.announce_memory(&pairs, &config, session)?;
         help(&pairs, &config, self.at_once, session)
     }
 
