@@ -122,6 +122,9 @@ impl Fingerprint {
                 found.version, self.version
             ));
         }
+        if lines.is_empty() && few_in_common(&found.parameters, &self.parameters) {
+            return vec!["it is one of another command".into()];
+        }
         differences("", &found.parameters, &self.parameters, &mut lines);
         let (there, here) = (found.inputs.len(), self.inputs.len());
         if there != here {
@@ -132,6 +135,16 @@ impl Fingerprint {
         lines.extend(changed.map(|(i, _)| format!("input {} is another shape", i + 1)));
         lines
     }
+}
+
+/// Whether less than half of the parameters have names that occur in both: those that are not set are left
+/// out, so that commands are told apart by most of them.
+fn few_in_common(there: &Value, here: &Value) -> bool {
+    let (Some(there), Some(here)) = (there.as_object(), here.as_object()) else {
+        return false;
+    };
+    let common = there.keys().filter(|key| here.contains_key(*key)).count();
+    2 * common < there.len().max(here.len())
 }
 
 /// Compares two parameters of one name, and all those inside.
@@ -231,6 +244,8 @@ mod tests {
                 "input 2 is another shape"
             ]
         );
+        let other = fingerprint(json!({"grid": 33, "modes": 3, "metric": "x"}), &["a"]);
+        assert_eq!(other.differences(&old), ["it is one of another command"]);
         let more = fingerprint(old.parameters.clone(), &["a", "b", "c"]);
         assert_eq!(more.differences(&old), ["2 inputs there, 3 here"]);
     }

@@ -2,7 +2,9 @@
 //! events for a calling program.
 
 use std::io::IsTerminal;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -38,10 +40,12 @@ pub struct Progress {
     /// Whether notes are printed as plain lines on standard error, without an overwritten line.
     plain: bool,
     /// When the last plain line was printed.
-    last: Mutex<Instant>,
+    last: Arc<Mutex<Instant>>,
+    /// Ends the thread that prints a plain line where there has been none for long.
+    silence: Mutex<Option<Sender<()>>>,
 }
 
-/// Longest time without a plain line during a minimisation.
+/// Longest time without a plain line.
 const SILENCE: Duration = Duration::from_secs(10);
 
 impl Progress {
@@ -65,7 +69,8 @@ impl Progress {
             bar: ProgressBar::hidden(),
             listener,
             plain: false,
-            last: Mutex::new(Instant::now()),
+            last: Arc::new(Mutex::new(Instant::now())),
+            silence: Mutex::new(None),
         }
     }
 
@@ -82,11 +87,14 @@ impl Progress {
             bar.set_style(style);
         }
         bar.enable_steady_tick(Duration::from_millis(120));
+        let last = Arc::new(Mutex::new(Instant::now()));
+        let silence = plain.then(|| break_silence(bar.clone(), Arc::clone(&last)));
         Self {
             bar,
             listener: None,
             plain,
-            last: Mutex::new(Instant::now()),
+            last,
+            silence: Mutex::new(silence.flatten()),
         }
     }
 
@@ -106,19 +114,8 @@ impl Progress {
             energy,
         });
         let text = format!("iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}");
-        if self.plain && self.silence() >= SILENCE {
-            self.note(format!("{}, {text}", self.bar.prefix()));
-        }
         self.bar.set_message(text);
         self.bar.tick();
-    }
-
-    /// The time since the last plain line.
-    fn silence(&self) -> Duration {
-        // A panic elsewhere ends the program.
-        self.last
-            .lock()
-            .map_or(Duration::ZERO, |last| last.elapsed())
     }
 
     /// Prints a line above the overwritten one.
@@ -143,7 +140,54 @@ impl Progress {
 
     /// Removes the overwritten line.
     pub fn finish(&self) {
+        // A panic elsewhere ends the program.
+        if let Ok(mut silence) = self.silence.lock() {
+            silence.take();
+        }
         self.bar.finish_and_clear();
+    }
+}
+
+/// Starts a thread that prints what is being done where no line has been printed for long, until the sender
+/// is dropped. Where it cannot be started there is silence.
+fn break_silence(bar: ProgressBar, last: Arc<Mutex<Instant>>) -> Option<Sender<()>> {
+    let (sender, receiver) = channel();
+    let print = move || after_silence(&receiver, &last, SILENCE, &|| note(&doing(&bar)));
+    let name = "progress".to_owned();
+    let started = thread::Builder::new().name(name).spawn(print);
+    started.ok().map(|_| sender)
+}
+
+/// The stage and its last iteration, with the time since the beginning.
+fn doing(bar: &ProgressBar) -> String {
+    let (stage, iteration) = (bar.prefix(), bar.message());
+    let parts = [stage.as_str(), iteration.as_str()].into_iter();
+    let mut parts: Vec<String> = parts.filter(|p| !p.is_empty()).map(Into::into).collect();
+    parts.push(format!("{} s", bar.elapsed().as_secs()));
+    parts.join(", ")
+}
+
+/// Calls `print` whenever so much time has passed since the last line, until the sender is dropped.
+fn after_silence(
+    receiver: &Receiver<()>,
+    last: &Mutex<Instant>,
+    longest: Duration,
+    print: &dyn Fn(),
+) {
+    // A panic elsewhere ends the program.
+    let passed = || last.lock().map_or(Duration::ZERO, |last| last.elapsed());
+    loop {
+        let wait = longest.saturating_sub(passed());
+        match receiver.recv_timeout(wait) {
+            Err(RecvTimeoutError::Timeout) if passed() >= longest => {
+                print();
+                if let Ok(mut last) = last.lock() {
+                    *last = Instant::now();
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Ok(()) | Err(RecvTimeoutError::Disconnected) => return,
+        }
     }
 }
 
@@ -178,6 +222,39 @@ mod tests {
         assert_eq!(progress.bar.prefix(), "65 nodes a side");
         progress.finish();
         assert!(progress.bar.is_finished());
+    }
+
+    /// A line printed meanwhile puts the next one off; none follows the end.
+    #[test]
+    fn silence_is_broken_until_the_end() {
+        let (sender, receiver) = channel();
+        let last = Arc::new(Mutex::new(Instant::now()));
+        let longest = Duration::from_millis(20);
+        let printed = Arc::new(Mutex::new(Vec::new()));
+        let thread = {
+            let (last, printed) = (Arc::clone(&last), Arc::clone(&printed));
+            thread::spawn(move || {
+                let print = || printed.lock().unwrap().push(last.lock().unwrap().elapsed());
+                after_silence(&receiver, &last, longest, &print);
+            })
+        };
+        while printed.lock().unwrap().len() < 3 {
+            thread::yield_now();
+        }
+        drop(sender);
+        thread.join().unwrap();
+        let waits = printed.lock().unwrap().clone();
+        assert!(waits.iter().all(|wait| *wait >= longest), "{waits:?}");
+    }
+
+    #[test]
+    fn what_is_done_is_the_stage_with_its_iteration() {
+        let progress = Progress::hidden();
+        progress.stage("solving");
+        assert!(doing(&progress.bar).starts_with("solving, "));
+        progress.iteration(3, 5, 0.25);
+        let expected = "solving, iteration 3, 5 evaluations, energy 2.500000e-1, ";
+        assert!(doing(&progress.bar).starts_with(expected));
     }
 
     #[test]
