@@ -126,7 +126,7 @@ impl<const D: usize> Contour<D> {
     /// bisected, the longest of a triangle first. Pieces that share an edge divide it at the same
     /// points, so that a closed contour remains closed. Edges shorter than a ten thousandth of the
     /// extent are never divided, which bounds the number of pieces.
-    pub(crate) fn refined(&self, length: f64) -> Self {
+    pub fn refined(&self, length: f64) -> Self {
         let [low, high] = self.bounds();
         let length = length.max(SHORTEST * norm(&sub(&high, &low)));
         let mut points = self.points.clone();

@@ -31,6 +31,14 @@ pub fn decode_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, InputError> {
     triangles(bytes, path, &extension_of(path))
 }
 
+/// Reads the closed curves of a file, as they are: a table or a drawing.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_outline(path: &Path) -> Result<Contour<2>, InputError> {
+    decode_outline(&bytes_of(path)?, path)
+}
+
 /// The closed curves in the bytes of a file; the name determines the format.
 ///
 /// # Errors

@@ -53,7 +53,7 @@ pub use boundary::boundary;
 pub(crate) use content::reserve;
 pub use content::{bytes_of, extension_of};
 pub use error::InputError;
-pub use exact::{decode_mesh, decode_outline, read_mesh};
+pub use exact::{decode_mesh, decode_outline, read_mesh, read_outline};
 pub use folder::Kinds;
 pub use folder::expand;
 pub(crate) use format::decode_samples;

@@ -22,19 +22,32 @@ type Curve = [[f64; 2]];
 /// # Errors
 /// [`OutputError::Unwritable`].
 pub fn write_outline(path: &Path, curves: &[&Curve]) -> Result<(), OutputError> {
-    let box_around = bounds(curves);
-    let extent = (0..2).map(|k| box_around[1][k] - box_around[0][k]);
-    let extent = extent.fold(0.0, f64::max);
-    // None of an outline without points.
-    let magnitude = extent.log10().floor().clamp(-12.0, 12.0) as i32;
-    let decimals = (DIGITS - magnitude).max(0) as usize;
+    let decimals = decimals(bounds(curves));
     write_text(&path.with_extension("csv"), &table(curves, decimals))?;
-    write_text(
-        &path.with_extension("svg"),
-        &drawing(curves, box_around, extent, decimals),
-    )?;
+    write_drawing(&path.with_extension("svg"), curves)?;
     let text = polygons(curves, decimals).to_string();
     write_text(&path.with_extension("geojson"), &text)
+}
+
+/// Writes closed curves as one path of a drawing (SVG); what lies inside an odd number of them is filled.
+///
+/// # Errors
+/// [`OutputError::Unwritable`].
+pub fn write_drawing(path: &Path, curves: &[&Curve]) -> Result<(), OutputError> {
+    let around = bounds(curves);
+    write_text(path, &drawing(curves, around, decimals(around)))
+}
+
+/// The longest side of a box.
+fn extent([low, high]: [[f64; 2]; 2]) -> f64 {
+    (0..2).map(|k| high[k] - low[k]).fold(0.0, f64::max)
+}
+
+/// The digits behind the point of coordinates in a box.
+fn decimals(around: [[f64; 2]; 2]) -> usize {
+    // None of an outline without points.
+    let magnitude = extent(around).log10().floor().clamp(-12.0, 12.0) as i32;
+    (DIGITS - magnitude).max(0) as usize
 }
 
 fn bounds(curves: &[&Curve]) -> [[f64; 2]; 2] {
@@ -60,8 +73,8 @@ fn table(curves: &[&Curve], decimals: usize) -> String {
     text
 }
 
-fn drawing(curves: &[&Curve], [low, high]: [[f64; 2]; 2], extent: f64, decimals: usize) -> String {
-    let edge = 0.05 * extent;
+fn drawing(curves: &[&Curve], around: [[f64; 2]; 2], decimals: usize) -> String {
+    let (edge, [low, high]) = (0.05 * extent(around), around);
     let (x, y) = (low[0] - edge, low[1] - edge);
     let (width, height) = (high[0] - x + edge, high[1] - y + edge);
     let path = levelset::svg_path(curves.iter().map(|curve| (*curve, true)), decimals);

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 
 use super::images::carried_image;
 use super::map::StoredMap;
-use super::points::{Moved, moved_landmarks, moved_surface};
+use super::points::{Moved, moved_drawing, moved_landmarks, moved_surface};
 use super::way::Way;
 use crate::error::{CliError, Exit};
 use crate::options::RunOptions;
@@ -81,6 +81,7 @@ fn warp(args: &WarpArgs, files: &[PathBuf]) -> Result<Exit, CliError> {
     for path in files {
         let moved = match &*extension_of(path) {
             "csv" => moved_landmarks(path, &directory, (&stored, &map))?,
+            "svg" => moved_drawing(path, &directory, (&stored, &map))?,
             other if is_mesh(other) => moved_surface(path, &directory, (&stored, &map))?,
             _ => {
                 let sides = stored.sides(args.inverse);

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use super::map::StoredMap;
 use super::route::WorldMap;
 use crate::error::CliError;
+use crate::output::outline::write_drawing;
 use crate::output::surface::write_surface;
 use crate::output::{OutputError, ResultDir};
 use crate::shapes::stem;
-use shapespace_input::{InputError, bytes_of, extension_of, read_mesh};
-use shapespace_picture::Surface;
+use shapespace_input::{InputError, bytes_of, extension_of, read_mesh, read_outline};
+use shapespace_picture::{Shape, Surface};
 
 /// A file that was carried.
 pub(super) struct Moved {
@@ -125,6 +126,42 @@ pub(super) fn moved_landmarks(
     let file = directory.file(&name);
     std::fs::write(&file, moved).map_err(OutputError::at(&file))?;
     Ok(mover.moved(name, "points"))
+}
+
+/// Pieces of the edges of a drawing, along its longer side: straight edges do not stay straight.
+const PIECES: f64 = 512.0;
+
+/// Writes the filled shapes of a drawing at their new places.
+pub(super) fn moved_drawing(
+    path: &Path,
+    directory: &ResultDir,
+    (stored, map): (&StoredMap, &WorldMap),
+) -> Result<Moved, CliError> {
+    if stored.dimension() == 3 {
+        return Err(CliError::Option {
+            option: "FILE",
+            value: format!("'{}', a drawing,", path.display()),
+            remedy: "give volumes, surfaces or points: the shapes of the result are solid".into(),
+        });
+    }
+    let mut mover = Mover::new(stored, map);
+    let outline = read_outline(path)?;
+    let [low, high] = outline.bounds();
+    let extent = (high[0] - low[0]).max(high[1] - low[1]);
+    let outline = outline.refined(extent / PIECES);
+    let shape = Shape::of(&outline);
+    let curves = shape.closed_curves().into_iter().map(|curve| {
+        let there = |[x, y]: &[f64; 2]| {
+            let [x, y, _] = mover.point([*x, *y, 0.0]);
+            [x, y]
+        };
+        curve.iter().map(there).collect::<Vec<_>>()
+    });
+    let curves: Vec<Vec<[f64; 2]>> = curves.collect();
+    let curves: Vec<&[[f64; 2]]> = curves.iter().map(Vec::as_slice).collect();
+    let name = PathBuf::from(format!("{}.svg", stem(path)));
+    write_drawing(&directory.file(&name), &curves)?;
+    Ok(mover.moved(name, "drawing"))
 }
 
 /// Writes a surface whose corners are at their new places.

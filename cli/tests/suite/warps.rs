@@ -147,6 +147,16 @@ fn pictures_and_outlines_go_to_the_average_and_to_other_inputs() {
     };
     let mean = outline.iter().map(off).sum::<f64>() / outline.len() as f64;
     assert!(mean < 0.35, "{mean}");
+    // The same curve as a drawing lies at the same places, with points between them.
+    std::fs::copy(found.path("average_outline.svg"), place.path("drawn.svg")).unwrap();
+    carry(&["drawn.svg"], &["--shape", "1", "--inverse"], "drawn");
+    let moved = shapespace_input::read_outline(&place.path("drawn/drawn.svg")).unwrap();
+    assert!(moved.points().len() > outline.len() && moved.n_components() == 1);
+    for row in &outline {
+        let gap = |p: &[f64; 2]| (p[0] - row[1]).hypot(p[1] - row[2]);
+        let nearest = moved.points().iter().map(gap).fold(f64::MAX, f64::min);
+        assert!(nearest < 1e-3, "{row:?}");
+    }
     // Pictures keep grey values beyond 255.
     place.write("deep.png", &deep_png());
     carry(&["deep.png"], &["--shape", "0"], "deep");
