@@ -106,14 +106,24 @@ impl Progress {
         self.bar.set_message("");
     }
 
-    /// Shows an iteration of a minimiser.
-    pub fn iteration(&self, iteration: usize, evaluations: usize, energy: f64) {
+    /// Shows an iteration of a minimiser, and about how much time is left on this level.
+    pub fn iteration(
+        &self,
+        iteration: usize,
+        evaluations: usize,
+        energy: f64,
+        left: Option<Duration>,
+    ) {
         self.tell(|| Event::Iteration {
             iteration,
             evaluations,
             energy,
         });
-        let text = format!("iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}");
+        let mut text =
+            format!("iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}");
+        if let Some(left) = left {
+            text += &format!(", about {} s left on this level", left.as_secs().max(1));
+        }
         self.bar.set_message(text);
         self.bar.tick();
     }
@@ -163,7 +173,7 @@ fn doing(bar: &ProgressBar) -> String {
     let (stage, iteration) = (bar.prefix(), bar.message());
     let parts = [stage.as_str(), iteration.as_str()].into_iter();
     let mut parts: Vec<String> = parts.filter(|p| !p.is_empty()).map(Into::into).collect();
-    parts.push(format!("{} s", bar.elapsed().as_secs()));
+    parts.push(format!("{} s since the start", bar.elapsed().as_secs()));
     parts.join(", ")
 }
 
@@ -216,7 +226,7 @@ mod tests {
     fn hidden_progress_takes_every_call() {
         let progress = Progress::hidden();
         progress.stage("65 nodes a side");
-        progress.iteration(3, 5, 0.25);
+        progress.iteration(3, 5, 0.25, None);
         progress.note("done");
         assert!(progress.bar.is_hidden());
         assert_eq!(progress.bar.prefix(), "65 nodes a side");
@@ -252,8 +262,9 @@ mod tests {
         let progress = Progress::hidden();
         progress.stage("solving");
         assert!(doing(&progress.bar).starts_with("solving, "));
-        progress.iteration(3, 5, 0.25);
-        let expected = "solving, iteration 3, 5 evaluations, energy 2.500000e-1, ";
+        progress.iteration(3, 5, 0.25, Some(Duration::from_secs(70)));
+        let expected = "solving, iteration 3, 5 evaluations, energy 2.500000e-1, \
+            about 70 s left on this level, ";
         assert!(doing(&progress.bar).starts_with(expected));
     }
 
@@ -265,7 +276,7 @@ mod tests {
             into.lock().unwrap().push(event);
         })));
         progress.stage("reading");
-        progress.iteration(3, 5, 0.25);
+        progress.iteration(3, 5, 0.25, None);
         progress.note("done");
         let iteration = Event::Iteration {
             iteration: 3,

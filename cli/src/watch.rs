@@ -1,6 +1,6 @@
 //! Progress of a minimisation.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use fe_grid::minimise::{Control, Iteration, Observer};
 
@@ -22,7 +22,12 @@ pub(crate) struct ProgressObserver<'a> {
     /// Evaluations on earlier levels.
     before: usize,
     begin: Instant,
+    /// Iterations of the level before.
+    expected: Option<usize>,
 }
+
+/// Levels that take less time end before an estimate of it has been read.
+const LONG: Duration = Duration::from_secs(10);
 
 impl<'a> ProgressObserver<'a> {
     pub fn new(progress: &'a Progress, interrupt: Interrupt, grids: Vec<usize>) -> Self {
@@ -36,6 +41,7 @@ impl<'a> ProgressObserver<'a> {
             words: ["level", "energy"],
             before: 0,
             begin: Instant::now(),
+            expected: None,
         }
     }
 
@@ -109,6 +115,7 @@ impl Observer for ProgressObserver<'_> {
         }
         (self.level, self.n_levels) = (level, n_levels);
         self.before = self.history.last().map_or(0, |point| point.evaluations);
+        self.expected = self.history.last().map(|point| point.iteration);
         self.begin = Instant::now();
         self.progress.stage(self.title());
     }
@@ -122,8 +129,11 @@ impl Observer for ProgressObserver<'_> {
             evaluations,
             energy: iteration.energy,
         });
+        let left = self
+            .expected
+            .and_then(|expected| time_left(expected, iteration.iteration, self.begin.elapsed()));
         self.progress
-            .iteration(iteration.iteration, evaluations, iteration.energy);
+            .iteration(iteration.iteration, evaluations, iteration.energy, left);
         self.between()
     }
 
@@ -132,9 +142,27 @@ impl Observer for ProgressObserver<'_> {
     }
 }
 
+/// The time that a level takes still, if it takes as many iterations as expected; none of a level that is
+/// short, or takes more.
+fn time_left(expected: usize, iteration: usize, elapsed: Duration) -> Option<Duration> {
+    let more = expected.checked_sub(iteration).filter(|more| *more > 0)?;
+    let left = elapsed.checked_div(iteration.try_into().ok()?)? * u32::try_from(more).ok()?;
+    (elapsed + left > LONG).then_some(left)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn time_is_left_while_fewer_iterations_are_done_than_expected() {
+        let seconds = Duration::from_secs;
+        assert_eq!(time_left(20, 5, seconds(10)), Some(seconds(30)));
+        assert_eq!(time_left(20, 20, seconds(60)), None);
+        assert_eq!(time_left(20, 21, seconds(60)), None);
+        assert_eq!(time_left(20, 0, seconds(60)), None);
+        assert_eq!(time_left(20, 10, seconds(4)), None);
+    }
     use fe_grid::minimise::Evaluations;
 
     #[test]
