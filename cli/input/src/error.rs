@@ -48,7 +48,7 @@ pub enum InputError {
         found: u64,
     },
     /// Too many values.
-    #[error("'{}' has {} values according to its header, more than the limit of {}", path.display(), size_text(size), super::MAX_VALUES)]
+    #[error("'{}' has {} values, more than the limit of {}", path.display(), size_text(size), super::MAX_VALUES)]
     TooLarge {
         /// The file.
         path: PathBuf,
