@@ -72,10 +72,7 @@ pub(crate) fn grouped(doubts: &[DoubtRecord]) -> Vec<Grouped> {
     let groups = doubts.chunk_by(|a, b| a.what == b.what).map(|same| {
         let mut sentences: Vec<String> = same.iter().take(LISTED).map(sentence).collect();
         if same.len() > LISTED {
-            sentences.push(format!(
-                "and {} others, see result.json",
-                same.len() - LISTED
-            ));
+            sentences.push(and_others(same.len() - LISTED));
         }
         Grouped {
             sentences,
@@ -105,13 +102,31 @@ fn sentence(doubt: &DoubtRecord) -> String {
         0 => String::new(),
         _ => format!("{}: ", about.join(", ")),
     };
-    let figure = doubt.figure.map_or_else(|| "unknown".into(), number);
     let bound = match criterion.limit {
         Limit::AtLeast(_) => "at least",
         Limit::AtMost(_) => "at most",
     };
+    let figure = doubt.figure.map(|figure| beside(figure, doubt.limit));
+    let figure = figure.unwrap_or_else(|| "unknown".into());
     let (what, limit) = (criterion.figure, number(doubt.limit));
     format!("{about}{what}: {figure}, sound is {bound} {limit}")
+}
+
+/// What is left out of a list on the terminal.
+pub(crate) fn and_others(count: usize) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("and {count} other{plural}, see result.json")
+}
+
+/// A number with as many digits as tell it from its limit.
+fn beside(value: f64, limit: f64) -> String {
+    let text = number(value);
+    if text != number(limit) {
+        return text;
+    }
+    let longer = (3..16).map(|digits| format!("{value:.digits$}"));
+    let mut longer = longer.filter(|text| text.parse() != Ok(limit));
+    longer.next().unwrap_or(text)
 }
 
 /// A number with three significant digits.
@@ -151,6 +166,30 @@ mod tests {
             text[3]
         );
         assert!(text[4].starts_with("remedy: use"), "{}", text[4]);
+    }
+
+    #[test]
+    fn a_figure_is_told_from_its_limit() {
+        let doubt = Doubt::check(Cause::PathBoundary, 0.500_31).unwrap();
+        let text = in_words(&named(&[doubt], []));
+        assert!(
+            text[0].ends_with(": 0.5003, sound is at most 0.500"),
+            "{}",
+            text[0]
+        );
+        let doubt = Doubt::check(Cause::Determinant, 0.00199).unwrap();
+        let text = in_words(&named(&[doubt], []));
+        assert!(
+            text[0].ends_with(": 0.00199, sound is at least 2.0e-3"),
+            "{}",
+            text[0]
+        );
+    }
+
+    #[test]
+    fn one_other_is_not_several() {
+        assert_eq!(and_others(1), "and 1 other, see result.json");
+        assert_eq!(and_others(2), "and 2 others, see result.json");
     }
 
     #[test]

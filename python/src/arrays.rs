@@ -5,7 +5,7 @@ use std::path::Path;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use shapespace::api::{ArrayType, KeptArray, KeptNumbers, NamedArray, Sources};
+use shapespace::api::{ArrayType, KeptArray, KeptNumbers, NamedArray, Sources, check_count};
 
 use crate::report::exception;
 
@@ -44,6 +44,16 @@ fn numbers(array: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, ArrayType, Vec<usize
     Err(PyTypeError::new_err(format!(
         "an array of {kind} is no image: give booleans, integers, float32 or float64"
     )))
+}
+
+/// Refuses an array with more values than an input may have: a copy of it might end the interpreter.
+#[pyfunction]
+pub fn check_size(py: Python<'_>, name: &str, shape: Vec<u64>) -> PyResult<()> {
+    let size: Vec<u64> = shape.into_iter().rev().collect();
+    match check_count(&size, Path::new(name)) {
+        Ok(_) => Ok(()),
+        Err(error) => Err(exception(py, &error.into())),
+    }
 }
 
 /// Adds arrays to the inputs of a call.

@@ -22,6 +22,8 @@ mod _shapespace {
     const __version__: &str = env!("CARGO_PKG_VERSION");
 
     #[pymodule_export]
+    use super::arrays::check_size;
+    #[pymodule_export]
     use super::call::{commands, keys, run, verify};
     #[pymodule_export]
     use super::result::{Computed, Verified};

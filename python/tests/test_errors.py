@@ -49,6 +49,18 @@ def test_threads_and_memory_are_checked():
         shapespace.average(ellipses(), memory="1MB")
 
 
+def test_arrays_that_are_too_large_are_refused_before_they_are_copied():
+    huge = np.broadcast_to(np.uint8(1), (100000, 100000))
+    for calls in [shapespace.average, shapespace.segment]:
+        with pytest.raises(shapespace.InputError, match="100000 x 100000 values, more than the limit"):
+            calls([huge, huge])
+
+
+def test_a_spacing_has_one_number_or_one_for_each_axis():
+    with pytest.raises(shapespace.InputError, match="a spacing of 3 numbers .* array of 2 axes"):
+        shapespace.average(ellipses(), spacing=[1, 1, 1])
+
+
 def test_errors_are_of_kinds_that_python_knows():
     with pytest.raises(ValueError) as caught:
         shapespace.average(ellipses(), grid=100)

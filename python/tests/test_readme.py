@@ -16,6 +16,8 @@ def test_the_first_example(tmp_path, monkeypatch):
     names = {}
     exec(blocks[0].replace("65", "33"), names)
     assert names["average"].mask.any() and (tmp_path / "ellipses/result.json").is_file()
+    # What one sees first should not be doubtful.
+    assert names["average"].verdict == names["modes"].verdict == "sound"
 
 
 def test_every_function_is_described():

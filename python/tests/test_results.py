@@ -56,6 +56,8 @@ def test_results_draw_themselves(average, modes, geodesic):
     matplotlib.use("Agg")
     for result in [average, modes, geodesic, shapespace.synthesize(modes, 1)]:
         assert result.plot() is not None
+    # Modes have the numbers that tables and pictures of the program give them.
+    assert modes.plot().get_xlabel().startswith("mode 0")
     segmentation = shapespace.segment([disc_image()])
     distances = shapespace.distances(ellipses(17), grid=17, steps=1)
     scores = shapespace.score(ellipses()[:2], modes)

@@ -62,6 +62,10 @@ fn main() -> ExitCode {
         Some("dist") => dist::run(&rest),
         #[allow(unreachable_patterns, reason = "reached where the feature is off")]
         Some(task @ ("study" | "bench" | "book" | "dist")) => rebuilt(task, &rest),
+        Some("--help") => {
+            println!("{TASKS}");
+            ExitCode::SUCCESS
+        }
         Some(other) => {
             eprintln!("there is no task {other}\n{TASKS}");
             ExitCode::from(2)

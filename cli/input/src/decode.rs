@@ -45,8 +45,11 @@ pub(crate) fn check_size(size: &[u64], path: &Path) -> Result<usize, InputError>
     check_count(size, path)
 }
 
-/// Checks the number of values claimed by a header, and returns it. `size` is `x` first.
-pub(crate) fn check_count(size: &[u64], path: &Path) -> Result<usize, InputError> {
+/// Checks the number of values that a header or an array states, and returns it. `size` is `x` first.
+///
+/// # Errors
+/// [`InputError::TooLarge`] for more than [`MAX_VALUES`].
+pub fn check_count(size: &[u64], path: &Path) -> Result<usize, InputError> {
     let count = size
         .iter()
         .try_fold(1u64, |product, &n| product.checked_mul(n))

@@ -48,7 +48,7 @@ pub enum InputError {
         found: u64,
     },
     /// Too many values.
-    #[error("'{}' has {} values according to its header, more than the limit of {}", path.display(), size_text(size), super::MAX_VALUES)]
+    #[error("'{}' has {} values, more than the limit of {}", path.display(), size_text(size), super::MAX_VALUES)]
     TooLarge {
         /// The file.
         path: PathBuf,
@@ -174,7 +174,7 @@ pub enum InputError {
         spacing: Vec<f64>,
     },
     /// A folder or a pattern without inputs.
-    #[error("there is nothing to read in '{}': {others} files of other kinds", path.display())]
+    #[error("there is nothing to read in '{}': {}", path.display(), others_text(*others))]
     NoInputs {
         /// The folder or the pattern.
         path: PathBuf,
@@ -247,6 +247,15 @@ pub enum InputError {
         /// A file with three axes.
         solid: PathBuf,
     },
+}
+
+/// How many files that are no inputs there are.
+fn others_text(others: usize) -> String {
+    match others {
+        0 => "no files".into(),
+        1 => "1 file of another kind".into(),
+        more => format!("{more} files of other kinds"),
+    }
 }
 
 impl InputError {

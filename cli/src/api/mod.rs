@@ -30,4 +30,4 @@ pub use crate::error::CliError;
 pub use crate::output::{KeptArray, KeptNumbers};
 pub use crate::progress::{Event, Listener};
 pub use crate::warp::{Interpolation, Way};
-pub use shapespace_input::{ArrayType, NamedArray, Sources};
+pub use shapespace_input::{ArrayType, NamedArray, Sources, check_count};

@@ -148,7 +148,12 @@ impl Config for AverageConfig {
         } else {
             Kinds::Masks
         };
-        vec![(&mut self.inputs, kinds)]
+        let mut lists = vec![(&mut self.inputs, kinds)];
+        // The word that stands for a mask may be the name of a folder, too.
+        if !self.valid.iter().any(|path| path == Path::new(views::ALL)) {
+            lists.push((&mut self.valid, Kinds::Images));
+        }
+        lists
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -9,6 +9,7 @@ use shape_average::{
 };
 
 use crate::checkpoint::Checkpointer;
+use crate::doubts::and_others;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::report::word;
@@ -163,10 +164,7 @@ impl FoundMinima {
             );
         }
         if found > LISTED {
-            summary.line(
-                "",
-                format!("and {} others, see result.json", found - LISTED),
-            );
+            summary.line("", and_others(found - LISTED));
         }
     }
 }

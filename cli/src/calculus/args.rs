@@ -18,7 +18,7 @@ pub struct ExtendConfig {
     #[arg(value_name = "GEODESIC")]
     pub geodesic: PathBuf,
     /// Number of steps beyond the end [default: the number of steps of the geodesic].
-    #[arg(long, value_name = "N")]
+    #[arg(short = 'K', long, value_name = "N")]
     pub steps: Option<usize>,
     /// Solver of the equation of every step.
     #[serde(flatten)]

@@ -119,7 +119,10 @@ impl Config for SegmentConfig {
     }
 
     fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
-        vec![(&mut self.inputs, Kinds::Images)]
+        vec![
+            (&mut self.inputs, Kinds::Images),
+            (&mut self.truth, Kinds::Images),
+        ]
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {

@@ -104,7 +104,7 @@ fn other_name(path: &Path) -> CliError {
     CliError::Option {
         option: "FILE",
         value: format!("'{}'", path.display()),
-        remedy: "give files of different names, which those of the results are".into(),
+        remedy: "another file has this name, which would be that of both results: carry it by a command of its own".into(),
     }
 }
 

@@ -567,9 +567,14 @@ fn what_was_not_seen_is_not_missed() {
         known_change.abs() < 0.02 && blind_change < -0.04,
         "{known_change} {blind_change}"
     );
+    std::fs::create_dir(place.path("views")).unwrap();
+    for name in ["views/a.npy", "views/b.npy"] {
+        std::fs::copy(place.path("view.npy"), place.path(name)).unwrap();
+    }
     let inputs = ["covered.npy", "1.npy", "2.npy", "-o", "out"];
     for (valid, word) in [
-        (&["view.npy"][..], "3 inputs"),
+        (&["views"][..], "of 2 masks"),
+        (&["view.npy"], "3 inputs"),
         (&["view.npy", "all", "missing.npy"], "missing.npy"),
         (&["view.npy", "all", "small.npy"], "small.npy"),
     ] {

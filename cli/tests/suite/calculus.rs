@@ -65,7 +65,7 @@ fn a_geodesic_of_disks_goes_on() {
     let place = Place::new();
     let disks = drawn(&place, "disks", "2", "65");
     let given = geodesic(&place, [&disks[0], &disks[1]], "4", "65", "out");
-    let printed = succeeded(&place.run(&["extend", "out", "-o", "on", "--steps", "2"]));
+    let printed = succeeded(&place.run(&["extend", "out", "-o", "on", "-K", "2"]));
     assert!(printed.contains("continued by 2 of 2"), "{printed}");
     let results = Results::read(&place.path("on"));
     check_path(&results, 7, &[65, 65]);

@@ -67,7 +67,7 @@ fn folders_and_patterns_are_inputs() {
 
     let report = refused(&place.run(&["average", "masks/deeper", "-o", "x"]));
     assert!(
-        report.contains("nothing to read in 'masks/deeper': 0 files"),
+        report.contains("nothing to read in 'masks/deeper': no files"),
         "{report}"
     );
     let report = refused(&place.run(&["average", "masks/*.tif", "-o", "x"]));
@@ -84,7 +84,7 @@ fn folders_and_patterns_are_inputs() {
     place.write("masks/deeper/a.svg", b"<svg/>");
     let report = refused(&place.run(&["segment", "masks/deeper", "-o", "x"]));
     assert!(
-        report.contains("'masks/deeper': 1 files of other kinds"),
+        report.contains("'masks/deeper': 1 file of another kind"),
         "{report}"
     );
 }

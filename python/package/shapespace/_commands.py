@@ -524,7 +524,11 @@ def warp(
     coordinates of the result. Everything else is an image: of volumes with a place in the world, with its
     ``affine`` for an array, the result is an array with the axes of nibabel (x first) and its affine map.
     Other images have the samples of the input, or the nodes of the grid, between which there are
-    ``refine - 1`` others; the result is an array, of which x is the last axis."""
+    ``refine - 1`` others; the result is an array, of which x is the last axis.
+
+    ``interpolation`` is "nearest" for images of whole numbers, as labels are, and "linear" for others: give
+    "linear" for grey values that are whole numbers.
+    """
     folder = _from(result, Result, "a result")
     shapes = (shape, to_shape, time, from_time, [float(score) for score in scores])
     points = None if affine is not None else _points(image)

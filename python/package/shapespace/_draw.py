@@ -85,8 +85,8 @@ def scores(values: np.ndarray, names: Sequence[str], ax: Any) -> Any:
     ax.plot(first, second, "o", color=_BLUE)
     for name, x, y in zip(names, first, second):
         ax.annotate(name, (x, y), textcoords="offset points", xytext=(4, 4), fontsize=7)
-    ax.set_xlabel("mode 1 (standard deviations)")
-    ax.set_ylabel("mode 2 (standard deviations)")
+    ax.set_xlabel("mode 0 (standard deviations)")
+    ax.set_ylabel("mode 1 (standard deviations)")
     return ax
 
 

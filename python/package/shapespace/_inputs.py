@@ -13,6 +13,7 @@ from typing import Any, Iterable, List, Mapping, Optional, Sequence, Tuple, Unio
 import numpy as np
 
 from ._errors import InputError
+from ._shapespace import check_size
 
 #: An image: an array, the name of a file, or an image of nibabel or SimpleITK.
 Image = Any
@@ -74,6 +75,7 @@ class Gathered:
             return os.fspath(image)
         array, own_spacing, own_affine = _taken_apart(image, spacing, affine)
         array = np.asarray(array)
+        check_size(name, array.shape)
         if array.dtype == np.float16:
             array = array.astype(np.float32)
         if not array.dtype.isnative:
@@ -104,12 +106,24 @@ def _taken_apart(image: Any, spacing: Any, affine: Any) -> _Taken:
         return _of_simpleitk(image)
     array = np.asarray(image)
     if spacing is not None:
-        spacing = np.broadcast_to(np.asarray(spacing, float), (array.ndim,)).tolist()
+        spacing = _along_axes(spacing, array.ndim)
     if affine is None:
         # The axes of a plain array: the last is x.
         return array, spacing[::-1] if spacing is not None else None, None
     # The axes of a volume with an affine map: the first is x.
     return array.T, spacing, _rows(affine)
+
+
+def _along_axes(spacing: Any, axes: int) -> List[float]:
+    """The distances of samples along all axes, of one for all or one for each."""
+    distances = np.asarray(spacing, float)
+    if distances.ndim > 0 and distances.shape != (axes,):
+        raise InputError(
+            f"a spacing of {distances.size} numbers cannot be used for an array of {axes} axes",
+            help="give one number for all axes, or one for each, in their order",
+        )
+    found: List[float] = np.broadcast_to(distances, (axes,)).tolist()
+    return found
 
 
 def _of_nibabel(image: Any) -> _Taken:

@@ -37,6 +37,10 @@ struct Options {
 
 /// Makes a release.
 pub fn run(arguments: &[String]) -> ExitCode {
+    if arguments.iter().any(|a| a == "--help") {
+        println!("{HELP}");
+        return ExitCode::SUCCESS;
+    }
     let options = match parsed(arguments) {
         Ok(options) => options,
         Err(message) => {
@@ -91,4 +95,15 @@ fn parsed(arguments: &[String]) -> Result<Options, String> {
         }
     }
     Ok(options)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn help_is_no_error() {
+        assert_eq!(run(&["--help".into()]), ExitCode::SUCCESS);
+        assert_eq!(run(&["--nonsense".into()]), ExitCode::from(2));
+    }
 }
