@@ -233,6 +233,7 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
             inadmissible: None,
         };
         let (low, high) = self.slab.reach(cells[D - 1]);
+        let mut found = Found::new();
         let mut blocks: Vec<Block<L, D, D>> = (0..RUN.div_ceil(L::COUNT))
             .map(|_| Block::zero::<Seen<F>>(self.grid))
             .collect();
@@ -254,16 +255,19 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
                         for (i, block) in starts.clone().zip(&mut blocks) {
                             block.read::<Seen<F>, f64>(&nodes, i);
                         }
-                        let points = (0..1usize << D).flat_map(|q| {
-                            let blocks = starts.clone().zip(&blocks);
-                            blocks.map(move |(i, block)| (i, block.point(q)))
-                        });
-                        for (i, point) in points {
+                        // Points are large, and not passed on by iterators, which would copy them.
+                        for place in 0..blocks.len() << D {
+                            let (q, b) = (place / blocks.len(), place % blocks.len());
+                            let i = run + b * L::COUNT;
+                            if i >= cells[0] {
+                                continue;
+                            }
+                            let mut point = blocks[b].point(q);
                             let places = self.places(&point, cells[0] - i);
                             if places.count == 0 {
                                 continue;
                             }
-                            let found = self.evaluate(point, &places, weight);
+                            self.evaluate(&mut point, &places, weight, &mut found);
                             for &l in &places.lanes[..places.count] {
                                 part.value += found.value[l];
                                 if !found.value[l].is_finite() {
@@ -280,7 +284,13 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
                                 if wants_hessian {
                                     let entries = block_entries(D);
                                     let own = &mut matrices[cell * entries..][..entries];
-                                    scatter_tangent(&found, &slopes, l, own, &mut sums[cell]);
+                                    scatter_tangent::<L, D>(
+                                        &found,
+                                        &slopes,
+                                        l,
+                                        own,
+                                        &mut sums[cell],
+                                    );
                                 }
                             }
                         }
@@ -298,6 +308,9 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
         part
     }
 }
+
+/// Most entries of a displacement gradient.
+const MAX_DIRECTIONS: usize = 9;
 
 /// Positions of the points of some lanes.
 struct Places<const D: usize> {
@@ -317,6 +330,17 @@ struct Found<const D: usize> {
     flux: Tensor<[f64; MAX_LANES], D>,
     /// `[r][s]` for `r <= s`: `T_(ra)(sb)` at `[a][b]`.
     tangent: Tensor<Tensor<[f64; MAX_LANES], D>, D>,
+}
+
+impl<const D: usize> Found<D> {
+    fn new() -> Self {
+        let none = [[[0.0; MAX_LANES]; D]; D];
+        Self {
+            value: [0.0; MAX_LANES],
+            flux: none,
+            tangent: [[none; D]; D],
+        }
+    }
 }
 
 impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
@@ -395,10 +419,11 @@ impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
     #[inline(always)]
     fn evaluate<L: Lane<Element = f64>>(
         &self,
-        mut point: Point<L, D, D>,
+        point: &mut Point<L, D, D>,
         places: &Places<D>,
         weight: f64,
-    ) -> Found<D> {
+        found: &mut Found<D>,
+    ) {
         let inner = add_identity(&point.gradient);
         if !self.state.is_empty() {
             let outer = self.state_gradient::<L>(places);
@@ -408,18 +433,12 @@ impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
         for f in F::COEFFICIENTS..MAX_COEFFICIENTS {
             point.coefficient[f] = L::zero();
         }
-        let none = [[[0.0; MAX_LANES]; D]; D];
-        let mut found = Found {
-            value: [0.0; MAX_LANES],
-            flux: none,
-            tangent: [[none; D]; D],
-        };
         let weight = L::splat(weight);
         if self.derivatives == Derivatives::Value {
-            (self.law.value(&point) * weight).store(&mut found.value);
-            return found;
+            (self.law.value(point) * weight).store(&mut found.value);
+            return;
         }
-        let (value, jet) = self.law.gradient(&point);
+        let (value, jet) = self.law.gradient(point);
         (value * weight).store(&mut found.value);
         let flux = product_transposed(&jet.gradient, &inner);
         for r in 0..D {
@@ -428,14 +447,20 @@ impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
             }
         }
         if self.derivatives == Derivatives::Gradient {
-            return found;
+            return;
         }
+        let mut directions = [Jet::zero(); MAX_DIRECTIONS];
+        let mut changes = [Jet::zero(); MAX_DIRECTIONS];
         for s in 0..D {
             for b in 0..D {
-                let mut direction = Jet::zero();
-                direction.gradient[s] = inner[b];
-                let change = self.law.hessian_action(&point, &direction);
-                let pulled = product_transposed(&change.gradient, &inner);
+                directions[s * D + b].gradient[s] = inner[b];
+            }
+        }
+        let (directions, changes) = (&directions[..D * D], &mut changes[..D * D]);
+        self.law.hessian_actions(point, directions, changes);
+        for s in 0..D {
+            for b in 0..D {
+                let pulled = product_transposed(&changes[s * D + b].gradient, &inner);
                 for r in 0..=s {
                     for a in 0..D {
                         (pulled[r][a] * weight).store(&mut found.tangent[r][s][a][b]);
@@ -443,7 +468,6 @@ impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
                 }
             }
         }
-        found
     }
 
     /// Sums of the cells to nodal arrays.
@@ -551,8 +575,10 @@ fn scatter_flux<const D: usize>(
     }
 }
 
+/// Adds the second derivative at a point to the element matrices of its cell, in registers along the rows:
+/// left to itself the compiler gathers columns.
 #[inline(always)]
-fn scatter_tangent<const D: usize>(
+fn scatter_tangent<L: Lane<Element = f64>, const D: usize>(
     found: &Found<D>,
     slopes: &[[f64; MAX_CORNERS]; D],
     l: usize,
@@ -565,17 +591,24 @@ fn scatter_tangent<const D: usize>(
         }
         for s in r..D {
             let matrix = &mut matrices[upper::<D>(r, s)];
-            for j in 0..1usize << D {
-                let mut along = [0.0; D];
-                for b in 0..D {
+            let mut along = [[0.0; MAX_CORNERS]; D];
+            for b in 0..D {
+                for j in (0..MAX_CORNERS).step_by(L::COUNT) {
+                    let mut sum = L::zero();
                     for a in 0..D {
-                        along[b] = slopes[a][j].mul_add(found.tangent[r][s][a][b][l], along[b]);
+                        let entry = L::splat(found.tangent[r][s][a][b][l]);
+                        sum = L::load(&slopes[a][j..]).mul_add(entry, sum);
                     }
+                    sum.store(&mut along[b][j..]);
                 }
-                for b in 0..D {
-                    for k in 0..MAX_CORNERS {
-                        matrix[j][k] = slopes[b][k].mul_add(along[b], matrix[j][k]);
+            }
+            for j in 0..1usize << D {
+                for k in (0..MAX_CORNERS).step_by(L::COUNT) {
+                    let mut sum = L::load(&matrix[j][k..]);
+                    for b in 0..D {
+                        sum = L::load(&slopes[b][k..]).mul_add(L::splat(along[b][j]), sum);
                     }
+                    sum.store(&mut matrix[j][k..]);
                 }
             }
         }

@@ -182,6 +182,10 @@ impl<const D: usize, const M: usize> LinearOperator for BlockStencil<D, M> {
 
 /// Nodes from which on the rows of a product go to threads.
 const PARALLEL_NODES: usize = 16384;
+/// Registers of nodes of a row that are summed up at the same time: one sum waits for each of its products.
+const AT_ONCE: usize = 2;
+/// Most neighbours of a node, with itself.
+const MAX_NEIGHBOURS: usize = 27;
 
 /// `y = A x` for couplings as [`BlockStencil`] stores them.
 fn multiply<T: Element, const D: usize, const M: usize>(
@@ -192,54 +196,97 @@ fn multiply<T: Element, const D: usize, const M: usize>(
 ) {
     let (n, total) = (grid.nodes_per_axis(), grid.n_nodes());
     let plane = if D == 3 { n[0] * n[1] } else { 16 * n[0] };
-    for (component, y) in y.chunks_exact_mut(total).enumerate() {
-        let work = |p: usize, out: &mut [f64]| {
-            let first_row = p * plane / n[0];
-            for (r, out) in out.chunks_exact_mut(n[0]).enumerate() {
-                let kernel = RowProduct::<T, D, M> {
-                    grid,
-                    coupling,
-                    x,
-                    component,
-                    row: first_row + r,
-                    out,
-                };
-                <f64 as crate::Element>::run_kernel(kernel);
-            }
-        };
-        let min_len = if total < PARALLEL_NODES { total } else { 1 };
-        parallel::for_each_chunk(y, plane, min_len, &work);
+    // All components of a node at once: a block is read for its node and for the neighbour, soon after.
+    let mut components = y.chunks_exact_mut(total);
+    let mut parts: [_; M] = std::array::from_fn(|_| {
+        let component = components.next().unwrap_or_default();
+        component.chunks_mut(plane)
+    });
+    let planes = (0..total.div_ceil(plane)).map(|p| PlaneProduct::<T, D, M> {
+        grid,
+        coupling,
+        x,
+        first_row: p * plane / n[0],
+        out: std::array::from_fn(|c| parts[c].next().unwrap_or_default()),
+    });
+    let work = |product: PlaneProduct<'_, T, D, M>| {
+        <f64 as crate::Element>::run_kernel(product);
+    };
+    if total < PARALLEL_NODES {
+        planes.for_each(work);
+    } else {
+        parallel::for_each(planes, &work);
     }
 }
 
-/// One row of nodes of one component of the product.
-struct RowProduct<'a, T, const D: usize, const M: usize> {
+/// Some rows of nodes of the product.
+struct PlaneProduct<'a, T, const D: usize, const M: usize> {
     grid: &'a Grid<D>,
     coupling: &'a [T],
     x: &'a [f64],
-    component: usize,
-    row: usize,
-    out: &'a mut [f64],
+    first_row: usize,
+    /// These rows of every component.
+    out: [&'a mut [f64]; M],
 }
 
-impl<T: Element, const D: usize, const M: usize> LaneKernel<f64> for RowProduct<'_, T, D, M> {
+/// The neighbours of the nodes of a row at one offset.
+#[derive(Clone, Copy, Default)]
+struct Neighbours {
+    /// Number of the stored offset.
+    array: usize,
+    /// Whether the block of a node is stored with the node. It is that of the neighbour otherwise, whose
+    /// transpose counts.
+    forward: bool,
+    /// Where the blocks of the row, and its neighbours, start. At one end of the row there may be no
+    /// neighbour: the block there is zero.
+    block: usize,
+    neighbour: usize,
+    /// The nodes of the row with a neighbour.
+    from: usize,
+    to: usize,
+}
+
+impl<T: Element, const D: usize, const M: usize> LaneKernel<f64> for PlaneProduct<'_, T, D, M> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Lane<Element = f64>>(self) {
+    fn run<L: Lane<Element = f64>>(mut self) {
+        let width = self.grid.nodes_per_axis()[0];
+        for r in 0..self.out[0].len() / width {
+            let (neighbours, count) = self.neighbours(self.first_row + r);
+            let neighbours = &neighbours[..count];
+            // In the first and the last row of all, what is beside them is not in memory.
+            let total = self.grid.n_nodes();
+            let whole = |of: &Neighbours| {
+                of.neighbour
+                    .checked_add(width)
+                    .is_some_and(|end| end <= total)
+            };
+            if width >= AT_ONCE * L::COUNT && neighbours.iter().all(whole) {
+                self.whole_row::<L>(r * width, neighbours);
+            } else {
+                self.any_row::<L>(r * width, neighbours);
+            }
+        }
+    }
+}
+
+impl<T: Element, const D: usize, const M: usize> PlaneProduct<'_, T, D, M> {
+    /// The neighbours of a row inside the grid, in the order of the sums.
+    #[inline(always)]
+    fn neighbours(&self, row: usize) -> ([Neighbours; MAX_NEIGHBOURS], usize) {
         let n = self.grid.nodes_per_axis();
-        let total = self.grid.n_nodes();
         let width = n[0];
         let (j, k) = if D == 3 {
-            (self.row % n[1], self.row / n[1])
+            (row % n[1], row / n[1])
         } else {
-            (self.row, 0)
+            (row, 0)
         };
-        let start = self.row * width;
-        self.out.fill(0.0);
+        let start = row * width;
         let half = 3usize.pow(D as u32) / 2;
-        for code in 0..=half {
-            let code = half + code;
+        let mut found = [Neighbours::default(); MAX_NEIGHBOURS];
+        let mut count = 0;
+        for code in half..=2 * half {
             let dx = (code % 3) as isize - 1;
             let dy = (code / 3 % 3) as isize - 1;
             let dz = if D == 3 { (code / 9) as isize - 1 } else { 0 };
@@ -254,25 +301,90 @@ impl<T: Element, const D: usize, const M: usize> LaneKernel<f64> for RowProduct<
                     continue;
                 }
                 let shift = (dz * n[1] as isize + dy) * width as isize;
-                let other = start.wrapping_add_signed(shift);
-                // Nodes of the row whose neighbour along x exists.
-                let from = usize::from(dx < 0);
-                let to = width - usize::from(dx > 0);
-                let neighbour = other.wrapping_add_signed(dx).wrapping_add(from);
+                let neighbour = start.wrapping_add_signed(shift + dx);
+                found[count] = Neighbours {
+                    array: code - half,
+                    forward: sign > 0,
+                    block: if sign > 0 { start } else { neighbour },
+                    neighbour,
+                    from: usize::from(dx < 0),
+                    to: width - usize::from(dx > 0),
+                };
+                count += 1;
+            }
+        }
+        (found, count)
+    }
+
+    /// The array of the entry of the blocks that takes component `s` of neighbours to component `r`.
+    #[inline(always)]
+    fn entry(of: &Neighbours, r: usize, s: usize) -> usize {
+        of.array * M * M + if of.forward { r * M + s } else { s * M + r }
+    }
+
+    /// A row whose neighbours are all in memory, also where they are those of another row. The last
+    /// registers overlap those before them, and hold the same numbers.
+    #[inline(always)]
+    fn whole_row<L: Lane<Element = f64>>(&mut self, at: usize, neighbours: &[Neighbours]) {
+        let (total, width) = (self.grid.n_nodes(), self.grid.nodes_per_axis()[0]);
+        let run = AT_ONCE * L::COUNT;
+        for first in (0..width).step_by(run) {
+            let first = first.min(width - run);
+            let mut sums = [[L::zero(); AT_ONCE]; M];
+            for of in neighbours {
                 for s in 0..M {
-                    // Of the earlier of two nodes the block is stored; the later has its transpose.
-                    let (entry, first) = if sign > 0 {
-                        (self.component * M + s, start + from)
-                    } else {
-                        (s * M + self.component, neighbour)
-                    };
-                    let array = (code - half) * M * M + entry;
-                    let a = &self.coupling[array * total + first..][..to - from];
-                    let x = &self.x[s * total + neighbour..][..to - from];
-                    multiply_add::<L, T>(a, x, &mut self.out[from..to]);
+                    let x = &self.x[s * total + of.neighbour + first..][..run];
+                    for r in 0..M {
+                        let a = Self::entry(of, r, s) * total + of.block + first;
+                        let a = &self.coupling[a..][..run];
+                        for (k, sum) in sums[r].iter_mut().enumerate() {
+                            let lanes = k * L::COUNT..(k + 1) * L::COUNT;
+                            let a = load::<L, T>(&a[lanes.clone()]);
+                            *sum = a.mul_add(L::load(&x[lanes]), *sum);
+                        }
+                    }
+                }
+            }
+            for (out, sums) in self.out.iter_mut().zip(sums) {
+                for (out, sum) in out[at + first..][..run]
+                    .chunks_exact_mut(L::COUNT)
+                    .zip(sums)
+                {
+                    sum.store(out);
                 }
             }
         }
+    }
+
+    /// Any row; the sums are those of [`whole_row`](Self::whole_row), bit for bit.
+    #[inline(always)]
+    fn any_row<L: Lane<Element = f64>>(&mut self, at: usize, neighbours: &[Neighbours]) {
+        let (total, width) = (self.grid.n_nodes(), self.grid.nodes_per_axis()[0]);
+        for (r, out) in self.out.iter_mut().enumerate() {
+            let out = &mut out[at..at + width];
+            out.fill(0.0);
+            for of in neighbours {
+                let (block, neighbour) = (
+                    of.block.wrapping_add(of.from),
+                    of.neighbour.wrapping_add(of.from),
+                );
+                for s in 0..M {
+                    let length = of.to - of.from;
+                    let a = &self.coupling[Self::entry(of, r, s) * total + block..][..length];
+                    let x = &self.x[s * total + neighbour..][..length];
+                    multiply_add::<L, T>(a, x, &mut out[of.from..of.to]);
+                }
+            }
+        }
+    }
+}
+
+/// A register of couplings.
+#[inline(always)]
+fn load<L: Lane<Element = f64>, T: Element>(a: &[T]) -> L {
+    match T::numbers(a) {
+        Numbers::Double(a) => L::load(a),
+        Numbers::Single(a) => L::load_singles(a),
     }
 }
 
@@ -281,10 +393,7 @@ impl<T: Element, const D: usize, const M: usize> LaneKernel<f64> for RowProduct<
 fn multiply_add<L: Lane<Element = f64>, T: Element>(a: &[T], x: &[f64], out: &mut [f64]) {
     let mut i = 0;
     while i < out.len() {
-        let a = match T::numbers(&a[i..]) {
-            Numbers::Double(a) => L::load(a),
-            Numbers::Single(a) => L::load_singles(a),
-        };
+        let a = load::<L, T>(&a[i..]);
         let sum = a.mul_add(L::load(&x[i..]), L::load(&out[i..]));
         sum.store(&mut out[i..]);
         i += L::COUNT;

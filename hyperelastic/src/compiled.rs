@@ -5,7 +5,7 @@ use crate::moduli::LameModuli;
 use crate::stored_energy::StoredEnergy;
 use fe_grid::engine::{BlockGradients, MAX_CORNERS, MAX_FACE_CORNERS, face_corner};
 use fe_grid::routine::{CompiledRoutine, LaneRoutine, RoutineArguments};
-use fe_grid::{Lane, Tensor};
+use fe_grid::{Jet, Lane, Tensor};
 use std::sync::Arc;
 
 /// A stored energy density behind function pointers, one each for value, stress and tangent and for
@@ -266,6 +266,42 @@ impl<const D: usize> CompiledLaw<D> {
             stresses: &mut stresses,
         });
         stresses.map(|row| row.map(|entry| entry[0]))
+    }
+
+    /// Computes `W_,AA(1 + h)[b]` at a point for several directions `b`, those of jets.
+    #[inline(always)]
+    pub(crate) fn hessian_actions<L: Lane>(
+        &self,
+        h: &Tensor<L, D>,
+        directions: &[Jet<L, D, D>],
+        changes: &mut [Jet<L, D, D>],
+    ) {
+        // The points of a block have the same strain, and a direction each.
+        let strains = alone(h);
+        let mut entries = alone(&[[L::zero(); D]; D]);
+        for (directions, changes) in directions
+            .chunks(MAX_FACE_CORNERS)
+            .zip(changes.chunks_mut(MAX_FACE_CORNERS))
+        {
+            let mut stresses = alone(&[[L::zero(); D]; D]);
+            for i in 0..D {
+                for k in 0..D {
+                    for (point, direction) in directions.iter().enumerate() {
+                        entries[i][k][point] = direction.gradient[i][k];
+                    }
+                }
+            }
+            self.block_hessian_action(HessianCall {
+                strains: &strains,
+                directions: &entries,
+                places: &places_of_points::<D>()[..directions.len()],
+                weights: &[L::one(); MAX_CORNERS],
+                stresses: &mut stresses,
+            });
+            for (point, change) in changes.iter_mut().enumerate() {
+                change.gradient = stresses.map(|row| row.map(|entry| entry[point]));
+            }
+        }
     }
 
     #[inline(always)]

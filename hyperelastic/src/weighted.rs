@@ -75,6 +75,21 @@ impl<const D: usize> CellLaw<D, D> for WeightedElasticity<'_, D> {
     }
 
     #[inline(always)]
+    fn hessian_actions<L: Lane>(
+        &self,
+        point: &Point<L, D, D>,
+        directions: &[Jet<L, D, D>],
+        changes: &mut [Jet<L, D, D>],
+    ) {
+        let weight = self.weight(point.coefficient[0]);
+        self.law
+            .hessian_actions(&point.gradient, directions, changes);
+        for change in changes {
+            change.gradient = tensor::scale(&change.gradient, weight);
+        }
+    }
+
+    #[inline(always)]
     fn block_value<L: Lane>(&self, block: &Block<L, D, D>) -> L {
         let mut densities = self.weights(block);
         self.law.block_value(ValueCall {

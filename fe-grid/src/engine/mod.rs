@@ -118,6 +118,21 @@ pub trait CellLaw<const D: usize, const M: usize>: Reads + Sized {
         direction: &Jet<L, D, M>,
     ) -> Jet<L, D, M>;
 
+    /// The second derivative applied to several directions, one result for each.
+    ///
+    /// A law that enters a compiled routine overrides it, to enter it less often.
+    #[inline(always)]
+    fn hessian_actions<L: Lane>(
+        &self,
+        point: &Point<L, D, M>,
+        directions: &[Jet<L, D, M>],
+        changes: &mut [Jet<L, D, M>],
+    ) {
+        for (change, direction) in changes.iter_mut().zip(directions) {
+            *change = self.hessian_action(point, direction);
+        }
+    }
+
     /// The sum of the densities at the quadrature points of a block.
     ///
     /// This and the next two go from point to point. A law that enters a compiled routine
