@@ -54,7 +54,43 @@ pub struct Image<const D: usize> {
     pub remark: Option<String>,
 }
 
+/// Distance of two places, in spacings, up to which they are one: affine maps are stored in single precision.
+const SAME_PLACE: f64 = 1e-3;
+
 impl<const D: usize> Image<D> {
+    /// Whether it has the affine map of another image, or its samples at the same places in the world in
+    /// another order: with axes that are exchanged or reversed.
+    pub fn has_samples_of(&self, other: &Self) -> bool {
+        let (Some(own), Some(there)) = (&self.affine, &other.affine) else {
+            return false;
+        };
+        if own == there {
+            return true;
+        }
+        let column = |affine: &[[f64; 4]; 3], k: usize| affine.map(|row| row[k]);
+        let moved = |p: [f64; 3], by: f64, q: [f64; 3]| std::array::from_fn(|i| p[i] + by * q[i]);
+        let length = |p: [f64; 3]| p.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let shortest = (0..D).map(|k| length(column(there, k)));
+        let near = SAME_PLACE * shortest.fold(f64::INFINITY, f64::min);
+        // Where the other image has the first sample of this one.
+        let mut corner = column(there, 3);
+        let mut taken = [false; D];
+        for k in 0..D {
+            let axis = column(own, k);
+            let along = |j: usize, sign: f64| length(moved(axis, -sign, column(there, j))) <= near;
+            let free = (0..D).filter(|&j| !taken[j] && self.size[k] == other.size[j]);
+            let signed = free.flat_map(|j| [(j, 1.0), (j, -1.0)]);
+            let Some((j, sign)) = signed.into_iter().find(|&(j, sign)| along(j, sign)) else {
+                return false;
+            };
+            taken[j] = true;
+            if sign < 0.0 {
+                corner = moved(corner, (other.size[j] - 1) as f64, column(there, j));
+            }
+        }
+        length(moved(corner, -1.0, column(own, 3))) <= near
+    }
+
     /// Position in memory of a sample.
     pub fn index(&self, sample: [usize; D]) -> usize {
         (0..D)
@@ -121,3 +157,48 @@ pub type AnyImage = Dim<Image<2>, Image<3>>;
 
 /// Images of one dimension.
 pub type AnyImages = Dim<Vec<Image<2>>, Vec<Image<3>>>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stored(size: [usize; 3], affine: [[f64; 4]; 3]) -> Image<3> {
+        Image {
+            affine: Some(affine),
+            ..block(size, [1.0; 3], [0; 3], [0; 3])
+        }
+    }
+
+    #[test]
+    fn samples_in_another_order_are_the_same() {
+        let image = stored(
+            [4, 5, 6],
+            [
+                [2.0, 0.0, 0.0, 7.0],
+                [0.0, 1.0, 0.0, -3.0],
+                [0.0, 0.0, 3.0, 1.0],
+            ],
+        );
+        // The first axis is the last one here, and reversed.
+        let reversed = [
+            [0.0, 0.0, -2.0, 13.0],
+            [0.0, 1.0, 0.0, -3.0],
+            [3.0, 0.0, 0.0, 1.0],
+        ];
+        let other = stored([6, 5, 4], reversed);
+        assert!(image.has_samples_of(&image) && other.has_samples_of(&image));
+        assert!(image.has_samples_of(&other));
+        let mut moved = reversed;
+        moved[0][3] += 0.01;
+        assert!(!stored([6, 5, 4], moved).has_samples_of(&image));
+        assert!(!stored([6, 5, 3], reversed).has_samples_of(&image));
+        let mut turned = reversed;
+        turned[1][2] = 0.1;
+        assert!(!stored([6, 5, 4], turned).has_samples_of(&image));
+        let nowhere = Image {
+            affine: None,
+            ..image.clone()
+        };
+        assert!(!image.has_samples_of(&nowhere));
+    }
+}

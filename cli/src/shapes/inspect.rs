@@ -83,31 +83,41 @@ pub(super) fn inspect_reflections<const D: usize>(
         Ok::<_, CliError>([if alike { 1.0 } else { reflected / own }])
     })?;
     let shares = distribution.share(&shares).into_iter().flatten();
-    let others = others.into_iter().map(|(i, _)| *i).zip(shares);
-    let found: Vec<(usize, Doubt)> = others
-        .filter_map(|(i, share)| Some((i, Doubt::check(Cause::Reflection, share)?)))
-        .collect();
-    for (i, doubt) in minority(found, order) {
+    let mut of_all: Vec<f64> = order.iter().map(|_| 1.0).collect();
+    for ((i, _), share) in others.into_iter().zip(shares) {
+        if let Some(place) = order.iter().position(|other| other == i) {
+            of_all[place] = share;
+        }
+    }
+    for (i, doubt) in minority(&of_all, order) {
         inputs[i].doubts.push(doubt);
     }
     Ok(())
 }
 
-/// The reflected shapes, with their doubts, among those of a list. They are compared with its first
-/// one: where most of the others look reflected, it is that one which is, and those like it.
-fn minority(found: Vec<(usize, Doubt)>, order: &[usize]) -> Vec<(usize, Doubt)> {
-    if 2 * found.len() <= order.len() {
-        return found;
-    }
+/// The reflected shapes among those of a list, with their doubts. They are compared with its first one:
+/// shares are the mismatches of their reflections with it over their own, one where they fit as they are.
+///
+/// Shapes of one kind differ, and not every one fits a reflected one twice as well. Where most of the others
+/// fit better at all when they are reflected, it is the first one that is reflected, and those that fit it.
+fn minority(shares: &[f64], order: &[usize]) -> Vec<(usize, Doubt)> {
+    let all = order.iter().copied().zip(shares.iter().copied());
+    let found: Vec<(usize, Doubt)> = all
+        .clone()
+        .skip(1)
+        .filter_map(|(i, share)| Some((i, Doubt::check(Cause::Reflection, share)?)))
+        .collect();
+    let others = shares.len().saturating_sub(1);
+    let better = shares.iter().skip(1).filter(|share| **share < 1.0).count();
     let figure = |(_, doubt): &(usize, Doubt)| doubt.figure;
     let least_sure = found.iter().max_by(|a, b| figure(a).total_cmp(&figure(b)));
-    let Some((_, doubt)) = least_sure else {
-        return found;
-    };
-    let like_it = order
-        .iter()
-        .filter(|&i| found.iter().all(|(other, _)| other != i));
-    like_it.map(|&i| (i, *doubt)).collect()
+    match least_sure {
+        Some(&(_, doubt)) if others > 1 && 2 * better > others => {
+            let like_it = all.filter(|(_, share)| *share >= 1.0);
+            like_it.map(|(i, _)| (i, doubt)).collect()
+        }
+        _ => found,
+    }
 }
 
 /// The doubts about inputs, with their numbers.
@@ -123,16 +133,21 @@ mod tests {
 
     #[test]
     fn of_many_shapes_the_few_are_reflected() {
-        let doubt = |figure| Doubt::check(Cause::Reflection, figure).unwrap();
-        let named = |found: &[(usize, f64)], order: &[usize]| {
-            let found = found.iter().map(|&(i, figure)| (i, doubt(figure)));
-            let few = minority(found.collect(), order);
+        let named = |shares: &[f64], order: &[usize]| {
+            let few = minority(shares, order);
             few.iter().map(|(i, d)| (*i, d.figure)).collect::<Vec<_>>()
         };
-        assert_eq!(named(&[(2, 0.1)], &[1, 0, 2, 3]), [(2, 0.1)]);
-        assert_eq!(named(&[(0, 0.1)], &[1, 0]), [(0, 0.1)]);
-        let most = [(0, 0.1), (2, 0.3), (4, 0.2)];
+        assert_eq!(named(&[1.0, 1.0, 0.1, 1.0], &[1, 0, 2, 3]), [(2, 0.1)]);
+        assert_eq!(named(&[1.0, 0.1], &[1, 0]), [(0, 0.1)]);
+        let most = [1.0, 0.1, 1.0, 0.3, 0.2];
         assert_eq!(named(&most, &[3, 0, 1, 2, 4]), [(3, 0.3), (1, 0.3)]);
-        assert_eq!(named(&[], &[0, 1]), []);
+        assert_eq!(named(&[1.0, 1.0], &[0, 1]), []);
+        // One of five is reflected, which the others are compared with; only one fits twice as well when it
+        // is reflected, and all fit better.
+        let first = [1.0, 0.8, 0.7, 0.3, 0.9];
+        assert_eq!(named(&first, &[4, 0, 1, 2, 3]), [(4, 0.3)]);
+        // Two of six.
+        let two = [1.0, 0.4, 0.3, 1.8, 0.2, 0.9];
+        assert_eq!(named(&two, &[5, 0, 1, 4, 2, 3]), [(5, 0.4), (4, 0.4)]);
     }
 }

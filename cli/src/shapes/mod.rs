@@ -171,8 +171,8 @@ fn oriented<const D: usize>(
 }
 
 /// Whether the positions of objects in masks can be compared: all masks are arrays of the same
-/// number of nodes, 2^L + 1 along every axis or those of the grid, or all have the same affine map to
-/// world coordinates.
+/// number of nodes, 2^L + 1 along every axis or those of the grid, or all have their samples at the same
+/// places in the world, in whatever order.
 fn have_common_coordinates<const D: usize>(images: &[Image<D>], grid: Option<Grid<D>>) -> bool {
     let Some(first) = images.first() else {
         return true;
@@ -183,7 +183,7 @@ fn have_common_coordinates<const D: usize>(images: &[Image<D>], grid: Option<Gri
         image.plain_array && (image.size.iter().all(|&n| dyadic(n)) || of_grid(image.size))
     };
     images.iter().all(nodal)
-        || first.affine.is_some() && images.iter().all(|image| image.affine == first.affine)
+        || first.affine.is_some() && images.iter().all(|image| image.has_samples_of(first))
 }
 
 /// The samples of an input in the world, if it has a place there.
@@ -284,7 +284,7 @@ pub(crate) fn settle<const D: usize>(
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
         align(&mut inputs, views, &distribution)?;
-    } else if views.is_empty() {
+    } else if views.iter().all(Option::is_none) {
         progress.stage("looking for reflected shapes");
         inspect_unaligned(&mut inputs, &distribution)?;
     }
