@@ -107,9 +107,91 @@ impl Lattice {
     }
 }
 
+/// Largest cosine of the angle of two axes that are taken for orthogonal. ITK refuses 1e-4 already, and affine maps
+/// are stored in single precision.
+const SKEW: f64 = 1e-5;
+
+impl Lattice {
+    /// Whether its axes are orthogonal, as programs on ITK ask for.
+    pub fn is_orthogonal(&self) -> bool {
+        let spacing = self.spacing();
+        [[0, 1], [0, 2], [1, 2]].into_iter().all(|[j, k]| {
+            let product: f64 = self.affine.iter().map(|row| row[j] * row[k]).sum();
+            product.abs() <= SKEW * spacing[j] * spacing[k]
+        })
+    }
+
+    /// World coordinates of its eight corners.
+    pub fn corners(&self) -> [[f64; 3]; 8] {
+        let last = self.size.map(|n| n.saturating_sub(1) as f64);
+        std::array::from_fn(|c| {
+            self.to_world(std::array::from_fn(|k| {
+                if c >> k & 1 == 1 { last[k] } else { 0.0 }
+            }))
+        })
+    }
+
+    /// This lattice, continued until points of the world lie in it, and how many samples have been added
+    /// before the first one along each axis.
+    #[must_use]
+    pub fn reaching(&self, points: impl IntoIterator<Item = [f64; 3]>) -> (Self, [usize; 3]) {
+        let mut first = [0.0f64; 3];
+        let mut last = self.size.map(|n| n.saturating_sub(1) as f64);
+        for point in points {
+            let sample = self.to_sample(point);
+            for k in 0..3 {
+                // Those that lie on a face but for rounding lie inside.
+                first[k] = first[k].min((sample[k] + 1e-6).floor());
+                last[k] = last[k].max((sample[k] - 1e-6).ceil());
+            }
+        }
+        let origin = self.to_world(first);
+        let mut affine = self.affine;
+        for (row, x) in affine.iter_mut().zip(origin) {
+            row[3] = x;
+        }
+        let size = std::array::from_fn(|k| (last[k] - first[k]) as usize + 1);
+        (Self { size, affine }, first.map(|x| -x as usize))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sheared_axes_are_not_orthogonal() {
+        let lattice = |shear: f64| Lattice {
+            size: [4, 5, 6],
+            affine: [
+                [0.0, -2.0, 0.0, 1.0],
+                [1.0, shear, 0.0, 2.0],
+                [0.0, 0.0, 3.0, 3.0],
+            ],
+        };
+        assert!(lattice(0.0).is_orthogonal() && lattice(1e-6).is_orthogonal());
+        assert!(!lattice(1e-3).is_orthogonal());
+    }
+
+    #[test]
+    fn a_lattice_is_continued_until_it_reaches_points() {
+        let lattice = Lattice {
+            size: [4, 5, 6],
+            affine: [
+                [0.0, -2.0, 0.0, 1.0],
+                [1.0, 0.5, 0.0, 2.0],
+                [0.0, 0.0, 3.0, 3.0],
+            ],
+        };
+        assert_eq!(
+            lattice.reaching(lattice.corners()),
+            (lattice.clone(), [0; 3])
+        );
+        let point = lattice.to_world([-1.5, 2.0, 6.2]);
+        let (more, before) = lattice.reaching([point]);
+        assert_eq!((more.size, before), ([6, 5, 8], [2, 0, 0]));
+        assert_eq!(more.to_world([2.0, 0.0, 0.0]), lattice.to_world([0.0; 3]));
+    }
 
     #[test]
     fn samples_around_points_lie_on_the_lattice() {

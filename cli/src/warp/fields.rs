@@ -36,7 +36,8 @@ pub(crate) fn write_warps<const D: usize>(
     };
     for (number, displacement) in displacements.iter().enumerate() {
         if let Some(subject) = WorldFrame::of_one(inputs, number) {
-            write_both(directory, number, [&subject, &average], displacement)?;
+            let worlds = [&subject, &average];
+            write_both(directory, inputs, number, worlds, displacement)?;
         }
     }
     Ok(())
@@ -56,7 +57,7 @@ pub(crate) fn write_steps_in_world<const D: usize>(
         return Ok(());
     };
     for (k, displacement) in displacements.iter().enumerate() {
-        write_both(directory, k + 1, [&world, &world], displacement)?;
+        write_both(directory, inputs, k + 1, [&world, &world], displacement)?;
     }
     Ok(())
 }
@@ -64,6 +65,7 @@ pub(crate) fn write_steps_in_world<const D: usize>(
 /// Writes the deformation of a shape in one world onto one in another, and its inverse. Flat shapes have none.
 fn write_both<const D: usize>(
     directory: &ResultDir,
+    inputs: &[Input<D>],
     number: usize,
     [start, end]: [&WorldFrame<D>; 2],
     displacement: &Field<f64, D, D>,
@@ -77,10 +79,15 @@ fn write_both<const D: usize>(
         ("inverse_warp", start, end, displacement),
     ];
     for (kind, from, to, displacement) in warps {
-        let Some(lattice) = from.lattice(displacement.grid()) else {
+        let nodes = from.lattice(displacement.grid());
+        let Some((nodes, samples)) = nodes.zip(lattice_of(&inputs[from.number()])) else {
             continue;
         };
-        let vectors = ways(displacement, from, to);
+        // Where images are resampled by it there must be a way: elsewhere ITK takes none for a way of zero.
+        let position = |unit| in_space(from.position(unit));
+        let resampled = within_box(&samples, displacement.grid(), &position);
+        let (lattice, before) = nodes.reaching(resampled.corners());
+        let vectors = ways(displacement, from, to, (&lattice, before));
         let file = directory.file(numbered(kind, number, "nii.gz"));
         write_volume(&file, &lattice, &Values::Displacements(&vectors))?;
     }
@@ -161,7 +168,9 @@ fn samples_in_world<const D: usize>(
     grid: Grid<D>,
 ) -> Option<(WorldFrame<D>, Lattice)> {
     let world = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files())?;
-    let samples = lattice_of(&inputs[world.number()])?;
+    // Other programs refuse sheared axes; results lie on the nodes then.
+    let samples = lattice_of(&inputs[world.number()]).filter(Lattice::is_orthogonal);
+    let samples = samples.or_else(|| world.lattice(&grid))?;
     let position = |unit| in_space(world.position(unit));
     let lattice = within_box(&samples, &grid, &position);
     Some((world, lattice))
@@ -238,17 +247,23 @@ pub(super) fn inverted<const D: usize>(displacement: &Field<f64, D, D>) -> Field
 }
 
 /// The ways from the nodes in one world to where they go in another, in millimetres to the left, to
-/// the back and upwards.
+/// the back and upwards, on a lattice that has other samples before the first node: nodes outside of the box
+/// are displaced as the nearest one in it.
 fn ways<const D: usize>(
     displacement: &Field<f64, D, D>,
     from: &WorldFrame<D>,
     to: &WorldFrame<D>,
+    (lattice, before): (&Lattice, [usize; 3]),
 ) -> Vec<[f32; 3]> {
     let grid = *displacement.grid();
-    (0..grid.n_nodes())
-        .map(|node| {
-            let here = grid.position(grid.node(node));
-            let u = displacement.at(node);
+    let (n, h) = (grid.nodes_per_axis(), grid.spacing());
+    (0..lattice.count())
+        .map(|index| {
+            let sample = lattice.sample(index);
+            let nearest =
+                std::array::from_fn(|k| sample[k].saturating_sub(before[k]).min(n[k] - 1));
+            let here = std::array::from_fn(|k| (sample[k] as f64 - before[k] as f64) * h);
+            let u = displacement.at(grid.node_index(nearest));
             let there = to.position(std::array::from_fn(|k| here[k] + u[k]));
             let start = from.position(here);
             let way = in_space::<D>(std::array::from_fn(|k| there[k] - start[k]));
