@@ -216,7 +216,40 @@ impl Numbers {
     pub fn are_whole(&self) -> bool {
         self.values.iter().all(|value| value.fract() == 0.0)
     }
+
+    /// Whether they look like labels, and not like grey values stored as whole numbers: there are few of them,
+    /// or most neighbours in a row are equal.
+    pub fn are_labels(&self) -> bool {
+        self.are_whole() && (self.are_few() || self.are_in_pieces())
+    }
+
+    fn are_few(&self) -> bool {
+        let mut found: Vec<f64> = Vec::new();
+        self.values.iter().all(|value| {
+            if !found.contains(value) {
+                found.push(*value);
+            }
+            found.len() <= FEW
+        })
+    }
+
+    fn are_in_pieces(&self) -> bool {
+        let row = self.size.first().copied().unwrap_or(0).max(1);
+        let (mut pairs, mut equal) = (0, 0);
+        for row in self.values.chunks(row) {
+            for pair in row.windows(2) {
+                // The background says nothing.
+                let counts = pair[0] != 0.0 || pair[1] != 0.0;
+                pairs += usize::from(counts);
+                equal += usize::from(counts && pair[0] == pair[1]);
+            }
+        }
+        2 * equal >= pairs
+    }
 }
+
+/// Images of at most so many whole numbers are label images, however small their parts.
+const FEW: usize = 8;
 
 fn is_byte(x: f64) -> bool {
     f64::from(x as u8) == x
@@ -243,6 +276,26 @@ fn same_dimension(images: Vec<AnyImage>) -> Result<AnyImages, InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn grey_values_are_no_labels() {
+        let numbers = |size: [usize; 2], value: &dyn Fn(usize, usize) -> usize| Numbers {
+            values: (0..size[0] * size[1])
+                .map(|i| value(i % size[0], i / size[0]) as f64)
+                .collect(),
+            size: size.into(),
+            affine: None,
+        };
+        let scan = numbers([40, 30], &|x, y| (x * 37 + y * 91) % 200);
+        assert!(scan.are_whole() && !scan.are_labels());
+        // Twelve blocks of numbers, and eight single points.
+        assert!(numbers([40, 30], &|x, y| x / 10 + 4 * (y / 10)).are_labels());
+        let point = |x: usize, y: usize| if x == y && x < 7 { x + 1 } else { 0 };
+        assert!(numbers([40, 30], &point).are_labels());
+        let mut halves = numbers([40, 30], &|x, _| x / 20);
+        halves.values[0] = 0.5;
+        assert!(!halves.are_labels());
+    }
 
     fn array(values: &[f64], numbers: ArrayType) -> NamedArray {
         NamedArray {

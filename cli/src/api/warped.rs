@@ -74,7 +74,7 @@ impl Warp {
             let lattice = from.lattice_of(name, &image)?;
             let target = to.target();
             let back = self.stored.direction(!self.inverse);
-            let between = between(image.are_whole(), interpolation);
+            let between = between(image.are_labels(), interpolation);
             let small = self.stored.small();
             let found = carried((&image, &lattice), (&target, &back), between, small);
             Ok(Warped {

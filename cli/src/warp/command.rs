@@ -37,8 +37,8 @@ pub struct WarpArgs {
     /// The other way round.
     #[arg(long, help_heading = "From where to where")]
     inverse: bool,
-    /// Values between the samples of images [default: nearest for whole numbers, such as labels and
-    /// masks, else linear].
+    /// Values between the samples of images [default: nearest for labels and masks, whole numbers of which
+    /// there are few or most neighbours are equal; else linear].
     #[arg(long, value_enum)]
     interpolation: Option<Interpolation>,
     /// Samples of images in a spacing of the grid, where the inputs have no place in the world.

@@ -31,7 +31,7 @@ pub(super) fn carried_image(
     let lattice = from.lattice_of(path, &image)?;
     let target = to.target();
     let whole = image.are_whole();
-    let between = between(whole, interpolation);
+    let between = between(image.are_labels(), interpolation);
     let found = carried((&image, &lattice), (&target, back), between, small);
     let written = Written {
         stem: stem(path),
@@ -57,10 +57,10 @@ pub(super) fn carried_image(
 }
 
 /// Whole numbers are taken from the nearest sample unless asked otherwise.
-pub(crate) fn between(whole: bool, interpolation: Option<Interpolation>) -> Between {
+pub(crate) fn between(labels: bool, interpolation: Option<Interpolation>) -> Between {
     match interpolation {
         Some(Interpolation::Nearest) => Between::Nearest,
-        None if whole => Between::Nearest,
+        None if labels => Between::Nearest,
         Some(Interpolation::Linear) | None => Between::Linear,
     }
 }

@@ -526,8 +526,8 @@ def warp(
     Other images have the samples of the input, or the nodes of the grid, between which there are
     ``refine - 1`` others; the result is an array, of which x is the last axis.
 
-    ``interpolation`` is "nearest" for images of whole numbers, as labels are, and "linear" for others: give
-    "linear" for grey values that are whole numbers.
+    ``interpolation`` is "nearest" for labels, which are whole numbers of which there are few or most
+    neighbours are equal, and "linear" for other images, unless it is given.
     """
     folder = _from(result, Result, "a result")
     shapes = (shape, to_shape, time, from_time, [float(score) for score in scores])
