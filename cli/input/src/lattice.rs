@@ -185,7 +185,7 @@ mod tests {
         };
         assert_eq!(
             lattice.reaching(lattice.corners()),
-            (lattice.clone(), [0; 3])
+            (lattice, [0; 3])
         );
         let point = lattice.to_world([-1.5, 2.0, 6.2]);
         let (more, before) = lattice.reaching([point]);

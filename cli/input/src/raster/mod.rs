@@ -61,6 +61,16 @@ pub(crate) fn decode(
         _ => pnm::decode(bytes, path),
     }?;
     let channels = picture.channels;
+    // Whatever the colours: two of them would make a mask of the lighter one.
+    if let Numbers::Bytes(numbers) = &picture.numbers
+        && colours == Colours::Refused
+        && !transparency_varies(numbers, channels)
+        && !is_grey(numbers, channels)
+        && let Some(numbers) = colour_numbers(numbers, channels, &picture.palette)
+    {
+        let values = Values::new(values::Numbers::U8(numbers));
+        return Ok(samples(values, picture.size, Meaning::Labels));
+    }
     let (mut values, full) = match &picture.numbers {
         Numbers::Bytes(numbers) => {
             let values = one_channel(numbers, channels, 255);
@@ -71,28 +81,27 @@ pub(crate) fn decode(
             (values.map(values::Numbers::U16), 65535.0)
         }
     };
-    let mut meaning = Meaning::Grey(full);
     if values.is_none() && colours == Colours::Luminance {
         values = Some(values::Numbers::F64(match &picture.numbers {
             Numbers::Bytes(numbers) => luminances(numbers, channels),
             Numbers::Words(numbers) => luminances(numbers, channels),
         }));
     }
-    if let (None, Numbers::Bytes(numbers)) = (&values, &picture.numbers) {
-        let numbers = colour_numbers(numbers, channels, &picture.palette);
-        values = numbers.map(values::Numbers::U8);
-        meaning = Meaning::Labels;
-    }
-    Ok(Samples {
-        values: values
-            .map(Values::new)
-            .ok_or_else(|| InputError::Colour { path: path.into() })?,
-        size: picture.size.to_vec(),
+    let values = values
+        .map(Values::new)
+        .ok_or_else(|| InputError::Colour { path: path.into() })?;
+    Ok(samples(values, picture.size, Meaning::Grey(full)))
+}
+
+fn samples(values: Values, size: [usize; 2], meaning: Meaning) -> Samples {
+    Samples {
+        values,
+        size: size.to_vec(),
         meaning,
         spacing: vec![1.0; 2],
         affine: None,
         plain_array: false,
-    })
+    }
 }
 
 /// Asks for the memory of a picture: so many bytes while it is decoded, and its values of so many bytes
@@ -192,14 +201,10 @@ pub(crate) fn one_channel<T: Copy + Default + PartialOrd + Into<f64>>(
 ) -> Option<Vec<T>> {
     let pixels = || data.chunks_exact(channels);
     let channel = |k: usize| Some(pixels().map(|p| p[k]).collect());
-    if matches!(channels, 2 | 4) {
-        let mut alpha = pixels().map(|p| p[channels - 1]);
-        let first = alpha.next();
-        if alpha.any(|a| Some(a) != first) {
-            return channel(channels - 1);
-        }
+    if transparency_varies(data, channels) {
+        return channel(channels - 1);
     }
-    if channels <= 2 || pixels().all(|p| p[0] == p[1] && p[1] == p[2]) {
+    if is_grey(data, channels) {
         return channel(0);
     }
     let mut colours: Vec<[f64; 3]> = Vec::new();
@@ -219,6 +224,22 @@ pub(crate) fn one_channel<T: Copy + Default + PartialOrd + Into<f64>>(
         if is_light { full } else { T::default() }
     };
     Some(pixels().map(value).collect())
+}
+
+/// Whether there is transparency, and not the same everywhere.
+fn transparency_varies<T: Copy + PartialEq>(data: &[T], channels: usize) -> bool {
+    if !matches!(channels, 2 | 4) {
+        return false;
+    }
+    let mut alpha = data.chunks_exact(channels).map(|p| p[channels - 1]);
+    let first = alpha.next();
+    alpha.any(|a| Some(a) != first)
+}
+
+/// Whether no pixel has a colour.
+fn is_grey<T: PartialEq>(data: &[T], channels: usize) -> bool {
+    let mut pixels = data.chunks_exact(channels);
+    channels <= 2 || pixels.all(|p| p[0] == p[1] && p[1] == p[2])
 }
 
 /// The luminance of a colour, from linear coefficients (ITU-R BT.709).
@@ -262,6 +283,24 @@ mod tests {
         assert_eq!(colour_numbers(&data, 3, &palette[..2]), None);
         let grey = luminances(&data, 3);
         assert!((grey[0] - 0.7152 * 128.0).abs() < 1e-12 && grey[1] == 0.0);
+    }
+
+    /// Also of two colours, of which the lighter one is the background.
+    #[test]
+    fn pictures_with_a_palette_are_label_images() {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 3, 1);
+        encoder.set_color(ColorType::Indexed);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_palette(vec![255, 255, 255, 200, 0, 0]);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(&[0, 1, 0]).unwrap();
+        writer.finish().unwrap();
+        let read = |colours| decode(&bytes, Path::new("a.png"), "png", colours).unwrap();
+        let labels = read(Colours::Refused);
+        assert!(matches!(labels.meaning, Meaning::Labels));
+        assert_eq!(labels.values.iter().collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
+        assert!(matches!(read(Colours::Luminance).meaning, Meaning::Grey(_)));
     }
 
     #[test]
