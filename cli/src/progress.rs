@@ -119,11 +119,11 @@ impl Progress {
             evaluations,
             energy,
         });
-        let mut text =
-            format!("iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}");
-        if let Some(left) = left {
-            text += &format!(", about {} s left on this level", left.as_secs().max(1));
-        }
+        let left = left.map_or_else(String::new, |left| {
+            format!(", about {} s left on this level", left.as_secs().max(1))
+        });
+        let text =
+            format!("iteration {iteration}, {evaluations} evaluations, energy {energy:.6e}{left}");
         self.bar.set_message(text);
         self.bar.tick();
     }
@@ -162,7 +162,7 @@ impl Progress {
 /// is dropped. Where it cannot be started there is silence.
 fn break_silence(bar: ProgressBar, last: Arc<Mutex<Instant>>) -> Option<Sender<()>> {
     let (sender, receiver) = channel();
-    let print = move || after_silence(&receiver, &last, SILENCE, &|| note(&doing(&bar)));
+    let print = move || after_silence(&receiver, &last, SILENCE, &|| note(doing(&bar)));
     let name = "progress".to_owned();
     let started = thread::Builder::new().name(name).spawn(print);
     started.ok().map(|_| sender)

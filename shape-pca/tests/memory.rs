@@ -60,5 +60,4 @@ fn estimates_are_what_is_used() {
         check::<2>(65, 7, balances);
         check::<3>(17, 3, balances);
     }
-    check::<3>(33, 2, false);
 }

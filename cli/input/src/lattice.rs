@@ -183,10 +183,7 @@ mod tests {
                 [0.0, 0.0, 3.0, 3.0],
             ],
         };
-        assert_eq!(
-            lattice.reaching(lattice.corners()),
-            (lattice, [0; 3])
-        );
+        assert_eq!(lattice.reaching(lattice.corners()), (lattice, [0; 3]));
         let point = lattice.to_world([-1.5, 2.0, 6.2]);
         let (more, before) = lattice.reaching([point]);
         assert_eq!((more.size, before), ([6, 5, 8], [2, 0, 0]));

@@ -1,16 +1,17 @@
 //! `shapespace average --sweep N`: averages of two or three shapes for all weights on a line or in
 //! a triangle, in one picture.
 
-use fe_grid::{Certificate, Grid, ScalarField};
+use fe_grid::{Certificate, Distribution, Grid, ScalarField};
 use levelset::{BoxEdge, Cause, Doubt, Moments, contour};
 use serde::Serialize;
-use shape_average::{AverageParams, AverageResult, average_of_visible};
+use shape_average::{AverageParams, AverageResult, average_of_visible, memory_estimate};
 
 use super::args::AverageConfig;
 use super::plan::{AveragePlan, fingerprint, plan_average};
 use super::views;
 use crate::doubts::named;
 use crate::error::CliError;
+use crate::memory::announce;
 use crate::output::{ResultDir, numbered};
 use crate::report::{CANCELLED, Record, first_failure, overall};
 use crate::session::{Command, PlanOf, Session};
@@ -93,6 +94,13 @@ impl Command for Sweep {
         )?;
         let grid = settled.grid;
         let (mut inputs, mut distances) = settled.measure(&session.progress, &session.processes)?;
+        // The averages follow each other, and all results are kept.
+        let n = inputs.len();
+        let alone = Distribution::alone(n);
+        let partly = plan.views.iter().any(Option::is_some);
+        let estimate = memory_estimate(&config.params, &alone, 1, partly, &grid);
+        let kept = weights(n, self.side).len() * (n * D + 1) * grid.n_nodes() * size_of::<f64>();
+        announce(estimate.memory + kept as u64, &grid, &session.progress)?;
         let visibility = views::apply(&plan.views, &mut inputs, &mut distances, grid)?;
         let mut averages = Vec::new();
         for weights in weights(inputs.len(), self.side) {

@@ -6,7 +6,7 @@
 mod args;
 mod record;
 
-use ::geodesic::{Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between};
+use ::geodesic::{Geodesic, GeodesicParams, GivenPath, Shape, geodesic_between, memory_estimate};
 use fe_grid::ScalarField;
 use levelset::Doubt;
 
@@ -14,6 +14,7 @@ use crate::error::CliError;
 use crate::geodesic::draw::film;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::write_path;
+use crate::memory::announce;
 use crate::options::resolve_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
@@ -83,6 +84,8 @@ impl Command for LengthConfig {
                 steps: given.step_energies().len(),
                 ..params.clone()
             };
+            let needed = memory_estimate(&params, 1, &grid);
+            announce(needed, &grid, &session.progress)?;
             let path = geodesic_between(first, last, &params, &mut watch)?;
             doubts.extend(path.doubts(&params));
             shortest = Some(path);

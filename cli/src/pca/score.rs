@@ -8,13 +8,15 @@ use std::path::Path;
 use std::slice;
 
 use fe_grid::minimise::{Memory, Observer};
-use fe_grid::{Grid, ScalarField, VectorField};
+use fe_grid::{Distribution, Grid, ScalarField, VectorField};
 use levelset::{
     BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, signed_distance,
 };
 use shape_average::align::align_to;
-use shape_average::{AverageResult, Shapes, match_components_to};
-use shape_pca::{Compound, Scores, Source};
+use shape_average::{
+    AverageResult, Shapes, match_components_to, memory_estimate as memory_of_average,
+};
+use shape_pca::{Compound, Scores, Source, memory_estimate};
 
 use super::args::ScoreConfig;
 use super::components::NewShapes;
@@ -28,6 +30,7 @@ use crate::doubts::{named_by_label, of_source};
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::portraits;
+use crate::memory::announce;
 use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
@@ -150,6 +153,9 @@ impl Command for ScoreConfig {
         fingerprint.leave_out("pca");
         fingerprint.leave_out("average");
         let mut checkpointer = session.checkpointer(fingerprint)?;
+        let grid = stored.space.object.grid();
+        let needed = memory_of_scores(&stored, images.len());
+        announce(needed, grid, &session.progress)?;
         let target = Target::new(&stored, align, size)?;
         let paths: Vec<&Path> = images.iter().map(|image| image.path.as_path()).collect();
         let names = labels(&paths);
@@ -204,6 +210,19 @@ impl Command for ScoreConfig {
         record.write(directory)?;
         Ok(summary(&record))
     }
+}
+
+/// Estimates the memory of the scores of new shapes, in bytes: of the modes of the average, and of the deformation
+/// of one shape after the other onto it.
+fn memory_of_scores<const D: usize>(stored: &StoredPca<D>, n_shapes: usize) -> u64 {
+    let (average, grid) = (&stored.average, stored.space.object.grid());
+    let modes = stored.space.fields.len();
+    let of_modes = memory_estimate(average.average.n_shapes(), modes, false, grid);
+    let components = average.components.len().max(1);
+    let alone = Distribution::alone(1);
+    let of_one = memory_of_average(&average.params, &alone, components, false, grid).memory;
+    let found = size_of::<f64>() * grid.n_nodes() * n_shapes * D;
+    of_modes + of_one + found as u64
 }
 
 impl ScoreConfig {
