@@ -175,18 +175,17 @@ fn describe_groups<const D: usize>(summary: &mut Summary, record: &Record<'_, D>
         let Some(agreement) = distances.completed.as_ref().and_then(|c| c.agreement) else {
             continue;
         };
-        let nearest = agreement.nearest_neighbour_accuracy.map_or_else(
-            || "unknown".into(),
-            |share| format!("{:.0} %", 100.0 * share),
-        );
         let (purity, index) = (agreement.purity, agreement.adjusted_rand_index);
-        summary.line(
-            name,
-            format!(
-                "nearest neighbour {nearest} right, purity {purity:.2}, adjusted Rand index \
-                 {index:.2}"
+        let agreement = match agreement.nearest_neighbour_accuracy {
+            Some(share) => format!(
+                "nearest neighbour {:.0} % right, purity {purity:.2}, adjusted Rand index \
+                 {index:.2}",
+                100.0 * share
             ),
-        );
+            // All agree with classes of one shape each.
+            None => "none has two shapes, so that there is nothing to agree with".into(),
+        };
+        summary.line(name, agreement);
     }
 }
 

@@ -17,6 +17,7 @@ mod config;
 mod damaged_files;
 mod distances;
 mod extremes;
+mod fields;
 mod figure;
 mod formats;
 mod frames;
