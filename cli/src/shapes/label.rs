@@ -51,7 +51,8 @@ pub(crate) fn stem(path: &Path) -> String {
         .chain([
             ".pnm", ".bmp", ".tif", ".tiff", ".jpg", ".jpeg", ".hdr", ".img",
         ])
-        .chain([".nrrd", ".nhdr", ".mha", ".mhd", ".csv", ".stl"])
+        .chain([".nrrd", ".nhdr", ".mha", ".mhd", ".csv", ".svg"])
+        .chain([".stl", ".ply", ".obj", ".vtk", ".vtp"])
         .find(|ending| lower.ends_with(ending));
     // Extensions are ASCII: the text before them ends at a character boundary.
     name.get(..name.len() - ending.map_or(0, str::len))

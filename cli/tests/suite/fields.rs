@@ -5,7 +5,7 @@ use std::path::Path;
 
 use shapespace_input::lattice::Lattice;
 
-use crate::common::solid::{SOLID, lattice, nifti_of};
+use crate::common::solid::{MIDDLE, SOLID, lattice, nifti_of};
 use crate::common::{Place, Results};
 
 /// A volume as it is stored, channel by channel.
@@ -78,54 +78,73 @@ fn fields_reach_all_samples_that_are_resampled() {
     let plain = lattice(axes, size);
     let bytes = SOLID.nifti(size, &plain);
     place.write("plain.nii", &bytes);
-    // The same samples in axes that are turned by 28 degrees.
+    // Turned by 28 degrees about the middle of the samples.
     let (sin, cos) = 28f64.to_radians().sin_cos();
-    let turned = lattice([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]], size);
-    let numbers = bytes[352..].chunks_exact(4);
-    let numbers = numbers.map(|raw| f32::from_le_bytes(raw.try_into().unwrap()));
-    let numbers: Vec<f32> = numbers.collect();
-    place.write("turned.nii", &nifti_of(size, &turned, &numbers));
-    place.compute(&[
-        "average",
-        "plain.nii",
-        "turned.nii",
-        "--align",
-        "rigid",
-        "--grid",
-        "33",
-        "--max-iterations",
-        "3",
-        "-o",
-        "mean",
-    ]);
-    let found = Results::read(&place.path("mean"));
-    let angle = (0..2).map(|i| found.number(&format!("/input/{i}/alignment/angle_degrees")));
-    let turned_one = angle.clone().fold(0.0, f64::max);
-    assert!((turned_one - 28.0).abs() < 1.0, "{turned_one}");
-    let average = Volume::read(&found.path("average.nii.gz"));
-    let subject = |affine| Volume {
-        lattice: Lattice { size, affine },
-        values: numbers.iter().map(|&x| f64::from(x)).collect(),
+    let samples = Lattice {
+        size,
+        affine: plain,
     };
-    for (number, subject) in [subject(plain), subject(turned)].iter().enumerate() {
-        let field = Volume::read(&found.path(&format!("warp_00{number}.nii.gz")));
-        for corner in average.lattice.corners() {
-            let sample = field.lattice.to_sample(corner);
-            let inside =
-                |k: usize| (-1e-4..field.lattice.size[k] as f64 - 0.999).contains(&sample[k]);
-            assert!((0..3).all(inside), "{number}: {sample:?}");
+    let numbers = (0..samples.count()).map(|index| {
+        let [x, y, z] = samples.position(index);
+        let (x, y) = (x - MIDDLE[0], y - MIDDLE[1]);
+        let before = [
+            MIDDLE[0] + cos * x + sin * y,
+            MIDDLE[1] - sin * x + cos * y,
+            z,
+        ];
+        SOLID.value(before, 1.0) as f32
+    });
+    let numbers: Vec<f32> = numbers.collect();
+    place.write("turned.nii", &nifti_of(size, &plain, &numbers));
+    let values = |numbers: &mut dyn Iterator<Item = f32>| Volume {
+        lattice: samples,
+        values: numbers.map(f64::from).collect(),
+    };
+    let straight = bytes[352..].chunks_exact(4);
+    let mut straight = straight.map(|raw| f32::from_le_bytes(raw.try_into().unwrap()));
+    let subjects = [values(&mut straight), values(&mut numbers.iter().copied())];
+    for like in ["plain.nii", "turned.nii"] {
+        place.compute(&[
+            "average",
+            "plain.nii",
+            "turned.nii",
+            "--align",
+            "rigid",
+            "--grid",
+            "33",
+            "--max-iterations",
+            "3",
+            "--like",
+            like,
+            "-o",
+            "mean",
+        ]);
+        let found = Results::read(&place.path("mean"));
+        let angle = (0..2).map(|i| found.number(&format!("/input/{i}/alignment/angle_degrees")));
+        let turned_one = angle.clone().fold(0.0, f64::max);
+        assert!((turned_one - 28.0).abs() < 1.0, "{turned_one}");
+        let average = Volume::read(&found.path("average.nii.gz"));
+        for (number, subject) in subjects.iter().enumerate() {
+            let field = Volume::read(&found.path(&format!("warp_00{number}.nii.gz")));
+            for corner in average.lattice.corners() {
+                let sample = field.lattice.to_sample(corner);
+                let inside =
+                    |k: usize| (-1e-4..field.lattice.size[k] as f64 - 0.999).contains(&sample[k]);
+                assert!((0..3).all(inside), "{number}: {sample:?}");
+            }
+            let (mut both, mut sum) = (0.0, 0.0);
+            for index in 0..average.lattice.count() {
+                let point = average.lattice.position(index);
+                // To the left and to the back.
+                let way: [f64; 3] = std::array::from_fn(|k| field.at(point, k));
+                let there = [point[0] - way[0], point[1] - way[1], point[2] + way[2]];
+                let carried = f64::from(u8::from(subject.at(there, 0) > 0.5));
+                both += carried * average.values[index];
+                sum += carried + average.values[index];
+            }
+            let dice = 2.0 * both / sum;
+            assert!(dice > 0.97, "{like}, {number}: {dice}");
         }
-        let (mut both, mut sum) = (0.0, 0.0);
-        for index in 0..average.lattice.count() {
-            let point = average.lattice.position(index);
-            // To the left and to the back.
-            let way: [f64; 3] = std::array::from_fn(|k| field.at(point, k));
-            let there = [point[0] - way[0], point[1] - way[1], point[2] + way[2]];
-            let carried = f64::from(u8::from(subject.at(there, 0) > 0.5));
-            both += carried * average.values[index];
-            sum += carried + average.values[index];
-        }
-        let dice = 2.0 * both / sum;
-        assert!(dice > 0.97, "{number}: {dice}");
+        std::fs::remove_dir_all(place.path("mean")).unwrap();
     }
 }

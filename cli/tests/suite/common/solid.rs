@@ -81,14 +81,16 @@ pub fn mapped(affine: &Affine, sample: [f64; 3]) -> [f64; 3] {
     affine.map(|row| row[3] + (0..3).map(|j| row[j] * sample[j]).sum::<f64>())
 }
 
+/// The middle of the solid.
+pub const MIDDLE: [f64; 3] = [14.0, -30.0, 44.0];
+
 /// A lattice whose axes are these vectors, and whose middle is that of the solid.
 pub fn lattice(axes: [[f64; 3]; 3], size: [usize; 3]) -> Affine {
-    let middle = [14.0, -30.0, 44.0];
     std::array::from_fn(|i| {
         let half: f64 = (0..3)
             .map(|j| axes[j][i] * 0.5 * (size[j] - 1) as f64)
             .sum();
-        [axes[0][i], axes[1][i], axes[2][i], middle[i] - half]
+        [axes[0][i], axes[1][i], axes[2][i], MIDDLE[i] - half]
     })
 }
 
