@@ -24,8 +24,9 @@ pub enum FrameRule {
 }
 
 /// From sample indices to the unit box:
-/// `unit = scale * physical + offset` with `physical = direction (sample * spacing) + origin`.
-/// Images that have no place in the world have no direction; their axes are those of the box.
+/// `unit = scale * turn physical + offset` with `physical = direction (sample * spacing) + origin`.
+/// Images that have no place in the world have no direction; their axes are those of the box. The axes of
+/// the box are those of the world unless they are turned with a grey image that is oblique.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "FrameRecord", try_from = "FrameRecord")]
 pub struct FrameTransform<const D: usize> {
@@ -33,6 +34,8 @@ pub struct FrameTransform<const D: usize> {
     spacing: [f64; D],
     origin: [f64; D],
     direction: Option<[[f64; D]; D]>,
+    /// An orthogonal matrix, row by row; none for the identity.
+    turn: Option<[[f64; D]; D]>,
     offset: [f64; D],
     rule: FrameRule,
 }
@@ -50,9 +53,15 @@ impl<const D: usize> FrameTransform<D> {
             spacing: image.spacing,
             origin: image.origin,
             direction: image.direction,
+            turn: None,
             offset,
             rule,
         }
+    }
+
+    /// The transform that turns the world by an orthogonal matrix before anything else.
+    pub(crate) fn turned(self, turn: Option<[[f64; D]; D]>) -> Self {
+        Self { turn, ..self }
     }
 
     /// The transform of an image that puts a point of its physical space into the middle of the
@@ -69,6 +78,7 @@ impl<const D: usize> FrameTransform<D> {
             spacing: [1.0; D],
             origin: [0.0; D],
             direction: None,
+            turn: None,
             offset: corner_in_unit_box(grid),
             rule: FrameRule::AsIs,
         }
@@ -84,7 +94,7 @@ impl<const D: usize> FrameTransform<D> {
 
     /// The same transform from physical space to the box, from the samples of another image.
     pub fn for_image(&self, image: &Image<D>) -> Self {
-        Self::of_image(image, self.scale, self.offset, self.rule)
+        Self::of_image(image, self.scale, self.offset, self.rule).turned(self.turn)
     }
 
     /// Whether the samples of an image have the same physical positions.
@@ -107,22 +117,32 @@ impl<const D: usize> FrameTransform<D> {
     /// For every axis of the box the axis of samples that is nearest to it, and whether that has
     /// the opposite direction.
     pub fn box_axes(&self) -> [(usize, bool); D] {
-        let Some(rows) = &self.direction else {
+        let Some(rows) = &self.direction_in_box() else {
             return std::array::from_fn(|k| (k, false));
         };
-        let mut free: Vec<usize> = (0..D).collect();
-        std::array::from_fn(|i| {
-            let nearest = (0..free.len())
-                .max_by(|&a, &b| rows[i][free[a]].abs().total_cmp(&rows[i][free[b]].abs()));
-            // There are as many axes of samples as of the box.
-            let axis = free.remove(nearest.unwrap_or(0));
-            (axis, rows[i][axis] < 0.0)
+        nearest_axes(rows)
+    }
+
+    /// The directions of the axes of samples in the box, row by row.
+    fn direction_in_box(&self) -> Option<[[f64; D]; D]> {
+        let columns = self.direction?;
+        Some(match &self.turn {
+            None => columns,
+            Some(turn) => product(turn, &columns),
         })
+    }
+
+    /// A direction of the box in physical space.
+    pub fn turned_back(&self, direction: [f64; D]) -> [f64; D] {
+        match &self.turn {
+            None => direction,
+            Some(turn) => std::array::from_fn(|i| (0..D).map(|k| turn[k][i] * direction[k]).sum()),
+        }
     }
 
     /// Whether samples that are counted along the axes of the box ([`Self::box_axes`]) are reflected.
     pub fn reverses(&self) -> bool {
-        let Some(rows) = &self.direction else {
+        let Some(rows) = &self.direction_in_box() else {
             return false;
         };
         let axes = self.box_axes();
@@ -170,9 +190,13 @@ impl<const D: usize> FrameTransform<D> {
         let along: [f64; D] = std::array::from_fn(|k| sample[k] * self.spacing[k]);
         let turned = match &self.direction {
             None => along,
-            Some(rows) => rows.map(|row| (0..D).map(|k| row[k] * along[k]).sum()),
+            Some(rows) => applied(rows, along),
         };
-        std::array::from_fn(|k| self.scale * (turned[k] + self.origin[k]) + self.offset[k])
+        let mut physical = std::array::from_fn(|k| turned[k] + self.origin[k]);
+        if let Some(turn) = &self.turn {
+            physical = applied(turn, physical);
+        }
+        std::array::from_fn(|k| self.scale * physical[k] + self.offset[k])
     }
 
     /// Sample index of a point of the unit box.
@@ -189,8 +213,31 @@ impl<const D: usize> FrameTransform<D> {
     /// Position in the file's length units of a point of the unit box; in the world where the frame
     /// lies [there](Self::in_world).
     pub fn to_physical(&self, unit: [f64; D]) -> [f64; D] {
-        std::array::from_fn(|k| (unit[k] - self.offset[k]) / self.scale)
+        self.turned_back(std::array::from_fn(|k| {
+            (unit[k] - self.offset[k]) / self.scale
+        }))
     }
+}
+
+/// For every row the column that is largest there, each once, and whether it is negative.
+pub(crate) fn nearest_axes<const D: usize>(rows: &[[f64; D]; D]) -> [(usize, bool); D] {
+    let mut free: Vec<usize> = (0..D).collect();
+    std::array::from_fn(|i| {
+        let nearest = (0..free.len())
+            .max_by(|&a, &b| rows[i][free[a]].abs().total_cmp(&rows[i][free[b]].abs()));
+        // There are as many columns as rows.
+        let axis = free.remove(nearest.unwrap_or(0));
+        (axis, rows[i][axis] < 0.0)
+    })
+}
+
+/// A matrix times a vector.
+pub(crate) fn applied<const D: usize>(rows: &[[f64; D]; D], x: [f64; D]) -> [f64; D] {
+    rows.map(|row| (0..D).map(|k| row[k] * x[k]).sum())
+}
+
+fn product<const D: usize>(a: &[[f64; D]; D], b: &[[f64; D]; D]) -> [[f64; D]; D] {
+    a.map(|row| std::array::from_fn(|j| (0..D).map(|k| row[k] * b[k][j]).sum()))
 }
 
 /// The corner of a grid that lies in the middle of the unit box: 0 along every axis for a grid of the
@@ -215,19 +262,21 @@ struct FrameRecord {
     origin: Vec<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     direction: Option<Vec<Vec<f64>>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    turn: Option<Vec<Vec<f64>>>,
     offset: Vec<f64>,
 }
 
 impl<const D: usize> From<FrameTransform<D>> for FrameRecord {
     fn from(frame: FrameTransform<D>) -> Self {
+        let written = |rows: [[f64; D]; D]| rows.iter().map(|row| row.to_vec()).collect();
         Self {
             rule: frame.rule,
             scale: frame.scale,
             spacing: frame.spacing.to_vec(),
             origin: frame.origin.to_vec(),
-            direction: frame
-                .direction
-                .map(|rows| rows.iter().map(|row| row.to_vec()).collect()),
+            direction: frame.direction.map(written),
+            turn: frame.turn.map(written),
             offset: frame.offset.to_vec(),
         }
     }
@@ -236,8 +285,8 @@ impl<const D: usize> From<FrameTransform<D>> for FrameRecord {
 /// A written transform that cannot be one of this dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "a frame transform needs a positive scale and positive spacings, one number for each axis, and \
-     independent directions"
+    "a frame transform needs a positive scale and positive spacings, one number for each axis, \
+     independent directions, and a turn that keeps lengths"
 )]
 pub struct FrameRecordError;
 
@@ -246,16 +295,17 @@ impl<const D: usize> TryFrom<FrameRecord> for FrameTransform<D> {
 
     fn try_from(record: FrameRecord) -> Result<Self, FrameRecordError> {
         let axes = |numbers: Vec<f64>| <[f64; D]>::try_from(numbers).map_err(|_| FrameRecordError);
-        let direction = record.direction.map(|rows| {
+        let matrix = |rows: Vec<Vec<f64>>| {
             let rows: Result<Vec<[f64; D]>, _> = rows.into_iter().map(axes).collect();
             <[[f64; D]; D]>::try_from(rows?).map_err(|_| FrameRecordError)
-        });
+        };
         let frame = Self {
             rule: record.rule,
             scale: record.scale,
             spacing: axes(record.spacing)?,
             origin: axes(record.origin)?,
-            direction: direction.transpose()?,
+            direction: record.direction.map(matrix).transpose()?,
+            turn: record.turn.map(matrix).transpose()?,
             offset: axes(record.offset)?,
         };
         let positive = |x: &f64| *x > 0.0 && x.is_finite();
@@ -263,7 +313,13 @@ impl<const D: usize> TryFrom<FrameRecord> for FrameTransform<D> {
             let size = determinant(&rows).abs();
             size > 0.0 && size.is_finite()
         });
-        if positive(&frame.scale) && frame.spacing.iter().all(positive) && independent {
+        let orthogonal = frame.turn.is_none_or(|turn| {
+            let square = product(&turn, &std::array::from_fn(|i| turn.map(|row| row[i])));
+            let unit = |i: usize, j: usize| f64::from(u8::from(i == j));
+            (0..D).all(|i| (0..D).all(|j| (square[i][j] - unit(i, j)).abs() < 1e-6))
+        });
+        if positive(&frame.scale) && frame.spacing.iter().all(positive) && independent && orthogonal
+        {
             Ok(frame)
         } else {
             Err(FrameRecordError)

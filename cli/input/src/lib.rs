@@ -46,6 +46,7 @@ pub mod terminal;
 mod tiff;
 mod values;
 mod volume;
+pub mod whole;
 mod winding;
 mod world;
 

@@ -15,7 +15,7 @@
 //! 3. Otherwise each object's bounding box is put into the middle ([`FrameRule::Centred`]).
 //!
 //! Grey images, whose object is unknown, are placed as a whole ([`whole_frame`], [`whole_frames`],
-//! [`FrameRule::Whole`]).
+//! [`FrameRule::Whole`]; in the world by [`crate::whole`]).
 //!
 //! Rules 2 and 3 use one scale for all images, so that relative sizes are kept: the longest side
 //! of the largest bounding box becomes `1 - 2 MARGIN`. Aspect and voxel spacing are kept always.
@@ -222,12 +222,12 @@ pub fn whole_frames<const D: usize>(
 }
 
 /// From the first to the last sample along each axis, in the units of the file.
-pub fn lengths<const D: usize>(image: &Image<D>) -> [f64; D] {
+fn lengths<const D: usize>(image: &Image<D>) -> [f64; D] {
     std::array::from_fn(|k| (image.size[k] - 1) as f64 * image.spacing[k])
 }
 
 /// The longest of the lengths, and a grid with this number of nodes along it that can be coarsened.
-fn whole_grid<const D: usize>(
+pub(crate) fn whole_grid<const D: usize>(
     lengths: [f64; D],
     nodes: usize,
 ) -> Result<(f64, Grid<D>), fe_grid::GridError> {
@@ -254,7 +254,7 @@ fn in_the_middle<const D: usize>(
 }
 
 /// The values of an image at the nodes of a grid: means over the boxes of one grid spacing around
-/// them if the samples are finer than the grid, interpolated otherwise. Outside of the image the
+/// them, along the axes of the grid, if the samples are finer than the grid, interpolated otherwise. Outside of the image the
 /// values at its border are used.
 ///
 /// # Errors
@@ -267,9 +267,13 @@ pub fn nodal_values<const D: usize>(
     let lattice = Grid::with_nodes(image.size, 1.0)?;
     let samples = ScalarField::from_vec(lattice, image.values.to_vec())?;
     let h = grid.spacing();
-    let pieces = frame
-        .sample_size()
-        .map(|size| (h / size - 1e-6).ceil().max(1.0) as usize);
+    let first = frame.to_sample([0.0; D]);
+    // Along no axis of samples are neighbouring pieces farther apart than two samples.
+    let pieces: [usize; D] = std::array::from_fn(|i| {
+        let end = frame.to_sample(std::array::from_fn(|k| f64::from(u8::from(k == i))));
+        let samples = (0..D).fold(0.0, |most, k| f64::max(most, (end[k] - first[k]).abs()));
+        (h * samples - 1e-6).ceil().max(1.0) as usize
+    });
     let n_pieces: usize = pieces.iter().product();
     Ok(ScalarField::from_fn(grid, |node| {
         let sum: f64 = (0..n_pieces)

@@ -253,6 +253,7 @@ impl AverageConfig {
             ("--size equal", self.masks.size == Size::Equal),
             ("--label", self.masks.label.is_some()),
             ("--labels", self.labels),
+            ("--invert", self.masks.invert),
             ("--solver descent", self.params.solver != Solver::Lbfgs),
             ("--mean median", self.params.mean != Mean::Arithmetic),
             ("--valid", !self.valid.is_empty()),
@@ -318,7 +319,7 @@ pub(super) fn not_joint(option: &str) -> CliError {
         option: "--joint",
         value: format!("with {option}"),
         remedy: format!(
-            "leave out {option}: all images are averaged completely, with equal weights"
+            "leave out {option}: all images are averaged completely and as they are, with equal weights"
         ),
     }
 }

@@ -20,7 +20,7 @@ use crate::output::{OutputError, ResultDir};
 use crate::session::Session;
 use crate::shapes::{WorldFrame, write_curves, write_surface};
 use crate::summary::Summary;
-use crate::warp::{write_shape, write_warps};
+use crate::warp::{Space, write_shape, write_warps};
 use shapespace_input::Image;
 
 /// Names of the terms of the energy.
@@ -58,7 +58,9 @@ pub(super) fn write_all<const D: usize>(
     let grid = *outcome.result.average.grid();
     write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
     write_components(directory, outcome, &outline, &parts)?;
-    write_warps(directory, &outcome.inputs, &outcome.result.displacements)?;
+    let space = Space::of_inputs(directory, &outcome.inputs);
+    let of_input = |number| Space::of_input(&outcome.inputs, number);
+    write_warps(directory, space, of_input, displacements)?;
     let volume = Moments::of_contour(&outline);
     let strains = strains.ranges();
     let record = record(outcome, volume, [surface, curves], strains, session.start);

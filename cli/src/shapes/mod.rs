@@ -131,7 +131,7 @@ pub(crate) fn input_like(paths: &[PathBuf], like: Option<&Path>) -> Result<usize
 /// # Errors
 /// [`CliError::Option`] if an image has no place in the world, or is to be scaled, and positions
 /// there are asked for.
-fn oriented<const D: usize>(
+pub(crate) fn oriented<const D: usize>(
     images: Vec<Image<D>>,
     options: &MaskOptions,
 ) -> Result<(Vec<Image<D>>, Frame), CliError> {

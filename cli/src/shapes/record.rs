@@ -18,7 +18,11 @@ pub(crate) struct GreyInput<const D: usize> {
     /// Samples along each axis, `x` first.
     pub size: [usize; D],
     pub range: GreyRange,
+    /// Sample indices to world coordinates, where the file states them.
+    affine: Option<[[f64; 4]; 3]>,
     pub frame: FrameTransform<D>,
+    /// Whether results lie in its world.
+    pub leads: bool,
 }
 
 impl<const D: usize> GreyInput<D> {
@@ -29,7 +33,9 @@ impl<const D: usize> GreyInput<D> {
             name,
             size: image.size,
             range,
+            affine: image.affine,
             frame,
+            leads: false,
         }
     }
 }
@@ -163,9 +169,9 @@ impl<const D: usize> InputRecord<D> {
             grey: Some(image.range),
             frame: image.frame,
             size_factor: None,
-            affine: None,
+            affine: image.affine,
             alignment: None,
-            leads: false,
+            leads: image.leads && image.frame.in_world(),
             object: SizeRecord::default(),
         }
     }

@@ -57,7 +57,7 @@ impl<const D: usize> WorldFrame<D> {
         };
         Some(Self {
             origin: frame.to_physical(back([0.0; D])),
-            direction: std::array::from_fn(|i| std::array::from_fn(|j| rotation[j][i])),
+            direction: transposed(rotation.map(|row| frame.turned_back(row))),
             length: frame.scale().recip(),
             of_input,
         })
@@ -171,11 +171,16 @@ impl<const D: usize> WorldFrame<D> {
     }
 }
 
+fn transposed<const D: usize>(rows: [[f64; D]; D]) -> [[f64; D]; D] {
+    std::array::from_fn(|i| std::array::from_fn(|j| rows[j][i]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use shapespace_input::block;
     use shapespace_input::place::physical_frames;
+    use shapespace_input::whole::physical_views;
 
     #[test]
     fn an_aligned_reference_keeps_its_place_in_the_world() {
@@ -185,8 +190,8 @@ mod tests {
             [1.0, 0.0, 0.0, 6.0],
             [0.0, 3.0, 0.0, 7.0],
         ]);
-        let image = image.in_world().unwrap();
-        let frame = physical_frames(std::slice::from_ref(&image))[0];
+        let straight = image.in_world().unwrap();
+        let frame = physical_frames(&[straight])[0];
         let motion = (
             [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
             [0.9, 0.2, -0.1],
@@ -205,6 +210,22 @@ mod tests {
         for (found, expected) in back.into_iter().zip(aligned) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
+        // The same where the box is turned with an oblique image.
+        image.affine = Some([
+            [1.6, -0.6, 0.0, 5.0],
+            [1.2, 0.8, 0.0, 6.0],
+            [0.0, 0.0, -3.0, 7.0],
+        ]);
+        let oblique = [image.in_world().unwrap()];
+        let (frames, grid) = physical_views(&oblique, 0, 9).unwrap();
+        let turned = WorldFrame::of_input(&frames[0], None, 0).unwrap();
+        let place = turned.position(frames[0].to_unit(sample));
+        let expected = [2.4 - 4.2 + 5.0, 1.8 + 5.6 + 6.0, -9.0 + 7.0];
+        for (found, expected) in place.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert!((turned.direction()[1][0] - 0.6).abs() < 1e-12 && turned.direction()[2][2] == 1.0);
+        assert_eq!(grid.extent()[2], 1.0);
         let grid = Grid::<3>::cube(5);
         let lattice = world.lattice(&grid).unwrap();
         let (node, place) = (

@@ -7,37 +7,94 @@
 //! which resamples the average in the space of the input. Both are given at the nodes of the grid,
 //! whose piecewise multilinear interpolation is the deformation itself.
 
-use fe_grid::{Field, Grid, InverseDeformation};
+use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
 use levelset::{Contour, ContourDistance};
 
 use crate::error::CliError;
 use crate::output::nifti::{Values, write_volume};
 use crate::output::{ResultDir, numbered};
-use crate::shapes::{Input, WorldFrame, in_space, lattice_of};
+use crate::shapes::{Input, InputRecord, WorldFrame, in_space, lattice_of};
 use shapespace_input::lattice::Lattice;
 
-/// Share of the longest side of the box, at all of its faces, where no volumes of shapes are written.
+/// Share of the longest side of the box, at all of its faces, where no volumes of shapes are written: shapes
+/// do not reach it. Grey images fill the box.
 const BORDER: f64 = 0.05;
 
 /// Samples that one thread evaluates at a time.
 const SAMPLES_AT_ONCE: usize = 1024;
 
-/// Writes the deformations of inputs onto a shape, and their inverses, where they have a world.
+/// The world of an input with its samples there. Flat shapes have none.
+pub(crate) struct Space<const D: usize> {
+    world: WorldFrame<D>,
+    samples: Lattice,
+    /// The share of the box that volumes leave out.
+    border: f64,
+}
+
+impl<const D: usize> Space<D> {
+    /// That of the results of these inputs, for results in files.
+    pub fn of_inputs(directory: &ResultDir, inputs: &[Input<D>]) -> Option<Self> {
+        let world = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files())?;
+        Self::of_input(inputs, world.number())
+    }
+
+    /// That of one of several inputs.
+    pub fn of_input(inputs: &[Input<D>], number: usize) -> Option<Self> {
+        Some(Self {
+            world: WorldFrame::of_one(inputs, number)?,
+            samples: lattice_of(&inputs[number])?,
+            border: BORDER,
+        })
+    }
+
+    /// The same of the records of grey images.
+    pub fn of_records(directory: &ResultDir, images: &[InputRecord<D>]) -> Option<Self> {
+        let world = WorldFrame::of_records(images).filter(|_| directory.has_files())?;
+        Self::of_record(images, world.number())
+    }
+
+    /// That of the record of one of several grey images.
+    pub fn of_record(images: &[InputRecord<D>], number: usize) -> Option<Self> {
+        let (world, image) = (WorldFrame::of_record(images, number)?, &images[number]);
+        Some(Self {
+            world,
+            samples: Lattice::of_frame(&image.size, &image.frame)?,
+            border: border_of(image),
+        })
+    }
+
+    /// The part of a lattice, continued where needed, that lies in the box of a grid.
+    fn within(&self, samples: &Lattice, grid: &Grid<D>) -> Lattice {
+        let position = |unit| in_space(self.world.position(unit));
+        within_box(samples, grid, self.border, &position)
+    }
+
+    /// Where volumes are written: the samples, continued where needed, in the box of a grid. Other programs
+    /// refuse sheared axes; volumes lie on the nodes then.
+    fn lattice(&self, grid: &Grid<D>) -> Option<Lattice> {
+        if self.samples.is_orthogonal() {
+            return Some(self.within(&self.samples, grid));
+        }
+        Some(self.within(&self.world.lattice(grid)?, grid))
+    }
+}
+
+/// Writes the deformations of inputs onto a shape in this space, and their inverses.
 ///
 /// # Errors
 /// [`CliError::Output`].
 pub(crate) fn write_warps<const D: usize>(
     directory: &ResultDir,
-    inputs: &[Input<D>],
+    average: Option<Space<D>>,
+    of_input: impl Fn(usize) -> Option<Space<D>>,
     displacements: &[Field<f64, D, D>],
 ) -> Result<(), CliError> {
-    let Some(average) = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files()) else {
+    let Some(average) = average else {
         return Ok(());
     };
     for (number, displacement) in displacements.iter().enumerate() {
-        if let Some(subject) = WorldFrame::of_one(inputs, number) {
-            let worlds = [&subject, &average];
-            write_both(directory, inputs, number, worlds, displacement)?;
+        if let Some(subject) = of_input(number) {
+            write_both(directory, number, [&subject, &average], displacement)?;
         }
     }
     Ok(())
@@ -53,41 +110,35 @@ pub(crate) fn write_steps_in_world<const D: usize>(
     inputs: &[Input<D>],
     displacements: &[Field<f64, D, D>],
 ) -> Result<(), CliError> {
-    let Some(world) = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files()) else {
+    let Some(space) = Space::of_inputs(directory, inputs) else {
         return Ok(());
     };
     for (k, displacement) in displacements.iter().enumerate() {
-        write_both(directory, inputs, k + 1, [&world, &world], displacement)?;
+        write_both(directory, k + 1, [&space, &space], displacement)?;
     }
     Ok(())
 }
 
-/// Writes the deformation of a shape in one world onto one in another, and its inverse. Flat shapes have none.
+/// Writes the deformation of a shape in one space onto one in another, and its inverse.
 fn write_both<const D: usize>(
     directory: &ResultDir,
-    inputs: &[Input<D>],
     number: usize,
-    [start, end]: [&WorldFrame<D>; 2],
+    [start, end]: [&Space<D>; 2],
     displacement: &Field<f64, D, D>,
 ) -> Result<(), CliError> {
-    if D == 2 {
-        return Ok(());
-    }
     let inverse = inverted(displacement);
     let warps = [
         ("warp", end, start, &inverse),
         ("inverse_warp", start, end, displacement),
     ];
     for (kind, from, to, displacement) in warps {
-        let nodes = from.lattice(displacement.grid());
-        let Some((nodes, samples)) = nodes.zip(lattice_of(&inputs[from.number()])) else {
+        let Some(nodes) = from.world.lattice(displacement.grid()) else {
             continue;
         };
         // Where images are resampled by it there must be a way: elsewhere ITK takes none for a way of zero.
-        let position = |unit| in_space(from.position(unit));
-        let resampled = within_box(&samples, displacement.grid(), &position);
+        let resampled = from.within(&from.samples, displacement.grid());
         let (lattice, before) = nodes.reaching(resampled.corners());
-        let vectors = ways(displacement, from, to, (&lattice, before));
+        let vectors = ways(displacement, &from.world, &to.world, (&lattice, before));
         let file = directory.file(numbered(kind, number, "nii.gz"));
         write_volume(&file, &lattice, &Values::Displacements(&vectors))?;
     }
@@ -115,6 +166,37 @@ pub(crate) fn write_shape<const D: usize>(
     write_volume(&file, &lattice, &Values::Mask(&mask))?;
     let file = directory.file(format!("{name}_distance.nii.gz"));
     Ok(write_volume(&file, &lattice, &Values::Numbers(&values))?)
+}
+
+/// Writes average grey images in the world of the results, on the samples of the input that leads, continued
+/// where needed, in all of the box.
+///
+/// # Errors
+/// [`CliError::Output`].
+pub(crate) fn write_images<const D: usize>(
+    directory: &ResultDir,
+    inputs: &[InputRecord<D>],
+    images: &[(&str, &ScalarField<f64, D>)],
+) -> Result<(), CliError> {
+    let Some(space) = Space::of_records(directory, inputs) else {
+        return Ok(());
+    };
+    let world = &space.world;
+    for (name, image) in images {
+        let Some(lattice) = space.lattice(image.grid()) else {
+            continue;
+        };
+        let mut values = vec![0.0; lattice.count()];
+        fe_grid::parallel::for_each_chunk(&mut values, SAMPLES_AT_ONCE, 1, &|chunk, values| {
+            for (i, value) in values.iter_mut().enumerate() {
+                let unit = world.unit(of_space(lattice.position(chunk * SAMPLES_AT_ONCE + i)));
+                *value = image.sample(unit)[0] as f32;
+            }
+        });
+        let file = directory.file(format!("{name}.nii.gz"));
+        write_volume(&file, &lattice, &Values::Numbers(&values))?;
+    }
+    Ok(())
 }
 
 /// Writes the components of a shape in the world of the results as a label image, on the samples of
@@ -167,13 +249,9 @@ fn samples_in_world<const D: usize>(
     inputs: &[Input<D>],
     grid: Grid<D>,
 ) -> Option<(WorldFrame<D>, Lattice)> {
-    let world = WorldFrame::of_inputs(inputs).filter(|_| directory.has_files())?;
-    // Other programs refuse sheared axes; results lie on the nodes then.
-    let samples = lattice_of(&inputs[world.number()]).filter(Lattice::is_orthogonal);
-    let samples = samples.or_else(|| world.lattice(&grid))?;
-    let position = |unit| in_space(world.position(unit));
-    let lattice = within_box(&samples, &grid, &position);
-    Some((world, lattice))
+    let space = Space::of_inputs(directory, inputs)?;
+    let lattice = space.lattice(&grid)?;
+    Some((space.world, lattice))
 }
 
 fn distance_of<const D: usize>(shape: &Contour<D>) -> Result<ContourDistance<D>, CliError> {
@@ -183,15 +261,21 @@ fn distance_of<const D: usize>(shape: &Contour<D>) -> Result<ContourDistance<D>,
     })
 }
 
-/// The samples of a lattice, continued where needed, that lie in the box of a grid, whose points have these
-/// positions.
+/// The share of the box that volumes leave out which are written on the samples of this input.
+pub(super) fn border_of<const D: usize>(leading: &InputRecord<D>) -> f64 {
+    if leading.grey.is_some() { 0.0 } else { BORDER }
+}
+
+/// The samples of a lattice, continued where needed, that lie in the box of a grid without its border, whose
+/// points have these positions.
 pub(super) fn within_box<const D: usize>(
     samples: &Lattice,
     grid: &Grid<D>,
+    border: f64,
     position: &dyn Fn([f64; D]) -> [f64; 3],
 ) -> Lattice {
     let sides = grid.extent();
-    let border = BORDER * sides.into_iter().fold(0.0, f64::max);
+    let border = border * sides.into_iter().fold(0.0, f64::max);
     let corner = |number: usize| {
         let unit = std::array::from_fn(|k| [border, sides[k] - border][number >> k & 1]);
         position(unit)

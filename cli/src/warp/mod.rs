@@ -12,7 +12,9 @@ mod samples;
 mod way;
 
 pub use command::{Interpolation, WarpArgs, run_warp};
-pub(crate) use fields::{write_labels, write_shape, write_steps_in_world, write_warps};
+pub(crate) use fields::{
+    Space, write_images, write_labels, write_shape, write_steps_in_world, write_warps,
+};
 pub(crate) use images::between;
 pub(crate) use map::StoredMap;
 pub(crate) use samples::carried;

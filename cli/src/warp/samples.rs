@@ -4,7 +4,7 @@ use std::path::Path;
 
 use fe_grid::Grid;
 
-use super::fields::within_box;
+use super::fields::{border_of, within_box};
 use super::route::WorldMap;
 use crate::error::CliError;
 use crate::shapes::{Coordinates, InputRecord};
@@ -81,7 +81,7 @@ impl Side {
             let position = |unit| coordinates.position(unit);
             return Some(Self {
                 placing: Placing::World,
-                lattice: within_box(&samples, grid, &position),
+                lattice: within_box(&samples, grid, border_of(leading), &position),
                 refine: 1,
             });
         }

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use crate::common::{Place, Results, array, arrays, draw, drawn, grey_png, succeeded};
+use crate::common::solid::{SOLID, lattice, nifti_of};
+use crate::common::{Place, Results, array, arrays, draw, drawn, grey_png, npy_f64, succeeded};
 
 /// Two grey disks of different size.
 fn grey_disks(place: &Place) -> [&'static str; 2] {
@@ -151,6 +152,162 @@ fn options_that_do_not_go_together_are_reported() {
         assert_eq!(run.status.code(), Some(2), "{report}");
         assert!(report.contains(word), "{report}");
     }
+}
+
+/// A volume stored with its axes to the right, to the front and upwards, one with the first axis reversed, and
+/// one with the axes in another order: the same samples.
+fn stored(place: &Place) -> [&'static str; 3] {
+    let (right, front, up) = ([1.5, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.75]);
+    let files = [
+        ("ras.nii", [right, front, up], [17, 15, 13]),
+        ("las.nii", [[-1.5, 0.0, 0.0], front, up], [17, 15, 13]),
+        ("sra.nii", [up, right, front], [13, 17, 15]),
+    ];
+    files.map(|(name, axes, size)| {
+        SOLID.write(place, name, size, &lattice(axes, size));
+        name
+    })
+}
+
+/// Volumes are averaged where they lie in the world, however they are stored.
+#[test]
+fn volumes_are_placed_by_their_affine_maps() {
+    let place = Place::new();
+    let [ras, las, sra] = stored(&place);
+    let average = |inputs: &[&str], options: &[&str]| {
+        let common = ["average", "--joint", "--grid", "17"];
+        succeeded(&place.run(&[&common[..], inputs, options].concat()));
+        Results::read(&place.path(options[options.len() - 1]))
+    };
+    let found = average(&[ras, las, sra], &["-o", "out"]);
+    assert_eq!(found.json["parameters"]["frame"], "physical");
+    let elastic = |results: &Results| -> f64 {
+        let elastic = results.numbers("/energy/shapes/elastic");
+        elastic.into_iter().fold(0.0, f64::max)
+    };
+    // What copies of one file give: the average has a length of its own, which moves its edges a little.
+    for name in ["one.nii", "two.nii"] {
+        std::fs::copy(place.path(ras), place.path(name)).unwrap();
+    }
+    let copies = average(&[ras, "one.nii", "two.nii"], &["-o", "copies"]);
+    assert!(elastic(&copies) < 1e-8, "{}", elastic(&copies));
+    assert!((elastic(&found) - elastic(&copies)).abs() < 1e-10);
+    assert!(found.number("/spread_before") < 1e-6);
+    assert_eq!(found.numbers("/world/spacing"), [1.5; 3]);
+    assert_eq!(found.number("/spacing_input_units"), 1.5);
+    // The grid begins at the first sample: 12 mm, 10.5 mm and 10.5 mm from the middle.
+    let corner = [14.0 - 12.0, -30.0 - 10.5, 44.0 - 10.5];
+    for (x, expected) in found.numbers("/world/origin").into_iter().zip(corner) {
+        assert!((x - expected).abs() < 1e-5, "{x} {expected}");
+    }
+    // Without their affine maps, one is reflected: they differ, and have no common world.
+    let ignored = average(&[ras, las], &["--frame", "none", "-o", "ignored"]);
+    assert!(ignored.number("/spread_before") > 0.05);
+    assert!(elastic(&ignored) > 1e-4, "{}", elastic(&ignored));
+    assert!(ignored.json.get("world").is_none());
+    // The box is that of whichever leads.
+    let other = average(&[las, sra, ras], &["--like", "sra.nii", "-o", "other"]);
+    assert_eq!(other.number("/world/of_input"), 1.0);
+    let same = |a: &[f64], b: &[f64], most: f64| {
+        assert_eq!(a.len(), b.len());
+        let difference = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        let largest = difference.fold(0.0, f64::max);
+        assert!(largest < most, "{largest}");
+    };
+    let [first, second] = [&found, &other].map(|results| results.array("average_image.npy").1);
+    same(&first, &second, 1e-6);
+    // The average is written on the samples of the one that leads, and others are carried to it.
+    let numbers = |name: &str| {
+        let sources = shapespace_input::Sources::files();
+        sources.read_numbers(&place.path(name)).unwrap()
+    };
+    succeeded(&place.run(&[
+        "warp",
+        "out",
+        las,
+        "--shape",
+        "1",
+        "--interpolation",
+        "linear",
+        "-o",
+        "there",
+    ]));
+    let (carried, original) = (numbers("there/las.nii.gz"), numbers(ras));
+    assert_eq!(carried.size, original.size);
+    // Edges are moved by the deformation of copies, by less than a thousandth of a sample.
+    same(&carried.values, &original.values, 1e-3);
+    let written = numbers("out/average.nii.gz");
+    assert_eq!(
+        (&written.size, written.affine),
+        (&original.size, original.affine)
+    );
+    // Along x the samples are nodes.
+    same(&written.values[..17], &first[..17], 1e-6);
+    for name in ["average_phasefield", "warp_002", "inverse_warp_002"] {
+        assert!(found.path(&format!("{name}.nii.gz")).is_file(), "{name}");
+    }
+    assert_eq!(numbers("other/average.nii.gz").size, numbers(sra).size);
+}
+
+/// Volumes that lie apart are refused, or each put into the middle.
+#[test]
+fn volumes_that_lie_apart_are_centred_when_asked() {
+    let place = Place::new();
+    let [ras, las, _] = stored(&place);
+    let mut far = lattice(
+        [[1.5, 0.0, 0.0], [0.0, 1.5, 0.0], [0.0, 0.0, 1.75]],
+        [17, 15, 13],
+    );
+    let numbers = |name: &str| -> Vec<f64> {
+        let sources = shapespace_input::Sources::files();
+        sources.read_numbers(&place.path(name)).unwrap().values
+    };
+    let values: Vec<f32> = numbers(ras).into_iter().map(|v| v as f32).collect();
+    far[2][3] += 9.0;
+    place.write("far.nii", &nifti_of([17, 15, 13], &far, &values));
+    // An array of about the same extent in samples as the volumes in millimetres.
+    let fine = [[1.2, 0.0, 0.0], [0.0, 1.2, 0.0], [0.0, 0.0, 1.2]];
+    SOLID.write(
+        &place,
+        "fine.nii",
+        [21, 19, 19],
+        &lattice(fine, [21, 19, 19]),
+    );
+    place.write("nowhere.npy", &npy_f64(&[19, 19, 21], &numbers("fine.nii")));
+    let cases: [(&[&str], &str); 5] = [
+        (&[ras, "far.nii"], "'far.nii' shows less than two thirds"),
+        (
+            &[ras, "nowhere.npy", "--frame", "physical"],
+            "'nowhere.npy' does not state",
+        ),
+        (&[ras, las, "--frame", "none", "--like", las], "--like"),
+        (&[ras, las, "--like", "b.nii"], "--like"),
+        (&[ras, las, "--invert"], "--invert"),
+    ];
+    let common = ["average", "--joint", "--grid", "17", "-o"];
+    for (arguments, word) in cases {
+        let run = place.run(&[&common[..], &["refused"], arguments].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(report.contains(word), "{report}");
+    }
+    let centred = ["centred", ras, "far.nii", "--frame", "centred"];
+    succeeded(&place.run(&[&common[..], &centred].concat()));
+    let found = Results::read(&place.path("centred"));
+    assert!(found.number("/spread_before") < 1e-6);
+    assert_eq!(found.number("/world/of_input"), 0.0);
+    // The second input is carried from where it lies.
+    succeeded(&place.run(&["warp", "centred", "far.nii", "--shape", "1", "-o", "there"]));
+    let carried = numbers("there/far.nii.gz");
+    assert_eq!(carried.len(), values.len());
+    for (a, b) in carried.iter().zip(&values) {
+        assert!((a - f64::from(*b)).abs() < 1e-3, "{a} {b}");
+    }
+    // One without a place is centred, too.
+    succeeded(&place.run(&[&common[..], &["mixed", ras, "nowhere.npy"]].concat()));
+    let mixed = Results::read(&place.path("mixed"));
+    assert_eq!(mixed.json["parameters"]["frame"], "centred");
+    assert!(mixed.json.get("world").is_none());
 }
 
 #[test]

@@ -8,11 +8,13 @@ use super::super::args::AverageConfig;
 use super::super::plan::fingerprint;
 use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
-use crate::options::{Nodes, resolve_law};
+use crate::options::{Frame, Nodes, resolve_law};
 use crate::progress::Progress;
-use crate::shapes::{GreyInput, labels};
+use crate::shapes::{GreyInput, input_like, labels, oriented};
 use shapespace_input::dimension::{Dim, per_dimension};
-use shapespace_input::place::{lengths, nodal_values, whole_frames};
+use shapespace_input::frame::FrameTransform;
+use shapespace_input::place::{nodal_values, whole_frames};
+use shapespace_input::whole::{centred_views, physical_views, reach};
 use shapespace_input::{GreyRange, Image, Sources};
 
 /// Weight of the edge length of an image, relative to the mismatch weight: with a smaller weight,
@@ -22,7 +24,8 @@ const EDGE_WEIGHT: f64 = 2.0;
 /// Why the box of the grid is not one of the options.
 const BOX: &str = "the box of averages of images is that of the images";
 
-/// Largest ratio of extents allowed between the first image and any other, per axis.
+/// Largest ratio of extents allowed between the image that leads and any other, per axis; in the world,
+/// where others may be larger, that of its extent to the part of it that another covers.
 const MAX_RATIO: f64 = 1.5;
 
 /// Images that are read, placed and checked, and the parameters of the computation.
@@ -47,33 +50,33 @@ pub(super) fn plan_joint(
 ) -> Result<Dim<JointPlan<2>, JointPlan<3>>, CliError> {
     progress.stage(format!("reading {} images", config.inputs.len()));
     let (images, ranges) = sources.read_grey_images(&config.inputs)?;
-    Ok(per_dimension!(images, images => plan(&images, ranges, config)?))
+    Ok(per_dimension!(images, images => plan(images, ranges, config)?))
 }
 
 fn plan<const D: usize>(
-    images: &[Image<D>],
+    images: Vec<Image<D>>,
     ranges: Vec<GreyRange>,
     mut config: AverageConfig,
 ) -> Result<JointPlan<D>, CliError> {
-    let first = &images[0];
-    let room = lengths(first);
-    let similar = |image: &Image<D>| {
-        let own = lengths(image);
-        (0..D).all(|k| own[k] <= MAX_RATIO * room[k] && room[k] <= MAX_RATIO * own[k])
-    };
-    if let Some(other) = images.iter().find(|image| !similar(image)) {
-        return Err(CliError::Option {
-            option: "--joint",
-            value: other.path.display().to_string(),
-            remedy: format!(
-                "all images need about the extent of '{}', in the units of their files",
-                first.path.display()
-            ),
-        });
-    }
     resolve_law::<D>(&mut config.params.law)?;
     let nodes = config.masks.longest_side::<D>(BOX)?;
-    let (frames, grid) = whole_frames(images, nodes)?;
+    let leading = input_like(&config.inputs, config.like.as_deref())?;
+    let (images, rule) = oriented(images, &config.masks)?;
+    config.masks.frame = Some(rule);
+    if let Some(like) = config.like.as_ref().filter(|_| rule == Frame::None) {
+        return Err(CliError::Option {
+            option: "--like",
+            value: format!("'{}'", like.display()),
+            remedy: "leave it out: no place of the images in the world is known, or used".into(),
+        });
+    }
+    let images = &images[..];
+    let (frames, grid) = match rule {
+        Frame::Physical => physical_views(images, leading, nodes)?,
+        Frame::Centred => centred_views(images, leading, nodes)?,
+        Frame::None => whole_frames(images, nodes)?,
+    };
+    check_views(images, &frames, (leading, rule))?;
     let nodal: Result<Vec<_>, _> = images
         .iter()
         .zip(&frames)
@@ -84,12 +87,67 @@ fn plan<const D: usize>(
     let (read, images) = (images, images.iter().zip(names).zip(ranges).zip(frames));
     Ok(JointPlan {
         images: images
-            .map(|(((image, name), range), frame)| GreyInput::new(image, name, range, frame))
+            .enumerate()
+            .map(|(number, (((image, name), range), frame))| {
+                let mut input = GreyInput::new(image, name, range, frame);
+                input.leads = number == leading;
+                input
+            })
             .collect(),
         nodal: nodal?,
         fingerprint: fingerprint(&config, read, None, &[]),
         config,
         params,
+    })
+}
+
+/// Whether all images show about the same extent as the one that leads or, in the world, most of its field
+/// of view.
+///
+/// # Errors
+/// [`CliError::Option`] for one that does not.
+fn check_views<const D: usize>(
+    images: &[Image<D>],
+    frames: &[FrameTransform<D>],
+    (leading, rule): (usize, Frame),
+) -> Result<(), CliError> {
+    let view = |i: usize| reach(&images[i], &frames[i]);
+    let side = |view: [f64; 2]| view[1] - view[0];
+    let room = view(leading);
+    let fits = |i: &usize| {
+        let mut pairs = view(*i).into_iter().zip(room);
+        pairs.all(|(own, room)| {
+            // Equal sides may differ by rounding.
+            let (length, most) = (side(room), MAX_RATIO * (1.0 + 1e-9));
+            if rule == Frame::Physical {
+                let common = [f64::max(own[0], room[0]), f64::min(own[1], room[1])];
+                length <= most * side(common)
+            } else {
+                side(own) <= most * length && length <= most * side(own)
+            }
+        })
+    };
+    let Some(other) = (0..images.len()).find(|i| !fits(i)) else {
+        return Ok(());
+    };
+    let [path, lead] = [other, leading].map(|i| images[i].path.display());
+    Err(if rule == Frame::Physical {
+        CliError::Option {
+            option: "--frame",
+            value: "physical".into(),
+            remedy: format!(
+                "in the world, '{path}' shows less than two thirds of the field of view of '{lead}' \
+                 along an axis; use --frame centred, or --like for another field of view"
+            ),
+        }
+    } else {
+        CliError::Option {
+            option: "--joint",
+            value: path.to_string(),
+            remedy: format!(
+                "all images need about the extent of '{lead}', in the units of their files"
+            ),
+        }
     })
 }
 

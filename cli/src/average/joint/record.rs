@@ -30,6 +30,11 @@ pub(super) struct Found<'a, const D: usize> {
     spread_after: f64,
 }
 
+/// The records of the images.
+pub(super) fn inputs<const D: usize>(outcome: &Outcome<D>) -> Vec<InputRecord<D>> {
+    outcome.images.iter().map(InputRecord::of_image).collect()
+}
+
 /// The record of a result. The time is measured up to this call.
 pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Record<'_, D> {
     let result = &outcome.result;
@@ -47,11 +52,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
     let grid = result.average.grid();
     let names = outcome.images.iter().map(|image| &*image.name);
     let doubts = named(&result.doubts(&outcome.params.average), names);
-    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(outcome
-        .images
-        .iter()
-        .map(InputRecord::of_image)
-        .collect())
+    Record::new(status, Some(grid), &outcome.config, found, doubts, start).of(inputs(outcome))
 }
 
 /// The summary of a result.

@@ -4,7 +4,7 @@ use shape_average::StrainMaps;
 
 use super::Outcome;
 use super::draw;
-use super::record::{record, summary};
+use super::record::{inputs, record, summary};
 use crate::average::strain::write_maps;
 use crate::error::CliError;
 use crate::output::energy::write_energy;
@@ -12,7 +12,9 @@ use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
+use crate::shapes::WorldFrame;
 use crate::summary::Summary;
+use crate::warp::{Space, write_images, write_warps};
 
 /// Names of the terms of the energy.
 const PARTS: [&str; 4] = ["elastic", "mismatch", "length", "images"];
@@ -37,8 +39,19 @@ pub(super) fn write_all<const D: usize>(
         directory.array(numbered("predicted", i, "npy"), &result.predicted(i))?;
     }
     write_maps(directory, result.average.grid(), &maps)?;
+    let inputs = inputs(outcome);
+    let world = WorldFrame::of_records(&inputs);
+    let images = [
+        ("average", &result.average_image),
+        ("average_phasefield", &result.average),
+    ];
+    write_images(directory, &inputs, &images)?;
+    let space = Space::of_records(directory, &inputs);
+    let of_input = |number| Space::of_record(&inputs, number);
+    write_warps(directory, space, of_input, &result.displacements)?;
     directory.with_file("average.vti", |path| {
         let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
+            .within(world)
             .field("average", &result.average)
             .field("average_image", &result.average_image);
         let pairs = result.displacements.iter().zip(&result.phase_fields);
