@@ -23,6 +23,8 @@
 //! the sources for points inside it: a cell receives its points in a fixed order, independent of
 //! the number of threads.
 
+mod cell_sums;
+
 use crate::composition::locate_lanes;
 use crate::engine::block::{Block, RowData};
 use crate::engine::element::{MAX_CORNERS, multilinear};
@@ -34,6 +36,10 @@ use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
 use crate::stencil::{BlockStencil, half_offsets};
 use crate::tensor::{Tensor, add, add_identity, product, product_transposed};
+use cell_sums::{
+    CornerMatrix, Found, Places, Sums, block_entries, corner_pairs, scatter_flux, scatter_tangent,
+    slopes, upper,
+};
 
 /// Below this number of cells everything stays on one thread.
 const PARALLEL_CELLS: usize = 1024;
@@ -195,21 +201,6 @@ struct SlabTask<'a, F, const D: usize> {
     slab: Slab<'a, f64>,
 }
 
-/// Entries `(r, s)`, `r <= s`, of the blocks of an element matrix.
-const fn block_entries(d: usize) -> usize {
-    d * (d + 1) / 2
-}
-
-/// What the points of a cell add up to, beside the element matrix: that is kept as one `2^D` x `2^D`
-/// matrix for every entry `r <= s` of its blocks.
-#[derive(Clone, Copy)]
-struct Sums<const D: usize> {
-    gradient: [[f64; MAX_CORNERS]; D],
-    trace: f64,
-}
-
-type CornerMatrix = [[f64; MAX_CORNERS]; MAX_CORNERS];
-
 impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
     type Output = SlabPart;
 
@@ -311,37 +302,6 @@ impl<F: CellLaw<D, D>, const D: usize> LaneKernel<f64> for SlabTask<'_, F, D> {
 
 /// Most entries of a displacement gradient.
 const MAX_DIRECTIONS: usize = 9;
-
-/// Positions of the points of some lanes.
-struct Places<const D: usize> {
-    /// Lanes whose points fall into the slab.
-    lanes: [usize; MAX_LANES],
-    count: usize,
-    /// Cells, counted from the first of the slab.
-    cell: [usize; MAX_LANES],
-    local: [[f64; MAX_LANES]; D],
-    /// Zero where a point was moved to a face.
-    inside: [[f64; MAX_LANES]; D],
-}
-
-/// Results of the law at the points of some lanes, times the quadrature weight.
-struct Found<const D: usize> {
-    value: [f64; MAX_LANES],
-    flux: Tensor<[f64; MAX_LANES], D>,
-    /// `[r][s]` for `r <= s`: `T_(ra)(sb)` at `[a][b]`.
-    tangent: Tensor<Tensor<[f64; MAX_LANES], D>, D>,
-}
-
-impl<const D: usize> Found<D> {
-    fn new() -> Self {
-        let none = [[[0.0; MAX_LANES]; D]; D];
-        Self {
-            value: [0.0; MAX_LANES],
-            flux: none,
-            tangent: [[none; D]; D],
-        }
-    }
-}
 
 impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
     #[inline(always)]
@@ -530,103 +490,4 @@ impl<F: CellLaw<D, D>, const D: usize> SlabTask<'_, F, D> {
             *t += value(i);
         }
     }
-}
-
-/// Place of entry `r <= s` among the stored ones.
-#[inline(always)]
-const fn upper<const D: usize>(r: usize, s: usize) -> usize {
-    r * D + s - r * (r + 1) / 2
-}
-
-/// Derivatives of all shape functions of the cell of a point, `[b][corner]`.
-#[inline(always)]
-fn slopes<const D: usize>(grid: &Grid<D>, places: &Places<D>, l: usize) -> [[f64; MAX_CORNERS]; D] {
-    let mut slopes = [[0.0; MAX_CORNERS]; D];
-    for b in 0..D {
-        let scale = places.inside[b][l] / grid.spacing();
-        for c in 0..1usize << D {
-            let mut product = if c >> b & 1 == 1 { scale } else { -scale };
-            for k in 0..D {
-                if k != b {
-                    let x = places.local[k][l];
-                    product *= if c >> k & 1 == 1 { x } else { 1.0 - x };
-                }
-            }
-            slopes[b][c] = product;
-        }
-    }
-    slopes
-}
-
-#[inline(always)]
-fn scatter_flux<const D: usize>(
-    found: &Found<D>,
-    slopes: &[[f64; MAX_CORNERS]; D],
-    l: usize,
-    sums: &mut Sums<D>,
-) {
-    for r in 0..D {
-        for b in 0..D {
-            let flux = found.flux[r][b][l];
-            for c in 0..MAX_CORNERS {
-                sums.gradient[r][c] = slopes[b][c].mul_add(flux, sums.gradient[r][c]);
-            }
-        }
-    }
-}
-
-/// Adds the second derivative at a point to the element matrices of its cell, in registers along the rows:
-/// left to itself the compiler gathers columns.
-#[inline(always)]
-fn scatter_tangent<L: Lane<Element = f64>, const D: usize>(
-    found: &Found<D>,
-    slopes: &[[f64; MAX_CORNERS]; D],
-    l: usize,
-    matrices: &mut [CornerMatrix],
-    sums: &mut Sums<D>,
-) {
-    for r in 0..D {
-        for a in 0..D {
-            sums.trace += found.tangent[r][r][a][a][l];
-        }
-        for s in r..D {
-            let matrix = &mut matrices[upper::<D>(r, s)];
-            let mut along = [[0.0; MAX_CORNERS]; D];
-            for b in 0..D {
-                for j in (0..MAX_CORNERS).step_by(L::COUNT) {
-                    let mut sum = L::zero();
-                    for a in 0..D {
-                        let entry = L::splat(found.tangent[r][s][a][b][l]);
-                        sum = L::load(&slopes[a][j..]).mul_add(entry, sum);
-                    }
-                    sum.store(&mut along[b][j..]);
-                }
-            }
-            for j in 0..1usize << D {
-                for k in (0..MAX_CORNERS).step_by(L::COUNT) {
-                    let mut sum = L::load(&matrix[j][k..]);
-                    for b in 0..D {
-                        sum = L::load(&slopes[b][k..]).mul_add(L::splat(along[b][j]), sum);
-                    }
-                    sum.store(&mut matrix[j][k..]);
-                }
-            }
-        }
-    }
-}
-
-/// Pairs of corners of a cell whose difference is one of the stored offsets, with its place.
-fn corner_pairs<const D: usize>() -> Vec<(usize, usize, usize)> {
-    let offsets = half_offsets::<D>();
-    let mut pairs = Vec::new();
-    for corner in 0..1usize << D {
-        for other in 0..1usize << D {
-            let bit = |c: usize, k: usize| (c >> k & 1) as isize;
-            let difference: [isize; D] = std::array::from_fn(|k| bit(other, k) - bit(corner, k));
-            if let Some(offset) = offsets.iter().position(|o| *o == difference) {
-                pairs.push((corner, other, offset));
-            }
-        }
-    }
-    pairs
 }

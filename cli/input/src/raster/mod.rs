@@ -289,17 +289,20 @@ mod tests {
     #[test]
     fn pictures_with_a_palette_are_label_images() {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, 3, 1);
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
         encoder.set_color(ColorType::Indexed);
         encoder.set_depth(BitDepth::Eight);
         encoder.set_palette(vec![255, 255, 255, 200, 0, 0]);
         let mut writer = encoder.write_header().unwrap();
-        writer.write_image_data(&[0, 1, 0]).unwrap();
+        writer.write_image_data(&[0, 1, 0, 0]).unwrap();
         writer.finish().unwrap();
         let read = |colours| decode(&bytes, Path::new("a.png"), "png", colours).unwrap();
         let labels = read(Colours::Refused);
         assert!(matches!(labels.meaning, Meaning::Labels));
-        assert_eq!(labels.values.iter().collect::<Vec<_>>(), [0.0, 1.0, 0.0]);
+        assert_eq!(
+            labels.values.iter().collect::<Vec<_>>(),
+            [0.0, 1.0, 0.0, 0.0]
+        );
         assert!(matches!(read(Colours::Luminance).meaning, Meaning::Grey(_)));
     }
 
