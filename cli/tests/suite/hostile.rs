@@ -102,7 +102,12 @@ fn an_interrupted_sweep_says_so() {
 #[test]
 fn every_signal_is_heard() {
     let place = Place::new();
-    for signal in ["INT", "TERM", "HUP"] {
+    // Under `nohup` this one is ignored, by the program too.
+    let own = fs::read_to_string("/proc/self/status").unwrap();
+    let ignored = own.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let hangs_up = u64::from_str_radix(ignored.unwrap().trim(), 16).unwrap() & 1 == 0;
+    let signals = ["INT", "TERM", "HUP"];
+    for signal in &signals[..if hangs_up { 3 } else { 2 }] {
         // Most statements are left after the first one: outcomes of an earlier run would be taken over.
         let arguments = ["verify", "--quick", "-o", "out"];
         let start = Instant::now();
