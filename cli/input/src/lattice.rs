@@ -159,30 +159,27 @@ impl Lattice {
 mod tests {
     use super::*;
 
-    #[test]
-    fn sheared_axes_are_not_orthogonal() {
-        let lattice = |shear: f64| Lattice {
+    /// Axes in another order, of which one is sheared.
+    fn sheared(by: f64) -> Lattice {
+        Lattice {
             size: [4, 5, 6],
             affine: [
                 [0.0, -2.0, 0.0, 1.0],
-                [1.0, shear, 0.0, 2.0],
+                [1.0, by, 0.0, 2.0],
                 [0.0, 0.0, 3.0, 3.0],
             ],
-        };
-        assert!(lattice(0.0).is_orthogonal() && lattice(1e-6).is_orthogonal());
-        assert!(!lattice(1e-3).is_orthogonal());
+        }
+    }
+
+    #[test]
+    fn sheared_axes_are_not_orthogonal() {
+        assert!(sheared(0.0).is_orthogonal() && sheared(1e-6).is_orthogonal());
+        assert!(!sheared(1e-3).is_orthogonal());
     }
 
     #[test]
     fn a_lattice_is_continued_until_it_reaches_points() {
-        let lattice = Lattice {
-            size: [4, 5, 6],
-            affine: [
-                [0.0, -2.0, 0.0, 1.0],
-                [1.0, 0.5, 0.0, 2.0],
-                [0.0, 0.0, 3.0, 3.0],
-            ],
-        };
+        let lattice = sheared(0.5);
         assert_eq!(lattice.reaching(lattice.corners()), (lattice, [0; 3]));
         let point = lattice.to_world([-1.5, 2.0, 6.2]);
         let (more, before) = lattice.reaching([point]);
@@ -192,14 +189,7 @@ mod tests {
 
     #[test]
     fn samples_around_points_lie_on_the_lattice() {
-        let lattice = Lattice {
-            size: [4, 5, 6],
-            affine: [
-                [0.0, -2.0, 0.0, 1.0],
-                [1.0, 0.5, 0.0, 2.0],
-                [0.0, 0.0, 3.0, 3.0],
-            ],
-        };
+        let lattice = sheared(0.5);
         let sample = lattice.to_sample(lattice.position(77));
         assert_eq!(lattice.sample(77), [1, 4, 3]);
         for (found, expected) in sample.into_iter().zip([1.0, 4.0, 3.0]) {
