@@ -34,11 +34,10 @@ use crate::engine::{CellLaw, Data, Jet, MAX_COEFFICIENTS, Point, Reads};
 use crate::error::GridError;
 use crate::grid::Grid;
 use crate::lane::{Element, Lane, LaneKernel, MAX_LANES};
-use crate::stencil::{BlockStencil, half_offsets};
+use crate::stencil::{BlockStencil, corner_pairs, half_offsets};
 use crate::tensor::{Tensor, add, add_identity, product, product_transposed};
 use cell_sums::{
-    CornerMatrix, Found, Places, Sums, block_entries, corner_pairs, scatter_flux, scatter_tangent,
-    slopes, upper,
+    CornerMatrix, Found, Places, Sums, block_entries, scatter_flux, scatter_tangent, slopes, upper,
 };
 
 /// Below this number of cells everything stays on one thread.

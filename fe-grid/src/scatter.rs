@@ -31,7 +31,7 @@ use crate::lane::{Element, Lane, LaneKernel};
 use crate::moments::{RUN, RunPoints, accumulate, first_moments, moment_stride};
 use crate::parallel;
 use crate::pool::Pool;
-use crate::stencil::{Background, SymmetricStencil, half_offsets};
+use crate::stencil::{Background, SymmetricStencil, corner_pairs, half_offsets};
 
 /// Below this number of cells everything stays on one thread.
 const PARALLEL_CELLS: usize = 1024;
@@ -246,7 +246,7 @@ fn add_background<const D: usize>(
     load: f64,
 ) {
     let rhs = half_offsets::<D>().len();
-    let pairs = corner_pairs::<D>();
+    let pairs = corner_pairs_with_moments::<D>();
     for layer in slab.layers.clone() {
         for row in rows_of_layer(grid, layer) {
             let mut add = |output: usize, a: usize, constant: f64| {
@@ -500,7 +500,7 @@ impl<T: Element, P: PointWeights<D>, const D: usize> SlabTask<'_, T, P, D> {
 #[inline(always)]
 fn finish<const D: usize>(grid: &Grid<D>, moments: &[f64], slab: &mut Slab<'_, f64>) {
     let stride = const { moment_stride(D as u32) };
-    let pairs = corner_pairs::<D>();
+    let pairs = corner_pairs_with_moments::<D>();
     let rhs = half_offsets::<D>().len();
     let products = const { first_moments(D as u32) };
     let mut rows = moments.chunks_exact(stride * grid.cells_per_axis()[0]);
@@ -530,24 +530,17 @@ struct CornerPair {
     moment: usize,
 }
 
-fn corner_pairs<const D: usize>() -> Vec<CornerPair> {
-    let offsets = half_offsets::<D>();
-    let mut pairs = Vec::new();
-    for corner in 0..1usize << D {
-        for other in 0..1usize << D {
-            let bit = |c: usize, k: usize| (c >> k & 1) as isize;
-            let difference: [isize; D] = std::array::from_fn(|k| bit(other, k) - bit(corner, k));
-            if let Some(offset) = offsets.iter().position(|o| *o == difference) {
-                let digit = |k: usize| (bit(corner, k) + bit(other, k)) as usize;
-                let moment = 4 * (1..D).rev().fold(0, |m, k| 3 * m + digit(k)) + digit(0);
-                pairs.push(CornerPair {
-                    corner,
-                    other,
-                    offset,
-                    moment,
-                });
-            }
+fn corner_pairs_with_moments<const D: usize>() -> Vec<CornerPair> {
+    let bit = |c: usize, k: usize| c >> k & 1;
+    let pairs = corner_pairs::<D>().into_iter();
+    let with_moment = pairs.map(|(corner, other, offset)| {
+        let digit = |k: usize| bit(corner, k) + bit(other, k);
+        CornerPair {
+            corner,
+            other,
+            offset,
+            moment: 4 * (1..D).rev().fold(0, |m, k| 3 * m + digit(k)) + digit(0),
         }
-    }
-    pairs
+    });
+    with_moment.collect()
 }

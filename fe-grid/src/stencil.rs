@@ -21,6 +21,23 @@ pub fn half_offsets<const D: usize>() -> Vec<[isize; D]> {
         .collect()
 }
 
+/// Pairs of corners of a cell whose difference is one of the stored offsets, with its place: corner, other corner and
+/// offset.
+pub(crate) fn corner_pairs<const D: usize>() -> Vec<(usize, usize, usize)> {
+    let offsets = half_offsets::<D>();
+    let mut pairs = Vec::new();
+    for corner in 0..1usize << D {
+        for other in 0..1usize << D {
+            let bit = |c: usize, k: usize| (c >> k & 1) as isize;
+            let difference: [isize; D] = std::array::from_fn(|k| bit(other, k) - bit(corner, k));
+            if let Some(offset) = offsets.iter().position(|o| *o == difference) {
+                pairs.push((corner, other, offset));
+            }
+        }
+    }
+    pairs
+}
+
 /// A symmetric matrix over the nodes of a grid.
 #[derive(Clone, Debug)]
 pub struct SymmetricStencil<const D: usize> {

@@ -3,7 +3,6 @@
 use crate::engine::element::MAX_CORNERS;
 use crate::grid::Grid;
 use crate::lane::{Lane, MAX_LANES};
-use crate::stencil::half_offsets;
 use crate::tensor::Tensor;
 
 /// Entries `(r, s)`, `r <= s`, of the blocks of an element matrix.
@@ -137,20 +136,4 @@ pub(super) fn scatter_tangent<L: Lane<Element = f64>, const D: usize>(
             }
         }
     }
-}
-
-/// Pairs of corners of a cell whose difference is one of the stored offsets, with its place.
-pub(super) fn corner_pairs<const D: usize>() -> Vec<(usize, usize, usize)> {
-    let offsets = half_offsets::<D>();
-    let mut pairs = Vec::new();
-    for corner in 0..1usize << D {
-        for other in 0..1usize << D {
-            let bit = |c: usize, k: usize| (c >> k & 1) as isize;
-            let difference: [isize; D] = std::array::from_fn(|k| bit(other, k) - bit(corner, k));
-            if let Some(offset) = offsets.iter().position(|o| *o == difference) {
-                pairs.push((corner, other, offset));
-            }
-        }
-    }
-    pairs
 }
