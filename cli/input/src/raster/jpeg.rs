@@ -9,6 +9,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::InputError;
 use crate::decode::check_size;
+use crate::raster::orientation::Orientation;
 use crate::raster::{Numbers, Pixels, check_compression, reserve_pixels};
 
 /// Colours of grey pictures differ by up to this much from grey.
@@ -18,7 +19,7 @@ const LONGEST: usize = 1 << 16;
 /// The decoder works in sheets of coefficients of two bytes for each of three colours.
 const WORK: usize = 12;
 
-/// Reads a picture; one without visible colours is grey.
+/// Reads a picture as it is to be seen; one without visible colours is grey.
 pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let malformed = |reason: String| InputError::Malformed {
         path: path.into(),
@@ -58,12 +59,14 @@ pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     } else {
         (3, data)
     };
-    Ok(Pixels {
+    let pixels = Pixels {
         size: [width, height],
         channels,
         numbers: Numbers::Bytes(data),
         palette: Vec::new(),
-    })
+    };
+    let exif = decoder.exif().map_or(&[][..], Vec::as_slice);
+    Ok(Orientation::of_exif(exif).upright(pixels))
 }
 
 #[cfg(test)]
@@ -93,6 +96,21 @@ mod tests {
             "{inside}"
         );
         assert_eq!(image.object_bounds().unwrap()[0], [6, 25]);
+    }
+
+    /// A camera that is held upright stores the picture on its side, and states so.
+    #[test]
+    fn a_picture_of_a_turned_camera_is_upright() {
+        let exif = b"Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+        let mut segment = vec![0xff, 0xe1, 0, exif.len() as u8 + 2];
+        segment.extend(exif);
+        let turned = [&DISK[..2], &segment, &DISK[2..]].concat();
+        let AnyImage::D2(image) = read(&turned).unwrap() else {
+            panic!("two axes")
+        };
+        assert_eq!(image.size, [32, 48]);
+        // The left half is turned to the top, and the rows count from above.
+        assert_eq!(image.object_bounds().unwrap()[1], [6, 25]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod bmp;
 mod jpeg;
+mod orientation;
 mod pnm;
 
 use std::io::Cursor;
