@@ -1,13 +1,14 @@
 //! Outlines as inputs: closed curves in CSV tables and SVG drawings.
 //!
 //! Coordinates are those of pictures: y points down. Curves are closed; what lies inside an odd number
-//! of the curves of a table is the object, and what the fill rule of a drawing says.
+//! of the curves of a table is the object, and what lies inside of any shape of a drawing by its fill rule.
 
 mod svg;
 mod table;
 
 use levelset::Contour;
 
+use super::filled::Filled;
 use super::winding::Fill;
 
 /// No outline may have more points than this.
@@ -23,27 +24,33 @@ pub(crate) fn is_outline(extension: &str) -> bool {
     matches!(extension, "csv" | "svg")
 }
 
-/// The closed curves of a file with this extension, and what they enclose; the name of the format for
+/// The closed curves of a file with this extension, with what they enclose; the name of the format for
 /// a reason why there are none.
-pub(crate) fn decode(
-    bytes: &[u8],
-    extension: &str,
-) -> Result<(Contour<2>, Fill), (&'static str, String)> {
+pub(crate) fn decode(bytes: &[u8], extension: &str) -> Result<Filled<2>, (&'static str, String)> {
     let (format, read) = if extension == "svg" {
         ("SVG", svg::decode(bytes))
     } else {
         let table = table::decode(bytes);
-        ("CSV", table.map(|curves| (curves, Fill::EvenOdd)))
+        ("CSV", table.map(|curves| vec![(curves, Fill::EvenOdd)]))
     };
-    let named = |reason| (format, reason);
-    let (curves, fill) = read.map_err(named)?;
-    Ok((closed(curves).map_err(named)?, fill))
+    let closed = |parts: Vec<(Curves, Fill)>| {
+        let mut before = 0;
+        let parts = parts.into_iter().map(|(curves, fill)| {
+            let first = before;
+            before += curves.len();
+            Ok::<_, String>((closed(curves, first)?, fill))
+        });
+        let parts: Result<Vec<_>, String> = parts.collect();
+        Filled::of_parts(parts?).ok_or_else(|| "it has no closed curve".to_owned())
+    };
+    read.and_then(closed).map_err(|reason| (format, reason))
 }
 
-fn closed(curves: Curves) -> Result<Contour<2>, String> {
+/// The contour of some curves, of which the first has this number.
+fn closed(curves: Curves, first_number: usize) -> Result<Contour<2>, String> {
     let mut points: Vec<[f64; 2]> = Vec::new();
     let mut segments = Vec::new();
-    for (number, mut curve) in curves.into_iter().enumerate() {
+    for (number, mut curve) in (first_number..).zip(curves) {
         curve.dedup();
         while curve.len() > 1 && curve.first() == curve.last() {
             curve.pop();

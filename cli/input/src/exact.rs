@@ -5,6 +5,7 @@ use std::path::Path;
 use levelset::Contour;
 
 use super::curves::{self, is_outline};
+use super::filled::Filled;
 use super::mesh::{self, Fault, MAX_TRIANGLES, Mended, Mesh, is_mesh};
 use super::outline::into_image;
 use super::winding::Fill;
@@ -35,7 +36,7 @@ pub fn decode_mesh(bytes: &[u8], path: &Path) -> Result<Mesh, InputError> {
 ///
 /// # Errors
 /// As [`read_mesh`].
-pub fn read_outline(path: &Path) -> Result<Contour<2>, InputError> {
+pub fn read_outline(path: &Path) -> Result<Filled<2>, InputError> {
     decode_outline(&bytes_of(path)?, path)
 }
 
@@ -43,9 +44,8 @@ pub fn read_outline(path: &Path) -> Result<Contour<2>, InputError> {
 ///
 /// # Errors
 /// As [`read_mesh`].
-pub fn decode_outline(bytes: &[u8], path: &Path) -> Result<Contour<2>, InputError> {
-    let curves = curves::decode(bytes, &extension_of(path));
-    Ok(curves.map_err(malformed(path))?.0)
+pub fn decode_outline(bytes: &[u8], path: &Path) -> Result<Filled<2>, InputError> {
+    curves::decode(bytes, &extension_of(path)).map_err(malformed(path))
 }
 
 /// Reads a surface or an outline as a mask.
@@ -55,8 +55,8 @@ pub(crate) fn decode_image(
     extension: &str,
 ) -> Result<AnyImage, InputError> {
     if is_outline(extension) {
-        let (contour, fill) = curves::decode(bytes, extension).map_err(malformed(path))?;
-        return Ok(AnyImage::D2(into_image(&contour, fill, path)?));
+        let filled = curves::decode(bytes, extension).map_err(malformed(path))?;
+        return Ok(AnyImage::D2(into_image(&filled, path)?));
     }
     let mesh = triangles(bytes, path, extension)?;
     let Mended {
@@ -66,7 +66,7 @@ pub(crate) fn decode_image(
     } = mesh::mended(mesh).map_err(|fault| unfit(fault, path))?;
     let contour = Contour::new(points, triangles)
         .map_err(|error| malformed(path)(("surface", error.to_string())))?;
-    let mut image = into_image(&contour, Fill::NonZero, path)?;
+    let mut image = into_image(&Filled::of_one(contour, Fill::NonZero), path)?;
     let h = image.spacing[0];
     let row = |k: usize| {
         let mut row = [0.0, 0.0, 0.0, image.origin[k]];

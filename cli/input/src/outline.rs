@@ -11,7 +11,8 @@ use std::path::Path;
 use levelset::{Contour, ContourDistance};
 
 use super::decode::{VALUE, check_count};
-use super::winding::{Fill, Samples, winding_numbers};
+use super::filled::{Covered, Filled};
+use super::winding::{Samples, winding_numbers};
 use super::{Image, InputError, LEVEL, reserve};
 
 /// Samples along the longest side of the object, in 2D and 3D.
@@ -21,13 +22,13 @@ const AROUND: usize = 3;
 /// Segments of which each is asked what lies to its sides.
 const MOST_SEGMENTS: usize = 20_000;
 
-/// A closed contour as a mask.
+/// What closed contours enclose, as a mask.
 pub(crate) fn into_image<const D: usize>(
-    contour: &Contour<D>,
-    fill: Fill,
+    filled: &Filled<D>,
     path: &Path,
 ) -> Result<Image<D>, InputError> {
-    let samples = samples_around(contour, path)?;
+    let whole = filled.whole();
+    let samples = samples_around(&whole, path)?;
     let count = check_count(&samples.size.map(|n| n as u64), path)? as u64;
     reserve(path, (VALUE + 4) * count, VALUE * count)?;
     let unfit = |reason: &str| InputError::Malformed {
@@ -35,8 +36,8 @@ pub(crate) fn into_image<const D: usize>(
         format: "outline",
         reason: reason.into(),
     };
-    let numbers = winding_numbers(contour, &samples).map_err(unfit)?;
-    if D == 2 && !numbers.iter().any(|&n| fill.holds(n)) {
+    let covered = filled.covered(&whole, &samples).map_err(unfit)?;
+    if D == 2 && !covered.inside.contains(&true) {
         return Err(unfit(
             "it encloses no area, or is thinner than a 512th of its length",
         ));
@@ -53,15 +54,15 @@ pub(crate) fn into_image<const D: usize>(
         outline: None,
         remark: None,
     };
-    let exact = exact(contour, fill, &numbers, &samples);
+    let exact = exact(&whole, filled, &covered, &samples);
     if let Some(exact) = exact {
-        let inside = numbers.iter().map(|&n| u8::from(fill.holds(n)));
+        let inside = covered.inside.iter().map(|&is_inside| u8::from(is_inside));
         image.values = inside.collect::<Vec<u8>>().into();
         let h = samples.spacing;
         let sample = |p: [f64; D]| std::array::from_fn(|k| (p[k] - samples.origin[k]) / h);
         image.outline = Some(exact.map(sample));
     } else {
-        image.values = ramp(contour, fill, &numbers, &image)?.into();
+        image.values = ramp(&whole, &covered.inside, &image)?.into();
     }
     Ok(image)
 }
@@ -102,11 +103,14 @@ fn samples_around<const D: usize>(
 /// The contour as the boundary of what lies inside, if it is: oriented, and without parts inside.
 fn exact<const D: usize>(
     contour: &Contour<D>,
-    fill: Fill,
-    numbers: &[i32],
+    filled: &Filled<D>,
+    covered: &Covered,
     samples: &Samples<D>,
 ) -> Option<Contour<D>> {
-    let all = |expected: i32| numbers.iter().all(|&n| n == 0 || n == expected);
+    let all = |expected: i32| {
+        let mut both = covered.numbers.iter().zip(&covered.inside);
+        both.all(|(&n, &is_inside)| n == expected * i32::from(is_inside))
+    };
     if all(1) {
         return Some(contour.clone());
     }
@@ -117,7 +121,10 @@ fn exact<const D: usize>(
         return None;
     }
     // Each segment of an outline is turned such that the object lies to its left.
-    let inside = |p: [f64; D]| fill.holds(winding_number(contour, p));
+    let inside = |p: [f64; D]| {
+        let mut parts = filled.parts().iter();
+        parts.any(|(contour, fill)| fill.holds(winding_number(contour, p)))
+    };
     let sides = |number: usize| {
         let [p, q] = [contour.corners(number)[0], contour.corners(number)[D - 1]];
         let normal = [p[1] - q[1], q[0] - p[0]];
@@ -143,7 +150,7 @@ fn exact<const D: usize>(
     let turned = Contour::new(contour.points().to_vec(), turned).ok()?;
     // Where segments cross, they would have to be turned at the crossing.
     let found = winding_numbers(&turned, samples).ok()?;
-    let inside = numbers.iter().map(|&n| i32::from(fill.holds(n)));
+    let inside = covered.inside.iter().copied().map(i32::from);
     found.into_iter().eq(inside).then_some(turned)
 }
 
@@ -170,8 +177,7 @@ fn winding_number<const D: usize>(contour: &Contour<D>, place: [f64; D]) -> i32 
 /// Values that cross the level at the boundary, between a sample inside and one outside.
 fn ramp<const D: usize>(
     contour: &Contour<D>,
-    fill: Fill,
-    numbers: &[i32],
+    inside: &[bool],
     image: &Image<D>,
 ) -> Result<Vec<f64>, InputError> {
     let distance = ContourDistance::new(contour).map_err(|error| InputError::Malformed {
@@ -179,7 +185,6 @@ fn ramp<const D: usize>(
         format: "surface",
         reason: error.to_string(),
     })?;
-    let inside: Vec<bool> = numbers.iter().map(|&n| fill.holds(n)).collect();
     let strides: [usize; D] = std::array::from_fn(|k| image.size[..k].iter().product());
     let at_the_boundary = |index: usize| {
         let sample = image.sample(index);

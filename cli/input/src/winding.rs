@@ -8,9 +8,9 @@
 
 use levelset::Contour;
 
-/// What lies inside of an outline.
+/// What lies inside of a closed contour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fill {
+pub enum Fill {
     /// Points with a winding number other than 0.
     NonZero,
     /// Points with an odd winding number.
@@ -52,6 +52,17 @@ pub(crate) fn winding_numbers<const D: usize>(
     contour: &Contour<D>,
     samples: &Samples<D>,
 ) -> Result<Vec<i32>, &'static str> {
+    let mut numbers = vec![0; samples.size.iter().product()];
+    for_each_number(contour, samples, |index, number| numbers[index] = number)?;
+    Ok(numbers)
+}
+
+/// Visits the winding numbers at the samples where they are not 0, or says why there are none.
+pub(crate) fn for_each_number<const D: usize>(
+    contour: &Contour<D>,
+    samples: &Samples<D>,
+    mut visit: impl FnMut(usize, i32),
+) -> Result<(), &'static str> {
     let mut crossings = Vec::new();
     for simplex in contour.simplices() {
         cross(contour.points(), simplex, samples, &mut crossings);
@@ -61,25 +72,27 @@ pub(crate) fn winding_numbers<const D: usize>(
     }
     crossings.sort_unstable_by(|a, b| a.line.cmp(&b.line).then(a.x.total_cmp(&b.x)));
     let n = samples.size[0];
-    let mut numbers = vec![0; samples.size.iter().product()];
     for crossings in crossings.chunk_by(|a, b| a.line == b.line) {
-        let line = crossings[0].line;
-        let row = &mut numbers[line * n..(line + 1) * n];
-        let (mut next, mut number) = (0, 0);
-        for (i, value) in row.iter_mut().enumerate() {
+        if crossings.iter().map(|c| c.change).sum::<i32>() != 0 {
+            return Err("it is not closed");
+        }
+        let (line, mut next, mut number) = (crossings[0].line, 0, 0);
+        // Not beyond the first crossing, whatever its rounding.
+        let before = (crossings[0].x - samples.origin[0]) / samples.spacing - 1.0;
+        for i in before.max(0.0) as usize..n {
             let x = samples.origin[0] + i as f64 * samples.spacing;
             while let Some(crossing) = crossings.get(next).filter(|crossing| crossing.x < x) {
                 number += crossing.change;
                 next += 1;
             }
-            *value = number;
-        }
-        let rest: i32 = crossings[next..].iter().map(|c| c.change).sum();
-        if number + rest != 0 {
-            return Err("it is not closed");
+            if number != 0 {
+                visit(line * n + i, number);
+            } else if next == crossings.len() {
+                break;
+            }
         }
     }
-    Ok(numbers)
+    Ok(())
 }
 
 /// Adds the lines that go through a segment or triangle.

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde_json::{Value, json};
+use shapespace_input::Fill;
 
 use super::{OutputError, write_text};
 
@@ -24,18 +25,20 @@ type Curve = [[f64; 2]];
 pub fn write_outline(path: &Path, curves: &[&Curve]) -> Result<(), OutputError> {
     let decimals = decimals(bounds(curves));
     write_text(&path.with_extension("csv"), &table(curves, decimals))?;
-    write_drawing(&path.with_extension("svg"), curves)?;
+    let drawn = [(curves.to_vec(), Fill::EvenOdd)];
+    write_drawing(&path.with_extension("svg"), &drawn)?;
     let text = polygons(curves, decimals).to_string();
     write_text(&path.with_extension("geojson"), &text)
 }
 
-/// Writes closed curves as one path of a drawing (SVG); what lies inside an odd number of them is filled.
+/// Writes closed curves as the paths of a drawing (SVG), each filled by its own rule.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
-pub fn write_drawing(path: &Path, curves: &[&Curve]) -> Result<(), OutputError> {
-    let around = bounds(curves);
-    write_text(path, &drawing(curves, around, decimals(around)))
+pub fn write_drawing(path: &Path, drawn: &[(Vec<&Curve>, Fill)]) -> Result<(), OutputError> {
+    let curves = drawn.iter().flat_map(|(curves, _)| curves);
+    let around = bounds(&curves.copied().collect::<Vec<_>>());
+    write_text(path, &drawing(drawn, around, decimals(around)))
 }
 
 /// The longest side of a box.
@@ -73,15 +76,24 @@ fn table(curves: &[&Curve], decimals: usize) -> String {
     text
 }
 
-fn drawing(curves: &[&Curve], around: [[f64; 2]; 2], decimals: usize) -> String {
+fn drawing(drawn: &[(Vec<&Curve>, Fill)], around: [[f64; 2]; 2], decimals: usize) -> String {
     let (edge, [low, high]) = (0.05 * extent(around), around);
     let (x, y) = (low[0] - edge, low[1] - edge);
     let (width, height) = (high[0] - x + edge, high[1] - y + edge);
-    let path = levelset::svg_path(curves.iter().map(|curve| (*curve, true)), decimals);
-    format!(
+    let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{x:.decimals$} {y:.decimals$} \
-         {width:.decimals$} {height:.decimals$}\">\n<path fill-rule=\"evenodd\" d=\"{path}\"/>\n</svg>\n"
-    )
+         {width:.decimals$} {height:.decimals$}\">\n"
+    );
+    for (curves, fill) in drawn {
+        let path = levelset::svg_path(curves.iter().map(|curve| (*curve, true)), decimals);
+        let rule = match fill {
+            Fill::EvenOdd => "evenodd",
+            Fill::NonZero => "nonzero",
+        };
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "<path fill-rule=\"{rule}\" d=\"{path}\"/>");
+    }
+    text + "</svg>\n"
 }
 
 /// Each part with the holes in it: a hole belongs to the smallest part around it.

@@ -145,22 +145,27 @@ pub(super) fn moved_drawing(
         });
     }
     let mut mover = Mover::new(stored, map);
-    let outline = read_outline(path)?;
-    let [low, high] = outline.bounds();
+    let filled = read_outline(path)?;
+    let [low, high] = filled.whole().bounds();
     let extent = (high[0] - low[0]).max(high[1] - low[1]);
-    let outline = outline.refined(extent / PIECES);
-    let shape = Shape::of(&outline);
-    let curves = shape.closed_curves().into_iter().map(|curve| {
-        let there = |[x, y]: &[f64; 2]| {
-            let [x, y, _] = mover.point([*x, *y, 0.0]);
-            [x, y]
-        };
-        curve.iter().map(there).collect::<Vec<_>>()
+    let mut parts = Vec::new();
+    for (outline, fill) in filled.parts() {
+        let shape = Shape::of(&outline.refined(extent / PIECES));
+        let curves = shape.closed_curves().into_iter().map(|curve| {
+            let there = |[x, y]: &[f64; 2]| {
+                let [x, y, _] = mover.point([*x, *y, 0.0]);
+                [x, y]
+            };
+            curve.iter().map(there).collect::<Vec<_>>()
+        });
+        parts.push((curves.collect::<Vec<_>>(), *fill));
+    }
+    let drawn = parts.iter().map(|(curves, fill)| {
+        let curves = curves.iter().map(Vec::as_slice);
+        (curves.collect(), *fill)
     });
-    let curves: Vec<Vec<[f64; 2]>> = curves.collect();
-    let curves: Vec<&[[f64; 2]]> = curves.iter().map(Vec::as_slice).collect();
     let name = PathBuf::from(format!("{}.svg", stem(path)));
-    write_drawing(&directory.file(&name), &curves)?;
+    write_drawing(&directory.file(&name), &drawn.collect::<Vec<_>>())?;
     Ok(mover.moved(name, "drawing"))
 }
 

@@ -400,6 +400,16 @@ fn outlines_have_their_areas() {
     let (_, points) = flat(&svg("evenodd"), "a.svg");
     assert!((whole - 112.257).abs() < 0.05, "{whole}");
     assert!((whole - points - 34.69).abs() < 0.1, "{points}");
+    // Shapes are painted over each other, each by its own rule: a ring, a square beside it that is drawn the
+    // other way round, and one over a part of the ring and of its hole.
+    let ring = "<path fill-rule='evenodd' d='M0 0h9v9h-9zM3 3h3v3h-3z'/>";
+    let beside = "<path d='M20 0v4h4v-4z'/>";
+    let over = "<g fill-rule='nonzero'><path d='M2 4v1h2v-1z'/></g>";
+    let (image, area) = flat(&format!("<svg>{ring}{beside}</svg>"), "a.svg");
+    assert!(image.outline.is_some());
+    assert!((area - 88.0).abs() < 1e-9, "{area}");
+    let (_, area) = flat(&format!("<svg>{over}{ring}{beside}</svg>"), "a.svg");
+    assert!((area - 89.0).abs() < 0.1, "{area}");
 }
 
 #[test]

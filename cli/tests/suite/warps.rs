@@ -83,7 +83,7 @@ fn pictures_and_outlines_go_to_the_average_and_to_other_inputs() {
     let found = averaged(&place, &inputs, &options, "mean");
     let carry = |files: &[&str], options: &[&str], out: &str| {
         let command = [&["warp", "mean"], files, options, &["-o", out]].concat();
-        succeeded(&place.run(&command))
+        succeeded(&place.compute(&command))
     };
     let linear = ["--interpolation", "linear"];
     for (k, name) in inputs.iter().enumerate() {
@@ -151,6 +151,7 @@ fn pictures_and_outlines_go_to_the_average_and_to_other_inputs() {
     std::fs::copy(found.path("average_outline.svg"), place.path("drawn.svg")).unwrap();
     carry(&["drawn.svg"], &["--shape", "1", "--inverse"], "drawn");
     let moved = shapespace_input::read_outline(&place.path("drawn/drawn.svg")).unwrap();
+    let moved = moved.whole().into_owned();
     assert!(moved.points().len() > outline.len() && moved.n_components() == 1);
     for row in &outline {
         let gap = |p: &[f64; 2]| (p[0] - row[1]).hypot(p[1] - row[2]);
@@ -216,7 +217,9 @@ fn a_path_carries_its_first_shape_to_all_times() {
     let first = array(&place.path("path/shape_000.npy")).1;
     place.write("first.npy", &npy_f64(&[65, 65], &first));
     let carry = |options: &[&str], out: &str| {
-        succeeded(&place.run(&[&["warp", "path", "first.npy"], options, &["-o", out]].concat()));
+        succeeded(
+            &place.compute(&[&["warp", "path", "first.npy"], options, &["-o", out]].concat()),
+        );
         above(&picture(&place, &format!("{out}/first.npy")).1, 0.0)
     };
     for (time, shape) in [("0.25", 1), ("0.5", 2), ("1", 4)] {
@@ -229,14 +232,14 @@ fn a_path_carries_its_first_shape_to_all_times() {
     }
     // The last shape has the samples of the end.
     let command = ["warp", "path", "bar.npy", "--time", "1", "-o", "end"];
-    succeeded(&place.run(&command));
+    succeeded(&place.compute(&command));
     let [end, expected] = ["end/bar.npy", "bent.npy"].map(|name| picture(&place, name).1);
     let overlap = dice(&above(&end, 0.5), &above(&expected, 0.5));
     assert!(overlap > 0.97, "{overlap}");
     // Times in between, there and back.
     place.write("points.csv", b"name,x,y\nleft,20.5,32\nright,45,31.5\n");
     let run = |files: &str, options: &[&str], out: &str| {
-        succeeded(&place.run(&[&["warp", "path", files], options, &["-o", out]].concat()))
+        succeeded(&place.compute(&[&["warp", "path", files], options, &["-o", out]].concat()))
     };
     run("points.csv", &["--time", ".4"], "there");
     run(
@@ -274,7 +277,7 @@ fn modes_carry_the_average_as_synthesize_does() {
     std::fs::copy(mean.path("average_outline.csv"), place.path("outline.csv")).unwrap();
     let carry = |from: &str, options: &[&str], out: &str| {
         let command = [&["warp", from, "outline.csv"], options, &["-o", out]].concat();
-        succeeded(&place.run(&command));
+        succeeded(&place.compute(&command));
         points(&place, &format!("{out}/outline.csv"))
     };
     let by_scores = carry("modes", &["--scores", "-1.5"], "by_scores");

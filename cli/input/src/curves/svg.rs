@@ -1,5 +1,5 @@
-//! The filled shapes of an SVG drawing, as one path: `path`, `polygon`, `polyline`, `rect`, `circle`
-//! and `ellipse`, with the transforms of the elements around them.
+//! The filled shapes of an SVG drawing: `path`, `polygon`, `polyline`, `rect`, `circle` and `ellipse`, with the
+//! transforms of the elements around them. Each is filled by its own rule, as all are painted over each other.
 
 use kurbo::{Affine, BezPath, Circle, Ellipse, PathEl, Point, Rect, Shape};
 use roxmltree::{Document, Node};
@@ -16,7 +16,7 @@ const HIDDEN: [&str; 7] = [
     "defs", "clipPath", "mask", "symbol", "pattern", "marker", "metadata",
 ];
 
-pub(super) fn decode(bytes: &[u8]) -> Result<(Curves, Fill), String> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Vec<(Curves, Fill)>, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "it is not text in UTF-8")?;
     let options = roxmltree::ParsingOptions {
         allow_dtd: true,
@@ -29,32 +29,28 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Curves, Fill), String> {
         return Err("it has no svg element".into());
     }
     let mut paths = Vec::new();
-    let mut rules = Vec::new();
     for node in root.descendants().filter(Node::is_element) {
         let Some(path) = path_of(node)? else { continue };
         if node.ancestors().any(is_hidden) {
             continue;
         }
-        paths.push(transform(node)? * path);
-        rules.push(fill(node));
+        paths.push((transform(node)? * path, fill(node)));
     }
-    let Some(&rule) = rules.first() else {
+    if paths.is_empty() {
         return Err("it has no path, polygon, rect, circle or ellipse".into());
-    };
-    if rules.iter().any(|other| *other != rule) {
-        return Err("its elements have different fill rules".into());
     }
     let around = paths
         .iter()
-        .map(Shape::bounding_box)
+        .map(|(path, _)| path.bounding_box())
         .reduce(|a, b| a.union(b));
     let diagonal = around.map_or(0.0, |b| b.width().hypot(b.height()));
     if !diagonal.is_finite() {
         return Err("its coordinates are not finite".into());
     }
-    let mut curves = Curves::new();
+    let mut parts = Vec::new();
     let mut count = 0;
-    for path in &paths {
+    for (path, rule) in &paths {
+        let mut curves = Curves::new();
         kurbo::flatten(path, (TOLERANCE * diagonal).max(1e-12), |element| {
             count += 1;
             match element {
@@ -68,13 +64,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<(Curves, Fill), String> {
                 _ => {}
             }
         });
+        // A last command that only moves draws nothing.
+        curves.retain(|curve| curve.len() > 1);
+        parts.push((curves, *rule));
     }
     if count > MOST_POINTS {
         return Err(format!("it has more than {MOST_POINTS} points"));
     }
-    // A last command that only moves draws nothing.
-    curves.retain(|curve| curve.len() > 1);
-    Ok((curves, rule))
+    parts.retain(|(curves, _)| !curves.is_empty());
+    Ok(parts)
 }
 
 /// The path of an element; `None` for an element that draws none.
@@ -255,7 +253,7 @@ mod tests {
     use super::*;
 
     fn area(text: &str) -> f64 {
-        let (curves, _) = decode(text.as_bytes()).unwrap();
+        let parts = decode(text.as_bytes()).unwrap();
         let twice = |curve: &Vec<[f64; 2]>| -> f64 {
             let next = curve.iter().cycle().skip(1);
             curve
@@ -264,7 +262,8 @@ mod tests {
                 .map(|(p, q)| p[0] * q[1] - p[1] * q[0])
                 .sum()
         };
-        0.5 * curves.iter().map(twice).sum::<f64>()
+        let curves = parts.iter().flat_map(|(curves, _)| curves);
+        0.5 * curves.map(twice).sum::<f64>()
     }
 
     #[test]
@@ -313,8 +312,5 @@ mod tests {
         }
         let arcs = "a1 1 0 0 1 1 1".repeat(MOST_ARCS + 1);
         assert!(reason(&format!("<svg><path d='M0 0{arcs}z'/></svg>")).contains("arcs"));
-        let mixed = "<svg><rect width='3' height='2'/><rect width='3' height='2' \
-                     fill-rule='evenodd'/></svg>";
-        assert!(reason(mixed).contains("fill rules"));
     }
 }
