@@ -35,7 +35,8 @@ use crate::options::{Align, Frame, Size};
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{
-    Components, Motion, inspect_mask, inspect_resolution, labels, moved as moved_by, place_like,
+    Components, Likeness, Motion, inspect_mask, inspect_resolution, labels, moved as moved_by,
+    place_like,
 };
 use crate::summary::Summary;
 use shapespace_input::dimension::{Dim, per_dimension};
@@ -82,6 +83,8 @@ struct Measured<const D: usize> {
 struct Place<const D: usize> {
     frame: FrameTransform<D>,
     motion: Option<Motion<D>>,
+    /// The doubt that it is reflected.
+    reflection: Option<Doubt>,
 }
 
 /// The average as the target of new shapes.
@@ -324,6 +327,7 @@ impl<'a, const D: usize> Target<'a, D> {
         }
         let (overlap, doubts) = agreement(&fit.pushed[0], &self.distance, &self.outline)?;
         let mut doubts = [doubts, self.doubts(image, &distance, &outline, &fit)].concat();
+        doubts.extend(place.reflection);
         let stored = &self.stored.average.components;
         let components = fit.components.iter().zip(&self.parts).zip(stored);
         for (c, ((component, part), stored)) in components.enumerate() {
@@ -396,13 +400,20 @@ impl<'a, const D: usize> Target<'a, D> {
             let own = Moments::of_contour(&outline).map_err(shown)?.volume;
             frame_of = frame_of.shrunk((self.size / own).powf(1.0 / D as f64));
         }
+        let coarse = place_like(image, frame_of, None, self.coarse_grid());
         if self.align == Align::None {
+            // Where nothing is aligned, only sides in the world are those of the average.
+            let reflection = match coarse {
+                Ok((_, coarse)) if in_world.is_some() => self.reflection(&coarse)?,
+                _ => None,
+            };
             return Ok(Place {
                 frame: frame_of.moved(back),
                 motion: None,
+                reflection,
             });
         }
-        let (_, coarse) = place_like(image, frame_of, None, self.coarse_grid())?;
+        let (_, coarse) = coarse?;
         let found = align_to(&self.coarse, &coarse).map_err(|error| CliError::Computation {
             message: format!("'{}' cannot be aligned: {error}", image.path.display()),
             remedy: "use --align none if it has the position of the average".into(),
@@ -414,7 +425,13 @@ impl<'a, const D: usize> Target<'a, D> {
         Ok(Place {
             frame: frame_of,
             motion: Some((rows, shift)),
+            reflection: self.reflection(&coarse)?,
         })
+    }
+
+    /// The doubt that a shape is reflected against the average.
+    fn reflection(&self, coarse: &ScalarField<f64, D>) -> Result<Option<Doubt>, CliError> {
+        Ok(Likeness::new(&self.coarse, coarse)?.doubt())
     }
 
     fn coarse_grid(&self) -> Grid<D> {

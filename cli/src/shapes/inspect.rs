@@ -10,9 +10,11 @@ use super::Input;
 use crate::error::CliError;
 use shapespace_input::{Image, LEVEL, grey_share};
 
-/// Mismatch of aligned shapes up to which a shape is not compared with its reflection: nearly equal
-/// shapes are not reflected.
+/// Mismatch of aligned shapes up to which they are alike: nearly equal shapes are not reflected.
 const MATCHED: f64 = 0.02;
+/// Share of the mismatch below which a reflected shape fits better than the shape itself; beyond its inverse, it
+/// fits worse. Shapes between are as like their reflection.
+const MARGIN: f64 = 0.8;
 
 /// The doubts about a mask. The object of one that is partially visible may continue beyond the
 /// border.
@@ -62,8 +64,54 @@ pub(crate) fn inspect_thinness<const D: usize>(distance: &ScalarField<f64, D>) -
     Doubt::check(Cause::ThinParts, thin_share(distance))
 }
 
-/// Adds the doubts about shapes that fit one of them better when they are reflected. `distances` are
-/// those before an alignment, of that shape first. Collective.
+/// How well a shape fits another one, as it is and when it is reflected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Likeness {
+    /// Mismatch after an alignment.
+    own: f64,
+    /// That of the reflected shape.
+    reflected: f64,
+}
+
+impl Likeness {
+    /// Compares a shape with another one, both given by their signed distances on one grid.
+    ///
+    /// # Errors
+    /// [`CliError::Computation`].
+    pub fn new<const D: usize>(
+        reference: &ScalarField<f64, D>,
+        shape: &ScalarField<f64, D>,
+    ) -> Result<Self, CliError> {
+        let [own, reflected] = mismatches(reference, shape).map_err(super::align::failed)?;
+        Ok(Self { own, reflected })
+    }
+
+    /// The mismatch of the reflected shape, relative to that of the shape.
+    fn share(self) -> f64 {
+        self.reflected / self.own.max(f64::MIN_POSITIVE)
+    }
+
+    /// The doubt about the shape, unless it fits as it is.
+    pub fn doubt(self) -> Option<Doubt> {
+        let alike = self.own <= MATCHED;
+        (!alike)
+            .then(|| Doubt::check(Cause::Reflection, self.share()))
+            .flatten()
+    }
+
+    /// Whether the shape tells its reflection from itself, and fits better as it is.
+    fn is_sure(self) -> bool {
+        self.share() > MARGIN.recip()
+    }
+
+    /// Whether it tells them from each other, and fits better when it is reflected.
+    fn is_reflected(self) -> bool {
+        self.share() < MARGIN
+    }
+}
+
+/// Adds the doubts about shapes that are reflected against most of the others. `distances` are those before an
+/// alignment, in the order of the inputs that is given; the first one is compared with the others. Collective.
 ///
 /// # Errors
 /// [`CliError::Computation`].
@@ -73,50 +121,56 @@ pub(super) fn inspect_reflections<const D: usize>(
     order: &[usize],
     distribution: &Distribution,
 ) -> Result<(), CliError> {
-    let loose = |i: usize| inputs[i].alignment.is_none_or(|a| a.mismatch > MATCHED);
-    let others = order.iter().zip(distances).skip(1);
-    let others: Vec<_> = others.filter(|(i, _)| loose(**i)).collect();
-    let distribution = distribution.of(others.len());
-    let shares = parallel::try_map(&others[distribution.own()], &|(_, distance)| {
-        let [own, reflected] = mismatches(&distances[0], distance).map_err(super::align::failed)?;
-        let alike = own <= MATCHED;
-        Ok::<_, CliError>([if alike { 1.0 } else { reflected / own }])
-    })?;
-    let shares = distribution.share(&shares).into_iter().flatten();
-    let mut of_all: Vec<f64> = order.iter().map(|_| 1.0).collect();
-    for ((i, _), share) in others.into_iter().zip(shares) {
-        if let Some(place) = order.iter().position(|other| other == i) {
-            of_all[place] = share;
-        }
-    }
-    for (i, doubt) in minority(&of_all, order) {
-        inputs[i].doubts.push(doubt);
+    let compare = |reference: usize, shapes: &[usize]| -> Result<Vec<Likeness>, CliError> {
+        let distribution = distribution.of(shapes.len());
+        let found = parallel::try_map(&shapes[distribution.own()], &|&shape: &usize| {
+            let found = Likeness::new(&distances[reference], &distances[shape])?;
+            Ok::<_, CliError>([found.own, found.reflected])
+        })?;
+        let all = distribution.share(&found).into_iter();
+        Ok(all
+            .map(|[own, reflected]| Likeness { own, reflected })
+            .collect())
+    };
+    for (place, doubt) in reflected(order.len(), compare)? {
+        inputs[order[place]].doubts.push(doubt);
     }
     Ok(())
 }
 
-/// The reflected shapes among those of a list, with their doubts. They are compared with its first one:
-/// shares are the mismatches of their reflections with it over their own, one where they fit as they are.
+/// The reflected ones of several shapes, with their doubts: the fewer of those that are like the first one and
+/// those that are like its reflection. `compare` compares one of them with some.
 ///
-/// Shapes of one kind differ, and not every one fits a reflected one twice as well. Where most of the others
-/// fit better at all when they are reflected, it is the first one that is reflected, and those that fit it.
-fn minority(shares: &[f64], order: &[usize]) -> Vec<(usize, Doubt)> {
-    let all = order.iter().copied().zip(shares.iter().copied());
-    let found: Vec<(usize, Doubt)> = all
-        .clone()
-        .skip(1)
-        .filter_map(|(i, share)| Some((i, Doubt::check(Cause::Reflection, share)?)))
-        .collect();
-    let others = shares.len().saturating_sub(1);
-    let better = shares.iter().skip(1).filter(|share| **share < 1.0).count();
-    let figure = |(_, doubt): &(usize, Doubt)| doubt.figure;
-    let least_sure = found.iter().max_by(|a, b| figure(a).total_cmp(&figure(b)));
-    match least_sure {
-        Some(&(_, doubt)) if others > 1 && 2 * better > others => {
-            let like_it = all.filter(|(_, share)| *share >= 1.0);
-            like_it.map(|(i, _)| (i, doubt)).collect()
+/// Shapes of one kind differ, and not every one fits a reflected one twice as well: all that fit it better by a
+/// margin have a vote.
+fn reflected(
+    n_shapes: usize,
+    compare: impl Fn(usize, &[usize]) -> Result<Vec<Likeness>, CliError>,
+) -> Result<Vec<(usize, Doubt)>, CliError> {
+    let others: Vec<usize> = (1..n_shapes).collect();
+    let found = compare(0, &others)?;
+    let with_doubts = |shapes: &[usize], found: &[Likeness]| -> Vec<(usize, Doubt)> {
+        let all = shapes.iter().zip(found);
+        all.filter_map(|(shape, fit)| Some((*shape, fit.doubt()?)))
+            .collect()
+    };
+    let doubted = with_doubts(&others, &found);
+    let count = |vote: fn(Likeness) -> bool| found.iter().filter(|fit| vote(**fit)).count();
+    let first_is_one = count(Likeness::is_reflected) > count(Likeness::is_sure);
+    let surest = doubted
+        .iter()
+        .min_by(|a, b| a.1.figure.total_cmp(&b.1.figure));
+    match surest {
+        Some(&(surest, doubt)) if n_shapes > 2 && first_is_one => {
+            let sides = others.iter().zip(&found);
+            let like_first = sides
+                .filter(|(_, fit)| fit.is_sure())
+                .map(|(shape, _)| *shape);
+            let like_first: Vec<usize> = like_first.collect();
+            let again = compare(surest, &like_first)?;
+            Ok([vec![(0, doubt)], with_doubts(&like_first, &again)].concat())
         }
-        _ => found,
+        _ => Ok(doubted),
     }
 }
 
@@ -131,23 +185,51 @@ pub(crate) fn doubts_of<const D: usize>(inputs: &[Input<D>]) -> Vec<Doubt> {
 mod tests {
     use super::*;
 
+    /// The reflected ones of shapes with these shares of mismatch with the first one, all unlike each other.
+    fn named(shares: &[f64]) -> Vec<usize> {
+        let shares = [&[1.0], shares].concat();
+        let compare = |reference: usize, shapes: &[usize]| {
+            let fit = |&shape: &usize| {
+                let reflected = match reference {
+                    0 => shares[shape],
+                    // Both differ from the first one as it is or as it is reflected.
+                    _ => shares[shape].recip(),
+                };
+                Likeness {
+                    own: 0.1,
+                    reflected: 0.1 * reflected,
+                }
+            };
+            Ok(shapes.iter().map(fit).collect())
+        };
+        let found = reflected(shares.len(), compare).unwrap();
+        found.into_iter().map(|(shape, _)| shape).collect()
+    }
+
     #[test]
     fn of_many_shapes_the_few_are_reflected() {
-        let named = |shares: &[f64], order: &[usize]| {
-            let few = minority(shares, order);
-            few.iter().map(|(i, d)| (*i, d.figure)).collect::<Vec<_>>()
-        };
-        assert_eq!(named(&[1.0, 1.0, 0.1, 1.0], &[1, 0, 2, 3]), [(2, 0.1)]);
-        assert_eq!(named(&[1.0, 0.1], &[1, 0]), [(0, 0.1)]);
-        let most = [1.0, 0.1, 1.0, 0.3, 0.2];
-        assert_eq!(named(&most, &[3, 0, 1, 2, 4]), [(3, 0.3), (1, 0.3)]);
-        assert_eq!(named(&[1.0, 1.0], &[0, 1]), []);
+        assert_eq!(named(&[1.5, 0.1, 2.0]), [2]);
+        assert_eq!(named(&[0.1]), [1]);
+        assert_eq!(named(&[0.1, 3.0, 0.3, 0.2]), [0, 2]);
+        assert!(named(&[1.0, 1.0]).is_empty());
         // One of five is reflected, which the others are compared with; only one fits twice as well when it
-        // is reflected, and all fit better.
-        let first = [1.0, 0.8, 0.7, 0.3, 0.9];
-        assert_eq!(named(&first, &[4, 0, 1, 2, 3]), [(4, 0.3)]);
-        // Two of six.
-        let two = [1.0, 0.4, 0.3, 1.8, 0.2, 0.9];
-        assert_eq!(named(&two, &[5, 0, 1, 4, 2, 3]), [(5, 0.4), (4, 0.4)]);
+        // is reflected.
+        assert_eq!(named(&[0.8, 0.7, 0.3, 0.9]), [0]);
+        // Two of six; another one is symmetric.
+        assert_eq!(named(&[0.4, 0.3, 2.8, 0.2, 0.9]), [0, 3]);
+    }
+
+    #[test]
+    fn shapes_that_are_alike_vote_and_are_not_named() {
+        let alike = |own: f64, reflected: f64| Likeness { own, reflected };
+        // All but one are nearly equal to the first one, and fit better as they are or reflected.
+        for (near, expected) in [([0.01, 0.05], 4), ([0.01, 0.002], 0)] {
+            let fits = [near, near, near, [0.1, 0.04]].map(|[a, b]| alike(a, b));
+            let compare =
+                |_, shapes: &[usize]| Ok(shapes.iter().map(|shape| fits[shape - 1]).collect());
+            let found = reflected(5, compare).unwrap();
+            assert_eq!(found.len(), 1, "{near:?}: {found:?}");
+            assert_eq!(found[0].0, expected, "{near:?}");
+        }
     }
 }

@@ -39,7 +39,7 @@ use size::equalise;
 
 pub(crate) use coordinates::{Coordinates, in_space};
 pub(crate) use domain::{Domain, moved};
-pub(crate) use inspect::{doubts_of, inspect_mask, inspect_resolution, inspect_thinness};
+pub(crate) use inspect::{Likeness, doubts_of, inspect_mask, inspect_resolution, inspect_thinness};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
@@ -106,6 +106,32 @@ impl<const D: usize> Placed<D> {
             align,
             like: 0,
         })
+    }
+}
+
+impl<const D: usize> Placed<D> {
+    /// Takes the results to the world of the input that `--like` names.
+    ///
+    /// # Errors
+    /// [`CliError::Option`] for any other name, and for an input without a place in the world.
+    pub fn lead(&mut self, paths: &[PathBuf], like: Option<&Path>) -> Result<(), CliError> {
+        self.like = input_like(paths, like)?;
+        let in_world = |frame: &FrameTransform<D>| frame.in_world();
+        match like {
+            Some(like) if !self.frames.get(self.like).is_some_and(in_world) => {
+                Err(placeless_like(like))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The error for `--like` where there is no world for the results.
+pub(crate) fn placeless_like(like: &Path) -> CliError {
+    CliError::Option {
+        option: "--like",
+        value: format!("'{}'", like.display()),
+        remedy: "leave it out: no place of the inputs in the world is known, or used".into(),
     }
 }
 

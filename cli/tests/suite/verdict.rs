@@ -193,6 +193,74 @@ fn a_reflected_shape_is_found_and_a_turned_one_is_not() {
     }
 }
 
+/// The shape that all others are compared with is the first of equally large ones.
+#[test]
+fn the_reflected_one_of_many_is_named_whichever_is_compared() {
+    let place = Place::new();
+    picture(&place, "reflected.png", |x, y| flag(-x, y));
+    for (name, share) in [("a.png", 1.0), ("b.png", 1.0), ("wide.png", 0.9)] {
+        picture(&place, name, |x, y| flag(share * x, y));
+    }
+    picture(&place, "turned.png", |x, y| flag(y, -x));
+    let options = ["--align", "rigid", "--grid", "33"];
+    let inputs = ["average", "reflected.png", "a.png", "b.png", "turned.png"];
+    let (results, _) = doubtful(&place, &[&inputs[..], &options].concat());
+    let named = |name: &str| causes(&results, Some(name)).contains(&"reflection".into());
+    assert!(named("reflected"), "{:?}", results.json["doubts"]);
+    assert!(!named("a") && !named("b") && !named("turned"));
+    // New shapes are compared with the average.
+    let mean = [
+        &["average", "a.png", "wide.png", "-o", "mean"],
+        &options[..],
+    ]
+    .concat();
+    succeeded(&place.compute(&mean));
+    succeeded(&place.compute(&["pca", "mean", "-o", "modes"]));
+    let new = [
+        "score",
+        "reflected.png",
+        "turned.png",
+        "--pca",
+        "modes",
+        "-o",
+        "scores",
+    ];
+    succeeded(&place.compute(&new));
+    let results = Results::read(&place.path("scores"));
+    let reflected = |name: &str| causes(&results, Some(name)).contains(&"reflection".into());
+    assert!(reflected("reflected"), "{:?}", results.json["doubts"]);
+    assert!(!reflected("turned"), "{:?}", results.json["doubts"]);
+}
+
+/// Shapes that are their own reflections are not named, nor those that differ on both sides.
+#[test]
+fn symmetric_shapes_are_not_reflected() {
+    let place = Place::new();
+    for family in ["disks", "crosses"] {
+        let files = drawn(&place, family, "2", "33");
+        let out = format!("mean_of_{family}");
+        let files: Vec<&str> = files.iter().map(String::as_str).collect();
+        let options = [
+            "--align",
+            "rigid",
+            "--grid",
+            "33",
+            "--max-iterations",
+            "1",
+            "-o",
+            &out,
+        ];
+        place.compute(&[&["average"], &files[..], &options].concat());
+        let results = Results::read(&place.path(&out));
+        let doubts = results.json["doubts"].as_array();
+        let named = |doubt: &serde_json::Value| doubt["what"] == "reflection";
+        assert!(
+            !doubts.is_some_and(|all| all.iter().any(named)),
+            "{doubts:?}"
+        );
+    }
+}
+
 #[test]
 fn too_few_iterations_are_found_and_can_be_allowed() {
     let place = Place::new();
