@@ -10,6 +10,7 @@ use crate::config::{ConfigArgs, run_config};
 use crate::demo::{DemoArgs, run_demo};
 use crate::distances::{DistancesArgs, run_distances};
 use crate::error::{CliError, Exit};
+use crate::examples::examples;
 use crate::figure::{FigureArgs, run_figure};
 use crate::generate::{GenerateArgs, run_generate};
 use crate::geodesic::GeodesicConfig;
@@ -44,38 +45,57 @@ impl Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Computes the elastic average of two or more shapes in masks or grey images.
+    #[command(after_help = examples("average"))]
     Average(Box<AverageArgs>),
     /// Computes the geodesic (shortest path) between two shapes in masks.
+    #[command(after_help = examples("geodesic"))]
     Geodesic(Box<LongArgs<GeodesicConfig>>),
     /// Measures a given path: its length and dissipation, beside those of the geodesic.
+    #[command(after_help = examples("length"))]
     Length(ComputeArgs<LengthConfig>),
     /// Computes the metric of a variation of a shape, and the optimal velocity of the fluid in it.
+    #[command(after_help = examples("metric"))]
     Metric(ComputeArgs<MetricConfig>),
     /// Continues a geodesic beyond its end (discrete exponential map).
+    #[command(after_help = examples("extend"))]
     Extend(LongArgs<ExtendConfig>),
     /// Transports a variation of the first shape of a geodesic in parallel to the last.
+    #[command(after_help = examples("transport"))]
     Transport(LongArgs<TransportConfig>),
     /// Computes the distances between all pairs of shapes, with clusters and an embedding.
+    #[command(after_help = examples("distances"))]
     Distances(Box<DistancesArgs>),
     /// Segments grey images: their edges, and the objects bounded by them.
+    #[command(after_help = examples("segment"))]
     Segment(ComputeArgs<SegmentConfig>),
     /// Computes the principal modes of variation of the shapes of an average.
+    #[command(after_help = examples("pca"))]
     Pca(LongArgs<PcaConfig>),
     /// Computes a shape from its scores in the modes of variation.
+    #[command(after_help = examples("synthesize"))]
     Synthesize(ComputeArgs<SynthesizeConfig>),
     /// Computes the scores of new shapes in the modes of variation.
+    #[command(after_help = examples("score"))]
     Score(LongArgs<ScoreConfig>),
     /// Tests whether groups of shapes differ, where, and whether they can be told apart.
+    #[command(after_help = examples("compare"))]
     Compare(ComputeArgs<CompareConfig>),
+    #[command(after_help = examples("warp"))]
     Warp(WarpArgs),
     /// Draws a figure with a table that compares averages, modes or paths, on built-in shapes or masks.
+    #[command(after_help = examples("figure"))]
     Figure(FigureArgs),
     /// Runs numerical experiments that check the theory.
+    #[command(after_help = examples("verify"))]
     Verify(VerifyArgs),
+    #[command(after_help = examples("check"))]
     Check(CheckArgs),
     /// Prints the default configuration of a command as commented TOML, for its `--config`.
+    #[command(after_help = examples("config"))]
     Config(ConfigArgs),
+    #[command(after_help = examples("demo"))]
     Demo(DemoArgs),
+    #[command(after_help = examples("generate"))]
     Generate(GenerateArgs),
 }
 

@@ -6,9 +6,10 @@
 //! Options override the file, and the file overrides the defaults.
 //!
 //! `file` reads such files, `options` resolves the keys and values of a calling program, `print`
-//! writes files.
+//! writes files, `headings` groups options in the help.
 
 mod file;
+mod headings;
 mod options;
 mod print;
 
@@ -24,8 +25,10 @@ use toml::{Table, Value};
 
 use crate::error::CliError;
 use file::ConfigFile;
+use headings::heading;
 use shapespace_input::{Kinds, expand};
 
+pub(crate) use headings::RUN;
 pub(crate) use options::{keys_of, resolve};
 pub(crate) use print::write_config;
 pub use print::{ConfigArgs, run_config};
@@ -48,6 +51,11 @@ pub trait Config: Args + Clone + Default + Serialize + DeserializeOwned {
     /// # Errors
     /// [`CliError`] for a value that is not allowed.
     fn check(&self) -> Result<(), CliError>;
+
+    /// Whether `--align rigid` may be a remedy: it exists, and was not used.
+    fn may_align(&self) -> bool {
+        false
+    }
 
     /// The lists of inputs, in which folders and patterns stand for their files.
     fn inputs(&mut self) -> Vec<(&mut Vec<PathBuf>, Kinds)> {
@@ -199,7 +207,7 @@ fn arguments<C: Config>() -> impl Iterator<Item = Arg> {
     arguments.into_iter()
 }
 
-/// An argument as an option of a command, with the default appended to its help.
+/// An argument as an option of a command, with the default appended to its help, and under its heading.
 fn option(mut argument: Arg, defaults: &Table) -> Arg {
     if let Some(default) = defaults.get(argument.get_id().as_str()).and_then(plain) {
         let with_default = |text: &StyledStr| format!("{text} [default: {default}]");
@@ -213,6 +221,10 @@ fn option(mut argument: Arg, defaults: &Table) -> Arg {
         if let Some(long) = long {
             argument = argument.long_help(long);
         }
+    }
+    if !argument.is_positional() && argument.get_help_heading().is_none() {
+        let own = heading(argument.get_id().as_str());
+        argument = argument.help_heading(own);
     }
     if matches!(argument.get_action(), ArgAction::SetTrue) {
         return argument

@@ -24,6 +24,17 @@ pub(crate) struct DoubtRecord {
     remedy: String,
 }
 
+/// What is left out of the remedies of shapes that are aligned, or cannot be.
+const ALIGNMENT: &str = "--align rigid, ";
+
+impl DoubtRecord {
+    /// The doubt where an alignment is no remedy.
+    pub fn of_aligned(mut self) -> Self {
+        self.remedy = self.remedy.replace(ALIGNMENT, "");
+        self
+    }
+}
+
 /// Doubts about shapes of these names: the worst of every cause and shape, by cause.
 pub(crate) fn named<'a>(
     doubts: &[Doubt],
@@ -184,6 +195,18 @@ mod tests {
             "{}",
             text[0]
         );
+    }
+
+    #[test]
+    fn shapes_that_are_aligned_are_not_to_be_aligned() {
+        let causes = [Cause::Overlap, Cause::Determinant, Cause::PathEnd];
+        let doubts = causes.map(|cause| Doubt::check(cause, f64::NAN).unwrap());
+        for doubt in named(&doubts, []) {
+            assert!(doubt.remedy.contains("--align rigid"), "{}", doubt.remedy);
+            let remedy = doubt.of_aligned().remedy;
+            assert!(!remedy.contains("align"), "{remedy}");
+            assert!(remedy.starts_with("use a "), "{remedy}");
+        }
     }
 
     #[test]

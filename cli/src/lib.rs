@@ -16,6 +16,7 @@ pub mod demo;
 pub mod distances;
 mod doubts;
 pub mod error;
+mod examples;
 pub mod figure;
 mod fingerprint;
 #[doc(hidden)]

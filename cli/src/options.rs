@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use hyperelastic::LawSpec;
 use serde::{Deserialize, Serialize};
 
-use crate::config::allow;
+use crate::config::{RUN, allow};
 use crate::error::CliError;
 use crate::grid::{Counts, counts, in_words, longest};
 pub use crate::grid::{Nodes, Sides};
@@ -18,6 +18,7 @@ use shapespace_input::ReadOptions;
 
 /// Output directory and number of threads of a command.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = RUN)]
 pub struct RunOptions {
     /// New directory for the results.
     #[arg(short, long, value_name = "DIR")]
@@ -53,6 +54,7 @@ impl RunOptions {
 
 /// Checkpoints of a computation that may take long.
 #[derive(Clone, Copy, Debug, Default, Args)]
+#[command(next_help_heading = RUN)]
 pub struct CheckpointOption {
     /// Time between checkpoints in minutes, 0 for none. After an interruption the same command
     /// resumes from the last checkpoint, which is kept in OUTPUT.partial until the result is
@@ -151,6 +153,11 @@ impl MaskOptions {
             }),
             _ => Ok(()),
         }
+    }
+
+    /// Whether the shapes could be aligned, and are not.
+    pub fn may_align(&self) -> bool {
+        self.align != Some(Align::Rigid)
     }
 
     /// How masks are read.

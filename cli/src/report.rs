@@ -16,6 +16,8 @@ use shapespace_input::memory;
 
 /// The file with the record.
 pub(crate) const RESULT: &str = "result.json";
+/// The page that shows it, if there is one.
+pub(crate) const PAGE: &str = "report.html";
 
 /// The contents of a `result.json`. Missing values are left out; there are no nulls.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -73,22 +75,15 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
         doubts: Vec<DoubtRecord>,
         start: Instant,
     ) -> Self {
+        let doubts: Vec<DoubtRecord> = if config.may_align() {
+            doubts
+        } else {
+            doubts.into_iter().map(DoubtRecord::of_aligned).collect()
+        };
         Self {
-            version: env!("CARGO_PKG_VERSION").into(),
-            command: C::COMMAND.into(),
-            status: status.into(),
-            verdict: Verdict::of(&doubts),
-            doubts,
-            dimension: D,
             nodes: grid.map_or_else(Vec::new, |grid| grid.nodes_per_axis().to_vec()),
             spacing: grid.map(Grid::spacing),
-            spacing_input_units: None,
-            input: Vec::new(),
-            world: None,
-            parameters: config.clone(),
-            body,
-            seconds: start.elapsed().as_secs_f64(),
-            peak_memory_bytes: memory::peak(),
+            ..Self::without_grid(C::COMMAND, status, config.clone(), body, doubts, start)
         }
     }
 
@@ -119,6 +114,34 @@ impl<C: Config, T: Serialize, const D: usize> Record<C, T, D> {
 }
 
 impl<C, T, const D: usize> Record<C, T, D> {
+    /// The record of a result of a command that has no grid of its own, computed since `start`.
+    pub fn without_grid(
+        command: &str,
+        status: impl Into<String>,
+        parameters: C,
+        body: T,
+        doubts: Vec<DoubtRecord>,
+        start: Instant,
+    ) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            command: command.into(),
+            status: status.into(),
+            verdict: Verdict::of(&doubts),
+            doubts,
+            dimension: D,
+            nodes: Vec::new(),
+            spacing: None,
+            spacing_input_units: None,
+            input: Vec::new(),
+            world: None,
+            parameters,
+            body,
+            seconds: start.elapsed().as_secs_f64(),
+            peak_memory_bytes: memory::peak(),
+        }
+    }
+
     /// The numbers of nodes as text.
     pub fn grid(&self) -> String {
         let nodes: Vec<String> = self.nodes.iter().map(ToString::to_string).collect();

@@ -10,7 +10,7 @@ use crate::doubts::{DoubtRecord, in_words};
 use crate::error::CliError;
 use crate::numbers::shown;
 use crate::print::print;
-use crate::report::{RESULT, Record, certified};
+use crate::report::{PAGE, RESULT, Record, certified};
 use crate::shapes::describe_placement;
 use shapespace_input::terminal::printable;
 use shapespace_picture::Canvas;
@@ -142,10 +142,11 @@ impl Summary {
     pub fn print(&self, directory: &Path) -> Result<(), CliError> {
         let path = |name| directory.join(name).display().to_string();
         let mut lines = self.lines.clone();
-        let files = [
-            line("results", path(self.results)),
-            line("picture", path(self.picture)),
-        ];
+        let mut files = vec![line("results", path(self.results))];
+        if directory.join(PAGE).exists() {
+            files.push(line("report", path(PAGE)));
+        }
+        files.push(line("picture", path(self.picture)));
         if self.doubts.is_empty() {
             lines.extend(self.verdict());
             lines.extend(files);

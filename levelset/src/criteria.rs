@@ -227,7 +227,7 @@ const CRITERIA: [Criterion; 25] = [
         reason: "The length of a path that does not reach the end shape is not its distance. Paths \
                  between silhouettes whose parts the grid resolves end at .98 to 1. A mean distance of \
                  the boundaries of a quarter of a spacing or less is not doubtful at any overlap.",
-        remedy: "use a finer --grid, more steps (-K), --align rigid or --form level-sets",
+        remedy: "use --align rigid, a finer --grid, more steps (-K) or --form level-sets",
     },
     Criterion {
         cause: Cause::PathBoundary,
@@ -236,7 +236,7 @@ const CRITERIA: [Criterion; 25] = [
         limit: Limit::AtMost(0.5),
         reason: "A boundary is known to a fraction of a spacing. Where parts merge or split, the two \
                  sides of a slit or film narrower than a spacing are left out.",
-        remedy: "use a finer --grid, more steps (-K), --align rigid or --form level-sets",
+        remedy: "use --align rigid, a finer --grid, more steps (-K) or --form level-sets",
     },
     Criterion {
         cause: Cause::PathParts,
@@ -245,7 +245,7 @@ const CRITERIA: [Criterion; 25] = [
         reason: "Sharp corners are rounded by one to two spacings. A part that is shorter or longer \
                  than it should be by more is missing or left over, however small it is. Slits and \
                  films narrower than a spacing are left out.",
-        remedy: "use a finer --grid, more steps (-K), --align rigid or --form level-sets",
+        remedy: "use --align rigid, a finer --grid, more steps (-K) or --form level-sets",
     },
     Criterion {
         cause: Cause::Asymmetry,

@@ -8,7 +8,7 @@ use shape_average::joint::JointParams;
 use shape_average::{AverageParams, Mean, Solver};
 
 use super::views;
-use crate::config::{Config, Configured, allow};
+use crate::config::{Config, Configured, RUN, allow};
 use crate::error::CliError;
 use crate::numbers::shown;
 use crate::options::{
@@ -30,6 +30,7 @@ pub struct AverageArgs {
 
 /// Options that do not influence the results.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = RUN)]
 pub struct AverageRun {
     /// Options shared with other commands.
     #[command(flatten)]
@@ -117,6 +118,10 @@ impl Config for AverageConfig {
             params: JointParams::default().average,
             ..Self::default()
         })
+    }
+
+    fn may_align(&self) -> bool {
+        !self.joint && self.masks.may_align()
     }
 
     fn check(&self) -> Result<(), CliError> {

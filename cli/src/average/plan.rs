@@ -6,7 +6,7 @@ use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::options::resolve_law;
 use crate::progress::Progress;
-use crate::shapes::{Components, Placed, VisibilityMask, input_like};
+use crate::shapes::{Components, Placed, VisibilityMask};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::{Image, Sources};
 
@@ -59,7 +59,7 @@ pub(super) fn plan_images<const D: usize>(
         (images, None)
     };
     let mut placed = Placed::new(images, &mut config.masks)?;
-    placed.like = input_like(&config.inputs, config.like.as_deref())?;
+    placed.lead(&config.inputs, config.like.as_deref())?;
     if config.sweep.is_none() {
         let weights = config.weights()?;
         config.params.weights.get_or_insert(weights);

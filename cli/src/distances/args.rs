@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::classes;
 use super::shard::Shard;
-use crate::config::{Config, Configured, allow};
+use crate::config::{Config, Configured, RUN, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_area, check_path};
 use crate::options::{Align, MaskOptions, RunOptions};
@@ -26,16 +26,21 @@ pub struct DistancesArgs {
     pub run: RunOptions,
     /// Number of paths computed at the same time [default: one per thread]; fewer need less memory.
     /// The results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..),
+        help_heading = RUN
+    )]
     pub at_once: Option<u32>,
     /// Compute the paths of a part of the pairs only, for example 3/8: the third of eight parts. Each
     /// part may be computed on another machine; `--merge` collects them.
-    #[arg(long, value_name = "I/N", conflicts_with = "merge")]
+    #[arg(long, value_name = "I/N", conflicts_with = "merge", help_heading = RUN)]
     pub shard: Option<Shard>,
     /// Use the paths in these result directories of the same inputs and parameters: parts, finished or
     /// not, or a complete result that is to be evaluated with other classes or clusters. Paths that
     /// are missing are computed.
-    #[arg(long, value_name = "DIR", num_args = 1..)]
+    #[arg(long, value_name = "DIR", num_args = 1.., help_heading = RUN)]
     pub merge: Vec<PathBuf>,
 }
 
@@ -136,6 +141,10 @@ impl Default for DistancesConfig {
 
 impl Config for DistancesConfig {
     const COMMAND: &'static str = "distances";
+
+    fn may_align(&self) -> bool {
+        self.masks.may_align()
+    }
 
     fn check(&self) -> Result<(), CliError> {
         let most = self.inputs.len();

@@ -66,6 +66,10 @@ pub enum Occluded {
 impl Config for GeodesicConfig {
     const COMMAND: &'static str = "geodesic";
 
+    fn may_align(&self) -> bool {
+        self.masks.may_align()
+    }
+
     fn check(&self) -> Result<(), CliError> {
         named(Self::COMMAND, "a mask, START", &self.start)?;
         named(Self::COMMAND, "two masks, START and END", &self.end)?;

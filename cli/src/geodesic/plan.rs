@@ -6,7 +6,7 @@ use super::args::GeodesicConfig;
 use crate::error::CliError;
 use crate::fingerprint::{Fingerprint, hash};
 use crate::options::{Align, resolve_law};
-use crate::shapes::{Components, Placed, VisibilityMask, input_like, read_view};
+use crate::shapes::{Components, Placed, VisibilityMask, read_view};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::{Image, Sources};
 
@@ -65,7 +65,7 @@ fn plan_images<const D: usize>(
     };
     let mut placed = Placed::new(images, &mut config.masks)?;
     let ends = [config.start.clone(), config.end.clone()];
-    placed.like = input_like(&ends, config.like.as_deref())?;
+    placed.lead(&ends, config.like.as_deref())?;
     let views = [
         view(&config.valid_start, "--valid-start")?,
         view(&config.valid_end, "--valid-end")?,

@@ -54,6 +54,10 @@ impl Default for LengthConfig {
 impl Config for LengthConfig {
     const COMMAND: &'static str = "length";
 
+    fn may_align(&self) -> bool {
+        self.masks.may_align()
+    }
+
     fn check(&self) -> Result<(), CliError> {
         let found = self.inputs.len();
         if found < 2 {

@@ -56,6 +56,10 @@ pub struct MetricConfig {
 impl Config for MetricConfig {
     const COMMAND: &'static str = "metric";
 
+    fn may_align(&self) -> bool {
+        self.masks.may_align()
+    }
+
     fn check(&self) -> Result<(), CliError> {
         named(Self::COMMAND, "a mask, SHAPE", &self.shape)?;
         let chosen = [

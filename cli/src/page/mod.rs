@@ -15,11 +15,10 @@ mod values;
 use shapespace_report::html::{Markup, Page};
 
 use crate::output::{OutputError, ResultDir, write_text};
+use crate::report::PAGE;
 use crate::summary::Summary;
 use source::Source;
 
-/// The name of the report.
-pub(crate) const PAGE: &str = "report.html";
 const STYLE: &str = include_str!("assets/page.css");
 /// The scripts, each for the elements of one kind.
 const SCRIPT: &str = concat!(

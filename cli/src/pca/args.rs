@@ -167,6 +167,10 @@ pub struct ScoreConfig {
 impl Config for ScoreConfig {
     const COMMAND: &'static str = "score";
 
+    fn may_align(&self) -> bool {
+        self.align != Some(Align::Rigid)
+    }
+
     fn check(&self) -> Result<(), CliError> {
         let first = self.inputs.first().map_or(Path::new(""), PathBuf::as_path);
         named(Self::COMMAND, "a mask", first)?;

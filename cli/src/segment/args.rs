@@ -36,7 +36,7 @@ pub struct SegmentConfig {
     #[arg(long, value_name = "GREY")]
     pub threshold: Option<f64>,
     /// Number of classes of grey values; the object is the brightest or the darkest class.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = "Computation")]
     pub classes: usize,
     /// Keep only the largest connected component of the object.
     #[arg(long)]

@@ -251,6 +251,8 @@ fn the_summary_ends_with_the_picture() {
     let run = place.run(&arguments);
     let text = succeeded(&run);
     let last = text.lines().last().unwrap();
+    assert!(place.path("out/report.html").exists());
+    assert!(text.contains("report       out/report.html"), "{text}");
     assert!(last.ends_with("out/average.png"), "{last}");
     for word in ["energy", "Dice", "certified", "converged"] {
         assert!(text.contains(word), "no '{word}' in: {text}");

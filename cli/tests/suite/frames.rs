@@ -313,6 +313,26 @@ fn a_mirror_image_is_named() {
     }
 }
 
+/// Results of inputs without a place have no world that one of them could state.
+#[test]
+fn like_is_refused_without_a_world() {
+    let place = Place::new();
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let affine = lattice(identity, [SIDE; 3]);
+    for name in ["a.nii", "b.nii"] {
+        SOLID.write(&place, name, [SIDE; 3], &affine);
+    }
+    for command in ["average", "geodesic"] {
+        let options = [
+            "--frame", "none", "--like", "b.nii", "--grid", "17", "-o", "out",
+        ];
+        let run = place.run(&[&[command, "a.nii", "b.nii"], &options[..]].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{command}: {report}");
+        assert!(report.contains("--like"), "{command}: {report}");
+    }
+}
+
 #[test]
 fn frames_are_chosen_by_what_files_state() {
     let place = Place::new();

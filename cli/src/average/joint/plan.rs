@@ -10,7 +10,7 @@ use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
 use crate::options::{Frame, Nodes, resolve_law};
 use crate::progress::Progress;
-use crate::shapes::{GreyInput, input_like, labels, oriented};
+use crate::shapes::{GreyInput, input_like, labels, oriented, placeless_like};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
 use shapespace_input::place::{nodal_values, whole_frames};
@@ -64,11 +64,7 @@ fn plan<const D: usize>(
     let (images, rule) = oriented(images, &config.masks)?;
     config.masks.frame = Some(rule);
     if let Some(like) = config.like.as_ref().filter(|_| rule == Frame::None) {
-        return Err(CliError::Option {
-            option: "--like",
-            value: format!("'{}'", like.display()),
-            remedy: "leave it out: no place of the images in the world is known, or used".into(),
-        });
+        return Err(placeless_like(like));
     }
     let images = &images[..];
     let (frames, grid) = match rule {
