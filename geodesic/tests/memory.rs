@@ -1,7 +1,9 @@
 //! The estimate of the memory of a path against what is asked of the allocator.
 
 use fe_grid::minimise::Silent;
-use fe_grid::{Grid, ScalarField};
+use fe_grid::{Field, Grid, ScalarField};
+use geodesic::boundary_metric::{self, MetricParams, Variation};
+use geodesic::calculus::{self, CalculusParams, Ladder, exponential, transport};
 use geodesic::{Form, GeodesicParams, Shape, geodesic_between, memory_estimate};
 use peak_alloc::PeakAlloc;
 use std::sync::Mutex;
@@ -67,6 +69,83 @@ fn estimates_are_what_is_used() {
     check::<3>(33, 1, &short(Form::Lagrangian, 2));
     check::<2>(65, 3, &short(Form::Lagrangian, 3));
     check::<2>(65, 2, &short(Form::LevelSets, 3));
+}
+
+/// The estimate of an extension of a path of growing shapes by so many steps, or of a transport along it, over the
+/// most memory in use.
+fn measured_calculus<const D: usize>(nodes: usize, given: usize, steps: Option<usize>) -> f64 {
+    on_threads(1, || {
+        let before = ALLOCATOR.current_usage();
+        let grid = Grid::<D>::cube(nodes);
+        let ball = ScalarField::from_fn(grid, |x| {
+            let square = |k: usize| (x[k] - 0.5).powi(2);
+            [0.2 - (0..D).map(square).sum::<f64>().sqrt()]
+        });
+        let growth = |k: usize| {
+            let share = 0.02 * (k + 1) as f64;
+            Field::from_fn(grid, move |x: [f64; D]| {
+                let bend = 0.02 * share * (9.0 * x[0]).sin();
+                x.map(|x| share * (x - 0.5) + bend)
+            })
+        };
+        let path: Vec<_> = (0..given).map(growth).collect();
+        // More iterations than are remembered.
+        let params = CalculusParams {
+            tolerance: 1e-6,
+            max_iterations: 60,
+            history: 3,
+            ..CalculusParams::default()
+        };
+        ALLOCATOR.reset_peak_usage();
+        let variation = Field::from_fn(grid, |x: [f64; D]| x.map(|x| 0.05 * (x - 0.5)));
+        if let Some(steps) = steps {
+            let found = exponential(&ball, &path, steps, &params, &mut Silent).unwrap();
+            assert_eq!(found.step_energies.len(), steps);
+        } else {
+            let ladder = Ladder::default();
+            let silent = &mut Silent;
+            let found = transport(&ball, &path, &variation, ladder, &params, silent).unwrap();
+            assert!(found.variation.is_some(), "{:?}", found.reports);
+        }
+        let most = ALLOCATOR.peak_usage() - before;
+        let found = steps.unwrap_or(0);
+        calculus::memory_estimate(&params, given, found, &grid) as f64 / most as f64
+    })
+}
+
+/// The estimate of the metric at a ball, over the most memory in use.
+fn measured_metric<const D: usize>(nodes: usize) -> f64 {
+    on_threads(1, || {
+        let before = ALLOCATOR.current_usage();
+        let ball = ScalarField::<f64, D>::from_fn(Grid::cube(nodes), |x| {
+            let square = |k: usize| (x[k] - 0.5).powi(2);
+            [0.3 - (0..D).map(square).sum::<f64>().sqrt()]
+        });
+        let variation = Variation::Nodal(ball.clone());
+        let params = MetricParams::default();
+        ALLOCATOR.reset_peak_usage();
+        boundary_metric::estimate(&ball, &variation, &params).unwrap();
+        let most = ALLOCATOR.peak_usage() - before;
+        boundary_metric::memory_estimate(&ball) as f64 / most as f64
+    })
+}
+
+#[test]
+fn estimates_of_the_calculus_and_of_the_metric_are_what_is_used() {
+    let _alone = ALONE.lock();
+    let ratios = [
+        ("metric, 2D", measured_metric::<2>(129)),
+        ("metric, 3D", measured_metric::<3>(33)),
+        ("extension, 2D", measured_calculus::<2>(65, 1, Some(3))),
+        ("long extension, 2D", measured_calculus::<2>(65, 6, Some(2))),
+        ("extension, 3D", measured_calculus::<3>(17, 2, Some(2))),
+        ("transport, 2D", measured_calculus::<2>(33, 3, None)),
+        ("transport, 3D", measured_calculus::<3>(17, 2, None)),
+    ];
+    println!("{ratios:.3?}");
+    for (what, ratio) in ratios {
+        assert!((0.85..1.2).contains(&ratio), "{what}: {ratio}");
+    }
 }
 
 /// The sizes at which estimates matter take minutes.

@@ -80,7 +80,7 @@ pub use error::PcaError;
 pub use finite::{Finite, FiniteReport};
 pub use krylov::SolveReport;
 pub use mahalanobis::{Mahalanobis, NEGLIGIBLE_VARIANCE};
-pub use memory::memory_estimate;
+pub use memory::{memory_estimate, memory_estimate_of_response};
 pub use modes::{Modes, Scores};
 pub use operator::{Compound, representation};
 pub use params::{Metric, PcaParams};

@@ -6,23 +6,31 @@ mod support;
 use fe_grid::Grid;
 use fe_grid::minimise::Silent;
 use peak_alloc::PeakAlloc;
-use shape_pca::{Average, Balancing, Compound, Pca, PcaParams, memory_estimate};
+use shape_pca::{
+    Average, Balancing, Compound, Finite, Pca, PcaParams, memory_estimate,
+    memory_estimate_of_response,
+};
 use support::{blob, smooth};
 use test_support::on_threads;
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
 
+/// An average of shapes that differ.
+fn average<const D: usize>(grid: Grid<D>, n_shapes: usize) -> Average<D> {
+    let share = |i: usize| i as f64 / n_shapes as f64;
+    let displacements = (0..n_shapes).map(|i| smooth(grid, 0.03, 4.0 * share(i)));
+    let indicators = (0..n_shapes).map(|i| blob(grid, 0.25 + 0.05 * share(i)));
+    let weights = vec![1.0 / n_shapes as f64; n_shapes];
+    Average::new(displacements.collect(), indicators.collect(), weights).unwrap()
+}
+
 /// The estimate of modes, or of the balancing before them, on one thread, over the most memory in use.
 fn measured<const D: usize>(nodes: usize, n_shapes: usize, balances: bool) -> f64 {
     on_threads(1, || {
         let before = ALLOCATOR.current_usage();
         let grid = Grid::<D>::cube(nodes);
-        let share = |i: usize| i as f64 / n_shapes as f64;
-        let displacements = (0..n_shapes).map(|i| smooth(grid, 0.03, 4.0 * share(i)));
-        let indicators = (0..n_shapes).map(|i| blob(grid, 0.25 + 0.05 * share(i)));
-        let weights = vec![1.0 / n_shapes as f64; n_shapes];
-        let average = Average::new(displacements.collect(), indicators.collect(), weights).unwrap();
+        let average = average(grid, n_shapes);
         ALLOCATOR.reset_peak_usage();
         let params = PcaParams::default();
         if balances {
@@ -39,6 +47,23 @@ fn measured<const D: usize>(nodes: usize, n_shapes: usize, balances: bool) -> f6
         }
         let most = ALLOCATOR.peak_usage() - before;
         memory_estimate(n_shapes, 3, balances, &grid) as f64 / most as f64
+    })
+}
+
+/// The estimate of the nonlinear response to a small load, without modes, over the most memory in use.
+fn measured_response<const D: usize>(nodes: usize, n_shapes: usize) -> f64 {
+    on_threads(1, || {
+        let before = ALLOCATOR.current_usage();
+        let grid = Grid::<D>::cube(nodes);
+        let average = average(grid, n_shapes);
+        ALLOCATOR.reset_peak_usage();
+        let compound = Compound::new(&average, &PcaParams::default()).unwrap();
+        let load = compound.apply(smooth(grid, 1e-3, 1.0).as_slice());
+        let problem = Finite::new(&average, &compound);
+        let (_, report) = problem.respond(&load).unwrap();
+        assert!(report.steps[0].iterations > 1);
+        let most = ALLOCATOR.peak_usage() - before;
+        memory_estimate_of_response(n_shapes, 0, &grid) as f64 / most as f64
     })
 }
 
@@ -59,5 +84,10 @@ fn estimates_are_what_is_used() {
         check::<2>(65, 2, balances);
         check::<2>(65, 7, balances);
         check::<3>(17, 3, balances);
+    }
+    let responses = [measured_response::<2>(65, 3), measured_response::<3>(17, 2)];
+    println!("responses: {responses:.3?}");
+    for ratio in responses {
+        assert!((0.88..1.12).contains(&ratio), "{responses:?}");
     }
 }

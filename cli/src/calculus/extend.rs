@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ::geodesic::calculus::{Extension, SolveStatus, exponential};
+use ::geodesic::calculus::{CalculusParams, Extension, SolveStatus, exponential, memory_estimate};
 
 use super::args::ExtendConfig;
 use super::read::{StoredGeodesic, read};
@@ -12,6 +12,7 @@ use crate::error::CliError;
 use crate::fingerprint::Fingerprint;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::{STEM, write_path};
+use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::report::word;
 use crate::session::{Command, PlanOf, Session};
@@ -43,6 +44,8 @@ impl Command for ExtendConfig {
         let mut config = self.clone();
         let steps = *config.steps.get_or_insert(geodesic.motions.len());
         let params = geodesic.calculus_params(config.solver);
+        let needed = memory_of_extension(&geodesic, &params, steps);
+        announce(needed, geodesic.grid(), &session.progress)?;
         let mut fingerprint = Fingerprint::of_results(self, &[&self.geodesic])?;
         fingerprint.leave_out("geodesic");
         let mut checkpointer = session.checkpointer(fingerprint)?;
@@ -79,6 +82,22 @@ impl Command for ExtendConfig {
         record.write(directory)?;
         Ok(summary(&record))
     }
+}
+
+/// Estimates the memory of a continuation, in bytes: with the geodesic, while it is computed, and while both are
+/// written, one after the other.
+fn memory_of_extension<const D: usize>(
+    geodesic: &StoredGeodesic<D>,
+    params: &CalculusParams,
+    steps: usize,
+) -> u64 {
+    let given = geodesic.motions.len();
+    let of_steps = memory_estimate(params, given, steps, geodesic.grid());
+    let both = given + steps;
+    // The motions, and the displacements as they are and together.
+    let displacements = 2 * both + steps + 2 * given;
+    let of_writing = geodesic.bytes(D * displacements + 2 * (both + 1));
+    geodesic.shapes_bytes() + of_steps.max(of_writing)
 }
 
 /// The geodesic followed by its continuation.

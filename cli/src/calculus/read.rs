@@ -139,6 +139,16 @@ impl<const D: usize> StoredGeodesic<D> {
         solver.params(&CalculusParams::from(&self.params))
     }
 
+    /// The memory of so many numbers a node, in bytes.
+    pub fn bytes(&self, numbers: usize) -> u64 {
+        (size_of::<f64>() * numbers * self.grid().n_nodes()) as u64
+    }
+
+    /// The memory of the signed distances, and of the displacements between the shapes.
+    pub fn shapes_bytes(&self) -> u64 {
+        self.bytes(self.level_sets.len() + D * self.displacements.len())
+    }
+
     /// The grid of all fields.
     pub fn grid(&self) -> &Grid<D> {
         self.level_sets[0].grid()

@@ -4,9 +4,10 @@ use std::path::Path as FilePath;
 use std::time::Instant;
 
 use ::geodesic::calculus::{
-    Extension, Ladder, SolveReport, SolveStatus, at_end, logarithm, shoot, transport,
+    Extension, Ladder, SolveReport, SolveStatus, at_end, logarithm, memory_estimate, shoot,
+    transport,
 };
-use ::geodesic::{GeodesicError, GeodesicParams};
+use ::geodesic::{GeodesicError, GeodesicParams, memory_estimate as memory_of_path};
 use fe_grid::{Field, ScalarField};
 use levelset::{
     BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, Moments, contour, hausdorff,
@@ -22,6 +23,7 @@ use crate::fingerprint::{Fingerprint, hash};
 use crate::geodesic::draw::portraits;
 use crate::geodesic::path::{Parts, Path};
 use crate::geodesic::write::{STEM, write_path};
+use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::report::word;
 use crate::session::{Command, PlanOf, Session};
@@ -91,6 +93,8 @@ impl Command for TransportConfig {
         (geodesic, image): (StoredGeodesic<D>, Image<D>),
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
+        let needed = self.memory(&geodesic);
+        announce(needed, geodesic.grid(), &session.progress)?;
         let mut fingerprint =
             Fingerprint::of_results(self, &[&self.geodesic])?.and(std::iter::once(hash(&image)));
         fingerprint.leave_out("geodesic");
@@ -179,6 +183,21 @@ impl TransportConfig {
             path: self.variation.clone(),
             reason,
         }
+    }
+
+    /// Estimates the memory, in bytes: with the geodesic, that of the path to the variation, or that of the
+    /// transport and of the steps to the counterpart.
+    fn memory<const D: usize>(&self, geodesic: &StoredGeodesic<D>) -> u64 {
+        let grid = geodesic.grid();
+        let params = geodesic.calculus_params(self.solver);
+        let given = geodesic.motions.len();
+        let to_variation = GeodesicParams {
+            steps: self.steps,
+            ..geodesic.params.clone()
+        };
+        let of_path = memory_of_path(&to_variation, 1, grid) + geodesic.bytes(D * given);
+        let of_transport = memory_estimate(&params, given, self.steps, grid);
+        geodesic.shapes_bytes() + of_path.max(of_transport)
     }
 
     /// The doubts about the mask of the variation, about its overlap with the end of the path to it,

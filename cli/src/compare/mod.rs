@@ -12,13 +12,25 @@ mod tests;
 mod write;
 
 use crate::error::CliError;
+use crate::memory::announce;
 use crate::output::ResultDir;
+use crate::pca::StoredPca;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
 
 pub use args::CompareConfig;
 pub(crate) use source::Compared;
+use source::Kind;
 pub(crate) use tests::Outcome;
+
+/// Estimates the memory of a comparison of modes, in bytes: of the modes, of the shapes that groups and covariates
+/// predict, and of the displacement that one of them is computed by.
+fn memory<const D: usize>(compared: &Compared<D>, stored: &StoredPca<D>) -> u64 {
+    let labelled = &compared.labelled;
+    let predicted = labelled.names.len() + 3 * labelled.covariates.len();
+    let numbers = (predicted + 2 * D + 1) * stored.space.object.grid().n_nodes();
+    stored.bytes() + (size_of::<f64>() * numbers) as u64
+}
 
 impl Command for CompareConfig {
     type Plan<const D: usize> = Compared<D>;
@@ -34,6 +46,10 @@ impl Command for CompareConfig {
         compared: Compared<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
+        if let Kind::Modes(stored, _) = &compared.kind {
+            let grid = stored.space.object.grid();
+            announce(memory(&compared, stored), grid, &session.progress)?;
+        }
         session.progress.stage("relabelling the shapes");
         tests::compute(self, compared)
     }

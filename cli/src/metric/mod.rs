@@ -5,11 +5,12 @@ mod args;
 mod draw;
 mod record;
 
-use ::geodesic::boundary_metric::{Estimate, Variation, estimate};
+use ::geodesic::boundary_metric::{Estimate, Variation, estimate, memory_estimate};
 use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, Doubt, Moments, contour};
 
 use crate::error::CliError;
+use crate::memory::announce;
 use crate::options::Align;
 use crate::output::ResultDir;
 use crate::output::npy::Precision;
@@ -84,6 +85,11 @@ impl Command for MetricConfig {
                 Variation::Translation(std::array::from_fn(|k| config.translation[k]))
             }
         };
+        announce(
+            memory_estimate(&distance),
+            distance.grid(),
+            &session.progress,
+        )?;
         session.progress.stage("computing the optimal velocity");
         let found = estimate(&distance, &variation, &config.params)?;
         let outline = contour(&distance, 0.0, BoxEdge::Closed);

@@ -232,6 +232,19 @@ pub(crate) struct StoredPca<const D: usize> {
     pub doubts: Vec<DoubtRecord>,
 }
 
+impl<const D: usize> StoredPca<D> {
+    /// The memory of its arrays, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let average = &self.average;
+        let components = 2 * average.components.len();
+        // With the object, for the modes too, the phase fields and the mean displacement.
+        let scalars = average.average.n_shapes() + average.phase_fields.len() + components + 3;
+        let displacements = average.average.n_shapes() + self.space.fields.len() + 1;
+        let numbers = (scalars + D * displacements) * self.space.object.grid().n_nodes();
+        (size_of::<f64>() * numbers) as u64
+    }
+}
+
 /// Reads the directory of an analysis, and that of its average.
 ///
 /// # Errors

@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use fe_grid::{VectorField, certify_within};
 use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour};
-use shape_pca::{Compound, Finite, FiniteReport, Mahalanobis, Variation};
+use shape_pca::{
+    Compound, Finite, FiniteReport, Mahalanobis, Variation, memory_estimate_of_response,
+};
 
 use super::args::SynthesizeConfig;
 use super::components::{displaced, label_field, outlines};
@@ -14,6 +16,7 @@ use super::record::{Synthesis, SynthesisRecord};
 use crate::doubts::{named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::{portraits, portraits_of_parts};
+use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::output::surface::write_surface;
 use crate::session::{Command, PlanOf, Session};
@@ -58,6 +61,8 @@ impl Command for SynthesizeConfig {
                 remedy: "these are finite already and have no loads: leave it out".into(),
             });
         }
+        let grid = stored.space.object.grid();
+        announce(memory(&stored, self.nonlinear), grid, &session.progress)?;
         // `S_k` is about `(1 - u_k)(S)`.
         let mut displacement = stored.space.synthesise(&self.scores)?;
         fe_grid::vector::scale(-1.0, displacement.as_mut_slice());
@@ -136,6 +141,22 @@ impl Command for SynthesizeConfig {
         record.write(directory)?;
         Ok(summary(&record))
     }
+}
+
+/// Estimates the memory of a shape of given scores, in bytes.
+fn memory<const D: usize>(stored: &StoredPca<D>, nonlinear: bool) -> u64 {
+    let grid = stored.space.object.grid();
+    // The displacement, what it is a sum of, and the signed distance.
+    let linear = stored.bytes() + (size_of::<f64>() * (2 * D + 1) * grid.n_nodes()) as u64;
+    if !nonlinear {
+        return linear;
+    }
+    let shapes = stored.average.average.n_shapes();
+    linear.max(memory_estimate_of_response(
+        shapes,
+        stored.space.fields.len(),
+        grid,
+    ))
 }
 
 fn record<const D: usize>(

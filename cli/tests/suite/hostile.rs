@@ -263,18 +263,22 @@ fn computations_beyond_the_memory_are_refused() {
     place.write("a.png", &square(16));
     place.write("b.png", &square(12));
     let program = env!("CARGO_BIN_EXE_shapespace");
+    let limited = |kibibytes: usize, command: &str| {
+        let line = format!("ulimit -v {kibibytes}; exec '{program}' {command} -o out --threads 1");
+        let run = Command::new("sh")
+            .args(["-c", &line])
+            .current_dir(place.path("."))
+            .output();
+        run.unwrap()
+    };
     for command in [
         "geodesic a.png b.png --align none --grid 513 -K 16",
         "distances a.png b.png --align none --grid 513 -K 16",
         "segment a.png --grid 2049",
         "average a.png b.png --joint --grid 1025",
+        "metric a.png --mode 2 --grid 2049",
     ] {
-        let line = format!("ulimit -v 500000; exec '{program}' {command} -o out --threads 1");
-        let run = Command::new("sh")
-            .args(["-c", &line])
-            .current_dir(place.path("."))
-            .output();
-        let run = run.unwrap();
+        let run = limited(500_000, command);
         let report = String::from_utf8_lossy(&run.stderr).into_owned();
         assert_eq!(run.status.code(), Some(2), "{command}: {report}");
         assert!(
@@ -282,6 +286,16 @@ fn computations_beyond_the_memory_are_refused() {
             "{command}: {report}"
         );
         assert_eq!(place.listing(), ["a.png", "b.png"], "{command}");
+    }
+    let path = "geodesic a.png b.png --align none --grid 65 -K 2 -o path";
+    let path: Vec<&str> = path.split_whitespace().collect();
+    place.compute(&path);
+    for command in ["extend path -K 1024", "transport path b.png --steps 256"] {
+        let run = limited(200_000, command);
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{command}: {report}");
+        assert!(report.contains("are free"), "{command}: {report}");
+        assert_eq!(place.listing(), ["a.png", "b.png", "path"], "{command}");
     }
 }
 

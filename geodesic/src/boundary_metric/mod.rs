@@ -44,6 +44,7 @@ mod doubts;
 mod elements;
 mod energy;
 mod estimate;
+mod memory;
 mod operator;
 mod params;
 mod shape;
@@ -52,6 +53,7 @@ mod variation;
 
 pub use boundary::{BoundaryPoint, BoundaryPoints};
 pub use estimate::{Estimate, estimate};
+pub use memory::memory_estimate;
 pub use params::MetricParams;
 pub use solve::{Flow, ShapeMetric};
 pub use variation::Variation;

@@ -86,6 +86,7 @@ mod anderson;
 mod deformations;
 mod finite;
 mod geometry;
+mod memory;
 mod metric;
 mod params;
 mod regrid;
@@ -96,6 +97,7 @@ mod space;
 pub use anderson::SolveStatus;
 pub use deformations::{DeformationSpace, SolveReport};
 pub use finite::FiniteSpace;
+pub use memory::memory_estimate;
 pub use params::CalculusParams;
 pub use shapes::{
     Extension, Logarithm, Piece, Transport, at_end, exponential, logarithm, shoot, transport,
