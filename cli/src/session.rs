@@ -237,11 +237,7 @@ pub(crate) fn run<C: Command>(
         let Some(summary) = summary else {
             return Ok(Exit::Success);
         };
-        let exit = exit(&summary, options.allow_doubtful);
-        if options.log == Some(LogFormat::Json) {
-            log::result(start, session.output, summary.doubts.len(), exit);
-        }
-        Ok(exit)
+        Ok(concluded(&summary, options, start))
     });
     match (done, options.log) {
         // The last line of the log instead of a report.
@@ -251,6 +247,15 @@ pub(crate) fn run<C: Command>(
         }
         (done, _) => done,
     }
+}
+
+/// The exit code of a written result, which is told to other programs.
+pub(crate) fn concluded(summary: &Summary, options: &RunOptions, start: Instant) -> Exit {
+    let exit = exit(summary, options.allow_doubtful);
+    if options.log == Some(LogFormat::Json) {
+        log::result(start, &options.output, summary.doubts.len(), exit);
+    }
+    exit
 }
 
 /// The exit code of a written result.

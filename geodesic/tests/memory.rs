@@ -134,13 +134,13 @@ fn measured_metric<const D: usize>(nodes: usize) -> f64 {
 fn estimates_of_the_calculus_and_of_the_metric_are_what_is_used() {
     let _alone = ALONE.lock();
     let ratios = [
-        ("metric, 2D", measured_metric::<2>(129)),
-        ("metric, 3D", measured_metric::<3>(33)),
-        ("extension, 2D", measured_calculus::<2>(65, 1, Some(3))),
-        ("long extension, 2D", measured_calculus::<2>(65, 6, Some(2))),
-        ("extension, 3D", measured_calculus::<3>(17, 2, Some(2))),
-        ("transport, 2D", measured_calculus::<2>(33, 3, None)),
-        ("transport, 3D", measured_calculus::<3>(17, 2, None)),
+        ("metric, 2D", measured_metric::<2>(65)),
+        ("metric, 3D", measured_metric::<3>(17)),
+        ("extension, 2D", measured_calculus::<2>(33, 1, Some(2))),
+        ("long extension, 2D", measured_calculus::<2>(33, 6, Some(1))),
+        ("extension, 3D", measured_calculus::<3>(17, 2, Some(1))),
+        ("transport, 2D", measured_calculus::<2>(33, 2, None)),
+        ("transport, 3D", measured_calculus::<3>(17, 1, None)),
     ];
     println!("{ratios:.3?}");
     for (what, ratio) in ratios {

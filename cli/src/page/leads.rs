@@ -351,6 +351,21 @@ const LEADS: &[Lead] = &[
             ("assigned to", "/assigned_group/*"),
         ],
     },
+    Lead {
+        command: "warp",
+        figures: &[
+            ("files", "/carried/*", Count),
+            ("samples and points", "/carried/*/count", Sum),
+            ("of these without an exact place", "/carried/*/inexact", Sum),
+        ],
+        names: ("file", "/carried/*/file"),
+        columns: &[
+            ("carried as", "/carried/*/result"),
+            ("what", "/carried/*/what"),
+            ("samples or points", "/carried/*/count"),
+            ("without an exact place", "/carried/*/inexact"),
+        ],
+    },
 ];
 
 /// What all commands have of their inputs.

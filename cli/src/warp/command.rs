@@ -1,19 +1,26 @@
 //! `shapespace warp`: carries images, surfaces and landmarks through the deformations of a result.
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 
+use super::draw::{PICTURE, sheet};
 use super::images::carried_image;
 use super::map::StoredMap;
 use super::points::{Moved, moved_drawing, moved_landmarks, moved_surface};
+use super::record::{Record, record, summary};
 use super::way::Way;
 use crate::error::{CliError, Exit};
+use crate::integrity::seal;
 use crate::options::RunOptions;
 use crate::output::ResultDir;
+use crate::page::{command_line, write_page};
 use crate::pool::in_pool;
-use crate::print::print;
-use shapespace_input::terminal::printable;
+use crate::report::RESULT;
+use crate::session::concluded;
+use crate::summary::Summary;
 use shapespace_input::{Kinds, expand, extension_of, is_mesh};
 
 /// Carries images, surfaces and landmarks from one shape of a result to another: from an input of an
@@ -26,31 +33,38 @@ use shapespace_input::{Kinds, expand, extension_of, is_mesh};
 pub struct WarpArgs {
     /// Result directory of `average`, `geodesic`, `length`, `pca` or `synthesize`.
     #[arg(value_name = "RESULT")]
-    result: PathBuf,
+    pub(super) result: PathBuf,
     /// Images of any format, surfaces (.stl, .ply, .obj, .vtk, .vtp), and points such as landmarks or outlines
     /// (.csv, with x, y and, of volumes, z in the first columns or in those of these names). A folder, or a pattern
     /// in quotes, stands for its files.
     #[arg(value_name = "FILE", required = true)]
-    files: Vec<PathBuf>,
+    pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
-    way: Way,
+    pub(super) way: Way,
     /// The other way round.
     #[arg(long, help_heading = "From where to where")]
-    inverse: bool,
+    pub(super) inverse: bool,
     /// Values between the samples of images [default: nearest for labels and masks, whole numbers of which
     /// there are few or most neighbours are equal; else linear].
-    #[arg(long, value_enum)]
-    interpolation: Option<Interpolation>,
+    #[arg(long, value_enum, help_heading = "Samples of images")]
+    pub(super) interpolation: Option<Interpolation>,
     /// Samples of images in a spacing of the grid, where the inputs have no place in the world.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=64))]
-    refine: u32,
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=64),
+        help_heading = "Samples of images"
+    )]
+    pub(super) refine: u32,
     /// Options that do not influence the results.
     #[command(flatten)]
-    run: RunOptions,
+    pub(super) run: RunOptions,
 }
 
 /// Values between the samples of images.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Interpolation {
     /// Multilinear.
     Linear,
@@ -63,22 +77,26 @@ pub enum Interpolation {
 /// # Errors
 /// [`CliError`]; then nothing has been written.
 pub fn run_warp(args: &WarpArgs) -> Result<Exit, CliError> {
+    let start = Instant::now();
     ResultDir::check(&args.run.output)?;
     let mut files = args.files.clone();
     expand(&mut files, Kinds::Masks)?;
-    in_pool(args.run.threads, || warp(args, &files))
+    in_pool(args.run.threads, || warp(args, &files, start))
 }
 
-fn warp(args: &WarpArgs, files: &[PathBuf]) -> Result<Exit, CliError> {
+fn warp(args: &WarpArgs, files: &[PathBuf], start: Instant) -> Result<Exit, CliError> {
+    let progress = args.run.progress(start);
+    progress.stage("reading the result");
     let refine = args.refine as usize;
     let stored = StoredMap::read(&args.result, &args.way, refine, args.run.trust)?;
+    stored.announce(args.inverse, &progress)?;
     let map = stored.direction(args.inverse);
     // An image is pulled back: every point of the result asks where it comes from.
     let back = stored.direction(!args.inverse);
     let directory = ResultDir::create(&args.run.output)?;
-    let mut lines = Vec::new();
-    let mut taken: Vec<PathBuf> = Vec::new();
+    let mut carried: Vec<Moved> = Vec::new();
     for path in files {
+        progress.stage(format!("carrying '{}'", path.display()));
         let moved = match &*extension_of(path) {
             "csv" => moved_landmarks(path, &directory, (&stored, &map))?,
             "svg" => moved_drawing(path, &directory, (&stored, &map))?,
@@ -89,15 +107,45 @@ fn warp(args: &WarpArgs, files: &[PathBuf]) -> Result<Exit, CliError> {
                 carried_image(path, &directory, (sides, &back, small), args.interpolation)?
             }
         };
-        if taken.contains(&moved.name) {
+        let taken = |other: &Moved| other.name == moved.name;
+        if moved.name == Path::new(PICTURE) || carried.iter().any(taken) {
             return Err(other_name(path));
         }
-        lines.push(moved.line(&args.run.output));
-        taken.push(moved.name);
+        carried.push(moved);
     }
-    directory.commit()?;
-    print(&printable(&lines.concat()))?;
-    Ok(Exit::Success)
+    directory.picture(PICTURE, || sheet(&carried))?;
+    let summary = match stored.dimension() {
+        2 => write(
+            &record::<2>(args, files, &carried, start),
+            args,
+            &carried,
+            &directory,
+        ),
+        _ => write(
+            &record::<3>(args, files, &carried, start),
+            args,
+            &carried,
+            &directory,
+        ),
+    }?;
+    let target = directory.commit()?;
+    progress.finish();
+    summary.print(&target)?;
+    Ok(concluded(&summary, &args.run, start))
+}
+
+/// Writes the record and the report, and summarises them.
+fn write<const D: usize>(
+    record: &Record<'_, D>,
+    args: &WarpArgs,
+    carried: &[Moved],
+    directory: &ResultDir,
+) -> Result<Summary, CliError> {
+    directory.record(RESULT, record)?;
+    let summary = summary(record, args, carried);
+    write_page(directory, &summary, Some(&command_line()))?;
+    seal(directory)?;
+    Ok(summary)
 }
 
 fn other_name(path: &Path) -> CliError {
@@ -109,9 +157,9 @@ fn other_name(path: &Path) -> CliError {
 }
 
 impl Moved {
-    /// What was written, and for how much of it the map has no exact inverse.
-    fn line(&self, output: &Path) -> String {
-        let name = output.join(&self.name);
+    /// The file that was written, and for how much of it the map has no exact inverse.
+    pub(super) fn line(&self, output: &Path) -> (String, String) {
+        let name = output.join(&self.name).display().to_string();
         let rest = match self.inexact {
             0 => String::new(),
             inexact => format!(
@@ -119,6 +167,6 @@ impl Moved {
                 self.count, self.unit
             ),
         };
-        format!("  {:<12} {}{rest}\n", self.what, name.display())
+        (name, rest)
     }
 }

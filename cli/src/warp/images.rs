@@ -6,6 +6,7 @@ use shapespace_input::{Sources, extension_of};
 use shapespace_picture::png::{BitDepth, ColorType, encode};
 
 use super::command::Interpolation;
+use super::draw;
 use super::points::Moved;
 use super::route::WorldMap;
 use super::samples::{Between, Side, carried};
@@ -33,6 +34,8 @@ pub(super) fn carried_image(
     let whole = image.are_whole();
     let between = between(image.are_labels(), interpolation);
     let found = carried((&image, &lattice), (&target, back), between, small);
+    let size = std::array::from_fn(|k| image.size.get(k).copied().unwrap_or(1));
+    let pictures = draw::images((&image.values, size), (&found.values, target.size));
     let written = Written {
         stem: stem(path),
         target: &target,
@@ -52,6 +55,7 @@ pub(super) fn carried_image(
         },
         unit: "samples",
         count: target.count(),
+        pictures: Some(pictures),
         inexact: found.inexact,
     })
 }

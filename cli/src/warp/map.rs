@@ -11,6 +11,7 @@ use super::way::{Between, Way};
 use crate::error::CliError;
 use crate::output::numbered;
 use crate::pca::read_pca;
+use crate::progress::Progress;
 use crate::results::{ResultFields, command_in, read_contents, read_dimension};
 use crate::shapes::{Coordinates, InputRecord};
 use shapespace_input::dimension::Dim;
@@ -91,6 +92,21 @@ impl StoredMap {
     /// Whether the points at its ends lie in the world.
     pub fn in_world(&self) -> bool {
         self.sides.iter().all(Side::in_world)
+    }
+
+    /// Says how much memory the deformations of both directions and an image that is written need.
+    ///
+    /// # Errors
+    /// [`CliError::TooLarge`] if less is free.
+    pub fn announce(&self, inverse: bool, progress: &Progress) -> Result<(), CliError> {
+        let [_, to] = self.sides(inverse);
+        // The values of an image that is written and of one that is read, and those of a mask of it.
+        let samples = to.samples().unwrap_or(usize::MAX) as u64;
+        let image = samples.saturating_mul(4 + 8 + 1);
+        match &self.route {
+            Dim::D2(route) => route.announce(image, progress),
+            Dim::D3(route) => route.announce(image, progress),
+        }
     }
 
     /// Defects of inverses up to this are small: a tenth of the spacing of the grid.

@@ -1,12 +1,14 @@
 //! Deformations in the world: as displacement fields for other programs (`fields`), and
 //! `shapespace warp` (`command`), which carries images (`samples`, `images`) and points (`points`) between
-//! two shapes (`way`) of a result (`map`) by its deformations (`route`).
+//! two shapes (`way`) of a result (`map`) by its deformations (`route`); `draw` and `record` show what was carried.
 
 mod command;
+mod draw;
 mod fields;
 mod images;
 mod map;
 mod points;
+mod record;
 mod route;
 mod samples;
 mod way;

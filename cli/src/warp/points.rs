@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::draw::{self, Pair};
 use super::map::StoredMap;
 use super::route::WorldMap;
 use crate::error::CliError;
@@ -21,6 +22,8 @@ pub(super) struct Moved {
     pub unit: &'static str,
     pub count: usize,
     pub inexact: usize,
+    /// Pictures of it before and after, if it can be shown.
+    pub pictures: Option<Pair>,
 }
 
 /// A map of points that counts.
@@ -30,6 +33,9 @@ struct Mover<'a> {
     count: usize,
     inexact: usize,
 }
+
+/// Points that are shown in pictures.
+const MOST_SHOWN: usize = 20_000;
 
 impl<'a> Mover<'a> {
     fn new(stored: &StoredMap, map: &'a WorldMap) -> Self {
@@ -48,8 +54,9 @@ impl<'a> Mover<'a> {
         found.position
     }
 
-    fn moved(&self, name: PathBuf, what: &'static str) -> Moved {
+    fn moved(&self, name: PathBuf, what: &'static str, pictures: Option<Pair>) -> Moved {
         Moved {
+            pictures,
             name,
             what,
             unit: "points",
@@ -92,6 +99,7 @@ pub(super) fn moved_landmarks(
     let mut mover = Mover::new(stored, map);
     let mut moved = String::new();
     let mut places: Option<Vec<usize>> = None;
+    let mut shown: [Vec<[f64; 3]>; 2] = Default::default();
     for (number, line) in text.lines().enumerate() {
         let line = line.trim_end();
         let mut columns: Vec<String> = line.split(',').map(str::to_owned).collect();
@@ -106,6 +114,10 @@ pub(super) fn moved_landmarks(
         if numbers.len() == dimension {
             let position = std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(0.0));
             let there = mover.point(position);
+            if shown[0].len() < MOST_SHOWN {
+                shown[0].push(position);
+                shown[1].push(there);
+            }
             for (&place, x) in own.iter().zip(there) {
                 columns[place] = format!("{x:.6}");
             }
@@ -125,7 +137,8 @@ pub(super) fn moved_landmarks(
     let name = PathBuf::from(format!("{}.csv", stem(path)));
     let file = directory.file(&name);
     std::fs::write(&file, moved).map_err(OutputError::at(&file))?;
-    Ok(mover.moved(name, "points"))
+    let pictures = draw::points(&shown[0], &shown[1]);
+    Ok(mover.moved(name, "points", Some(pictures)))
 }
 
 /// Pieces of the edges of a drawing, along its longer side: straight edges do not stay straight.
@@ -148,9 +161,10 @@ pub(super) fn moved_drawing(
     let filled = read_outline(path)?;
     let [low, high] = filled.whole().bounds();
     let extent = (high[0] - low[0]).max(high[1] - low[1]);
-    let mut parts = Vec::new();
+    let (mut parts, mut before) = (Vec::new(), Vec::new());
     for (outline, fill) in filled.parts() {
         let shape = Shape::of(&outline.refined(extent / PIECES));
+        before.extend(shape.closed_curves().into_iter().map(<[_]>::to_vec));
         let curves = shape.closed_curves().into_iter().map(|curve| {
             let there = |[x, y]: &[f64; 2]| {
                 let [x, y, _] = mover.point([*x, *y, 0.0]);
@@ -166,7 +180,9 @@ pub(super) fn moved_drawing(
     });
     let name = PathBuf::from(format!("{}.svg", stem(path)));
     write_drawing(&directory.file(&name), &drawn.collect::<Vec<_>>())?;
-    Ok(mover.moved(name, "drawing"))
+    let after: Vec<_> = parts.into_iter().flat_map(|(curves, _)| curves).collect();
+    let pictures = draw::curves(&before, &after);
+    Ok(mover.moved(name, "drawing", Some(pictures)))
 }
 
 /// Writes a surface whose corners are at their new places.
@@ -200,5 +216,6 @@ pub(super) fn moved_surface(
     };
     let name = PathBuf::from(format!("{}.{written}", stem(path)));
     write_surface(&directory.file(&name), surface, stored.in_world())?;
-    Ok(mover.moved(name, "surface"))
+    let pictures = draw::surfaces(&mesh, &vertices);
+    Ok(mover.moved(name, "surface", pictures))
 }

@@ -5,6 +5,9 @@ use std::sync::Arc;
 use fe_grid::Field;
 
 use super::fields::inverted;
+use crate::error::CliError;
+use crate::memory::announce;
+use crate::progress::Progress;
 use crate::shapes::Coordinates;
 
 /// Steps that refine the inverse at a point between nodes.
@@ -95,6 +98,21 @@ impl<const D: usize> Route<D> {
             to: self.from,
             legs: self.legs.iter().rev().map(Leg::reversed).collect(),
         }
+    }
+
+    /// Says how much memory it needs, the way back, and other data of so many bytes.
+    ///
+    /// # Errors
+    /// [`CliError::TooLarge`] if less is free.
+    pub fn announce(&self, others: u64, progress: &Progress) -> Result<(), CliError> {
+        let Some(first) = self.legs.first() else {
+            return Ok(());
+        };
+        let grid = first.displacement.grid();
+        // Of every deformation, or of its inverse, a first guess is computed.
+        let fields = 2 * D * self.legs.len() * grid.n_nodes();
+        let needed = others.saturating_add((size_of::<f64>() * fields) as u64);
+        announce(needed, grid, progress)
     }
 
     fn point(&self, position: [f64; 3]) -> Found {

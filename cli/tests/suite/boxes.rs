@@ -244,7 +244,7 @@ fn volumes_have_their_spacing_and_their_place_in_millimetres() {
     let ends = ["cube", "fit"].map(|result| {
         let output = format!("ends_{result}");
         let warp = ["warp", result, "ends.csv", "--shape", "0", "-o", &output];
-        succeeded(&place.run(&warp));
+        succeeded(&place.compute(&warp));
         let text = std::fs::read_to_string(place.path(&output).join("ends.csv")).unwrap();
         let numbers = text.lines().skip(1).flat_map(|line| line.split(','));
         let numbers = numbers.map(|n| n.parse().unwrap());

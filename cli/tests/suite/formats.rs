@@ -108,7 +108,7 @@ fn displacement_fields_are_applied_by_simpleitk() {
     assert_eq!(found.number("/world/of_input"), 0.0);
     for (shape, name) in [("0", "a.nii"), ("1", "b.nii")] {
         let out = format!("warped{shape}");
-        succeeded(&place.run(&[
+        succeeded(&place.compute(&[
             "warp",
             "out",
             name,
@@ -175,8 +175,8 @@ fn paths_lie_in_the_world() {
     succeeded(&place.compute(&[
         "geodesic", "a.nii", "b.nii", "--grid", "33", "-K", "2", "-o", "path",
     ]));
-    succeeded(&place.run(&["warp", "path", "a.nii", "--time", ".5", "-o", "half"]));
-    succeeded(&place.run(&["warp", "path", "a.nii", "--time", "1", "-o", "end"]));
+    succeeded(&place.compute(&["warp", "path", "a.nii", "--time", ".5", "-o", "half"]));
+    succeeded(&place.compute(&["warp", "path", "a.nii", "--time", "1", "-o", "end"]));
     let inside = |name: &str| -> (Vec<usize>, Vec<bool>) {
         let sources = shapespace_input::Sources::files();
         let image = sources.read_numbers(&place.path(name)).unwrap();
@@ -250,7 +250,7 @@ fn points_images_and_surfaces_go_there_and_back() {
         format!("x,y,z,name\n# a remark\n{}\n", rows.join("\n")).as_bytes(),
     );
     let warp = |names: &[&str], options: &[&str], out: &str| {
-        let run = place.run(
+        let run = place.compute(
             &[
                 &["warp", "out"],
                 names,
@@ -330,7 +330,8 @@ fn points_images_and_surfaces_go_there_and_back() {
         ),
         (["points.csv", "a.nii"], &["--shape", "7"], "inputs 0 to 1"),
     ] {
-        let run = place.run(&[&["warp", "out"], &names[..], options, &["-o", "refused"]].concat());
+        let run =
+            place.compute(&[&["warp", "out"], &names[..], options, &["-o", "refused"]].concat());
         let report = String::from_utf8(run.stderr).unwrap();
         assert_eq!(run.status.code(), Some(2), "{report}");
         assert!(report.contains(expected), "{report}");

@@ -221,7 +221,7 @@ fn volumes_are_placed_by_their_affine_maps() {
         let sources = shapespace_input::Sources::files();
         sources.read_numbers(&place.path(name)).unwrap()
     };
-    succeeded(&place.run(&[
+    succeeded(&place.compute(&[
         "warp",
         "out",
         las,
@@ -297,7 +297,7 @@ fn volumes_that_lie_apart_are_centred_when_asked() {
     assert!(found.number("/spread_before") < 1e-6);
     assert_eq!(found.number("/world/of_input"), 0.0);
     // The second input is carried from where it lies.
-    succeeded(&place.run(&["warp", "centred", "far.nii", "--shape", "1", "-o", "there"]));
+    succeeded(&place.compute(&["warp", "centred", "far.nii", "--shape", "1", "-o", "there"]));
     let carried = numbers("there/far.nii.gz");
     assert_eq!(carried.len(), values.len());
     for (a, b) in carried.iter().zip(&values) {

@@ -98,7 +98,7 @@ fn labels_are_averaged_by_one_deformation_of_each_image() {
         text.contains("elastic energy 1") && !text.contains("WRONG"),
         "{text}"
     );
-    let warped = place.run(&["warp", "out", "a.npy", "--shape", "0", "-o", "warped"]);
+    let warped = place.compute(&["warp", "out", "a.npy", "--shape", "0", "-o", "warped"]);
     succeeded(&warped);
 }
 

@@ -84,3 +84,59 @@ fn surfaces_are_in_the_report_with_16_bits() {
     assert_eq!(letters("points"), 6 * count("element vertex "));
     assert_eq!(letters("corners"), 6 * count("element face "));
 }
+
+/// What was carried is shown before and after, with the options and the way to repeat it.
+#[test]
+fn the_report_of_a_warp_shows_what_was_carried() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "17");
+    let arguments = [
+        "average", &inputs[0], &inputs[1], "--grid", "17", "-o", "mean",
+    ];
+    place.compute(&arguments);
+    place.write("corners.csv", b"x,y\n8,8\n9,7\n");
+    place.write("square.svg", b"<svg><path d='M6 6h4v4h-4z'/></svg>");
+    let files = [&inputs[0], "corners.csv", "square.svg"];
+    let options = ["--shape", "0", "-o", "out"];
+    let run = place.compute(&[&["warp", "mean"], &files[..], &options].concat());
+    let printed = succeeded(&run);
+    assert!(
+        printed.contains("report       out/report.html"),
+        "{printed}"
+    );
+    let told = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(told.contains("memory: about"), "{told}");
+    let page = report(&place);
+    assert_eq!(page.matches("data:image/png;").count(), 1);
+    assert_eq!(page.matches("data:image/svg+xml;").count(), 1);
+    for word in [
+        "before_and_after.png",
+        "corners.csv",
+        "To repeat it",
+        "--shape 0",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    assert_eq!(within(&page, "<dt>files</dt><dd>", "</dd>"), "3");
+    let json: Value =
+        serde_json::from_slice(&std::fs::read(place.path("out/result.json")).unwrap()).unwrap();
+    assert_eq!(json["command"], "warp");
+    assert_eq!(json["parameters"]["shape"], 0);
+    assert_eq!(json["carried"][1]["what"], "points");
+    assert_eq!(json["carried"][1]["count"], 2);
+    // A file of the name of the picture would be lost.
+    place.write(
+        "before_and_after.svg",
+        b"<svg><path d='M6 6h4v4h-4z'/></svg>",
+    );
+    let again = [
+        "warp",
+        "mean",
+        "before_and_after.svg",
+        "--shape",
+        "0",
+        "-o",
+        "again",
+    ];
+    succeeded(&place.compute(&again));
+}

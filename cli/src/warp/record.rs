@@ -1,0 +1,123 @@
+//! The contents of `result.json` of what was carried.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+
+use super::command::{Interpolation, WarpArgs};
+use super::draw::PICTURE;
+use super::points::Moved;
+use crate::doubts::{DoubtRecord, named, of_source};
+use crate::report;
+use crate::results::read_contents;
+use crate::summary::Summary;
+
+/// Everything in `result.json`.
+pub(super) type Record<'a, const D: usize> = report::Record<Parameters<'a>, Body<'a>, D>;
+
+/// What was asked for.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Parameters<'a> {
+    result: &'a Path,
+    files: &'a [PathBuf],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shape: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    to_shape: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    from_time: Option<f64>,
+    #[serde(skip_serializing_if = "<[f64]>::is_empty")]
+    scores: &'a [f64],
+    inverse: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    interpolation: Option<Interpolation>,
+    refine: u32,
+}
+
+/// The result.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Body<'a> {
+    carried: Vec<Carried<'a>>,
+}
+
+/// A file that was carried.
+#[derive(Clone, Debug, Serialize)]
+struct Carried<'a> {
+    file: &'a Path,
+    /// Its name in the results.
+    result: &'a Path,
+    what: &'static str,
+    /// Samples of an image, or points.
+    count: usize,
+    /// Those of them for which the deformation has no exact inverse.
+    inexact: usize,
+}
+
+/// The doubts about the result that files were carried by.
+fn doubts(result: &Path) -> Vec<DoubtRecord> {
+    #[derive(Deserialize)]
+    struct Doubted {
+        #[serde(default)]
+        doubts: Vec<DoubtRecord>,
+    }
+    let source = read_contents::<Doubted>(result);
+    let source = source.map_or_else(|_| Vec::new(), |source| source.doubts);
+    named(of_source(&source).as_slice(), [])
+}
+
+/// The record of files that were carried. The time is measured up to this call.
+pub(super) fn record<'a, const D: usize>(
+    args: &'a WarpArgs,
+    files: &'a [PathBuf],
+    carried: &'a [Moved],
+    start: Instant,
+) -> Record<'a, D> {
+    let way = &args.way;
+    let parameters = Parameters {
+        result: &args.result,
+        files,
+        shape: way.shape,
+        to_shape: way.to_shape,
+        time: way.time,
+        from_time: way.from_time,
+        scores: &way.scores,
+        inverse: args.inverse,
+        interpolation: args.interpolation,
+        refine: args.refine,
+    };
+    let carried = files.iter().zip(carried).map(|(file, moved)| Carried {
+        file,
+        result: &moved.name,
+        what: moved.what,
+        count: moved.count,
+        inexact: moved.inexact,
+    });
+    let body = Body {
+        carried: carried.collect(),
+    };
+    let doubts = doubts(&args.result);
+    Record::without_grid("warp", "complete", parameters, body, doubts, start)
+}
+
+/// The summary, with a line for every file.
+pub(super) fn summary<const D: usize>(
+    record: &Record<'_, D>,
+    args: &WarpArgs,
+    carried: &[Moved],
+) -> Summary {
+    let plural = if carried.len() == 1 { "" } else { "s" };
+    let title = format!(
+        "{} file{plural} carried, {:.1} s",
+        carried.len(),
+        record.seconds
+    );
+    let mut summary = Summary::new(record, PICTURE, title);
+    for moved in carried {
+        let (name, rest) = moved.line(&args.run.output);
+        summary.line(moved.what, format!("{name}{rest}"));
+    }
+    summary
+}
