@@ -133,7 +133,11 @@ pub(super) fn inspect_reflections<const D: usize>(
             .collect())
     };
     for (place, doubt) in reflected(order.len(), compare)? {
-        inputs[order[place]].doubts.push(doubt);
+        let input = &mut inputs[order[place]];
+        // One that is like the mean of all is not reflected against them.
+        if input.alignment.is_none_or(|a| a.mismatch > MATCHED) {
+            input.doubts.push(doubt);
+        }
     }
     Ok(())
 }

@@ -236,7 +236,7 @@ fn the_reflected_one_of_many_is_named_whichever_is_compared() {
 #[test]
 fn symmetric_shapes_are_not_reflected() {
     let place = Place::new();
-    for family in ["disks", "bars"] {
+    for family in ["disks", "bars", "crosses"] {
         let files = drawn(&place, family, "2", "33");
         let out = format!("mean_of_{family}");
         let files: Vec<&str> = files.iter().map(String::as_str).collect();
