@@ -1,5 +1,6 @@
 //! Form B: paths of deformations of one start domain.
 
+mod damping;
 mod eulerian;
 mod metric;
 mod objective;
