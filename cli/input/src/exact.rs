@@ -24,6 +24,16 @@ pub fn read_mesh(path: &Path) -> Result<Mesh, InputError> {
     decode_mesh(&bytes_of(path)?, path)
 }
 
+/// Reads the numbers of an array at the points of a surface (`.vtp`), those of the first point first, as they
+/// stand there: vectors of files with coordinates to the left and to the back are not reversed.
+///
+/// # Errors
+/// As [`read_mesh`]; also for a file without such an array.
+pub fn read_point_array(path: &Path, name: &str) -> Result<Vec<f64>, InputError> {
+    let found = mesh::point_array(&bytes_of(path)?, name);
+    found.map_err(|reason| malformed(path)(("VTP", reason)))
+}
+
 /// The triangles in the bytes of a file; the name determines the format.
 ///
 /// # Errors

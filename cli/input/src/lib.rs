@@ -56,7 +56,7 @@ pub(crate) use content::reserve;
 pub use content::{bytes_of, extension_of};
 pub use decode::check_count;
 pub use error::InputError;
-pub use exact::{decode_mesh, decode_outline, read_mesh, read_outline};
+pub use exact::{decode_mesh, decode_outline, read_mesh, read_outline, read_point_array};
 pub use filled::Filled;
 pub use folder::Kinds;
 pub use folder::expand;

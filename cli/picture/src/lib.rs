@@ -32,6 +32,7 @@ pub use key::Key;
 pub use matrix::HeatMap;
 pub use mesh::{Bounds, Paint, PaintedSurface, Surface, View};
 pub use plot::{LinePlot, PlotLine};
+pub use scale::ColourBar;
 pub use scatter::{Axis, GroupCurve, ScatterPlot};
 pub use shape::{Camera, Shape, joined};
 pub use sheet2::{ContactSheet, ShapeTile};

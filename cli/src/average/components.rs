@@ -10,8 +10,7 @@ use super::record::{Distance, distances};
 use crate::error::CliError;
 use crate::output::ResultDir;
 use crate::shapes::{
-    Components, Input, SizeRecord, VisibilityMask, common_scale, inspect_thinness, write_curves,
-    write_surface,
+    Components, Input, ResultPlace, SizeRecord, VisibilityMask, common_scale, inspect_thinness,
 };
 use crate::warp::write_labels;
 use shapespace_picture::Shape;
@@ -167,6 +166,7 @@ pub(super) fn label_field<const D: usize>(outcome: &Outcome<D>) -> ScalarField<f
 pub(super) fn write_components<const D: usize>(
     directory: &ResultDir,
     outcome: &Outcome<D>,
+    place: &ResultPlace<D>,
     whole: &Contour<D>,
     outlines: &[Contour<D>],
 ) -> Result<(), CliError> {
@@ -181,9 +181,7 @@ pub(super) fn write_components<const D: usize>(
         directory.array(name, &component.average_indicator)?;
     }
     for (label, outline) in labels.iter().zip(outlines) {
-        let name = format!("average_label_{label}");
-        write_surface(directory, &name, &["stl", "ply", "vtp"], inputs, outline)?;
-        write_curves(directory, &format!("{name}_outline"), inputs, outline)?;
+        place.write(directory, &format!("average_label_{label}"), outline)?;
     }
     let grid = *outcome.result.average.grid();
     write_labels(

@@ -14,7 +14,7 @@ use super::minima::FoundMinima;
 use super::{AverageConfig, Outcome};
 use crate::doubts::named_by_label;
 use crate::report::{self, overall};
-use crate::shapes::{InputRecord, SizeRecord, SurfaceRecord, common_scale, doubts_of};
+use crate::shapes::{BoundaryRecord, InputRecord, SizeRecord, common_scale, doubts_of};
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -40,10 +40,8 @@ pub(super) struct Found<'a, const D: usize> {
     /// With --labels, in the order of the labels.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub components: Vec<ComponentRecord<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    surface: Option<SurfaceRecord>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    outline: Option<SurfaceRecord>,
+    #[serde(flatten)]
+    boundaries: BoundaryRecord,
     /// Ranges of `|D phi|`, `|cof D phi|` and `det D phi` over the cells of each shape.
     strain: Vec<Option<StrainRanges>>,
     /// With --error-bars, unless the grid is too coarse.
@@ -69,7 +67,7 @@ pub(super) enum Distance {
 pub(super) fn record<const D: usize>(
     outcome: &Outcome<D>,
     volume: Result<Moments<D>, LevelsetError>,
-    [surface, outline]: [Option<SurfaceRecord>; 2],
+    boundaries: BoundaryRecord,
     strain: Vec<Option<StrainRanges>>,
     start: Instant,
 ) -> Record<'_, D> {
@@ -88,8 +86,7 @@ pub(super) fn record<const D: usize>(
             |moments| SizeRecord::new::<D>(moments.volume, common_scale(inputs)),
         ),
         components: records(outcome),
-        surface,
-        outline,
+        boundaries,
         strain,
         error_bars: outcome.error_bars.as_ref(),
         minima: outcome.minima.as_ref(),

@@ -8,12 +8,10 @@ use shape_average::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 use crate::error::CliError;
 use crate::output::{ResultDir, numbered};
 use crate::shapes::Input;
-use shapespace_picture::{Canvas, INK, Slice, TileRows, WHITE, heat};
+use shapespace_picture::{Canvas, ColourBar, INK, Slice, TileRows, WHITE, heat};
 
 /// Colours end where this share of the cells lies beyond, on either side.
 const OUTLIERS: f64 = 0.01;
-/// Height of a scale of colours.
-const SCALE: usize = 14;
 
 /// The strains of all shapes.
 pub(super) struct Strains {
@@ -115,7 +113,8 @@ pub(super) fn picture<const D: usize>(
     if let Some(maps) = strains.maps.first() {
         for ((_, name, _), [least, most]) in kinds::<D>(maps).into_iter().zip(scales) {
             let label = format!("colours of {name}: {least:.2} to {most:.2}");
-            rows.push(label, colours(side));
+            let bar = ColourBar::linear(label, [least, most], heat);
+            rows.push(bar.title.clone(), bar.draw(side));
         }
     }
     rows.draw()
@@ -142,15 +141,4 @@ fn scale<const D: usize>(strains: &Strains, kind: usize) -> [f64; 2] {
     all.sort_unstable_by(f64::total_cmp);
     let rank = (OUTLIERS * (all.len() - 1) as f64) as usize;
     [all[rank], all[all.len() - 1 - rank]]
-}
-
-/// The scale of the colours, from left to right.
-fn colours(width: usize) -> Canvas {
-    let mut canvas = Canvas::new(width, SCALE);
-    for x in 0..width {
-        for y in 0..SCALE {
-            canvas.blend(x, y, heat((x as f64 + 0.5) / width as f64), 1.0);
-        }
-    }
-    canvas
 }

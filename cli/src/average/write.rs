@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fe_grid::{Grid, ScalarField};
+use fe_grid::{Field, Grid, ScalarField};
 use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::Outcome;
@@ -14,11 +14,14 @@ use super::record::{record, summary};
 use super::strain::{self, Strains, write_maps};
 use crate::error::CliError;
 use crate::output::energy::write_energy;
+use crate::output::names::{DISPLACEMENT, INPUT};
 use crate::output::npy::Precision;
+use crate::output::surface::PointArray;
 use crate::output::vti::VtiFile;
-use crate::output::{OutputError, ResultDir};
+use crate::output::{OutputError, ResultDir, numbered};
+use crate::pca::moved;
 use crate::session::Session;
-use crate::shapes::{WorldFrame, write_curves, write_surface};
+use crate::shapes::{ResultPlace, WorldFrame};
 use crate::summary::Summary;
 use crate::warp::{Space, write_shape, write_warps};
 use shapespace_input::Image;
@@ -52,20 +55,56 @@ pub(super) fn write_all<const D: usize>(
         let picture = picture(outcome, &outline, &parts)?.write_png(path);
         picture.map_err(|source| CliError::from(OutputError::at(path)(source)))
     })?;
-    let extensions = ["stl", "ply", "vtp"];
-    let surface = write_surface(directory, "average", &extensions, &outcome.inputs, &outline)?;
-    let curves = write_curves(directory, "average_outline", &outcome.inputs, &outline)?;
+    let place = ResultPlace::of_inputs(&outcome.inputs);
+    place.write(directory, "average", &outline)?;
     let grid = *outcome.result.average.grid();
     write_shape(directory, "average", &outcome.inputs, &outline, grid)?;
-    write_components(directory, outcome, &outline, &parts)?;
+    write_surfaces_of_inputs(directory, outcome, &place)?;
+    write_components(directory, outcome, &place, &outline, &parts)?;
     let space = Space::of_inputs(directory, &outcome.inputs);
     let of_input = |number| Space::of_input(&outcome.inputs, number);
-    write_warps(directory, space, of_input, displacements)?;
+    let determinants = strains.maps.iter().map(|maps| &*maps.determinant);
+    let jacobians = write_warps(
+        directory,
+        space.as_ref(),
+        of_input,
+        displacements,
+        determinants,
+    )?;
+    write_paraview(directory, outcome, &jacobians)?;
     let volume = Moments::of_contour(&outline);
     let strains = strains.ranges();
-    let record = record(outcome, volume, [surface, curves], strains, session.start);
+    let record = record(outcome, volume, place.record(), strains, session.start);
     record.write(directory)?;
     Ok(summary(&record, session.output))
+}
+
+/// Writes the surfaces of the inputs in 3D where they were aligned, each with the way of its points onto the average.
+fn write_surfaces_of_inputs<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+    place: &ResultPlace<D>,
+) -> Result<(), CliError> {
+    if D == 2 || !directory.has_files() {
+        return Ok(());
+    }
+    let pairs = outcome.inputs.iter().zip(&outcome.result.displacements);
+    for (number, (input, displacement)) in pairs.enumerate() {
+        let there = place.placed(&moved(&input.contour, displacement, 1.0));
+        let here = place.placed(&input.contour);
+        let ends = there.points().iter().zip(here.points());
+        let ways: Vec<f64> = ends
+            .flat_map(|(to, from)| (0..D).map(|k| to[k] - from[k]).collect::<Vec<f64>>())
+            .collect();
+        let array = PointArray {
+            name: DISPLACEMENT,
+            components: D,
+            values: &ways,
+        };
+        let name = numbered(INPUT, number, "vtp");
+        place.write_with(directory, &name, &input.contour, &[array])?;
+    }
+    Ok(())
 }
 
 /// Writes drawn inputs to the folder `inputs`.
@@ -112,6 +151,16 @@ fn write_arrays<const D: usize>(
     };
     let weights: Vec<_> = shapes.indicators.iter().map(weight).collect();
     directory.arrays("weight", 0, &weights)?;
+    Ok(())
+}
+
+/// Everything at the nodes, for ParaView.
+fn write_paraview<const D: usize>(
+    directory: &ResultDir,
+    outcome: &Outcome<D>,
+    jacobians: &[Field<f32, D, 1>],
+) -> Result<(), CliError> {
+    let result = &outcome.result;
     let labels = (!labels_of(outcome).is_empty()).then(|| label_field(outcome));
     Ok(directory.with_file("average.vti", |path| {
         let mut file = VtiFile::new(*result.average.grid(), Precision::Single)
@@ -122,6 +171,7 @@ fn write_arrays<const D: usize>(
             file = file.field("labels", labels);
         }
         file.fields("displacement", &result.displacements)
+            .fields("jacobian", jacobians)
             .write(path)
     })?)
 }

@@ -1,13 +1,12 @@
 //! The pictures of a comparison.
 
 use super::record::differences;
+use super::scale::{difference_bar, rate_bar, rate_share};
 use super::tests::{Found, OfModes, Outcome};
 use crate::error::CliError;
 use crate::output::ResultDir;
 use crate::pca::ScoreMap;
-use shapespace_picture::{
-    Camera, Canvas, Colour, HeatMap, INK, Shape, TileRows, WHITE, colour, heat,
-};
+use shapespace_picture::{Camera, Canvas, Colour, HeatMap, INK, Shape, TileRows, colour};
 
 /// Tiles in a row.
 const COLUMNS: usize = 3;
@@ -67,22 +66,22 @@ fn sheet<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
     let at = |values: &[f64], p: &[f64]| values[nearest(points, p)];
     let differences = differences(&found.displacements);
     let most = differences.iter().copied().fold(0.0, f64::max);
-    let shade = |p: &[f64]| {
-        heat(if most > 0.0 {
-            at(&differences, p) / most
-        } else {
-            0.0
-        })
-    };
+    let units = outcome.compared.units();
+    let (unit, longest) = (units.name(), units.length(most));
+    let bars = [difference_bar(longest, unit), rate_bar()];
+    let share = |p: &[f64]| at(&differences, p) / most.max(f64::MIN_POSITIVE);
+    let shade = |p: &[f64]| (bars[0].colour)(share(p));
     rows.push(
-        format!("difference of the means, up to {most:.3}"),
+        format!("difference of the means, up to {longest:.3} ({unit})"),
         camera.shaded(&mean, INK, shade),
     );
-    let rate = |p: &[f64]| strength(at(&found.points.false_discovery_rate, p));
-    rows.push(
-        "false discovery rate: .05 to .001",
-        camera.shaded(&mean, INK, rate),
-    );
+    let rates = &found.points.false_discovery_rate;
+    let rate = |p: &[f64]| (bars[1].colour)(rate_share(at(rates, p)));
+    rows.push("false discovery rate", camera.shaded(&mean, INK, rate));
+    rows.end_row();
+    for bar in &bars {
+        rows.push(bar.title.clone(), bar.draw(TileRows::width(COLUMNS)));
+    }
     rows.end_row();
     let mut shapes = predicted.iter();
     for covariate in &found.covariates {
@@ -95,16 +94,6 @@ fn sheet<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
         }
     }
     rows.draw()
-}
-
-/// White above a rate of .05, and dark at .001.
-fn strength(rate: f64) -> Colour {
-    let (most, least) = (0.05f64, 0.001f64);
-    if rate > most {
-        return WHITE;
-    }
-    let share = (most / rate.max(least)).ln() / (most / least).ln();
-    heat(0.3 + 0.7 * share)
 }
 
 /// The index of the point nearest to a place.

@@ -1,14 +1,17 @@
 //! `shapespace compare`: whether groups of shapes differ, where, and whether they can be told apart.
 //!
-//! `table` reads the groups, `source` the result that is compared, `tests` computes, `record` is the
-//! content of `result.json`, and `draw` and `write` make the rest of the directory.
+//! `table` reads the groups, `source` the result that is compared, `tests` computes, `units` are those
+//! of the boundary, `record` is the content of `result.json`, and `draw` and `write` make the rest of the
+//! directory, in the colours of `scale`.
 
 mod args;
 mod draw;
 mod record;
+mod scale;
 mod source;
 mod table;
 mod tests;
+mod units;
 mod write;
 
 use crate::error::CliError;
@@ -19,6 +22,7 @@ use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
 
 pub use args::CompareConfig;
+pub(crate) use scale::{difference_bar, rate_bar, rate_share};
 pub(crate) use source::Compared;
 use source::Kind;
 pub(crate) use tests::Outcome;
@@ -62,6 +66,7 @@ impl Command for CompareConfig {
     ) -> Result<Summary, CliError> {
         write::arrays(outcome, directory)?;
         write::tables(outcome, directory)?;
+        write::boundaries(outcome, directory)?;
         draw::pictures(outcome, directory)?;
         let record = record::record(self, outcome, session.start);
         record.write(directory)?;

@@ -11,6 +11,7 @@ use super::source::Kind;
 use super::tests::{Found, OfModes, Outcome};
 use crate::doubts::{named, of_source};
 use crate::report;
+use crate::shapes::WorldFrame;
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -69,6 +70,9 @@ struct Boundary {
     /// The largest distance between the means of two groups along the normal, in length units of the
     /// unit box.
     largest_difference: f64,
+    /// The same in millimetres, where the result lies in the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    largest_difference_mm: Option<f64>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -94,6 +98,13 @@ pub(super) fn record<'a, const D: usize>(
         Found::Distances(_) => None,
     };
     let name = |label: &usize| &*labelled.names[*label];
+    let (grid, world) = match &compared.kind {
+        Kind::Modes(stored, _) => (
+            Some(stored.space.object.grid()),
+            stored.average.world.as_ref(),
+        ),
+        Kind::Distances(_) => (None, None),
+    };
     let sizes = labelled.groups.sizes().iter().enumerate();
     let body = Body {
         shapes: &compared.names,
@@ -112,7 +123,7 @@ pub(super) fn record<'a, const D: usize>(
             Found::Distances(found) => Some(found),
             Found::Modes(_) => None,
         },
-        boundary: modes.map(|found| boundary(found, config.discovery_rate)),
+        boundary: modes.map(|found| boundary(found, config.discovery_rate, world)),
         covariates: modes.map_or_else(Vec::new, |found| {
             let all = found.covariates.iter();
             all.map(|c| OfCovariate {
@@ -138,17 +149,17 @@ pub(super) fn record<'a, const D: usize>(
         of_source(&compared.doubts),
     ];
     let doubts: Vec<Doubt> = doubts.into_iter().flatten().collect();
-    let (grid, world) = match &compared.kind {
-        Kind::Modes(stored, _) => (
-            Some(stored.space.object.grid()),
-            stored.average.world.as_ref(),
-        ),
-        Kind::Distances(_) => (None, None),
-    };
     Record::new("complete", grid, config, body, named(&doubts, []), start).within(world)
 }
 
-fn boundary<const D: usize>(found: &OfModes<D>, rate: f64) -> Boundary {
+fn boundary<const D: usize>(
+    found: &OfModes<D>,
+    rate: f64,
+    world: Option<&WorldFrame<D>>,
+) -> Boundary {
+    let largest = differences(&found.displacements)
+        .into_iter()
+        .fold(0.0, f64::max);
     let rates = &found.points.false_discovery_rate;
     let different = rates.iter().filter(|r| **r <= rate).count();
     let least = found.points.p_value_family_wise.iter().copied();
@@ -156,9 +167,8 @@ fn boundary<const D: usize>(found: &OfModes<D>, rate: f64) -> Boundary {
         points: rates.len(),
         different_share: different as f64 / rates.len().max(1) as f64,
         least_p_value_family_wise: least.fold(1.0, f64::min),
-        largest_difference: differences(&found.displacements)
-            .into_iter()
-            .fold(0.0, f64::max),
+        largest_difference: largest,
+        largest_difference_mm: world.map(|world| world.length() * largest),
     }
 }
 

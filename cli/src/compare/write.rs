@@ -3,8 +3,11 @@
 use shapespace_report::table::{Table, exact};
 
 use super::record::differences;
+use super::source::Kind;
 use super::tests::{Found, OfModes, Outcome, Predicted};
 use crate::error::CliError;
+use crate::output::names::{BOUNDARY, DIFFERENCE, RATE};
+use crate::output::surface::PointArray;
 use crate::output::{ResultDir, write_text};
 
 /// The mean shapes of the groups, `mean_000.npy` and so on, and those at the least, mean and greatest value
@@ -38,7 +41,7 @@ pub(super) fn tables<const D: usize>(
         directory.with_file(name, |path| write_text(path, &table.csv()))
     };
     write("modes.csv", &modes(outcome, found))?;
-    write("boundary.csv", &boundary(outcome, found))?;
+    write(&format!("{BOUNDARY}.csv"), &boundary(outcome, found))?;
     write("shapes.csv", &shapes(outcome, found))?;
     Ok(())
 }
@@ -74,36 +77,70 @@ fn modes<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Table {
 
 /// The tests at every point of the boundary of the average.
 fn boundary<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Table {
-    let mut head: Vec<String> = ["x", "y", "z"]
-        .into_iter()
-        .take(D)
-        .map(String::from)
-        .collect();
-    let tests = [
-        "f",
-        "p_value",
-        "false_discovery_rate",
-        "p_value_family_wise",
-        "difference",
-    ];
-    head.extend(tests.map(String::from));
-    let names = &outcome.compared.labelled.names;
-    head.extend(names.iter().map(|name| format!("displacement of {name}")));
-    let mut table = Table::new(head);
-    let differences = differences(&found.displacements);
-    let points = &found.points;
-    for (q, p) in found.outline.points().iter().enumerate() {
-        let mut row = p.to_vec();
-        row.extend([
-            points.f[q],
-            points.p_value[q],
-            points.false_discovery_rate[q],
-        ]);
-        row.extend([points.p_value_family_wise[q], differences[q]]);
-        row.extend(found.displacements.iter().map(|mean| mean[q]));
-        table.texts(row.into_iter().map(exact));
+    let units = outcome.compared.units();
+    let columns = columns(outcome, found);
+    let names = columns.iter().map(|(name, _)| name.clone());
+    let mut table = Table::new(units.axes().chain(names));
+    for (q, p) in units.placed(&found.outline).points().iter().enumerate() {
+        let numbers = columns.iter().map(|(_, values)| values[q]);
+        table.texts(p.iter().copied().chain(numbers).map(exact));
     }
     table
+}
+
+/// What is known at every point of the boundary, with the name of each column.
+fn columns<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Vec<(String, Vec<f64>)> {
+    let (units, points) = (outcome.compared.units(), &found.points);
+    let lengths = |values: &[f64]| values.iter().map(|x| units.length(*x)).collect();
+    let mut columns: Vec<(String, Vec<f64>)> = vec![
+        ("f".into(), points.f.clone()),
+        ("p_value".into(), points.p_value.clone()),
+        (RATE.into(), points.false_discovery_rate.clone()),
+        (
+            "p_value_family_wise".into(),
+            points.p_value_family_wise.clone(),
+        ),
+    ];
+    let differences = differences(&found.displacements);
+    columns.push((units.column(DIFFERENCE), lengths(&differences)));
+    let means = outcome.compared.labelled.names.iter();
+    for (name, mean) in means.zip(&found.displacements) {
+        let name = format!("{} of {name}", units.column("displacement"));
+        columns.push((name, lengths(mean)));
+    }
+    columns
+}
+
+/// The boundary of the average with all of it, and the means of the groups.
+pub(super) fn boundaries<const D: usize>(
+    outcome: &Outcome<D>,
+    directory: &ResultDir,
+) -> Result<(), CliError> {
+    let (Found::Modes(found), Kind::Modes(stored, _)) = (&outcome.found, &outcome.compared.kind)
+    else {
+        return Ok(());
+    };
+    let columns = columns(outcome, found);
+    let arrays: Vec<PointArray<'_>> = columns
+        .iter()
+        .map(|(name, values)| PointArray {
+            name,
+            components: 1,
+            values,
+        })
+        .collect();
+    let units = outcome.compared.units();
+    units
+        .place()
+        .write_with(directory, BOUNDARY, &found.outline, &arrays)?;
+    for (g, mean) in found.means.iter().enumerate() {
+        let name = format!("mean_{g:03}");
+        stored
+            .average
+            .place
+            .write(directory, &name, &mean.outline)?;
+    }
+    Ok(())
 }
 
 /// The group of every shape, and the one to which it is assigned.

@@ -16,7 +16,7 @@ use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
-use crate::shapes::{BoundaryRecord, Input, WorldFrame, write_curves, write_surface};
+use crate::shapes::{BoundaryRecord, Input, ResultPlace, WorldFrame};
 use crate::summary::Summary;
 use crate::warp::{write_shape, write_steps_in_world};
 
@@ -72,13 +72,10 @@ pub(crate) fn write_path<const D: usize>(
     directory.with_file(format!("{stem}.apng"), |file| {
         write_animation(file, &animation(path))
     })?;
-    let mut coordinates = BoundaryRecord::default();
+    let place = ResultPlace::of_inputs(inputs);
     for (k, contour) in path.contours.iter().enumerate() {
         let name = format!("shape_{k:03}");
-        coordinates = BoundaryRecord {
-            surface: write_surface(directory, &name, &["stl"], inputs, contour)?,
-            outline: write_curves(directory, &format!("{name}_outline"), inputs, contour)?,
-        };
+        place.write_as(directory, &name, &["stl"], contour)?;
         // A shape that has vanished has no distance.
         if !contour.points().is_empty() {
             let grid = *path.parts.level_sets[k].grid();
@@ -86,7 +83,7 @@ pub(crate) fn write_path<const D: usize>(
         }
     }
     write_steps_in_world(directory, inputs, &path.parts.displacements)?;
-    Ok(coordinates)
+    Ok(place.record())
 }
 
 /// One file for every shape, with the step that deforms it into the next; the last shape has

@@ -8,6 +8,7 @@ mod handle;
 mod json;
 mod kept;
 pub mod matrix;
+pub(crate) mod names;
 pub mod nifti;
 pub mod npy;
 pub mod outline;

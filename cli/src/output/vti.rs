@@ -180,7 +180,8 @@ impl<'a, const D: usize> VtiFile<'a, D> {
     }
 }
 
-fn escaped(name: &str) -> String {
+/// A text as the value of an attribute.
+pub(super) fn escaped(name: &str) -> String {
     name.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('"', "&quot;")

@@ -5,6 +5,7 @@ use shapespace_picture::{Colour, colour, heat};
 use shapespace_report::html::{Markup, data_block, data_url, element, single};
 
 use super::overview::section;
+use super::scene::{byte, hex};
 use super::source::Source;
 use super::values::{at, one, points, text};
 
@@ -151,12 +152,11 @@ fn drawn(points: &[[f64; 2]], groups: &[(String, Colour)]) -> Markup {
     let circle = |(i, (p, (_, colour))): (usize, (&[f64; 2], &(String, Colour)))| {
         let x = format!("{:.1}", MARGIN + scale * (p[0] - low[0]));
         let y = format!("{:.1}", MARGIN + scale * (high[1] - p[1]));
-        let [r, g, b] = colour.map(byte);
         let attributes = [
             ("cx", &*x),
             ("cy", &y),
             ("r", RADIUS),
-            ("fill", &format!("#{r:02x}{g:02x}{b:02x}")),
+            ("fill", &hex(*colour)),
             ("data-index", &i.to_string()),
         ];
         single("circle", &attributes)
@@ -167,10 +167,6 @@ fn drawn(points: &[[f64; 2]], groups: &[(String, Colour)]) -> Markup {
         ("class", "points"),
     ];
     element("svg", &attributes, circles.collect::<Markup>())
-}
-
-fn byte(share: f32) -> u8 {
-    (255.0 * share.clamp(0.0, 1.0)).round() as u8
 }
 
 #[cfg(test)]

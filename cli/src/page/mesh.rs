@@ -10,6 +10,8 @@ use shapespace_report::html::base64;
 pub(super) struct Mesh {
     pub points: Vec<[f64; 3]>,
     pub triangles: Vec<[u32; 3]>,
+    /// Numbers at the points, one list a quantity.
+    pub values: Vec<Vec<f64>>,
 }
 
 /// A cube around surfaces.
@@ -50,8 +52,8 @@ impl Cube {
 }
 
 impl Mesh {
-    /// The same with the points in each cell of a lattice as one, their mean, and without the
-    /// triangles that become lines.
+    /// The same with the points in each cell of a lattice as one, their mean, with the means of their
+    /// numbers, and without the triangles that become lines.
     pub fn joined(&self, cube: &Cube, cells: u32) -> Self {
         let mut known: HashMap<[u16; 3], u32> = HashMap::with_capacity(self.points.len());
         let mut sums: Vec<([f64; 3], f64)> = Vec::new();
@@ -71,8 +73,16 @@ impl Mesh {
             let [a, b, c] = [*a?, *b?, *c?];
             (a != b && b != c && c != a).then_some([a, b, c])
         });
+        let values = self.values.iter().map(|values| {
+            let mut means = vec![0.0; sums.len()];
+            for (value, &index) in values.iter().zip(&place) {
+                means[index as usize] += value / sums[index as usize].1;
+            }
+            means
+        });
         Self {
             triangles: triangles.collect(),
+            values: values.collect(),
             points: sums
                 .into_iter()
                 .map(|(sum, n)| sum.map(|x| x / n))
@@ -80,10 +90,11 @@ impl Mesh {
         }
     }
 
-    /// Bytes of the points and of the corners.
+    /// Bytes of the points with their numbers, and of the corners.
     pub fn bytes(&self) -> usize {
         let width = if self.is_wide() { 4 } else { 2 };
-        6 * self.points.len() + 3 * width * self.triangles.len()
+        let of_point = 6 + 2 * self.values.len();
+        of_point * self.points.len() + 3 * width * self.triangles.len()
     }
 
     /// Whether the numbers of its points need 32 bits.
@@ -110,6 +121,19 @@ impl Mesh {
         };
         base64(&bytes)
     }
+}
+
+/// Shares as letters, in bytes: 0 below 0, and 1 to `levels` from 0 to 1.
+pub(super) fn shares_as_letters(shares: &[f64], levels: u8) -> String {
+    let level = |share: &f64| {
+        if *share < 0.0 {
+            0
+        } else {
+            // A share that is no number becomes the first level.
+            1 + (share.min(1.0) * f64::from(levels - 1)).round() as u8
+        }
+    };
+    base64(&shares.iter().map(level).collect::<Vec<u8>>())
 }
 
 /// Vectors as letters, in 16 bits, and the length of the unit.
@@ -143,6 +167,7 @@ mod tests {
         Mesh {
             points,
             triangles: vec![[0, 1, 2], [3, 4, 5]],
+            values: vec![vec![1.0, 2.0, 3.0, 1.0, 5.0, 4.0]],
         }
     }
 
@@ -159,7 +184,8 @@ mod tests {
         let fine = square().joined(&cube, FINEST);
         assert_eq!(fine.points.len(), 4);
         assert_eq!(fine.triangles, [[0, 1, 2], [0, 2, 3]]);
-        assert_eq!(fine.bytes(), 4 * 6 + 2 * 6);
+        assert_eq!(fine.bytes(), 4 * 8 + 2 * 6);
+        assert_eq!(fine.values, [[1.0, 2.0, 4.0, 4.0]]);
         let mut broken = square();
         broken.triangles.push([0, 1, 77]);
         assert_eq!(broken.joined(&cube, FINEST), fine);
@@ -179,6 +205,8 @@ mod tests {
                 .starts_with("AAAAAACA//8AAACA")
         );
         assert_eq!(fine.corners_as_letters(), "AAABAAIAAAACAAMA");
+        // 0, 1, 3 and 5.
+        assert_eq!(shares_as_letters(&[-0.1, 0.0, 0.5, 7.0], 5), "AAEDBQ==");
         let (letters, unit) = vectors_as_letters(&[[0.5, -0.5, 0.0]]);
         assert_eq!((letters.as_str(), unit), ("/38BgAAA", 0.5 / 32767.0));
     }

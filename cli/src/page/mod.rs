@@ -1,9 +1,11 @@
 //! `report.html`: a result in one page that loads nothing, made of what its directory has.
 
+mod boundary;
 mod leads;
 mod map;
 mod mesh;
 mod modes;
+mod overlay;
 mod overview;
 mod pictures;
 mod repeat;

@@ -52,6 +52,7 @@ pub(super) fn modes(source: &Source<'_>) -> Option<Scene> {
     let mesh = Mesh {
         points: outline.points().to_vec(),
         triangles: outline.simplices().to_vec(),
+        values: Vec::new(),
     };
     let eigenvalues = at(record, "/eigenvalues/*").into_iter().flatten();
     let mode = |(j, value): (usize, &Value)| {
@@ -71,6 +72,7 @@ pub(super) fn modes(source: &Source<'_>) -> Option<Scene> {
         amplitude: one(record, "/parameters/amplitude")
             .and_then(Value::as_f64)
             .unwrap_or(2.0),
+        ..Scene::default()
     })
 }
 

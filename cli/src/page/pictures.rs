@@ -5,6 +5,7 @@ use shapespace_report::html::{Markup, data_url, element, single};
 use super::overview::section;
 use super::source::Source;
 use super::values::one;
+use crate::output::names::MODE;
 
 const PNG: &str = "image/png";
 const SVG: &str = "image/svg+xml";
@@ -27,6 +28,7 @@ pub(super) fn others(source: &Source<'_>) -> Markup {
     let pictures: Markup = pictures.collect();
     let plots = source
         .ending(".svg")
+        .filter(|name| !name.starts_with(MODE))
         .filter_map(|name| picture(source, name, SVG));
     let plots: Markup = plots.collect();
     let row = |figures: Markup| {

@@ -1,22 +1,34 @@
-//! Surfaces that turn with the mouse: single ones, series in time, and modes with their scores.
+//! Surfaces that turn with the mouse: single ones, also with colours or with inputs laid over them, series in
+//! time, and modes with their scores.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use shapespace_input::read_mesh;
+use shapespace_picture::{Colour, ColourBar, Surface, View};
 use shapespace_report::html::{Markup, data_block, element};
 
-use super::mesh::{Cube, FINEST, Mesh, vectors_as_letters};
+use super::boundary::shaded;
+use super::mesh::{Cube, FINEST, Mesh, shares_as_letters, vectors_as_letters};
 use super::modes::{Mode, modes};
+use super::overlay::{Overlay, overlays};
 use super::overview::section;
 use super::source::Source;
+use super::values::{at, text};
+use crate::output::names::MODE;
 
 /// Lattices on which points are joined, until there is room for all surfaces.
 const LATTICES: [u32; 7] = [FINEST, 256, 192, 128, 96, 64, 48];
 /// The share of the room that one scene takes at most.
 const SHARE: f64 = 0.6;
+/// The height from which scenes are first seen, in degrees.
+const ELEVATION: f64 = 25.0;
+/// Colours of a bar.
+const COLOURS: u8 = 63;
 
-/// Surfaces that are shown at one place, one after the other, or one with its modes.
+/// Surfaces that are shown at one place, one after the other, or one with its modes, its colours, or with
+/// inputs laid over it.
+#[derive(Default)]
 pub(super) struct Scene {
     pub title: String,
     /// The surfaces with their names.
@@ -24,12 +36,20 @@ pub(super) struct Scene {
     pub modes: Vec<Mode>,
     /// The largest score.
     pub amplitude: f64,
+    /// What the numbers at the points of the first surface are, as shares of these bars.
+    pub bars: Vec<ColourBar>,
+    pub overlays: Vec<Overlay>,
 }
 
 /// All scenes of a directory.
 pub(super) fn scenes(source: &Source<'_>) -> Markup {
-    let all = modes(source).into_iter().chain(series(source));
-    let shown = all
+    let own: Vec<Scene> = modes(source).into_iter().chain(shaded(source)).collect();
+    // Surfaces of the mean and the modes are those that are shown with sliders.
+    let of_modes = own.iter().any(|scene| !scene.modes.is_empty());
+    let others = if of_modes { Vec::new() } else { series(source) };
+    let shown = own
+        .into_iter()
+        .chain(others)
         .enumerate()
         .filter_map(|(i, scene)| draw(source, i, &scene));
     section("In 3D", shown.collect())
@@ -38,7 +58,8 @@ pub(super) fn scenes(source: &Source<'_>) -> Markup {
 /// The surfaces in files, those with numbers as series.
 fn series(source: &Source<'_>) -> Vec<Scene> {
     let mut stems: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    for name in source.ending(".stl") {
+    let names = source.ending(".stl");
+    for name in names.filter(|name| !name.starts_with(MODE)) {
         let whole = name.trim_end_matches(".stl");
         let stem = whole.trim_end_matches(|letter: char| letter.is_ascii_digit());
         let stem = if stem.ends_with('_') {
@@ -52,28 +73,47 @@ fn series(source: &Source<'_>) -> Vec<Scene> {
         let frames = names.into_iter().filter_map(|name| {
             let mesh = read_mesh(&source.path(name)).ok()?;
             let (points, triangles) = (mesh.points, mesh.triangles);
-            Some((name.to_owned(), Mesh { points, triangles }))
+            let mesh = Mesh {
+                points,
+                triangles,
+                values: Vec::new(),
+            };
+            Some((name_of(source, stem, name), mesh))
         });
+        let frames: Vec<(String, Mesh)> = frames.collect();
         Scene {
             title: stem.to_owned(),
-            frames: frames.collect(),
-            modes: Vec::new(),
-            amplitude: 0.0,
+            overlays: overlays(source, stem),
+            frames,
+            ..Scene::default()
         }
     };
     stems.into_iter().map(scene).collect()
 }
 
+/// What a surface in a file is called: the mean of a group by that, all others by their files.
+fn name_of(source: &Source<'_>, stem: &str, file: &str) -> String {
+    let number = file
+        .strip_prefix("mean_")
+        .and_then(|n| n.strip_suffix(".stl"));
+    let number = number.filter(|_| stem == "mean" && text(&source.record, "/command") == "compare");
+    let group = number.and_then(|number| number.parse::<usize>().ok());
+    let names = at(&source.record, "/groups/*/name");
+    let name = group.and_then(|group| names.get(group).copied().flatten()?.as_str());
+    name.map_or_else(|| file.to_owned(), |name| format!("mean of {name}"))
+}
+
 /// A scene and its data; nothing where it is empty.
 fn draw(source: &Source<'_>, number: usize, scene: &Scene) -> Option<Markup> {
-    let cube = Cube::around(scene.frames.iter().map(|(_, mesh)| mesh))?;
+    let frames = || scene.frames.iter().map(|(_, mesh)| mesh);
+    let over = || scene.overlays.iter().map(|overlay| &overlay.mesh);
+    let cube = Cube::around(frames().chain(over()))?;
     let room = (SHARE * source.room() as f64) as usize;
     let joined = LATTICES.iter().map(|cells| {
-        let frames = scene
-            .frames
-            .iter()
-            .map(|(_, mesh)| mesh.joined(&cube, *cells));
-        frames.collect::<Vec<Mesh>>()
+        let meshes = frames().chain(over());
+        meshes
+            .map(|mesh| mesh.joined(&cube, *cells))
+            .collect::<Vec<Mesh>>()
     });
     let letters = |meshes: &Vec<Mesh>| -> usize {
         let offsets = 6 * scene.modes.len();
@@ -84,8 +124,8 @@ fn draw(source: &Source<'_>, number: usize, scene: &Scene) -> Option<Markup> {
     };
     let meshes = joined.into_iter().find(|meshes| letters(meshes) <= room)?;
     let id = format!("scene-{number}");
-    let text = data(scene, &cube, &meshes).to_string();
-    if !source.take(text.len()) {
+    let json = data(scene, &cube, &meshes).to_string();
+    if !source.take(json.len()) {
         return None;
     }
     let name = format!("{}, in 3D", scene.title);
@@ -96,11 +136,16 @@ fn draw(source: &Source<'_>, number: usize, scene: &Scene) -> Option<Markup> {
     ];
     let note = "Drag to turn, double-click to turn back; after a click, wheel or + and - for the size, \
                 arrows to turn.";
+    let what = if scene.overlays.is_empty() {
+        ""
+    } else {
+        "In orange an input at its place, carried onto it by its deformation as far as the slider says. "
+    };
     let inner: Markup = [
         element("canvas", &canvas, ""),
         element("div", &[("class", "controls")], ""),
-        element("figcaption", &[], format!("{}. {note}", scene.title)),
-        data_block(&id, &text),
+        element("figcaption", &[], format!("{}. {what}{note}", scene.title)),
+        data_block(&id, &json),
     ]
     .into_iter()
     .collect();
@@ -111,26 +156,76 @@ fn draw(source: &Source<'_>, number: usize, scene: &Scene) -> Option<Markup> {
     ))
 }
 
-/// What the script reads.
+/// What the script reads; the meshes are those of the frames, then those of the overlays.
 fn data(scene: &Scene, cube: &Cube, meshes: &[Mesh]) -> Value {
-    let frame = |((name, _), mesh): (&(String, Mesh), &Mesh)| {
+    // In the units of the coordinates.
+    let unit = |unit: f64| unit / cube.side * f64::from(FINEST);
+    let (frames, overlays) = meshes.split_at(scene.frames.len().min(meshes.len()));
+    let frame = |((name, _), mesh): (&(String, Mesh), &Mesh)| surface(name, mesh, cube);
+    let mode = |mode: &Mode| {
+        let offsets = frames.first().map(|mesh| mode.offsets(&mesh.points));
+        let (letters, length) = vectors_as_letters(&offsets.unwrap_or_default());
+        json!({ "name": mode.name, "offsets": letters, "unit": unit(length) })
+    };
+    let overlay = |(overlay, mesh): (&Overlay, &Mesh)| {
+        let (letters, length) = vectors_as_letters(&Overlay::offsets(mesh));
+        let mut data = surface(&overlay.name, mesh, cube);
+        data["offsets"] = letters.into();
+        data["unit"] = unit(length).into();
+        data
+    };
+    let values = frames.first().map_or(&[][..], |mesh| &mesh.values);
+    let bar = |(bar, shares): (&ColourBar, &Vec<f64>)| {
+        let share = |k: u8| f64::from(k) / f64::from(COLOURS - 1);
+        let shares_of_colours = std::iter::once(-1.0).chain((0..COLOURS).map(share));
         json!({
-            "name": name,
-            "wide": mesh.is_wide(),
-            "points": mesh.points_as_letters(cube),
-            "corners": mesh.corners_as_letters(),
+            "name": bar.title,
+            "colours": shares_of_colours.map(|s| hex((bar.colour)(s))).collect::<Vec<_>>(),
+            "marks": bar.marks,
+            "shares": shares_as_letters(shares, COLOURS),
         })
     };
-    let mode = |mode: &Mode| {
-        let offsets = meshes.first().map(|mesh| mode.offsets(&mesh.points));
-        let (letters, unit) = vectors_as_letters(&offsets.unwrap_or_default());
-        // In the units of the coordinates.
-        let unit = unit / cube.side * f64::from(FINEST);
-        json!({ "name": mode.name, "offsets": letters, "unit": unit })
-    };
     json!({
-        "frames": scene.frames.iter().zip(meshes).map(frame).collect::<Vec<_>>(),
+        "frames": scene.frames.iter().zip(frames).map(frame).collect::<Vec<_>>(),
         "modes": scene.modes.iter().map(mode).collect::<Vec<_>>(),
         "amplitude": scene.amplitude,
+        "elevation": ELEVATION,
+        "azimuth": frames.first().map_or(View::front(0.0).azimuth, azimuth),
+        "bars": scene.bars.iter().zip(values).map(bar).collect::<Vec<_>>(),
+        "overlays": scene.overlays.iter().zip(overlays).map(overlay).collect::<Vec<_>>(),
     })
+}
+
+/// Where the first look comes from: the broad side of a surface.
+fn azimuth(mesh: &Mesh) -> f64 {
+    let triangles: Vec<[usize; 3]> = mesh
+        .triangles
+        .iter()
+        .map(|corners| corners.map(|corner| corner as usize))
+        .collect();
+    let surface = Surface {
+        vertices: &mesh.points,
+        triangles: &triangles,
+    };
+    View::broadside(surface, ELEVATION).azimuth
+}
+
+fn surface(name: &str, mesh: &Mesh, cube: &Cube) -> Value {
+    json!({
+        "name": name,
+        "wide": mesh.is_wide(),
+        "points": mesh.points_as_letters(cube),
+        "corners": mesh.corners_as_letters(),
+    })
+}
+
+/// A colour as `#rrggbb`.
+pub(super) fn hex(colour: Colour) -> String {
+    let [r, g, b] = colour.map(byte);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// A share of a colour in bytes.
+pub(super) fn byte(share: f32) -> u8 {
+    (255.0 * share.clamp(0.0, 1.0)).round() as u8
 }

@@ -19,7 +19,7 @@ use crate::options::{Align, Frame, Size};
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
-use crate::shapes::WorldFrame;
+use crate::shapes::{ResultPlace, WorldFrame};
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
 
@@ -46,6 +46,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub frame: (Vec<usize>, FrameTransform<D>),
     /// The world of its shapes, if they have one.
     pub world: Option<WorldFrame<D>>,
+    /// The coordinates of its boundaries.
+    pub place: ResultPlace<D>,
     /// How its shapes were placed; missing in results of earlier versions.
     pub placing: Option<Frame>,
     /// Whether its shapes were aligned.
@@ -165,6 +167,7 @@ fn stored_average<const D: usize>(
             .collect(),
         frame: (first.size.clone(), first.frame),
         world: WorldFrame::of_records(&record.input),
+        place: ResultPlace::of_records(&record.input),
         placing: config.masks.frame,
         align: config.masks.align.unwrap_or_default(),
         size: config.masks.size,

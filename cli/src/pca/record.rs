@@ -12,6 +12,7 @@ use super::command::Outcome;
 use super::procrustes::Procrustes;
 use crate::doubts::{named, of_source};
 use crate::report::Record;
+use crate::shapes::BoundaryRecord;
 use crate::summary::Summary;
 
 /// The contents of `result.json` of `shapespace pca`.
@@ -66,6 +67,9 @@ pub(super) struct Analysis<'a> {
     procrustes_distance: Vec<f64>,
     /// Area or volume of the average object.
     object_size: f64,
+    /// The coordinates of the boundaries of the mean and the modes.
+    #[serde(flatten)]
+    boundaries: BoundaryRecord,
     pub quality: &'a Quality,
     /// For every shape, the relative residual with the modes of the other shapes.
     left_out_residual: Vec<f64>,
@@ -131,6 +135,12 @@ pub(super) fn record<'a, const D: usize>(
         procrustes: fits.iter().map(|fit| fit.residual).collect(),
         procrustes_distance: fits.iter().map(|fit| fit.distance).collect(),
         object_size,
+        // Images have no boundaries.
+        boundaries: if stored.image.is_some() {
+            BoundaryRecord::default()
+        } else {
+            stored.place.record()
+        },
         quality,
         left_out_residual: quality.left_out.iter().map(Scores::residual).collect(),
         solves: &pca.solves,
@@ -216,6 +226,9 @@ pub(super) struct Synthesis {
     /// Area or volume of the shape and of the average.
     pub size: f64,
     pub average_size: f64,
+    /// The coordinates of its boundary.
+    #[serde(flatten)]
+    pub boundaries: BoundaryRecord,
 }
 
 /// The contents of `result.json` of `shapespace score`.

@@ -18,10 +18,9 @@ use crate::error::CliError;
 use crate::geodesic::draw::{portraits, portraits_of_parts};
 use crate::memory::announce;
 use crate::output::ResultDir;
-use crate::output::surface::write_surface;
 use crate::session::{Command, PlanOf, Session};
 use crate::summary::Summary;
-use shapespace_picture::{Canvas, INK, Shape, Tiles, colour};
+use shapespace_picture::{Canvas, INK, Tiles, colour};
 
 /// A shape as a displacement of the average.
 pub(crate) struct Outcome<const D: usize> {
@@ -123,19 +122,10 @@ impl Command for SynthesizeConfig {
             };
             sheet.draw()
         })?;
-        if D == 3 {
-            let world = outcome.stored.average.world;
-            let place = |p| world.map_or(p, |world| world.position(p));
-            let write = |name: &str, shape: &Contour<D>| {
-                let shape = Shape::of(&shape.map(place));
-                directory.with_file(name, |path| {
-                    write_surface(path, shape.surface(), world.is_some())
-                })
-            };
-            write("shape.stl", &shape)?;
-            for (label, (part, _)) in labels.iter().zip(&parts) {
-                write(&format!("shape_label_{label}.stl"), part)?;
-            }
+        let place = &outcome.stored.average.place;
+        place.write(directory, "shape", &shape)?;
+        for (label, (part, _)) in labels.iter().zip(&parts) {
+            place.write(directory, &format!("shape_label_{label}"), part)?;
         }
         let record = record(outcome, self, [&shape, &outline], session.start)?;
         record.write(directory)?;
@@ -184,6 +174,7 @@ fn record<const D: usize>(
         min_det: certificate.min_det,
         size: size(shape)?,
         average_size: size(average)?,
+        boundaries: outcome.stored.average.place.record(),
     };
     let doubts = [
         Doubt::check(Cause::NotConverged, f64::from(u8::from(share < 1.0))),

@@ -1,10 +1,11 @@
 //! The files of the directory of an analysis.
 
+use fe_grid::VectorField;
 use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::command::Outcome;
-use super::components::{outlines, phase_field_name};
-use super::draw::{DrawnModes, animated, shown};
+use super::components::{displaced, outlines, phase_field_name};
+use super::draw::{DrawnModes, animated, displacement, moved, shown};
 use super::images::ImageModes;
 use super::map::ScoreMap;
 use super::procrustes::{Procrustes, there_and_back};
@@ -13,10 +14,12 @@ use super::report::write_report;
 use super::tables::{write_quality, write_scores, write_scree};
 use crate::error::CliError;
 use crate::output::apng::write_animation;
+use crate::output::names::MODE;
 use crate::output::npy::Precision;
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
+use crate::shapes::ResultPlace;
 use crate::summary::Summary;
 use shapespace_picture::Canvas;
 
@@ -76,6 +79,7 @@ pub(super) fn write_all<const D: usize>(
         };
         directory.picture("modes.png", || modes.strip())?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
+        write_boundaries(directory, &outcome.stored.place, &modes)?;
         write_map(directory, outcome, outline)?;
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
         (size, fits(outcome)?)
@@ -84,6 +88,33 @@ pub(super) fn write_all<const D: usize>(
     directory.with_file("report.md", |path| write_report(path, &record))?;
     record.write(directory)?;
     Ok(summary(&record))
+}
+
+/// The boundaries of the mean and, for every mode, of the shapes with the largest drawn score on both sides of it.
+fn write_boundaries<const D: usize>(
+    directory: &ResultDir,
+    place: &ResultPlace<D>,
+    modes: &DrawnModes<'_, D>,
+) -> Result<(), CliError> {
+    if !directory.has_files() {
+        return Ok(());
+    }
+    let write = |name: &str, u: &VectorField<f64, D>| -> Result<(), CliError> {
+        place.write(directory, name, &moved(modes.average, u, -1.0))?;
+        let parts = displaced(modes.components, u, -1.0);
+        for ((label, _), (part, _)) in modes.components.iter().zip(parts) {
+            place.write(directory, &format!("{name}_label_{label}"), &part)?;
+        }
+        Ok(())
+    };
+    write("mean", &VectorField::zeros(*modes.space.object.grid()))?;
+    for j in 0..modes.space.fields.len() {
+        for (end, sign) in [("minus", -1.0), ("plus", 1.0)] {
+            let u = displacement(modes.space, j, sign * modes.amplitude);
+            write(&format!("{MODE}{j:03}_{end}"), &u)?;
+        }
+    }
+    Ok(())
 }
 
 /// The first modes in motion.

@@ -113,7 +113,7 @@ fn write_boundary<const D: usize>(
     let shift = SVector::<f64, D>::from_fn(|i, _| affine.map_or(0.0, |affine| affine[i][3]));
     let placed = samples.transformed(&matrix, &shift);
     directory.with_file(numbered("surface", i, "stl"), |path| {
-        write_surface(path, Shape::of(&placed).surface(), affine.is_some())
+        write_surface(path, Shape::of(&placed).surface(), &[], affine.is_some())
     })
 }
 

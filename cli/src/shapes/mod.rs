@@ -47,7 +47,7 @@ pub(crate) use record::{
     BoundaryRecord, GreyInput, InputRecord, SizeRecord, SurfaceRecord, common_scale,
     describe_placement, scale_of_records,
 };
-pub(crate) use surface::{write_curves, write_surface};
+pub(crate) use surface::ResultPlace;
 pub(crate) use world::{Motion, WorldFrame, WorldRecord};
 
 /// Masks that are read and placed in the unit box, before the grid is known.

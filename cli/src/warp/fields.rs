@@ -21,7 +21,7 @@ use shapespace_input::lattice::Lattice;
 const BORDER: f64 = 0.05;
 
 /// Samples that one thread evaluates at a time.
-const SAMPLES_AT_ONCE: usize = 1024;
+pub(super) const SAMPLES_AT_ONCE: usize = 1024;
 
 /// The world of an input with its samples there. Flat shapes have none.
 pub(crate) struct Space<const D: usize> {
@@ -63,6 +63,11 @@ impl<const D: usize> Space<D> {
         })
     }
 
+    /// The point of the box at world coordinates.
+    pub(super) fn unit(&self, world: [f64; D]) -> [f64; D] {
+        self.world.unit(world)
+    }
+
     /// The part of a lattice, continued where needed, that lies in the box of a grid.
     fn within(&self, samples: &Lattice, grid: &Grid<D>) -> Lattice {
         let position = |unit| in_space(self.world.position(unit));
@@ -71,33 +76,12 @@ impl<const D: usize> Space<D> {
 
     /// Where volumes are written: the samples, continued where needed, in the box of a grid. Other programs
     /// refuse sheared axes; volumes lie on the nodes then.
-    fn lattice(&self, grid: &Grid<D>) -> Option<Lattice> {
+    pub(super) fn lattice(&self, grid: &Grid<D>) -> Option<Lattice> {
         if self.samples.is_orthogonal() {
             return Some(self.within(&self.samples, grid));
         }
         Some(self.within(&self.world.lattice(grid)?, grid))
     }
-}
-
-/// Writes the deformations of inputs onto a shape in this space, and their inverses.
-///
-/// # Errors
-/// [`CliError::Output`].
-pub(crate) fn write_warps<const D: usize>(
-    directory: &ResultDir,
-    average: Option<Space<D>>,
-    of_input: impl Fn(usize) -> Option<Space<D>>,
-    displacements: &[Field<f64, D, D>],
-) -> Result<(), CliError> {
-    let Some(average) = average else {
-        return Ok(());
-    };
-    for (number, displacement) in displacements.iter().enumerate() {
-        if let Some(subject) = of_input(number) {
-            write_both(directory, number, [&subject, &average], displacement)?;
-        }
-    }
-    Ok(())
 }
 
 /// Writes the steps of a path, from 1, and their inverses, where its inputs have a world: `warp` of a step
@@ -114,21 +98,21 @@ pub(crate) fn write_steps_in_world<const D: usize>(
         return Ok(());
     };
     for (k, displacement) in displacements.iter().enumerate() {
-        write_both(directory, k + 1, [&space, &space], displacement)?;
+        let inverse = inverted(displacement);
+        write_both(directory, k + 1, [&space; 2], [displacement, &inverse])?;
     }
     Ok(())
 }
 
 /// Writes the deformation of a shape in one space onto one in another, and its inverse.
-fn write_both<const D: usize>(
+pub(super) fn write_both<const D: usize>(
     directory: &ResultDir,
     number: usize,
     [start, end]: [&Space<D>; 2],
-    displacement: &Field<f64, D, D>,
+    [displacement, inverse]: [&Field<f64, D, D>; 2],
 ) -> Result<(), CliError> {
-    let inverse = inverted(displacement);
     let warps = [
-        ("warp", end, start, &inverse),
+        ("warp", end, start, inverse),
         ("inverse_warp", start, end, displacement),
     ];
     for (kind, from, to, displacement) in warps {
@@ -357,6 +341,6 @@ fn ways<const D: usize>(
 }
 
 /// The first coordinates of a point.
-fn of_space<const D: usize>(p: [f64; 3]) -> [f64; D] {
+pub(super) fn of_space<const D: usize>(p: [f64; 3]) -> [f64; D] {
     std::array::from_fn(|k| p.get(k).copied().unwrap_or(0.0))
 }

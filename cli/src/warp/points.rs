@@ -215,7 +215,7 @@ pub(super) fn moved_surface(
         other => other,
     };
     let name = PathBuf::from(format!("{}.{written}", stem(path)));
-    write_surface(&directory.file(&name), surface, stored.in_world())?;
+    write_surface(&directory.file(&name), surface, &[], stored.in_world())?;
     let pictures = draw::surfaces(&mesh, &vertices);
     Ok(mover.moved(name, "surface", pictures))
 }

@@ -24,6 +24,7 @@ mod frames;
 mod generate;
 mod geodesic;
 mod hostile;
+mod in_world;
 mod integrity;
 mod joint;
 mod labelled;

@@ -28,6 +28,17 @@ fn check_files(results: &Results, size: &[u64], shapes: usize, modes: usize) {
         }
         assert!(!results.path(&format!("{kind}_{count:03}.npy")).exists());
     }
+    let boundaries = ["mean", "mode_000_minus", "mode_000_plus"];
+    let endings: &[&str] = if size.len() == 2 {
+        &["_outline.csv", "_outline.svg", "_outline.geojson"]
+    } else {
+        &[".stl", ".ply", ".vtp"]
+    };
+    for name in boundaries {
+        for ending in endings {
+            assert!(results.path(&format!("{name}{ending}")).is_file());
+        }
+    }
     let n = shapes as u64;
     assert_eq!(results.array("gram.npy").0, [n, n]);
     let table = std::fs::read_to_string(results.path("scores.csv")).unwrap();

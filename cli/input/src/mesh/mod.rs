@@ -15,6 +15,7 @@ mod vtp;
 
 pub(super) use mend::{Fault, Mended, mended};
 use polygon::Polygons;
+pub(super) use vtp::point_array;
 
 /// No surface may have more triangles than this.
 pub const MAX_TRIANGLES: usize = 1 << 24;

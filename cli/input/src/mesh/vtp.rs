@@ -29,6 +29,38 @@ struct Layout<'a> {
 }
 
 pub(super) fn decode(bytes: &[u8]) -> Decoded {
+    within(bytes, |root, layout| {
+        let mut polygons = Polygons::default();
+        for piece in nodes(root, "Piece") {
+            read_piece(piece, layout, &mut polygons)?;
+        }
+        let mut to_the_left = false;
+        for field in nodes(root, "FieldData").flat_map(|field| nodes(field, "DataArray")) {
+            if field.attribute("Name") == Some("SPACE") {
+                let letters = layout.numbers(field)?;
+                let letters: Vec<u8> = letters.iter().map(|&letter| letter as u8).collect();
+                to_the_left = states_left(&[b"SPACE=", letters.as_slice()].concat());
+            }
+        }
+        Ok((polygons, to_the_left))
+    })
+}
+
+/// The numbers of the array of this name at the points, as they stand there.
+pub(crate) fn point_array(bytes: &[u8], name: &str) -> Result<Vec<f64>, String> {
+    within(bytes, |root, layout| {
+        let arrays = nodes(root, "PointData").flat_map(|data| nodes(data, "DataArray"));
+        let mut named = arrays.filter(|array| array.attribute("Name") == Some(name));
+        let array = named.next();
+        layout.numbers(array.ok_or_else(|| format!("it has no array '{name}' at its points"))?)
+    })
+}
+
+/// What is read of the document of a file.
+fn within<T>(
+    bytes: &[u8],
+    read: impl FnOnce(Node<'_, '_>, &Layout<'_>) -> Result<T, String>,
+) -> Result<T, String> {
     let (xml, appended) = split(bytes)?;
     let document = Document::parse(&xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
@@ -49,19 +81,7 @@ pub(super) fn decode(bytes: &[u8]) -> Decoded {
         appended,
         limit: bytes.len().saturating_mul(MOST_PACKED),
     };
-    let mut polygons = Polygons::default();
-    for piece in nodes(root, "Piece") {
-        read_piece(piece, &layout, &mut polygons)?;
-    }
-    let mut to_the_left = false;
-    for field in nodes(root, "FieldData").flat_map(|field| nodes(field, "DataArray")) {
-        if field.attribute("Name") == Some("SPACE") {
-            let letters = layout.numbers(field)?;
-            let letters: Vec<u8> = letters.iter().map(|&letter| letter as u8).collect();
-            to_the_left = states_left(&[b"SPACE=", letters.as_slice()].concat());
-        }
-    }
-    Ok((polygons, to_the_left))
+    read(root, &layout)
 }
 
 /// The text of a file, and the data after it, which need not be text.

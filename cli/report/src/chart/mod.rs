@@ -15,6 +15,7 @@ use crate::font;
 use crate::palette::{self, Colour, Marker};
 
 pub use self::bars::{Bars, bars};
+pub use self::ruler::round_above;
 
 /// Font families of nearly the same widths, and fallbacks.
 const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";

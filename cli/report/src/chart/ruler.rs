@@ -105,7 +105,7 @@ impl Ranged for Ruler {
 }
 
 /// Returns the smallest of 1, 2 and 5 times a power of ten that is at least a positive number.
-fn round_above(value: f64) -> f64 {
+pub fn round_above(value: f64) -> f64 {
     let power = 10f64.powf(value.log10().floor());
     let digit = value / power;
     let round = [1.0, 2.0, 5.0].into_iter().find(|r| digit <= *r);

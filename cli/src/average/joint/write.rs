@@ -48,7 +48,14 @@ pub(super) fn write_all<const D: usize>(
     write_images(directory, &inputs, &images)?;
     let space = Space::of_records(directory, &inputs);
     let of_input = |number| Space::of_record(&inputs, number);
-    write_warps(directory, space, of_input, &result.displacements)?;
+    let determinants = maps.iter().map(|maps| &*maps.determinant);
+    let jacobians = write_warps(
+        directory,
+        space.as_ref(),
+        of_input,
+        &result.displacements,
+        determinants,
+    )?;
     directory.with_file("average.vti", |path| {
         let mut vti = VtiFile::new(*result.average.grid(), Precision::Single)
             .within(world)
@@ -60,7 +67,7 @@ pub(super) fn write_all<const D: usize>(
                 .field(&format!("displacement_{i:03}"), displacement)
                 .field(&format!("phase_field_{i:03}"), phase_field);
         }
-        vti.write(path)
+        vti.fields("jacobian", &jacobians).write(path)
     })?;
     write_energy(directory, &outcome.history, &PARTS, |level| {
         parts(outcome, level)

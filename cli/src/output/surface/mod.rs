@@ -15,18 +15,35 @@ use shapespace_picture::Surface;
 /// How a header states that coordinates are those of the world.
 const WORLD: &str = "SPACE=RAS";
 
+/// Numbers at the points of a surface, the components of the first point before those of the second.
+#[derive(Clone, Copy, Debug)]
+pub struct PointArray<'a> {
+    /// Its name in the file.
+    pub name: &'a str,
+    /// Numbers of a point.
+    pub components: usize,
+    /// All numbers.
+    pub values: &'a [f64],
+}
+
 /// Writes a surface of triangles, corners counterclockwise as seen from outside, in the format of
-/// the extension: `.ply`, `.vtp`, and STL for any other.
+/// the extension: `.ply`, `.vtp`, and STL for any other. Only VTP files have arrays.
 ///
 /// # Errors
-/// [`OutputError::Unwritable`], also where a triangle names a vertex that does not exist.
-pub fn write_surface(path: &Path, surface: Surface<'_>, in_world: bool) -> Result<(), OutputError> {
+/// [`OutputError::Unwritable`], also where a triangle names a vertex that does not exist, or an array has not
+/// as many numbers as the points need.
+pub fn write_surface(
+    path: &Path,
+    surface: Surface<'_>,
+    arrays: &[PointArray<'_>],
+    in_world: bool,
+) -> Result<(), OutputError> {
     let extension = path.extension().unwrap_or_default();
     let write = |writer: &mut BufWriter<File>| {
         if extension == "ply" {
             ply::surface_to(writer, surface, in_world)
         } else if extension == "vtp" {
-            vtp::surface_to(writer, surface, in_world)
+            vtp::surface_to(writer, surface, arrays, in_world)
         } else {
             stl::surface_to(writer, surface, in_world)
         }?;

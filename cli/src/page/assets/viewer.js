@@ -1,21 +1,24 @@
 // Surfaces that turn with the mouse.
 const VERTEX = `#version 300 es
-in vec3 place; in vec3 normal; uniform mat3 turn; uniform vec2 size; out vec3 across;
+in vec3 place; in vec3 normal; in vec3 hue; uniform mat3 turn; uniform vec2 size; out vec3 across; out vec3 tone;
 void main() {
   vec3 p = turn * place;
   across = turn * normal;
+  tone = hue;
   gl_Position = vec4(p.xy * size, -0.3 * p.z, 1.0);
 }`;
 const FRAGMENT = `#version 300 es
 precision highp float;
-in vec3 across; out vec4 colour; uniform vec3 hue;
+in vec3 across; in vec3 tone; out vec4 colour; uniform float cover;
 void main() {
   vec3 n = across / max(length(across), 1e-9);
   if (!gl_FrontFacing) n = -n;
   // One light from above on the left, and one at the eye.
   float light = 0.3 + 0.5 * max(dot(n, normalize(vec3(-0.4, 0.5, 0.8))), 0.0) + 0.25 * n.z;
-  colour = vec4(hue * light, 1.0);
+  colour = vec4(tone * light * cover, cover);
 }`;
+const PLAIN = [0.45, 0.68, 0.92];
+const OVER = [1.0, 0.62, 0.25];
 const program = gl => {
   const all = gl.createProgram();
   for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
@@ -52,6 +55,74 @@ const cornersOf = frame => {
   const buffer = bytesOf(frame.corners).buffer;
   return frame.wide ? new Uint32Array(buffer) : new Uint16Array(buffer);
 };
+const offsetsOf = part => Float32Array.from(new Int16Array(bytesOf(part.offsets).buffer), x => x * part.unit / 32767.5);
+// A surface on the graphics card, with a colour at every point or one for all.
+const surfaceOf = (gl, shader) => {
+  const own = gl.createVertexArray();
+  gl.bindVertexArray(own);
+  const attributes = ['place', 'normal', 'hue'].map(name => {
+    const at = gl.getAttribLocation(shader, name);
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
+    if (name !== 'hue') gl.enableVertexAttribArray(at);
+    return {at, buffer};
+  });
+  const list = gl.createBuffer();
+  let [count, kind, plain] = [0, gl.UNSIGNED_SHORT, true];
+  return {
+    load: (places, corners, hues) => {
+      gl.bindVertexArray(own);
+      [places, normalsOf(places, corners), hues].forEach((values, k) => {
+        if (!values) return;
+        gl.bindBuffer(gl.ARRAY_BUFFER, attributes[k].buffer);
+        gl.bufferData(gl.ARRAY_BUFFER, values, gl.DYNAMIC_DRAW);
+      });
+      plain = !hues;
+      if (plain) gl.disableVertexAttribArray(attributes[2].at);
+      else gl.enableVertexAttribArray(attributes[2].at);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, list);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.DYNAMIC_DRAW);
+      [count, kind] = [corners.length, corners.BYTES_PER_ELEMENT === 4 ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT];
+    },
+    draw: hue => {
+      gl.bindVertexArray(own);
+      if (plain) gl.vertexAttrib3f(attributes[2].at, ...hue);
+      gl.drawElements(gl.TRIANGLES, count, kind, 0);
+    },
+  };
+};
+// The colours of a bar, and under it what they mean.
+const legend = (figure, bar) => {
+  const old = figure.querySelector('.legend');
+  if (old) old.remove();
+  if (!bar) return;
+  const box = made('div', {class: 'legend'});
+  box.append(made('div', {}, bar.name));
+  const strip = made('canvas', {width: bar.colours.length - 1, height: 1});
+  const brush = strip.getContext('2d');
+  bar.colours.slice(1).forEach((colour, k) => {
+    brush.fillStyle = colour;
+    brush.fillRect(k, 0, 1, 1);
+  });
+  const marks = made('div', {class: 'marks'});
+  for (const [share, text] of bar.marks) {
+    const mark = made('span', {}, text);
+    mark.style.left = 100 * share + '%';
+    marks.append(mark);
+  }
+  box.append(strip, marks);
+  figure.querySelector('.controls').after(box);
+};
+const choice = (controls, name, words, chosen, then) => {
+  const label = made('label', {}, name);
+  const input = made('select', {});
+  words.forEach((text, k) => input.append(made('option', {value: k}, text)));
+  input.value = chosen;
+  input.addEventListener('change', () => then(Number(input.value)));
+  label.append(input);
+  controls.append(label);
+};
 const viewer = figure => {
   const scene = dataOf(figure.dataset.of);
   const canvas = figure.querySelector('canvas');
@@ -62,31 +133,29 @@ const viewer = figure => {
     canvas.replaceWith(made('p', {}, 'This browser does not draw surfaces; the pictures show them.'));
     return;
   }
-  const frames = scene.frames.map(frame => ({name: frame.name, places: placesOf(frame.points), corners: cornersOf(frame)}));
-  const modes = scene.modes.map(mode => ({
-    name: mode.name,
-    offsets: Float32Array.from(new Int16Array(bytesOf(mode.offsets).buffer), x => x * mode.unit / 32767.5),
-    score: 0,
-  }));
-  let shown = 0;
+  const solid = part => ({name: part.name, places: placesOf(part.points), corners: cornersOf(part)});
+  const frames = scene.frames.map(solid);
+  const modes = scene.modes.map(mode => ({name: mode.name, offsets: offsetsOf(mode), score: 0}));
+  const overlays = scene.overlays.map(part => Object.assign(solid(part), {offsets: offsetsOf(part)}));
+  const bars = scene.bars.map(bar => {
+    const colours = bar.colours.map(text => [1, 3, 5].map(at => parseInt(text.slice(at, at + 2), 16) / 255));
+    const hues = Float32Array.from([...bytesOf(bar.shares)].flatMap(level => colours[level]));
+    return Object.assign({hues}, bar);
+  });
+  let [shown, over, carried, bar] = [0, overlays.length ? 0 : -1, 0, bars.length ? 0 : -1];
   // Of the ball around the middle that has all points.
   let radius = 1e-3;
-  for (const {places} of frames) {
+  for (const {places} of [...frames, ...overlays]) {
     for (let i = 0; i < places.length; i += 3) radius = Math.max(radius, Math.hypot(places[i], places[i + 1], places[i + 2]));
   }
-  const start = {azimuth: -60, elevation: 25, zoom: 1};
+  const start = {azimuth: scene.azimuth, elevation: scene.elevation, zoom: 1};
   const view = Object.assign({}, start);
   gl.useProgram(shader);
   gl.enable(gl.DEPTH_TEST);
-  const buffers = ['place', 'normal'].map(name => {
-    const at = gl.getAttribLocation(shader, name);
-    const buffer = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.enableVertexAttribArray(at);
-    gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
-    return buffer;
-  });
-  gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+  gl.depthFunc(gl.LEQUAL);
+  gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+  gl.polygonOffset(1, 1);
+  const [base, laid] = [surfaceOf(gl, shader), surfaceOf(gl, shader)];
   const uniform = name => gl.getUniformLocation(shader, name);
   let asked = false;
   const draw = () => {
@@ -102,9 +171,22 @@ const viewer = figure => {
     gl.uniformMatrix3fv(uniform('turn'), false, [-sa, -se * ca, ce * ca, ca, -se * sa, ce * sa, 0, ce, se]);
     const size = 0.95 / radius * view.zoom * Math.min(width, height);
     gl.uniform2f(uniform('size'), size / width, size / height);
-    gl.uniform3f(uniform('hue'), 0.45, 0.68, 0.92);
-    const corners = frames[shown].corners;
-    gl.drawElements(gl.TRIANGLES, corners.length, corners.BYTES_PER_ELEMENT === 4 ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT, 0);
+    gl.uniform1f(uniform('cover'), 1);
+    if (over < 0) {
+      base.draw(PLAIN);
+      return;
+    }
+    laid.draw(OVER);
+    // What is nearest of the average, and then only that, as a veil over the input.
+    gl.enable(gl.POLYGON_OFFSET_FILL);
+    gl.colorMask(false, false, false, false);
+    base.draw(PLAIN);
+    gl.colorMask(true, true, true, true);
+    gl.enable(gl.BLEND);
+    gl.uniform1f(uniform('cover'), 0.6);
+    base.draw(PLAIN);
+    gl.disable(gl.BLEND);
+    gl.disable(gl.POLYGON_OFFSET_FILL);
   };
   const ask = () => {
     if (!asked) requestAnimationFrame(draw);
@@ -116,13 +198,31 @@ const viewer = figure => {
     for (const {offsets, score} of modes) {
       if (score !== 0) for (let i = 0; i < places.length; i++) places[i] += score * offsets[i];
     }
-    [places, normalsOf(places, corners)].forEach((values, k) => {
-      gl.bindBuffer(gl.ARRAY_BUFFER, buffers[k]);
-      gl.bufferData(gl.ARRAY_BUFFER, values, gl.DYNAMIC_DRAW);
-    });
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.DYNAMIC_DRAW);
+    base.load(places, corners, bar < 0 ? null : bars[bar].hues);
+    if (over >= 0) {
+      const part = overlays[over];
+      laid.load(part.places.map((x, i) => x + carried * part.offsets[i]), part.corners, null);
+    }
     ask();
   };
+  if (bars.length) {
+    choice(controls, 'colours', bars.map(bar => bar.name), 0, k => {
+      bar = k;
+      legend(figure, bars[bar]);
+      load();
+    });
+    legend(figure, bars[0]);
+  }
+  if (overlays.length) {
+    choice(controls, 'input', ['none', ...overlays.map(part => part.name)], 1, k => {
+      over = k - 1;
+      load();
+    });
+    slider(controls, 'carried', [0, 1, 0.05, 0], share => Math.round(100 * share) + ' %', share => {
+      carried = share;
+      load();
+    });
+  }
   if (frames.length > 1) {
     const last = frames.length - 1;
     const input = slider(controls, '', [0, last, 1, 0], k => frames[k].name, k => {
