@@ -5,7 +5,7 @@ use fe_grid::minimise::{LbfgsParams, Stopping};
 use hyperelastic::FoldBarrier;
 
 /// Number of pairs in the L-BFGS history. Steps of deformations are mostly shortened, and pairs of short steps
-/// say little: ten pairs take 15 % more evaluations.
+/// say little: ten pairs take 8 % more evaluations.
 pub(crate) fn history(form: Form) -> usize {
     match form {
         Form::Lagrangian => 5,
