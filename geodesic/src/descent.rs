@@ -1,17 +1,11 @@
 //! The minimiser of a level and the barrier, for both forms.
 
-use crate::params::{Form, GeodesicParams};
+use crate::params::GeodesicParams;
 use fe_grid::minimise::{LbfgsParams, Stopping};
 use hyperelastic::FoldBarrier;
 
-/// Number of pairs in the L-BFGS history. Steps of deformations are mostly shortened, and pairs of short steps
-/// say little: ten pairs take 8 % more evaluations.
-pub(crate) fn history(form: Form) -> usize {
-    match form {
-        Form::Lagrangian => 5,
-        Form::LevelSets => 10,
-    }
-}
+/// Number of pairs in the L-BFGS history.
+pub(crate) const HISTORY: usize = 10;
 /// Number of iterations after which the metric is recomputed.
 const METRIC_INTERVAL: usize = 10;
 /// A level ends when the predicted decrease is below this fraction of the tolerance.
@@ -34,7 +28,7 @@ pub(crate) fn fold_barrier(params: &GeodesicParams) -> FoldBarrier {
 pub(crate) fn minimiser(params: &GeodesicParams) -> LbfgsParams {
     LbfgsParams {
         metric_interval: METRIC_INTERVAL,
-        history: history(params.form),
+        history: HISTORY,
         stopping: Stopping {
             relative_gradient: 0.0,
             relative_decrement: DECREMENT * params.tolerance,

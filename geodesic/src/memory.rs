@@ -1,6 +1,6 @@
 //! Estimate of the memory of a path, available before it is computed.
 
-use crate::descent::history;
+use crate::descent::HISTORY;
 use crate::params::{Form, GeodesicParams};
 use fe_grid::Grid;
 use hyperelastic::CycleMemory;
@@ -26,7 +26,7 @@ pub fn memory_estimate<const D: usize>(
     let (d, steps, components) = (D as u64, params.steps as u64, n_components as u64);
     let field = |grid: &Grid<D>| DOUBLE * grid.n_nodes() as u64;
     let cycle = CycleMemory::on(grid);
-    let pairs = 2 * history(params.form) as u64 / 2;
+    let pairs = 2 * HISTORY as u64 / 2;
     let vectors = MINIMISER + pairs;
     let shapes = 2 * components;
     let path = match params.form {

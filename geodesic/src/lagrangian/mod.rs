@@ -1,6 +1,5 @@
 //! Form B: paths of deformations of one start domain.
 
-mod damping;
 mod eulerian;
 mod metric;
 mod objective;

@@ -1,6 +1,5 @@
 //! The energy of a path of deformations of one start domain.
 
-use super::damping::Damping;
 use super::metric::PathMetric;
 use crate::cells::{ObjectWeights, continued, solid_cells};
 use crate::descent::fold_barrier;
@@ -56,7 +55,6 @@ pub struct PathObjective<const D: usize> {
     solid: Option<Vec<bool>>,
     energy: PathEnergy,
     metric: Option<PathMetric<D>>,
-    damping: Damping,
     /// Work arrays: the path with the identity in front, and its gradient.
     path: Vec<f64>,
     path_gradient: Vec<f64>,
@@ -154,7 +152,6 @@ impl<const D: usize> PathObjective<D> {
             solid,
             energy: PathEnergy::default(),
             metric: None,
-            damping: Damping::default(),
             path: Vec::new(),
             path_gradient: Vec::new(),
             start: start.components,
@@ -395,20 +392,8 @@ impl<const D: usize> Objective for PathObjective<D> {
             })
             .collect();
         let bound = self.params.min_determinant;
-        let whole = vector::max_abs(direction);
         shorten_together(&self.grid, &deformations, direction, bound);
-        if whole > 0.0 {
-            self.damping.observe(vector::max_abs(direction) / whole);
-        }
         Ok(())
-    }
-
-    fn memory(&self) -> Vec<f64> {
-        self.damping.memory()
-    }
-
-    fn restore(&mut self, memory: &[f64]) {
-        self.damping.restore(memory);
     }
 
     fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
@@ -438,7 +423,7 @@ impl<const D: usize> Objective for PathObjective<D> {
             moduli: self.params.law.moduli,
             indicator: self.indicator,
             step: self.density.step,
-            stiffness: self.damping.adapt(),
+            stiffness: 1.0,
             void_stiffness: METRIC_VOID,
             // All intermediate deformations have a barrier, and on average follow the last by half.
             barrier: FoldBarrier {
