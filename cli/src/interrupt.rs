@@ -125,8 +125,17 @@ pub fn listen() {
     if !ignored(SIGHUP) {
         signals.push(SIGHUP);
     }
-    if let Ok(mut signals) = signal_hook::iterator::Signals::new(signals) {
-        std::thread::spawn(move || signals.forever().for_each(|_| signalled()));
+    // The thread first, and then the handlers: where there is no thread, nobody would hear.
+    let (listens, begun) = std::sync::mpsc::channel();
+    let listener = move || {
+        let found = signal_hook::iterator::Signals::new(signals);
+        let _ = listens.send(());
+        if let Ok(mut signals) = found {
+            signals.forever().for_each(|_| signalled());
+        }
+    };
+    if std::thread::Builder::new().spawn(listener).is_ok() {
+        let _ = begun.recv();
     }
 }
 

@@ -24,10 +24,15 @@ fn on_threads(threads: usize, work: &mut (dyn FnMut() + Send)) -> Result<(), Cli
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .map_err(|error| CliError::Computation {
-            message: format!("the threads cannot be started: {error}"),
-            remedy: "ask for fewer with --threads".into(),
-        })?;
+        .map_err(|error| no_threads(&error))?;
     pool.install(work);
     Ok(())
+}
+
+/// The error where the system does not start threads.
+pub(crate) fn no_threads(error: &dyn std::error::Error) -> CliError {
+    CliError::Computation {
+        message: format!("the threads cannot be started: {error}"),
+        remedy: "ask for fewer with --threads".into(),
+    }
 }

@@ -86,7 +86,11 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix}  {msg}  {elapsed}") {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(Duration::from_millis(120));
+        // The bar panics where its thread cannot be started.
+        let can_start = || thread::Builder::new().spawn(|| ()).is_ok();
+        if !bar.is_hidden() && can_start() {
+            bar.enable_steady_tick(Duration::from_millis(120));
+        }
         let last = Arc::new(Mutex::new(Instant::now()));
         let silence = plain.then(|| break_silence(bar.clone(), Arc::clone(&last)));
         Self {

@@ -63,6 +63,8 @@ macro_rules! mutant {
     ($right:expr, $name:ident => $wrong:expr) => {{ $right }};
 }
 
+#[allow(unsafe_code, reason = "the allocator of the system")]
+mod allocator;
 mod blocks;
 mod buffer;
 mod certificate;
@@ -114,6 +116,7 @@ pub mod transfer;
 mod uniform;
 pub mod vector;
 
+pub use allocator::ExitWithoutMemory;
 pub use buffer::{Buffer, Storage};
 pub use certificate::{Certificate, certify, certify_below, certify_within, repair, violations};
 pub use dirichlet::{Held, HeldValues};

@@ -49,6 +49,11 @@ pub enum GeodesicError {
         /// The given value.
         value: f64,
     },
+    /// Deformations to start from do not fit the path.
+    #[error(
+        "the deformations to start from are not as many as the steps, or not on a grid of the hierarchy"
+    )]
+    Given,
     /// The law is not frame indifferent, as the calculus requires.
     #[error("the law {law} is not frame indifferent, as the calculus requires")]
     FrameDependent {

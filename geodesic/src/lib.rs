@@ -101,6 +101,7 @@ pub mod level_sets;
 mod levels;
 mod memory;
 mod metric;
+mod minima;
 mod mismatch;
 mod overlap;
 mod params;
@@ -124,11 +125,12 @@ pub use given::GivenPath;
 pub use lagrangian::Domain;
 pub use levels::LevelReport;
 pub use memory::memory_estimate;
+pub use minima::{PathMinima, PathMinimum, doubts_of_minima};
 pub use mismatch::{
     ComposedMismatch, HeavisideMismatch, MismatchWeights, StepMismatch, Visibility,
 };
 pub use params::{DomainChoice, Form, GeodesicParams};
-pub use result::{Geodesic, geodesic, geodesic_between, geodesics_both_ways};
+pub use result::{Geodesic, geodesic, geodesic_between, geodesic_from, geodesics_both_ways};
 pub use shape::{Known, Shape};
 
 /// The examples of the README are tests.

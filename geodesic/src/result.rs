@@ -7,6 +7,7 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::lagrangian::{
     Domain, Eulerian, LagrangianPath, eulerian, lagrangian_path, lagrangian_path_back,
+    lagrangian_path_from,
 };
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::levels::LevelReport;
@@ -150,6 +151,35 @@ compiled_once! {
         params: &'a GeodesicParams,
         observer: &'a mut dyn Observer,
     ) -> Result<Geodesic<D>, GeodesicError> = geodesic_between_in;
+}
+
+compiled_once! {
+    /// Computes a geodesic of one domain, the start shape's, from given deformations of it, such as a rotation
+    /// in `K` steps: displacements of `psi_1, ..., psi_K` on one of the grids of the hierarchy. It is the
+    /// minimal path in whose valley these lie, which may be another one than that of
+    /// [`geodesic_between()`].
+    ///
+    /// # Errors
+    /// As for [`geodesic_between()`]; [`GeodesicError::Given`] for deformations that do not fit.
+    pub fn geodesic_from<'a, D>(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        first: &'a [Field<f64, D, D>],
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Geodesic<D>, GeodesicError> = geodesic_from_in;
+}
+
+fn geodesic_from_in<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    first: &[Field<f64, D, D>],
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<Geodesic<D>, GeodesicError> {
+    check_both(start, end, params)?;
+    let path = lagrangian_path_from(start, end, first, params, observer)?;
+    of_domain(start, end, &path)
 }
 
 compiled_once! {

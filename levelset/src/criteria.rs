@@ -53,6 +53,8 @@ pub enum Cause {
     GridError,
     /// The energy of another minimum above the lowest one.
     Ambiguous,
+    /// The length of another minimal path above that of the shortest.
+    AmbiguousPath,
     /// The fall of the energy along the direction of least curvature.
     Saddle,
     /// Doubts about the result that this one is computed from.
@@ -94,7 +96,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 25] = [
+const CRITERIA: [Criterion; 26] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -295,6 +297,15 @@ const CRITERIA: [Criterion; 25] = [
                  within a spacing after alignment, do not count.",
         remedy: "report both averages, or decide between them: align the shapes by what corresponds, or use \
                  unequal --weights",
+    },
+    Criterion {
+        cause: Cause::AmbiguousPath,
+        figure: "length of another path to the end shape above that of the shortest, relative to it",
+        limit: Limit::AtLeast(0.05),
+        reason: "Lengths are known to some per cent at best: errors of the grid and of the steps change the order of \
+                 paths that are closer than a twentieth. Paths that carry the same points onto each other do not \
+                 count.",
+        remedy: "report both paths, or decide between them: align the shapes by what corresponds",
     },
     Criterion {
         cause: Cause::Saddle,

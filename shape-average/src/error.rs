@@ -51,6 +51,12 @@ pub enum AverageError {
         /// Index of the node, in memory order.
         node: usize,
     },
+    /// A drawing of edges has none, or nothing else.
+    #[error("image {index} has no edges: it is nowhere above one half, or everywhere")]
+    NoEdges {
+        /// Index of the image.
+        index: usize,
+    },
     /// Levels given by the caller do not fit.
     #[error(
         "level {level} must hold all shapes on a grid of half the spacing of the one before it, \

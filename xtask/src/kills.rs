@@ -42,7 +42,7 @@ const RESULTS: [&str; 3] = [
 ];
 
 /// The cases, without output and checkpoints.
-const CASES: [(&str, &str); 14] = [
+const CASES: [(&str, &str); 15] = [
     (
         "average",
         "average a.npy b.npy c.npy --grid 65 --align none --tolerance 2e-3",
@@ -71,6 +71,10 @@ const CASES: [(&str, &str); 14] = [
     (
         "lagrangian",
         "geodesic straight.png folded.png --grid 33 -K 3",
+    ),
+    (
+        "starts",
+        "geodesic straight.png folded.png --grid 33 -K 3 --starts 3",
     ),
     (
         "level-sets",

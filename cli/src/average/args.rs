@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
+use shape_average::joint::Edges;
 use shape_average::joint::JointParams;
 use shape_average::{AverageParams, Mean, Solver};
 
@@ -103,6 +104,11 @@ pub struct AverageConfig {
     /// [default: 2].
     #[arg(long, value_name = "SHARE")]
     pub edge_weight: Option<f64>,
+    /// With --joint: where edges come from. Those of 'separate', of every image by itself, and of 'given',
+    /// whose inputs are drawings of edges, bright on dark, are held while they are averaged [default: together].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[arg(long, value_enum, value_name = "SOURCE")]
+    pub edges: Option<Edges>,
     /// Parameters of the average.
     #[serde(flatten)]
     #[command(flatten)]
@@ -172,6 +178,15 @@ impl Config for AverageConfig {
     }
 }
 
+/// The error for an option of grey images with masks.
+fn of_images_only(option: &'static str, value: String) -> CliError {
+    CliError::Option {
+        option,
+        value,
+        remedy: "it is for grey images: add --joint, or leave it out".into(),
+    }
+}
+
 impl AverageConfig {
     fn check_masks(&self) -> Result<(), CliError> {
         let of_images = [
@@ -181,12 +196,11 @@ impl AverageConfig {
         ];
         for (option, value) in of_images {
             if let Some(value) = value {
-                return Err(CliError::Option {
-                    option,
-                    value: shown(value),
-                    remedy: "it is for grey images: add --joint, or leave it out".into(),
-                });
+                return Err(of_images_only(option, shown(value)));
             }
+        }
+        if self.edges.is_some() {
+            return Err(of_images_only("--edges", "of masks".into()));
         }
         views::check(&self.valid, self.inputs.len())?;
         self.check_labels()?;

@@ -65,6 +65,7 @@ pub(super) fn lowest_of<const D: usize>(
         let Start {
             kind,
             displacements,
+            ..
         } = start;
         let name = word(&kind);
         let (progress, number) = (&session.progress, i + 1);

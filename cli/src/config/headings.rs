@@ -83,6 +83,7 @@ const HEADINGS: [(&str, &[&str]); 5] = [
             "mismatch_weight",
             "length_weight",
             "edge_weight",
+            "edges",
             "smooth",
             "contrast",
             "deformed_share",

@@ -19,7 +19,7 @@ use super::pair::{PairRecord, compute};
 use super::store::Store;
 use crate::error::CliError;
 use crate::interrupt::Interrupt;
-use crate::pool::in_pool;
+use crate::pool::{in_pool, no_threads};
 use crate::progress::Progress;
 use crate::session::Session;
 use crate::shapes::Pairs;
@@ -114,7 +114,11 @@ impl<const D: usize> Task<'_, D> {
         let helped = std::thread::scope(|scope| {
             for k in 0..workers {
                 let share = share(threads, workers, k);
-                scope.spawn(move || worker(share));
+                let work = move || worker(share);
+                if let Err(error) = std::thread::Builder::new().spawn_scoped(scope, work) {
+                    stopped.store(true, Ordering::Relaxed);
+                    return Err(no_threads(&error));
+                }
             }
             let hand_out = || missing.get(next.fetch_add(1, Ordering::Relaxed)).copied();
             let ends = || stopped.load(Ordering::Relaxed) || self.session.interrupt.asked();

@@ -16,7 +16,7 @@ use super::args::DistancesConfig;
 use super::compute::{paths_of, share};
 use super::pair::PairRecord;
 use crate::error::CliError;
-use crate::pool::in_pool;
+use crate::pool::{in_pool, no_threads};
 use crate::session::Session;
 use crate::shapes::Pairs;
 
@@ -122,13 +122,18 @@ pub(super) fn help<const D: usize>(
                 .map(|k| {
                     let share = share(threads, workers, k);
                     let (ask, work) = (ask.clone(), &work);
-                    scope.spawn(move || work(share, ask))
+                    std::thread::Builder::new().spawn_scoped(scope, move || work(share, ask))
                 })
                 .collect();
             drop(ask);
+            if started.iter().any(Result::is_err) {
+                // The others hear of no more pairs.
+                failed.store(true, Ordering::Relaxed);
+            }
             pass_on(communicator, &questions, &failed)?;
+            drop(questions);
             for worker in started {
-                match worker.join() {
+                match worker.map_err(|error| no_threads(&error))?.join() {
                     Ok(found) => found?,
                     Err(panic) => std::panic::resume_unwind(panic),
                 }

@@ -27,6 +27,7 @@ pub(super) fn minima<const D: usize>(scene: &Scene<'_, D>) -> Result<Sheet, CliE
         let Start {
             kind,
             displacements,
+            ..
         } = start;
         let kind = word(&kind);
         let progress = &scene.session.progress;

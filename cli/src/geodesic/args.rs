@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ::geodesic::{Form, GeodesicParams};
+use ::geodesic::{DomainChoice, Form, GeodesicParams};
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +45,12 @@ pub struct GeodesicConfig {
     /// mismatch is not counted elsewhere.
     #[arg(long, value_name = "MASK")]
     pub valid_end: Option<PathBuf>,
+    /// Minimise from N starts: the usual one, other poses of the start shape on the end shape and smooth
+    /// random deformations. The result is the shortest path that arrives; all that were found are listed, and
+    /// there is a doubt where another one is almost as short.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[arg(long, value_name = "N")]
+    pub starts: Option<usize>,
     /// Parameters of the path.
     #[serde(flatten)]
     #[command(flatten)]
@@ -80,6 +86,7 @@ impl Config for GeodesicConfig {
                 ("--valid-end", self.valid_end.is_some()),
             ],
         )?;
+        self.check_starts()?;
         check_path(&self.params)?;
         check_area(&self.params)
     }
@@ -89,6 +96,31 @@ impl Config for GeodesicConfig {
         ends.chain(&mut self.valid_start)
             .chain(&mut self.valid_end)
             .collect()
+    }
+}
+
+impl GeodesicConfig {
+    /// Several starts are those of paths on the domain of the start shape, between shapes that are visible.
+    fn check_starts(&self) -> Result<(), CliError> {
+        let Some(starts) = self.starts else {
+            return Ok(());
+        };
+        allow((1..=1000).contains(&starts), "starts", &starts, "1 to 1000")?;
+        let refused = [
+            ("--form level-sets", self.params.form == Form::LevelSets),
+            ("--domain end", self.params.domain == DomainChoice::End),
+            ("--occluded", self.occluded.is_some()),
+            ("--valid-start", self.valid_start.is_some()),
+            ("--valid-end", self.valid_end.is_some()),
+        ];
+        match refused.into_iter().find(|(_, is_set)| *is_set) {
+            Some((option, _)) => Err(CliError::Option {
+                option: "--starts",
+                value: format!("with {option}"),
+                remedy: "leave one of the two out".into(),
+            }),
+            None => Ok(()),
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod args;
 pub(crate) mod draw;
+mod minima;
 pub(crate) mod path;
 mod plan;
 mod record;
@@ -23,6 +24,7 @@ use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Components, Input, VisibilityMask, doubts_of, settle, view_of};
 use crate::summary::Summary;
+use minima::{Ends, FoundPaths, shortest_of};
 use plan::{GeodesicPlan, plan_geodesic};
 
 pub use args::{GeodesicConfig, Occluded};
@@ -37,6 +39,8 @@ pub(crate) struct Outcome<const D: usize> {
     labels: Vec<i64>,
     result: Geodesic<D>,
     doubts: Vec<Doubt>,
+    /// With several starts.
+    minima: Option<FoundPaths>,
     history: Vec<HistoryPoint>,
     /// Seconds of the minimisation.
     solver_seconds: f64,
@@ -66,6 +70,8 @@ impl Command for GeodesicConfig {
         )?;
         let grid = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
+        // Several starts need the distances themselves, too.
+        let own = config.starts.map(|n| (n, distances.clone()));
         let [first, last] = shapes(
             &inputs,
             distances,
@@ -80,13 +86,29 @@ impl Command for GeodesicConfig {
         session.progress.stage("computing the initial path");
         let begin = Instant::now();
         let grids = grid.hierarchy(first_nodes(&config.params));
-        let mut watch = checkpointer.observe(session.observer(&grids));
-        let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
+        let (result, history, minima) = match &own {
+            Some((n, own)) => {
+                let ends = Ends {
+                    shapes: [&first, &last],
+                    distances: [&own[0], &own[1]],
+                };
+                let checks = &mut checkpointer;
+                let (result, history, found) =
+                    shortest_of(*n, &ends, &config.params, &grids, checks, session)?;
+                (result, history, Some(found))
+            }
+            None => {
+                let mut watch = checkpointer.observe(session.observer(&grids));
+                let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
+                (result, watch.finish(), None)
+            }
+        };
         let of_path = result.doubts(&config.params);
-        let history = watch.finish();
+        let of_minima = minima.as_ref().map(FoundPaths::doubts).unwrap_or_default();
         session.ended(checkpointer);
         Ok(Outcome {
-            doubts: [doubts_of(&inputs), of_path].concat(),
+            doubts: [doubts_of(&inputs), of_path, of_minima].concat(),
+            minima,
             inputs,
             config,
             labels: parts.map(|parts| parts.labels).unwrap_or_default(),

@@ -6,6 +6,7 @@ use ::geodesic::{Change, Contact, Geodesic};
 use levelset::Contour;
 use serde::Serialize;
 
+use super::minima::FoundPaths;
 use super::path::Path;
 use super::{GeodesicConfig, Outcome};
 use crate::doubts::named;
@@ -24,6 +25,9 @@ pub(super) struct Found<'a, const D: usize> {
     /// The labels of the components, if there are several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     labels: Vec<i64>,
+    /// With several starts, these and the paths that were found.
+    #[serde(flatten)]
+    minima: Option<&'a FoundPaths>,
     /// Weight of one mismatch in the last minimisation.
     mismatch_weight_in_force: f64,
     /// `sum sqrt W_k`.
@@ -65,6 +69,7 @@ pub(super) fn record<'a, const D: usize>(
     let found = Found {
         result,
         labels: outcome.labels.clone(),
+        minima: outcome.minima.as_ref(),
         mismatch_weight_in_force: levels.last().map_or(0.0, |level| level.mismatch_weight),
         length: result.length(),
         length_input_units: scale.map(|scale| result.length() / unit(scale).sqrt()),
@@ -126,6 +131,9 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
         summary.line("contacts", changes);
     }
     summary.certificate(&path.certificate);
+    if let Some(minima) = found.minima {
+        minima.add_to(&mut summary);
+    }
     summary
 }
 

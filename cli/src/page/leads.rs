@@ -139,6 +139,7 @@ const LEADS: &[Lead] = &[
                 All,
             ),
             ("merged or split parts", "/contacts/*", Count),
+            ("minimal paths found", "/minima/*", Count),
             ("determinant, least", "/certificate/min_det", All),
             ("without folds", "/certificate/certified", All),
             ("first size", "/volumes/*", First),

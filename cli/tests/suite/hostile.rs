@@ -251,6 +251,45 @@ fn inputs_beyond_the_memory_are_refused() {
     assert_eq!(place.listing(), ["large.png"]);
 }
 
+/// Wherever the memory ends: what is not counted beforehand, as threads' stacks and pictures, is refused by a report.
+#[test]
+fn the_end_of_the_memory_is_reported() {
+    let place = Place::new();
+    let program = env!("CARGO_BIN_EXE_shapespace");
+    place.run(&["generate", "family", "bars", "--grid", "33", "-o", "bars"]);
+    let limited = |limit: usize, command: &str| {
+        Command::new("sh")
+            .args([
+                "-c",
+                &format!("ulimit -v {limit}; exec '{program}' {command}"),
+            ])
+            .current_dir(place.path("."))
+            .output()
+            .unwrap()
+    };
+    // In KiB. With less than the first the system does not load the program.
+    let starts = |limit: &usize| limited(*limit, "--version").status.success();
+    let first = (20_000..400_000).step_by(4_000).find(starts).unwrap();
+    let mut ends = [0; 2];
+    for limit in (first..first + 120_000).step_by(6_000) {
+        let run = limited(limit, "average bars --grid 33 --threads 2 -o out");
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        match run.status.code() {
+            Some(0 | 3) => {
+                ends[1] += 1;
+                fs::remove_dir_all(place.path("out")).unwrap();
+            }
+            code => {
+                ends[0] += 1;
+                assert!(matches!(code, Some(1 | 2)), "{limit}: {report}");
+                assert!(report.contains("help:"), "{limit}: {report}");
+                assert!(!place.path("out").exists(), "{limit}");
+            }
+        }
+    }
+    assert!(ends.iter().all(|&n| n > 2), "{ends:?}");
+}
+
 /// What a computation needs is known before it begins.
 #[test]
 fn computations_beyond_the_memory_are_refused() {

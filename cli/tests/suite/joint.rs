@@ -347,3 +347,62 @@ fn a_median_is_asked_for_by_name() {
     assert_eq!(results.json["parameters"]["mean"], "median");
     assert!(results.number("/mean_dice") > 0.9);
 }
+
+/// A ring of lines, two pixels wide, and a bar across it.
+fn drawing(place: &Place, name: &str, radius: f64, bright: bool) {
+    let grey: Vec<u8> = (0..64 * 64)
+        .map(|k| {
+            let [x, y] = [k % 64, k / 64].map(|i| f64::from(i) - 31.5);
+            let on = (x.hypot(y) - radius).abs() < 1.5 || y.abs() < 1.5 && x.abs() < radius;
+            if on == bright { 255 } else { 0 }
+        })
+        .collect();
+    place.write(name, &grey_png(64, 64, &grey));
+}
+
+#[test]
+fn drawn_edges_are_averaged() {
+    let place = Place::new();
+    drawing(&place, "small.png", 14.0, true);
+    drawing(&place, "large.png", 19.0, true);
+    let common = ["average", "--joint", "--grid", "65", "--edges", "given"];
+    let run = place.compute(&[&common[..], &["small.png", "large.png", "-o", "out"]].concat());
+    let printed = succeeded(&run);
+    let out = Results::read(&place.path("out"));
+    assert_eq!(out.json["parameters"]["edges"], "given", "{printed}");
+    assert_eq!(out.json["certificate"]["certified"], true);
+    // The edges of the average: between the rings, and across.
+    let (_, v) = out.array("average.npy");
+    let at = |x: usize, y: usize| v[65 * y + x];
+    let right = (40..60)
+        .min_by(|a, b| at(*a, 45).total_cmp(&at(*b, 45)))
+        .unwrap();
+    let radius = ((right as f64 - 32.0).powi(2) + 13.0f64.powi(2)).sqrt();
+    assert!((15.0..18.5).contains(&radius), "{radius}");
+    assert!(at(32, 32) < 0.3 && at(32, 40) > 0.6 && at(4, 4) > 0.9);
+    drawing(&place, "paper.png", 14.0, false);
+    // A dot that is smaller than a cell of the grid.
+    let dot: Vec<u8> = (0..64 * 64)
+        .map(|k| 255 * u8::from(k == 64 * 30 + 30))
+        .collect();
+    place.write("dot.png", &grey_png(64, 64, &dot));
+    for (name, said) in [("dot.png", "no line"), ("paper.png", "invert")] {
+        let coarse = ["average", "--joint", "--grid", "17", "--edges", "given"];
+        let run = place.run(&[&coarse[..], &[name, name, "-o", "no"]].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(report.contains(said), "{report}");
+    }
+    let masks = [
+        "average",
+        "small.png",
+        "large.png",
+        "--edges",
+        "given",
+        "-o",
+        "no",
+    ];
+    let run = place.run(&masks);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("--joint"));
+}

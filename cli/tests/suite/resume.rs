@@ -131,6 +131,8 @@ fn paths_resume_to_the_same_bits() {
     assert!(check(&place, &level_sets) > 1, "{}", line!());
     let domain = [&path[..], &["-K", "3"]].concat();
     assert!(check(&place, &domain) > 1, "{}", line!());
+    let starts = [&domain[..], &["--starts", "2"]].concat();
+    assert!(check(&place, &starts) > 1, "{}", line!());
     succeeded(&place.compute(&[&domain[..], &["-o", "folding"]].concat()));
     assert!(
         check(&place, &["extend", "folding", "--steps", "3"]) > 1,

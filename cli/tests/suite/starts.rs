@@ -88,3 +88,75 @@ fn options_that_starts_exclude_are_named() {
     let run = place.run(&[&AVERAGE[..], &["--starts", "0", "-o", "out"]].concat());
     assert_eq!(run.status.code(), Some(2));
 }
+
+/// A cross of four equal arms, which become the two halves of an ellipse.
+fn cross_and_ellipse() -> Place {
+    let place = Place::new();
+    draw(&place, "cross.npy", &["cross", "--grid", "33"]);
+    draw(&place, "ellipse.npy", &["ellipse", "--grid", "33"]);
+    place
+}
+
+const PATH: [&str; 9] = [
+    "geodesic",
+    "cross.npy",
+    "ellipse.npy",
+    "--align",
+    "none",
+    "--grid",
+    "33",
+    "-K",
+    "2",
+];
+
+/// Arms that may become either end of the ellipse make paths of one length.
+#[test]
+fn paths_of_a_symmetric_shape_are_ambiguous() {
+    let place = cross_and_ellipse();
+    let run = place.run(&[&PATH[..], &["--starts", "3", "-o", "three"]].concat());
+    let printed = String::from_utf8(run.stdout).unwrap();
+    assert_eq!(run.status.code(), Some(3), "{printed}");
+    let three = Results::read(&place.path("three"));
+    let minima = three.json["minima"].as_array().unwrap();
+    assert_eq!(three.json["starts"].as_array().unwrap().len(), 3);
+    assert!(minima.len() > 1, "{printed}");
+    assert_eq!(three.number("/minima/0/length"), three.number("/length"));
+    // A quarter or half of a turn.
+    assert!(three.number("/minima/1/distance") > 1.0, "{printed}");
+    assert!(three.number("/minima/1/excess").abs() < 0.05, "{printed}");
+    let doubts = three.json["doubts"].as_array().unwrap();
+    assert!(
+        doubts.iter().any(|d| d["what"] == "ambiguous_path"),
+        "{doubts:?}"
+    );
+    assert!(printed.contains("3 end in"), "{printed}");
+}
+
+#[test]
+fn one_start_of_a_path_is_the_usual_one() {
+    let place = cross_and_ellipse();
+    for (options, output) in [(&["--starts", "1"][..], "one"), (&[], "usual")] {
+        succeeded(&place.compute(&[&PATH[..], options, &["-o", output]].concat()));
+    }
+    let [one, usual] = ["one", "usual"].map(|name| Results::read(&place.path(name)));
+    assert_eq!(arrays(&one), arrays(&usual));
+    assert_eq!(one.json["minima"].as_array().unwrap().len(), 1);
+    assert!(usual.json["minima"].is_null());
+}
+
+#[test]
+fn options_that_starts_of_paths_exclude_are_named() {
+    let place = cross_and_ellipse();
+    let refused: [&[&str]; 4] = [
+        &["--form", "level-sets"],
+        &["--domain", "end"],
+        &["--occluded", "start"],
+        &["--valid-end", "ellipse.npy"],
+    ];
+    for options in refused {
+        let run = place.run(&[&PATH[..], options, &["--starts", "3", "-o", "out"]].concat());
+        let text = String::from_utf8(run.stderr).unwrap();
+        assert_eq!(run.status.code(), Some(2), "{text}");
+        assert!(text.contains("--starts"), "{text}");
+    }
+}

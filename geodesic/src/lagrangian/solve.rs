@@ -93,6 +93,50 @@ compiled_once! {
     ) -> Result<Option<LagrangianPath<D>>, GeodesicError> = lagrangian_path_back_in;
 }
 
+compiled_once! {
+    /// Computes the minimal path from given deformations: displacements of `psi_1, ..., psi_K` on one of the
+    /// grids of the hierarchy ([`Grid::hierarchy`], from `coarsest_nodes` on), from which the path is continued
+    /// to the finest one, on the domain of the start shape. Deformations that fold are made admissible first.
+    ///
+    /// # Errors
+    /// As for [`lagrangian_path`], and [`GeodesicError::Given`] for another number of deformations or another
+    /// grid.
+    pub fn lagrangian_path_from<'a, D>(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        first: &'a [Field<f64, D, D>],
+        params: &'a GeodesicParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<LagrangianPath<D>, GeodesicError> = lagrangian_path_from_in;
+}
+
+fn lagrangian_path_from_in<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    first: &[Field<f64, D, D>],
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<LagrangianPath<D>, GeodesicError> {
+    params.check()?;
+    if start.grid() != end.grid() {
+        return Err(GeodesicError::GridsDiffer);
+    }
+    let mut search = Search::new(start, end, params);
+    let all = search.coarse.drain(..).chain(search.fine.drain(..));
+    let levels: Vec<Level<D>> = all.filter(|l| l.steps == params.steps).collect();
+    let given = |level: &Level<D>| {
+        first.len() == params.steps && first.iter().all(|u| *u.grid() == level.grid)
+    };
+    let Some(begin) = levels.iter().position(given) else {
+        return Err(GeodesicError::Given);
+    };
+    let x = first.iter().flat_map(Field::as_slice).copied();
+    let from = PathOnLevel::new(levels[begin], x.collect());
+    search.fine = levels[begin..].to_vec();
+    let found = search.minimise(Domain::Start, from, &levels[begin..], 1.0, observer)?;
+    search.in_rounds(found, 1.0, observer)
+}
+
 fn lagrangian_path_back_in<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,

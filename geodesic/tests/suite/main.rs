@@ -12,6 +12,7 @@ mod finite;
 mod given;
 mod known;
 mod many_objects;
+mod minima;
 mod oracle;
 mod resume;
 mod units;

@@ -2,7 +2,7 @@
 
 use fe_grid::Field;
 use levelset::Contour;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Matrix3, Rotation3, SMatrix, SVector, UnitQuaternion};
 
 /// A proper rigid motion `y = R x + t` from input coordinates `x` to aligned coordinates `y`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +82,30 @@ impl<const D: usize> RigidMotion<D> {
         }
     }
 
+    /// Returns a share of the motion: the rotation by this share of its angle about its axis, with the point
+    /// `centre` moved by this share of its way. With 1 it is the motion, with 0 the identity.
+    pub fn part(&self, share: f64, centre: [f64; D]) -> Self {
+        // A rotation of the plane is one of space about the third axis. Quaternions know the axis of half a
+        // turn, too, whose matrix is symmetric.
+        let whole = Matrix3::from_fn(|i, j| {
+            if i < D && j < D {
+                self.rotation[(i, j)]
+            } else {
+                f64::from(u8::from(i == j))
+            }
+        });
+        let rotation =
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(whole));
+        let part = rotation.powf(share).to_rotation_matrix();
+        let rotation = SMatrix::<f64, D, D>::from_fn(|i, j| part[(i, j)]);
+        let (from, to) = (SVector::from(centre), SVector::from(self.map(centre)));
+        let translation = from + (to - from) * share - rotation * from;
+        Self {
+            rotation,
+            translation,
+        }
+    }
+
     /// Transforms a signed distance to aligned coordinates: `u'(y) = u(R^T (y - t))` at every node
     /// of its grid, by multilinear interpolation; outside the box `u` decreases with the distance
     /// from it. If the contour is available, the distance to its image
@@ -141,4 +165,36 @@ pub(super) fn determinant<const D: usize>(m: &SMatrix<f64, D, D>) -> f64 {
             m[(0, j)] * (m[(1, k)] * m[(2, l)] - m[(1, l)] * m[(2, k)])
         })
         .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two halves of a motion are the motion, also of half a turn.
+    #[test]
+    fn halves_of_a_motion_make_the_whole() {
+        let whole = |rotation: SMatrix<f64, 3, 3>| {
+            RigidMotion::new(rotation, SVector::from([0.3, -0.1, 0.2])).unwrap()
+        };
+        let tilted = plane_rotation::<3>(0, 1, 0.7) * plane_rotation::<3>(1, 2, 2.0);
+        let half_turn = plane_rotation::<3>(0, 2, std::f64::consts::PI);
+        for rotation in [SMatrix::identity(), tilted, half_turn] {
+            let (motion, centre) = (whole(rotation), [0.4, 0.5, 0.7]);
+            let first = motion.part(0.5, centre);
+            let second = motion.part(0.5, motion.map(centre));
+            // The second half begins where the first has moved the centre to.
+            let again = second.rotation * first.rotation;
+            assert!((again - motion.rotation).norm() < 1e-12, "{again}");
+            assert!((first.angle() - 0.5 * motion.angle()).abs() < 1e-7);
+            let [to, half] = [motion.map(centre), first.map(centre)];
+            for k in 0..3 {
+                assert!((half[k] - 0.5 * (centre[k] + to[k])).abs() < 1e-12);
+            }
+            assert!((motion.part(1.0, centre).rotation - rotation).norm() < 1e-12);
+        }
+        let plane = RigidMotion::new(plane_rotation::<2>(0, 1, -3.0), SVector::zeros()).unwrap();
+        let third = plane.part(1.0 / 3.0, [0.5, 0.5]);
+        assert!((third.rotation - plane_rotation::<2>(0, 1, -1.0)).norm() < 1e-12);
+    }
 }

@@ -25,6 +25,15 @@
 //! is hidden by noise. They are therefore also solved from a second start, whose phase field is the
 //! average composed with the deformation, and the pair of lower energy is chosen.
 //!
+//! # Given edges
+//! With [`Edges::Separate`] and [`Edges::Given`] the phase fields are known and held, on every level with its own
+//! interface width: those of separate segmentations, or `v_i = 1 - exp(-d_i / 2 eps)` at the distance `d_i` from
+//! drawn edges. The energy is that of an average whose shapes are sets of edges, without the terms of the images:
+//!
+//! ```text
+//! E = (1/n) sum_i ( int W(D phi_i) + gamma F[v o phi_i, v_i] ) + mu_L L[v]
+//! ```
+//!
 //! # Weights
 //! The mismatch vanishes where both phase fields are 0 and where both are 1. If the weight `nu` of
 //! the edges is well below `gamma`, it dominates the energy of the phase fields, and the space
@@ -40,6 +49,6 @@ mod round;
 mod solve;
 
 pub use memory::memory_estimate;
-pub use params::JointParams;
+pub use params::{Edges, JointParams};
 pub use result::{JointEnergy, JointLevel, JointResult, spread};
 pub use solve::{joint_average, joint_average_from};

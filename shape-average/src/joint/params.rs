@@ -5,6 +5,20 @@ use crate::params::{AverageParams, BoundaryCondition};
 use phasefield::segmentation::SegmentationParams;
 use serde::{Deserialize, Serialize};
 
+/// Where the edges of the images come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+#[serde(rename_all = "snake_case")]
+pub enum Edges {
+    /// They are found together with the average.
+    #[default]
+    Together,
+    /// Every image is segmented by itself, and its edges are held.
+    Separate,
+    /// The images are drawings of edges, which are held: 1 on an edge, 0 elsewhere.
+    Given,
+}
+
 /// Parameters of segmentation and averaging at the same time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -17,6 +31,8 @@ pub struct JointParams {
     /// Energy of the images; its weights are relative to those of the average and by default twice
     /// those of [`SegmentationParams`]. Its interface width and coarsest level are not used.
     pub segmentation: SegmentationParams,
+    /// Where the edges come from. Those that are held have no terms in the energy.
+    pub edges: Edges,
     /// Number of steps of the minimiser of averages per round.
     pub steps: usize,
     /// Relative tolerance: a level ends when a round decreases the energy by less than this
@@ -38,6 +54,7 @@ impl Default for JointParams {
                 weights: usual.weights.scaled(2.0),
                 ..usual
             },
+            edges: Edges::default(),
             steps: 8,
             tolerance: 1e-3,
             max_rounds: 30,

@@ -1,7 +1,7 @@
 //! The state on one level, and the two halves of a round.
 
 use super::density::JointDensity;
-use super::params::JointParams;
+use super::params::{Edges, JointParams};
 use super::result::JointEnergy;
 use crate::energy::Energy;
 use crate::error::AverageError;
@@ -18,7 +18,7 @@ use fe_grid::minimise::{
 use fe_grid::transfer::prolong_into;
 use fe_grid::{Assembly, Data, Field, Grid, ScalarField, parallel};
 use phasefield::Mismatch;
-use phasefield::segmentation::{AmbrosioTortorelli, Part, relax};
+use phasefield::segmentation::{AmbrosioTortorelli, Part, SegmentationEnergy, relax};
 
 /// A half of a round ends when the predicted decrease is below this fraction of the energy.
 const DECREMENT: f64 = 1e-5;
@@ -291,11 +291,15 @@ impl<const D: usize> State<D> {
     /// Computes the terms of the energy of the present state.
     pub fn evaluate(&self, params: &JointParams) -> Result<JointEnergy, AverageError> {
         let (law, n) = (self.law(params), self.images.len() as f64);
+        let held = params.edges != Edges::Together;
         let images: Result<Vec<_>, _> = self
             .images
             .iter()
             .zip(&self.pairs)
-            .map(|(image, pair)| law.terms(&self.grid, image.as_slice(), pair))
+            .map(|(image, pair)| match held {
+                true => Ok(SegmentationEnergy::default()),
+                false => law.terms(&self.grid, image.as_slice(), pair),
+            })
             .collect();
         let images = images?;
         let mismatch: Result<Vec<f64>, AverageError> = (0..self.images.len())

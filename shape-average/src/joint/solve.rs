@@ -1,6 +1,6 @@
 //! Solution of the joint problem from coarse levels to fine, round by round.
 
-use super::params::JointParams;
+use super::params::{Edges, JointParams};
 use super::result::{JointLevel, JointResult};
 use super::round::{Rounds, State};
 use crate::error::AverageError;
@@ -10,8 +10,13 @@ use crate::solve::first_level;
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Status};
 use fe_grid::{Field, InverseDeformation, ScalarField};
+use levelset::signed_distance;
+use phasefield::Profile;
 use phasefield::segmentation::{SegmentationParams, coarser_image, segment};
 use std::time::Instant;
+
+/// Drawn edges are where the image is above this.
+const EDGE: f64 = 0.5;
 
 /// Segments images on one grid and averages their edges simultaneously.
 ///
@@ -71,6 +76,10 @@ fn joint_average_from_in<const D: usize>(
         let images = finer.iter().map(|image| coarser_image(grid, image));
         coarser.push(images.collect());
     }
+    let drawn = match params.edges {
+        Edges::Given => distances_of_edges(images)?,
+        Edges::Together | Edges::Separate => Vec::new(),
+    };
     let mut state: Option<State<D>> = None;
     let mut levels = Vec::with_capacity(grids.len());
     for (level, (grid, images)) in grids.iter().zip(coarser.into_iter().rev()).enumerate() {
@@ -82,7 +91,11 @@ fn joint_average_from_in<const D: usize>(
         let rounds = if let Some(rounds) = rounds {
             rounds
         } else {
-            now.pairs = segmented(&now.images, params, observer)?;
+            now.pairs = if params.edges == Edges::Given {
+                given(&now, &drawn, params)?
+            } else {
+                segmented(&now.images, params, observer)?
+            };
             match state.take() {
                 Some(coarse) => now.take_deformations(&coarse),
                 None => now.start_from(known),
@@ -124,6 +137,37 @@ fn segmented<const D: usize>(
         Ok(pair.map(Field::into_vec).concat())
     });
     pairs.collect()
+}
+
+/// The distances from drawn edges: zero on them.
+fn distances_of_edges<const D: usize>(
+    images: &[ScalarField<f64, D>],
+) -> Result<Vec<ScalarField<f64, D>>, AverageError> {
+    let images = images.iter().enumerate();
+    let distances = images.map(|(index, image)| {
+        let mut distance =
+            signed_distance(image, EDGE).map_err(|_| AverageError::NoEdges { index })?;
+        for d in distance.as_mut_slice() {
+            *d = (-*d).max(0.0);
+        }
+        Ok(distance)
+    });
+    distances.collect()
+}
+
+/// The images themselves as `u_i`, and `v_i` by the distances from the edges.
+fn given<const D: usize>(
+    state: &State<D>,
+    drawn: &[ScalarField<f64, D>],
+    params: &JointParams,
+) -> Result<Vec<Vec<f64>>, AverageError> {
+    let profile = Profile::new(state.interface_width(params))?;
+    let pairs = state.images.iter().zip(drawn).map(|(image, distance)| {
+        let on_level = ScalarField::from_fn(state.grid, |x| distance.sample(x));
+        let phase_field = profile.phase_field(&on_level);
+        [image.as_slice(), phase_field.as_slice()].concat()
+    });
+    Ok(pairs.collect())
 }
 
 /// Performs the rounds on one level, after those that have been performed.
@@ -171,7 +215,9 @@ fn improve<const D: usize>(
         if rounds == params.max_rounds {
             break Status::MaxIterations;
         }
-        state.segment(params)?;
+        if params.edges == Edges::Together {
+            state.segment(params)?;
+        }
         energies.push(state.evaluate(params)?.objective());
         rounds += 1;
         observer.memory(&state.memory(&energies, rounds, None));

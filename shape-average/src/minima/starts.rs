@@ -38,6 +38,8 @@ pub struct Start<const D: usize> {
     pub kind: StartKind,
     /// One displacement per shape; empty for the usual start.
     pub displacements: Vec<Field<f64, D, D>>,
+    /// The motions that these are; empty but for other poses.
+    pub motions: Vec<RigidMotion<D>>,
 }
 
 /// Computes `n` starts of an average that differ: the usual one; and then in turn other poses and random
@@ -62,6 +64,7 @@ pub fn starts<const D: usize>(
     let mut list = vec![Start {
         kind: StartKind::Usual,
         displacements: Vec::new(),
+        motions: Vec::new(),
     }];
     if n < 2 {
         return Ok(list);
@@ -86,6 +89,7 @@ pub fn starts<const D: usize>(
             Start {
                 kind: StartKind::Pose,
                 displacements: motions.iter().map(|m| moved(coarsest, m)).collect(),
+                motions,
             }
         } else {
             seed += 1;
@@ -94,6 +98,7 @@ pub fn starts<const D: usize>(
             Start {
                 kind: StartKind::Random,
                 displacements: shapes.map(random).collect(),
+                motions: Vec::new(),
             }
         });
     }

@@ -2,8 +2,8 @@
 
 use fe_grid::minimise::{Control, Iteration, Observer, Silent, Status};
 use fe_grid::{Field, Grid, ScalarField};
-use phasefield::segmentation::{SegmentationParams, Weights};
-use shape_average::joint::{JointParams, JointResult, joint_average};
+use phasefield::segmentation::{SegmentationParams, Weights, segment};
+use shape_average::joint::{Edges, JointParams, JointResult, joint_average};
 use shape_average::{AverageError, StrainMaps};
 
 /// Disks, bright on dark, with even noise that is the same in every run.
@@ -130,4 +130,77 @@ fn bad_images_are_named_and_a_wish_to_stop_is_heard() {
     let stopped = joint_average(&[image.clone(), image], &params(), &mut Impatient).unwrap();
     assert_eq!(stopped.status, Status::Cancelled);
     assert_eq!(stopped.average.grid().nodes_per_axis(), [17, 17]);
+}
+
+/// A drawn circle, two spacings wide.
+fn circle(grid: Grid<2>, radius: f64) -> ScalarField<f64, 2> {
+    let h = grid.spacing();
+    ScalarField::from_fn(grid, |[x, y]| {
+        let off = ((x - 0.5).hypot(y - 0.5) - radius).abs();
+        [(1.5 - off / h).clamp(0.0, 1.0)]
+    })
+}
+
+/// The average of two drawn circles is a circle between them, and their edges are held.
+#[test]
+fn drawn_edges_are_averaged_as_they_are() {
+    let grid = Grid::<2>::dyadic(6);
+    let drawings = [0.18, 0.28].map(|radius| circle(grid, radius));
+    let given = JointParams {
+        edges: Edges::Given,
+        ..params()
+    };
+    let result = joint_average(&drawings, &given, &mut Silent).unwrap();
+    assert!(result.certificate.certified);
+    let width = given.average.interface_cells * grid.spacing();
+    for (radius, held) in [0.18, 0.28].into_iter().zip(&result.phase_fields) {
+        // The profile at the distance from the stroke, whose half width is one spacing.
+        for x in [0.55f64, 0.62, 0.9] {
+            let off = ((x - 0.5 - radius).abs() - grid.spacing()).max(0.0);
+            let expected = 1.0 - (-off / (2.0 * width)).exp();
+            let found = held.sample([x, 0.5])[0];
+            assert!((found - expected).abs() < 0.03, "{x} {found} {expected}");
+        }
+    }
+    // Where the average has its circle: the middle of its edge along a ray.
+    let value = |r: f64| result.average.sample([0.5 + r, 0.5])[0];
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for r in (0..240).map(|k| 0.11 + 0.001 * f64::from(k)) {
+        let edge = (1.0 - value(r)).powi(4);
+        sum += edge * r;
+        weight += edge;
+    }
+    let edge = sum / weight;
+    // Between the mean radius, .23, and what costs both the same: compression costs more.
+    assert!((0.225..0.25).contains(&edge), "{edge}");
+    assert!(value(edge) < 0.3 && value(0.14) > 0.7, "{}", value(edge));
+    let energy = result.energy();
+    assert!(energy.images.iter().all(|image| image.total == 0.0));
+    let sum =
+        energy.shapes.elastic.iter().sum::<f64>() + energy.shapes.mismatch.iter().sum::<f64>();
+    let total = 0.5 * sum + 1e-4 * energy.shapes.length;
+    assert!((total / energy.total - 1.0).abs() < 1e-12);
+    let nothing = [drawings[0].clone(), ScalarField::zeros(grid)];
+    let found = joint_average(&nothing, &given, &mut Silent);
+    assert!(matches!(found, Err(AverageError::NoEdges { index: 1 })));
+}
+
+/// Edges that are found separately are those of separate segmentations, bit for bit.
+#[test]
+fn separate_edges_are_held() {
+    let grid = Grid::<2>::dyadic(5);
+    let images = [0.2, 0.26].map(|radius| disk(grid, [0.5; 2], radius, 0.1));
+    let separate = JointParams {
+        edges: Edges::Separate,
+        ..params()
+    };
+    let result = joint_average(&images, &separate, &mut Silent).unwrap();
+    let alone = SegmentationParams {
+        interface_cells: separate.average.interface_cells,
+        ..separate.segmentation
+    };
+    for (image, held) in images.iter().zip(&result.phase_fields) {
+        let found = segment(image, &alone, &mut Silent).unwrap();
+        assert_eq!(found.phase_field.as_slice(), held.as_slice());
+    }
 }

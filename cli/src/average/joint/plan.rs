@@ -2,7 +2,7 @@
 
 use fe_grid::ScalarField;
 use phasefield::segmentation::{SegmentationParams, Weights};
-use shape_average::joint::JointParams;
+use shape_average::joint::{Edges, JointParams};
 
 use super::super::args::AverageConfig;
 use super::super::plan::fingerprint;
@@ -78,7 +78,11 @@ fn plan<const D: usize>(
         .zip(&frames)
         .map(|(image, frame)| nodal_values(image, frame, grid))
         .collect();
+    let nodal = nodal?;
     let params = complete(&mut config, nodes, grid.spacing())?;
+    if params.edges == Edges::Given {
+        check_drawings(images, &nodal)?;
+    }
     let names = labels(&images.iter().map(|i| i.path.as_path()).collect::<Vec<_>>());
     let (read, images) = (images, images.iter().zip(names).zip(ranges).zip(frames));
     Ok(JointPlan {
@@ -90,7 +94,7 @@ fn plan<const D: usize>(
                 input
             })
             .collect(),
-        nodal: nodal?,
+        nodal,
         fingerprint: fingerprint(&config, read, None, &[]),
         config,
         params,
@@ -147,6 +151,35 @@ fn check_views<const D: usize>(
     })
 }
 
+/// Whether drawings have lines that the grid resolves, bright on dark.
+///
+/// # Errors
+/// [`CliError::Option`] for one that has none, or that is bright for the most part.
+fn check_drawings<const D: usize>(
+    images: &[Image<D>],
+    nodal: &[ScalarField<f64, D>],
+) -> Result<(), CliError> {
+    for (image, values) in images.iter().zip(nodal) {
+        let values = values.as_slice();
+        let bright = values.iter().filter(|value| **value > 0.5).count();
+        let remedy = match bright {
+            0 => {
+                "there is no line on this grid: draw lines wider than a cell, or use a finer --grid"
+            }
+            _ if 2 * bright > values.len() => {
+                "most of it is bright: edges are bright lines on a dark ground, so invert the drawing"
+            }
+            _ => continue,
+        };
+        return Err(CliError::Option {
+            option: "--edges given",
+            value: format!("with '{}'", image.path.display()),
+            remedy: remedy.into(),
+        });
+    }
+    Ok(())
+}
+
 /// Resolves the defaults of a configuration, and converts it to the parameters of a joint average.
 fn complete(
     config: &mut AverageConfig,
@@ -159,6 +192,8 @@ fn complete(
     let edges = share * config.params.mismatch_weight;
     (scales.smooth, scales.contrast) = (Some(smooth), Some(contrast));
     config.edge_weight = Some(share);
+    let found = config.edges.unwrap_or_default();
+    config.edges = Some(found);
     config.masks.grid = Some(Nodes::Cube(nodes));
     config.params.length_weight = Some(config.params.resolved_length_weight());
     let usual = JointParams::default();
@@ -168,6 +203,7 @@ fn complete(
             weights: Weights::for_scales(edges, smooth, contrast)?,
             ..usual.segmentation
         },
+        edges: found,
         max_rounds: config.params.max_iterations,
         ..usual
     })

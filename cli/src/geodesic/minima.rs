@@ -1,0 +1,233 @@
+//! `shapespace geodesic --starts`: minimisations from several starts, and the paths that they end in.
+
+use ::geodesic::{
+    Geodesic, GeodesicError, GeodesicParams, PathMinima, PathMinimum, Shape, doubts_of_minima,
+    geodesic_between, geodesic_from,
+};
+use fe_grid::minimise::Status;
+use fe_grid::{Field, Grid, ScalarField};
+use levelset::{Cause, Doubt};
+use serde::Serialize;
+use shape_average::{AverageParams, Start, StartKind, starts};
+
+use crate::checkpoint::Checkpointer;
+use crate::doubts::and_others;
+use crate::error::CliError;
+use crate::history::HistoryPoint;
+use crate::report::word;
+use crate::session::Session;
+use crate::summary::Summary;
+
+/// Paths listed on the terminal.
+const LISTED: usize = 8;
+
+/// The minimal paths that were found.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct FoundPaths {
+    /// How every start was made, in order. After an interruption there are fewer.
+    pub starts: Vec<StartKind>,
+    /// The shortest that arrives first.
+    pub minima: Vec<PathMinimum>,
+    /// How many starts were asked for.
+    #[serde(skip)]
+    pub asked: usize,
+}
+
+/// Both ends of a path.
+pub(super) struct Ends<'a, const D: usize> {
+    pub shapes: [&'a Shape<D>; 2],
+    pub distances: [&'a ScalarField<f64, D>; 2],
+}
+
+/// Minimises from `n` starts; the first is the usual one. Returns the best path with its history.
+///
+/// # Errors
+/// Those of the alignment, of paths and of checkpoints.
+pub(super) fn shortest_of<const D: usize>(
+    n: usize,
+    ends: &Ends<'_, D>,
+    params: &GeodesicParams,
+    grids: &[Grid<D>],
+    checkpointer: &mut Checkpointer<'_>,
+    session: &Session<'_>,
+) -> Result<(Geodesic<D>, Vec<HistoryPoint>, FoundPaths), CliError> {
+    let [start, end] = ends.distances;
+    // Poses are those that carry the start shape onto the end shape.
+    let like_averages = AverageParams {
+        coarsest_nodes: params.coarsest_nodes,
+        ..AverageParams::default()
+    };
+    let all = starts(&[end.clone(), start.clone()], &like_averages, n)?;
+    let centre = centre_of(start);
+    let mut minima = PathMinima::new();
+    let (mut kinds, mut history) = (Vec::new(), Vec::new());
+    for (i, first) in all.into_iter().enumerate() {
+        let (name, number) = (word(&first.kind), i + 1);
+        let progress = &session.progress;
+        progress.note(format!("start {number} of {n} ({name}):"));
+        let mut watch = checkpointer.observe(session.observer(grids));
+        let [from, to] = ends.shapes;
+        let path = match deformations(&first, grids[0], params.steps, centre) {
+            Some(first) => geodesic_from(from, to, &first, params, &mut watch)?,
+            None => geodesic_between(from, to, params, &mut watch)?,
+        };
+        let own = watch.finish();
+        let cancelled = path.status == Status::Cancelled;
+        if cancelled && i > 0 {
+            break;
+        }
+        kinds.push(first.kind);
+        if minima.add(path) {
+            history = own;
+        }
+        if cancelled || number < n && session.interrupt.asked() {
+            break;
+        }
+    }
+    // There is at least one start.
+    let (result, minima) = minima.finish().ok_or(GeodesicError::Given)?;
+    let found = FoundPaths {
+        starts: kinds,
+        minima,
+        asked: n,
+    };
+    Ok((result, history, found))
+}
+
+/// The displacements of all shapes from the first to the last of a path: parts of a motion, or shares of a
+/// displacement; `None` for the usual start.
+fn deformations<const D: usize>(
+    start: &Start<D>,
+    grid: Grid<D>,
+    steps: usize,
+    centre: [f64; D],
+) -> Option<Vec<Field<f64, D, D>>> {
+    let displacement = start.displacements.get(1)?;
+    let motion = start.motions.get(1);
+    let at = |k: usize| {
+        let share = k as f64 / steps as f64;
+        if let Some(motion) = motion {
+            let part = motion.part(share, centre);
+            return Field::from_fn(grid, |x| {
+                let y = part.map(x);
+                std::array::from_fn(|k| y[k] - x[k])
+            });
+        }
+        let mut part = displacement.clone();
+        for value in part.as_mut_slice() {
+            *value *= share;
+        }
+        part
+    };
+    Some((1..=steps).map(at).collect())
+}
+
+/// The mean of the nodes inside of a shape.
+fn centre_of<const D: usize>(distance: &ScalarField<f64, D>) -> [f64; D] {
+    let grid = distance.grid();
+    let (mut sum, mut count) = ([0.0; D], 0.0f64);
+    for (node, _) in distance
+        .as_slice()
+        .iter()
+        .enumerate()
+        .filter(|(_, u)| **u > 0.0)
+    {
+        let x = grid.position(grid.node(node));
+        for k in 0..D {
+            sum[k] += x[k];
+        }
+        count += 1.0;
+    }
+    sum.map(|sum| sum / count.max(1.0))
+}
+
+impl FoundPaths {
+    /// The doubts about them; starts that are missing did not end in a minimum.
+    pub fn doubts(&self) -> Vec<Doubt> {
+        // Where the first was interrupted its path is the result, which has this doubt itself.
+        let missing = if self.minima.is_empty() {
+            0
+        } else {
+            self.asked - self.starts.len()
+        };
+        let unfinished = Doubt::check(Cause::NotConverged, missing as f64);
+        let found = doubts_of_minima(&self.minima);
+        unfinished.into_iter().chain(found).collect()
+    }
+
+    /// Adds a table to a summary.
+    pub fn add_to(&self, summary: &mut Summary) {
+        let (n, found) = (self.starts.len(), self.minima.len());
+        let plural = if found == 1 { "path" } else { "paths" };
+        let of = if n < self.asked {
+            format!(" of {}", self.asked)
+        } else {
+            String::new()
+        };
+        summary.line("starts", format!("{n}{of} end in {found} {plural}"));
+        summary.line(
+            "",
+            format!(
+                "{:<13} {:<9} {:<8} {:<9} {:<8} starts",
+                "length", "excess", "Dice", "arrives", "points"
+            ),
+        );
+        for minimum in self.minima.iter().take(LISTED) {
+            let arrives = if minimum.end_reached { "yes" } else { "no" };
+            let starts: Vec<String> = minimum.starts.iter().map(usize::to_string).collect();
+            summary.line(
+                "",
+                format!(
+                    "{:<13.6e} {:<9.3} {:<8.4} {arrives:<9} {:<8.3} {}",
+                    minimum.length,
+                    minimum.excess,
+                    minimum.dice_end,
+                    minimum.distance,
+                    starts.join(",")
+                ),
+            );
+        }
+        if found > LISTED {
+            summary.line("", and_others(found - LISTED));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The deformations end in the motion or the displacement itself, and a turn is a turn all the way.
+    #[test]
+    fn starts_are_parts_of_motions_and_displacements() {
+        let grid = Grid::<2>::cube(17);
+        let disk = |[a, b]: [f64; 2]| {
+            ScalarField::from_fn(grid, move |[x, y]: [f64; 2]| {
+                [1.0 - ((x - 0.5) / a).hypot((y - 0.5) / b)]
+            })
+        };
+        // A long ellipse on one that stands: it is turned by a quarter.
+        let shapes = [disk([0.15, 0.35]), disk([0.35, 0.15])];
+        let params = AverageParams {
+            coarsest_nodes: 17,
+            ..AverageParams::default()
+        };
+        let all = starts(&shapes, &params, 3).unwrap();
+        let centre = centre_of(&shapes[1]);
+        assert!(deformations(&all[0], grid, 4, centre).is_none());
+        for start in &all[1..] {
+            let found = deformations(start, grid, 4, centre).unwrap();
+            assert_eq!(found.len(), 4);
+            let [first, last] = [&found[0], &found[3]];
+            let whole = start.displacements[1].as_slice();
+            let apart = last.as_slice().iter().zip(whole);
+            assert!(apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-9);
+            if start.kind == StartKind::Pose {
+                // A quarter of a quarter of a turn about the centre: no part of it is a compression.
+                assert!(fe_grid::certify(&grid, first.as_slice(), 0.999).certified);
+                let turn = start.motions[1].angle();
+                assert!((turn - std::f64::consts::FRAC_PI_2).abs() < 0.05, "{turn}");
+            }
+        }
+    }
+}
