@@ -45,6 +45,7 @@ mod results;
 pub mod segment;
 mod session;
 mod shapes;
+mod starts;
 mod summary;
 pub mod verify;
 pub mod warp;

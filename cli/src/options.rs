@@ -293,3 +293,25 @@ pub(crate) fn positive(name: &'static str, value: Option<f64>) -> Result<(), Cli
         "a positive number from 1e-12 to 1e12",
     )
 }
+
+/// Checks a number of starts, and that none of the options is set that exclude several.
+///
+/// # Errors
+/// [`CliError::Parameter`], and [`CliError::Option`] with the first option that is set.
+pub(crate) fn check_starts(
+    starts: Option<usize>,
+    refused: &[(&'static str, bool)],
+) -> Result<(), CliError> {
+    let Some(starts) = starts else {
+        return Ok(());
+    };
+    allow((1..=1000).contains(&starts), "starts", &starts, "1 to 1000")?;
+    match refused.iter().find(|(_, is_set)| *is_set) {
+        Some((option, _)) => Err(CliError::Option {
+            option: "--starts",
+            value: format!("with {option}"),
+            remedy: "leave one of the two out".into(),
+        }),
+        None => Ok(()),
+    }
+}

@@ -13,7 +13,7 @@ use crate::config::{Config, Configured, RUN, allow};
 use crate::error::CliError;
 use crate::numbers::shown;
 use crate::options::{
-    Align, CheckpointOption, MaskOptions, RunOptions, ScaleOptions, Size, positive,
+    Align, CheckpointOption, MaskOptions, RunOptions, ScaleOptions, Size, check_starts, positive,
 };
 use shapespace_input::Kinds;
 use shapespace_input::bytes::bytes;
@@ -241,28 +241,19 @@ impl AverageConfig {
     }
 
     fn check_starts(&self) -> Result<(), CliError> {
-        let Some(starts) = self.starts else {
-            return Ok(());
-        };
-        allow((1..=1000).contains(&starts), "starts", &starts, "1 to 1000")?;
         let zero = |weights: &Vec<f64>| weights.contains(&0.0);
-        let refused = [
-            ("--sweep", self.sweep.is_some()),
-            ("--error-bars", self.error_bars),
-            ("--mean median", self.params.mean != Mean::Arithmetic),
-            (
-                "--weights with a zero",
-                self.params.weights.as_ref().is_some_and(zero),
-            ),
-        ];
-        match refused.into_iter().find(|(_, is_set)| *is_set) {
-            Some((option, _)) => Err(CliError::Option {
-                option: "--starts",
-                value: format!("with {option}"),
-                remedy: "leave one of the two out".into(),
-            }),
-            None => Ok(()),
-        }
+        check_starts(
+            self.starts,
+            &[
+                ("--sweep", self.sweep.is_some()),
+                ("--error-bars", self.error_bars),
+                ("--mean median", self.params.mean != Mean::Arithmetic),
+                (
+                    "--weights with a zero",
+                    self.params.weights.as_ref().is_some_and(zero),
+                ),
+            ],
+        )
     }
 
     fn check_joint(&self) -> Result<(), CliError> {

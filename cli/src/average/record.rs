@@ -10,7 +10,7 @@ use shape_average::{AverageResult, MemoryEstimate, StrainRanges};
 
 use super::components::{ComponentRecord, labels_of, records};
 use super::error_bars::ErrorBars;
-use super::minima::FoundMinima;
+use super::minima::{FoundMinima, add_minima, doubts as doubts_of_starts};
 use super::{AverageConfig, Outcome};
 use crate::doubts::named_by_label;
 use crate::report::{self, overall};
@@ -105,7 +105,7 @@ pub(super) fn record<const D: usize>(
     let status = overall(result.status, last);
     let grid = result.average.grid();
     let mut doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();
-    doubts.extend(outcome.minima.iter().flat_map(FoundMinima::doubts));
+    doubts.extend(outcome.minima.iter().flat_map(doubts_of_starts));
     let names = inputs.iter().map(|input| &*input.name);
     let doubts = named_by_label(&doubts, names, labels_of(outcome));
     Record::new(status, Some(grid), &outcome.config, found, doubts, start)
@@ -189,7 +189,7 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
         bars.add_to(&mut summary);
     }
     if let Some(minima) = found.minima {
-        minima.add_to(&mut summary);
+        add_minima(&mut summary, minima);
     }
     if record.cancelled() {
         summary.line("to continue", format!("--start {}", target.display()));

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::options::{MaskOptions, named};
+use crate::options::{MaskOptions, check_starts, named};
 
 /// Configuration of `shapespace geodesic`.
 #[derive(Clone, Debug, Default, PartialEq, Args, Serialize, Deserialize)]
@@ -86,7 +86,17 @@ impl Config for GeodesicConfig {
                 ("--valid-end", self.valid_end.is_some()),
             ],
         )?;
-        self.check_starts()?;
+        // Several starts are those of paths on the domain of the start shape, between shapes that are visible.
+        check_starts(
+            self.starts,
+            &[
+                ("--form level-sets", self.params.form == Form::LevelSets),
+                ("--domain end", self.params.domain == DomainChoice::End),
+                ("--occluded", self.occluded.is_some()),
+                ("--valid-start", self.valid_start.is_some()),
+                ("--valid-end", self.valid_end.is_some()),
+            ],
+        )?;
         check_path(&self.params)?;
         check_area(&self.params)
     }
@@ -96,31 +106,6 @@ impl Config for GeodesicConfig {
         ends.chain(&mut self.valid_start)
             .chain(&mut self.valid_end)
             .collect()
-    }
-}
-
-impl GeodesicConfig {
-    /// Several starts are those of paths on the domain of the start shape, between shapes that are visible.
-    fn check_starts(&self) -> Result<(), CliError> {
-        let Some(starts) = self.starts else {
-            return Ok(());
-        };
-        allow((1..=1000).contains(&starts), "starts", &starts, "1 to 1000")?;
-        let refused = [
-            ("--form level-sets", self.params.form == Form::LevelSets),
-            ("--domain end", self.params.domain == DomainChoice::End),
-            ("--occluded", self.occluded.is_some()),
-            ("--valid-start", self.valid_start.is_some()),
-            ("--valid-end", self.valid_end.is_some()),
-        ];
-        match refused.into_iter().find(|(_, is_set)| *is_set) {
-            Some((option, _)) => Err(CliError::Option {
-                option: "--starts",
-                value: format!("with {option}"),
-                remedy: "leave one of the two out".into(),
-            }),
-            None => Ok(()),
-        }
     }
 }
 

@@ -6,32 +6,18 @@ use ::geodesic::{
 };
 use fe_grid::minimise::Status;
 use fe_grid::{Field, Grid, ScalarField};
-use levelset::{Cause, Doubt};
-use serde::Serialize;
-use shape_average::{AverageParams, Start, StartKind, starts};
+use shape_average::{AverageParams, Start, starts};
 
 use crate::checkpoint::Checkpointer;
-use crate::doubts::and_others;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
-use crate::report::word;
 use crate::session::Session;
+use crate::starts::{Found, Run, from_each, numbers};
 use crate::summary::Summary;
+use levelset::Doubt;
 
-/// Paths listed on the terminal.
-const LISTED: usize = 8;
-
-/// The minimal paths that were found.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct FoundPaths {
-    /// How every start was made, in order. After an interruption there are fewer.
-    pub starts: Vec<StartKind>,
-    /// The shortest that arrives first.
-    pub minima: Vec<PathMinimum>,
-    /// How many starts were asked for.
-    #[serde(skip)]
-    pub asked: usize,
-}
+/// The minimal paths that were found, the shortest that arrives first.
+pub(super) type FoundPaths = Found<PathMinimum>;
 
 /// Both ends of a path.
 pub(super) struct Ends<'a, const D: usize> {
@@ -60,38 +46,25 @@ pub(super) fn shortest_of<const D: usize>(
     let all = starts(&[end.clone(), start.clone()], &like_averages, n)?;
     let centre = centre_of(start);
     let mut minima = PathMinima::new();
-    let (mut kinds, mut history) = (Vec::new(), Vec::new());
-    for (i, first) in all.into_iter().enumerate() {
-        let (name, number) = (word(&first.kind), i + 1);
-        let progress = &session.progress;
-        progress.note(format!("start {number} of {n} ({name}):"));
-        let mut watch = checkpointer.observe(session.observer(grids));
-        let [from, to] = ends.shapes;
-        let path = match deformations(&first, grids[0], params.steps, centre) {
-            Some(first) => geodesic_from(from, to, &first, params, &mut watch)?,
-            None => geodesic_between(from, to, params, &mut watch)?,
-        };
-        let own = watch.finish();
-        let cancelled = path.status == Status::Cancelled;
-        if cancelled && i > 0 {
-            break;
-        }
-        kinds.push(first.kind);
-        if minima.add(path) {
-            history = own;
-        }
-        if cancelled || number < n && session.interrupt.asked() {
-            break;
-        }
-    }
+    let [from, to] = ends.shapes;
+    let (found, history) = from_each(
+        all,
+        grids,
+        checkpointer,
+        session,
+        &|first, watch| {
+            let result = match deformations(&first, grids[0], params.steps, centre) {
+                Some(first) => geodesic_from(from, to, &first, params, watch)?,
+                None => geodesic_between(from, to, params, watch)?,
+            };
+            let cancelled = result.status == Status::Cancelled;
+            Ok(Run { result, cancelled })
+        },
+        &mut |path| Ok(minima.add(path)),
+    )?;
     // There is at least one start.
     let (result, minima) = minima.finish().ok_or(GeodesicError::Given)?;
-    let found = FoundPaths {
-        starts: kinds,
-        minima,
-        asked: n,
-    };
-    Ok((result, history, found))
+    Ok((result, history, found.with(minima)))
 }
 
 /// The displacements of all shapes from the first to the last of a path: parts of a motion, or shares of a
@@ -141,61 +114,34 @@ fn centre_of<const D: usize>(distance: &ScalarField<f64, D>) -> [f64; D] {
     sum.map(|sum| sum / count.max(1.0))
 }
 
-impl FoundPaths {
-    /// The doubts about them; starts that are missing did not end in a minimum.
-    pub fn doubts(&self) -> Vec<Doubt> {
-        // Where the first was interrupted its path is the result, which has this doubt itself.
-        let missing = if self.minima.is_empty() {
-            0
-        } else {
-            self.asked - self.starts.len()
-        };
-        let unfinished = Doubt::check(Cause::NotConverged, missing as f64);
-        let found = doubts_of_minima(&self.minima);
-        unfinished.into_iter().chain(found).collect()
-    }
+/// The doubts about the paths, and about starts that are missing.
+pub(super) fn doubts(found: &FoundPaths) -> Vec<Doubt> {
+    found.doubts(|minima| doubts_of_minima(minima).into_iter().collect())
+}
 
-    /// Adds a table to a summary.
-    pub fn add_to(&self, summary: &mut Summary) {
-        let (n, found) = (self.starts.len(), self.minima.len());
-        let plural = if found == 1 { "path" } else { "paths" };
-        let of = if n < self.asked {
-            format!(" of {}", self.asked)
-        } else {
-            String::new()
-        };
-        summary.line("starts", format!("{n}{of} end in {found} {plural}"));
-        summary.line(
-            "",
-            format!(
-                "{:<13} {:<9} {:<8} {:<9} {:<8} starts",
-                "length", "excess", "Dice", "arrives", "points"
-            ),
-        );
-        for minimum in self.minima.iter().take(LISTED) {
-            let arrives = if minimum.end_reached { "yes" } else { "no" };
-            let starts: Vec<String> = minimum.starts.iter().map(usize::to_string).collect();
-            summary.line(
-                "",
-                format!(
-                    "{:<13.6e} {:<9.3} {:<8.4} {arrives:<9} {:<8.3} {}",
-                    minimum.length,
-                    minimum.excess,
-                    minimum.dice_end,
-                    minimum.distance,
-                    starts.join(",")
-                ),
-            );
-        }
-        if found > LISTED {
-            summary.line("", and_others(found - LISTED));
-        }
-    }
+/// Adds a table to a summary.
+pub(super) fn add_paths(summary: &mut Summary, found: &FoundPaths) {
+    let header = format!(
+        "{:<13} {:<9} {:<8} {:<9} {:<8} starts",
+        "length", "excess", "Dice", "arrives", "points"
+    );
+    found.add_to(summary, ["path", "paths"], header, |_, minimum| {
+        let arrives = if minimum.end_reached { "yes" } else { "no" };
+        format!(
+            "{:<13.6e} {:<9.3} {:<8.4} {arrives:<9} {:<8.3} {}",
+            minimum.length,
+            minimum.excess,
+            minimum.dice_end,
+            minimum.distance,
+            numbers(&minimum.starts)
+        )
+    });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shape_average::StartKind;
 
     /// The deformations end in the motion or the displacement itself, and a turn is a turn all the way.
     #[test]

@@ -24,7 +24,7 @@ use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
 use crate::shapes::{Components, Input, VisibilityMask, doubts_of, settle, view_of};
 use crate::summary::Summary;
-use minima::{Ends, FoundPaths, shortest_of};
+use minima::{Ends, FoundPaths, doubts as doubts_of_starts, shortest_of};
 use plan::{GeodesicPlan, plan_geodesic};
 
 pub use args::{GeodesicConfig, Occluded};
@@ -86,25 +86,22 @@ impl Command for GeodesicConfig {
         session.progress.stage("computing the initial path");
         let begin = Instant::now();
         let grids = grid.hierarchy(first_nodes(&config.params));
-        let (result, history, minima) = match &own {
-            Some((n, own)) => {
-                let ends = Ends {
-                    shapes: [&first, &last],
-                    distances: [&own[0], &own[1]],
-                };
-                let checks = &mut checkpointer;
-                let (result, history, found) =
-                    shortest_of(*n, &ends, &config.params, &grids, checks, session)?;
-                (result, history, Some(found))
-            }
-            None => {
-                let mut watch = checkpointer.observe(session.observer(&grids));
-                let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
-                (result, watch.finish(), None)
-            }
+        let (result, history, minima) = if let Some((n, own)) = &own {
+            let ends = Ends {
+                shapes: [&first, &last],
+                distances: [&own[0], &own[1]],
+            };
+            let checks = &mut checkpointer;
+            let (result, history, found) =
+                shortest_of(*n, &ends, &config.params, &grids, checks, session)?;
+            (result, history, Some(found))
+        } else {
+            let mut watch = checkpointer.observe(session.observer(&grids));
+            let result = geodesic_between(&first, &last, &config.params, &mut watch)?;
+            (result, watch.finish(), None)
         };
         let of_path = result.doubts(&config.params);
-        let of_minima = minima.as_ref().map(FoundPaths::doubts).unwrap_or_default();
+        let of_minima = minima.as_ref().map(doubts_of_starts).unwrap_or_default();
         session.ended(checkpointer);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), of_path, of_minima].concat(),

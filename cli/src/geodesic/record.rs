@@ -3,10 +3,11 @@
 use std::time::Instant;
 
 use ::geodesic::{Change, Contact, Geodesic};
+use fe_grid::minimise::Status;
 use levelset::Contour;
 use serde::Serialize;
 
-use super::minima::FoundPaths;
+use super::minima::{FoundPaths, add_paths};
 use super::path::Path;
 use super::{GeodesicConfig, Outcome};
 use crate::doubts::named;
@@ -84,7 +85,13 @@ pub(super) fn record<'a, const D: usize>(
         coordinates,
         solver_seconds: outcome.solver_seconds,
     };
-    let status = overall(result.status, levels.last().map(|level| level.info.status));
+    let minima = outcome.minima.as_ref();
+    let last = if minima.is_some_and(|found| found.interrupted) {
+        Some(Status::Cancelled)
+    } else {
+        levels.last().map(|level| level.info.status)
+    };
+    let status = overall(result.status, last);
     let grid = result.level_sets[0].grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
     Record::new(status, Some(grid), &outcome.config, found, doubts, start)
@@ -132,7 +139,7 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     }
     summary.certificate(&path.certificate);
     if let Some(minima) = found.minima {
-        minima.add_to(&mut summary);
+        add_paths(&mut summary, minima);
     }
     summary
 }

@@ -110,6 +110,20 @@ compiled_once! {
     ) -> Result<LagrangianPath<D>, GeodesicError> = lagrangian_path_from_in;
 }
 
+/// Checks the parameters, and that both shapes lie on one grid.
+fn check<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    params: &GeodesicParams,
+) -> Result<(), GeodesicError> {
+    params.check()?;
+    if start.grid() == end.grid() {
+        Ok(())
+    } else {
+        Err(GeodesicError::GridsDiffer)
+    }
+}
+
 fn lagrangian_path_from_in<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
@@ -117,10 +131,7 @@ fn lagrangian_path_from_in<const D: usize>(
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LagrangianPath<D>, GeodesicError> {
-    params.check()?;
-    if start.grid() != end.grid() {
-        return Err(GeodesicError::GridsDiffer);
-    }
+    check(start, end, params)?;
     let mut search = Search::new(start, end, params);
     let all = search.coarse.drain(..).chain(search.fine.drain(..));
     let levels: Vec<Level<D>> = all.filter(|l| l.steps == params.steps).collect();
@@ -144,10 +155,7 @@ fn lagrangian_path_back_in<const D: usize>(
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<Option<LagrangianPath<D>>, GeodesicError> {
-    params.check()?;
-    if start.grid() != end.grid() {
-        return Err(GeodesicError::GridsDiffer);
-    }
+    check(start, end, params)?;
     let level = Level {
         grid: *start.grid(),
         steps: params.steps,
@@ -180,10 +188,7 @@ fn lagrangian_path_in<const D: usize>(
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LagrangianPath<D>, GeodesicError> {
-    params.check()?;
-    if start.grid() != end.grid() {
-        return Err(GeodesicError::GridsDiffer);
-    }
+    check(start, end, params)?;
     let mut search = Search::new(start, end, params);
     let mut found = Vec::new();
     for &domain in search.domains() {

@@ -296,9 +296,12 @@ impl<const D: usize> State<D> {
             .images
             .iter()
             .zip(&self.pairs)
-            .map(|(image, pair)| match held {
-                true => Ok(SegmentationEnergy::default()),
-                false => law.terms(&self.grid, image.as_slice(), pair),
+            .map(|(image, pair)| {
+                if held {
+                    Ok(SegmentationEnergy::default())
+                } else {
+                    law.terms(&self.grid, image.as_slice(), pair)
+                }
             })
             .collect();
         let images = images?;
