@@ -24,9 +24,11 @@ pub fn n_threads() -> usize {
 }
 
 /// Calls `work` once with each number below `n`. A thread gets at least `min_len` consecutive
-/// numbers; if there are not enough for two threads, the caller executes all.
+/// numbers; if there are not enough for two threads, or there is one only, the caller executes all.
+///
+/// A caller that is no thread of the pool would hand every loop over to the only thread and wait for it.
 pub fn for_each_index(n: usize, min_len: usize, work: &(dyn Fn(usize) + Sync)) {
-    if n / 2 < min_len {
+    if n / 2 < min_len || n_threads() == 1 {
         (0..n).for_each(work);
     } else {
         (0..n).into_par_iter().with_min_len(min_len).for_each(work);

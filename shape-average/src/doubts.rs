@@ -67,7 +67,8 @@ impl<const D: usize> AverageResult<D> {
 
 impl<const D: usize> JointResult<D> {
     /// Returns the doubts about a joint average that was computed with these parameters of the
-    /// average: levels that did not converge, and a determinant at its lower bound.
+    /// average: levels that did not converge, a determinant at its lower bound, and images whose edges are
+    /// not those of the average.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let statuses = self.levels.iter().map(|level| level.status);
         let statuses = statuses.filter(|status| !status.converged());
@@ -75,7 +76,11 @@ impl<const D: usize> JointResult<D> {
             not_converged(statuses, self.status),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
         ];
-        doubts.into_iter().flatten().collect()
+        let overlaps = self.edge_overlaps.iter().enumerate();
+        let of_images = overlaps.filter_map(|(image, overlap)| {
+            Some(Doubt::check(Cause::EdgeOverlap, *overlap)?.about(image))
+        });
+        doubts.into_iter().flatten().chain(of_images).collect()
     }
 }
 

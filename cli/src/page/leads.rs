@@ -112,6 +112,7 @@ const LEADS: &[Lead] = &[
             ("energy", "/energy/total", All),
             ("determinant, least", "/certificate/min_det", All),
             ("without folds", "/certificate/certified", All),
+            ("overlap of the edges, least", "/edge_overlaps/*", Least),
             ("spread of the images", "/spread_before", All),
             ("spread after deformation", "/spread_after", All),
         ],

@@ -70,6 +70,9 @@ pub struct JointResult<const D: usize> {
     /// The smoothed images pushed forward, `u_i o phi_i^-1`.
     #[serde(skip)]
     pub pushed: Vec<ScalarField<f64, D>>,
+    /// For every image the Dice overlap of its edges with those of the average that its deformation carries to it:
+    /// of the nodes where `v_i` and `v o phi_i` are below one half.
+    pub edge_overlaps: Vec<f64>,
     /// Convergence history of each level, coarsest first.
     pub levels: Vec<JointLevel>,
     /// A converged status, or else the status of the first level that did not converge.
@@ -96,6 +99,24 @@ pub fn spread<const D: usize>(fields: &[ScalarField<f64, D>]) -> f64 {
         })
         .sum();
     (variance / nodes.max(1) as f64).sqrt()
+}
+
+/// The Dice overlap of the nodes where two phase fields are below one half; 1 for fields without edges.
+pub(super) fn edge_overlap<const D: usize>(
+    first: &ScalarField<f64, D>,
+    second: &ScalarField<f64, D>,
+) -> f64 {
+    let (mut either, mut both) = (0.0f64, 0.0);
+    for (v, w) in first.as_slice().iter().zip(second.as_slice()) {
+        let edges = [*v < 0.5, *w < 0.5];
+        either += f64::from(u8::from(edges[0]) + u8::from(edges[1]));
+        both += f64::from(u8::from(edges[0] && edges[1]));
+    }
+    if either > 0.0 {
+        2.0 * both / either
+    } else {
+        1.0
+    }
 }
 
 impl<const D: usize> JointResult<D> {

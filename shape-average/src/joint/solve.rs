@@ -1,7 +1,7 @@
 //! Solution of the joint problem from coarse levels to fine, round by round.
 
 use super::params::{Edges, JointParams};
-use super::result::{JointLevel, JointResult};
+use super::result::{JointLevel, JointResult, edge_overlap};
 use super::round::{Rounds, State};
 use crate::error::AverageError;
 use crate::quiet::Quiet;
@@ -273,12 +273,19 @@ fn finish<const D: usize>(
     for (sum, reached) in sum.as_mut_slice().iter_mut().zip(&reached) {
         *sum /= f64::max(*reached, 1.0);
     }
+    let (average, phase_fields) = (field(&state.average)?, phase_fields?);
+    let carried = displacements.iter().map(|u| average.compose(u.as_slice()));
+    let pairs = carried.zip(&phase_fields);
+    let edge_overlaps = pairs
+        .map(|(carried, own)| edge_overlap(&carried, own))
+        .collect();
     let bad = levels.iter().map(|l| l.status).find(|s| !s.converged());
     Ok(JointResult {
-        average: field(&state.average)?,
+        average,
         average_image: sum,
         images,
-        phase_fields: phase_fields?,
+        phase_fields,
+        edge_overlaps,
         pushed,
         certificate: worst_certificate(&grid, &state.displacements),
         displacements,

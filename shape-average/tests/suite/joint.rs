@@ -2,6 +2,7 @@
 
 use fe_grid::minimise::{Control, Iteration, Observer, Silent, Status};
 use fe_grid::{Field, Grid, ScalarField};
+use levelset::Cause;
 use phasefield::segmentation::{SegmentationParams, Weights, segment};
 use shape_average::joint::{Edges, JointParams, JointResult, joint_average};
 use shape_average::{AverageError, StrainMaps};
@@ -180,6 +181,20 @@ fn drawn_edges_are_averaged_as_they_are() {
         energy.shapes.elastic.iter().sum::<f64>() + energy.shapes.mismatch.iter().sum::<f64>();
     let total = 0.5 * sum + 1e-4 * energy.shapes.length;
     assert!((total / energy.total - 1.0).abs() < 1e-12);
+    assert!(result.doubts(&given.average).is_empty());
+    // A circle and a cross have no edges in common.
+    let cross = ScalarField::from_fn(grid, |[x, y]: [f64; 2]| {
+        let off = (x - 0.5).abs().min((y - 0.5).abs());
+        [(1.5 - off / grid.spacing()).clamp(0.0, 1.0)]
+    });
+    let unlike = [drawings[0].clone(), cross];
+    let unlike = joint_average(&unlike, &given, &mut Silent).unwrap();
+    let doubts = unlike.doubts(&given.average);
+    assert!(
+        doubts.iter().any(|d| d.cause == Cause::EdgeOverlap),
+        "{:?}",
+        unlike.edge_overlaps
+    );
     let nothing = [drawings[0].clone(), ScalarField::zeros(grid)];
     let found = joint_average(&nothing, &given, &mut Silent);
     assert!(matches!(found, Err(AverageError::NoEdges { index: 1 })));
