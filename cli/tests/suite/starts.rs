@@ -160,3 +160,24 @@ fn options_that_starts_of_paths_exclude_are_named() {
         assert!(text.contains("--starts"), "{text}");
     }
 }
+
+/// The best path of those that were found before is kept.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupted_search_is_cancelled() {
+    let place = cross_and_ellipse();
+    let arguments = [&PATH[..], &["--starts", "200", "-o", "some"]].concat();
+    let code = crate::common::interrupted(&place, &arguments, "start 3 of 200");
+    assert_eq!(code, Some(130));
+    let some = Results::read(&place.path("some"));
+    assert_eq!(some.json["status"], "cancelled");
+    let starts = some.json["starts"].as_array().unwrap().len();
+    assert!((2..200).contains(&starts), "{starts}");
+    assert!(!some.json["minima"].as_array().unwrap().is_empty());
+    assert_eq!(some.number("/minima/0/length"), some.number("/length"));
+    // The starts that are missing are no minima.
+    let missing = (200 - starts) as f64;
+    let doubts = some.json["doubts"].as_array().unwrap();
+    let counted = |d: &&serde_json::Value| d["what"] == "not_converged" && d["figure"] == missing;
+    assert!(doubts.iter().any(|d| counted(&d)), "{doubts:?}");
+}
