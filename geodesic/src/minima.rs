@@ -17,6 +17,9 @@ const SAME_PATH: f64 = 0.1;
 /// minimiser's own limit of the remaining energy.
 const RESOLVED: f64 = 0.01;
 
+/// Lengths are compared with this where the path that is kept has none: equal shapes.
+const LEAST_LENGTH: f64 = 1e-12;
+
 /// A minimal path that was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PathMinimum {
@@ -141,7 +144,8 @@ impl<const D: usize> PathMinima<D> {
                 continue;
             }
             if let Some(last) = &last {
-                minimum.excess = minimum.length / best.length().max(f64::MIN_POSITIVE) - 1.0;
+                let length = best.length();
+                minimum.excess = (minimum.length - length) / length.max(LEAST_LENGTH);
                 minimum.distance = distance(&best.level_sets[0], &kept.last, last);
             }
             others.push(minimum);

@@ -95,6 +95,11 @@ fn the_shorter_path_is_kept() {
     assert!(best.length() < 0.1 * length, "{} {length}", best.length());
     assert_eq!(list.len(), 2, "{list:?}");
     assert_eq!(list[0].starts, [2]);
+    // The path at rest has no length, and the excess is a number.
+    assert!(
+        list[1].excess > 1.0 && list[1].excess.is_finite(),
+        "{list:?}"
+    );
     assert!(doubts_of_minima(&list).is_none());
 }
 
