@@ -134,6 +134,14 @@ fn png(bytes: &[u8], path: &Path) -> Result<Pixels, InputError> {
     let (width, height) = reader.info().size();
     check_size(&[width.into(), height.into()], path)?;
     let palette = match (reader.info().color_type, &reader.info().palette) {
+        // The decoder panics at one that ends within a colour.
+        (ColorType::Indexed, Some(palette)) if palette.is_empty() || palette.len() % 3 != 0 => {
+            let reason = format!(
+                "its palette has {} bytes, not three a colour",
+                palette.len()
+            );
+            return Err(malformed(reason));
+        }
         (ColorType::Indexed, Some(palette)) => palette.as_chunks().0.to_vec(),
         _ => Vec::new(),
     };
@@ -305,6 +313,26 @@ mod tests {
             [0.0, 1.0, 0.0, 0.0]
         );
         assert!(matches!(read(Colours::Luminance).meaning, Meaning::Grey(_)));
+    }
+
+    /// Found by fuzzing: the decoder panics.
+    #[test]
+    fn a_palette_that_ends_within_a_colour_is_malformed() {
+        for length in [4, 5, 265] {
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+            encoder.set_color(ColorType::Indexed);
+            encoder.set_palette(vec![9u8; length]);
+            encoder.set_trns(vec![0u8]);
+            let mut writer = encoder.write_header().unwrap();
+            writer.write_image_data(&[0, 0, 0, 0]).unwrap();
+            writer.finish().unwrap();
+            let found = png(&bytes, Path::new("a.png"));
+            let Err(InputError::Malformed { reason, .. }) = found else {
+                panic!("{length} bytes are read");
+            };
+            assert!(reason.contains("palette"), "{reason}");
+        }
     }
 
     #[test]
