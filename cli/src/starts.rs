@@ -11,7 +11,7 @@ use crate::report::word;
 use crate::session::Session;
 use crate::summary::Summary;
 use fe_grid::Grid;
-use fe_grid::minimise::Observer;
+use fe_grid::minimise::{Observer, Status};
 use levelset::{Cause, Doubt};
 
 /// Minima listed on the terminal.
@@ -98,6 +98,15 @@ impl Found<()> {
 }
 
 impl<M> Found<M> {
+    /// The status of a result: cancelled where starts are missing, or else that of its last level.
+    pub fn status(found: Option<&Self>, last: Option<Status>) -> Option<Status> {
+        if found.is_some_and(|found| found.interrupted) {
+            Some(Status::Cancelled)
+        } else {
+            last
+        }
+    }
+
     /// The doubt about starts that are missing, as they did not end in a minimum, and those about the minima.
     pub fn doubts(&self, of_minima: impl Fn(&[M]) -> Vec<Doubt>) -> Vec<Doubt> {
         // Where the first was interrupted its result is, and there are no minima.

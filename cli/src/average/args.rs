@@ -4,8 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use shape_average::joint::Edges;
-use shape_average::joint::JointParams;
+use shape_average::joint::{Edges, JointParams};
 use shape_average::{AverageParams, Mean, Solver};
 
 use super::views;

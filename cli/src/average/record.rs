@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::time::Instant;
 
-use fe_grid::minimise::Status;
 use levelset::{Hausdorff, LevelsetError, Moments};
 use serde::Serialize;
 use shape_average::{AverageResult, MemoryEstimate, StrainRanges};
@@ -92,16 +91,8 @@ pub(super) fn record<const D: usize>(
         minima: outcome.minima.as_ref(),
         memory_estimate: outcome.memory,
     };
-    let stopped = outcome
-        .minima
-        .as_ref()
-        .is_some_and(|found| found.interrupted);
     let last = levels.last().map(|level| level.status);
-    let last = if stopped {
-        Some(Status::Cancelled)
-    } else {
-        last
-    };
+    let last = FoundMinima::status(outcome.minima.as_ref(), last);
     let status = overall(result.status, last);
     let grid = result.average.grid();
     let mut doubts = [doubts_of(inputs), result.doubts(&outcome.config.params)].concat();

@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use ::geodesic::{Change, Contact, Geodesic};
-use fe_grid::minimise::Status;
 use levelset::Contour;
 use serde::Serialize;
 
@@ -85,12 +84,8 @@ pub(super) fn record<'a, const D: usize>(
         coordinates,
         solver_seconds: outcome.solver_seconds,
     };
-    let minima = outcome.minima.as_ref();
-    let last = if minima.is_some_and(|found| found.interrupted) {
-        Some(Status::Cancelled)
-    } else {
-        levels.last().map(|level| level.info.status)
-    };
+    let last = levels.last().map(|level| level.info.status);
+    let last = FoundPaths::status(outcome.minima.as_ref(), last);
     let status = overall(result.status, last);
     let grid = result.level_sets[0].grid();
     let doubts = named(&outcome.doubts, inputs.iter().map(|input| &*input.name));
