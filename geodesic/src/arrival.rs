@@ -2,13 +2,15 @@
 
 use crate::error::GeodesicError;
 use levelset::{
-    Cause, Contour, ContourDistance, Doubt, Facing, Layer, LevelsetError, directed_hausdorff,
-    facing,
+    Cause, Contour, ContourDistance, Doubt, Layer, LevelsetError, directed_hausdorff, facing,
 };
 use serde::{Deserialize, Serialize};
 
 /// Width of slits and films, in spacings: their two sides belong to one cell.
 pub(crate) const WIDTH: f64 = 1.0;
+/// Longest pieces of the carried boundary, in spacings: a cell that is stretched carries longer ones, of which
+/// each would count as a whole as a part of a slit or not.
+const LONGEST: f64 = 0.5;
 /// Distance of a slit or film from the boundary of the other end, in spacings: closer ones are parts
 /// of that boundary.
 const APART: f64 = 0.5;
@@ -68,13 +70,22 @@ impl Arrival {
     }
 }
 
-/// For every piece of the carried boundary what it faces, if it belongs to a slit inside of the other
-/// end or to a film outside.
+/// A piece of the carried boundary that is pressed against another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pressed {
+    /// What is left between them.
+    pub layer: Layer,
+    /// Index of the other piece.
+    pub other: usize,
+}
+
+/// For every piece of the carried boundary what it is pressed against, if it belongs to a slit inside of
+/// the other end or to a film outside.
 pub(crate) fn pressed<const D: usize>(
     carried: &Contour<D>,
     end: &Contour<D>,
     spacing: f64,
-) -> Result<Vec<Option<Facing>>, LevelsetError> {
+) -> Result<Vec<Option<Pressed>>, LevelsetError> {
     let at_end = ContourDistance::new(end)?;
     let all = facing(carried, WIDTH * spacing)?
         .into_iter()
@@ -86,10 +97,15 @@ pub(crate) fn pressed<const D: usize>(
             });
             // Positive inside the other end.
             let depth = at_end.signed_distance(middle) / spacing;
-            found.filter(|facing| match facing.layer {
-                Layer::Slit => depth > APART,
-                Layer::Film => depth < -APART,
-            })
+            let layer = if depth > APART {
+                Layer::Slit
+            } else if depth < -APART {
+                Layer::Film
+            } else {
+                return None;
+            };
+            let other = found.across(layer)?;
+            Some(Pressed { layer, other })
         })
         .collect())
 }
@@ -99,6 +115,7 @@ fn compare<const D: usize>(
     end: &Contour<D>,
     spacing: f64,
 ) -> Result<Arrival, LevelsetError> {
+    let carried = &carried.refined(LONGEST * spacing);
     let pressed = pressed(carried, end, spacing)?;
     let part = |layer: Option<Layer>| {
         let all = carried.simplices().iter().zip(&pressed);

@@ -1,6 +1,6 @@
 //! Where and when a path merges or splits parts.
 
-use crate::arrival::WIDTH;
+use crate::arrival::{Pressed, WIDTH};
 use crate::lagrangian::Domain;
 use levelset::{Contour, Facing, Layer, LevelsetError, facing};
 use serde::Serialize;
@@ -42,7 +42,7 @@ const LEAST_SIZE: f64 = 4.0;
 /// `pressed` has for each segment or triangle what it faces at the other end, if it belongs to a slit
 /// or film; `carried` has the boundary in all shapes, from the one of the domain on.
 pub(crate) fn contacts<const D: usize>(
-    pressed: &[Option<Facing>],
+    pressed: &[Option<Pressed>],
     carried: &[Contour<D>],
     domain: Domain,
     spacing: f64,
@@ -50,7 +50,7 @@ pub(crate) fn contacts<const D: usize>(
     let Some(last) = carried.last() else {
         return Ok(Vec::new());
     };
-    let faced: Vec<Vec<Option<Facing>>> = carried[..carried.len() - 1]
+    let faced: Vec<Vec<Facing>> = carried[..carried.len() - 1]
         .iter()
         .map(|contour| facing(contour, WIDTH * spacing))
         .collect::<Result<_, _>>()?;
@@ -62,12 +62,12 @@ pub(crate) fn contacts<const D: usize>(
         if size < LEAST_SIZE {
             continue;
         }
-        let layer = pressed[group[0]].map(|f| f.layer);
+        let Some(layer) = pressed[group[0]].map(|f| f.layer) else {
+            continue;
+        };
         // The first shape from which on most of it is closed.
-        let closed = |shape: &Vec<Option<Facing>>| {
-            let same = group
-                .iter()
-                .filter(|&&i| shape[i].map(|f| f.layer) == layer);
+        let closed = |shape: &Vec<Facing>| {
+            let same = group.iter().filter(|&&i| shape[i].across(layer).is_some());
             2.0 * same.map(area).sum::<f64>() >= total
         };
         let open_until = faced.iter().rposition(|shape| !closed(shape));
@@ -80,7 +80,7 @@ pub(crate) fn contacts<const D: usize>(
             weighted.sum::<f64>() / total
         };
         // In reverse, what was pressed together opens.
-        let merges = (layer == Some(Layer::Slit)) == (domain == Domain::Start);
+        let merges = (layer == Layer::Slit) == (domain == Domain::Start);
         found.push(Contact {
             change: if merges { Change::Merge } else { Change::Split },
             step: match domain {
@@ -96,7 +96,7 @@ pub(crate) fn contacts<const D: usize>(
 }
 
 /// Groups the pieces of slits and films that share points or face each other.
-fn groups<const D: usize>(pressed: &[Option<Facing>], contour: &Contour<D>) -> Vec<Vec<usize>> {
+fn groups<const D: usize>(pressed: &[Option<Pressed>], contour: &Contour<D>) -> Vec<Vec<usize>> {
     let mut group: Vec<usize> = (0..pressed.len()).collect();
     let mut of_point: HashMap<u32, usize> = HashMap::new();
     for (i, found) in pressed.iter().enumerate() {

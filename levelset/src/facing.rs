@@ -21,37 +21,54 @@ pub enum Layer {
     Film,
 }
 
-/// A piece of a boundary that faces another one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Which pieces of a boundary a piece faces: indices in the contour of segments or triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Facing {
-    /// What lies between them.
-    pub layer: Layer,
-    /// Index in the contour of the segment or triangle on the other side.
-    pub other: usize,
+    /// The one on the other side of a slit.
+    pub slit: Option<usize>,
+    /// The one on the other side of a film.
+    pub film: Option<usize>,
+}
+
+impl Facing {
+    /// Returns the piece on the other side of a layer.
+    pub fn across(self, layer: Layer) -> Option<usize> {
+        match layer {
+            Layer::Slit => self.slit,
+            Layer::Film => self.film,
+        }
+    }
 }
 
 /// Largest cosine between the normals of two sides that face each other: 120 degrees or more apart.
 const OPPOSITE: f64 = -0.5;
+/// Distances at which the other side is looked for, in widths. Behind the side of a narrow layer there may be
+/// further ones, which are nearer to a point far ahead.
+const AHEAD: [f64; 4] = [0.5, 0.25, 0.125, 0.0625];
+/// A point ahead to which nothing is nearer than this share of the way has nothing but its own side around it.
+const OWN: f64 = 1.0 - 1e-6;
 
 compiled_once! {
-    /// For every segment or triangle of a closed boundary: another one with the opposite normal that
-    /// lies within `width` across the outside ([`Layer::Slit`]) or across the inside
-    /// ([`Layer::Film`]), if there is one. A slit is reported where there are both.
+    /// For every segment or triangle of a closed boundary: others with the opposite normal that lie
+    /// within `width` across the outside ([`Layer::Slit`]) and across the inside ([`Layer::Film`]), if there
+    /// are any.
     ///
-    /// The other one is the nearest to the point `width / 2` ahead of the centroid, or behind it.
+    /// The other one is the nearest to a point ahead of the centroid, or behind it: half the width, or a half, a
+    /// fourth or an eighth of that where there are several layers. Pieces longer than the width should be divided
+    /// before ([`Contour::refined`]): only what their centroid faces is found.
     ///
     /// # Errors
     /// [`LevelsetError::EmptyContour`].
     pub fn facing<'a, D>(
         contour: &'a Contour<D>,
         width: f64,
-    ) -> Result<Vec<Option<Facing>>, LevelsetError> = facing_in;
+    ) -> Result<Vec<Facing>, LevelsetError> = facing_in;
 }
 
 fn facing_in<const D: usize>(
     contour: &Contour<D>,
     width: f64,
-) -> Result<Vec<Option<Facing>>, LevelsetError> {
+) -> Result<Vec<Facing>, LevelsetError> {
     let distance = ContourDistance::new(contour)?;
     let all: Vec<[[f64; D]; D]> = contour.all_corners().collect();
     let of_simplex = |corners: &[[f64; D]; D]| {
@@ -59,25 +76,32 @@ fn facing_in<const D: usize>(
         let size = norm(&area);
         // A degenerate simplex has no sides.
         if size == 0.0 {
-            return None;
+            return Facing::default();
         }
         let normal = area.map(|x| x / size);
         let centre: [f64; D] =
             std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / D as f64);
         let across = |direction: f64| {
-            let ahead = add_scaled(&centre, 0.5 * direction * width, &normal);
-            let found = distance.nearest(ahead);
-            let other = area_normal(&all[found.simplex]);
-            let close = norm(&sub(&found.point, &centre)) <= width;
-            let opposite = dot(&other, &normal) <= OPPOSITE * norm(&other);
-            (close && opposite).then_some(found.simplex)
+            for share in AHEAD {
+                let way = share * width;
+                let ahead = add_scaled(&centre, direction * way, &normal);
+                let found = distance.nearest(ahead);
+                if norm(&sub(&found.point, &ahead)) > OWN * way {
+                    return None;
+                }
+                let other = area_normal(&all[found.simplex]);
+                let close = norm(&sub(&found.point, &centre)) <= width;
+                let opposite = dot(&other, &normal) <= OPPOSITE * norm(&other);
+                if close && opposite {
+                    return Some(found.simplex);
+                }
+            }
+            None
         };
-        [(Layer::Slit, 1.0), (Layer::Film, -1.0)]
-            .into_iter()
-            .find_map(|(layer, direction)| {
-                let other = across(direction)?;
-                Some(Facing { layer, other })
-            })
+        Facing {
+            slit: across(1.0),
+            film: across(-1.0),
+        }
     };
     Ok(all.iter().map(of_simplex).collect())
 }

@@ -6,7 +6,7 @@ use fe_grid::{Field, Grid, compiled_once};
 use crate::components::{Adjacency, components};
 use crate::contour::Contour;
 use crate::error::LevelsetError;
-use crate::facing::{Layer, facing};
+use crate::facing::facing;
 
 /// Size of a speck relative to the largest component: smaller ones are specks.
 const SPECK: f64 = 0.02;
@@ -98,7 +98,7 @@ fn narrow_gap_share_in<const D: usize>(
 ) -> Result<f64, LevelsetError> {
     let fine = contour.refined(width);
     let found = facing(&fine, width)?;
-    let narrow = |i: &usize| found[*i].is_some_and(|facing| facing.layer == Layer::Slit);
+    let narrow = |i: &usize| found[*i].slit.is_some();
     let gaps = (0..found.len()).filter(narrow);
     // From zero: an empty sum is minus zero.
     Ok(gaps.fold(0.0, |sum, i| sum + fine.size(i)) / fine.perimeter())

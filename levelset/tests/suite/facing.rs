@@ -27,7 +27,7 @@ fn length(contour: &Contour<2>, width: f64, kind: Layer) -> f64 {
     let found = facing(contour, width).unwrap();
     let all = contour.simplices().iter().zip(found);
     let kept = all
-        .filter(|(_, found)| found.is_some_and(|f| f.layer == kind))
+        .filter(|(_, found)| found.across(kind).is_some())
         .map(|(s, _)| *s);
     let part = Contour::new(contour.points().to_vec(), kept.collect());
     part.unwrap().perimeter()
@@ -83,13 +83,28 @@ fn walls_of_a_wedge_face_each_other_where_it_is_narrow() {
     let slit = length(&square, 0.05, Layer::Slit);
     // The sides see each other.
     for (i, found) in facing(&square, 0.05).unwrap().iter().enumerate() {
-        let other = found.map(|f| square.corners(f.other)[0]);
+        let other = found.slit.map(|other| square.corners(other)[0]);
         let across = other.map(|p| (p[1] - 0.5) * (square.corners(i)[0][1] - 0.5));
         assert!(across.is_none_or(|product| product <= 1e-12));
     }
     // Half of both walls, up to the direction in which the width is measured.
     let wall = 0.3_f64.hypot(0.05);
     assert!((slit - wall).abs() < 0.1 * wall, "{slit}");
+}
+
+/// Two plates with a gap between them, all of a hundredth: the sides of the gap face each other across it, and
+/// each the far side of its own plate. A point half a width ahead of a side lies behind three more sides.
+#[test]
+fn all_layers_of_a_stack_are_found() {
+    let width = 0.05;
+    let low = rectangle([0.2, 0.5], [0.8, 0.51]);
+    let plates = low.joined(&rectangle([0.2, 0.52], [0.8, 0.53]));
+    let (slit, film) = (
+        length(&plates, width, Layer::Slit),
+        length(&plates, width, Layer::Film),
+    );
+    assert!(is_all_but_the_ends(slit, 1.2, width), "{slit}");
+    assert!(is_all_but_the_ends(film, 2.4, 2.0 * width), "{film}");
 }
 
 #[test]
@@ -117,9 +132,9 @@ fn the_layer_between_two_boxes_is_a_slit() {
     let blocks = block([0.2, 0.3, 0.3], [0.49, 0.7, 0.7]).joined(&far);
     let area = |width: f64| {
         let found = facing(&blocks, width).unwrap();
-        assert!(found.iter().flatten().all(|f| f.layer == Layer::Slit));
+        assert!(found.iter().all(|f| f.film.is_none()));
         let all = blocks.simplices().iter().zip(found);
-        let slits = all.filter(|(_, found)| found.is_some());
+        let slits = all.filter(|(_, found)| found.slit.is_some());
         let part = Contour::new(blocks.points().to_vec(), slits.map(|(s, _)| *s).collect());
         part.unwrap().perimeter()
     };
