@@ -38,7 +38,10 @@ pub struct Cli {
 impl Cli {
     /// Whether several processes can run the command together.
     pub fn is_distributed(&self) -> bool {
-        matches!(self.command, Command::Average(_) | Command::Distances(_))
+        matches!(
+            self.command,
+            Command::Average(_) | Command::Distances(_) | Command::Pca(_) | Command::Score(_)
+        )
     }
 }
 

@@ -81,7 +81,6 @@ mod shapes;
 mod solve;
 mod strain;
 mod stress;
-mod together;
 
 pub use fe_grid;
 pub use hyperelastic;

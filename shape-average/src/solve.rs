@@ -8,9 +8,8 @@ use crate::params::{AverageParams, Mean, Solver};
 use crate::rematch::ByOthers;
 use crate::result::AverageResult;
 use crate::shapes::Shapes;
-use crate::together::Together;
 use fe_grid::communicator::{Alone, Communicator};
-use fe_grid::minimise::Observer;
+use fe_grid::minimise::{Observer, together};
 use fe_grid::{Distribution, Field, Grid, compiled_once};
 use std::sync::Arc;
 use std::time::Instant;
@@ -164,22 +163,9 @@ fn average_distributed_in<const D: usize>(
     let known = known.get(distribution.own()).unwrap_or_default();
     // Only where they are known by these distances alone.
     let rematched = seen.is_empty() && shapes.n_components() == 1;
-    if distribution.is_alone() {
-        return solve(shapes, levels, known, rematched, params, start, observer);
-    }
-    let mut together = Together {
-        observer,
-        distribution,
-    };
-    solve(
-        shapes,
-        levels,
-        known,
-        rematched,
-        params,
-        start,
-        &mut together,
-    )
+    together(&distribution, observer, |observer| {
+        solve(shapes, levels, known, rematched, params, start, observer)
+    })
 }
 
 /// The result of the only process.

@@ -4,8 +4,10 @@ use crate::compound::Source;
 use crate::error::PcaError;
 use crate::params::PcaParams;
 use crate::push::push_forward;
-use fe_grid::{Field, Grid, ScalarField, VectorField, mutant};
+use fe_grid::communicator::Communicator;
+use fe_grid::{Distribution, Field, Grid, ScalarField, VectorField, mutant};
 use shape_average::{AverageParams, AverageResult};
+use std::sync::Arc;
 
 /// Deformations of shapes onto their average.
 #[derive(Clone, Debug)]
@@ -19,6 +21,8 @@ pub struct Average<const D: usize> {
     outside: Vec<f64>,
     /// The zero displacement.
     rest: Vec<f64>,
+    /// Which shapes this process does the work of.
+    distribution: Distribution,
 }
 
 impl<const D: usize> Average<D> {
@@ -70,6 +74,7 @@ impl<const D: usize> Average<D> {
         }
         Ok(Self {
             grid,
+            distribution: Distribution::alone(n),
             displacements,
             indicators,
             weights,
@@ -92,12 +97,46 @@ impl<const D: usize> Average<D> {
         )
     }
 
+    /// Lets several processes work on the analysis together, each on some of the shapes: all have the same
+    /// average and call the same functions with it, and all have their results, with the same bits on any
+    /// number of processes.
+    #[must_use]
+    pub fn distributed(self, communicator: Arc<dyn Communicator>) -> Self {
+        Self {
+            distribution: Distribution::over(communicator, self.n_shapes()),
+            ..self
+        }
+    }
+
     /// The same shapes with other displacements.
     ///
     /// # Errors
     /// Those of [`Average::new`].
     pub(crate) fn with(&self, displacements: Vec<VectorField<f64, D>>) -> Result<Self, PcaError> {
-        Self::new(displacements, self.indicators.clone(), self.weights.clone())
+        let with = Self::new(displacements, self.indicators.clone(), self.weights.clone())?;
+        Ok(Self {
+            distribution: self.distribution.clone(),
+            ..with
+        })
+    }
+
+    /// Displacements of all shapes, given those of the shapes of this process. Collective.
+    ///
+    /// # Errors
+    /// [`fe_grid::GridError`] for displacements of another size.
+    pub(crate) fn share_displacements(
+        &self,
+        own: Vec<Vec<f64>>,
+    ) -> Result<Vec<VectorField<f64, D>>, PcaError> {
+        let dim = D * self.grid.n_nodes();
+        let all = self.distribution.share_vectors(own, dim).into_iter();
+        let all = all.map(|u| VectorField::from_vec(self.grid, u));
+        Ok(all.collect::<Result<_, _>>()?)
+    }
+
+    /// Returns the distribution of the shapes to processes.
+    pub fn distribution(&self) -> &Distribution {
+        &self.distribution
     }
 
     /// Returns the grid.

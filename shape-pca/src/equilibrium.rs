@@ -20,7 +20,7 @@ use crate::error::PcaError;
 use crate::operator::Compound;
 use crate::params::PcaParams;
 use crate::product::object_product;
-use fe_grid::minimise::{Memory, Observer};
+use fe_grid::minimise::{Memory, Observer, together};
 use fe_grid::vector::{axpy, dot, scale};
 use fe_grid::{Field, GridError, VectorField, compiled_once, restrain_step};
 use serde::Serialize;
@@ -93,7 +93,8 @@ impl Balancing {
     /// Moves an average until its stresses balance; returns it with a report. It stays as it is where
     /// they balance already, and where they cannot be balanced: parts that are folded almost have large
     /// stresses in directions of negative curvature, and the modes would be those of the folds. The observer
-    /// is given the state after every round, and may have one from an earlier run.
+    /// is given the state after every round, and may have one from an earlier run. Of an average that is
+    /// [distributed](Average::distributed) the observer of the first process is asked. Collective.
     ///
     /// # Errors
     /// Those of the law and of the linear solves.
@@ -103,7 +104,9 @@ impl Balancing {
         params: &PcaParams,
         observer: &mut dyn Observer,
     ) -> Result<(Average<D>, BalanceReport), PcaError> {
-        balance(self, average, params, observer)
+        together(average.distribution(), observer, |observer| {
+            balance(self, average, params, observer)
+        })
     }
 
     fn rounds<const D: usize>(
@@ -190,7 +193,8 @@ impl Balancing {
         average: &Average<D>,
         motion: &VectorField<f64, D>,
     ) -> Result<Average<D>, PcaError> {
-        let displacements = average.displacements().iter().map(|u| {
+        let own = average.displacements()[average.distribution().own()].iter();
+        let own = own.map(|u| {
             let mut step = motion.compose(u.as_slice()).into_vec();
             restrain_step(
                 average.grid(),
@@ -199,11 +203,11 @@ impl Balancing {
                 self.min_determinant,
                 None,
             );
-            let mut moved = u.clone();
-            axpy(1.0, &step, moved.as_mut_slice());
+            let mut moved = u.clone().into_vec();
+            axpy(1.0, &step, &mut moved);
             moved
         });
-        average.with(displacements.collect())
+        average.with(average.share_displacements(own.collect())?)
     }
 }
 
@@ -230,27 +234,23 @@ impl<const D: usize> Rounds<D> {
 
     /// The inverse of [`remember`]; `None` for the memory of something else.
     fn of_memory(memory: &Memory<'_>, average: &Average<D>) -> Option<Self> {
-        let grid = *average.grid();
-        let [typical, numbers @ ..] = &*memory.objective else {
-            return None;
-        };
+        let distribution = average.distribution();
+        let dim = D * average.grid().n_nodes();
+        let numbers = memory.objective.split_first();
+        let fits = memory.x.len() == dim * distribution.own().len()
+            && numbers.is_some_and(|(_, numbers)| numbers.len().is_multiple_of(2));
+        // All processes go on together.
+        let (typical, numbers) = numbers.filter(|_| distribution.all(fits))?;
         let (imbalance, elastic) = numbers.split_at(numbers.len() / 2);
-        let dim = D * grid.n_nodes();
-        if memory.x.len() != dim * average.n_shapes() || imbalance.len() != elastic.len() {
-            return None;
-        }
-        let displacements: Result<Vec<_>, _> = memory
-            .x
-            .chunks_exact(dim)
-            .map(|u| VectorField::from_vec(grid, u.to_vec()))
-            .collect();
         let report = BalanceReport {
             imbalance: imbalance.to_vec(),
             elastic: elastic.to_vec(),
             balanced: false,
         };
+        let own = memory.x.chunks_exact(dim).map(<[f64]>::to_vec);
+        let displacements = average.share_displacements(own.collect()).ok()?;
         Some(Self {
-            moving: average.with(displacements.ok()?).ok()?,
+            moving: average.with(displacements).ok()?,
             report,
             typical: *typical,
             ended: memory.ended.is_some(),
@@ -266,8 +266,8 @@ fn remember<const D: usize>(
     ended: bool,
     observer: &mut dyn Observer,
 ) {
-    let displacements = moving.displacements().iter();
-    let x: Vec<f64> = displacements.flat_map(Field::as_slice).copied().collect();
+    let own = moving.displacements()[moving.distribution().own()].iter();
+    let x: Vec<f64> = own.flat_map(Field::as_slice).copied().collect();
     let numbers = [&[typical][..], &report.imbalance, &report.elastic].concat();
     let result = Memory::of_result(&x, numbers);
     observer.memory(&Memory {
@@ -286,14 +286,14 @@ fn typical_size<const D: usize>(
     average: &Average<D>,
     compound: &Compound<D>,
 ) -> Result<f64, PcaError> {
-    let mut sum = 0.0;
-    for (i, weight) in average.weights().iter().enumerate() {
+    let distribution = average.distribution();
+    let of = |i: usize| {
         let load = compound.load(average.source(i))?;
-        sum += weight
-            * size(
-                average,
-                &compound.descend(&load, FORCING_OF_SHAPES, MOST_ITERATIONS),
-            );
-    }
-    Ok(sum)
+        let u = compound.descend(&load, FORCING_OF_SHAPES, MOST_ITERATIONS);
+        Ok([size(average, &u)])
+    };
+    let own: Result<Vec<_>, PcaError> = distribution.own().map(of).collect();
+    let sizes = distribution.share(&own?).into_iter();
+    let parts = average.weights().iter().zip(sizes);
+    Ok(parts.fold(0.0, |sum, (weight, [size])| sum + weight * size))
 }

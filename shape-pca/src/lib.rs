@@ -46,6 +46,7 @@
 
 mod average;
 mod compound;
+mod displacements;
 mod doubts;
 mod equilibrium;
 mod error;

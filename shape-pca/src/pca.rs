@@ -1,17 +1,18 @@
 //! The principal component analysis.
 
 use crate::average::Average;
+use crate::displacements::Displacements;
 use crate::error::PcaError;
 use crate::krylov::SolveReport;
 use crate::metric::dual;
 use crate::modes::{Modes, Scores};
-use crate::operator::{Compound, representation};
+use crate::operator::Compound;
 use crate::params::PcaParams;
 use crate::product::object_product;
 use crate::space::ModeSpace;
-use fe_grid::minimise::{Memory, Observer};
+use fe_grid::minimise::Observer;
 use fe_grid::vector::{axpy, dot};
-use fe_grid::{VectorField, compiled_once, mutant};
+use fe_grid::{Distribution, VectorField, compiled_once, mutant};
 use nalgebra::DMatrix;
 
 /// Principal modes of variation.
@@ -48,8 +49,9 @@ compiled_once! {
 }
 
 impl<const D: usize> Pca<D> {
-    /// Analyses an average; at most `most` modes are computed. The observer is given the displacement of
-    /// every shape, and may have it from an earlier run.
+    /// Analyses an average; at most `most` modes are computed. The observer is given the displacements that
+    /// are known, and may have them from an earlier run. Of an average that is
+    /// [distributed](Average::distributed) the observer of the first process is asked. Collective.
     ///
     /// # Errors
     /// Those of the law and of the linear solves, [`PcaError::NoVariation`] if all shapes are
@@ -70,12 +72,11 @@ impl<const D: usize> Pca<D> {
         observer: &mut dyn Observer,
     ) -> Result<Self, PcaError> {
         let grid = *average.grid();
-        let (mut displacements, mut solves) = (Vec::new(), Vec::new());
-        for i in 0..average.n_shapes() {
-            let (u, report) = remembered(compound, average, i, observer)?;
-            displacements.push(u);
-            solves.push(report);
-        }
+        let Displacements {
+            fields: mut displacements,
+            solves,
+            least_curvature,
+        } = Displacements::of(average, compound, observer)?;
         let weights = average.weights();
         let mut mean = VectorField::<f64, D>::zeros(grid);
         for (u, weight) in displacements.iter().zip(weights) {
@@ -94,7 +95,8 @@ impl<const D: usize> Pca<D> {
             axpy(share, mean.as_slice(), u.as_mut_slice());
         }
         let params = *compound.params();
-        let gram = gram_matrix(&params, object, compound, &displacements);
+        let distribution = average.distribution();
+        let gram = gram_matrix(&params, object, compound, &displacements, distribution);
         let modes = Modes::new(&gram, weights, params.zero_eigenvalue, most)?;
         let fields = modes.combinations.iter().map(|combination| {
             let mut mode = VectorField::zeros(grid);
@@ -111,15 +113,10 @@ impl<const D: usize> Pca<D> {
             fields: fields.collect(),
             n_shapes: weights.len(),
         };
-        let training = displacements
-            .iter()
-            .map(|u| space.scores(compound, u))
-            .collect();
-        let rough = compound.look_for_curvature().least_curvature;
-        let least_curvature = solves
-            .iter()
-            .map(|solve: &SolveReport| solve.least_curvature)
-            .fold(rough, f64::min);
+        let own = distribution.own().map(|i| &displacements[i]);
+        let products = own.map(|u| space.products(compound, u)).collect();
+        let products = distribution.share_vectors(products, space.fields.len() + 1);
+        let training = products.iter().map(|own| space.scores_of(own)).collect();
         Ok(Self {
             space,
             displacements,
@@ -144,39 +141,22 @@ impl<const D: usize> Pca<D> {
     }
 }
 
-/// The displacement of a shape, from an earlier run if the observer has it.
-fn remembered<const D: usize>(
-    compound: &Compound<D>,
-    average: &Average<D>,
-    shape: usize,
-    observer: &mut dyn Observer,
-) -> Result<(VectorField<f64, D>, SolveReport), PcaError> {
-    let grid = *average.grid();
-    let memory = observer.resume();
-    let dim = D * grid.n_nodes();
-    if let Some((u, numbers)) = memory.as_ref().and_then(|memory| memory.result(dim)) {
-        let u = VectorField::from_vec(grid, u.to_vec())?;
-        return Ok((u, SolveReport::of_numbers(numbers)));
-    }
-    let (u, report) = representation(compound, average.source(shape))?;
-    observer.memory(&Memory::of_result(u.as_slice(), report.to_numbers().into()));
-    Ok((u, report))
-}
-
+/// The products of all displacements, of which every process computes some rows. Collective.
 fn gram_matrix<const D: usize>(
     params: &PcaParams,
     object: &fe_grid::ScalarField<f64, D>,
     compound: &Compound<D>,
     displacements: &[VectorField<f64, D>],
+    distribution: &Distribution,
 ) -> DMatrix<f64> {
     let n = displacements.len();
-    let mut gram = DMatrix::zeros(n, n);
-    for (i, u) in displacements.iter().enumerate() {
-        let dual = dual(params.metric, object, compound, u);
-        for (j, v) in displacements.iter().enumerate() {
-            gram[(i, j)] = dot(&dual, v.as_slice());
-        }
-    }
+    let row = |i: usize| -> Vec<f64> {
+        let dual = dual(params.metric, object, compound, &displacements[i]);
+        let products = displacements.iter().map(|v| dot(&dual, v.as_slice()));
+        products.collect()
+    };
+    let rows = distribution.share_vectors(distribution.own().map(row).collect(), n);
+    let gram = DMatrix::from_fn(n, n, |i, j| rows[i][j]);
     // Symmetrised: the matrix is symmetric up to rounding.
     (&gram + gram.transpose()) * mutant!(0.5, GramHalved => 0.25)
 }

@@ -30,11 +30,20 @@ pub struct ModeSpace<const D: usize> {
 impl<const D: usize> ModeSpace<D> {
     /// Computes the scores of a centred displacement.
     pub fn scores(&self, compound: &Compound<D>, u: &VectorField<f64, D>) -> Scores {
+        self.scores_of(&self.products(compound, u))
+    }
+
+    /// Computes the inner products of a centred displacement with all modes, and then with itself.
+    pub fn products(&self, compound: &Compound<D>, u: &VectorField<f64, D>) -> Vec<f64> {
         let dual = dual(self.params.metric, &self.object, compound, u);
-        let fields = self.fields.iter();
-        let products: Vec<f64> = fields.map(|y| dot(&dual, y.as_slice())).collect();
-        let square = dot(&dual, u.as_slice());
-        Scores::new(&products, square, &self.eigenvalues, self.n_shapes)
+        let fields = self.fields.iter().chain([u]);
+        fields.map(|y| dot(&dual, y.as_slice())).collect()
+    }
+
+    /// Computes the scores from these [products](Self::products).
+    pub fn scores_of(&self, products: &[f64]) -> Scores {
+        let (square, products) = products.split_last().unwrap_or((&0.0, &[]));
+        Scores::new(products, *square, &self.eigenvalues, self.n_shapes)
     }
 
     /// Computes the centred displacement of a new shape that has been deformed onto the average.

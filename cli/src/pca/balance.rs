@@ -1,7 +1,7 @@
 //! Continues an average until its stresses balance, before its modes are computed.
 
 use fe_grid::minimise::{Objective, Observer};
-use fe_grid::{Certificate, ScalarField, certify};
+use fe_grid::{ScalarField, certify};
 use levelset::Doubt;
 use serde::Serialize;
 use shape_average::{AverageError, AverageObjective, LevelShapes};
@@ -100,18 +100,21 @@ fn take_average<const D: usize>(
     Ok(())
 }
 
-/// The functional of an average, evaluated at its deformations.
+/// The functional of an average, evaluated at its deformations, of which this process has some.
 fn objective<const D: usize>(
     stored: &StoredAverage<D>,
 ) -> Result<AverageObjective<D>, AverageError> {
     let average = &stored.average;
+    let (own, n_components) = (average.distribution().own(), stored.components.len().max(1));
+    let fields = own.start * n_components..own.end * n_components;
     let shapes = LevelShapes::from_components(
         *average.grid(),
         stored.params.interface_cells * average.grid().spacing(),
-        stored.components.len().max(1),
-        stored.phase_fields.clone(),
-        average.indicators().to_vec(),
-    );
+        n_components,
+        stored.phase_fields[fields].to_vec(),
+        average.indicators()[own.clone()].to_vec(),
+    )
+    .distributed(average.distribution().clone());
     let params = shape_average::AverageParams {
         weights: Some(average.weights().to_vec()),
         ..stored.params.clone()
@@ -123,13 +126,12 @@ fn objective<const D: usize>(
         fields.collect::<Vec<_>>().concat()
     };
     let mut objective = AverageObjective::new(shapes, &params, start)?;
-    let all: Vec<f64> = average
-        .displacements()
+    let own: Vec<f64> = average.displacements()[own]
         .iter()
         .flat_map(fe_grid::Field::as_slice)
         .copied()
         .collect();
-    objective.value(&all)?;
+    objective.value(&own)?;
     Ok(objective)
 }
 
@@ -137,19 +139,21 @@ fn fit<const D: usize>(
     average: &Average<D>,
     objective: &AverageObjective<D>,
 ) -> Result<Fit, CliError> {
-    let shapes = average.indicators().iter().zip(average.displacements());
-    let mut least_dice = f64::INFINITY;
-    for (indicator, u) in shapes {
-        let pushed = push_forward(indicator, u, 0.0);
+    let distribution = average.distribution();
+    let of = |i: usize| {
+        let u = &average.displacements()[i];
+        let pushed = push_forward(&average.indicators()[i], u, 0.0);
         let dice = levelset::dice(&pushed, 0.5, average.object(), 0.5).map_err(shown)?;
-        least_dice = least_dice.min(dice);
-    }
-    let certificates = average.displacements().iter();
-    let certificates = certificates.map(|u| certify(average.grid(), u.as_slice(), 0.0));
+        Ok([dice, certify(average.grid(), u.as_slice(), 0.0).min_det])
+    };
+    let own: Result<Vec<_>, CliError> = distribution.own().map(of).collect();
+    let all = distribution.share(&own?).into_iter();
+    let least = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].min(b[1])];
+    let [least_dice, min_det] = all.fold([f64::INFINITY; 2], least);
     let mismatch = &objective.energy().mismatch;
     Ok(Fit {
         least_dice,
         mismatch: mismatch.iter().sum::<f64>() / mismatch.len().max(1) as f64,
-        min_det: Certificate::worst(certificates).min_det,
+        min_det,
     })
 }

@@ -1,6 +1,7 @@
 //! `shapespace pca`: the modes of variation of an average.
 
 use std::fs;
+use std::sync::Arc;
 
 use fe_grid::Distribution;
 use shape_average::memory_estimate as memory_of_average;
@@ -57,6 +58,8 @@ impl PcaConfig {
 }
 
 impl Command for PcaConfig {
+    const DISTRIBUTED: bool = true;
+
     type Plan<const D: usize> = (PcaConfig, StoredAverage<D>);
     type Outcome<const D: usize> = Outcome<D>;
 
@@ -75,6 +78,7 @@ impl Command for PcaConfig {
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
         let params = stored.pca_params(config.params);
+        stored.average = stored.average.distributed(Arc::clone(&session.processes));
         let mut fingerprint = Fingerprint::of_results(&config, &[&config.average])?;
         fingerprint.leave_out("average");
         announce(
@@ -106,6 +110,15 @@ impl Command for PcaConfig {
             continuation,
             pca,
         })
+    }
+
+    /// All processes have the modes.
+    fn assist<const D: usize>(
+        &self,
+        plan: Self::Plan<D>,
+        session: &Session<'_>,
+    ) -> Result<(), CliError> {
+        self.compute(plan, session).map(drop)
     }
 
     fn write<const D: usize>(

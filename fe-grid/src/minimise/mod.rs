@@ -43,6 +43,7 @@ mod newton_cg;
 mod objective;
 mod observer;
 mod pair_vector;
+mod together;
 
 pub use descent::DescentParams;
 pub use differences::{compare_with_differences, gradient_errors, hessian_errors};
@@ -56,3 +57,4 @@ pub use multilevel::{LevelInfo, LevelProblem, Multilevel, minimise_levels};
 pub use newton_cg::NewtonCgParams;
 pub use objective::{Evaluation, Minimiser, Objective, SecondOrder};
 pub use observer::{Control, Iteration, Observer, Silent};
+pub use together::together;

@@ -3,6 +3,7 @@
 mod support;
 
 mod balancing;
+mod distributed;
 mod groups;
 mod oracle;
 mod properties;

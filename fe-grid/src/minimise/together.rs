@@ -1,14 +1,33 @@
 //! One observer for all processes: that of the first.
 
-use fe_grid::Distribution;
-use fe_grid::minimise::{Control, Iteration, Memory, MemoryPair, Observer};
-use fe_grid::vector::in_double;
+use super::memory::{Memory, MemoryPair};
+use super::observer::{Control, Iteration, Observer};
+use crate::distribution::Distribution;
+use crate::vector::in_double;
 
-/// Reports of the first process reach its observer, and all processes follow its decisions. What it
-/// remembers is that of all: checkpoints do not depend on the number of processes.
-pub(crate) struct Together<'a> {
-    pub observer: &'a mut dyn Observer,
-    pub distribution: Distribution,
+/// Does work of several processes with one observer, that of the first: reports of the first process reach
+/// it, and all processes follow its decisions. What it remembers is that of all, with the parts of all
+/// processes in its vectors: checkpoints do not depend on the number of processes. A memory that the work
+/// resumes from has the own parts of the vectors, and all of what the objective remembers.
+///
+/// All processes call the functions of the observer together. One process calls its observer itself.
+pub fn together<R>(
+    distribution: &Distribution,
+    observer: &mut dyn Observer,
+    work: impl FnOnce(&mut dyn Observer) -> R,
+) -> R {
+    if distribution.is_alone() {
+        return work(observer);
+    }
+    work(&mut Together {
+        observer,
+        distribution,
+    })
+}
+
+struct Together<'a> {
+    observer: &'a mut dyn Observer,
+    distribution: &'a Distribution,
 }
 
 impl Together<'_> {
