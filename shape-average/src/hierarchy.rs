@@ -8,7 +8,7 @@ use crate::level::LevelShapes;
 use crate::objective::AverageObjective;
 use crate::params::{AverageParams, Precision, Solver};
 use crate::reached::Reached;
-use crate::result::{LevelReport, certificates};
+use crate::result::{LevelReport, worst_of_all};
 use crate::second::{SecondDeformations, minimise_again};
 use crate::shapes::Shapes;
 use fe_grid::minimise::{
@@ -16,7 +16,7 @@ use fe_grid::minimise::{
 };
 use fe_grid::transfer::{inject_into, prolong_into};
 use fe_grid::vector::round_to;
-use fe_grid::{Buffer, Certificate, Distribution, Field, Grid, parallel, repair};
+use fe_grid::{Buffer, Distribution, Field, Grid, parallel, repair};
 
 /// Number of iterations over which the decrease of the energy is measured.
 const ENERGY_WINDOW: usize = 5;
@@ -373,7 +373,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
             rematched: std::mem::take(&mut objective.rematched),
             energies: info.energies.clone(),
             energy,
-            certificate: worst_of_all(&objective, x),
+            certificate: worst_of_all(objective.grid(), x, objective.shapes().distribution()),
             seconds: 0.0,
         });
         self.average = objective.average().to_vec();
@@ -383,25 +383,4 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         self.finest = Some(objective.into_shapes());
         Ok(())
     }
-}
-
-/// The certificate of the worst displacement of all processes. Collective.
-fn worst_of_all<const D: usize>(objective: &AverageObjective<D>, x: &[f64]) -> Certificate {
-    let numbers = |c: Certificate| {
-        let certified = f64::from(u8::from(c.certified));
-        [certified, c.min_det, c.min_corner_det, c.cell as f64]
-    };
-    let own: Vec<_> = certificates(objective.grid(), x)
-        .into_iter()
-        .map(numbers)
-        .collect();
-    let all = objective.shapes().distribution().share(&own).into_iter();
-    Certificate::worst(
-        all.map(|[certified, min_det, min_corner_det, cell]| Certificate {
-            certified: certified > 0.0,
-            min_det,
-            min_corner_det,
-            cell: cell as usize,
-        }),
-    )
 }

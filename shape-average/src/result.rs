@@ -5,7 +5,9 @@ use crate::error::AverageError;
 use crate::level::LevelShapes;
 use crate::shapes::Shapes;
 use fe_grid::minimise::{Evaluations, Status};
-use fe_grid::{Certificate, Field, Grid, InverseDeformation, ScalarField, certify, parallel};
+use fe_grid::{
+    Certificate, Distribution, Field, Grid, InverseDeformation, ScalarField, certify, parallel,
+};
 use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
 use serde::Serialize;
 use std::time::Instant;
@@ -333,8 +335,30 @@ pub(crate) fn worst_certificate<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Ce
     Certificate::worst(certificates(grid, x))
 }
 
+/// The certificate of the worst displacement of all processes. Collective.
+pub(crate) fn worst_of_all<const D: usize>(
+    grid: &Grid<D>,
+    x: &[f64],
+    distribution: &Distribution,
+) -> Certificate {
+    let numbers = |c: Certificate| {
+        let certified = f64::from(u8::from(c.certified));
+        [certified, c.min_det, c.min_corner_det, c.cell as f64]
+    };
+    let own: Vec<_> = certificates(grid, x).into_iter().map(numbers).collect();
+    let all = distribution.share(&own).into_iter();
+    Certificate::worst(
+        all.map(|[certified, min_det, min_corner_det, cell]| Certificate {
+            certified: certified > 0.0,
+            min_det,
+            min_corner_det,
+            cell: cell as usize,
+        }),
+    )
+}
+
 /// Returns the certificate of every displacement.
-pub(crate) fn certificates<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Vec<Certificate> {
+fn certificates<const D: usize>(grid: &Grid<D>, x: &[f64]) -> Vec<Certificate> {
     let parts = x.chunks_exact(D * grid.n_nodes());
     parallel::map(parts, &|u| certify(grid, u, 0.0))
 }

@@ -169,9 +169,7 @@ fn average_distributed_in<const D: usize>(
 }
 
 /// The result of the only process.
-fn of_first<const D: usize>(
-    found: Option<AverageResult<D>>,
-) -> Result<AverageResult<D>, AverageError> {
+pub(crate) fn of_first<R>(found: Option<R>) -> Result<R, AverageError> {
     found.ok_or(AverageError::NoShapes)
 }
 

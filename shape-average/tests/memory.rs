@@ -135,7 +135,8 @@ fn of_images<const D: usize>(images: usize, nodes: usize) -> f64 {
         };
         joint_average(&inputs, &params, &mut Silent).unwrap();
         let most = ALLOCATOR.peak_usage() - before;
-        joint::memory_estimate(&params, images, &grid) as f64 / most as f64
+        let images = Distribution::alone(images);
+        joint::memory_estimate(&params, &images, &grid) as f64 / most as f64
     })
 }
 

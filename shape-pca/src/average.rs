@@ -38,6 +38,17 @@ impl<const D: usize> Average<D> {
         indicators: Vec<ScalarField<f64, D>>,
         weights: Vec<f64>,
     ) -> Result<Self, PcaError> {
+        let alone = Distribution::alone(displacements.len());
+        Self::over(alone, displacements, indicators, weights)
+    }
+
+    /// The same on several processes. Collective.
+    fn over(
+        distribution: Distribution,
+        displacements: Vec<VectorField<f64, D>>,
+        indicators: Vec<ScalarField<f64, D>>,
+        weights: Vec<f64>,
+    ) -> Result<Self, PcaError> {
         let n = displacements.len();
         if n < 2 {
             return Err(PcaError::TooFewShapes { found: n });
@@ -62,19 +73,24 @@ impl<const D: usize> Average<D> {
             return Err(PcaError::Weights { expected, weights });
         }
         let mut object = ScalarField::zeros(grid);
-        for ((u, chi), weight) in displacements.iter().zip(&indicators).zip(&weights) {
-            fe_grid::vector::axpy(
-                *weight,
-                push_forward(chi, u, 0.0).as_slice(),
-                object.as_mut_slice(),
-            );
+        let mut add = |i: usize, pushed: &[f64]| {
+            fe_grid::vector::axpy(weights[i], pushed, object.as_mut_slice());
+        };
+        let pushed = |i: usize| push_forward(&indicators[i], &displacements[i], 0.0).into_vec();
+        if distribution.is_alone() {
+            // One after the other: they take no memory together.
+            (0..n).for_each(|i| add(i, &pushed(i)));
+        } else {
+            let own = distribution.own().map(pushed).collect();
+            let all = distribution.share_vectors(own, grid.n_nodes());
+            all.iter().enumerate().for_each(|(i, all)| add(i, all));
         }
         if !object.as_slice().iter().any(|&x| x > 0.5) {
             return Err(PcaError::EmptyObject);
         }
         Ok(Self {
             grid,
-            distribution: Distribution::alone(n),
+            distribution,
             displacements,
             indicators,
             weights,
@@ -113,11 +129,12 @@ impl<const D: usize> Average<D> {
     /// # Errors
     /// Those of [`Average::new`].
     pub(crate) fn with(&self, displacements: Vec<VectorField<f64, D>>) -> Result<Self, PcaError> {
-        let with = Self::new(displacements, self.indicators.clone(), self.weights.clone())?;
-        Ok(Self {
-            distribution: self.distribution.clone(),
-            ..with
-        })
+        Self::over(
+            self.distribution.clone(),
+            displacements,
+            self.indicators.clone(),
+            self.weights.clone(),
+        )
     }
 
     /// Displacements of all shapes, given those of the shapes of this process. Collective.

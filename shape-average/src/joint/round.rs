@@ -16,7 +16,7 @@ use fe_grid::minimise::{
     Ended, Evaluation, LbfgsParams, Memory, Minimiser, Objective, Observer, Status, Stopping,
 };
 use fe_grid::transfer::prolong_into;
-use fe_grid::{Assembly, Data, Field, Grid, ScalarField, parallel};
+use fe_grid::{Assembly, Data, Distribution, Field, Grid, ScalarField, parallel};
 use phasefield::Mismatch;
 use phasefield::segmentation::{AmbrosioTortorelli, Part, SegmentationEnergy, relax};
 
@@ -27,9 +27,11 @@ const DECREMENT: f64 = 1e-5;
 /// before the result is compared with the present pair.
 const TRIAL: usize = 2;
 
-/// The state on one level.
+/// The state on one level, with the images of this process.
 pub(super) struct State<const D: usize> {
     pub grid: Grid<D>,
+    /// Which of all images they are.
+    pub distribution: Distribution,
     /// The images `u_i0`.
     pub images: Vec<ScalarField<f64, D>>,
     /// `u_i`, then `v_i`, of every image.
@@ -46,7 +48,7 @@ pub(super) struct State<const D: usize> {
 pub(super) struct Work {
     /// Number of accepted steps of the minimiser of averages.
     pub steps: usize,
-    /// Conjugate-gradient iterations of all systems for images and for phase fields.
+    /// Conjugate-gradient iterations of all systems for images and for phase fields, of all processes.
     pub system_iterations: [usize; 2],
 }
 
@@ -64,37 +66,43 @@ pub(super) struct Rounds {
 const N_NUMBERS: usize = 10;
 
 impl<const D: usize> State<D> {
-    /// The memory after a round: the average, all images and phase fields, and the terms of the energy.
-    pub fn memory<'a>(
-        &'a self,
-        energies: &'a [f64],
+    /// The memory after a round: the displacement, the image and the phase field of every image, the average and
+    /// the terms of the energy.
+    pub fn remember(
+        &self,
+        energies: &[f64],
         rounds: usize,
         ended: Option<Status>,
-    ) -> Memory<'a> {
+        observer: &mut dyn Observer,
+    ) {
         let (energy, work) = (&self.energy, &self.work);
         let [images, phase_fields] = work.system_iterations;
         let counts = [rounds, work.steps, images, phase_fields].map(|count| count as f64);
         let terms = [energy.total, energy.length, energy.barrier];
-        let fields = self.pairs.iter().flatten().chain(&self.average);
         let numbers = counts.iter().chain(&terms).chain(&energy.parts);
         let of_shapes = energy.elastic.iter().chain(&energy.mismatch);
-        let all = numbers.chain(of_shapes).chain(fields).copied().collect();
-        Memory {
+        let numbers = numbers.chain(of_shapes).chain(&self.average);
+        let dim = D * self.grid.n_nodes();
+        let parts = self.displacements.chunks_exact(dim).zip(&self.pairs);
+        let x: Vec<f64> = parts.flat_map(|(u, pair)| [u, pair].concat()).collect();
+        observer.memory(&Memory {
             energies: energies.into(),
             ended: ended.map(|status| Ended {
                 status,
                 gradient_norm: 0.0,
             }),
-            ..Memory::of_result(&self.displacements, all)
-        }
+            ..Memory::of_result(&x, numbers.copied().collect())
+        });
     }
 
     /// The inverse; `None` for a memory of something else, which changes nothing.
     pub fn restore(&mut self, memory: &Memory<'_>) -> Option<Rounds> {
-        let (n, nodes) = (self.images.len(), self.grid.n_nodes());
-        let fits = memory.x.len() == self.displacements.len()
-            && memory.objective.len() == N_NUMBERS + 2 * n + (2 * n + 1) * nodes;
-        if !fits {
+        let (n, nodes) = (self.distribution.n_parts(), self.grid.n_nodes());
+        let dim = D * nodes;
+        let fits = memory.x.len() == self.images.len() * (dim + 2 * nodes)
+            && memory.objective.len() == N_NUMBERS + 2 * n + nodes;
+        // All processes go on together.
+        if !self.distribution.all(fits) {
             return None;
         }
         let (numbers, rest) = memory.objective.split_first_chunk::<N_NUMBERS>()?;
@@ -109,11 +117,12 @@ impl<const D: usize> State<D> {
             parts @ ..,
         ] = *numbers;
         let (elastic, rest) = rest.split_at(n);
-        let (mismatch, rest) = rest.split_at(n);
-        let (pairs, average) = rest.split_at(2 * n * nodes);
-        self.displacements.copy_from_slice(&memory.x);
+        let (mismatch, average) = rest.split_at(n);
         self.average.copy_from_slice(average);
-        self.pairs = pairs.chunks_exact(2 * nodes).map(<[f64]>::to_vec).collect();
+        let shapes = memory.x.chunks_exact(dim + 2 * nodes);
+        let (displacements, pairs): (Vec<_>, Vec<_>) = shapes.map(|x| x.split_at(dim)).unzip();
+        self.displacements = displacements.concat();
+        self.pairs = pairs.into_iter().map(<[f64]>::to_vec).collect();
         self.energy = Energy {
             total,
             parts,
@@ -135,16 +144,21 @@ impl<const D: usize> State<D> {
         })
     }
 
-    /// Creates the state of segmented images with zero displacements.
-    pub fn new(grid: Grid<D>, images: Vec<ScalarField<f64, D>>, pairs: Vec<Vec<f64>>) -> Self {
+    /// Creates the state of images that are not segmented yet, with zero displacements.
+    pub fn new(
+        grid: Grid<D>,
+        images: Vec<ScalarField<f64, D>>,
+        distribution: &Distribution,
+    ) -> Self {
         Self {
             displacements: vec![0.0; D * grid.n_nodes() * images.len()],
             average: vec![1.0; grid.n_nodes()],
             energy: Energy::default(),
             work: Work::default(),
+            distribution: distribution.clone(),
             grid,
+            pairs: vec![Vec::new(); images.len()],
             images,
-            pairs,
         }
     }
 
@@ -205,7 +219,8 @@ impl<const D: usize> State<D> {
             self.interface_width(params),
             phase_fields?,
             vec![everywhere; n],
-        );
+        )
+        .distributed(self.distribution.clone());
         let average = std::mem::take(&mut self.average);
         let mut objective = AverageObjective::new(shapes, &average_params, average)?;
         let minimiser = LbfgsParams {
@@ -280,36 +295,50 @@ impl<const D: usize> State<D> {
                 }
                 Ok(work)
             });
-        for iterations in solved? {
-            for (sum, more) in self.work.system_iterations.iter_mut().zip(iterations) {
-                *sum += more;
+        let mut iterations = [0.0; 2];
+        for own in solved? {
+            for (sum, more) in iterations.iter_mut().zip(own) {
+                *sum += more as f64;
             }
+        }
+        self.distribution.communicator().sum(&mut iterations);
+        for (sum, more) in self.work.system_iterations.iter_mut().zip(iterations) {
+            *sum += more as usize;
         }
         Ok(())
     }
 
-    /// Computes the terms of the energy of the present state.
+    /// Computes the terms of the energy of the present state. Collective.
     pub fn evaluate(&self, params: &JointParams) -> Result<JointEnergy, AverageError> {
-        let (law, n) = (self.law(params), self.images.len() as f64);
+        let (law, n) = (self.law(params), self.distribution.n_parts() as f64);
         let held = params.edges != Edges::Together;
-        let images: Result<Vec<_>, _> = self
-            .images
-            .iter()
-            .zip(&self.pairs)
-            .map(|(image, pair)| {
-                if held {
-                    Ok(SegmentationEnergy::default())
-                } else {
-                    law.terms(&self.grid, image.as_slice(), pair)
-                }
-            })
-            .collect();
-        let images = images?;
-        let mismatch: Result<Vec<f64>, AverageError> = (0..self.images.len())
-            .map(|i| self.mismatch(params, i))
-            .collect();
+        let terms = |i: usize| -> Result<[f64; 5], AverageError> {
+            let image = if held {
+                SegmentationEnergy::default()
+            } else {
+                law.terms(&self.grid, self.images[i].as_slice(), &self.pairs[i])?
+            };
+            Ok([
+                self.mismatch(params, i)?,
+                image.total,
+                image.fidelity,
+                image.smoothness,
+                image.edges,
+            ])
+        };
+        let own: Result<Vec<_>, _> = (0..self.images.len()).map(terms).collect();
         let mut shapes = self.energy.clone();
-        shapes.mismatch = mismatch?;
+        shapes.mismatch.clear();
+        let mut images = Vec::new();
+        for [mismatch, total, fidelity, smoothness, edges] in self.distribution.share(&own?) {
+            shapes.mismatch.push(mismatch);
+            images.push(SegmentationEnergy {
+                total,
+                fidelity,
+                smoothness,
+                edges,
+            });
+        }
         let of_images: f64 = images.iter().map(|image| image.total).sum::<f64>() / n;
         let sum = |terms: &[f64]| terms.iter().sum::<f64>() / n;
         shapes.total = sum(&shapes.elastic)

@@ -5,14 +5,15 @@ use super::result::{JointLevel, JointResult, edge_overlap};
 use super::round::{Rounds, State};
 use crate::error::AverageError;
 use crate::quiet::Quiet;
-use crate::result::worst_certificate;
-use crate::solve::first_level;
-use fe_grid::compiled_once;
-use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Status};
-use fe_grid::{Field, InverseDeformation, ScalarField};
+use crate::result::{worst_certificate, worst_of_all};
+use crate::solve::{first_level, of_first};
+use fe_grid::communicator::{Alone, Communicator};
+use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Silent, Status, together};
+use fe_grid::{Distribution, Field, InverseDeformation, ScalarField, compiled_once};
 use levelset::signed_distance;
 use phasefield::Profile;
 use phasefield::segmentation::{SegmentationParams, coarser_image, segment};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Drawn edges are where the image is above this.
@@ -35,27 +36,49 @@ pub fn joint_average<const D: usize>(
     joint_average_from(images, &[], params, observer)
 }
 
+/// Solves the joint problem from known deformations: `start` is empty, or has one displacement
+/// per image on one of the grids of the hierarchy of the images' grid; coarser grids are
+/// skipped.
+///
+/// # Errors
+/// As [`joint_average`], and [`AverageError::Start`] for displacements that do not fit.
+pub fn joint_average_from<const D: usize>(
+    images: &[ScalarField<f64, D>],
+    start: &[Field<f64, D, D>],
+    params: &JointParams,
+    observer: &mut dyn Observer,
+) -> Result<JointResult<D>, AverageError> {
+    let alone: Arc<dyn Communicator> = Arc::new(Alone);
+    of_first(joint_average_distributed(
+        alone, images, start, params, observer,
+    )?)
+}
+
 compiled_once! {
-    /// Solves the joint problem from known deformations: `start` is empty, or has one displacement
-    /// per image on one of the grids of the hierarchy of the images' grid; coarser grids are
-    /// skipped.
+    /// Solves the joint problem, as [`joint_average_from`] does, on several processes: each has some of the
+    /// images, and the first has the result; the others have `None`.
+    ///
+    /// All processes call this with the same arguments, but for the observer, of which that of the first is
+    /// asked. The result has the same bits on any number of processes.
     ///
     /// # Errors
-    /// As [`joint_average`], and [`AverageError::Start`] for displacements that do not fit.
-    pub fn joint_average_from<'a, D>(
+    /// As [`joint_average_from`].
+    pub fn joint_average_distributed<'a, D>(
+        communicator: Arc<dyn Communicator>,
         images: &'a [ScalarField<f64, D>],
         start: &'a [Field<f64, D, D>],
         params: &'a JointParams,
         observer: &'a mut dyn Observer,
-    ) -> Result<JointResult<D>, AverageError> = joint_average_from_in;
+    ) -> Result<Option<JointResult<D>>, AverageError> = joint_average_distributed_in;
 }
 
-fn joint_average_from_in<const D: usize>(
+fn joint_average_distributed_in<const D: usize>(
+    communicator: Arc<dyn Communicator>,
     images: &[ScalarField<f64, D>],
     known: &[Field<f64, D, D>],
     params: &JointParams,
     observer: &mut dyn Observer,
-) -> Result<JointResult<D>, AverageError> {
+) -> Result<Option<JointResult<D>>, AverageError> {
     let start = Instant::now();
     let first = images.first().ok_or(AverageError::NoShapes)?;
     params.check(images.len())?;
@@ -70,31 +93,39 @@ fn joint_average_from_in<const D: usize>(
     }
     let mut grids = first.grid().hierarchy(params.segmentation.coarsest_nodes);
     grids.drain(..first_level(&grids, images.len(), known)?);
-    let mut coarser: Vec<Vec<ScalarField<f64, D>>> = vec![images.to_vec()];
+    let distribution = Distribution::over(communicator, images.len());
+    let own = distribution.own();
+    let known = known.get(own.clone()).unwrap_or_default();
+    let mut coarser: Vec<Vec<ScalarField<f64, D>>> = vec![images[own.clone()].to_vec()];
     for grid in grids.iter().rev().skip(1) {
         let finer = &coarser[coarser.len() - 1];
         let images = finer.iter().map(|image| coarser_image(grid, image));
         coarser.push(images.collect());
     }
     let drawn = match params.edges {
-        Edges::Given => distances_of_edges(images)?,
+        Edges::Given => distances_of_edges(&images[own.clone()], own.start)?,
         Edges::Together | Edges::Separate => Vec::new(),
     };
     let mut state: Option<State<D>> = None;
     let mut levels = Vec::with_capacity(grids.len());
     for (level, (grid, images)) in grids.iter().zip(coarser.into_iter().rev()).enumerate() {
-        observer.level(level, grids.len(), images.len() * (D + 2) * grid.n_nodes());
-        let memory = observer.resume();
-        let empty = vec![Vec::new(); images.len()];
-        let mut now = State::new(*grid, images, empty);
+        let dim = images.len() * (D + 2) * grid.n_nodes();
+        let memory = together(&distribution, observer, |observer| {
+            observer.level(level, grids.len(), dim);
+            observer.resume()
+        });
+        let mut now = State::new(*grid, images, &distribution);
         let rounds = memory.and_then(|memory| now.restore(&memory));
         let rounds = if let Some(rounds) = rounds {
             rounds
         } else {
             now.pairs = if params.edges == Edges::Given {
                 given(&now, &drawn, params)?
-            } else {
+            } else if distribution.is_first() {
                 segmented(&now.images, params, observer)?
+            } else {
+                // Images take different numbers of steps: only the first process is asked about its own.
+                segmented(&now.images, params, &mut Silent)?
             };
             match state.take() {
                 Some(coarse) => now.take_deformations(&coarse),
@@ -102,7 +133,9 @@ fn joint_average_from_in<const D: usize>(
             }
             Rounds::default()
         };
-        let report = improve(&mut now, rounds, params, observer)?;
+        let report = together(&distribution, observer, |observer| {
+            improve(&mut now, rounds, params, observer)
+        })?;
         let cancelled = report.status == Status::Cancelled;
         levels.push(report);
         state = Some(now);
@@ -112,7 +145,7 @@ fn joint_average_from_in<const D: usize>(
     }
     // There is at least one level, so the state exists.
     let state = state.ok_or(AverageError::NoShapes)?;
-    finish(&state, levels, start)
+    finish(state, levels, start)
 }
 
 /// Computes `u_i` and `v_i` by segmenting each image separately. Every level starts from these: the
@@ -139,11 +172,12 @@ fn segmented<const D: usize>(
     pairs.collect()
 }
 
-/// The distances from drawn edges: zero on them.
+/// The distances from drawn edges: zero on them. The first image has this number.
 fn distances_of_edges<const D: usize>(
     images: &[ScalarField<f64, D>],
+    first: usize,
 ) -> Result<Vec<ScalarField<f64, D>>, AverageError> {
-    let images = images.iter().enumerate();
+    let images = (first..).zip(images);
     let distances = images.map(|(index, image)| {
         let mut distance =
             signed_distance(image, EDGE).map_err(|_| AverageError::NoEdges { index })?;
@@ -170,7 +204,7 @@ fn given<const D: usize>(
     Ok(pairs.collect())
 }
 
-/// Performs the rounds on one level, after those that have been performed.
+/// Performs the rounds on one level, after those that have been performed. Collective.
 fn improve<const D: usize>(
     state: &mut State<D>,
     performed: Rounds,
@@ -220,10 +254,10 @@ fn improve<const D: usize>(
         }
         energies.push(state.evaluate(params)?.objective());
         rounds += 1;
-        observer.memory(&state.memory(&energies, rounds, None));
+        state.remember(&energies, rounds, None, observer);
     };
     if ended.is_none() && !matches!(status, Status::Cancelled | Status::InadmissibleStart) {
-        observer.memory(&state.memory(&energies, rounds, Some(status)));
+        state.remember(&energies, rounds, Some(status), observer);
     }
     Ok(JointLevel {
         nodes: state.grid.nodes_per_axis().to_vec(),
@@ -234,24 +268,45 @@ fn improve<const D: usize>(
         system_iterations: state.work.system_iterations,
         energies,
         energy: state.evaluate(params)?,
-        certificate: worst_certificate(&state.grid, &state.displacements),
+        certificate: worst_of_all(&state.grid, &state.displacements, &state.distribution),
         seconds: start.elapsed().as_secs_f64(),
     })
 }
 
+/// The result of all images, on the first process. Collective.
 fn finish<const D: usize>(
-    state: &State<D>,
+    state: State<D>,
     levels: Vec<JointLevel>,
     start: Instant,
-) -> Result<JointResult<D>, AverageError> {
-    let (grid, n) = (state.grid, state.grid.n_nodes());
+) -> Result<Option<JointResult<D>>, AverageError> {
+    let State {
+        grid,
+        distribution,
+        pairs,
+        displacements,
+        average,
+        ..
+    } = state;
+    let n = grid.n_nodes();
     let field = |values: &[f64]| Field::from_vec(grid, values.to_vec());
+    let own = pairs.concat();
+    drop(pairs);
+    let all = [own, displacements].map(|own| {
+        if distribution.is_alone() {
+            Some(own)
+        } else {
+            distribution.gather(&own)
+        }
+    });
+    let [Some(pairs), Some(x)] = all else {
+        return Ok(None);
+    };
+    let pairs = || pairs.chunks_exact(2 * n);
     let images: Result<Vec<ScalarField<f64, D>>, _> =
-        state.pairs.iter().map(|pair| field(&pair[..n])).collect();
+        pairs().map(|pair| field(&pair[..n])).collect();
     let phase_fields: Result<Vec<ScalarField<f64, D>>, _> =
-        state.pairs.iter().map(|pair| field(&pair[n..])).collect();
-    let displacements: Result<Vec<Field<f64, D, D>>, _> = state
-        .displacements
+        pairs().map(|pair| field(&pair[n..])).collect();
+    let displacements: Result<Vec<Field<f64, D, D>>, _> = x
         .chunks_exact(D * n)
         .map(|u| Field::from_vec(grid, u.to_vec()))
         .collect();
@@ -273,24 +328,24 @@ fn finish<const D: usize>(
     for (sum, reached) in sum.as_mut_slice().iter_mut().zip(&reached) {
         *sum /= f64::max(*reached, 1.0);
     }
-    let (average, phase_fields) = (field(&state.average)?, phase_fields?);
+    let (average, phase_fields) = (field(&average)?, phase_fields?);
     let carried = displacements.iter().map(|u| average.compose(u.as_slice()));
     let pairs = carried.zip(&phase_fields);
     let edge_overlaps = pairs
         .map(|(carried, own)| edge_overlap(&carried, own))
         .collect();
     let bad = levels.iter().map(|l| l.status).find(|s| !s.converged());
-    Ok(JointResult {
+    Ok(Some(JointResult {
         average,
         average_image: sum,
         images,
         phase_fields,
         edge_overlaps,
         pushed,
-        certificate: worst_certificate(&grid, &state.displacements),
+        certificate: worst_certificate(&grid, &x),
         displacements,
         status: bad.unwrap_or(Status::EnergyTolerance),
         levels,
         seconds: start.elapsed().as_secs_f64(),
-    })
+    }))
 }

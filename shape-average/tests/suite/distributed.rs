@@ -4,8 +4,10 @@
 use crate::support::shapes::{bar, ellipsoid};
 use fe_grid::communicator::{Communicator, on_threads};
 use fe_grid::minimise::{Control, Iteration, Memory, Observer, Silent};
+use fe_grid::random::SplitMix64;
 use fe_grid::{Distribution, Field, Grid, ScalarField};
 use shape_average::align::align_group_of_visible;
+use shape_average::joint::{Edges, JointParams, JointResult, joint_average_distributed};
 use shape_average::{
     AverageError, AverageParams, AverageResult, Mean, Precision, Shapes, Solver,
     average_distributed,
@@ -251,6 +253,119 @@ fn runs_stop_together_and_resume_on_other_numbers_of_processes() {
         });
         let resumed = resumed.into_iter().next().flatten().unwrap();
         assert_same(&resumed, &whole, processes);
+    }
+}
+
+/// Rough grey balls on dark, each at a place of its own.
+fn grey<const D: usize>(grid: Grid<D>, n: usize) -> Vec<ScalarField<f64, D>> {
+    let image = |i: usize| {
+        let shift = [-0.04, 0.03, 0.0, 0.05][i];
+        let mut random = SplitMix64::new(i as u64);
+        let mut image = ScalarField::from_fn(grid, |x| {
+            let away: f64 = x.iter().map(|x| (x - 0.5 - shift).powi(2)).sum();
+            let inside = (0.25 - away.sqrt()) / grid.spacing();
+            [0.5 + inside.clamp(-0.5, 0.5)]
+        });
+        for value in image.as_mut_slice() {
+            *value += random.between(-0.05, 0.05);
+        }
+        image
+    };
+    (0..n).map(image).collect()
+}
+
+/// The joint average on the first of some processes; the others have none.
+fn joint_on<const D: usize>(
+    images: &[ScalarField<f64, D>],
+    params: &JointParams,
+    processes: usize,
+    pending: Option<&(usize, Memory<'static>)>,
+) -> JointResult<D> {
+    let results = on_threads(processes, &|communicator: Arc<dyn Communicator>| {
+        let mut stop = Stop::after(usize::MAX);
+        if communicator.rank() == 0 {
+            stop.pending = pending.cloned();
+        }
+        joint_average_distributed(communicator, images, &[], params, &mut stop).unwrap()
+    });
+    let mut results = results.into_iter();
+    let first = results.next().flatten().unwrap();
+    assert!(results.all(|other| other.is_none()));
+    first
+}
+
+/// Compares all bits but those of times.
+fn assert_same_joint<const D: usize>(a: &JointResult<D>, b: &JointResult<D>, processes: usize) {
+    let timeless = |result: &JointResult<D>| {
+        let mut result = result.clone();
+        result.seconds = 0.0;
+        result
+            .levels
+            .iter_mut()
+            .for_each(|level| level.seconds = 0.0);
+        (result.levels, result.certificate, result.edge_overlaps)
+    };
+    assert_eq!(timeless(a), timeless(b), "{processes} processes");
+    let fields = |result: &JointResult<D>| {
+        let averages = [result.average.clone(), result.average_image.clone()];
+        let images = [&result.images, &result.phase_fields, &result.pushed];
+        [&averages[..], images[0], images[1], images[2]].concat()
+    };
+    assert!(fields(a) == fields(b), "{processes} processes");
+    assert!(a.displacements == b.displacements, "{processes} processes");
+}
+
+/// Compares the results on several numbers of processes with that on one.
+fn check_joint<const D: usize>(
+    images: &[ScalarField<f64, D>],
+    params: &JointParams,
+    numbers: &[usize],
+) {
+    let alone = joint_on(images, params, 1, None);
+    assert!(alone.energy().shapes.elastic.iter().all(|e| *e > 0.0));
+    for &processes in numbers {
+        let found = joint_on(images, params, processes, None);
+        assert_same_joint(&found, &alone, processes);
+    }
+}
+
+/// Of images in which edges are found together or before, and of drawings.
+#[test]
+fn averages_of_images_have_the_same_bits() {
+    let params = |edges| JointParams {
+        edges,
+        ..JointParams::default()
+    };
+    let grid = Grid::<2>::dyadic(5);
+    check_joint(&grey(grid, 4), &params(Edges::Together), &[2, 3, 5]);
+    check_joint(&grey(grid, 3), &params(Edges::Separate), &[2]);
+    check_joint(&grey(grid, 3), &params(Edges::Given), &[2]);
+    let volumes = grey(Grid::<3>::dyadic(4), 2);
+    check_joint(&volumes, &params(Edges::Together), &[2]);
+}
+
+/// What the first of three processes remembers after a round is resumed by other numbers of them.
+#[test]
+fn averages_of_images_resume_on_other_numbers_of_processes() {
+    let images = grey(Grid::<2>::dyadic(5), 4);
+    let params = JointParams::default();
+    let whole = joint_on(&images, &params, 1, None);
+    // In the last level.
+    let rounds = whole.levels.iter().map(|level| level.rounds + 1);
+    let after = rounds.sum::<usize>() - 1;
+    let stopped = on_threads(3, &|communicator: Arc<dyn Communicator>| {
+        let first = communicator.rank() == 0;
+        let mut stop = Stop::after(if first { after } else { usize::MAX });
+        let found = joint_average_distributed(communicator, &images, &[], &params, &mut stop);
+        (found.unwrap().map(|result| result.status), stop.kept)
+    });
+    let (status, kept) = stopped.into_iter().next().unwrap();
+    assert_eq!(status, Some(fe_grid::minimise::Status::Cancelled));
+    let kept = kept.unwrap();
+    assert_eq!(kept.0, whole.levels.len());
+    for processes in [1, 2] {
+        let resumed = joint_on(&images, &params, processes, Some(&kept));
+        assert_same_joint(&resumed, &whole, processes);
     }
 }
 

@@ -122,7 +122,9 @@ fn analyses_resume_on_other_numbers_of_processes() {
     assert!(solving[0].ended.is_none() && solving[1].ended.is_some());
     let last = balancing.last().unwrap();
     let states = balancing.iter().map(|memory| vec![memory.clone()]);
-    let later = solving.iter().map(|memory| vec![last.clone(), memory.clone()]);
+    let later = solving
+        .iter()
+        .map(|memory| vec![last.clone(), memory.clone()]);
     for state in states.chain(later) {
         for processes in [1, 3] {
             let (resumed, again) = on(processes, &state);

@@ -5,8 +5,10 @@ mod plan;
 mod record;
 mod write;
 
+use std::sync::Arc;
+
 use fe_grid::ScalarField;
-use shape_average::joint::{JointParams, JointResult, joint_average_from, memory_estimate};
+use shape_average::joint::{JointParams, JointResult, joint_average_distributed, memory_estimate};
 
 use super::args::{AverageConfig, AverageRun, not_joint};
 use super::start::{compare_places, initial};
@@ -37,6 +39,8 @@ pub(crate) struct Outcome<const D: usize> {
 }
 
 impl Command for JointAverage {
+    const DISTRIBUTED: bool = true;
+
     type Plan<const D: usize> = JointPlan<D>;
     type Outcome<const D: usize> = Outcome<D>;
 
@@ -52,34 +56,17 @@ impl Command for JointAverage {
         plan: JointPlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let JointPlan {
-            images,
-            nodal,
-            config,
-            params,
-            fingerprint,
-        } = plan;
-        let coarsest = params.segmentation.coarsest_nodes;
-        let grids = nodal[0].grid().hierarchy(coarsest);
-        let start = config.start.as_deref();
-        compare_places(start, images.iter().map(|i| i.frame), &session.progress);
-        let known = initial(start, nodal.len(), &grids, session.trust)?;
-        let grid = nodal[0].grid();
-        let needed = memory_estimate(&params, nodal.len(), grid);
-        announce(needed, grid, &session.progress)?;
-        let mut checkpointer = session.checkpointer(fingerprint)?;
-        let mut watch = checkpointer.observe(session.observer(&grids));
-        let result = joint_average_from(&nodal, &known, &params, &mut watch)?;
-        let history = watch.finish();
-        session.ended(checkpointer);
-        Ok(Outcome {
-            images,
-            nodal,
-            config,
-            params,
-            result,
-            history,
-        })
+        let outcome = take_part(plan, session)?;
+        // The first process has a result.
+        outcome.ok_or_else(|| shape_average::AverageError::NoShapes.into())
+    }
+
+    fn assist<const D: usize>(
+        &self,
+        plan: JointPlan<D>,
+        session: &Session<'_>,
+    ) -> Result<(), CliError> {
+        take_part(plan, session).map(drop)
     }
 
     fn write<const D: usize>(
@@ -90,4 +77,40 @@ impl Command for JointAverage {
     ) -> Result<Summary, CliError> {
         write::write_all(directory, outcome, session)
     }
+}
+
+/// Computes the average on all processes; the first one has it.
+fn take_part<const D: usize>(
+    plan: JointPlan<D>,
+    session: &Session<'_>,
+) -> Result<Option<Outcome<D>>, CliError> {
+    let JointPlan {
+        images,
+        nodal,
+        config,
+        params,
+        fingerprint,
+    } = plan;
+    let coarsest = params.segmentation.coarsest_nodes;
+    let grids = nodal[0].grid().hierarchy(coarsest);
+    let start = config.start.as_deref();
+    compare_places(start, images.iter().map(|i| i.frame), &session.progress);
+    let known = initial(start, nodal.len(), &grids, session.trust)?;
+    let grid = nodal[0].grid();
+    let needed = memory_estimate(&params, &session.distribution(nodal.len()), grid);
+    announce(needed, grid, &session.progress)?;
+    let mut checkpointer = session.checkpointer(fingerprint)?;
+    let mut watch = checkpointer.observe(session.observer(&grids));
+    let processes = Arc::clone(&session.processes);
+    let result = joint_average_distributed(processes, &nodal, &known, &params, &mut watch)?;
+    let history = watch.finish();
+    session.ended(checkpointer);
+    Ok(result.map(|result| Outcome {
+        images,
+        nodal,
+        config,
+        params,
+        result,
+        history,
+    }))
 }
