@@ -14,9 +14,11 @@ mod store;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use fe_grid::Grid;
 use fe_grid::minimise::{Control, Iteration, Memory, Observer};
 
 use crate::error::CliError;
+use crate::grid::longest;
 use crate::history::HistoryPoint;
 use crate::output::WorkDir;
 use crate::progress::Progress;
@@ -28,6 +30,10 @@ pub(crate) use store::Place;
 
 /// Results of this many bytes are kept in memory until the next checkpoint; more are stored at once.
 const MOST_UNSAVED: usize = 64 << 20;
+
+/// A computation of independent parts numbers the runs of a part from a multiple of this, which is the number
+/// of the result of the part. No part has so many.
+const RUNS_OF_PART: usize = 1 << 20;
 
 /// The checkpoints of a computation.
 pub(crate) struct Checkpointer<'a> {
@@ -79,6 +85,38 @@ impl<'a> Checkpointer<'a> {
     /// Whether there are runs to resume.
     pub fn has_runs(&self) -> bool {
         !self.pending.is_empty()
+    }
+
+    /// Goes on to one of several parts of the computation that are independent of each other, in any order;
+    /// returns its result, if it is known. If not, its runs follow.
+    pub fn part(&mut self, part: usize) -> Option<Memory<'static>> {
+        self.runs = part * RUNS_OF_PART;
+        if !self.pending.remove(&self.runs) {
+            return None;
+        }
+        let (memory, _) = self.load()?;
+        Some(memory)
+    }
+
+    /// Takes the result of a part, which replaces all that is known of its runs. A failure to store it does not
+    /// end the computation.
+    pub fn keep_part<const D: usize>(
+        &mut self,
+        part: usize,
+        memory: &Memory<'_>,
+        grids: &[Grid<D>],
+    ) {
+        self.runs = part * RUNS_OF_PART;
+        let is_of_part = |run: usize| run / RUNS_OF_PART == part;
+        self.pending.retain(|run| !is_of_part(*run));
+        self.unsaved.retain(|old| !is_of_part(old.run));
+        if !self.store.is_enabled() || !self.store.is_due() && self.keep(memory, &[]) {
+            return;
+        }
+        if let Err(error) = self.store(memory, &[], grids.last().map_or(0, longest)) {
+            self.progress
+                .note(format!("warning: no checkpoint: {error}"));
+        }
     }
 
     /// Observes a part of the computation, and shows its progress as another observer does.
@@ -219,10 +257,14 @@ impl Observer for Checked<'_, '_> {
     }
 }
 
-/// Drops what the newest checkpoint replaces: that of the same run, and memories of runs that have not
-/// ended there.
+/// Drops what the newest checkpoint replaces: that of the same run, of the runs of a part that it is the
+/// result of, and memories of runs that have not ended there.
 fn retire(kept: &mut Vec<Kept>) {
     let Some(new) = kept.pop() else { return };
-    kept.retain(|one| one.part.ended.is_some() && one.part.run != new.part.run);
+    let is_replaced = |run: usize| {
+        let is_result = new.part.run.is_multiple_of(RUNS_OF_PART);
+        run == new.part.run || is_result && run / RUNS_OF_PART == new.part.run / RUNS_OF_PART
+    };
+    kept.retain(|one| one.part.ended.is_some() && !is_replaced(one.part.run));
     kept.push(new);
 }

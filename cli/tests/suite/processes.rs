@@ -1,4 +1,4 @@
-//! Averages on several processes. With the feature `mpi` they are started by `mpirun`, where it is
+//! Averages, modes, scores and distances on several processes. With the feature `mpi` they are started by `mpirun`, where it is
 //! installed; without, several processes are refused.
 
 use crate::common::Place;
@@ -84,18 +84,22 @@ mod with_mpi {
         ] {
             all.remove(key);
         }
-        for level in all["levels"].as_array_mut().unwrap() {
+        let levels = all
+            .get_mut("levels")
+            .and_then(|levels| levels.as_array_mut());
+        for level in levels.into_iter().flatten() {
             level.as_object_mut().unwrap().remove("seconds");
         }
         all.remove("files");
         record
     }
 
-    /// Compares the results of some numbers of processes with that of one.
+    /// Compares the results of some numbers of processes with that of one, `COMMAND_alone`.
     fn check(place: &Place, arguments: &[&str], numbers: &[usize]) {
+        let output = format!("{}_alone", arguments[0]);
         let alone = [
             arguments,
-            &["--allow-doubtful", "--threads", "1", "-o", "alone"],
+            &["--allow-doubtful", "--threads", "1", "-o", &output],
         ]
         .concat();
         let alone = place.run(&alone);
@@ -104,9 +108,9 @@ mod with_mpi {
             "{}",
             String::from_utf8_lossy(&alone.stderr)
         );
-        let alone = Results::read(&place.path("alone"));
+        let alone = Results::read(&place.path(&output));
         for processes in numbers {
-            let out = format!("on_{processes}");
+            let out = format!("{}_on_{processes}", arguments[0]);
             let arguments = [arguments, &["--allow-doubtful", "-o", &out]].concat();
             let Some(run) = mpirun(place, *processes, &arguments) else {
                 return;
@@ -175,38 +179,73 @@ mod with_mpi {
         }
     }
 
-    /// One process that is killed ends all; the checkpoint is resumed on another number of processes.
+    /// The modes of an average, and the scores of its shapes in them.
     #[test]
-    fn a_process_that_is_killed_ends_all_and_the_rest_is_resumed() {
+    fn modes_and_scores_have_the_same_bits_on_any_number_of_processes() {
+        for (family, dimension, grid, numbers) in [
+            ("stars", "2", ["65", "33"], &[2, 3, 5][..]),
+            ("blobs", "3", ["33", "17"], &[2, 3]),
+        ] {
+            let place = Place::new();
+            let names = drawn(&place, family, dimension, grid[0]);
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let average = [&["average"][..], &names, &["--grid", grid[1]]].concat();
+            let average = place.compute(&[&average[..], &["-o", "average"]].concat());
+            assert!(average.status.success());
+            check(&place, &["pca", "average"], numbers);
+            let score = [&["score"][..], &names, &["--pca", "pca_alone"]].concat();
+            check(&place, &score, numbers);
+        }
+    }
+
+    #[test]
+    fn averages_of_images_have_the_same_bits() {
         let place = Place::new();
-        let names = drawn(&place, "stars", "2", "129");
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let arguments = [&["average"][..], &names, &["--grid", "129"]].concat();
-        let long = [
-            &arguments[..],
-            &["--checkpoint", "0.001", "--allow-doubtful", "-o", "on_2"],
-        ]
-        .concat();
+        let names = ["a.npy", "b.npy", "c.npy"];
+        for (name, radius) in names.iter().zip([".2", ".23", ".26"]) {
+            let disk = ["disk", "--radius", radius, "--grid", "33"];
+            let grey = ["--contrast", ".6", "--noise", ".03"];
+            draw(&place, name, &[&disk[..], &grey[..]].concat());
+        }
+        let joint = [&["average", "--joint"][..], &names, &["--grid", "33"]].concat();
+        check(&place, &joint, &[2, 4]);
+    }
+
+    /// One process that is killed ends all; the checkpoint is resumed on another number of processes.
+    fn check_resume(place: &Place, arguments: &[&str]) {
+        let out = format!("{}_on_2", arguments[0]);
+        let partial = format!("{out}.partial");
+        let resumed = [arguments, &["--checkpoint", "0.0001"]].concat();
+        let long = [&resumed[..], &["--allow-doubtful", "-o", &out]].concat();
+        let state = format!("{partial}/state.json");
         let Some(run) = std::thread::scope(|scope| {
-            let run = scope.spawn(|| mpirun(&place, 3, &long));
+            let run = scope.spawn(|| mpirun(place, 3, &long));
             while !run.is_finished() {
-                if place.path("on_2.partial/state.json").exists() {
-                    kill_one_of(&place);
+                if place.path(&state).exists() {
+                    kill_one_of(place);
                 }
-                std::thread::sleep(std::time::Duration::from_millis(5));
+                std::thread::sleep(std::time::Duration::from_millis(1));
             }
             run.join().unwrap()
         }) else {
             return;
         };
         assert!(!run.status.success());
-        assert!(!place.path("on_2").exists() && place.path("on_2.partial").exists());
-        check(
-            &place,
-            &[&arguments[..], &["--checkpoint", "0.001"]].concat(),
-            &[2],
-        );
-        assert!(!place.path("on_2.partial").exists());
+        assert!(!place.path(&out).exists() && place.path(&partial).exists());
+        check(place, &resumed, &[2]);
+        assert!(!place.path(&partial).exists());
+    }
+
+    #[test]
+    fn a_process_that_is_killed_ends_all_and_the_rest_is_resumed() {
+        let place = Place::new();
+        let names = drawn(&place, "stars", "2", "129");
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let average = [&["average"][..], &names, &["--grid", "129"]].concat();
+        check_resume(&place, &average);
+        check_resume(&place, &["pca", "average_alone"]);
+        let score = [&["score"][..], &names, &["--pca", "pca_alone"]].concat();
+        check_resume(&place, &score);
     }
 
     /// Kills the newest of the processes that work in a place.
@@ -276,7 +315,7 @@ mod with_mpi {
                 "missing.npy",
             ),
             (
-                &["average", "a.npy", "a.npy", "--joint", "-o", "out"],
+                &["average", "a.npy", "a.npy", "--sweep", "3", "-o", "out"],
                 "runs on one process",
             ),
             (

@@ -1,0 +1,297 @@
+//! The average, onto which new shapes are deformed and in whose modes they are measured.
+
+use std::slice;
+
+use fe_grid::minimise::{Memory, Observer};
+use fe_grid::{Grid, ScalarField, VectorField};
+use levelset::{
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, signed_distance,
+};
+use shape_average::align::align_to;
+use shape_average::{AverageResult, Shapes, match_components_to};
+use shape_pca::{Compound, Source};
+
+use super::measured::{Measured, shown_modes};
+use crate::error::CliError;
+use crate::options::{Align, Frame, Size};
+use crate::pca::draw::{moved, shown};
+use crate::pca::procrustes::{Procrustes, there_and_back};
+use crate::pca::read::StoredPca;
+use crate::session::Session;
+use crate::shapes::{
+    Likeness, Motion, inspect_mask, inspect_resolution, moved as moved_by, place_like,
+};
+use shapespace_input::Image;
+use shapespace_input::frame::{FrameTransform, corner_in_unit_box};
+use shapespace_input::place::frame_like;
+
+/// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
+const ALIGNMENT_NODES: [usize; 2] = [65, 33];
+
+/// Where a new shape lies.
+struct Place<const D: usize> {
+    frame: FrameTransform<D>,
+    motion: Option<Motion<D>>,
+    /// The doubt that it is reflected.
+    reflection: Option<Doubt>,
+}
+
+/// The average as the target of new shapes.
+pub(super) struct Target<'a, const D: usize> {
+    pub stored: &'a StoredPca<D>,
+    compound: Compound<D>,
+    outline: Contour<D>,
+    size: f64,
+    distance: ScalarField<f64, D>,
+    /// Signed distances of its components; that of the whole where there is one.
+    parts: Vec<ScalarField<f64, D>>,
+    /// Their phase fields.
+    phase_fields: Vec<ScalarField<f64, D>>,
+    /// On the grid of the rigid alignment, which is that of the unit box.
+    coarse: ScalarField<f64, D>,
+    align: Align,
+    scale: Size,
+}
+
+impl<'a, const D: usize> Target<'a, D> {
+    pub fn new(stored: &'a StoredPca<D>, align: Align, scale: Size) -> Result<Self, CliError> {
+        let object = &stored.space.object;
+        let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
+        let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
+        let distance = signed_distance(object, 0.5).map_err(shown)?;
+        let components = &stored.average.components;
+        let (mut parts, mut phase_fields) = (Vec::new(), Vec::new());
+        for component in components {
+            parts.push(signed_distance(&component.indicator, 0.5).map_err(shown)?);
+            phase_fields.push(component.phase_field.clone());
+        }
+        if components.is_empty() {
+            parts.push(distance.clone());
+            phase_fields.push(stored.average.phase_field.clone());
+        }
+        Ok(Self {
+            stored,
+            compound: Compound::new(&stored.average.average, &stored.space.params)?,
+            size: Moments::of_contour(&outline).map_err(shown)?.volume,
+            distance,
+            parts,
+            phase_fields,
+            coarse: ContourDistance::new(&moved_by(&outline, corner_in_unit_box(object.grid())))
+                .map_err(shown)?
+                .sample(coarse),
+            outline,
+            align,
+            scale,
+        })
+    }
+
+    /// The grids of a deformation, coarsest first.
+    pub fn grids(&self) -> Vec<Grid<D>> {
+        let params = &self.stored.average.params;
+        self.distance.grid().hierarchy(params.coarsest_nodes)
+    }
+
+    /// Deforms a shape, of these components if there are several, onto the average, and measures it; with
+    /// outlines of a shape that `is_shown` in the picture.
+    ///
+    /// # Errors
+    /// Those of the deformation, and [`CliError::Stopped`] where it was interrupted.
+    pub fn measure(
+        &self,
+        image: &Image<D>,
+        components: &[Image<D>],
+        is_shown: bool,
+        session: &Session<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Measured<D>, CliError> {
+        let grid = *self.distance.grid();
+        let place = self.place(image)?;
+        let (outline, distance) = place.of(image, grid)?;
+        let mut parts = Vec::new();
+        for component in components {
+            parts.push(place.of(component, grid)?.1);
+        }
+        if parts.is_empty() {
+            parts.push(distance.clone());
+        }
+        let params = &self.stored.average.params;
+        let [own, goal] =
+            [(&distance, &parts), (&self.distance, &self.parts)].map(|(whole, parts)| {
+                Shapes::of_components(slice::from_ref(whole), parts, parts.len())
+            });
+        let fit = match_components_to(own?, goal?, &self.phase_fields, params, observer);
+        if session.interrupt.asked() {
+            return Err(CliError::Stopped);
+        }
+        let fit = fit?;
+        let source = Source {
+            weight: 1.0,
+            displacement: fit.displacements[0].as_slice(),
+            indicator: fit.shapes.indicators[0].as_slice(),
+        };
+        let space = &self.stored.space;
+        let displacement = self.represented(source, observer)?;
+        let products = space.products(&self.compound, &displacement);
+        let scores = space.scores_of(&products);
+        let (overlap, doubts) = agreement(&fit.pushed[0], &self.distance, &self.outline)?;
+        let mut doubts = [doubts, self.doubts(image, &distance, &outline, &fit)].concat();
+        doubts.extend(place.reflection);
+        let stored = &self.stored.average.components;
+        let components = fit.components.iter().zip(&self.parts).zip(stored);
+        for (c, ((component, part), stored)) in components.enumerate() {
+            let (_, found) = agreement(&component.pushed[0], part, &stored.outline()?)?;
+            doubts.extend(found.into_iter().map(|doubt| doubt.within(c)));
+        }
+        let shown_modes = shown_modes(scores.scores.len());
+        let mut found = Measured {
+            overlap,
+            elastic: fit.energy.elastic[0],
+            doubts,
+            products,
+            scores,
+            dice: Vec::new(),
+            distance: Vec::new(),
+            outlines: Vec::new(),
+            displacement,
+        };
+        let mut reconstructions = Vec::new();
+        for m in 0..=found.scores.scores.len() {
+            let u = space.synthesise(&found.scores.scores[..m])?;
+            let back = there_and_back(&outline, &fit.displacements[0], &u, -1.0);
+            let aligned = Procrustes::new(back.points(), outline.points());
+            let shape = aligned.apply(&moved(&self.outline, &u, -1.0));
+            let field = ContourDistance::new(&shape).map_err(shown)?.sample(grid);
+            let dice = levelset::dice(&field, 0.0, &distance, 0.0).map_err(shown)?;
+            found.dice.push(dice);
+            found.distance.push(aligned.distance);
+            // Of few modes, some of them are the same.
+            let times = shown_modes.iter().filter(|shown| **shown == m).count();
+            reconstructions.extend(std::iter::repeat_n(shape, times));
+        }
+        if is_shown {
+            found.outlines.push(outline);
+            found.outlines.extend(reconstructions);
+        }
+        Ok(found)
+    }
+
+    /// The displacement of a new shape, from an earlier run if the observer has it.
+    fn represented(
+        &self,
+        source: Source<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<VectorField<f64, D>, CliError> {
+        let grid = *self.distance.grid();
+        let memory = observer.resume();
+        let known = memory
+            .as_ref()
+            .and_then(|memory| memory.result(D * grid.n_nodes()));
+        if let Some((u, [])) = known {
+            return Ok(VectorField::from_vec(grid, u.to_vec())?);
+        }
+        let u = self.stored.space.represent(&self.compound, source)?;
+        observer.memory(&Memory::of_result(u.as_slice(), Vec::new()));
+        Ok(u)
+    }
+
+    /// The doubts about the mask of a new shape, and about its deformation onto the average.
+    fn doubts(
+        &self,
+        image: &Image<D>,
+        distance: &ScalarField<f64, D>,
+        outline: &Contour<D>,
+        fit: &AverageResult<D>,
+    ) -> Vec<Doubt> {
+        // The result of a single shape compares it with itself.
+        let own = fit.doubts(&self.stored.average.params).into_iter();
+        let own = own.filter(|d| !matches!(d.cause, Cause::Overlap | Cause::BoundaryDistance));
+        let doubts = inspect_resolution(distance, outline).into_iter().chain(own);
+        doubts.chain(inspect_mask(image, false)).collect()
+    }
+
+    /// Where a new shape lies in the box of the average.
+    fn place(&self, image: &Image<D>) -> Result<Place<D>, CliError> {
+        let grid = *self.distance.grid();
+        // New shapes are placed and aligned in the unit box, which has room for any orientation.
+        let corner = corner_in_unit_box(&grid);
+        let back = corner.map(|x| -x);
+        let (size, frame) = &self.stored.average.frame;
+        let in_world = match self.stored.average.placing {
+            None | Some(Frame::None) => None,
+            Some(Frame::Physical | Frame::Centred) => image.in_world(),
+        };
+        let image = in_world.as_ref().unwrap_or(image);
+        let turned = self.align == Align::Rigid || self.scale == Size::Equal;
+        let mut frame_of = frame_like(image, (size, &frame.moved(corner)), &grid, 1.0, turned);
+        if self.scale == Size::Equal {
+            let (outline, _) = place_like(image, frame_of, None, self.coarse_grid())?;
+            let own = Moments::of_contour(&outline).map_err(shown)?.volume;
+            frame_of = frame_of.shrunk((self.size / own).powf(1.0 / D as f64));
+        }
+        let coarse = place_like(image, frame_of, None, self.coarse_grid());
+        if self.align == Align::None {
+            // Where nothing is aligned, only sides in the world are those of the average.
+            let reflection = match coarse {
+                Ok((_, coarse)) if in_world.is_some() => self.reflection(&coarse)?,
+                _ => None,
+            };
+            return Ok(Place {
+                frame: frame_of.moved(back),
+                motion: None,
+                reflection,
+            });
+        }
+        let (_, coarse) = coarse?;
+        let found = align_to(&self.coarse, &coarse).map_err(|error| CliError::Computation {
+            message: format!("'{}' cannot be aligned: {error}", image.path.display()),
+            remedy: "use --align none if it has the position of the average".into(),
+        })?;
+        let rotation = found.motion.rotation();
+        let translation = found.motion.translation();
+        let rows = std::array::from_fn(|i| std::array::from_fn(|j| rotation[(i, j)]));
+        let shift = std::array::from_fn(|i| translation[i] + back[i]);
+        Ok(Place {
+            frame: frame_of,
+            motion: Some((rows, shift)),
+            reflection: self.reflection(&coarse)?,
+        })
+    }
+
+    /// The doubt that a shape is reflected against the average.
+    fn reflection(&self, coarse: &ScalarField<f64, D>) -> Result<Option<Doubt>, CliError> {
+        Ok(Likeness::new(&self.coarse, coarse)?.doubt())
+    }
+
+    fn coarse_grid(&self) -> Grid<D> {
+        *self.coarse.grid()
+    }
+}
+
+impl<const D: usize> Place<D> {
+    /// The boundary of a mask in this place, and its signed distance.
+    fn of(
+        &self,
+        mask: &Image<D>,
+        grid: Grid<D>,
+    ) -> Result<(Contour<D>, ScalarField<f64, D>), CliError> {
+        place_like(mask, self.frame, self.motion, grid)
+    }
+}
+
+/// The overlap of a deformed shape, given by its signed distance, with what it is deformed onto, and the doubts
+/// about it and about the distance of the boundaries.
+fn agreement<const D: usize>(
+    pushed: &ScalarField<f64, D>,
+    target: &ScalarField<f64, D>,
+    outline: &Contour<D>,
+) -> Result<(f64, Vec<Doubt>), CliError> {
+    let overlap = levelset::dice(pushed, 0.0, target, 0.0).map_err(shown)?;
+    let pushed = contour(pushed, 0.0, BoxEdge::Closed).map_err(shown)?;
+    let apart = hausdorff(&pushed, outline).map_err(shown)?;
+    let [mean, largest] = [apart.mean, apart.maximum].map(|d| d / target.grid().spacing());
+    let doubts = [
+        Doubt::overlap(Cause::Overlap, overlap, mean),
+        Doubt::check(Cause::BoundaryDistance, largest),
+    ];
+    Ok((overlap, doubts.into_iter().flatten().collect()))
+}
