@@ -194,6 +194,23 @@ mod tests {
         );
     }
 
+    /// A limb that has vanished may lie beside the boundary: its inner side faces that boundary across a gap of
+    /// the outside, too.
+    #[test]
+    fn a_film_beside_the_boundary_has_two_sides() {
+        let square = |x: f64, y: f64| 0.2 - x.abs().max(y.abs());
+        let limb = |x: f64, y: f64| {
+            let across = 0.1 * SPACING - (x - 0.2 - 0.8 * SPACING).abs();
+            across.min(0.1 - y.abs())
+        };
+        let both = outline(|x, y| square(x, y).max(limb(x, y)));
+        let found = compare(&both, &outline(square));
+        // But for its ends, whose sides face each other from a width on.
+        let length = 2.0 * 0.2 / SPACING;
+        assert!((found.films - length).abs() < 0.8, "{found:?}");
+        assert_eq!(found.slits, 0.0);
+    }
+
     #[test]
     fn a_limb_that_is_missing_or_left_over_has_its_length() {
         let disk = |x: f64, y: f64| 0.2 - x.hypot(y);

@@ -51,4 +51,4 @@ mod solve;
 pub use memory::memory_estimate;
 pub use params::{Edges, JointParams};
 pub use result::{JointEnergy, JointLevel, JointResult, spread};
-pub use solve::{joint_average, joint_average_distributed, joint_average_from};
+pub use solve::{DRAWN_EDGE, joint_average, joint_average_distributed, joint_average_from};

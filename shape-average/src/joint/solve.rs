@@ -16,8 +16,8 @@ use phasefield::segmentation::{SegmentationParams, coarser_image, segment};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Drawn edges are where the image is above this.
-const EDGE: f64 = 0.5;
+/// Drawn edges ([`Edges::Given`](super::Edges::Given)) are where the image is above this.
+pub const DRAWN_EDGE: f64 = 0.5;
 
 /// Segments images on one grid and averages their edges simultaneously.
 ///
@@ -180,7 +180,7 @@ fn distances_of_edges<const D: usize>(
     let images = (first..).zip(images);
     let distances = images.map(|(index, image)| {
         let mut distance =
-            signed_distance(image, EDGE).map_err(|_| AverageError::NoEdges { index })?;
+            signed_distance(image, DRAWN_EDGE).map_err(|_| AverageError::NoEdges { index })?;
         for d in distance.as_mut_slice() {
             *d = (-*d).max(0.0);
         }

@@ -2,7 +2,7 @@
 
 use fe_grid::ScalarField;
 use phasefield::segmentation::{SegmentationParams, Weights};
-use shape_average::joint::{Edges, JointParams};
+use shape_average::joint::{DRAWN_EDGE, Edges, JointParams};
 
 use super::super::args::AverageConfig;
 use super::super::plan::fingerprint;
@@ -161,7 +161,7 @@ fn check_drawings<const D: usize>(
 ) -> Result<(), CliError> {
     for (image, values) in images.iter().zip(nodal) {
         let values = values.as_slice();
-        let bright = values.iter().filter(|value| **value > 0.5).count();
+        let bright = values.iter().filter(|value| **value > DRAWN_EDGE).count();
         let remedy = match bright {
             0 => {
                 "there is no line on this grid: draw lines wider than a cell, or use a finer --grid"
