@@ -49,11 +49,12 @@ pub(crate) fn minimise_in_rounds<const D: usize>(
         if matches!(status, Status::Cancelled | Status::InadmissibleStart) {
             return Ok(info);
         }
-        objective.found_remaining = objective.remaining(x)?;
         let share = ENOUGH.max(2.0 * params.stopping.relative_energy);
+        let last = !status.converged() || objective.rounds.count == MOST;
+        objective.found_remaining = objective.remaining(x, share, !last)?;
         let limit = share * objective.elastic_scale();
         let enough = objective.found_remaining.is_none_or(|left| left <= limit);
-        if enough || !status.converged() || objective.rounds.count == MOST {
+        if enough || last {
             return Ok(info);
         }
     }

@@ -22,7 +22,7 @@ use crate::objective::{AverageObjective, solve_equations};
 use crate::params::Precision;
 use fe_grid::composition::{Interpolant, MatchDensity, SmoothMatching, nodal_gradient};
 use fe_grid::coupling::{Variation, field_derivative_change};
-use fe_grid::minimise::{NewtonCgParams, SecondOrder};
+use fe_grid::minimise::{Comparison, NewtonCgParams, SecondOrder};
 use fe_grid::scatter::Source;
 use fe_grid::vector::{axpy, change_in_double, in_double, scale};
 use fe_grid::{Assembly, Data, Element, parallel};
@@ -99,17 +99,27 @@ impl<const D: usize> SecondOrder for AverageObjective<D> {
 }
 
 impl<const D: usize> AverageObjective<D> {
-    /// Estimates the energy above the minimum at a state; `None` where it is inadmissible.
-    pub(crate) fn remaining(&mut self, x: &[f64]) -> Result<Option<f64>, AverageError> {
+    /// Estimates the energy above the minimum at a state; `None` where it is inadmissible. `share` of the
+    /// elastic energy is little enough; whether more is `above_suffices`, see [`Comparison`].
+    pub(crate) fn remaining(
+        &mut self,
+        x: &[f64],
+        share: f64,
+        above_suffices: bool,
+    ) -> Result<Option<f64>, AverageError> {
         let newton = NewtonCgParams {
             max_forcing: FORCING,
             max_inner_iterations: MOST_ACTIONS,
             ..NewtonCgParams::default()
         };
+        let comparison = |this: &Self| Comparison {
+            limit: share * this.elastic_scale(),
+            above_suffices,
+        };
         self.common_regularisation = common::ESTIMATE;
         let remaining = match self.params.precision_on(self.grid()) {
-            Precision::Double => newton.remaining::<f64, _>(self, x),
-            Precision::Mixed => newton.remaining::<f32, _>(self, x),
+            Precision::Double => newton.remaining::<f64, _>(self, x, comparison),
+            Precision::Mixed => newton.remaining::<f32, _>(self, x, comparison),
         };
         self.common_regularisation = common::MINIMISATION;
         remaining

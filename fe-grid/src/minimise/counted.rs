@@ -23,6 +23,10 @@ impl<'a, O: Objective> Counted<'a, O> {
         }
     }
 
+    pub(super) fn objective(&self) -> &O {
+        self.objective
+    }
+
     /// The distribution of the unknowns, which scalar products are taken by.
     pub(super) fn distribution(&self) -> &Distribution {
         &self.distribution

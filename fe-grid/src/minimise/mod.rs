@@ -54,7 +54,7 @@ pub use line_search::LineSearch;
 pub use memory::{Ended, Memory, MemoryPair, MemoryVector};
 pub use monitor::Stopping;
 pub use multilevel::{LevelInfo, LevelProblem, Multilevel, minimise_levels};
-pub use newton_cg::NewtonCgParams;
+pub use newton_cg::{Comparison, NewtonCgParams};
 pub use objective::{Evaluation, Minimiser, Objective, SecondOrder};
 pub use observer::{Control, Iteration, Observer, Silent};
 pub use together::together;

@@ -50,6 +50,65 @@ impl Default for NewtonCgParams {
 const FORCING_FACTOR: f64 = 0.9;
 const FORCING_SAFEGUARD: f64 = 0.1;
 
+/// What an estimate of the remaining energy is compared with.
+///
+/// The energy of the model falls with every iteration of the inner solve, by half of `(r · P r)² / (d · H d)`.
+/// The sum of these gains is a lower bound of the estimate, and they fall slowly, if at all: an estimate that
+/// stays below the limit with the largest gain in place of all that are missing ends there, with the last
+/// one in their place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Energies up to here are small enough.
+    pub limit: f64,
+    /// Whether the estimate is not needed where it is above the limit: it may be too small there.
+    pub above_suffices: bool,
+}
+
+/// Least number of gains from which the others are foretold.
+const LEAST_GAINS: usize = 2;
+
+/// The gains of the first iterations of an inner solve.
+struct Gains {
+    /// Number of iterations that are still allowed.
+    missing: usize,
+    found: usize,
+    sum: f64,
+    largest: f64,
+    last: f64,
+}
+
+impl Gains {
+    fn new(missing: usize) -> Self {
+        Self {
+            missing,
+            found: 0,
+            sum: 0.0,
+            largest: 0.0,
+            last: 0.0,
+        }
+    }
+
+    fn add(&mut self, gain: f64) {
+        self.missing = self.missing.saturating_sub(1);
+        self.found += 1;
+        self.sum += gain;
+        self.largest = self.largest.max(gain);
+        self.last = gain;
+    }
+
+    /// The sum of all gains, if those that are missing are like the last one.
+    fn foretold(&self) -> f64 {
+        self.sum + self.missing as f64 * self.last
+    }
+
+    /// Whether the comparison is clear.
+    fn decide(&self, comparison: &Comparison) -> bool {
+        let most = self.sum + self.missing as f64 * self.largest;
+        let below = self.found >= LEAST_GAINS && most <= comparison.limit;
+        below || comparison.above_suffices && self.sum > comparison.limit
+    }
+}
+
 /// All vectors of a run.
 struct Run<'a, O: SecondOrder, T> {
     params: &'a NewtonCgParams,
@@ -68,22 +127,36 @@ impl NewtonCgParams {
     /// [`NewtonCgParams::max_forcing`]. `None` where the state is inadmissible. Vectors are kept in the
     /// precision of `T`.
     ///
+    /// What the estimate is compared with is asked after the evaluation of the state; the solve ends where the
+    /// comparison is clear, see [`Comparison`].
+    ///
     /// # Errors
     /// Those of the objective.
     pub fn remaining<T: Element, O: SecondOrder>(
         &self,
         objective: &mut O,
         x: &[f64],
+        comparison: impl FnOnce(&O) -> Comparison,
     ) -> Result<Option<f64>, O::Error> {
         let mut run = Run::<'_, O, T>::new(self, objective)?;
         let found = run.objective.value_and_gradient(x, &mut run.gradient[..])?;
         if found == Evaluation::Inadmissible {
             return Ok(None);
         }
+        let comparison = comparison(run.objective.objective());
         run.objective.update_metric(x)?;
         let squared_size = run.precondition_gradient()?;
-        let slope = run.newton_direction(x, self.max_forcing, squared_size)?;
-        Ok(Some(0.5 * slope.abs()))
+        let mut gains = Gains::new(self.max_inner_iterations);
+        let slope = run.newton_direction(x, self.max_forcing, squared_size, |gain| {
+            gains.add(gain);
+            gains.decide(&comparison)
+        })?;
+        let whole = 0.5 * slope.abs();
+        Ok(Some(if gains.decide(&comparison) {
+            whole.max(gains.foretold())
+        } else {
+            whole
+        }))
     }
 }
 
@@ -142,7 +215,7 @@ impl<O: SecondOrder> Run<'_, O, f64> {
                 forcing = self.next_forcing(forcing, size / last);
             }
             last_size = Some(size);
-            self.newton_direction(x, forcing, squared_size)?;
+            self.newton_direction(x, forcing, squared_size, |_| false)?;
             let slope = self
                 .objective
                 .restrain(x, &self.gradient, &mut self.direction)?;
@@ -196,12 +269,14 @@ impl<O: SecondOrder, T: Element> Run<'_, O, T> {
     }
 
     /// Solves `H d = -g` as far as the forcing asks, given `preconditioned = P g` and
-    /// `g · P g`; returns the slope along `d`.
+    /// `g · P g`, or until `ends` says so, which is told by how much the energy of the model falls with every
+    /// iteration; returns the slope along `d`.
     fn newton_direction(
         &mut self,
         x: &[f64],
         forcing: f64,
         squared_size: f64,
+        mut ends: impl FnMut(f64) -> bool,
     ) -> Result<f64, O::Error> {
         // With the signs of the system `H d = r`, `r = -g`.
         copy_into(&self.gradient, &mut self.residual);
@@ -223,6 +298,9 @@ impl<O: SecondOrder, T: Element> Run<'_, O, T> {
             }
             let step = product / curvature;
             axpy(step, &self.search, &mut self.direction);
+            if ends(0.5 * step * product) {
+                break;
+            }
             axpy(-step, &self.image, &mut self.residual);
             self.objective
                 .apply_inverse_metric(&self.residual, &mut self.preconditioned)?;
