@@ -14,7 +14,14 @@
 //! equal moments included), or one of an even covering of all rotations. All starts are scored on a
 //! coarse set of nodes; the best distinct ones are refined by Levenberg-Marquardt steps, first on
 //! these nodes, then on finer ones. Of equally good motions the one of smallest rotation is chosen.
+//!
+//! A symmetric reference fits several poses of a shape equally well. Of a group the poses are then
+//! chosen together: those that fit each other best.
+//!
+//! Of shapes of several components, such as labels, the differences of all components are added.
 
+mod agreement;
+mod indicator;
 mod matching;
 mod motion;
 mod poses;
@@ -22,11 +29,13 @@ mod reflection;
 mod starts;
 mod steepness;
 
+use crate::shapes::Shapes;
 use fe_grid::{Distribution, Field, compiled_once, parallel};
 use levelset::{Compact, LevelsetError};
 use nalgebra::{SMatrix, SVector};
 
-use matching::{Indicator, Masked, Matching, Pose, thinned};
+use indicator::{Indicator, Masked, thinned};
+use matching::{Matching, Pose};
 pub use motion::RigidMotion;
 pub use poses::poses;
 pub use reflection::mismatches;
@@ -37,15 +46,19 @@ const COARSE_NODES: [usize; 2] = [65, 21];
 const FINE_NODES: [usize; 2] = [257, 49];
 /// Number of starts refined on the coarse nodes, and of these on the fine ones.
 const N_COARSE: usize = 12;
-const N_FINE: usize = 3;
 /// Coarse minima whose value exceeds the best one by this factor are not refined further.
 const HOPELESS: f64 = 1.5;
+/// Number of good poses of each shape among which those of a group are chosen.
+const N_GROUP: usize = 6;
 /// Rounds in which each shape is aligned to the group's mean; the second seldom changes anything.
 const ROUNDS: usize = 2;
 /// The rounds end when no shape is turned by more than this angle, in radians.
 const SETTLED: f64 = 2e-3;
 /// Relative difference up to which two minima count as equal; the smaller rotation is then chosen.
 const TIE: f64 = 1e-3;
+/// Mismatch up to which two minima count as equal, too: that of the same object from masks of other
+/// lattices.
+const NOISE: f64 = 1e-3;
 /// Number of numbers of an alignment in 3D.
 const NUMBERS: usize = 13;
 /// Half-width of the smoothed indicator, in spacings of the sample nodes.
@@ -113,9 +126,9 @@ fn align_to_in<const D: usize>(
 ) -> Result<Alignment<D>, AlignError> {
     let shapes = checked(&[reference, moving], &[])?;
     let target = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
-    target
-        .align(shapes[1], None)
-        .map_err(|source| at(1, source))
+    let fits = target.fits(&shapes[1], None);
+    let fits = fits.map_err(|source| at(1, source))?;
+    Ok(fits[0])
 }
 
 /// Computes the rigid motions that align a group of fully visible shapes, given as signed distances
@@ -158,14 +171,50 @@ fn align_group_in<const D: usize>(
     seen: &[&Field<f64, D, 1>],
     distribution: &Distribution,
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    let shapes = checked(shapes, seen)?;
+    align_masked(&checked(shapes, seen)?, distribution)
+}
+
+compiled_once! {
+    /// Computes the rigid motions that align a group of shapes of several components, as
+    /// [`align_group_of_visible`] does; the differences of all components are added. The union of the components
+    /// is not looked at.
+    ///
+    /// # Errors
+    /// [`AlignError`], with the number of the shape.
+    pub fn align_group_of_components<'a, D>(
+        shapes: Shapes<'a, D>,
+        distribution: &'a Distribution,
+    ) -> Result<Vec<Alignment<D>>, AlignError> = align_components_in;
+}
+
+fn align_components_in<const D: usize>(
+    shapes: Shapes<'_, D>,
+    distribution: &Distribution,
+) -> Result<Vec<Alignment<D>>, AlignError> {
+    let components = |i: usize| shapes.components_of(i).iter();
+    let all: Vec<_> = (0..shapes.len()).flat_map(components).collect();
+    check(&all, &[], shapes.n_components())?;
+    let shapes: Vec<_> = (0..shapes.len())
+        .map(|i| Masked::new(components(i), None))
+        .collect();
+    align_masked(&shapes, distribution)
+}
+
+fn align_masked<const D: usize>(
+    shapes: &[Masked<'_, D>],
+    distribution: &Distribution,
+) -> Result<Vec<Alignment<D>>, AlignError> {
     let first = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
-    let mut found = align_each(&first, &shapes, &vec![None; shapes.len()], distribution)?;
+    let mut fits = align_each(&first, shapes, &vec![None; shapes.len()], distribution)?;
+    // The reference stays as it is.
+    fits[0].truncate(1);
+    let mut found = first.agree(shapes, &fits)?;
     for _ in 0..if shapes.len() > 2 { ROUNDS } else { 0 } {
         let motions: Vec<_> = found.iter().map(|a| a.motion).collect();
-        let mean = Target::new(&shapes, &motions)?;
+        let mean = Target::new(shapes, &motions)?;
         let known: Vec<_> = motions.iter().copied().map(Some).collect();
-        found = align_each(&mean, &shapes, &known, distribution)?;
+        let fits = align_each(&mean, shapes, &known, distribution)?;
+        found = fits.iter().map(|fits| fits[0]).collect();
         let turns = found.iter().zip(&motions);
         if turns.fold(0.0, |t, (a, m)| {
             f64::max(t, a.motion.after(&m.inverse()).angle())
@@ -182,18 +231,37 @@ fn align_group_in<const D: usize>(
     Ok(found)
 }
 
+/// Returns the good motions of every shape, the preferred one first. Each process computes those of its own
+/// shapes.
 fn align_each<const D: usize>(
     target: &Target<D>,
     shapes: &[Masked<'_, D>],
     motions: &[Option<RigidMotion<D>>],
     distribution: &Distribution,
-) -> Result<Vec<Alignment<D>>, AlignError> {
+) -> Result<Vec<Vec<Alignment<D>>>, AlignError> {
     let own = parallel::try_map(distribution.own(), &|i| {
-        let found = target.align(shapes[i], motions[i]).map_err(|e| at(i, e))?;
-        Ok(found.to_numbers())
+        let fits = target.fits(&shapes[i], motions[i]);
+        let fits = fits.map_err(|source| at(i, source))?;
+        let mut numbers = [[0.0; NUMBERS]; N_GROUP];
+        for (numbers, fit) in numbers.iter_mut().zip(&fits) {
+            *numbers = fit.to_numbers();
+        }
+        Ok((fits.len().min(N_GROUP), numbers))
     });
-    let all = distribution.share(&own?).into_iter();
-    Ok(all.map(Alignment::from_numbers).collect())
+    let own = own?;
+    let counts: Vec<[f64; 1]> = own.iter().map(|(n, _)| [*n as f64]).collect();
+    let counts = distribution.share(&counts);
+    let mut fits = vec![Vec::with_capacity(N_GROUP); shapes.len()];
+    for place in 0..N_GROUP {
+        let own: Vec<_> = own.iter().map(|(_, numbers)| numbers[place]).collect();
+        let all = distribution.share(&own);
+        for ((fits, numbers), [n]) in fits.iter_mut().zip(all).zip(&counts) {
+            if place < *n as usize {
+                fits.push(Alignment::from_numbers(numbers));
+            }
+        }
+    }
+    Ok(fits)
 }
 
 impl<const D: usize> Alignment<D> {
@@ -229,44 +297,52 @@ fn checked<'a, const D: usize>(
     shapes: &[&'a Field<f64, D, 1>],
     seen: &[&'a Field<f64, D, 1>],
 ) -> Result<Vec<Masked<'a, D>>, AlignError> {
-    let Some(first) = shapes.first() else {
-        return Err(AlignError::NoShapes);
-    };
-    if !seen.is_empty() && seen.len() != shapes.len() {
-        return Err(AlignError::Masked {
-            shape: seen.len().min(shapes.len()),
-        });
-    }
-    let mut list = Vec::with_capacity(shapes.len());
-    for (i, shape) in shapes.iter().enumerate() {
-        if shape.grid() != first.grid() {
-            return Err(AlignError::GridMismatch {
-                shape: i,
-                expected: first.grid().nodes_per_axis().to_vec(),
-                found: shape.grid().nodes_per_axis().to_vec(),
-            });
-        }
-        if let Some(bad) = shape.as_slice().iter().position(|v| !v.is_finite()) {
-            let node = shape.grid().node(bad).to_vec();
-            let value = shape.as_slice()[bad];
-            return Err(at(i, LevelsetError::NonFinite { node, value }));
-        }
+    check(shapes, seen, 1)?;
+    let masked = shapes.iter().enumerate().map(|(i, shape)| {
         let weight = seen.get(i).copied();
-        if let Some(weight) = weight {
-            let inside = |w: &f64| (0.0..=1.0).contains(w);
-            if weight.grid() != first.grid() || !weight.as_slice().iter().all(inside) {
-                return Err(AlignError::Masked { shape: i });
-            }
-        }
         // A mask that is one everywhere is dropped.
         let weight = weight.filter(|weight| weight.as_slice().iter().any(|&w| w < 1.0));
-        list.push(Masked {
-            distance: shape,
-            weight,
-            steepness: steepness::steepness(shape),
+        Masked::new([*shape], weight)
+    });
+    Ok(masked.collect())
+}
+
+/// Checks signed distances, a number of `components` for every shape, and visibility masks.
+fn check<const D: usize>(
+    distances: &[&Field<f64, D, 1>],
+    seen: &[&Field<f64, D, 1>],
+    components: usize,
+) -> Result<(), AlignError> {
+    let Some(first) = distances.first() else {
+        return Err(AlignError::NoShapes);
+    };
+    if !seen.is_empty() && seen.len() != distances.len() {
+        return Err(AlignError::Masked {
+            shape: seen.len().min(distances.len()),
         });
     }
-    Ok(list)
+    for (i, distance) in distances.iter().enumerate() {
+        let shape = i / components.max(1);
+        if distance.grid() != first.grid() {
+            return Err(AlignError::GridMismatch {
+                shape,
+                expected: first.grid().nodes_per_axis().to_vec(),
+                found: distance.grid().nodes_per_axis().to_vec(),
+            });
+        }
+        if let Some(bad) = distance.as_slice().iter().position(|v| !v.is_finite()) {
+            let node = distance.grid().node(bad).to_vec();
+            let value = distance.as_slice()[bad];
+            return Err(at(shape, LevelsetError::NonFinite { node, value }));
+        }
+        if let Some(weight) = seen.get(i) {
+            let inside = |w: &f64| (0.0..=1.0).contains(w);
+            if weight.grid() != first.grid() || !weight.as_slice().iter().all(inside) {
+                return Err(AlignError::Masked { shape });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The target of an alignment: the mean indicator of some shapes, at two resolutions.
@@ -279,9 +355,9 @@ impl<const D: usize> Target<D> {
     /// Computes the mean of shapes under their motions.
     fn new(shapes: &[Masked<'_, D>], motions: &[RigidMotion<D>]) -> Result<Self, AlignError> {
         let dim = usize::from(D == 3);
-        let moved: Vec<_> = shapes.iter().zip(motions).map(|(s, m)| (*s, *m)).collect();
+        let moved: Vec<_> = shapes.iter().zip(motions.iter().copied()).collect();
         let mean = |n_nodes: usize| -> Result<Indicator<D>, LevelsetError> {
-            let nodes = thinned(shapes[0].distance.grid(), n_nodes)?;
+            let nodes = thinned(shapes[0].parts[0].distance.grid(), n_nodes)?;
             let step = Compact::new(HALF_WIDTH * nodes.spacing())?;
             Indicator::mean(&moved, nodes, step)
         };
@@ -292,51 +368,90 @@ impl<const D: usize> Target<D> {
         })
     }
 
-    /// Computes the best motion of a shape; `known` is an additional start.
-    fn align(
+    /// Computes the motions of a shape that fit well, at most [`N_GROUP`]: the preferred one first, then by
+    /// their mismatch. `known` is an additional start.
+    ///
+    /// The preferred one is, of those that fit best but for [`TIE`] and [`NOISE`], the one of smallest
+    /// rotation, or the nearest to the known one.
+    fn fits(
         &self,
-        shape: Masked<'_, D>,
+        shape: &Masked<'_, D>,
         known: Option<RigidMotion<D>>,
-    ) -> Result<Alignment<D>, LevelsetError> {
+    ) -> Result<Vec<Alignment<D>>, LevelsetError> {
         let coarse = Matching::new(&self.coarse, shape)?;
-        let mut scored: Vec<(f64, Pose<D>)> = starts::rotations(&coarse)
-            .into_iter()
-            .map(|rotation| coarse.centred(rotation))
-            .chain(known.map(|m| coarse.pose(&m)))
+        let preferred = match known {
+            Some(motion) => coarse.pose(&motion),
+            None => coarse.centred(SMatrix::identity()),
+        };
+        let others = starts::rotations(&coarse).into_iter();
+        let others = others.map(|rotation| coarse.centred(rotation));
+        let mut scored: Vec<(f64, Pose<D>)> = others
             .map(|pose| (coarse.difference(&pose), pose))
             .collect();
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let chosen = distinct(&scored, starts::SEPARATION, N_COARSE);
+        let separation = starts::SEPARATION[usize::from(D == 3)];
+        let chosen = distinct(Some(preferred), &scored, separation, N_COARSE + 1);
         let mut refined: Vec<_> = chosen.iter().map(|pose| coarse.refine(pose)).collect();
+        let start = refined[0];
         refined.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let worst = HOPELESS * refined[0].0;
+        let within = |least: f64, matching: &Matching<'_, D>, share: f64| {
+            least * share + matching.absolute(NOISE)
+        };
+        let worst = within(refined[0].0, &coarse, HOPELESS);
+        let start = (start.0 <= worst).then_some(start.1);
         refined.retain(|r| r.0 <= worst);
-        let chosen = distinct(&refined, starts::SEPARATION, N_FINE);
+        let chosen = distinct(start, &refined, separation, N_GROUP);
         let fine = Matching::new(&self.fine, shape)?;
-        let refined: Vec<_> = chosen.iter().map(|pose| fine.refine(pose)).collect();
+        let mut refined: Vec<_> = chosen.iter().map(|pose| fine.refine(pose)).collect();
         let least = refined.iter().map(|r| r.0).fold(f64::INFINITY, f64::min);
-        let best = refined
+        let best = within(least, &fine, 1.0 + TIE);
+        let tied = |value: f64| value <= best;
+        refined.sort_by(|a, b| {
+            let away = |pose: &Pose<D>| pose.angle_to(&preferred);
+            match (tied(a.0), tied(b.0)) {
+                (true, true) => away(&a.1).total_cmp(&away(&b.1)),
+                (true, false) => std::cmp::Ordering::Less,
+                (false, true) => std::cmp::Ordering::Greater,
+                (false, false) => a.0.total_cmp(&b.0),
+            }
+        });
+        let worst = within(least, &fine, HOPELESS);
+        refined.retain(|r| r.0 <= worst);
+        let fits = refined.iter().map(|(value, pose)| Alignment {
+            motion: fine.motion(pose),
+            mismatch: fine.relative(*value),
+        });
+        Ok(fits.collect())
+    }
+
+    /// Chooses one of the good motions of every shape, such that the shapes fit each other best.
+    fn agree(
+        &self,
+        shapes: &[Masked<'_, D>],
+        fits: &[Vec<Alignment<D>>],
+    ) -> Result<Vec<Alignment<D>>, AlignError> {
+        let motions: Vec<Vec<RigidMotion<D>>> = fits
             .iter()
-            .filter(|r| r.0 <= least * (1.0 + TIE) + f64::MIN_POSITIVE)
-            .min_by(|a, b| a.1.turn().total_cmp(&b.1.turn()))
-            .unwrap_or(&refined[0]);
-        Ok(Alignment {
-            motion: fine.motion(&best.1),
-            mismatch: fine.relative(best.0),
-        })
+            .map(|fits| fits.iter().map(|fit| fit.motion).collect())
+            .collect();
+        let (nodes, step) = (*self.coarse.nodes(), self.coarse.step);
+        let chosen = agreement::choose(shapes, &motions, nodes, step)?;
+        let found = fits.iter().zip(chosen).map(|(fits, choice)| fits[choice]);
+        Ok(found.collect())
     }
 }
 
-/// Returns the first poses of a sorted list that differ pairwise by more than an angle.
+/// Returns a pose, if any, and the first ones of a sorted list, at most `n_most`, that differ pairwise by more
+/// than an angle.
 fn distinct<const D: usize>(
+    first: Option<Pose<D>>,
     sorted: &[(f64, Pose<D>)],
-    separation: [f64; 2],
+    separation: f64,
     n_most: usize,
 ) -> Vec<Pose<D>> {
-    let least = separation[usize::from(D == 3)];
-    let mut chosen: Vec<Pose<D>> = Vec::new();
+    let mut chosen: Vec<Pose<D>> = first.into_iter().collect();
     for (_, pose) in sorted {
-        if chosen.len() < n_most && chosen.iter().all(|other| pose.angle_to(other) > least) {
+        if chosen.len() < n_most && chosen.iter().all(|other| pose.angle_to(other) > separation) {
             chosen.push(*pose);
         }
     }

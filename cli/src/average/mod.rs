@@ -180,6 +180,7 @@ impl Average {
         let settled = settle(
             plan.placed,
             &plan.views,
+            plan.parts.as_ref(),
             &session.progress,
             &session.processes,
         )?;

@@ -89,6 +89,7 @@ impl Command for Sweep {
         let settled = settle(
             plan.placed,
             &plan.views,
+            None,
             &session.progress,
             &session.processes,
         )?;

@@ -151,7 +151,13 @@ impl Command for DistanceStudy {
         let (domain, config) = (plan.placed.domain, plan.config);
         let scope = Scope::new(&config);
         let fingerprint = fingerprint(&config, &scope, &plan.placed.images);
-        let settled = settle(plan.placed, &[], &session.progress, &session.processes)?;
+        let settled = settle(
+            plan.placed,
+            &[],
+            None,
+            &session.progress,
+            &session.processes,
+        )?;
         let own = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         let mut wanted = paths(&scope.asked_for(), config.one_way);
@@ -212,7 +218,13 @@ impl Command for DistanceStudy {
     ) -> Result<(), CliError> {
         let (domain, config) = (plan.placed.domain, plan.config);
         let scope = Scope::new(&config);
-        let settled = settle(plan.placed, &[], &session.progress, &session.processes)?;
+        let settled = settle(
+            plan.placed,
+            &[],
+            None,
+            &session.progress,
+            &session.processes,
+        )?;
         let own = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         self.announce_memory(inputs.len(), &own, &config, session)?;

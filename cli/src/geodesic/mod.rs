@@ -65,6 +65,7 @@ impl Command for GeodesicConfig {
         let settled = settle(
             plan.placed,
             &plan.views,
+            parts.as_ref(),
             &session.progress,
             &session.processes,
         )?;

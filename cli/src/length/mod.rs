@@ -66,7 +66,7 @@ impl Command for LengthConfig {
     ) -> Result<Outcome<D>, CliError> {
         let LengthPlan { placed, config } = plan;
         let params = &config.params;
-        let settled = settle(placed, &[], &session.progress, &session.processes)?;
+        let settled = settle(placed, &[], None, &session.progress, &session.processes)?;
         let grid = settled.grid;
         let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
         let shapes: Vec<_> = distances.iter().cloned().map(Shape::new).collect();

@@ -14,11 +14,12 @@ use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
-use shape_average::align::{RigidMotion, align_group_of_visible};
+use shape_average::Shapes;
+use shape_average::align::{RigidMotion, align_group_of_components, align_group_of_visible};
 
 use super::inspect::inspect_reflections;
 use super::world::{Motion, WorldFrame};
-use super::{Input, VisibilityMask, view_of};
+use super::{Components, Input, VisibilityMask, placed, view_of};
 use crate::error::CliError;
 
 /// Nodes per side of the grids for the rigid alignment, in 2D and 3D.
@@ -82,13 +83,14 @@ impl<const D: usize> Alignment<D> {
 }
 
 /// Aligns the boundaries of all inputs by their visible parts: no visibility masks, or one per
-/// shape. Each process aligns its own. Collective.
+/// shape; or by all components, if all are visible. Each process aligns its own. Collective.
 ///
 /// # Errors
 /// [`CliError::Computation`] if a shape is too small to be aligned, and those of [`view_of`].
 pub(crate) fn align<const D: usize>(
     inputs: &mut [Input<D>],
     views: &[Option<VisibilityMask<D>>],
+    components: Option<&Components<D>>,
     distribution: &Distribution,
 ) -> Result<(), CliError> {
     let before = centres(inputs)?;
@@ -113,8 +115,14 @@ pub(crate) fn align<const D: usize>(
             });
         }
     }
-    let [shapes, seen] = [&distances, &visibility].map(|fields| fields.iter().collect::<Vec<_>>());
-    let found = align_group_of_visible(&shapes, &seen, distribution).map_err(failed)?;
+    let components = components.filter(|_| visibility.is_empty());
+    let found = if let Some(components) = components {
+        by_components(inputs, &distances, components, &order, distribution)?
+    } else {
+        let both = [&distances, &visibility];
+        let [shapes, seen] = both.map(|fields| fields.iter().collect::<Vec<_>>());
+        align_group_of_visible(&shapes, &seen, distribution).map_err(failed)?
+    };
     for (position, &i) in order.iter().enumerate() {
         let input = &mut inputs[i];
         input.contour = found[position].motion.apply_to_contour(&input.contour);
@@ -130,6 +138,33 @@ pub(crate) fn align<const D: usize>(
     }
     keep_inside(inputs, [ROOM; D]);
     measure_ways(inputs, &before, reference)
+}
+
+/// Aligns shapes by their outlines and all their components, in this order.
+fn by_components<const D: usize>(
+    inputs: &[Input<D>],
+    outlines: &[ScalarField<f64, D>],
+    components: &Components<D>,
+    order: &[usize],
+    distribution: &Distribution,
+) -> Result<Vec<shape_average::align::Alignment<D>>, CliError> {
+    let mut parts = Vec::new();
+    for &i in order {
+        let masks = components.of(i).iter();
+        let contours: Result<Vec<_>, _> = masks.map(|mask| placed(mask, &inputs[i])).collect();
+        parts.push(contours?);
+    }
+    let n = 1 + parts.first().map_or(0, Vec::len);
+    let mut all: Vec<ScalarField<f64, D>> = Vec::with_capacity(n * order.len());
+    let parts: Vec<&Contour<D>> = parts.iter().flatten().collect();
+    let parts = coarse_distances(&parts, &distribution.of(parts.len()))?;
+    let mut parts = parts.into_iter();
+    for outline in outlines {
+        all.push(outline.clone());
+        all.extend(parts.by_ref().take(n - 1));
+    }
+    let shapes = Shapes::of_components(outlines, &all, n).map_err(failed)?;
+    align_group_of_components(shapes, distribution).map_err(failed)
 }
 
 /// Adds the doubts about shapes in the world that are not aligned, and that would fit another one
@@ -332,7 +367,7 @@ mod tests {
         diagonal.values = values.into();
         let mut inputs = vec![input(&upright), input(&diagonal)];
         let before = inputs[1].frame.scale();
-        align(&mut inputs, &[], &Distribution::alone(2)).unwrap();
+        align(&mut inputs, &[], None, &Distribution::alone(2)).unwrap();
         check_record(&upright, &inputs[0]);
         check_record(&diagonal, &inputs[1]);
         let shrunk = inputs[1].frame.scale() / before;

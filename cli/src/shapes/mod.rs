@@ -271,16 +271,17 @@ pub(crate) fn prepare<const D: usize>(
     progress: &Progress,
     processes: &Arc<dyn Communicator>,
 ) -> Result<(Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
-    settle(placed, views, progress, processes)?.measure(progress, processes)
+    settle(placed, views, None, progress, processes)?.measure(progress, processes)
 }
 
-/// Aligns shapes and chooses the grid.
+/// Aligns shapes, label images by all their components, and chooses the grid.
 ///
 /// # Errors
 /// [`CliError`] with exit code 2 for shapes without a boundary, and for a grid that does not exist.
 pub(crate) fn settle<const D: usize>(
     placed: Placed<D>,
     views: &[Option<VisibilityMask<D>>],
+    components: Option<&Components<D>>,
     progress: &Progress,
     processes: &Arc<dyn Communicator>,
 ) -> Result<Settled<D>, CliError> {
@@ -309,7 +310,7 @@ pub(crate) fn settle<const D: usize>(
     }
     if alignment == Align::Rigid {
         progress.stage(format!("aligning {} shapes", inputs.len()));
-        align(&mut inputs, views, &distribution)?;
+        align(&mut inputs, views, components, &distribution)?;
     } else if views.iter().all(Option::is_none) {
         progress.stage("looking for reflected shapes");
         inspect_unaligned(&mut inputs, &distribution)?;

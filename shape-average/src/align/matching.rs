@@ -1,9 +1,10 @@
 //! The difference of a moved shape from a target, and its minimisation.
 
-use fe_grid::{Field, Grid, locate};
-use levelset::{Compact, LevelsetError, Moments};
+use fe_grid::{Field, locate};
+use levelset::{LevelsetError, Moments};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
+use super::indicator::{Indicator, Masked, Part};
 use super::motion::{RigidMotion, angle_between, extended, plane_rotation};
 
 /// Maximal number of steps of one refinement; most end after five to ten.
@@ -11,92 +12,8 @@ const MAX_STEPS: usize = 40;
 /// A refinement ends when a step moves no point by more than this fraction of the spacing.
 const SMALLEST_STEP: f64 = 1e-4;
 
-/// Weight below which a mean counts as unknown.
-const LEAST_WEIGHT: f64 = 1e-3;
 /// Iterations of re-centring a partially visible shape on the visible part of its target.
 const SETTLING: usize = 3;
-
-/// A shape and its visibility mask.
-#[derive(Clone, Copy)]
-pub(super) struct Masked<'a, const D: usize> {
-    /// Its signed distance.
-    pub(super) distance: &'a Field<f64, D, 1>,
-    /// Visibility mask, from 1 (visible) to 0 (hidden); `None` if all of the shape is visible.
-    pub(super) weight: Option<&'a Field<f64, D, 1>>,
-    /// The largest rate at which its distance changes: [`steepness`](super::steepness::steepness).
-    pub(super) steepness: f64,
-}
-
-impl<const D: usize> Masked<'_, D> {
-    /// Returns the visibility of a point, as a weight. It is one outside the box, which is empty.
-    fn weight(&self, x: &[f64; D]) -> f64 {
-        let Some(weight) = self.weight else {
-            return 1.0;
-        };
-        let extent = weight.grid().extent();
-        if (0..D).all(|k| (0.0..=extent[k]).contains(&x[k])) {
-            weight.sample(*x)[0]
-        } else {
-            1.0
-        }
-    }
-}
-
-/// The smoothed indicator of a target at the sample nodes of a coarser grid.
-pub(super) struct Indicator<const D: usize> {
-    values: Field<f64, D, 1>,
-    /// Weights of the values, from 0 (unknown) to 1 (known).
-    weights: Field<f64, D, 1>,
-    step: Compact,
-    moments: Moments<D>,
-}
-
-impl<const D: usize> Indicator<D> {
-    /// Computes the mean indicator of moved signed distances on one grid at given sample nodes,
-    /// over the shapes that are visible there.
-    pub(super) fn mean(
-        moved: &[(Masked<'_, D>, RigidMotion<D>)],
-        nodes: Grid<D>,
-        step: Compact,
-    ) -> Result<Self, LevelsetError> {
-        let both: Field<f64, D, 2> = Field::from_fn(nodes, |y| {
-            let (mut sum, mut total) = (0.0, 0.0);
-            for (shape, motion) in moved {
-                let x = motion.map_back(y);
-                let weight = shape.weight(&x);
-                sum += weight * step.value(extended(shape.distance, &x));
-                total += weight;
-            }
-            if total > LEAST_WEIGHT {
-                [sum / total, total.min(1.0)]
-            } else {
-                [0.0; 2]
-            }
-        });
-        let part = |c: usize| Field::from_vec(nodes, both.component(c).to_vec());
-        let values = part(0)?;
-        let moments = Moments::of_density(&values)?;
-        Ok(Self {
-            values,
-            weights: part(1)?,
-            step,
-            moments,
-        })
-    }
-}
-
-/// Returns every `k`-th node of a grid, at most about `n_nodes` along its longest side, as a grid
-/// that covers the box.
-pub(super) fn thinned<const D: usize>(
-    grid: &Grid<D>,
-    n_nodes: usize,
-) -> Result<Grid<D>, LevelsetError> {
-    let cells = grid.cells_per_axis();
-    let longest = cells.into_iter().max().unwrap_or(1);
-    let every = longest.div_ceil(n_nodes - 1);
-    let thin = cells.map(|c| c.div_ceil(every) + 1);
-    Ok(Grid::with_nodes(thin, every as f64 * grid.spacing())?)
-}
 
 /// A pose of a shape: a rotation about its centroid, which is placed at `centre`.
 #[derive(Clone, Copy, Debug)]
@@ -106,11 +23,6 @@ pub(super) struct Pose<const D: usize> {
 }
 
 impl<const D: usize> Pose<D> {
-    /// Returns the angle of the rotation.
-    pub(super) fn turn(&self) -> f64 {
-        angle_between(&self.rotation, &SMatrix::identity())
-    }
-
     pub(super) fn angle_to(&self, other: &Self) -> f64 {
         angle_between(&self.rotation, &other.rotation)
     }
@@ -119,7 +31,7 @@ impl<const D: usize> Pose<D> {
 /// A shape to be moved onto a target.
 pub(super) struct Matching<'a, const D: usize> {
     target: &'a Indicator<D>,
-    shape: Masked<'a, D>,
+    shape: &'a Masked<'a, D>,
     moments: Moments<D>,
     norm_squared: f64,
 }
@@ -127,16 +39,16 @@ pub(super) struct Matching<'a, const D: usize> {
 impl<'a, const D: usize> Matching<'a, D> {
     pub(super) fn new(
         target: &'a Indicator<D>,
-        shape: Masked<'a, D>,
+        shape: &'a Masked<'a, D>,
     ) -> Result<Self, LevelsetError> {
         let still = [(shape, RigidMotion::identity())];
-        let own = Indicator::mean(&still, *target.values.grid(), target.step)?;
-        let squares = |f: &Field<f64, D, 1>| f.as_slice().iter().map(|v| v * v).sum::<f64>();
+        let own = Indicator::mean(&still, *target.nodes(), target.step)?;
+        let squares = |f: &Indicator<D>| f.values().map(|v| v * v).sum::<f64>();
         Ok(Self {
             target,
             shape,
             moments: own.moments,
-            norm_squared: squares(&own.values) + squares(&target.values),
+            norm_squared: squares(&own) + squares(target),
         })
     }
 
@@ -155,7 +67,7 @@ impl<'a, const D: usize> Matching<'a, D> {
             rotation,
             centre: self.target.moments.centroid,
         };
-        if self.shape.weight.is_some() {
+        if self.shape.is_masked() {
             for _ in 0..SETTLING {
                 pose.centre = self.visible_centroid(&pose).unwrap_or(pose.centre);
             }
@@ -166,10 +78,11 @@ impl<'a, const D: usize> Matching<'a, D> {
     /// Returns the centroid of the part of the target that is visible to a shape.
     fn visible_centroid(&self, pose: &Pose<D>) -> Option<SVector<f64, D>> {
         let motion = self.motion(pose);
-        let nodes = self.target.values.grid();
+        let nodes = self.target.nodes();
         let (mut sum, mut total) = (SVector::zeros(), 0.0);
-        for (index, target) in self.target.values.as_slice().iter().enumerate() {
-            if *target > 0.0 {
+        for (index, target) in self.target.values().enumerate() {
+            let index = index % nodes.n_nodes();
+            if target > 0.0 {
                 let y = nodes.position(nodes.node(index));
                 let weight = target * self.shape.weight(&motion.map_back(y));
                 sum += SVector::from(y) * weight;
@@ -196,17 +109,25 @@ impl<'a, const D: usize> Matching<'a, D> {
         difference / self.norm_squared
     }
 
+    /// Returns the difference of a relative mismatch.
+    pub(super) fn absolute(&self, mismatch: f64) -> f64 {
+        mismatch * self.norm_squared
+    }
+
     /// Computes the sum of the squared difference of the indicators over the visible nodes.
     pub(super) fn difference(&self, pose: &Pose<D>) -> f64 {
         let mut sum = 0.0;
-        self.visit(&self.motion(pose), |index, target, _, z, u| {
-            sum += self.weight(index, z) * (self.target.step.value(u) - target).powi(2);
-        });
+        let motion = self.motion(pose);
+        for part in 0..self.shape.parts.len() {
+            self.visit(part, &motion, |index, target, _, z, u| {
+                sum += self.weight(index, z) * (self.target.step.value(u) - target).powi(2);
+            });
+        }
         sum
     }
 
-    /// Calls `work` at every node where the indicator of the moved shape may differ from that of
-    /// the target, with the index of the node, the target's indicator, the node `y`, the point `z`
+    /// Calls `work` at every node where the indicator of a component of the moved shape may differ from that
+    /// of the target, with the index of the node, the target's indicator, the node `y`, the point `z`
     /// of the shape that lies there, and the shape's distance `u(z)`.
     ///
     /// Where `u` is beyond the step, it stays there for some nodes of the row, by its
@@ -214,14 +135,20 @@ impl<'a, const D: usize> Matching<'a, D> {
     /// node is passed over if the target is on that side, too.
     fn visit(
         &self,
+        part: usize,
         motion: &RigidMotion<D>,
         mut work: impl FnMut(usize, f64, &[f64; D], &[f64; D], f64),
     ) {
-        let nodes = self.target.values.grid();
+        let nodes = self.target.nodes();
+        let Part {
+            distance,
+            steepness,
+        } = self.shape.parts[part];
         let row = nodes.nodes_per_axis()[0];
         let half_width = self.target.step.half_width();
-        let most = self.shape.steepness * nodes.spacing();
-        for (first, targets) in self.target.values.as_slice().chunks_exact(row).enumerate() {
+        let most = steepness * nodes.spacing();
+        let targets = self.target.parts[part].as_slice();
+        for (first, targets) in targets.chunks_exact(row).enumerate() {
             let first = first * row;
             let mut node = nodes.node(first);
             let (mut known, mut beyond) = (0, 0.0);
@@ -239,7 +166,7 @@ impl<'a, const D: usize> Matching<'a, D> {
                     work(first + i, target, &y, &z, beyond);
                     continue;
                 }
-                let u = extended(self.shape.distance, &z);
+                let u = extended(distance, &z);
                 // Less by far more than what rounding adds.
                 let excess = (1.0 - 1e-9) * u.abs() - half_width;
                 if excess > 0.0 {
@@ -261,7 +188,7 @@ impl<'a, const D: usize> Matching<'a, D> {
     pub(super) fn refine(&self, start: &Pose<D>) -> (f64, Pose<D>) {
         let (mut pose, mut damping) = (*start, 1e-3);
         let mut system = self.linearise(&pose);
-        let enough = SMALLEST_STEP * self.target.values.grid().spacing();
+        let enough = SMALLEST_STEP * self.target.nodes().spacing();
         // Typical distance of the shape's points from its centroid.
         let radius = self.moments.covariance.trace().sqrt();
         for _ in 0..MAX_STEPS {
@@ -296,24 +223,27 @@ impl<'a, const D: usize> Matching<'a, D> {
         let planes = planes::<D>();
         let mut sums = Sums::zeros(D + planes.len());
         let mut slope = [0.0; MOST_UNKNOWNS];
-        self.visit(&self.motion(pose), |index, target, y, z, u| {
-            let weight = self.weight(index, z);
-            let residual = self.target.step.value(u) - target;
-            sums.value += weight * residual * residual;
-            let rate = self.target.step.derivative(u);
-            if rate == 0.0 {
-                return;
-            }
-            let g = pose.rotation * SVector::from(gradient(self.shape.distance, z)) * rate;
-            let q = SVector::from(*y) - pose.centre;
-            for k in 0..D {
-                slope[k] = -g[k];
-            }
-            for (k, &(i, j)) in planes.iter().enumerate() {
-                slope[D + k] = -(g[j] * q[i] - g[i] * q[j]);
-            }
-            sums.add(weight, residual, &slope);
-        });
+        let motion = self.motion(pose);
+        for (part, own) in self.shape.parts.iter().enumerate() {
+            self.visit(part, &motion, |index, target, y, z, u| {
+                let weight = self.weight(index, z);
+                let residual = self.target.step.value(u) - target;
+                sums.value += weight * residual * residual;
+                let rate = self.target.step.derivative(u);
+                if rate == 0.0 {
+                    return;
+                }
+                let g = pose.rotation * SVector::from(gradient(own.distance, z)) * rate;
+                let q = SVector::from(*y) - pose.centre;
+                for k in 0..D {
+                    slope[k] = -g[k];
+                }
+                for (k, &(i, j)) in planes.iter().enumerate() {
+                    slope[D + k] = -(g[j] * q[i] - g[i] * q[j]);
+                }
+                sums.add(weight, residual, &slope);
+            });
+        }
         sums.system()
     }
 }
@@ -434,6 +364,8 @@ fn gradient<const D: usize>(u: &Field<f64, D, 1>, x: &[f64; D]) -> [f64; D] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fe_grid::Grid;
+    use levelset::Compact;
 
     /// A ball and a smaller one beside it, as a smooth function that is positive inside.
     fn pair<const D: usize>(grid: Grid<D>, offset: f64) -> Field<f64, D, 1> {
@@ -447,23 +379,20 @@ mod tests {
     }
 
     fn whole<const D: usize>(distance: &Field<f64, D, 1>) -> Masked<'_, D> {
-        Masked {
-            distance,
-            weight: None,
-            steepness: crate::align::steepness::steepness(distance),
-        }
+        Masked::new([distance], None)
     }
 
     fn indicator<const D: usize>(fixed: &Field<f64, D, 1>) -> Indicator<D> {
-        let still = [(whole(fixed), RigidMotion::identity())];
+        let whole = whole(fixed);
+        let still = [(&whole, RigidMotion::identity())];
         Indicator::mean(&still, *fixed.grid(), Compact::new(0.03).unwrap()).unwrap()
     }
 
     fn check_gradient<const D: usize>(n: usize) {
         let grid = Grid::<D>::cube(n);
         let (fixed, shape) = (pair(grid, 0.0), pair(grid, 0.04));
-        let target = indicator(&fixed);
-        let matching = Matching::new(&target, whole(&shape)).unwrap();
+        let (target, whole) = (indicator(&fixed), whole(&shape));
+        let matching = Matching::new(&target, &whole).unwrap();
         let start = matching.centred(plane_rotation(0, 1, 0.3));
         let system = matching.linearise(&start);
         assert!((system.value - matching.difference(&start)).abs() < 1e-12 * system.value);
@@ -492,21 +421,21 @@ mod tests {
         for u in shape.as_mut_slice() {
             *u *= factor;
         }
-        let target = indicator(&fixed);
+        let (target, whole) = (indicator(&fixed), whole(&shape));
         let step = target.step;
-        let matching = Matching::new(&target, whole(&shape)).unwrap();
+        let matching = Matching::new(&target, &whole).unwrap();
         let mut pose = matching.centred(plane_rotation(0, 1, turn));
         for shift in [0.0, 0.23, 0.9] {
             pose.centre[0] += shift;
             let motion = matching.motion(&pose);
             let mut plain = 0.0;
-            for (index, target) in target.values.as_slice().iter().enumerate() {
+            for (index, target) in target.values().enumerate() {
                 let z = motion.map_back(grid.position(grid.node(index)));
                 plain += (step.value(extended(&shape, &z)) - target).powi(2);
             }
             assert_eq!(matching.difference(&pose).to_bits(), plain.to_bits());
             let (mut visited, mut active) = (0, 0);
-            matching.visit(&motion, |_, target, _, _, u| {
+            matching.visit(0, &motion, |_, target, _, _, u| {
                 visited += 1;
                 active += usize::from(step.derivative(u) > 0.0 || step.value(u) != target);
             });

@@ -28,17 +28,18 @@ fn poses_in<const D: usize>(
 ) -> Result<Vec<Alignment<D>>, AlignError> {
     let shapes = checked(&[reference, moving], &[])?;
     let target = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
-    let coarse = Matching::new(&target.coarse, shapes[1]).map_err(|source| at(1, source))?;
+    let coarse = Matching::new(&target.coarse, &shapes[1]).map_err(|source| at(1, source))?;
     let mut scored: Vec<_> = starts::rotations(&coarse)
         .into_iter()
         .map(|rotation| coarse.centred(rotation))
         .map(|pose| (coarse.difference(&pose), pose))
         .collect();
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let all = distinct(&scored, starts::SEPARATION, REFINED * N_COARSE);
+    let separation = starts::SEPARATION[usize::from(D == 3)];
+    let all = distinct(None, &scored, separation, REFINED * N_COARSE);
     let mut refined = parallel::map(all.iter(), &|pose| coarse.refine(pose));
     refined.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let chosen = distinct(&refined, starts::SEPARATION, N_COARSE);
+    let chosen = distinct(None, &refined, separation, N_COARSE);
     let found = chosen.iter().map(|pose| Alignment {
         motion: coarse.motion(pose),
         mismatch: coarse.relative(coarse.difference(pose)),

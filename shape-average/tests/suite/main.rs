@@ -6,6 +6,7 @@ mod support;
 
 mod align;
 mod align_data;
+mod align_symmetric;
 mod average;
 mod average_properties;
 mod components;
