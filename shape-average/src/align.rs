@@ -54,10 +54,11 @@ const N_GROUP: usize = 6;
 const ROUNDS: usize = 2;
 /// The rounds end when no shape is turned by more than this angle, in radians.
 const SETTLED: f64 = 2e-3;
-/// Relative difference up to which two minima count as equal; the smaller rotation is then chosen.
-const TIE: f64 = 1e-3;
-/// Mismatch up to which two minima count as equal, too: that of the same object from masks of other
-/// lattices.
+/// Two minima count as equal, and the smaller rotation is chosen, where their mismatches differ by no more than
+/// `NOISE` and `TIE` times the smaller one, or twice `NOISE`: masks of one ellipsoid with voxels of a tenth to a
+/// fifth of its axes have mismatches of .004 to .03, and its four equal poses differ by up to .001.
+const TIE: f64 = 0.05;
+/// See [`TIE`].
 const NOISE: f64 = 1e-3;
 /// Number of numbers of an alignment in 3D.
 const NUMBERS: usize = 13;
@@ -371,7 +372,7 @@ impl<const D: usize> Target<D> {
     /// Computes the motions of a shape that fit well, at most [`N_GROUP`]: the preferred one first, then by
     /// their mismatch. `known` is an additional start.
     ///
-    /// The preferred one is, of those that fit best but for [`TIE`] and [`NOISE`], the one of smallest
+    /// The preferred one is, of those that fit best but for the noise of masks, the one of smallest
     /// rotation, or the nearest to the known one.
     fn fits(
         &self,
@@ -394,17 +395,15 @@ impl<const D: usize> Target<D> {
         let mut refined: Vec<_> = chosen.iter().map(|pose| coarse.refine(pose)).collect();
         let start = refined[0];
         refined.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let within = |least: f64, matching: &Matching<'_, D>, share: f64| {
-            least * share + matching.absolute(NOISE)
-        };
-        let worst = within(refined[0].0, &coarse, HOPELESS);
+        let worst = HOPELESS * refined[0].0 + coarse.absolute(NOISE);
         let start = (start.0 <= worst).then_some(start.1);
         refined.retain(|r| r.0 <= worst);
         let chosen = distinct(start, &refined, separation, N_GROUP);
         let fine = Matching::new(&self.fine, shape)?;
         let mut refined: Vec<_> = chosen.iter().map(|pose| fine.refine(pose)).collect();
         let least = refined.iter().map(|r| r.0).fold(f64::INFINITY, f64::min);
-        let best = within(least, &fine, 1.0 + TIE);
+        let noise = fine.absolute(NOISE);
+        let best = least + noise + (TIE * least).min(noise);
         let tied = |value: f64| value <= best;
         refined.sort_by(|a, b| {
             let away = |pose: &Pose<D>| pose.angle_to(&preferred);
@@ -415,7 +414,7 @@ impl<const D: usize> Target<D> {
                 (false, false) => a.0.total_cmp(&b.0),
             }
         });
-        let worst = within(least, &fine, HOPELESS);
+        let worst = HOPELESS * least + noise;
         refined.retain(|r| r.0 <= worst);
         let fits = refined.iter().map(|(value, pose)| Alignment {
             motion: fine.motion(pose),
