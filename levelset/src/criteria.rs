@@ -57,6 +57,12 @@ pub enum Cause {
     AmbiguousPath,
     /// The overlap of the edges of an image with those of the average that are carried to it.
     EdgeOverlap,
+    /// The share of the edges of an image that are no lines.
+    SolidEdges,
+    /// The share of the boundary of an object that does not lie on an edge of its image.
+    OffEdges,
+    /// The overlap of an object with the true one.
+    Truth,
     /// The fall of the energy along the direction of least curvature.
     Saddle,
     /// Doubts about the result that this one is computed from.
@@ -98,13 +104,14 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 27] = [
+const CRITERIA: [Criterion; 30] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
         limit: Limit::AtMost(0.0),
         reason: "A state at which the minimiser was stopped is not a minimum.",
-        remedy: "increase --max-iterations, or repeat the command if it was interrupted",
+        remedy: "increase --max-iterations if the limit was reached, use a finer --grid if the minimisation \
+                 stalled, or repeat the command if it was interrupted",
     },
     Criterion {
         cause: Cause::RemainingEnergy,
@@ -158,7 +165,7 @@ const CRITERIA: [Criterion; 27] = [
         limit: Limit::AtMost(0.5),
         reason: "What covers most of the border surrounds the rest of the image: it is the \
                  background, and the mask is inverted.",
-        remedy: "use --invert: the object must be bright, the background dark",
+        remedy: "use --invert, of segment --object dark: the object must be bright, the background dark",
     },
     Criterion {
         cause: Cause::GreyValues,
@@ -193,7 +200,7 @@ const CRITERIA: [Criterion; 27] = [
         reason: "Both sides of a boundary are represented by an interface of one to two cells; in \
                  parts thinner than three cells the two interfaces overlap. Corners of thick \
                  objects have shares below .03.",
-        remedy: "use a finer --grid, or crop the images to the objects",
+        remedy: "use a finer --grid",
     },
     Criterion {
         cause: Cause::NarrowGaps,
@@ -316,6 +323,30 @@ const CRITERIA: [Criterion; 27] = [
         reason: "Edges count where the phase field is below one half, some spacings around a line. Those of disks, \
                  faces, chests and slices of brains reach .97 to 1, a face and a letter that are averaged .92 to .95.",
         remedy: "leave the image out, use a larger --mismatch-weight, or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::SolidEdges,
+        figure: "share of the edges of an image that is thicker than two lines beside each other",
+        limit: Limit::AtMost(0.1),
+        reason: "Edges are lines some spacings wide. Where they fill whole areas, the texture of the image is taken \
+                 for edges, or the grid does not resolve them, and nothing but the area is matched.",
+        remedy: "use a larger --contrast or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::OffEdges,
+        figure: "share of the boundary of the object at which the image has no edge",
+        limit: Limit::AtMost(0.2),
+        reason: "The boundary of an object is an edge of its image. Of noise without an object, and of gradual \
+                 changes of brightness, a threshold cuts out something, too, whose boundary has no edges.",
+        remedy: "use another --threshold, --object or --classes, a smaller --contrast, or an image that shows an \
+                 object",
+    },
+    Criterion {
+        cause: Cause::Truth,
+        figure: "Dice overlap of the object with the true one",
+        limit: Limit::AtLeast(0.9),
+        reason: "Segmentations of images whose noise is as large as the contrast reach .95 and more.",
+        remedy: "see in the picture which object was found: --object dark takes the other one",
     },
     Criterion {
         cause: Cause::Saddle,

@@ -38,7 +38,7 @@ use indicator::{Indicator, Masked, thinned};
 use matching::{Matching, Pose};
 pub use motion::RigidMotion;
 pub use poses::poses;
-pub use reflection::mismatches;
+pub use reflection::{mismatches, reflected_mismatch};
 
 /// Nodes a side of the coarse and the fine set of sample nodes. Coarse in 3D, where nodes are
 /// many and rotations too.

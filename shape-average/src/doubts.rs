@@ -76,11 +76,20 @@ impl<const D: usize> JointResult<D> {
             not_converged(statuses, self.status),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
         ];
-        let overlaps = self.edge_overlaps.iter().enumerate();
-        let of_images = overlaps.filter_map(|(image, overlap)| {
-            Some(Doubt::check(Cause::EdgeOverlap, *overlap)?.about(image))
-        });
-        doubts.into_iter().flatten().chain(of_images).collect()
+        let of_images = |cause: Cause, figures: &[f64]| {
+            let figures = figures.iter().enumerate();
+            let doubts = figures.filter_map(move |(i, x)| Some(Doubt::check(cause, *x)?.about(i)));
+            doubts.collect::<Vec<_>>()
+        };
+        let of_images = [
+            of_images(Cause::EdgeOverlap, &self.edge_overlaps),
+            of_images(Cause::SolidEdges, &self.solid_shares),
+        ];
+        doubts
+            .into_iter()
+            .flatten()
+            .chain(of_images.into_iter().flatten())
+            .collect()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use fe_grid::mutant;
 use serde::Serialize;
-use statrs::function::gamma::gamma_ur;
+use statrs::function::beta::beta_reg;
 
 /// Modes count if their variance is at least this share of the variance of all modes. Smaller ones
 /// have standard deviations below a tenth of the sample's, which is the size of the errors of
@@ -19,9 +19,10 @@ pub struct Mahalanobis {
     pub distance: f64,
     /// Number of these modes.
     pub degrees_of_freedom: usize,
-    /// Probability of at least this distance for normally distributed shapes of these variances: the
-    /// square of the distance has a chi-squared distribution. Variances of few training shapes are
-    /// uncertain, so that it is too small for few shapes.
+    /// Probability of at least this distance for a new shape, if the shapes are normally distributed: for the
+    /// square `D^2`, `n` training shapes and `k` degrees of freedom, `D^2 (n - k) / (k (n + 1))` has an F
+    /// distribution with `k` and `n - k` degrees of freedom (Hotelling), since the average and the variances come
+    /// from the training shapes, too. With many of them `D^2` has a chi-squared distribution.
     pub p_value: f64,
     /// `d_M = sqrt((1/n) sum_j score_j^2)` over all modes, with the number `n` of training shapes:
     /// the definition of the lecture notes. Training shapes have the mean square `(n-1)/n`.
@@ -41,22 +42,26 @@ impl Mahalanobis {
         Self {
             distance: square.sqrt(),
             degrees_of_freedom,
-            p_value: chi_squared_survival(square, degrees_of_freedom),
+            p_value: survival(square, degrees_of_freedom, n_shapes),
             over_n: (all / mutant!(n_shapes, MahalanobisCount => n_shapes - 1) as f64).sqrt(),
         }
     }
 }
 
-/// The probability that a sum of squares of independent standard normal variables is at least `square`:
-/// `Q(k/2, square/2)` with the regularised upper incomplete gamma function.
-fn chi_squared_survival(square: f64, degrees_of_freedom: usize) -> f64 {
-    if degrees_of_freedom == 0 || square <= 0.0 {
+/// The probability that the squared distance of a new shape is at least `square`. The variances are those with
+/// `1/n`, so that Hotelling's `T^2` of a prediction is `square (n - 1) / (n + 1)`.
+///
+/// Source: T. W. Anderson, *An introduction to multivariate statistical analysis*, chapter 5.
+fn survival(square: f64, degrees_of_freedom: usize, n_shapes: usize) -> f64 {
+    if degrees_of_freedom == 0 || n_shapes <= degrees_of_freedom || square <= 0.0 {
         return 1.0;
     }
     if !square.is_finite() {
         return if square.is_nan() { f64::NAN } else { 0.0 };
     }
-    gamma_ur(0.5 * degrees_of_freedom as f64, 0.5 * square)
+    // `1 - x` of the incomplete beta function of the F distribution, without the ratio `F` itself.
+    let (k, n) = (degrees_of_freedom as f64, n_shapes as f64);
+    beta_reg(0.5 * (n - k), 0.5 * k, (n + 1.0) / (n + 1.0 + square))
 }
 
 #[cfg(test)]
@@ -65,22 +70,58 @@ mod tests {
 
     #[test]
     fn p_values_are_those_of_the_tables() {
-        // Critical values of the chi-squared distribution, to the digits of printed tables.
-        for (degrees, critical, p) in [
-            (1, 3.841, 0.05),
-            (2, 5.991, 0.05),
-            (5, 15.086, 0.01),
-            (10, 18.307, 0.05),
-            (30, 59.703, 0.001),
+        // Critical values of the F distribution, to the digits of printed tables.
+        for (k, others, critical, p) in [
+            (1, 1, 161.4, 0.05),
+            (2, 6, 5.143, 0.05),
+            (5, 10, 5.636, 0.01),
+            (10, 20, 2.348, 0.05),
         ] {
-            let found = chi_squared_survival(critical, degrees);
-            assert!((found / p - 1.0).abs() < 1e-3, "{degrees}: {found}");
+            let n = f64::from(k + others);
+            let square = critical * f64::from(k) * (n + 1.0) / f64::from(others);
+            let found = survival(square, k as usize, (k + others) as usize);
+            assert!((found / p - 1.0).abs() < 1e-3, "{k}, {others}: {found}");
         }
-        // Two degrees: exp(-x/2).
-        assert!((chi_squared_survival(3.0, 2) - (-1.5f64).exp()).abs() < 1e-14);
-        assert_eq!(chi_squared_survival(0.0, 3), 1.0);
-        assert_eq!(chi_squared_survival(f64::INFINITY, 3), 0.0);
-        assert!(chi_squared_survival(f64::NAN, 3).is_nan());
+        // Many training shapes: the chi-squared distribution, for two degrees exp(-x/2).
+        let found = survival(3.0, 2, 1_000_000);
+        assert!((found / (-1.5f64).exp() - 1.0).abs() < 1e-5);
+        assert_eq!(survival(0.0, 3, 8), 1.0);
+        assert_eq!(survival(f64::INFINITY, 3, 8), 0.0);
+        assert!(survival(f64::NAN, 3, 8).is_nan());
+        assert_eq!(survival(9.0, 3, 3), 1.0);
+    }
+
+    /// New shapes of the population that the training shapes come from have p-values below `p` in a share `p` of
+    /// all cases, for few training shapes, too.
+    #[test]
+    fn p_values_of_new_shapes_are_uniform() {
+        // Sums of twelve uniform numbers: normal but for tails beyond three standard deviations.
+        let mut state = 7u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+        for n in [3, 8, 20] {
+            let cases = 20_000;
+            let mut small = [0usize; 2];
+            for _ in 0..cases {
+                let training: Vec<f64> = (0..n).map(|_| normal()).collect();
+                let mean = training.iter().sum::<f64>() / n as f64;
+                let squares = training.iter().map(|x| (x - mean).powi(2));
+                let variance = squares.sum::<f64>() / n as f64;
+                let score = (normal() - mean) / variance.sqrt();
+                let p = Mahalanobis::new(&[score], &[variance], n).p_value;
+                small[0] += usize::from(p < 0.05);
+                small[1] += usize::from(p < 0.2);
+            }
+            // Four standard deviations of a share among so many cases: .006 and .011.
+            let [least, less] = small.map(|count| count as f64 / f64::from(cases));
+            assert!((least - 0.05).abs() < 0.008, "{n}: {least}");
+            assert!((less - 0.2).abs() < 0.012, "{n}: {less}");
+        }
     }
 
     #[test]

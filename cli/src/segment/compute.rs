@@ -1,7 +1,10 @@
 //! Computes edges and objects of images.
 
 use fe_grid::ScalarField;
-use levelset::{BoxEdge, Contour, contour, hausdorff, largest_component, signed_distance};
+use levelset::inspect::border_share_of;
+use levelset::{
+    BoxEdge, Cause, Contour, Doubt, contour, hausdorff, largest_component, signed_distance,
+};
 use phasefield::segmentation::{
     Segmentation, SegmentationParams, memory_estimate, segment, split_classes,
 };
@@ -23,6 +26,24 @@ pub(crate) struct Found<const D: usize> {
     pub history: Vec<HistoryPoint>,
     /// `None` if there is none, or none was requested.
     pub object: Option<FoundObject<D>>,
+}
+
+impl<const D: usize> Found<D> {
+    /// The doubts about the edges and the object.
+    pub fn doubts(&self) -> Vec<Doubt> {
+        let mut doubts = self.result.doubts();
+        if let Some(object) = &self.object {
+            let off = self.result.off_edges(&object.outline);
+            doubts.extend(Doubt::check(Cause::OffEdges, off));
+            let nodes = object.level_set.grid();
+            let inside = |index: usize| object.level_set.as_slice()[index] > 0.0;
+            let share = border_share_of(nodes, &inside);
+            doubts.extend(Doubt::check(Cause::Background, share));
+            let dice = object.truth.as_ref().map(|truth| truth.dice);
+            doubts.extend(dice.and_then(|dice| Doubt::check(Cause::Truth, dice)));
+        }
+        doubts
+    }
 }
 
 /// The object of an image.

@@ -52,6 +52,8 @@ struct ObjectRecord {
     separation: Option<f64>,
     #[serde(flatten)]
     size: SizeRecord,
+    /// Share of the boundary that does not lie on an edge of the image.
+    off_edges: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     dice: Option<f64>,
     /// Distance of the boundary to the true one, in the length units of the image.
@@ -78,6 +80,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
                 threshold: object.threshold.map(|t| placed.input.range.number(t)),
                 separation: object.separation,
                 size: SizeRecord::new::<D>(volume, Some(scale)),
+                off_edges: result.off_edges(&object.outline),
                 dice: truth.map(|t| t.dice),
                 mean_distance_input_units: truth.map(|t| t.distance[0] / scale),
                 percentile_95_input_units: truth.map(|t| t.distance[1] / scale),
@@ -116,7 +119,7 @@ pub(super) fn record<'a, const D: usize>(
     };
     let status = status.to_owned();
     let numbered = found.iter().enumerate();
-    let doubts = numbered.flat_map(|(i, f)| f.result.doubts().into_iter().map(move |d| d.about(i)));
+    let doubts = numbered.flat_map(|(i, f)| f.doubts().into_iter().map(move |d| d.about(i)));
     let names = found.iter().map(|f| &*f.placed.input.name);
     let doubts = named(&doubts.collect::<Vec<_>>(), names);
     let found = Images {

@@ -4,7 +4,7 @@
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::inspect::{border_share_of, narrow_gap_share, specks_of, thin_share};
 use levelset::{Cause, Contour, Doubt};
-use shape_average::align::mismatches;
+use shape_average::align::{mismatches, reflected_mismatch};
 
 use super::Input;
 use crate::error::CliError;
@@ -15,6 +15,10 @@ const MATCHED: f64 = 0.02;
 /// Share of the mismatch below which a reflected shape fits better than the shape itself; beyond its inverse, it
 /// fits worse. Shapes between are as like their reflection.
 const MARGIN: f64 = 0.8;
+
+/// Share of the mismatch of a shape that an average must differ from its own reflection by, to tell whether the
+/// shape is reflected: a reflected shape differs from the average by as much as the average itself would.
+const SIDES: f64 = 0.5;
 
 /// The doubts about a mask. The object of one that is partially visible may continue beyond the
 /// border.
@@ -84,6 +88,39 @@ impl Likeness {
     ) -> Result<Self, CliError> {
         let [own, reflected] = mismatches(reference, shape).map_err(super::align::failed)?;
         Ok(Self { own, reflected })
+    }
+
+    /// The doubt about a shape whose mismatch with another one is known, unless it fits as it is.
+    ///
+    /// # Errors
+    /// [`CliError::Computation`].
+    pub fn doubt_of_aligned<const D: usize>(
+        reference: &ScalarField<f64, D>,
+        shape: &ScalarField<f64, D>,
+        own: f64,
+    ) -> Result<Option<Doubt>, CliError> {
+        if own <= MATCHED {
+            return Ok(None);
+        }
+        let reflected = reflected_mismatch(reference, shape).map_err(super::align::failed)?;
+        Ok(Self { own, reflected }.doubt())
+    }
+
+    /// The doubt about a shape that is compared with the average of many, unless it fits as it is. An average
+    /// that is about as like its own reflection as the shape is like it tells no sides.
+    ///
+    /// # Errors
+    /// [`CliError::Computation`].
+    pub fn doubt_of_average<const D: usize>(
+        average: &ScalarField<f64, D>,
+        shape: &ScalarField<f64, D>,
+    ) -> Result<Option<Doubt>, CliError> {
+        let found = Self::new(average, shape)?;
+        let Some(doubt) = found.doubt() else {
+            return Ok(None);
+        };
+        let sides = reflected_mismatch(average, average).map_err(super::align::failed)?;
+        Ok((sides > SIDES * found.own).then_some(doubt))
     }
 
     /// The mismatch of the reflected shape, relative to that of the shape.

@@ -14,11 +14,12 @@
 use std::borrow::Cow;
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::{Contour, ContourDistance};
+use levelset::{Cause, Contour, ContourDistance, Doubt};
 use shape_average::align::{Alignment, RigidMotion, align_to};
 
 use super::align::{ROOM, bounds, coarse_distances, failed};
 use super::domain::{Domain, moved, room};
+use super::inspect::Likeness;
 use super::{Input, common_scale};
 use crate::error::CliError;
 use shapespace_input::frame::corner_in_unit_box;
@@ -59,6 +60,25 @@ impl<const D: usize> Position<D> {
 pub(crate) type PairFields<'a, const D: usize> =
     (Cow<'a, ScalarField<f64, D>>, Cow<'a, ScalarField<f64, D>>);
 
+/// The figure of a shape that is not doubted.
+const UNDOUBTED: f64 = f64::MAX;
+
+/// Adds the doubts about shapes that fit the first of a pair better if they were reflected: the most doubtful
+/// pair of each.
+fn add_reflections<const D: usize>(
+    inputs: &mut [Input<D>],
+    pairs: &[[usize; 2]],
+    figures: &[[f64; 1]],
+) {
+    let mut least = vec![UNDOUBTED; inputs.len()];
+    for ([_, shape], [figure]) in pairs.iter().zip(figures) {
+        least[*shape] = least[*shape].min(*figure);
+    }
+    for (input, figure) in inputs.iter_mut().zip(least) {
+        input.doubts.extend(Doubt::check(Cause::Reflection, figure));
+    }
+}
+
 impl<const D: usize> Pairs<D> {
     /// Pairs of shapes on one grid that are not aligned.
     pub fn placed(
@@ -84,7 +104,7 @@ impl<const D: usize> Pairs<D> {
     /// [`CliError::Computation`] where a shape is too small to be aligned, and those of
     /// [`Domain::grid`].
     pub fn aligned(
-        inputs: Vec<Input<D>>,
+        mut inputs: Vec<Input<D>>,
         distances: Vec<ScalarField<f64, D>>,
         pairs: Vec<[usize; 2]>,
         own: &Grid<D>,
@@ -104,13 +124,18 @@ impl<const D: usize> Pairs<D> {
                     return Ok(None);
                 }
                 let aligned = align_to(&coarse[i], &coarse[j]).map_err(failed)?;
-                Ok(Some(aligned.to_numbers()))
+                let own = aligned.mismatch;
+                let doubt = Likeness::doubt_of_aligned(&coarse[i], &coarse[j], own)?;
+                let figure = doubt.map_or(UNDOUBTED, |doubt| doubt.figure);
+                Ok(Some((aligned.to_numbers(), [figure])))
             });
         let found: Result<Option<Vec<_>>, CliError> = found.into_iter().collect();
         // Interrupted on the first process, which ends the others.
         let Some(own) = found? else {
             return Ok(None);
         };
+        let (own, figures): (Vec<_>, Vec<_>) = own.into_iter().unzip();
+        add_reflections(&mut inputs, &pairs, &distribution.share(&figures));
         let found = distribution.share(&own).into_iter();
         let motions = found.map(|numbers| Alignment::from_numbers(numbers).motion);
         let mut positions = Vec::with_capacity(pairs.len());

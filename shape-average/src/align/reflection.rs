@@ -16,12 +16,30 @@ compiled_once! {
     ) -> Result<[f64; 2], AlignError> = mismatches_in;
 }
 
+compiled_once! {
+    /// Computes the mismatch of the reflection of the shape `moving` after its alignment with `reference`.
+    ///
+    /// # Errors
+    /// As [`align_to`](super::align_to).
+    pub fn reflected_mismatch<'a, D>(
+        reference: &'a Field<f64, D, 1>,
+        moving: &'a Field<f64, D, 1>,
+    ) -> Result<f64, AlignError> = reflected_in;
+}
+
 fn mismatches_in<const D: usize>(
     reference: &Field<f64, D, 1>,
     moving: &Field<f64, D, 1>,
 ) -> Result<[f64; 2], AlignError> {
     let own = align_to_in(reference, moving)?.mismatch;
-    Ok([own, align_to_in(reference, &reflected(moving))?.mismatch])
+    Ok([own, reflected_in(reference, moving)?])
+}
+
+fn reflected_in<const D: usize>(
+    reference: &Field<f64, D, 1>,
+    moving: &Field<f64, D, 1>,
+) -> Result<f64, AlignError> {
+    Ok(align_to_in(reference, &reflected(moving))?.mismatch)
 }
 
 /// Reflects a shape at the middle of the box along the first axis.

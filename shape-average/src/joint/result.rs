@@ -3,6 +3,7 @@
 use crate::energy::Energy;
 use fe_grid::minimise::Status;
 use fe_grid::{Certificate, Field, ScalarField};
+use levelset::signed_distance;
 use phasefield::segmentation::SegmentationEnergy;
 use serde::Serialize;
 
@@ -73,6 +74,9 @@ pub struct JointResult<const D: usize> {
     /// For every image the Dice overlap of its edges with those of the average that its deformation carries to it:
     /// of the nodes where `v_i` and `v o phi_i` are below one half.
     pub edge_overlaps: Vec<f64>,
+    /// For every image the share of its edges that is thicker than two lines beside each other: nodes with `v_i < 1/2`
+    /// that are farther than `4 eps ln 2` from the others.
+    pub solid_shares: Vec<f64>,
     /// Convergence history of each level, coarsest first.
     pub levels: Vec<JointLevel>,
     /// A converged status, or else the status of the first level that did not converge.
@@ -101,7 +105,32 @@ pub fn spread<const D: usize>(fields: &[ScalarField<f64, D>]) -> f64 {
     (variance / nodes.max(1) as f64).sqrt()
 }
 
-/// The Dice overlap of the nodes where two phase fields are below one half; 1 for fields without edges.
+/// The share of the nodes with `v < 1/2` from which it is farther to those with `v > 1/2` than two lines beside each
+/// other are wide: the phase field of one line is `1 - exp(-|x|/(2 eps))`, below one half up to
+/// `2 eps ln 2`. Thicker edges are no lines: the texture of the image, or lines that the grid does not resolve.
+pub(super) fn solid_share<const D: usize>(
+    phase_field: &ScalarField<f64, D>,
+    interface_width: f64,
+) -> f64 {
+    let mut edges = phase_field.clone();
+    for v in edges.as_mut_slice() {
+        *v = 0.5 - *v;
+    }
+    let Ok(depth) = signed_distance(&edges, 0.0) else {
+        // No edges, or nothing else.
+        return if edges.as_slice().iter().all(|v| *v > 0.0) {
+            1.0
+        } else {
+            0.0
+        };
+    };
+    let deep = 2.0 * 2.0 * interface_width * std::f64::consts::LN_2;
+    let count = |least: f64| depth.as_slice().iter().filter(|d| **d > least).count();
+    count(deep) as f64 / count(0.0).max(1) as f64
+}
+
+/// The Dice overlap of the nodes where two phase fields are below one half; 0 for fields without edges, of which
+/// nothing corresponds.
 pub(super) fn edge_overlap<const D: usize>(
     first: &ScalarField<f64, D>,
     second: &ScalarField<f64, D>,
@@ -115,7 +144,7 @@ pub(super) fn edge_overlap<const D: usize>(
     if either > 0.0 {
         2.0 * both / either
     } else {
-        1.0
+        0.0
     }
 }
 

@@ -1,7 +1,7 @@
 //! Solution of the joint problem from coarse levels to fine, round by round.
 
 use super::params::{Edges, JointParams};
-use super::result::{JointLevel, JointResult, edge_overlap};
+use super::result::{JointLevel, JointResult, edge_overlap, solid_share};
 use super::round::{Rounds, State};
 use crate::error::AverageError;
 use crate::quiet::Quiet;
@@ -334,11 +334,16 @@ fn finish<const D: usize>(
     let edge_overlaps = pairs
         .map(|(carried, own)| edge_overlap(&carried, own))
         .collect();
+    let width = levels
+        .last()
+        .map_or(grid.spacing(), |level| level.interface_width);
+    let solid = |phase_field: &ScalarField<f64, D>| solid_share(phase_field, width);
     let bad = levels.iter().map(|l| l.status).find(|s| !s.converged());
     Ok(Some(JointResult {
         average,
         average_image: sum,
         images,
+        solid_shares: phase_fields.iter().map(solid).collect(),
         phase_fields,
         edge_overlaps,
         pushed,
