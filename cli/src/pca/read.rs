@@ -52,6 +52,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub placing: Option<Frame>,
     /// Whether its shapes were aligned.
     pub align: Align,
+    /// The largest mismatch of its shapes after that; 0 where they were not aligned.
+    pub mismatch: f64,
     /// Whether its shapes were scaled to equal sizes.
     pub size: Size,
     /// The doubts about it.
@@ -170,6 +172,10 @@ fn stored_average<const D: usize>(
         place: ResultPlace::of_records(&record.input),
         placing: config.masks.frame,
         align: config.masks.align.unwrap_or_default(),
+        mismatch: {
+            let aligned = record.input.iter().filter_map(|i| i.alignment.as_ref());
+            aligned.map(|a| a.mismatch).fold(0.0, f64::max)
+        },
         size: config.masks.size,
         doubts: record.doubts,
         sums: fields.sums().clone(),

@@ -46,7 +46,7 @@ pub(crate) struct AlignmentRecord {
     pub rotation: Vec<Vec<f64>>,
     pub translation: Vec<f64>,
     pub(super) angle_degrees: f64,
-    mismatch: f64,
+    pub mismatch: f64,
     pub(super) reference: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) moved_mm: Option<f64>,

@@ -106,17 +106,19 @@ impl Likeness {
         Ok(Self { own, reflected }.doubt())
     }
 
-    /// The doubt about a shape that is compared with the average of many, unless it fits as it is. An average
-    /// that is about as like its own reflection as the shape is like it tells no sides.
+    /// The doubt about a shape that is compared with the average of many, unless it fits as it is, or as well as
+    /// those do, whose mismatches are at most `usual`. An average that is about as like its own reflection as the
+    /// shape is like it tells no sides.
     ///
     /// # Errors
     /// [`CliError::Computation`].
     pub fn doubt_of_average<const D: usize>(
         average: &ScalarField<f64, D>,
         shape: &ScalarField<f64, D>,
+        usual: f64,
     ) -> Result<Option<Doubt>, CliError> {
         let found = Self::new(average, shape)?;
-        let Some(doubt) = found.doubt() else {
+        let Some(doubt) = found.doubt().filter(|_| found.own > usual) else {
             return Ok(None);
         };
         let sides = reflected_mismatch(average, average).map_err(super::align::failed)?;

@@ -20,6 +20,12 @@ use shapespace_input::lattice::Lattice;
 /// do not reach it. Grey images fill the box.
 const BORDER: f64 = 0.05;
 
+/// Most samples of a volume that is written, or if that is more, of one for every node of the grid: finer ones say
+/// nothing more.
+const MOST_SAMPLES: usize = 1 << 24;
+/// See [`MOST_SAMPLES`].
+const FINEST: usize = 64;
+
 /// Samples that one thread evaluates at a time.
 pub(super) const SAMPLES_AT_ONCE: usize = 1024;
 
@@ -75,10 +81,15 @@ impl<const D: usize> Space<D> {
     }
 
     /// Where volumes are written: the samples, continued where needed, in the box of a grid. Other programs
-    /// refuse sheared axes; volumes lie on the nodes then.
+    /// refuse sheared axes; volumes lie on the nodes then. They lie on the nodes and those half way between, too,
+    /// where the samples are far finer, such as those of a small surface beside a large one.
     pub(super) fn lattice(&self, grid: &Grid<D>) -> Option<Lattice> {
         if self.samples.is_orthogonal() {
-            return Some(self.within(&self.samples, grid));
+            let own = self.within(&self.samples, grid);
+            if own.count() <= MOST_SAMPLES.max(FINEST * grid.n_nodes()) {
+                return Some(own);
+            }
+            return Some(self.within(&self.world.lattice(grid)?.refined(2), grid));
         }
         Some(self.within(&self.world.lattice(grid)?, grid))
     }

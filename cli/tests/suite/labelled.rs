@@ -297,3 +297,30 @@ fn volumes_have_surfaces_of_labels_and_a_label_image() {
     succeeded(&place.compute(&scores));
     assert!(place.path("shape").join("shape_label_2.stl").is_file());
 }
+
+/// The outline of two halves is symmetric; a picture turned by half a turn is turned back, and one that is not
+/// stays as it is.
+#[test]
+fn label_images_are_aligned_by_their_labels() {
+    let place = Place::new();
+    let wide = halves(12);
+    place.write("a.npy", &npy_f64(&[33, 33], &wide));
+    place.write("b.npy", &npy_f64(&[33, 33], &halves(13)));
+    let turned: Vec<f64> = wide.iter().rev().copied().collect();
+    place.write("turned.npy", &npy_f64(&[33, 33], &turned));
+    let inputs = ["average", "a.npy", "b.npy", "turned.npy", "--labels"];
+    let options = ["--align", "rigid", "--grid", "33", "-o", "out"];
+    place.run(&[&inputs[..], &options].concat());
+    let results = Results::read(&place.path("out"));
+    let angle = |i: usize| results.number(&format!("/input/{i}/alignment/angle_degrees"));
+    assert!(
+        angle(1) < 2.0 && (angle(2) - 180.0).abs() < 2.0,
+        "{} {}",
+        angle(1),
+        angle(2)
+    );
+    for label in 0..2 {
+        let dice = results.numbers(&format!("/components/{label}/dice"));
+        assert!(dice.iter().all(|dice| *dice > 0.9), "{dice:?}");
+    }
+}

@@ -379,3 +379,64 @@ fn the_page_states_all_limits() {
         missing.join("\n")
     );
 }
+
+/// Every pair of distances is aligned by itself, and looked at by itself.
+#[test]
+fn a_reflected_shape_among_distances_is_named() {
+    let place = Place::new();
+    picture(&place, "a.png", flag);
+    picture(&place, "turned.png", |x, y| flag(y, -x));
+    picture(&place, "reflected.png", |x, y| flag(-x, y));
+    let arguments = ["distances", "a.png", "turned.png", "reflected.png"];
+    let options = ["--grid", "33", "-K", "1"];
+    let (results, _) = doubtful(&place, &[&arguments[..], &options].concat());
+    let reflection = "reflection".to_owned();
+    assert!(causes(&results, Some("reflected")).contains(&reflection));
+    for name in ["a", "turned"] {
+        assert!(
+            !causes(&results, Some(name)).contains(&reflection),
+            "{name}"
+        );
+    }
+}
+
+/// Noise, a gradual change, the background, and what is not the true object have a mask, too.
+#[test]
+fn objects_without_edges_are_doubtful() {
+    let place = Place::new();
+    let noise = |x: f64, y: f64| {
+        let mixed = ((x * 127.1 + y * 311.7).sin() * 43758.547).fract().abs();
+        0.3 + 0.4 * mixed
+    };
+    picture(&place, "noise.png", noise);
+    picture(&place, "ramp.png", |x, _| 0.5 + 0.004 * x);
+    let bright = |x: f64, y: f64| 0.2 + 0.6 * ellipse([20.0, 14.0], [x, y]);
+    picture(&place, "bright.png", bright);
+    picture(&place, "dark.png", |x, y| 1.0 - bright(x, y));
+    ordinary(&place, "truth.png");
+    for (name, cause) in [
+        ("noise", "off_edges"),
+        ("ramp", "off_edges"),
+        ("dark", "background"),
+    ] {
+        let run = place.run(&[
+            "segment",
+            &format!("{name}.png"),
+            "--contrast",
+            ".4",
+            "-o",
+            name,
+        ]);
+        assert_eq!(run.status.code(), Some(3), "{name}");
+        let found = causes(&Results::read(&place.path(name)), Some(name));
+        assert!(found.contains(&cause.to_owned()), "{name}: {found:?}");
+    }
+    let against = |name: &str, output: &str| {
+        let image = format!("{name}.png");
+        place.run(&["segment", &image, "--truth", "truth.png", "-o", output])
+    };
+    succeeded(&against("bright", "found"));
+    assert_eq!(against("dark", "missed").status.code(), Some(3));
+    let found = causes(&Results::read(&place.path("missed")), Some("dark"));
+    assert!(found.contains(&"truth".to_owned()), "{found:?}");
+}

@@ -219,3 +219,31 @@ fn separate_edges_are_held() {
         assert_eq!(found.phase_field.as_slice(), held.as_slice());
     }
 }
+
+/// Neither images without edges nor those whose edges fill them say what corresponds.
+#[test]
+fn no_edges_and_solid_ones_are_doubtful() {
+    let grid = Grid::<2>::dyadic(6);
+    let doubts = |images: &[ScalarField<f64, 2>]| -> Vec<Cause> {
+        let params = params();
+        let result = joint_average(images, &params, &mut Silent).unwrap();
+        let doubts = result.doubts(&params.average);
+        doubts.iter().map(|doubt| doubt.cause).collect()
+    };
+    let disks = [0.25, 0.27].map(|radius| disk(grid, [0.5; 2], radius, 0.0));
+    assert_eq!(doubts(&disks), []);
+    // Noise far below the contrast that counts as an edge.
+    let flat = [0.3, 0.4].map(|seed| disk(grid, [seed, 0.5], -1.0, 0.2));
+    assert_eq!(doubts(&flat), [Cause::EdgeOverlap; 2]);
+    // Stripes of two spacings.
+    let texture = [0.24, 0.26].map(|radius| {
+        let stripes = Field::from_fn(grid, |x: [f64; 2]| {
+            let bright = (x[0] * 16.0).fract() < 0.5;
+            let inside = (x[0] - 0.5).hypot(x[1] - 0.5) < radius;
+            [f64::from(u8::from(inside && bright))]
+        });
+        ScalarField::from_vec(grid, stripes.as_slice().to_vec()).unwrap()
+    });
+    let found = doubts(&texture);
+    assert!(found.contains(&Cause::SolidEdges), "{found:?}");
+}

@@ -259,7 +259,7 @@ impl<'a, const D: usize> Target<'a, D> {
 
     /// The doubt that a shape is reflected against the average.
     fn reflection(&self, coarse: &ScalarField<f64, D>) -> Result<Option<Doubt>, CliError> {
-        Likeness::doubt_of_average(&self.coarse, coarse)
+        Likeness::doubt_of_average(&self.coarse, coarse, self.stored.average.mismatch)
     }
 
     fn coarse_grid(&self) -> Grid<D> {
