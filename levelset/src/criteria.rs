@@ -15,6 +15,8 @@ pub enum Cause {
     Overlap,
     /// The distance of their boundaries.
     BoundaryDistance,
+    /// Parts and holes of a shape that the average has not, or the other way round.
+    Topology,
     /// The smallest determinant of a deformation.
     Determinant,
     /// An object that touches the border of its image.
@@ -104,7 +106,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 30] = [
+const CRITERIA: [Criterion; 31] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -141,6 +143,14 @@ const CRITERIA: [Criterion; 30] = [
                  a tail, was not matched, however small its share of the overlap is.",
         remedy: "use --align rigid, a finer --grid or a larger --mismatch-weight, or leave the \
                  shape out",
+    },
+    Criterion {
+        cause: Cause::Topology,
+        figure: "parts and holes of the shape that the average has not, or the other way round",
+        limit: Limit::AtMost(0.0),
+        reason: "Deformations keep parts and holes. One of a shape that the average has not was squeezed to less \
+                 than a cell, whatever the overlap. Those count that are two spacings deep.",
+        remedy: "use shapes with the same parts and holes, or fill holes",
     },
     Criterion {
         cause: Cause::Determinant,

@@ -19,6 +19,50 @@ const TOLERANCE: f64 = 0.5;
 /// more than `RADIUS + TOLERANCE` and the half diagonal of a cell.
 const STEPS: usize = 3;
 
+/// The numbers of parts of an object, given by its signed distance (positive inside), and of its holes, which the
+/// outside does not reach: of those that are somewhere at least `depth` deep.
+pub fn parts_and_holes<const D: usize>(distance: &Field<f64, D, 1>, depth: f64) -> [usize; 2] {
+    let (grid, values) = (distance.grid(), distance.as_slice());
+    let count = |sign: f64, adjacency: Adjacency, is_open: &dyn Fn(usize) -> bool| -> usize {
+        let found = components(grid, &|index| sign * values[index] > 0.0, adjacency);
+        let (mut deep, mut open) = (
+            vec![false; found.sizes.len()],
+            vec![false; found.sizes.len()],
+        );
+        for (index, &label) in found.labels.iter().enumerate() {
+            if let Some(place) = (label as usize).checked_sub(1) {
+                deep[place] |= sign * values[index] >= depth;
+                open[place] |= is_open(index);
+            }
+        }
+        deep.iter()
+            .zip(&open)
+            .filter(|(deep, open)| **deep && !**open)
+            .count()
+    };
+    [
+        count(1.0, Adjacency::Edges, &|_| false),
+        count(-1.0, Adjacency::Corners, &|index| on_border(grid, index)),
+    ]
+}
+
+/// The number of parts and holes that one of two objects, given by their signed distances, has and the other one
+/// has not. Those count that are at least two spacings deep, against all that are half a spacing deep.
+pub fn other_parts_and_holes<const D: usize>(
+    first: &Field<f64, D, 1>,
+    second: &Field<f64, D, 1>,
+) -> usize {
+    let h = first.grid().spacing();
+    let of = |distance| [2.0, 0.5].map(|depth| parts_and_holes(distance, depth * h));
+    let ([deep, all], [other_deep, other_all]) = (of(first), of(second));
+    let missing = |k: usize| {
+        deep[k]
+            .saturating_sub(other_all[k])
+            .max(other_deep[k].saturating_sub(all[k]))
+    };
+    missing(0) + missing(1)
+}
+
 /// The share of the outermost layer of nodes that lies in the object `{field > level}`: 0 for an
 /// object that does not touch the border of the box, 1 for one that surrounds the rest of it.
 pub fn border_share<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> f64 {

@@ -30,7 +30,7 @@ use crate::history::HistoryPoint;
 use crate::output::ResultDir;
 use crate::processes::need_one;
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{Input, settle};
+use crate::shapes::{Input, add_topologies, settle};
 use crate::summary::Summary;
 use components::Parts;
 use error_bars::{ErrorBars, error_bars};
@@ -235,6 +235,9 @@ impl Average {
         let Some(result) = result else {
             return Ok(None);
         };
+        if visibility.is_empty() {
+            add_topologies(&mut inputs, &distances, &result.average_indicator);
+        }
         let error_bars = if config.error_bars {
             error_bars(&result, distances, visibility, &params, session)?
         } else {

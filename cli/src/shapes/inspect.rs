@@ -2,8 +2,10 @@
 //! resolution that the grid has.
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::inspect::{border_share_of, narrow_gap_share, specks_of, thin_share};
-use levelset::{Cause, Contour, Doubt};
+use levelset::inspect::{
+    border_share_of, narrow_gap_share, other_parts_and_holes, specks_of, thin_share,
+};
+use levelset::{Cause, Contour, Doubt, signed_distance};
 use shape_average::align::{mismatches, reflected_mismatch};
 
 use super::Input;
@@ -19,6 +21,9 @@ const MARGIN: f64 = 0.8;
 /// Share of the mismatch of a shape that an average must differ from its own reflection by, to tell whether the
 /// shape is reflected: a reflected shape differs from the average by as much as the average itself would.
 const SIDES: f64 = 0.5;
+/// Mismatch with an average up to which a shape is one of its kind, relative to the largest of those that it is the
+/// average of: these are measured against the mean of their masks, which is more like them.
+const USUAL: f64 = 1.5;
 
 /// The doubts about a mask. The object of one that is partially visible may continue beyond the
 /// border.
@@ -66,6 +71,24 @@ pub(crate) fn inspect_resolution<const D: usize>(
 /// The doubt about parts that the grid does not resolve.
 pub(crate) fn inspect_thinness<const D: usize>(distance: &ScalarField<f64, D>) -> Option<Doubt> {
     Doubt::check(Cause::ThinParts, thin_share(distance))
+}
+
+/// Adds the doubts about shapes, given by their signed distances, that have other parts or holes than their average,
+/// given by its indicator.
+pub(crate) fn add_topologies<const D: usize>(
+    inputs: &mut [Input<D>],
+    distances: &[ScalarField<f64, D>],
+    average: &ScalarField<f64, D>,
+) {
+    // One without a boundary is doubted for its overlaps.
+    let Ok(average) = signed_distance(average, 0.5) else {
+        return;
+    };
+    let others = parallel::map(distances, &|own| other_parts_and_holes(own, &average));
+    for (input, others) in inputs.iter_mut().zip(others) {
+        let doubt = Doubt::check(Cause::Topology, others as f64);
+        input.doubts.extend(doubt);
+    }
 }
 
 /// How well a shape fits another one, as it is and when it is reflected.
@@ -118,7 +141,7 @@ impl Likeness {
         usual: f64,
     ) -> Result<Option<Doubt>, CliError> {
         let found = Self::new(average, shape)?;
-        let Some(doubt) = found.doubt().filter(|_| found.own > usual) else {
+        let Some(doubt) = found.doubt().filter(|_| found.own > USUAL * usual) else {
             return Ok(None);
         };
         let sides = reflected_mismatch(average, average).map_err(super::align::failed)?;

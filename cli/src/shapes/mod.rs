@@ -39,7 +39,9 @@ use size::equalise;
 
 pub(crate) use coordinates::{Coordinates, in_space};
 pub(crate) use domain::{Domain, moved};
-pub(crate) use inspect::{Likeness, doubts_of, inspect_mask, inspect_resolution, inspect_thinness};
+pub(crate) use inspect::{
+    Likeness, add_topologies, doubts_of, inspect_mask, inspect_resolution, inspect_thinness,
+};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};

@@ -440,3 +440,28 @@ fn objects_without_edges_are_doubtful() {
     let found = causes(&Results::read(&place.path("missed")), Some("dark"));
     assert!(found.contains(&"truth".to_owned()), "{found:?}");
 }
+
+/// A hole of three and a half spacings is squeezed to a sliver that the grid does not see.
+#[test]
+fn a_hole_that_the_average_has_not_is_named() {
+    let place = Place::new();
+    picture(&place, "disk.png", |x, y| ellipse([24.0; 2], [x, y]));
+    picture(&place, "other.png", |x, y| ellipse([22.0, 25.0], [x, y]));
+    picture(&place, "ring.png", |x, y| {
+        ellipse([24.0; 2], [x, y]) - ellipse([7.0; 2], [x, y])
+    });
+    let arguments = [
+        "average",
+        "disk.png",
+        "other.png",
+        "ring.png",
+        "--grid",
+        "65",
+    ];
+    let (results, _) = doubtful(&place, &arguments);
+    let topology = "topology".to_owned();
+    assert!(causes(&results, Some("ring")).contains(&topology));
+    for name in ["disk", "other"] {
+        assert!(!causes(&results, Some(name)).contains(&topology), "{name}");
+    }
+}
