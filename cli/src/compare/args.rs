@@ -35,7 +35,8 @@ pub struct CompareConfig {
     /// Number of modes that are compared [default: those with at least 1 % of the variance].
     #[arg(long, value_name = "M")]
     pub modes: Option<usize>,
-    /// Number of random relabellings; p-values are multiples of 1 over this number plus 1.
+    /// Number of random relabellings; all different ones where there are no more, as of up to seven and seven
+    /// shapes by default.
     #[arg(long, value_name = "N")]
     pub permutations: usize,
     /// Seed of the random relabellings.

@@ -3,10 +3,10 @@
 use fe_grid::parallel::map;
 use fe_grid::random::SplitMix64;
 
-/// How many relabellings a test tries.
+/// How many relabellings a test tries: all different ones where there are no more, else random ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Relabelling {
-    /// Number of random permutations.
+    /// Number of random permutations, and the largest number of different ones that are all tried.
     pub permutations: usize,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -54,21 +54,32 @@ impl Relabelling {
 
     /// Computes the p-values of the statistics of given labels, large where labels matter.
     ///
-    /// `p = (1 + #{permutations with a statistic at least as large}) / (1 + #permutations)`.
+    /// `p = (1 + #{permutations with a statistic at least as large}) / (1 + #permutations)` of random ones; where all
+    /// different ones are tried, their share, the given one included.
     ///
     /// Source: Phipson and Smyth, *Permutation P-values Should Never Be Zero* (2010); for the largest of
     /// all statistics Westfall and Young, *Resampling-Based Multiple Testing* (1993).
-    pub(super) fn p_values<T: Copy + Sync>(
+    pub(super) fn p_values<T: Copy + PartialEq + Sync>(
         &self,
         given: &[T],
         statistics: &(dyn Fn(&[T]) -> Vec<f64> + Sync),
     ) -> PValues {
         let own = statistics(given);
-        let starts: Vec<usize> = (0..self.permutations).step_by(BLOCK).collect();
+        let all = arrangements(given, self.permutations);
+        let (n_tried, n_given) = match &all {
+            // The given one is among them.
+            Some(all) => (all.len(), 0),
+            None => (self.permutations, 1),
+        };
+        let labels = |number: usize| match &all {
+            Some(all) => all[number].iter().map(|place| given[*place]).collect(),
+            None => self.permuted(number, given),
+        };
+        let starts: Vec<usize> = (0..n_tried).step_by(BLOCK).collect();
         let found = map(starts, &|start| {
             let mut counted = vec![[0u32; 2]; own.len()];
-            for number in start..self.permutations.min(start + BLOCK) {
-                let of_labels = statistics(&self.permuted(number, given));
+            for number in start..n_tried.min(start + BLOCK) {
+                let of_labels = statistics(&labels(number));
                 let largest = of_labels.iter().copied().fold(f64::MIN, f64::max);
                 for ((count, &x), &y) in counted.iter_mut().zip(&own).zip(&of_labels) {
                     let least = x - EQUAL * x.abs();
@@ -79,20 +90,41 @@ impl Relabelling {
             counted
         });
         // The given labels are one of the relabellings.
-        let mut counted = vec![[1u32; 2]; own.len()];
+        let mut counted = vec![[n_given; 2]; own.len()];
         for block in &found {
             for (count, more) in counted.iter_mut().zip(block) {
                 count[0] += more[0];
                 count[1] += more[1];
             }
         }
-        let all = (self.permutations + 1) as f64;
+        let all = n_tried as f64 + f64::from(n_given);
         let share = |k: usize| counted.iter().map(|c| f64::from(c[k]) / all).collect();
         PValues {
             single: share(0),
             largest: share(1),
         }
     }
+}
+
+/// All different arrangements of some labels, as places of labels, if there are at most `most`.
+fn arrangements<T: PartialEq>(given: &[T], most: usize) -> Option<Vec<Vec<usize>>> {
+    // The place of the first label that is equal.
+    let first = |label: &T| given.iter().position(|other| other == label).unwrap_or(0);
+    let mut places: Vec<usize> = given.iter().map(first).collect();
+    places.sort_unstable();
+    let sizes: Vec<usize> = places.chunk_by(|a, b| a == b).map(<[usize]>::len).collect();
+    if n_relabellings(&sizes) > most as f64 + 0.5 {
+        return None;
+    }
+    let mut all = vec![places.clone()];
+    // The next one in lexicographic order: the last ascent is raised, and what follows turned around.
+    while let Some(ascent) = places.windows(2).rposition(|pair| pair[0] < pair[1]) {
+        let larger = places.iter().rposition(|place| *place > places[ascent]);
+        places.swap(ascent, larger.unwrap_or(ascent + 1));
+        places[ascent + 1..].reverse();
+        all.push(places.clone());
+    }
+    Some(all)
 }
 
 /// The number of different relabellings of groups of these sizes, `n! / (n_1! ... n_g!)`.
@@ -127,6 +159,32 @@ mod tests {
             counts.values().all(|n| (*n - 1000_i32).abs() < 116),
             "{counts:?}"
         );
+    }
+
+    #[test]
+    fn all_arrangements_are_tried_where_they_are_few() {
+        let all = arrangements(&[5, 5, 7, 5, 9], 20).unwrap();
+        // 5! / 3!, all different, each with three of the first label.
+        assert_eq!(all.len(), 20);
+        assert!(all.windows(2).all(|pair| pair[0] < pair[1]));
+        let threes = |places: &Vec<usize>| places.iter().filter(|place| **place == 0).count() == 3;
+        assert!(all.iter().all(threes));
+        assert!(arrangements(&[5, 5, 7, 5, 9], 19).is_none());
+        // The difference of the means of three and three numbers: of 20 arrangements two are as far apart.
+        let values = [1.0, 1.5, 1.7, 4.0, 4.1, 5.0];
+        let apart = |labels: &[usize]| {
+            let sums = labels
+                .iter()
+                .zip(values)
+                .fold([0.0; 2], |mut sums, (label, value)| {
+                    sums[*label] += value;
+                    sums
+                });
+            vec![f64::abs(sums[0] - sums[1])]
+        };
+        let found = Relabelling::default().p_values(&[0, 0, 0, 1, 1, 1], &apart);
+        assert_eq!(found.single, [0.1]);
+        assert_eq!(found.largest, [0.1]);
     }
 
     #[test]
