@@ -337,9 +337,10 @@ const CRITERIA: [Criterion; 31] = [
     Criterion {
         cause: Cause::SolidEdges,
         figure: "share of the edges of an image that is thicker than two lines beside each other",
-        limit: Limit::AtMost(0.1),
+        limit: Limit::AtMost(0.4),
         reason: "Edges are lines some spacings wide. Where they fill whole areas, the texture of the image is taken \
-                 for edges, or the grid does not resolve them, and nothing but the area is matched.",
+                 for edges, or the grid does not resolve them, and nothing but the area is matched. Disks on 33 \
+                 nodes, hardly wider than their edges, have .16 to .29, slices of brains with the default contrast .65.",
         remedy: "use a larger --contrast or a finer --grid",
     },
     Criterion {

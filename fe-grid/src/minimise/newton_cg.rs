@@ -54,8 +54,8 @@ const FORCING_SAFEGUARD: f64 = 0.1;
 ///
 /// The energy of the model falls with every iteration of the inner solve, by half of `(r · P r)² / (d · H d)`.
 /// The sum of these gains is a lower bound of the estimate, and they fall slowly, if at all: an estimate that
-/// stays below the limit with the largest gain in place of all that are missing ends there, with the last
-/// one in their place.
+/// stays below the limit with the largest gain in place of all that are missing ends there, unless the gains
+/// still rise, with the last one in their place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// Energies up to here are small enough.
@@ -104,7 +104,8 @@ impl Gains {
     /// Whether the comparison is clear.
     fn decide(&self, comparison: &Comparison) -> bool {
         let most = self.sum + self.missing as f64 * self.largest;
-        let below = self.found >= LEAST_GAINS && most <= comparison.limit;
+        let falling = self.found >= LEAST_GAINS && self.last < self.largest;
+        let below = falling && most <= comparison.limit;
         below || comparison.above_suffices && self.sum > comparison.limit
     }
 }

@@ -276,11 +276,14 @@ fn check_twice(shapes: &[ScalarField<f64, 2>], params: &AverageParams) -> Averag
     let plain = Shapes::new(shapes);
     let one = average_of_components(plain, &[], &[], &doubled, &mut Silent).unwrap();
     let two = Pairs::twice(shapes).average(params);
-    // The minimiser carries rounding on, far below its own tolerance.
-    assert!((one.energy.total / two.energy.total - 1.0).abs() < 1e-6);
+    // The minimiser carries rounding on. Energies count as resolved to 5e-4 of the whole, and where an estimate is at
+    // its limit, a hundredth of that, one of both ends a round earlier; estimates are right to a factor.
+    let resolved = 2.0 * 0.01 * 5e-4 * two.energy.total;
+    assert!((one.energy.total - two.energy.total).abs() < resolved);
     // That of a part of the energy is larger: the parts make up for each other (3.5 % at most here).
-    let ratio = one.energy.parts[0] / two.energy.parts[0];
-    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    let [first, second] = [&one, &two].map(|result| result.energy.parts[0]);
+    let apart = (first - second).abs();
+    assert!(apart < 0.05 * second + resolved, "{first} {second}");
     for (component, terms) in two.components.iter().zip(&two.energy.components) {
         assert_close(&component.dice, &one.dice, 0.01);
         assert_close(&terms.mismatch, &one.energy.mismatch, 1e-3);
