@@ -305,9 +305,23 @@ macro_rules! from_library {
 }
 
 from_library!(shape_average::AverageError, average_error);
-from_library!(geodesic::GeodesicError, Self::Geodesic);
+from_library!(geodesic::GeodesicError, geodesic_error);
 from_library!(shape_pca::PcaError, Self::Pca);
 from_library!(phasefield::PhaseFieldError, segmentation_error);
+
+fn geodesic_error(error: geodesic::GeodesicError) -> CliError {
+    match error {
+        geodesic::GeodesicError::BothHidden => CliError::Option {
+            option: "--occluded",
+            value: "both".into(),
+            remedy: "a path of deformations, or of a single step, compares the two shapes once, where \
+                     every difference may be hidden: use --form level-sets with two steps (-K) or more, or \
+                     state what is visible (--valid-start, --valid-end)"
+                .into(),
+        },
+        other => CliError::Geodesic(other),
+    }
+}
 
 fn average_error(error: shape_average::AverageError) -> CliError {
     match error {

@@ -41,6 +41,8 @@ pub enum Cause {
     PathBoundary,
     /// The largest distance of their boundaries: parts that are missing or left over.
     PathParts,
+    /// The overlap of a deformed shape, of which a part is hidden, with all that is visible of the other.
+    HiddenPart,
     /// The difference of the distances in the two directions.
     Asymmetry,
     /// Distances that are longer than a way through a third shape.
@@ -98,7 +100,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 27] = [
+const CRITERIA: [Criterion; 28] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -250,6 +252,15 @@ const CRITERIA: [Criterion; 27] = [
                  than it should be by more is missing or left over, however small it is. Slits and \
                  films narrower than a spacing are left out.",
         remedy: "use --align rigid, a finer --grid, more steps (-K) or --form level-sets",
+    },
+    Criterion {
+        cause: Cause::HiddenPart,
+        figure: "Dice overlap of the deformed shape, of which a part is hidden, with all that is visible of the \
+                 other",
+        limit: Limit::AtLeast(0.98),
+        reason: "A shape of which a part is hidden lacks that part under all deformations: so do all shapes of \
+                 a path on its domain, though the visible parts agree. The limit is that of `path_end`.",
+        remedy: "use --domain better, which deforms the shape that is visible everywhere, or --form level-sets",
     },
     Criterion {
         cause: Cause::Asymmetry,

@@ -86,6 +86,21 @@ impl Config for GeodesicConfig {
                 ("--valid-end", self.valid_end.is_some()),
             ],
         )?;
+        for (which, option, valid) in [
+            (Occluded::Start, "--valid-start", &self.valid_start),
+            (Occluded::End, "--valid-end", &self.valid_end),
+        ] {
+            let hidden = self.occluded == Some(which) || self.occluded == Some(Occluded::Both);
+            if hidden && valid.is_some() {
+                return Err(CliError::Option {
+                    option: "--occluded",
+                    value: format!("with {option}"),
+                    remedy: format!(
+                        "leave one of the two out: {option} states where that shape is hidden"
+                    ),
+                });
+            }
+        }
         // Several starts are those of paths on the domain of the start shape, between shapes that are visible.
         check_starts(
             self.starts,
