@@ -455,7 +455,9 @@ impl CliError {
             }
             Self::Unfinished { .. } => "repeat the command to compute the others",
             Self::Stopped => "run it again; a smaller --grid takes less time",
-            Self::Variation { .. } => "draw it over the first mask, in an image of the same size",
+            Self::Variation { .. } => {
+                "draw it over the first mask, in an image of the same size and inside the box of the geodesic: with --box cube that is wider"
+            }
             Self::Spill(_) => {
                 "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
             }

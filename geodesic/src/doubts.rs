@@ -25,13 +25,14 @@ impl<const D: usize> Geodesic<D> {
 }
 
 impl<const D: usize> Extension<D> {
-    /// Returns the doubts about an extension by this number of steps: steps that were not found, and
-    /// deformations that fold.
+    /// Returns the doubts about an extension by this number of steps: steps that were not found,
+    /// deformations that fold, and shapes that have left the box.
     pub fn doubts(&self, steps: usize) -> Vec<Doubt> {
         let missing = steps.saturating_sub(self.step_energies.len());
         let doubts = [
             Doubt::check(Cause::NotConverged, missing as f64),
             Doubt::below(Cause::Determinant, self.certificate.min_det, 0.0),
+            Doubt::check(Cause::OutsideBox, self.outside),
         ];
         doubts.into_iter().flatten().collect()
     }

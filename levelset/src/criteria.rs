@@ -43,6 +43,8 @@ pub enum Cause {
     PathParts,
     /// The overlap of a deformed shape, of which a part is hidden, with all that is visible of the other.
     HiddenPart,
+    /// The part of a shape that lies outside of the box of its grid.
+    OutsideBox,
     /// The difference of the distances in the two directions.
     Asymmetry,
     /// Distances that are longer than a way through a third shape.
@@ -100,7 +102,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 28] = [
+const CRITERIA: [Criterion; 29] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -261,6 +263,15 @@ const CRITERIA: [Criterion; 28] = [
         reason: "A shape of which a part is hidden lacks that part under all deformations: so do all shapes of \
                  a path on its domain, though the visible parts agree. The limit is that of `path_end`.",
         remedy: "use --domain better, which deforms the shape that is visible everywhere, or --form level-sets",
+    },
+    Criterion {
+        cause: Cause::OutsideBox,
+        figure: "share of the area or volume of a shape that lies outside of the box of the grid",
+        limit: Limit::AtMost(1e-6),
+        reason: "Shapes are level sets on the grid: what lies outside of its box is missing from them, from \
+                 pictures and from volumes. Less than a millionth is rounding.",
+        remedy: "continue by fewer steps (-K), use a smaller variation, or compute the geodesic or the average \
+                 with --box cube",
     },
     Criterion {
         cause: Cause::Asymmetry,
