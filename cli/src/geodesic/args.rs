@@ -69,6 +69,13 @@ pub enum Occluded {
     Both,
 }
 
+impl GeodesicConfig {
+    /// Whether a part of a shape may be hidden.
+    pub(super) fn hides(&self) -> bool {
+        self.occluded.is_some() || self.valid_start.is_some() || self.valid_end.is_some()
+    }
+}
+
 impl Config for GeodesicConfig {
     const COMMAND: &'static str = "geodesic";
 
