@@ -55,6 +55,8 @@ pub enum Cause {
     BoundaryVelocity,
     /// The estimated error of a finite grid.
     GridError,
+    /// The estimated error of the samples of a mask.
+    SamplingError,
     /// The energy of another minimum above the lowest one.
     Ambiguous,
     /// The length of another minimal path above that of the shortest.
@@ -102,7 +104,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 29] = [
+const CRITERIA: [Criterion; 30] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -311,6 +313,14 @@ const CRITERIA: [Criterion; 29] = [
         limit: Limit::AtMost(0.1),
         reason: "On smooth shapes the error falls to a quarter with half the spacing.",
         remedy: "use a finer --grid",
+    },
+    Criterion {
+        cause: Cause::SamplingError,
+        figure: "estimated error of the metric by the samples of the mask, relative to it",
+        limit: Limit::AtMost(0.1),
+        reason: "The boundary of a mask of two values has steps of the size of its samples. On disks the error \
+                 that they cause falls to a quarter or less with half the distance of the samples.",
+        remedy: "use an image of more samples, one with grey values along the boundary, or an outline",
     },
     Criterion {
         cause: Cause::Ambiguous,
