@@ -305,9 +305,23 @@ macro_rules! from_library {
 }
 
 from_library!(shape_average::AverageError, average_error);
-from_library!(geodesic::GeodesicError, Self::Geodesic);
+from_library!(geodesic::GeodesicError, geodesic_error);
 from_library!(shape_pca::PcaError, Self::Pca);
 from_library!(phasefield::PhaseFieldError, segmentation_error);
+
+fn geodesic_error(error: geodesic::GeodesicError) -> CliError {
+    match error {
+        geodesic::GeodesicError::BothHidden => CliError::Option {
+            option: "--occluded",
+            value: "both".into(),
+            remedy: "a path of deformations, or of a single step, compares the two shapes once, where \
+                     every difference may be hidden: use --form level-sets with two steps (-K) or more, or \
+                     state what is visible (--valid-start, --valid-end)"
+                .into(),
+        },
+        other => CliError::Geodesic(other),
+    }
+}
 
 fn average_error(error: shape_average::AverageError) -> CliError {
     match error {
@@ -441,7 +455,9 @@ impl CliError {
             }
             Self::Unfinished { .. } => "repeat the command to compute the others",
             Self::Stopped => "run it again; a smaller --grid takes less time",
-            Self::Variation { .. } => "draw it over the first mask, in an image of the same size",
+            Self::Variation { .. } => {
+                "draw it over the first mask, in an image of the same size and inside the box of the geodesic: with --box cube that is wider"
+            }
             Self::Spill(_) => {
                 "free some space there, name another folder in the environment variable TMPDIR, or ask for a coarser --grid"
             }

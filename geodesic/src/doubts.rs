@@ -7,7 +7,8 @@ use levelset::{Cause, Doubt};
 
 impl<const D: usize> Geodesic<D> {
     /// Returns the doubts about the path, computed with these parameters: a minimiser that did not
-    /// converge, a path that does not arrive at the end shape, and a determinant at its lower bound.
+    /// converge, a path that does not arrive at the end shape, one that lacks what is hidden, and a determinant at its
+    /// lower bound.
     pub fn doubts(&self, params: &GeodesicParams) -> Vec<Doubt> {
         let ended = f64::from(u8::from(!self.status.converged()));
         // The boundary of a hidden part is unknown.
@@ -16,6 +17,7 @@ impl<const D: usize> Geodesic<D> {
             Doubt::check(Cause::NotConverged, ended),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
             Doubt::overlap(Cause::PathEnd, self.dice_end, self.gap_end),
+            self.whole_end.and_then(|whole| whole.doubt()),
         ];
         let doubts = doubts.into_iter().flatten();
         doubts.chain(arrival.into_iter().flatten()).collect()
@@ -23,13 +25,14 @@ impl<const D: usize> Geodesic<D> {
 }
 
 impl<const D: usize> Extension<D> {
-    /// Returns the doubts about an extension by this number of steps: steps that were not found, and
-    /// deformations that fold.
+    /// Returns the doubts about an extension by this number of steps: steps that were not found,
+    /// deformations that fold, and shapes that have left the box.
     pub fn doubts(&self, steps: usize) -> Vec<Doubt> {
         let missing = steps.saturating_sub(self.step_energies.len());
         let doubts = [
             Doubt::check(Cause::NotConverged, missing as f64),
             Doubt::below(Cause::Determinant, self.certificate.min_det, 0.0),
+            Doubt::check(Cause::OutsideBox, self.outside),
         ];
         doubts.into_iter().flatten().collect()
     }

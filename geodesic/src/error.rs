@@ -39,6 +39,11 @@ pub enum GeodesicError {
         /// Index of the node, in memory order.
         node: usize,
     },
+    /// Any difference of the two shapes may be a hidden part of one of them.
+    #[error(
+        "parts of both shapes may be hidden anywhere, so that nothing is known about one from the other"
+    )]
+    BothHidden,
     /// A parameter is out of range.
     #[error("{name} must be {expected}, found {value}")]
     Parameter {

@@ -129,6 +129,7 @@ pub use minima::{PathMinima, PathMinimum, doubts_of_minima};
 pub use mismatch::{
     ComposedMismatch, HeavisideMismatch, MismatchWeights, StepMismatch, Visibility,
 };
+pub use overlap::WholeOverlap;
 pub use params::{DomainChoice, Form, GeodesicParams};
 pub use result::{Geodesic, geodesic, geodesic_between, geodesic_from, geodesics_both_ways};
 pub use shape::{Known, Shape};

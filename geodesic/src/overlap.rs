@@ -8,6 +8,7 @@ use crate::shape::{Shape, ShapeOnGrid, union_of};
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
 use levelset::criteria::RESOLVED_DISTANCE;
 use levelset::{BoxEdge, Cause, Compact, Contour, ContourDistance, Doubt, contour};
+use serde::Serialize;
 
 /// Dice overlap from which a path ends near the end shape.
 const NEAR_DICE: f64 = 0.95;
@@ -53,6 +54,23 @@ pub(crate) fn worst(overlaps: &[f64]) -> f64 {
     overlaps.iter().copied().fold(1.0, f64::min)
 }
 
+/// How all of a deformed shape, of which a part is hidden, agrees with the visible part of another: a
+/// deformation does not restore what is hidden.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WholeOverlap {
+    /// Smallest Dice overlap of all components.
+    pub dice: f64,
+    /// Mean distance of the boundaries, in spacings, of the component where it is largest.
+    pub gap: f64,
+}
+
+impl WholeOverlap {
+    /// The doubt that the deformed shapes lack what is hidden.
+    pub(crate) fn doubt(&self) -> Option<Doubt> {
+        Doubt::overlap(Cause::HiddenPart, self.dice, self.gap)
+    }
+}
+
 /// Dice overlaps of every component.
 pub(crate) struct Overlaps {
     /// Of the end shape with the deformed start shape.
@@ -64,6 +82,8 @@ pub(crate) struct Overlaps {
     pub gap: f64,
     /// The boundaries beside each other; fully visible shapes only.
     pub arrival: Option<Arrival>,
+    /// With the hidden parts of the deformed shape; one deformation of a shape that is hidden in part only.
+    pub whole: Option<WholeOverlap>,
 }
 
 /// Overlap and distance of two shapes, computed from the nodes inside.
@@ -105,6 +125,7 @@ pub(crate) fn overlaps<const D: usize>(
         backwards: pulled_overlaps(&start, &end, carry),
         gap: 0.0,
         arrival: arrival(&start, &end, carry)?,
+        whole: None,
     };
     // Hidden parts, and their images, are not compared.
     let visible_ahead = visible_start.as_ref().map(|weight| {
@@ -150,13 +171,40 @@ pub(crate) fn carried_overlaps<const D: usize>(
 ) -> Result<Overlaps, GeodesicError> {
     let grid = *deformation.grid();
     let (from, to) = (from.on_grid(&grid), to.on_grid(&grid));
-    let step = Compact::new(SHARP * grid.spacing())?;
     let backwards = pulled_overlaps(&from, &to, |x| image(deformation, x));
+    let arrival = arrival(&from, &to, |x| image(deformation, x))?;
+    let (forwards, gap) = covered(&from, &to, deformation)?;
+    let whole = if from.hidden() {
+        let (dice, gap) = covered(&from.taken_for_whole(), &to, deformation)?;
+        Some(WholeOverlap {
+            dice: worst(&dice),
+            gap,
+        })
+    } else {
+        None
+    };
+    Ok(Overlaps {
+        forwards,
+        backwards,
+        gap,
+        arrival,
+        whole,
+    })
+}
+
+/// Computes the overlaps of the components of a deformed shape with those of another, on the visible parts,
+/// and the largest mean distance of their boundaries in spacings.
+fn covered<const D: usize>(
+    from: &ShapeOnGrid<D>,
+    to: &ShapeOnGrid<D>,
+    deformation: &Field<f64, D, D>,
+) -> Result<(Vec<f64>, f64), GeodesicError> {
+    let spacing = deformation.grid().spacing();
+    let step = Compact::new(SHARP * spacing)?;
     let mut forwards = Vec::new();
     let mut gap: f64 = 0.0;
-    let arrival = arrival(&from, &to, |x| image(deformation, x))?;
     let visible = to.visibility();
-    let found = EndMismatch::new(&from, &to, step).overlaps(deformation.as_slice());
+    let found = EndMismatch::new(from, to, step).overlaps(deformation.as_slice());
     for (
         LatticeOverlap {
             difference,
@@ -177,14 +225,9 @@ pub(crate) fn carried_overlaps<const D: usize>(
         } else {
             f64::INFINITY
         };
-        gap = gap.max(distance / grid.spacing());
+        gap = gap.max(distance / spacing);
     }
-    Ok(Overlaps {
-        forwards,
-        backwards,
-        gap,
-        arrival,
-    })
+    Ok((forwards, gap))
 }
 
 /// Returns a boundary under a deformation.

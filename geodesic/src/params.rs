@@ -22,7 +22,8 @@ pub enum Form {
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum DomainChoice {
-    /// The one on which the path reaches the other end on coarse grids, or else has less energy.
+    /// The one on which the path reaches the other end on coarse grids, or else has less energy; if a
+    /// part of one shape is hidden, the other.
     #[default]
     Better,
     /// The start shape.

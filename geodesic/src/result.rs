@@ -11,9 +11,9 @@ use crate::lagrangian::{
 };
 use crate::level_sets::{PathState, first_paths, level_set_path};
 use crate::levels::LevelReport;
-use crate::overlap::{End, Overlaps, carried_overlaps, moved, overlaps, worst};
+use crate::overlap::{End, Overlaps, WholeOverlap, carried_overlaps, moved, overlaps, worst};
 use crate::params::{DomainChoice, Form, GeodesicParams};
-use crate::shape::{Known, Shape, on_grid, union_of};
+use crate::shape::{Known, Shape, check_known, on_grid, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
@@ -58,6 +58,10 @@ pub struct Geodesic<const D: usize> {
     /// Mean distance between the boundaries of the end shape and of the deformed start shape, in
     /// spacings of the grid; of the component where it is largest.
     pub gap_end: f64,
+    /// How all of the deformed shape, with what is hidden, agrees with the visible part of the one at the
+    /// other end; paths of the domain of a shape that is hidden in part only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub whole_end: Option<WholeOverlap>,
     /// How closely these boundaries agree, and where they are pressed together; fully visible shapes
     /// only.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -141,10 +145,12 @@ compiled_once! {
     ///
     /// Components are matched in their order. With the notes' model of a hidden part, a path of
     /// level sets restores it: the first step is matched with the visible part of the shape, and
-    /// the shape after it is complete.
+    /// the shape after it is complete. A path of deformations of the other shape restores it, too; one
+    /// of the shape that is hidden in part lacks that part at all times ([`Geodesic::whole_end`]).
     ///
     /// # Errors
-    /// As for [`geodesic`], and for shapes with different numbers of components.
+    /// As for [`geodesic`], for shapes with different numbers of components, and
+    /// [`GeodesicError::BothHidden`] where no difference of the shapes counts.
     pub fn geodesic_between<'a, D>(
         start: &'a Shape<D>,
         end: &'a Shape<D>,
@@ -363,7 +369,11 @@ fn check_both<const D: usize>(
             end: counts[1],
         });
     }
-    Ok(())
+    let mismatches = match params.form {
+        Form::Lagrangian => 1,
+        Form::LevelSets => params.steps,
+    };
+    check_known(start, end, mismatches)
 }
 
 fn check<const D: usize>(shape: &Shape<D>, which: &'static str) -> Result<(), GeodesicError> {
@@ -406,6 +416,7 @@ impl<const D: usize> Found<D> {
             backwards,
             gap,
             arrival,
+            whole,
         } = self.overlaps;
         let last = self.levels.last();
         let level_sets = self.shapes.iter().map(|shape| union_of(shape)).collect();
@@ -422,6 +433,7 @@ impl<const D: usize> Found<D> {
             certificate: self.certificate,
             dice_end: worst(&forwards),
             gap_end: gap,
+            whole_end: whole,
             arrival,
             contacts: Vec::new(),
             dice_pulled: worst(&backwards),

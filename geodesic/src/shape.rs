@@ -76,6 +76,11 @@ impl<const D: usize> Shape<D> {
         &self.components
     }
 
+    /// Returns whether a part of the shape may be hidden.
+    pub fn hidden(&self) -> bool {
+        !matches!(self.known, Known::Everywhere)
+    }
+
     /// Returns the visibility of the shape.
     pub fn known(&self) -> &Known<D> {
         &self.known
@@ -117,6 +122,20 @@ pub(crate) struct ShapeOnGrid<const D: usize> {
 }
 
 impl<const D: usize> ShapeOnGrid<D> {
+    /// Returns whether a part of the shape may be hidden.
+    pub fn hidden(&self) -> bool {
+        self.only_covered || self.weight.is_some()
+    }
+
+    /// Returns the shape as if no part of it were hidden.
+    pub fn taken_for_whole(&self) -> Self {
+        Self {
+            components: self.components.clone(),
+            weight: None,
+            only_covered: false,
+        }
+    }
+
     /// Returns the weight for measuring the overlap with another shape.
     pub fn visibility(&self) -> Option<ScalarField<f64, D>> {
         if !self.only_covered {
@@ -128,6 +147,24 @@ impl<const D: usize> ShapeOnGrid<D> {
         }
         Some(inside)
     }
+}
+
+/// Checks that a path with so many mismatches has one that says something. Where both shapes only have
+/// to be covered, every difference between them may be a hidden part: the shape between two mismatches
+/// covers both, but a single mismatch does not count at all.
+///
+/// # Errors
+/// [`GeodesicError::BothHidden`].
+pub(crate) fn check_known<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    mismatches: usize,
+) -> Result<(), GeodesicError> {
+    let covered = [start, end].map(|shape| matches!(shape.known, Known::Inside));
+    if mismatches < 2 && covered == [true; 2] {
+        return Err(GeodesicError::BothHidden);
+    }
+    Ok(())
 }
 
 /// Returns the interpolant of a field, if there is one.
@@ -165,7 +202,7 @@ impl<const D: usize> KnownEnds<D> {
         ) {
             (true, false) => [1.0, 0.0],
             (false, true) => [0.0, 1.0],
-            // If both shapes are partially hidden, a single step gives no information on the sign.
+            // A single step does not have both: `check_known` refuses it.
             _ => [1.0, 1.0],
         };
         Visibility {

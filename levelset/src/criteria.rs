@@ -43,6 +43,10 @@ pub enum Cause {
     PathBoundary,
     /// The largest distance of their boundaries: parts that are missing or left over.
     PathParts,
+    /// The overlap of a deformed shape, of which a part is hidden, with all that is visible of the other.
+    HiddenPart,
+    /// The part of a shape that lies outside of the box of its grid.
+    OutsideBox,
     /// The difference of the distances in the two directions.
     Asymmetry,
     /// Distances that are longer than a way through a third shape.
@@ -53,6 +57,8 @@ pub enum Cause {
     BoundaryVelocity,
     /// The estimated error of a finite grid.
     GridError,
+    /// The estimated error of the samples of a mask.
+    SamplingError,
     /// The energy of another minimum above the lowest one.
     Ambiguous,
     /// The length of another minimal path above that of the shortest.
@@ -106,7 +112,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 31] = [
+const CRITERIA: [Criterion; 34] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -269,6 +275,24 @@ const CRITERIA: [Criterion; 31] = [
         remedy: "use --align rigid, a finer --grid, more steps (-K) or --form level-sets",
     },
     Criterion {
+        cause: Cause::HiddenPart,
+        figure: "Dice overlap of the deformed shape, of which a part is hidden, with all that is visible of the \
+                 other",
+        limit: Limit::AtLeast(0.98),
+        reason: "A shape of which a part is hidden lacks that part under all deformations: so do all shapes of \
+                 a path on its domain, though the visible parts agree. The limit is that of `path_end`.",
+        remedy: "use --domain better, which deforms the shape that is visible everywhere, or --form level-sets",
+    },
+    Criterion {
+        cause: Cause::OutsideBox,
+        figure: "share of the area or volume of a shape that lies outside of the box of the grid",
+        limit: Limit::AtMost(1e-6),
+        reason: "Shapes are level sets on the grid: what lies outside of its box is missing from them, from \
+                 pictures and from volumes. Less than a millionth is rounding.",
+        remedy: "continue by fewer steps (-K), use a smaller variation, or compute the geodesic or the average \
+                 with --box cube",
+    },
+    Criterion {
         cause: Cause::Asymmetry,
         figure: "difference of the lengths of both directions, relative to their mean",
         limit: Limit::AtMost(0.1),
@@ -306,6 +330,14 @@ const CRITERIA: [Criterion; 31] = [
         limit: Limit::AtMost(0.1),
         reason: "On smooth shapes the error falls to a quarter with half the spacing.",
         remedy: "use a finer --grid",
+    },
+    Criterion {
+        cause: Cause::SamplingError,
+        figure: "estimated error of the metric by the samples of the mask, relative to it",
+        limit: Limit::AtMost(0.1),
+        reason: "The boundary of a mask of two values has steps of the size of its samples. On disks the error \
+                 that they cause falls to a quarter or less with half the distance of the samples.",
+        remedy: "use an image of more samples, one with grey values along the boundary, or an outline",
     },
     Criterion {
         cause: Cause::Ambiguous,

@@ -1,6 +1,6 @@
 //! Sizes, moments and overlap of shapes.
 
-use fe_grid::{Field, compiled_once, mutant};
+use fe_grid::{Field, Grid, compiled_once, mutant};
 use nalgebra::{SMatrix, SVector};
 
 use crate::contour::Contour;
@@ -128,6 +128,31 @@ compiled_once! {
     fn moments_of_density<'a, D>(
         density: &'a Field<f64, D, 1>,
     ) -> Result<Moments<D>, LevelsetError> = Moments::of_density_in;
+}
+
+/// Computes the share of the area or volume inside a boundary that lies outside of the box of a grid; zero
+/// for a boundary within the box, one for a shape beside it.
+///
+/// What lies inside the box is measured by moving every point of the boundary to the nearest one of the box,
+/// which leaves no volume to the rest. The error is that of the segments or triangles that cross a face.
+///
+/// # Errors
+/// [`LevelsetError::OpenContour`]; [`LevelsetError::EmptyContour`] for a boundary that encloses nothing.
+pub fn share_outside<const D: usize>(
+    contour: &Contour<D>,
+    grid: &Grid<D>,
+) -> Result<f64, LevelsetError> {
+    let ends = grid.extent();
+    let nearest = |p: [f64; D]| -> [f64; D] { std::array::from_fn(|k| p[k].clamp(0.0, ends[k])) };
+    if contour.points().iter().all(|&p| nearest(p) == p) {
+        return Ok(0.0);
+    }
+    let all = Moments::of_contour(contour)?.volume;
+    match Moments::of_contour(&contour.map(nearest)) {
+        Ok(inside) => Ok(1.0 - inside.volume / all),
+        Err(LevelsetError::EmptyContour) => Ok(1.0),
+        Err(error) => Err(error),
+    }
 }
 
 /// Area or volume of the mask `{field > level}` by counting: `h^D` for every node inside.

@@ -85,18 +85,28 @@ impl StrainRange {
     }
 }
 
-/// Returns the cells of an object: those with a mean indicator of at least one half.
+/// Returns the cells of an object: those with a mean indicator of at least one half. The indicator of
+/// an object thinner than its transition may be less everywhere; its cells are those with at least half of
+/// the largest mean. Every object has cells.
 pub fn cells_inside<const D: usize>(indicator: &ScalarField<f64, D>) -> Vec<usize> {
     let (grid, chi) = (indicator.grid(), indicator.as_slice());
     let strides = grid.strides();
     let corner = |c: usize| (0..D).map(|k| (c >> k & 1) * strides[k]).sum::<usize>();
     let corners: Vec<usize> = (0..1usize << D).map(corner).collect();
+    let sum = |cell: usize| -> f64 {
+        let first = grid.node_index(grid.cell(cell));
+        corners.iter().map(|offset| chi[first + offset]).sum()
+    };
+    let half = 0.5 * corners.len() as f64;
+    let whole: Vec<usize> = (0..grid.n_cells())
+        .filter(|&cell| sum(cell) >= half)
+        .collect();
+    if !whole.is_empty() {
+        return whole;
+    }
+    let most = (0..grid.n_cells()).map(sum).fold(0.0, f64::max);
     (0..grid.n_cells())
-        .filter(|&cell| {
-            let first = grid.node_index(grid.cell(cell));
-            let sum: f64 = corners.iter().map(|offset| chi[first + offset]).sum();
-            sum >= 0.5 * corners.len() as f64
-        })
+        .filter(|&cell| sum(cell) >= 0.5 * most)
         .collect()
 }
 
@@ -165,5 +175,16 @@ mod tests {
         let cells = cells_inside(&half);
         assert_eq!(cells.len(), 4 * 8);
         assert!(cells.iter().all(|cell| cell % 8 < 4));
+    }
+
+    #[test]
+    fn an_object_thinner_than_its_indicator_has_the_cells_around_it() {
+        // One row of nodes is just inside, as of a plate of half a spacing.
+        let plate = ScalarField::from_fn(Grid::<2>::cube(9), |[x, _]| {
+            [(0.55 - 2.0 * (x - 0.5).abs()).max(0.0)]
+        });
+        let cells = cells_inside(&plate);
+        assert_eq!(cells.len(), 2 * 8);
+        assert!(cells.iter().all(|cell| (3..5).contains(&(cell % 8))));
     }
 }

@@ -11,6 +11,7 @@ use ::geodesic::{GeodesicError, GeodesicParams, memory_estimate as memory_of_pat
 use fe_grid::{Field, ScalarField};
 use levelset::{
     BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, Moments, contour, hausdorff,
+    share_outside,
 };
 
 use super::args::TransportConfig;
@@ -235,6 +236,14 @@ impl TransportConfig {
         let first = &geodesic.level_sets[0];
         let grid = *first.grid();
         let (outline, near) = place_like(image, frame.frame, frame.motion, grid)?;
+        let outside = share_outside(&outline, &grid).map_err(GeodesicError::from)?;
+        if Doubt::check(Cause::OutsideBox, outside).is_some() {
+            return Err(self.unfit(format!(
+                "has {:.2} % of its {} outside of the box of the geodesic's grid, which would be cut off",
+                100.0 * outside,
+                if D == 2 { "area" } else { "volume" }
+            )));
+        }
         let params = GeodesicParams {
             steps: self.steps,
             ..geodesic.params.clone()

@@ -69,6 +69,13 @@ pub enum Occluded {
     Both,
 }
 
+impl GeodesicConfig {
+    /// Whether a part of a shape may be hidden.
+    pub(super) fn hides(&self) -> bool {
+        self.occluded.is_some() || self.valid_start.is_some() || self.valid_end.is_some()
+    }
+}
+
 impl Config for GeodesicConfig {
     const COMMAND: &'static str = "geodesic";
 
@@ -86,6 +93,21 @@ impl Config for GeodesicConfig {
                 ("--valid-end", self.valid_end.is_some()),
             ],
         )?;
+        for (which, option, valid) in [
+            (Occluded::Start, "--valid-start", &self.valid_start),
+            (Occluded::End, "--valid-end", &self.valid_end),
+        ] {
+            let hidden = self.occluded == Some(which) || self.occluded == Some(Occluded::Both);
+            if hidden && valid.is_some() {
+                return Err(CliError::Option {
+                    option: "--occluded",
+                    value: format!("with {option}"),
+                    remedy: format!(
+                        "leave one of the two out: {option} states where that shape is hidden"
+                    ),
+                });
+            }
+        }
         // Several starts are those of paths on the domain of the start shape, between shapes that are visible.
         check_starts(
             self.starts,

@@ -17,12 +17,15 @@ const TITLE: &str = "dissipation K^2 W(D phi)";
 /// `geodesic.png`: the shapes, and below them the densities of the steps.
 pub(crate) fn film<const D: usize>(path: &Path<D>) -> Canvas {
     let outlines: Vec<Shape> = path.contours.iter().map(Shape::of).collect();
-    let camera = Camera::around(&outlines, tile_width(outlines.len()));
+    // The end shape is larger than the last one where a path does not arrive.
+    let target = path.parts.target.as_ref().map(Shape::of);
+    let seen: Vec<Shape> = outlines.iter().chain(&target).cloned().collect();
+    let camera = Camera::around(&seen, tile_width(outlines.len()));
     let shapes = parallel::map(outlines.iter().enumerate(), &|(k, shape)| {
         let mut canvas = camera.portrait(shape, colour_at(path, k, 0.0));
         draw_labels(&camera, &mut canvas, path, k, 0.0);
-        if let Some(target) = path.parts.target.as_ref().filter(|_| k == path.steps()) {
-            camera.outline_over(&mut canvas, &Shape::of(target), INK);
+        if let Some(target) = target.as_ref().filter(|_| k == path.steps()) {
+            camera.outline_over(&mut canvas, target, INK);
         }
         canvas
     });

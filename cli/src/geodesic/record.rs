@@ -117,7 +117,14 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>) -> Summary {
     let dice = path.dice_end;
     summary.line(
         "end",
-        format!("Dice {dice:.4} of the end shape and the deformed start shape"),
+        format!(
+            "Dice {dice:.4} of {}the end shape and the deformed start shape",
+            if record.parameters.hides() {
+                "what is visible of "
+            } else {
+                ""
+            }
+        ),
     );
     if let Some(arrival) = &path.arrival {
         summary.line(

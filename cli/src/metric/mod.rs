@@ -5,7 +5,9 @@ mod args;
 mod draw;
 mod record;
 
-use ::geodesic::boundary_metric::{Estimate, Variation, estimate, memory_estimate};
+use ::geodesic::boundary_metric::{
+    Estimate, Variation, estimate, estimate_of_mask, memory_estimate,
+};
 use fe_grid::ScalarField;
 use levelset::{BoxEdge, Contour, Doubt, Moments, contour};
 
@@ -26,6 +28,8 @@ pub use args::MetricConfig;
 /// Inputs that are read, placed and validated.
 pub(crate) struct MetricPlan<const D: usize> {
     placed: Placed<D>,
+    /// Whether the shape is given by a mask of two values, whose boundary has steps.
+    steps: bool,
     /// With all defaults resolved.
     config: MetricConfig,
 }
@@ -64,7 +68,11 @@ impl Command for MetricConfig {
         plan: MetricPlan<D>,
         session: &Session<'_>,
     ) -> Result<Outcome<D>, CliError> {
-        let MetricPlan { placed, config } = plan;
+        let MetricPlan {
+            placed,
+            steps,
+            config,
+        } = plan;
         let (inputs, distances) = prepare(placed, &[], &session.progress, &session.processes)?;
         let mut distances = distances.into_iter();
         let (Some(distance), Some(input)) = (distances.next(), inputs.first()) else {
@@ -91,7 +99,12 @@ impl Command for MetricConfig {
             &session.progress,
         )?;
         session.progress.stage("computing the optimal velocity");
-        let found = estimate(&distance, &variation, &config.params)?;
+        let found = if steps {
+            let samples = input.frame.sample_size().into_iter().fold(0.0, f64::max);
+            estimate_of_mask(&distance, samples, &variation, &config.params)?
+        } else {
+            estimate(&distance, &variation, &config.params)?
+        };
         let outline = contour(&distance, 0.0, BoxEdge::Closed);
         Ok(Outcome {
             doubts: [doubts_of(&inputs), found.doubts()].concat(),
@@ -143,8 +156,28 @@ fn plan<const D: usize>(
     if images.len() == 1 {
         config.masks.align.get_or_insert(Align::None);
     }
+    let steps = images.first().is_some_and(has_steps);
     let placed = Placed::new(images, &mut config.masks)?;
-    Ok(MetricPlan { placed, config })
+    Ok(MetricPlan {
+        placed,
+        steps,
+        config,
+    })
+}
+
+/// Whether an image has two values only, and no exact boundary: the boundary then has steps of the size of the
+/// samples.
+fn has_steps<const D: usize>(image: &Image<D>) -> bool {
+    if image.outline.is_some() {
+        return false;
+    }
+    let values = image.values.to_vec();
+    let ends = values
+        .iter()
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| {
+            [low.min(v), high.max(v)]
+        });
+    values.iter().all(|value| ends.contains(value))
 }
 
 /// The centroid of an input in the unit box.

@@ -54,7 +54,7 @@ struct VariationRecord {
     boundary: f64,
 }
 
-/// The error by the grid.
+/// The error by the grid, and by the samples of a mask.
 #[derive(Clone, Debug, Serialize)]
 struct Discretisation {
     /// `G` on the grid of twice the spacing.
@@ -63,9 +63,12 @@ struct Discretisation {
     /// The extrapolation of order two to spacing zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     metric_extrapolated: Option<f64>,
-    /// Their estimate of the error of `G`.
+    /// Their estimate of the error of `G` by the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<f64>,
+    /// The estimated error of `G` by the samples; masks of two values only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sampling_error: Option<f64>,
 }
 
 /// The record of a result. The time is measured up to this call.
@@ -100,6 +103,7 @@ pub(super) fn record<const D: usize>(outcome: &Outcome<D>, start: Instant) -> Re
             metric_half_grid: found.half_grid,
             metric_extrapolated: found.extrapolated(),
             error: found.error(),
+            sampling_error: found.sampling_error,
         },
         rounds: flow.rounds,
         iterations: flow.iterations,
@@ -125,10 +129,23 @@ pub(super) fn summary<const D: usize>(record: &Record<D>) -> Summary {
         record.seconds
     );
     let mut summary = Summary::new(record, PICTURE, title);
-    let error = found.discretisation.error;
-    let error = error.map_or_else(String::new, |error| {
-        format!(" with an error of {error:.1e}")
-    });
+    let Discretisation {
+        error,
+        sampling_error,
+        ..
+    } = found.discretisation;
+    let parts = [
+        (error, "by the grid"),
+        (sampling_error, "by the samples of the mask"),
+    ];
+    let parts = parts
+        .into_iter()
+        .filter_map(|(error, by)| Some(format!("{:.1e} {by}", error?)));
+    let parts: Vec<String> = parts.collect();
+    let error = match parts.as_slice() {
+        [] => String::new(),
+        parts => format!(" with an error of {}", parts.join(" and ")),
+    };
     summary.line("metric", format!("{:.6e}{error}", found.metric));
     summary.line("speed", format!("{:.6e}, its root", found.speed));
     if let (Some(volume), Some(shear)) = (found.volume_share, found.shear_share) {

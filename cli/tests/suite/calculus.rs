@@ -259,6 +259,17 @@ fn what_is_no_geodesic_is_refused() {
         &["transport", "folding", "ball.npy", "-o", "on"],
         &["ball.npy", "volume"],
     );
+    // A tenth of it is beside the box.
+    draw(
+        &place,
+        "beside.png",
+        &["bar", "--grid", "65", "--length", ".6", "--shift", ".2,.35"],
+    );
+    refused(
+        &place,
+        &["transport", "folding", "beside.png", "-o", "on"],
+        &["beside.png", "% of its area", "cut off"],
+    );
     std::fs::remove_file(place.path("folding/psi_002.npy")).unwrap();
     refused(&place, &["extend", "folding", "-o", "on"], &["psi_002.npy"]);
     place.write("folding/result.json", b"{}");

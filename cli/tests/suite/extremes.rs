@@ -163,3 +163,29 @@ fn coordinates_have_no_unit() {
         assert!(finite(&place, &run, "out").is_none());
     }
 }
+
+/// Plates of a third of a spacing have no cell whose mean indicator is one half.
+#[test]
+fn plates_thinner_than_a_cell_have_a_doubtful_average() {
+    let place = Place::new();
+    for (name, side) in [("a.nii", 29), ("b.nii", 27)] {
+        let inside = |i: usize| {
+            let [x, y, z] = [i % 31, i / 31 % 31, i / 961].map(|x| x.abs_diff(15));
+            u8::from(x.max(y) <= side / 2 && z == 0)
+        };
+        let labels: Vec<u8> = (0..31 * 31 * 31).map(inside).collect();
+        place.write(name, &nifti([31; 3], [1.0; 3], &labels));
+    }
+    let command = [
+        "average", "a.nii", "b.nii", "--align", "none", "--grid", "17",
+    ];
+    let run = run(&place, &command, &[], "out");
+    let found = finite(&place, &run, "out").unwrap();
+    assert_eq!(run.status.code(), Some(3));
+    assert!(found.json.to_string().contains("thin_parts"));
+    for shape in 0..2 {
+        // The average is between plates whose areas differ by 14 %.
+        let mean = found.number(&format!("/strain/{shape}/determinant/mean"));
+        assert!((0.85..1.15).contains(&mean), "{mean}");
+    }
+}

@@ -451,6 +451,27 @@ fn a_shape_that_is_hidden_in_part_is_restored() {
     assert_eq!(inside.json["parameters"]["occluded"], "end");
     assert!(inside.number("/length") < 1.1 * full.number("/length"));
     assert!(area(&inside) > 0.9 * area(&full));
+    // With deformations nothing would be compared; and a mask says where the shape is hidden.
+    for (options, word) in [
+        (&["--occluded", "both"][..], "--form level-sets"),
+        (
+            &["--occluded", "both", "--form", "level-sets", "-K", "1"],
+            "two steps",
+        ),
+        (
+            &["--occluded", "end", "--valid-end", "view.npy"],
+            "--valid-end",
+        ),
+    ] {
+        let ends = ["geodesic", "template.npy", "seen.npy", "-o", "none"];
+        let run = place.run(&[&ends, options].concat());
+        let report = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(2), "{report}");
+        assert!(
+            report.contains("--occluded") && report.contains(word),
+            "{report}"
+        );
+    }
     // The mask has to fit its shape.
     place.write("small.npy", &npy_f64(&[2, 2], &[0.0, 1.0, 1.0, 1.0]));
     let run = place.run(&[

@@ -28,7 +28,9 @@ pub fn memory_estimate<const D: usize>(distance: &ScalarField<f64, D>) -> u64 {
     let of_cell = unknowns * unknowns * DOUBLE
         + BOUNDARY_POINTS[D - 2] * size_of::<BoundaryPoint<D>>() as u64
         + CUT_POINTS[D - 2] * size_of::<CutPoint<D>>() as u64;
-    fields * DOUBLE * grid.n_nodes() as u64
+    // The velocity of the shape itself is kept while that of coarser samples is computed, with its distance.
+    let kept = d + 2;
+    (fields + kept) * DOUBLE * grid.n_nodes() as u64
         + cycle.matrices
         + cycle.work_space
         + n_cut(distance) * of_cell

@@ -52,7 +52,7 @@ mod solve;
 mod variation;
 
 pub use boundary::{BoundaryPoint, BoundaryPoints};
-pub use estimate::{Estimate, estimate};
+pub use estimate::{Estimate, estimate, estimate_of_mask};
 pub use memory::memory_estimate;
 pub use params::MetricParams;
 pub use solve::{Flow, ShapeMetric};

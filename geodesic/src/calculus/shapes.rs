@@ -8,12 +8,14 @@ use super::space::{Ladder, PathSpace};
 use crate::cells::object_cells;
 use crate::error::GeodesicError;
 use crate::lagrangian::{LagrangianPath, lagrangian_path, step_between};
+use crate::overlap::moved;
 use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::Shape;
 use fe_grid::compiled_once;
 use fe_grid::minimise::Observer;
 use fe_grid::vector::{axpy, scale};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
+use levelset::{BoxEdge, LevelsetError, contour, share_outside};
 
 /// Deformations of one start shape, a part of a path.
 #[derive(Clone, Debug)]
@@ -37,6 +39,8 @@ pub struct Extension<const D: usize> {
     /// Certificate of the worst deformation inside its start shape: certified if its determinant is
     /// positive on all cells that meet the shape.
     pub certificate: Certificate,
+    /// The largest share of a shape that lies outside of the box of the grid, where it is cut off.
+    pub outside: f64,
     /// Reports of all equations, in order.
     pub reports: Vec<SolveReport>,
 }
@@ -45,6 +49,15 @@ impl<const D: usize> Extension<D> {
     /// Returns the status of the last equation.
     pub fn status(&self) -> SolveStatus {
         status(&self.reports)
+    }
+
+    /// Measures what has left the box.
+    fn measured(mut self) -> Result<Self, GeodesicError> {
+        for piece in &self.pieces {
+            let found = outside(&piece.start, &piece.displacements)?;
+            self.outside = self.outside.max(found);
+        }
+        Ok(self)
     }
 
     /// Computes the shapes of the extension, and the displacement of the deformation of each from
@@ -149,6 +162,7 @@ fn exponential_in<const D: usize>(
         pieces: Vec::new(),
         step_energies: Vec::with_capacity(steps),
         certificate: Certificate::IDENTITY,
+        outside: 0.0,
         reports: Vec::new(),
     };
     let mut piece = Piece {
@@ -177,7 +191,7 @@ fn exponential_in<const D: usize>(
         let stuck = on == 0 && !extension.pieces.is_empty();
         if finished || stuck {
             extension.pieces.push(piece);
-            return Ok(extension);
+            return extension.measured();
         }
         let (second_last, last) = match piece.displacements.as_slice() {
             [] => (&before, &piece.from),
@@ -191,7 +205,7 @@ fn exponential_in<const D: usize>(
         };
         extension.pieces.push(piece);
         let Some((shape, mut moved)) = renewed else {
-            return Ok(extension);
+            return extension.measured();
         };
         piece = Piece {
             start: shape,
@@ -241,6 +255,7 @@ fn shoot_in<const D: usize>(
     let energy = space.energy(&identity, &first)?.unwrap_or(f64::INFINITY);
     shot.step_energies.insert(0, energy);
     shot.certificate = Certificate::worst([shot.certificate, certificate(start, given)]);
+    shot.outside = shot.outside.max(outside(start, given)?);
     // There is at least one piece, which continues from the first deformation.
     let piece = &mut shot.pieces[0];
     piece.from = identity;
@@ -372,6 +387,24 @@ fn at_end_in<const D: usize>(
     axpy(1.0, variation.as_slice(), moved.as_mut_slice());
     let (shape, mut fields) = regridded(start, last, &[&moved], params)?;
     Ok((shape, fields.swap_remove(0)))
+}
+
+/// Returns the largest share of a deformed start shape that lies outside of the box of the grid.
+fn outside<const D: usize>(
+    start: &ScalarField<f64, D>,
+    displacements: &[Field<f64, D, D>],
+) -> Result<f64, GeodesicError> {
+    let outline = contour(start, 0.0, BoxEdge::Closed)?;
+    let mut most: f64 = 0.0;
+    for displacement in displacements {
+        match share_outside(&moved(&outline, displacement), start.grid()) {
+            Ok(share) => most = most.max(share),
+            // A shape without a volume has none outside.
+            Err(LevelsetError::EmptyContour) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(most)
 }
 
 /// Returns the certificate of the worst of some deformations inside a start shape.

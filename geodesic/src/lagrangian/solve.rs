@@ -7,7 +7,7 @@ use crate::level_sets::{compose, flow_path};
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
 use crate::overlap::{End, Overlaps, carried_overlaps};
 use crate::params::{DomainChoice, GeodesicParams};
-use crate::shape::{Known, Shape};
+use crate::shape::{Shape, check_known};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::transfer::prolong_into;
@@ -58,7 +58,8 @@ compiled_once! {
     /// The same path can be described on the domain of either shape. Both are minimised on coarse
     /// grids from the identity; if neither reaches the other end, a viscous flow is a second start
     /// of both. What reaches the other end, or else has the least energy, is continued to the
-    /// finest grid. If it does not reach the other end there, the weight of the mismatch is doubled, six
+    /// finest grid. If a part of one shape is hidden, the path is computed on the domain of the other,
+    /// which is deformed with what is hidden there. If it does not reach the other end there, the weight of the mismatch is doubled, six
     /// times at most: the length is that of the least of these weights at which the path arrives.
     ///
     /// # Errors
@@ -117,6 +118,7 @@ fn check<const D: usize>(
     params: &GeodesicParams,
 ) -> Result<(), GeodesicError> {
     params.check()?;
+    check_known(start, end, 1)?;
     if start.grid() == end.grid() {
         Ok(())
     } else {
@@ -289,11 +291,17 @@ impl<'a, const D: usize> Search<'a, D> {
         }
     }
 
-    /// The domains on which the path is tried. Laws without an inverse model know the start's only.
+    /// The domains on which the path is tried. Laws without an inverse model know the start's only. A shape
+    /// of which a part is hidden lacks it under all deformations; one that is visible everywhere is deformed
+    /// into the other with what is hidden there.
     fn domains(&self) -> &'static [Domain] {
         let invertible = self.params.law.law.inverted().is_some();
         match self.params.domain {
-            DomainChoice::Better if invertible => &[Domain::Start, Domain::End],
+            DomainChoice::Better if invertible => match (self.start.hidden(), self.end.hidden()) {
+                (true, false) => &[Domain::End],
+                (false, true) => &[Domain::Start],
+                _ => &[Domain::Start, Domain::End],
+            },
             DomainChoice::End if invertible => &[Domain::End],
             _ => &[Domain::Start],
         }
@@ -326,8 +334,7 @@ impl<'a, const D: usize> Search<'a, D> {
     ) -> Result<Option<Candidate<D>>, GeodesicError> {
         let level = self.coarse[self.coarse.len() - 1];
         let [from, to] = domain.order(self.start, self.end);
-        let hidden = |shape: &Shape<D>| !matches!(shape.known(), Known::Everywhere);
-        if self.fine.is_empty() || self.ended() || hidden(from) || hidden(to) {
+        if self.fine.is_empty() || self.ended() || from.hidden() || to.hidden() {
             return Ok(None);
         }
         let flow = along_flow(from, to, &level.grid, self.params, observer)?;

@@ -6,7 +6,7 @@ use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
 use crate::params::GeodesicParams;
-use crate::shape::{KnownEnds, Shape, ShapeOnGrid};
+use crate::shape::{KnownEnds, Shape, ShapeOnGrid, check_known};
 use fe_grid::minimise::Observer;
 use fe_grid::{Grid, compiled_once};
 
@@ -54,6 +54,7 @@ fn level_set_path_in<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<LevelSetPath<D>, GeodesicError> {
     params.check()?;
+    check_known(start, end, params.steps)?;
     let first = &paths[0];
     let refined = refinements(*first.grid(), *start.grid(), params.steps);
     let joined: Vec<_> = paths

@@ -3,9 +3,12 @@
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
-use geodesic::boundary_metric::{Flow, MetricParams, ShapeMetric, Variation, estimate};
+use geodesic::boundary_metric::{
+    Flow, MetricParams, ShapeMetric, Variation, estimate, estimate_of_mask,
+};
 use geodesic::{GeodesicError, GeodesicParams, geodesic};
 use hyperelastic::LameModuli;
+use levelset::{BoxEdge, Cause, ContourDistance, contour};
 use std::f64::consts::PI;
 
 const RADIUS: f64 = 0.3;
@@ -307,6 +310,50 @@ fn half_the_grid_gives_the_error() {
     // Ten oscillations in 16 cells.
     let found = estimate(&ball::<2>(17, RADIUS), &harmonic(10), &params).unwrap();
     assert!(!found.doubts().is_empty());
+}
+
+#[test]
+fn half_the_samples_give_the_error_of_the_steps_of_a_mask() {
+    let params = params(1.0, 1.0);
+    let exact = on_disk(2, params.moduli);
+    let masked = |samples: usize, radius: f64| {
+        let lattice = Grid::<2>::cube(samples + 1);
+        let mask = ScalarField::from_fn(lattice, |x| {
+            [f64::from(u8::from(distance(x, centre()) < radius))]
+        });
+        let outline = contour(&mask, 0.5, BoxEdge::Closed).unwrap();
+        let u = ContourDistance::new(&outline)
+            .unwrap()
+            .sample(Grid::cube(65));
+        estimate_of_mask(&u, 1.0 / samples as f64, &harmonic(2), &params).unwrap()
+    };
+    for samples in [50, 75, 100, 133, 150, 200] {
+        let found = masked(samples, RADIUS);
+        let actual = (found.flow.metric() - exact).abs();
+        let claimed = found.sampling_error.unwrap();
+        let grid = found.error().unwrap();
+        // The errors of single steps partly cancel, by chance: of eighteen numbers of samples between 50 and
+        // 400 both estimates together are .6 of the error at least, and that of the samples, whose coarser
+        // boundary is one of a boundary with steps, six times the error of both at most.
+        assert!(
+            claimed + grid > 0.5 * actual && claimed < 8.0 * (actual + grid),
+            "{samples}: {claimed} {grid} {actual}"
+        );
+        // The error by the grid alone would be no estimate.
+        if samples <= 67 {
+            assert!(actual > 2.0 * grid, "{actual} {grid}");
+        }
+        assert_eq!(found.doubts(), []);
+    }
+    let mut found = masked(50, RADIUS);
+    found.sampling_error = Some(0.11 * found.flow.metric());
+    let doubts = found.doubts();
+    assert_eq!(doubts.len(), 1);
+    assert_eq!(doubts[0].cause, Cause::SamplingError);
+    let usual = estimate(&ball::<2>(17, RADIUS), &harmonic(2), &params).unwrap();
+    assert_eq!(usual.sampling_error, None);
+    let nothing = estimate_of_mask(&ball::<2>(17, RADIUS), 0.0, &harmonic(2), &params);
+    assert!(matches!(nothing, Err(GeodesicError::Parameter { .. })));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use geodesic::finite::Balls;
 use geodesic::lagrangian::{LagrangianPath, lagrangian_path};
 use geodesic::{DomainChoice, GeodesicError, GeodesicParams, Shape};
 use hyperelastic::LawSpec;
-use levelset::{BoxEdge, Moments, contour, signed_distance};
+use levelset::{BoxEdge, Cause, Moments, contour, signed_distance};
 use nalgebra::{Rotation2, Vector2};
 use test_support::on_threads;
 
@@ -464,4 +464,20 @@ fn unfit_input_is_refused() {
     // What stands still stays where it is.
     let still = shoot(&start, &zero, 3, &params, &mut Silent).unwrap();
     assert_eq!(apart(&start, &only_piece(&still)[2], &zero), 0.0);
+}
+
+#[test]
+fn shapes_that_leave_the_box_are_doubtful() {
+    let start = ball::<2>(33, 0.2);
+    let params = CalculusParams::default();
+    // After three steps the face of the box goes through the middle of the disk.
+    let velocity = Field::from_fn(*start.grid(), |_| [0.5, 0.0]);
+    let found = shoot(&start, &velocity, 3, &params, &mut Silent).unwrap();
+    assert!((found.outside - 0.5).abs() < 0.01, "{}", found.outside);
+    let doubts = found.doubts(3);
+    let doubt = doubts.iter().find(|doubt| doubt.cause == Cause::OutsideBox);
+    assert_eq!(doubt.unwrap().figure, found.outside);
+    let near = Field::from_fn(*start.grid(), |_| [0.25, 0.0]);
+    let found = shoot(&start, &near, 3, &params, &mut Silent).unwrap();
+    assert_eq!((found.outside, found.doubts(3).len()), (0.0, 0));
 }

@@ -6,10 +6,10 @@ use fe_grid::random::noise;
 use fe_grid::{Assembly, Data, Grid, ScalarField};
 use geodesic::level_sets::LevelSetObjective;
 use geodesic::{
-    ComposedMismatch, Form, Geodesic, GeodesicError, GeodesicParams, HeavisideMismatch, Known,
-    Shape, StepMismatch, Visibility, geodesic, geodesic_between,
+    ComposedMismatch, Domain, DomainChoice, Form, Geodesic, GeodesicError, GeodesicParams,
+    HeavisideMismatch, Known, Shape, StepMismatch, Visibility, geodesic, geodesic_between,
 };
-use levelset::{Arctan, signed_distance};
+use levelset::{Arctan, Cause, signed_distance};
 use proptest::prelude::*;
 
 fn from<const D: usize>(level: u32, f: impl Fn([f64; D]) -> f64) -> ScalarField<f64, D> {
@@ -189,16 +189,18 @@ fn components_must_be_as_many_on_both_sides() {
     );
 }
 
+/// A cross with arms of this thickness, the right one of which ends there.
+fn cross(thick: f64, right: f64) -> ScalarField<f64, 2> {
+    from(5, move |[x, y]: [f64; 2]| {
+        let bar =
+            |a: f64, b: f64, low: f64, high: f64| (thick - a.abs()).min(b - low).min(high - b);
+        bar(y - 0.5, x, 0.2, right).max(bar(x - 0.5, y, 0.2, 0.8))
+    })
+}
+
 /// A cross whose right arm ends early, as if something stood before it.
 #[test]
 fn a_hidden_arm_is_restored() {
-    let cross = |thick: f64, right: f64| {
-        from(5, move |[x, y]: [f64; 2]| {
-            let bar =
-                |a: f64, b: f64, low: f64, high: f64| (thick - a.abs()).min(b - low).min(high - b);
-            bar(y - 0.5, x, 0.2, right).max(bar(x - 0.5, y, 0.2, 0.8))
-        })
-    };
     let (template, whole, seen) = (cross(0.08, 0.8), cross(0.11, 0.8), cross(0.11, 0.62));
     let params = GeodesicParams {
         tolerance: 1e-4,
@@ -232,5 +234,78 @@ fn a_hidden_arm_is_restored() {
         let share = area(shape) / area(&reference.level_sets[3]);
         assert!((0.9..1.02).contains(&share), "{share}");
         assert!(found.dice_end > 0.95, "{}", found.dice_end);
+    }
+}
+
+/// The same with deformations: of the cross that is visible everywhere, whichever end it is.
+#[test]
+fn a_hidden_arm_is_there_on_all_of_the_path() {
+    let (template, seen) = (cross(0.08, 0.8), cross(0.11, 0.62));
+    let view = ScalarField::from_fn(*seen.grid(), |[x, _]| [f64::from(u8::from(x < 0.6))]);
+    let tip = [0.76, 0.5];
+    for known in [Known::Within(view), Known::Inside] {
+        let whole = Shape::new(template.clone());
+        let partial = Shape::new(seen.clone()).with_known(known);
+        let forced = DomainChoice::Start;
+        for (start, end, domain) in [
+            (&partial, &whole, Domain::End),
+            (&whole, &partial, Domain::Start),
+        ] {
+            let params = params(Form::Lagrangian, 2);
+            let found = geodesic_between(start, end, &params, &mut Silent).unwrap();
+            certified(&found);
+            assert_eq!(found.domain, Some(domain));
+            assert!(found.level_sets.iter().all(|u| u.sample(tip)[0] > 0.0));
+            assert_eq!(found.whole_end, None);
+            assert!(
+                !found
+                    .doubts(&params)
+                    .iter()
+                    .any(|d| d.cause == Cause::HiddenPart)
+            );
+        }
+        // On the domain of the other one the arm is missing at all times, and that is said.
+        let params = GeodesicParams {
+            domain: forced,
+            ..params(Form::Lagrangian, 2)
+        };
+        let found = geodesic_between(&partial, &whole, &params, &mut Silent).unwrap();
+        assert_eq!(found.domain, Some(Domain::Start));
+        assert!(found.level_sets.iter().all(|u| u.sample(tip)[0] < 0.0));
+        // The visible parts agree; of the whole, an arm of .16 x .16 is missing of .16 x (1.2 - .16).
+        let lacks = found.whole_end.unwrap();
+        assert!(found.dice_end > 0.97 && lacks.dice < 0.95, "{lacks:?}");
+        let doubts = found.doubts(&params);
+        let doubt = doubts.iter().find(|d| d.cause == Cause::HiddenPart);
+        assert_eq!(doubt.unwrap().figure, lacks.dice);
+    }
+}
+
+#[test]
+fn shapes_that_may_both_be_hidden_anywhere_are_refused_where_no_difference_counts() {
+    let [start, end] = [0.08, 0.11].map(|thick| {
+        let shape = Shape::new(cross(thick, 0.8));
+        shape.with_known(Known::Inside)
+    });
+    let run = |form, steps| geodesic_between(&start, &end, &params(form, steps), &mut Silent);
+    for (form, steps) in [
+        (Form::Lagrangian, 1),
+        (Form::Lagrangian, 4),
+        (Form::LevelSets, 1),
+    ] {
+        assert_eq!(
+            run(form, steps).unwrap_err(),
+            GeodesicError::BothHidden,
+            "{form:?}"
+        );
+    }
+    // The shape in the middle covers both.
+    let found = run(Form::LevelSets, 2).unwrap();
+    for end in [0, 2] {
+        let pairs = found.level_sets[1].as_slice().iter();
+        let missing = pairs.zip(found.level_sets[end].as_slice());
+        let h = 1.0 / 32.0;
+        // Up to a spacing, the width of the step of the mismatch.
+        assert!(missing.filter(|(u, v)| **v > h && **u < -h).count() == 0);
     }
 }

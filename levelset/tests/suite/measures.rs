@@ -5,7 +5,7 @@ use approx::assert_relative_eq;
 use fe_grid::{Field, Grid};
 use levelset::{
     BoxEdge, Contour, LevelsetError, Moments, connected_components, contour, dice, hausdorff,
-    largest_component, mask_volume,
+    largest_component, mask_volume, share_outside,
 };
 use nalgebra::{SVector, Vector2};
 
@@ -129,6 +129,43 @@ fn moments_of_a_disk() {
     let quarter = 0.3f64.powi(2) / 4.0;
     let expected = nalgebra::Matrix2::from_diagonal(&SVector::from([quarter, quarter]));
     assert_relative_eq!(moments.covariance, expected, epsilon = 1e-5);
+}
+
+#[test]
+fn the_share_outside_of_the_box_is_that_of_a_segment_or_a_cap() {
+    let radius = 0.3f64;
+    let flat = disk(129, radius);
+    let solid = contour(&ball::<3>(Grid::cube(65), radius), 0.0, BoxEdge::Open).unwrap();
+    let (pixels, voxels) = (Grid::cube(33), Grid::cube(33));
+    assert_eq!(share_outside(&flat, &pixels).unwrap(), 0.0);
+    assert_eq!(share_outside(&solid, &voxels).unwrap(), 0.0);
+    for (shift, sign) in [(0.25, 1.0), (0.5, -1.0), (0.7, 1.0)] {
+        // The distance of the face from the middle of the shape.
+        let d = 0.5 - shift;
+        let segment = radius.powi(2) * (d / radius).acos() - d * (radius.powi(2) - d * d).sqrt();
+        let cap = std::f64::consts::PI * (radius - d).powi(2) * (2.0 * radius + d) / 3.0;
+        let expected = [
+            segment / (std::f64::consts::PI * radius.powi(2)),
+            cap / (4.0 / 3.0 * std::f64::consts::PI * radius.powi(3)),
+        ];
+        let found = [
+            share_outside(&flat.map(|[x, y]| [x, y + sign * shift]), &pixels),
+            share_outside(&solid.map(|[x, y, z]| [x + sign * shift, y, z]), &voxels),
+        ];
+        for (found, expected) in found.into_iter().zip(expected) {
+            // Polygons, and facets across the face: h^2 / r^2 or 6e-4 in 2D and 3e-3 in 3D.
+            assert_relative_eq!(found.unwrap(), expected, epsilon = 3e-3);
+        }
+    }
+    let beside = flat.map(|[x, y]| [x + 1.0, y]);
+    assert_eq!(share_outside(&beside, &pixels).unwrap(), 1.0);
+    // In a corner of the box a quarter of the disk is left.
+    let corner = flat.map(|[x, y]| [x + 0.5, y - 0.5]);
+    assert_relative_eq!(
+        share_outside(&corner, &pixels).unwrap(),
+        0.75,
+        epsilon = 1e-3
+    );
 }
 
 #[test]

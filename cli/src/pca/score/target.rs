@@ -5,7 +5,8 @@ use std::slice;
 use fe_grid::minimise::{Memory, Observer};
 use fe_grid::{Grid, ScalarField, VectorField};
 use levelset::{
-    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, signed_distance,
+    BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, share_outside,
+    signed_distance,
 };
 use shape_average::align::align_to;
 use shape_average::{AverageResult, Shapes, match_components_to};
@@ -136,6 +137,8 @@ impl<'a, const D: usize> Target<'a, D> {
         let (overlap, doubts) = agreement(&fit.pushed[0], &self.distance, &self.outline)?;
         let mut doubts = [doubts, self.doubts(image, &distance, &outline, &fit)].concat();
         doubts.extend(place.reflection);
+        let outside = share_outside(&outline, distance.grid()).map_err(shown)?;
+        doubts.extend(Doubt::check(Cause::OutsideBox, outside));
         let stored = &self.stored.average.components;
         let components = fit.components.iter().zip(&self.parts).zip(stored);
         for (c, ((component, part), stored)) in components.enumerate() {
