@@ -120,7 +120,7 @@ impl<const D: usize> Indicator<D> {
 
     /// The values of all components at all nodes, one component after the other.
     pub(super) fn values(&self) -> impl Iterator<Item = f64> {
-        self.parts.iter().flat_map(|part| part.as_slice()).copied()
+        self.parts.iter().flat_map(Field::as_slice).copied()
     }
 
     /// The weights of these values.
