@@ -2,7 +2,8 @@
 
 use crate::error::GeodesicError;
 use levelset::{
-    Cause, Contour, ContourDistance, Doubt, Layer, LevelsetError, directed_hausdorff, facing,
+    Cause, Contour, ContourDistance, Doubt, Layer, LevelsetError, centroid, directed_hausdorff,
+    facing,
 };
 use serde::{Deserialize, Serialize};
 
@@ -92,11 +93,8 @@ pub(crate) fn pressed<const D: usize>(
         .zip(carried.all_corners());
     Ok(all
         .map(|(found, corners)| {
-            let middle = std::array::from_fn(|k| {
-                corners.iter().map(|p: &[f64; D]| p[k]).sum::<f64>() / D as f64
-            });
             // Positive inside the other end.
-            let depth = at_end.signed_distance(middle) / spacing;
+            let depth = at_end.signed_distance(centroid(&corners)) / spacing;
             let layer = if depth > APART {
                 Layer::Slit
             } else if depth < -APART {

@@ -7,7 +7,7 @@ use crate::level_sets::compose;
 use crate::shape::{Shape, ShapeOnGrid, union_of};
 use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
 use levelset::criteria::RESOLVED_DISTANCE;
-use levelset::{BoxEdge, Cause, Compact, Contour, ContourDistance, Doubt, contour};
+use levelset::{BoxEdge, Cause, Compact, Contour, ContourDistance, Doubt, centroid, contour};
 use serde::Serialize;
 
 /// Dice overlap from which a path ends near the end shape.
@@ -269,10 +269,7 @@ fn visible_boundary<const D: usize>(
     let Some(weight) = weight else {
         return boundary.perimeter();
     };
-    let seen = boundary.part(|corners| {
-        let middle = std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / D as f64);
-        weight.sample(middle)[0] >= 0.5
-    });
+    let seen = boundary.part(|corners| weight.sample(centroid(corners))[0] >= 0.5);
     seen.perimeter()
 }
 

@@ -24,6 +24,11 @@ const SHORTEST: f64 = 1e-4;
 /// Positions of the corners of a segment or triangle in the list of points.
 pub type Simplex<const D: usize> = [u32; D];
 
+/// The centroid of a segment or triangle, the mean of its corners.
+pub fn centroid<const D: usize>(corners: &[[f64; D]; D]) -> [f64; D] {
+    std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / D as f64)
+}
+
 impl<const D: usize> Contour<D> {
     /// Creates a contour from its points and its segments or triangles.
     ///

@@ -7,7 +7,7 @@
 
 use fe_grid::compiled_once;
 
-use crate::contour::Contour;
+use crate::contour::{Contour, centroid};
 use crate::distance::ContourDistance;
 use crate::error::LevelsetError;
 use crate::vector::{add_scaled, area_normal, dot, norm, sub};
@@ -79,8 +79,7 @@ fn facing_in<const D: usize>(
             return Facing::default();
         }
         let normal = area.map(|x| x / size);
-        let centre: [f64; D] =
-            std::array::from_fn(|k| corners.iter().map(|p| p[k]).sum::<f64>() / D as f64);
+        let centre = centroid(corners);
         let across = |direction: f64| {
             for share in AHEAD {
                 let way = share * width;

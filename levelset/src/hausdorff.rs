@@ -3,7 +3,7 @@
 use fe_grid::{compiled_once, mutant};
 
 use crate::bvh::Bvh;
-use crate::contour::Contour;
+use crate::contour::{Contour, centroid};
 use crate::distance::tree_of;
 use crate::error::LevelsetError;
 use crate::farthest::farthest;
@@ -79,9 +79,6 @@ fn directed<const D: usize>(contour: &Contour<D>, tree: &Bvh<D>, to: &Bvh<D>) ->
     let corners = tree.all_corners();
     // A contour of degenerate simplices still has points: all have equal weight.
     let floor = if contour.perimeter() > 0.0 { 0.0 } else { 1.0 };
-    let centroid = |c: &[[f64; D]; D]| -> [f64; D] {
-        std::array::from_fn(|k| c.iter().map(|p| p[k]).sum::<f64>() / D as f64)
-    };
     let centroids: Vec<_> = corners.iter().map(centroid).collect();
     let found = find_all(to, &centroids);
     let mut samples: Vec<(f64, f64)> = found

@@ -37,7 +37,7 @@ pub use fe_grid;
 pub use nalgebra;
 
 pub use components::{Components, connected_components, largest_component};
-pub use contour::Contour;
+pub use contour::{Contour, centroid};
 pub use criteria::{Cause, Criterion, Limit};
 pub use distance::{ContourDistance, Nearest, signed_distance};
 pub use error::LevelsetError;

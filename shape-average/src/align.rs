@@ -29,7 +29,6 @@ mod reflection;
 mod starts;
 mod steepness;
 
-use crate::shapes::Shapes;
 use fe_grid::{Distribution, Field, compiled_once, parallel};
 use levelset::{Compact, LevelsetError};
 use nalgebra::{SMatrix, SVector};
@@ -81,6 +80,16 @@ pub enum AlignError {
         expected: Vec<usize>,
         /// Nodes of this shape's grid, `x` first.
         found: Vec<usize>,
+    },
+    /// The shapes have different numbers of components.
+    #[error("shape {shape} has {found} components, the first one {expected}")]
+    Components {
+        /// Index of the shape.
+        shape: usize,
+        /// Number of components of the first shape.
+        expected: usize,
+        /// Number of components of this shape.
+        found: usize,
     },
     /// A shape is empty or not finite.
     #[error("shape {shape}: {source}")]
@@ -176,29 +185,70 @@ fn align_group_in<const D: usize>(
 }
 
 compiled_once! {
-    /// Computes the rigid motions that align a group of shapes of several components, as
-    /// [`align_group_of_visible`] does; the differences of all components are added. The union of the components
-    /// is not looked at.
+    /// Computes the rigid motions that align a group of shapes of several components each, as
+    /// [`align_group_of_visible`] does; the differences of all components are added.
     ///
     /// # Errors
     /// [`AlignError`], with the number of the shape.
     pub fn align_group_of_components<'a, D>(
-        shapes: Shapes<'a, D>,
+        shapes: &'a [&'a [Field<f64, D, 1>]],
         distribution: &'a Distribution,
     ) -> Result<Vec<Alignment<D>>, AlignError> = align_components_in;
 }
 
+compiled_once! {
+    /// Computes the rigid motion that maps a shape of several components onto another one, as [`align_to`] does: the
+    /// differences of all components are added.
+    ///
+    /// # Errors
+    /// [`AlignError`]; the reference is reported as shape 0, the moving one as shape 1.
+    pub fn align_components_to<'a, D>(
+        reference: &'a [Field<f64, D, 1>],
+        moving: &'a [Field<f64, D, 1>],
+    ) -> Result<Alignment<D>, AlignError> = align_components_to_in;
+}
+
+fn align_components_to_in<const D: usize>(
+    reference: &[Field<f64, D, 1>],
+    moving: &[Field<f64, D, 1>],
+) -> Result<Alignment<D>, AlignError> {
+    let [reference, moving] = &with_components(&[reference, moving])?[..] else {
+        return Err(AlignError::NoShapes);
+    };
+    let target = Target::new(std::slice::from_ref(reference), &[RigidMotion::identity()])?;
+    let fits = target.fits(moving, None);
+    Ok(fits.map_err(|source| at(1, source))?[0])
+}
+
 fn align_components_in<const D: usize>(
-    shapes: Shapes<'_, D>,
+    shapes: &[&[Field<f64, D, 1>]],
     distribution: &Distribution,
 ) -> Result<Vec<Alignment<D>>, AlignError> {
-    let components = |i: usize| shapes.components_of(i).iter();
-    let all: Vec<_> = (0..shapes.len()).flat_map(components).collect();
-    check(&all, &[], shapes.n_components())?;
-    let shapes: Vec<_> = (0..shapes.len())
-        .map(|i| Masked::new(components(i), None))
-        .collect();
-    align_masked(&shapes, distribution)
+    align_masked(&with_components(shapes)?, distribution)
+}
+
+/// Returns shapes given by the signed distances of their components, after checking these.
+fn with_components<'a, const D: usize>(
+    shapes: &[&'a [Field<f64, D, 1>]],
+) -> Result<Vec<Masked<'a, D>>, AlignError> {
+    let expected = shapes.first().map_or(0, |components| components.len());
+    let other = shapes
+        .iter()
+        .position(|components| components.len() != expected);
+    if let Some(shape) = other {
+        let found = shapes[shape].len();
+        return Err(AlignError::Components {
+            shape,
+            expected,
+            found,
+        });
+    }
+    let all: Vec<_> = shapes.iter().flat_map(|components| *components).collect();
+    check(&all, &[], expected)?;
+    let shapes = shapes
+        .iter()
+        .map(|components| Masked::new(*components, None));
+    Ok(shapes.collect())
 }
 
 fn align_masked<const D: usize>(

@@ -2,7 +2,7 @@
 
 use fe_grid::pullback::Derivatives;
 use fe_grid::{Boundary, Grid, InverseDeformation, ScalarField, SpectralSolver};
-use levelset::Contour;
+use levelset::{Contour, centroid};
 use shape_average::{AverageResult, cauchy_stress_at_nodes};
 use shape_pca::{Average, Source, evaluate};
 use shapespace_report::table::Cell;
@@ -225,8 +225,7 @@ fn tractions<const D: usize>(
         return;
     }
     for corners in boundary.all_corners().step_by(EVERY) {
-        let middle: [f64; D] =
-            std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum::<f64>() / D as f64);
+        let middle = centroid(&corners);
         let along = [corners[1][0] - corners[0][0], corners[1][1] - corners[0][1]];
         let size = along[0].hypot(along[1]).max(1e-12);
         // The object lies to the left.

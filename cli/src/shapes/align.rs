@@ -14,7 +14,6 @@ use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Contour, ContourDistance, Moments};
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
-use shape_average::Shapes;
 use shape_average::align::{RigidMotion, align_group_of_components, align_group_of_visible};
 
 use super::inspect::inspect_reflections;
@@ -154,17 +153,18 @@ fn by_components<const D: usize>(
         let contours: Result<Vec<_>, _> = masks.map(|mask| placed(mask, &inputs[i])).collect();
         parts.push(contours?);
     }
-    let n = 1 + parts.first().map_or(0, Vec::len);
-    let mut all: Vec<ScalarField<f64, D>> = Vec::with_capacity(n * order.len());
+    let n = parts.first().map_or(0, Vec::len);
     let parts: Vec<&Contour<D>> = parts.iter().flatten().collect();
     let parts = coarse_distances(&parts, &distribution.of(parts.len()))?;
     let mut parts = parts.into_iter();
-    for outline in outlines {
-        all.push(outline.clone());
-        all.extend(parts.by_ref().take(n - 1));
-    }
-    let shapes = Shapes::of_components(outlines, &all, n).map_err(failed)?;
-    align_group_of_components(shapes, distribution).map_err(failed)
+    let of_shape = |outline: &ScalarField<f64, D>| -> Vec<ScalarField<f64, D>> {
+        std::iter::once(outline.clone())
+            .chain(parts.by_ref().take(n))
+            .collect()
+    };
+    let shapes: Vec<_> = outlines.iter().map(of_shape).collect();
+    let shapes: Vec<&[_]> = shapes.iter().map(Vec::as_slice).collect();
+    align_group_of_components(&shapes, distribution).map_err(failed)
 }
 
 /// Adds the doubts about shapes in the world that are not aligned, and that would fit another one

@@ -323,4 +323,18 @@ fn label_images_are_aligned_by_their_labels() {
         let dice = results.numbers(&format!("/components/{label}/dice"));
         assert!(dice.iter().all(|dice| *dice > 0.9), "{dice:?}");
     }
+    // So are new ones; the turned copy has the scores of its original.
+    succeeded(&place.compute(&["pca", "out", "-o", "modes"]));
+    succeeded(&place.compute(&[
+        "score",
+        "a.npy",
+        "turned.npy",
+        "--pca",
+        "modes",
+        "-o",
+        "scores",
+    ]));
+    let scores = Results::read(&place.path("scores"));
+    let [own, copy] = [0, 1].map(|k| scores.number(&format!("/scores/{k}/0")));
+    assert!((own - copy).abs() < 0.1 * own.abs(), "{own} {copy}");
 }

@@ -1,7 +1,7 @@
 //! The doubts about segmentations.
 
 use super::solve::Segmentation;
-use levelset::{Cause, Contour, Doubt};
+use levelset::{Cause, Contour, Doubt, centroid};
 
 /// Where the phase field is above this value there is no edge: at distances of `2 eps ln 4` and more from it. A
 /// region between edges ends where it is one half.
@@ -31,11 +31,9 @@ impl<const D: usize> Segmentation<D> {
             if (0..D).any(|k| on_a_face(k, 0.0) || on_a_face(k, extent[k])) {
                 continue;
             }
-            let centre =
-                std::array::from_fn(|k| corners.iter().map(|c| c[k]).sum::<f64>() / D as f64);
             let size = boundary.size(piece);
             all += size;
-            if self.phase_field.sample(centre)[0] > NO_EDGE {
+            if self.phase_field.sample(centroid(&corners))[0] > NO_EDGE {
                 off += size;
             }
         }

@@ -4,8 +4,9 @@
 use fe_grid::{Distribution, Field, Grid};
 use levelset::{BoxEdge, ContourDistance, contour, signed_distance};
 use nalgebra::{Rotation2, Rotation3, SMatrix, SVector, Vector3};
-use shape_average::Shapes;
-use shape_average::align::{RigidMotion, align_group, align_group_of_components, align_to};
+use shape_average::align::{
+    AlignError, RigidMotion, align_components_to, align_group, align_group_of_components, align_to,
+};
 
 /// Turns about the middle of the unit box.
 fn about_middle<const D: usize>(rotation: SMatrix<f64, D, D>) -> RigidMotion<D> {
@@ -123,12 +124,20 @@ fn labels_decide_where_the_outline_does_not() {
         labels.push(within(|x| (0.6 - x[0]).min(x[1] - 0.45)));
         labels.push(within(|x| (0.6 - x[0]).min(0.45 - x[1])));
     }
-    let shapes = Shapes::of_components(&unions, &labels, 3).unwrap();
-    let found = align_group_of_components(shapes, &Distribution::alone(4)).unwrap();
+    let shapes: Vec<_> = labels.chunks_exact(3).collect();
+    let found = align_group_of_components(&shapes, &Distribution::alone(4)).unwrap();
     for (alignment, motion) in found.iter().zip(&motions) {
         let rest = alignment.motion.after(motion).angle().to_degrees();
         assert!(rest < 0.5, "off by {rest} degrees");
     }
+    let pair = align_components_to(shapes[0], shapes[1]).unwrap();
+    let rest = pair.motion.after(&motions[1]).angle().to_degrees();
+    assert!(rest < 0.5, "off by {rest} degrees");
+    let fewer = align_components_to(shapes[0], &shapes[1][..2]);
+    assert!(matches!(
+        fewer,
+        Err(AlignError::Components { shape: 1, .. })
+    ));
     // The outlines alone stay as they are.
     let alone = align_group(&unions.iter().collect::<Vec<_>>()).unwrap();
     assert!(alone[1].motion.angle().to_degrees() < 5.0);

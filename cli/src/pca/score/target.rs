@@ -8,7 +8,7 @@ use levelset::{
     BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, hausdorff, share_outside,
     signed_distance,
 };
-use shape_average::align::align_to;
+use shape_average::align::align_components_to;
 use shape_average::{AverageResult, Shapes, match_components_to};
 use shape_pca::{Compound, Source};
 
@@ -48,8 +48,9 @@ pub(super) struct Target<'a, const D: usize> {
     parts: Vec<ScalarField<f64, D>>,
     /// Their phase fields.
     phase_fields: Vec<ScalarField<f64, D>>,
-    /// On the grid of the rigid alignment, which is that of the unit box.
-    coarse: ScalarField<f64, D>,
+    /// On the grid of the rigid alignment, which is that of the unit box: the whole, then its components, if there
+    /// are several.
+    coarse: Vec<ScalarField<f64, D>>,
     align: Align,
     scale: Size,
 }
@@ -58,12 +59,20 @@ impl<'a, const D: usize> Target<'a, D> {
     pub fn new(stored: &'a StoredPca<D>, align: Align, scale: Size) -> Result<Self, CliError> {
         let object = &stored.space.object;
         let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
-        let coarse = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
+        let grid = Grid::cube(ALIGNMENT_NODES[usize::from(D == 3)]);
+        let corner = corner_in_unit_box(object.grid());
+        let sampled = |outline: &Contour<D>| -> Result<ScalarField<f64, D>, CliError> {
+            let distance = ContourDistance::new(&moved_by(outline, corner)).map_err(shown)?;
+            Ok(distance.sample(grid))
+        };
+        let mut coarse = vec![sampled(&outline)?];
         let distance = signed_distance(object, 0.5).map_err(shown)?;
         let components = &stored.average.components;
         let (mut parts, mut phase_fields) = (Vec::new(), Vec::new());
         for component in components {
             parts.push(signed_distance(&component.indicator, 0.5).map_err(shown)?);
+            let own = contour(&component.indicator, 0.5, BoxEdge::Closed).map_err(shown)?;
+            coarse.push(sampled(&own)?);
             phase_fields.push(component.phase_field.clone());
         }
         if components.is_empty() {
@@ -77,9 +86,7 @@ impl<'a, const D: usize> Target<'a, D> {
             distance,
             parts,
             phase_fields,
-            coarse: ContourDistance::new(&moved_by(&outline, corner_in_unit_box(object.grid())))
-                .map_err(shown)?
-                .sample(coarse),
+            coarse,
             outline,
             align,
             scale,
@@ -106,7 +113,7 @@ impl<'a, const D: usize> Target<'a, D> {
         observer: &mut dyn Observer,
     ) -> Result<Measured<D>, CliError> {
         let grid = *self.distance.grid();
-        let place = self.place(image)?;
+        let place = self.place(image, components)?;
         let (outline, distance) = place.of(image, grid)?;
         let mut parts = Vec::new();
         for component in components {
@@ -213,7 +220,7 @@ impl<'a, const D: usize> Target<'a, D> {
     }
 
     /// Where a new shape lies in the box of the average.
-    fn place(&self, image: &Image<D>) -> Result<Place<D>, CliError> {
+    fn place(&self, image: &Image<D>, components: &[Image<D>]) -> Result<Place<D>, CliError> {
         let grid = *self.distance.grid();
         // New shapes are placed and aligned in the unit box, which has room for any orientation.
         let corner = corner_in_unit_box(&grid);
@@ -245,7 +252,21 @@ impl<'a, const D: usize> Target<'a, D> {
             });
         }
         let (_, coarse) = coarse?;
-        let found = align_to(&self.coarse, &coarse).map_err(|error| CliError::Computation {
+        let mut parts = vec![coarse];
+        for component in components {
+            let in_world = in_world.as_ref().and_then(|_| component.in_world());
+            let component = in_world.as_ref().unwrap_or(component);
+            let part = place_like(component, frame_of, None, self.coarse_grid());
+            parts.extend(part.ok().map(|(_, part)| part));
+        }
+        // Where a component is lost on the coarse grid, the whole is aligned.
+        let n = if parts.len() == self.coarse.len() {
+            parts.len()
+        } else {
+            1
+        };
+        let found = align_components_to(&self.coarse[..n], &parts[..n]);
+        let found = found.map_err(|error| CliError::Computation {
             message: format!("'{}' cannot be aligned: {error}", image.path.display()),
             remedy: "use --align none if it has the position of the average".into(),
         })?;
@@ -256,17 +277,17 @@ impl<'a, const D: usize> Target<'a, D> {
         Ok(Place {
             frame: frame_of,
             motion: Some((rows, shift)),
-            reflection: self.reflection(&coarse)?,
+            reflection: self.reflection(&parts[0])?,
         })
     }
 
     /// The doubt that a shape is reflected against the average.
     fn reflection(&self, coarse: &ScalarField<f64, D>) -> Result<Option<Doubt>, CliError> {
-        Likeness::doubt_of_average(&self.coarse, coarse, self.stored.average.mismatch)
+        Likeness::doubt_of_average(&self.coarse[0], coarse, self.stored.average.mismatch)
     }
 
     fn coarse_grid(&self) -> Grid<D> {
-        *self.coarse.grid()
+        *self.coarse[0].grid()
     }
 }
 
