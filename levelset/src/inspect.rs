@@ -19,48 +19,58 @@ const TOLERANCE: f64 = 0.5;
 /// more than `RADIUS + TOLERANCE` and the half diagonal of a cell.
 const STEPS: usize = 3;
 
-/// The numbers of parts of an object, given by its signed distance (positive inside), and of its holes, which the
-/// outside does not reach: of those that are somewhere at least `depth` deep.
-pub fn parts_and_holes<const D: usize>(distance: &Field<f64, D, 1>, depth: f64) -> [usize; 2] {
-    let (grid, values) = (distance.grid(), distance.as_slice());
-    let count = |sign: f64, adjacency: Adjacency, is_open: &dyn Fn(usize) -> bool| -> usize {
-        let found = components(grid, &|index| sign * values[index] > 0.0, adjacency);
-        let (mut deep, mut open) = (
-            vec![false; found.sizes.len()],
-            vec![false; found.sizes.len()],
-        );
-        for (index, &label) in found.labels.iter().enumerate() {
-            if let Some(place) = (label as usize).checked_sub(1) {
-                deep[place] |= sign * values[index] >= depth;
-                open[place] |= is_open(index);
-            }
-        }
-        deep.iter()
-            .zip(&open)
-            .filter(|(deep, open)| **deep && !**open)
-            .count()
-    };
-    [
-        count(1.0, Adjacency::Edges, &|_| false),
-        count(-1.0, Adjacency::Corners, &|index| on_border(grid, index)),
-    ]
+/// The numbers of parts of an object, and of its holes, which the outside does not reach.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartsAndHoles {
+    /// Of those that are somewhere at least two spacings deep.
+    deep: [usize; 2],
+    /// Of those that are half a spacing deep.
+    all: [usize; 2],
 }
 
-/// The number of parts and holes that one of two objects, given by their signed distances, has and the other one
-/// has not. Those count that are at least two spacings deep, against all that are half a spacing deep.
-pub fn other_parts_and_holes<const D: usize>(
-    first: &Field<f64, D, 1>,
-    second: &Field<f64, D, 1>,
-) -> usize {
-    let h = first.grid().spacing();
-    let of = |distance| [2.0, 0.5].map(|depth| parts_and_holes(distance, depth * h));
-    let ([deep, all], [other_deep, other_all]) = (of(first), of(second));
-    let missing = |k: usize| {
-        deep[k]
-            .saturating_sub(other_all[k])
-            .max(other_deep[k].saturating_sub(all[k]))
+impl PartsAndHoles {
+    /// Counts those of an object given by its signed distance, positive inside.
+    pub fn of<const D: usize>(distance: &Field<f64, D, 1>) -> Self {
+        let h = distance.grid().spacing();
+        let [deep, all] = parts_and_holes(distance, [2.0, 0.5].map(|depth| depth * h));
+        Self { deep, all }
+    }
+
+    /// The number of parts and holes that one of two objects has and the other one has not: of the deep ones,
+    /// against all of the other object.
+    pub fn differences(&self, other: &Self) -> usize {
+        let missing = |own: &Self, other: &Self, k: usize| own.deep[k].saturating_sub(other.all[k]);
+        let of = |k: usize| missing(self, other, k).max(missing(other, self, k));
+        of(0) + of(1)
+    }
+}
+
+/// The numbers of parts of an object, given by its signed distance (positive inside), and of its holes: of those that
+/// are somewhere at least so deep, for several depths.
+pub fn parts_and_holes<const D: usize, const N: usize>(
+    distance: &Field<f64, D, 1>,
+    depths: [f64; N],
+) -> [[usize; 2]; N] {
+    let (grid, values) = (distance.grid(), distance.as_slice());
+    // The depth of each component, none for those that are open.
+    let depths_of = |sign: f64, adjacency: Adjacency, is_open: &dyn Fn(usize) -> bool| {
+        let found = components(grid, &|index| sign * values[index] > 0.0, adjacency);
+        let mut depth = vec![Some(0.0f64); found.sizes.len()];
+        for (index, &label) in found.labels.iter().enumerate() {
+            if let Some(place) = (label as usize).checked_sub(1) {
+                let deeper = |depth: f64| depth.max(sign * values[index]);
+                depth[place] = depth[place].filter(|_| !is_open(index)).map(deeper);
+            }
+        }
+        depth
     };
-    missing(0) + missing(1)
+    let parts = depths_of(1.0, Adjacency::Edges, &|_| false);
+    let holes = depths_of(-1.0, Adjacency::Corners, &|index| on_border(grid, index));
+    let count = |found: &[Option<f64>], least: f64| {
+        let depths = found.iter().flatten();
+        depths.filter(|depth| **depth >= least).count()
+    };
+    depths.map(|least| [count(&parts, least), count(&holes, least)])
 }
 
 /// The share of the outermost layer of nodes that lies in the object `{field > level}`: 0 for an

@@ -67,6 +67,7 @@ fn survival(square: f64, degrees_of_freedom: usize, n_shapes: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fe_grid::random::{SplitMix64, normal};
 
     #[test]
     fn p_values_are_those_of_the_tables() {
@@ -95,15 +96,8 @@ mod tests {
     /// all cases, for few training shapes, too.
     #[test]
     fn p_values_of_new_shapes_are_uniform() {
-        // Sums of twelve uniform numbers: normal but for tails beyond three standard deviations.
-        let mut state = 7u64;
-        let mut uniform = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
-        let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+        let mut random = SplitMix64::new(7);
+        let mut normal = || normal(random.open_uniform(), random.uniform());
         for n in [3, 8, 20] {
             let cases = 20_000;
             let mut small = [0usize; 2];

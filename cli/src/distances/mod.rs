@@ -34,14 +34,14 @@ mod write;
 use std::path::PathBuf;
 
 use ::geodesic::memory_estimate;
-use fe_grid::Grid;
+use fe_grid::{Grid, ScalarField};
 
 use crate::error::{CliError, Exit};
 use crate::memory::announce;
 use crate::options::{Align, CheckpointOption, RunOptions};
 use crate::output::{ResultDir, WorkDir};
 use crate::session::{self, Command, PlanOf, Session};
-use crate::shapes::{Domain, Input, Pairs, settle};
+use crate::shapes::{Domain, Input, Pairs, Placed, settle};
 use crate::summary::Summary;
 use classes::Labels;
 pub(crate) use classes::{Classes, NAMED};
@@ -151,15 +151,7 @@ impl Command for DistanceStudy {
         let (domain, config) = (plan.placed.domain, plan.config);
         let scope = Scope::new(&config);
         let fingerprint = fingerprint(&config, &scope, &plan.placed.images);
-        let settled = settle(
-            plan.placed,
-            &[],
-            None,
-            &session.progress,
-            &session.processes,
-        )?;
-        let own = settled.grid;
-        let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
+        let (own, inputs, distances) = measured(plan.placed, session)?;
         let mut wanted = paths(&scope.asked_for(), config.one_way);
         if let Some(shard) = self.shard {
             wanted = shard.part(&wanted, config.directions());
@@ -218,15 +210,7 @@ impl Command for DistanceStudy {
     ) -> Result<(), CliError> {
         let (domain, config) = (plan.placed.domain, plan.config);
         let scope = Scope::new(&config);
-        let settled = settle(
-            plan.placed,
-            &[],
-            None,
-            &session.progress,
-            &session.processes,
-        )?;
-        let own = settled.grid;
-        let (inputs, distances) = settled.measure(&session.progress, &session.processes)?;
+        let (own, inputs, distances) = measured(plan.placed, session)?;
         self.announce_memory(inputs.len(), &own, &config, session)?;
         let pairs = Pairs::placed(inputs, distances, own);
         let pairs = in_position(pairs, &domain, &config, &scope, session)?;
@@ -247,6 +231,18 @@ impl Command for DistanceStudy {
     ) -> Result<Summary, CliError> {
         write::write_all(directory, outcome, session)
     }
+}
+
+/// The grid of shapes that are not aligned, and their signed distances on it.
+fn measured<const D: usize>(
+    placed: Placed<D>,
+    session: &Session<'_>,
+) -> Result<(Grid<D>, Vec<Input<D>>, Vec<ScalarField<f64, D>>), CliError> {
+    let (progress, processes) = (&session.progress, &session.processes);
+    let settled = settle(placed, &[], None, progress, processes)?;
+    let grid = settled.grid;
+    let (inputs, distances) = settled.measure(progress, processes)?;
+    Ok((grid, inputs, distances))
 }
 
 /// Whether every pair has a position of its own.

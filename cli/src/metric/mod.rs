@@ -171,13 +171,10 @@ fn has_steps<const D: usize>(image: &Image<D>) -> bool {
     if image.outline.is_some() {
         return false;
     }
-    let values = image.values.to_vec();
-    let ends = values
-        .iter()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| {
-            [low.min(v), high.max(v)]
-        });
-    values.iter().all(|value| ends.contains(value))
+    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
+    let ends = image.values.iter();
+    let ends = ends.fold(nothing, |[low, high], v| [low.min(v), high.max(v)]);
+    image.values.iter().all(|value| ends.contains(&value))
 }
 
 /// The centroid of an input in the unit box.

@@ -1,7 +1,7 @@
 //! Computes edges and objects of images.
 
 use fe_grid::ScalarField;
-use levelset::inspect::border_share_of;
+use levelset::inspect::border_share;
 use levelset::{
     BoxEdge, Cause, Contour, Doubt, contour, hausdorff, largest_component, signed_distance,
 };
@@ -33,11 +33,8 @@ impl<const D: usize> Found<D> {
     pub fn doubts(&self) -> Vec<Doubt> {
         let mut doubts = self.result.doubts();
         if let Some(object) = &self.object {
-            let off = self.result.off_edges(&object.outline);
-            doubts.extend(Doubt::check(Cause::OffEdges, off));
-            let nodes = object.level_set.grid();
-            let inside = |index: usize| object.level_set.as_slice()[index] > 0.0;
-            let share = border_share_of(nodes, &inside);
+            doubts.extend(Doubt::check(Cause::OffEdges, object.off_edges));
+            let share = border_share(&object.level_set, 0.0);
             doubts.extend(Doubt::check(Cause::Background, share));
             let dice = object.truth.as_ref().map(|truth| truth.dice);
             doubts.extend(dice.and_then(|dice| Doubt::check(Cause::Truth, dice)));
@@ -58,6 +55,8 @@ pub(crate) struct FoundObject<const D: usize> {
     pub mask: Vec<bool>,
     /// Its boundary, in coordinates of the grid; the faces of the box close it.
     pub outline: Contour<D>,
+    /// Share of the boundary that does not lie on an edge of the image.
+    pub off_edges: f64,
     pub truth: Option<Comparison<D>>,
 }
 
@@ -220,6 +219,7 @@ fn object<const D: usize>(
         separation,
         level_set,
         mask,
+        off_edges: result.off_edges(&outline),
         outline,
         truth,
     })

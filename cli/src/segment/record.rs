@@ -80,7 +80,7 @@ impl<'a, const D: usize> ImageRecord<'a, D> {
                 threshold: object.threshold.map(|t| placed.input.range.number(t)),
                 separation: object.separation,
                 size: SizeRecord::new::<D>(volume, Some(scale)),
-                off_edges: result.off_edges(&object.outline),
+                off_edges: object.off_edges,
                 dice: truth.map(|t| t.dice),
                 mean_distance_input_units: truth.map(|t| t.distance[0] / scale),
                 percentile_95_input_units: truth.map(|t| t.distance[1] / scale),

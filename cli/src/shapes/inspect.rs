@@ -2,9 +2,7 @@
 //! resolution that the grid has.
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::inspect::{
-    border_share_of, narrow_gap_share, other_parts_and_holes, specks_of, thin_share,
-};
+use levelset::inspect::{PartsAndHoles, border_share_of, narrow_gap_share, specks_of, thin_share};
 use levelset::{Cause, Contour, Doubt, signed_distance};
 use shape_average::align::{mismatches, reflected_mismatch};
 
@@ -84,7 +82,10 @@ pub(crate) fn add_topologies<const D: usize>(
     let Ok(average) = signed_distance(average, 0.5) else {
         return;
     };
-    let others = parallel::map(distances, &|own| other_parts_and_holes(own, &average));
+    let average = PartsAndHoles::of(&average);
+    let others = parallel::map(distances, &|own| {
+        PartsAndHoles::of(own).differences(&average)
+    });
     for (input, others) in inputs.iter_mut().zip(others) {
         let doubt = Doubt::check(Cause::Topology, others as f64);
         input.doubts.extend(doubt);

@@ -2,7 +2,7 @@
 
 use fe_grid::{Field, Grid};
 use levelset::inspect::{
-    border_share, narrow_gap_share, other_parts_and_holes, parts_and_holes, specks, thin_share,
+    PartsAndHoles, border_share, narrow_gap_share, parts_and_holes, specks, thin_share,
 };
 use levelset::{BoxEdge, Contour, contour, signed_distance};
 use proptest::prelude::*;
@@ -211,11 +211,15 @@ fn hollow<const D: usize>(grid: Grid<D>, radius: f64) -> Field<f64, D, 1> {
 fn check_topology<const D: usize>(grid: Grid<D>) {
     let h = grid.spacing();
     let whole = hollow(grid, 0.0);
-    assert_eq!(parts_and_holes(&whole, 2.0 * h), [2, 0]);
+    let deep = |distance, depth: f64| -> [usize; 2] { parts_and_holes(distance, [depth])[0] };
+    let other_parts_and_holes = |a: &Field<f64, D, 1>, b: &Field<f64, D, 1>| {
+        PartsAndHoles::of(a).differences(&PartsAndHoles::of(b))
+    };
+    assert_eq!(deep(&whole, 2.0 * h), [2, 0]);
     let ring = hollow(grid, 3.2 * h);
-    assert_eq!(parts_and_holes(&ring, 2.0 * h), [2, 1]);
+    assert_eq!(deep(&ring, 2.0 * h), [2, 1]);
     // Neither the cavity nor the smaller ball is so deep; the first ball is where it is solid.
-    assert_eq!(parts_and_holes(&whole, 0.15), [1, 0]);
+    assert_eq!(deep(&whole, 0.15), [1, 0]);
     assert_eq!(other_parts_and_holes(&whole, &ring), 1);
     assert_eq!(other_parts_and_holes(&ring, &whole), 1);
     assert_eq!(other_parts_and_holes(&ring, &hollow(grid, 4.0 * h)), 0);
