@@ -11,11 +11,22 @@ use crate::report::word;
 use crate::session::Session;
 use crate::summary::Summary;
 use fe_grid::Grid;
-use fe_grid::minimise::{Observer, Status};
+use fe_grid::minimise::{Curvature, Observer, Status};
 use levelset::{Cause, Doubt};
 
 /// Minima listed on the terminal.
 const LISTED: usize = 8;
+
+/// The curvature at a minimum, in a table.
+pub(crate) fn curvature(found: Option<&Curvature>) -> String {
+    match found {
+        None => "unknown".into(),
+        Some(found) if Doubt::saddle(found).is_some() => "saddle".into(),
+        // The model says so, and the energy does not.
+        Some(found) if found.value < 0.0 => "unclear".into(),
+        Some(found) => format!("{:.3}", found.value),
+    }
+}
 
 /// The minima that were found.
 #[derive(Clone, Debug, Serialize)]

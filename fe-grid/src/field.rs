@@ -160,6 +160,14 @@ impl<T: Element, const D: usize> Field<T, D, D> {
     }
 }
 
+impl<T: Element, const D: usize> Field<T, D, D> {
+    /// Returns the position of a node after the deformation `Phi(x) = x + u(x)` with this displacement.
+    pub fn deformed(&self, index: usize) -> [f64; D] {
+        let (position, u) = (self.grid.position(self.grid.node(index)), self.at(index));
+        std::array::from_fn(|k| position[k] + u[k])
+    }
+}
+
 /// Returns the cell that contains a point, and the local coordinates of the point, in `[0, 1]`;
 /// points outside the box are projected onto the box first.
 pub fn locate<const D: usize>(grid: &Grid<D>, point: [f64; D]) -> ([usize; D], [f64; D]) {

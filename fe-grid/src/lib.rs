@@ -102,6 +102,7 @@ mod preimages;
 pub mod pullback;
 pub mod random;
 mod restraint;
+mod rigid;
 #[allow(unsafe_code, reason = "functions behind pointers")]
 pub mod routine;
 mod scalar;
@@ -135,6 +136,7 @@ pub use linear::conjugate_gradient;
 pub use linear::{CgInfo, CgParams, CgScratch, CgStatus, Diagonal, Identity, LinearOperator};
 pub use preimages::{Preimage, preimages};
 pub use restraint::{Restrained, restrain_step, restrain_together, shorten_together};
+pub use rigid::{Motion, object_mass, rigid_motions};
 pub use simd_level::SimdLevel;
 pub use spectral::{Boundary, SpectralSolver};
 pub use tensor::Tensor;

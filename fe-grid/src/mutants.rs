@@ -102,6 +102,9 @@ mutants! {
     LengthPotential: "shape-average", "the potential of L^ε is halved in the average's equation", "average-field-equation";
     StressSpacing: "shape-average", "stresses at nodes come from differences over half the distance", "average-stress";
     BoundaryFree: "shape-average", "the faces of the box are not held", "average-fixed-faces";
+    StrainRoot: "shape-average", "the strain maps have |Dφ|² in place of |Dφ|", "average-bars";
+    StateSize: "shape-average", "distances of states are not relative to the size of the average", "average-not-unique";
+    CascadeForgotten: "shape-average", "a finer level starts from the identity", "average-cascade";
     FollowersPull: "shape-average", "shapes of weight zero keep their share of γ", "average-weight-zero";
 
     GramHalved: "shape-pca", "products of displacements are halved", "modes-dilation";
@@ -137,6 +140,7 @@ mutants! {
     ExponentialNeighbour: "geodesic", "every step of exp extends the first one", "calculus-exponential";
     LogarithmScale: "geodesic", "the logarithm is not in unit time", "calculus-logarithm";
     TransportRung: "geodesic", "a rung of the ladder starts at its own side", "calculus-transport";
+    PathHessianSmooth: "geodesic", "the Hessian of a path lacks its elastic terms", "path-not-unique";
     DirectionsNotMeant: "geodesic", "a distance is the length of one direction", "distances-both-directions";
     RichardsonOrder: "geodesic", "the extrapolation assumes one order less", "distances-both-directions";
 }

@@ -107,6 +107,7 @@ mod overlap;
 mod params;
 mod result;
 mod shape;
+mod stable;
 
 pub use fe_grid;
 pub use hyperelastic;
@@ -124,7 +125,7 @@ pub use error::GeodesicError;
 pub use given::GivenPath;
 pub use lagrangian::Domain;
 pub use levels::LevelReport;
-pub use memory::memory_estimate;
+pub use memory::{memory_estimate, memory_estimate_of_stability};
 pub use minima::{PathMinima, PathMinimum, doubts_of_minima};
 pub use mismatch::{
     ComposedMismatch, HeavisideMismatch, MismatchWeights, StepMismatch, Visibility,
@@ -133,6 +134,7 @@ pub use overlap::WholeOverlap;
 pub use params::{DomainChoice, Form, GeodesicParams};
 pub use result::{Geodesic, geodesic, geodesic_between, geodesic_from, geodesics_both_ways};
 pub use shape::{Known, Shape};
+pub use stable::{StablePath, stable_path};
 
 /// The examples of the README are tests.
 #[cfg(doctest)]

@@ -3,6 +3,7 @@
 use crate::descent::HISTORY;
 use crate::params::{Form, GeodesicParams};
 use fe_grid::Grid;
+use fe_grid::minimise::LeastEigenvalueParams;
 use hyperelastic::CycleMemory;
 
 /// Size of a number in double precision, in bytes; pairs of the minimiser have half of it.
@@ -57,4 +58,29 @@ pub fn memory_estimate<const D: usize>(
         Form::LevelSets => FLOW * field(&grid.hierarchy(params.flow_nodes)[0]),
     };
     shapes * field(grid) + path.max(flow)
+}
+
+/// Estimates the most memory that [`stable_path`](crate::stable_path()) needs at one time beside the path that it is
+/// given, in bytes, as [`memory_estimate`] does that of a path.
+pub fn memory_estimate_of_stability<const D: usize>(
+    params: &GeodesicParams,
+    n_components: usize,
+    grid: &Grid<D>,
+) -> u64 {
+    if params.form != Form::Lagrangian {
+        return 0;
+    }
+    let (d, steps, components) = (D as u64, params.steps as u64, n_components as u64);
+    let planes = d * (d - 1) / 2;
+    // Directions, guesses, the state, the mass, and three vectors of the action of the Hessian.
+    let vectors = LeastEigenvalueParams::VECTORS as u64 + 2 * planes + 5;
+    // Rigid motions of the shapes between the ends, each with its product with the mass.
+    let motions = 2 * (steps - 1) * (d + planes);
+    // As in a minimisation: of each component the level sets and the points of the end domain, the path and its gradient.
+    let points = 1 << D;
+    let matched = components * (3 + 2 * points) + 1 + points / 2;
+    let fields = (vectors + 2) * steps * d + motions * d + 2 * d + matched;
+    let cycle = CycleMemory::on(grid);
+    let cycles = steps.min(2) * cycle.matrices + cycle.work_space;
+    fields * DOUBLE * grid.n_nodes() as u64 + cycles
 }

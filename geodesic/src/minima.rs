@@ -5,7 +5,8 @@
 //! other starts ([`geodesic_from`](crate::geodesic_from)). [`PathMinima`] collects where they end.
 
 use crate::result::Geodesic;
-use fe_grid::minimise::Status;
+use crate::stable::StablePath;
+use fe_grid::minimise::{Curvature, Status};
 use fe_grid::{Field, ScalarField};
 use levelset::{Cause, Doubt};
 use serde::Serialize;
@@ -40,6 +41,13 @@ pub struct PathMinimum {
     /// root mean square distance from its centre. Large where other parts correspond to each other. The
     /// positions in between are not compared: a rigid motion of a shape within the path costs nothing.
     pub distance: f64,
+    /// The least eigenvalue of the Hessian of the energy, for the mass of the shape in the domain of the path,
+    /// over all directions but rigid motions of the shapes between the ends. `None` where it could not be
+    /// computed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_eigenvalue: Option<Curvature>,
+    /// Saddle points that the minimisation has left on its way here ([`stable_path`](crate::stable_path())).
+    pub saddles: usize,
     /// Starts that ended here, from 1.
     pub starts: Vec<usize>,
     /// How the minimiser ended.
@@ -77,7 +85,12 @@ impl<const D: usize> PathMinima<D> {
     /// minima, and kept only where there is no other; nor are paths of level sets, whose points have no
     /// positions at the end. Returns whether the path is the best now: those that arrive come first, then the
     /// shortest; of paths whose lengths differ by less than a hundredth the first.
-    pub fn add(&mut self, path: Geodesic<D>) -> bool {
+    pub fn add(&mut self, found: StablePath<D>) -> bool {
+        let StablePath {
+            path,
+            curvature,
+            saddles,
+        } = found;
         self.starts += 1;
         let last = match path.motions.last() {
             Some(last) if path.status != Status::Cancelled => last.clone(),
@@ -112,6 +125,8 @@ impl<const D: usize> PathMinima<D> {
                 end_reached: path.end_reached(),
                 excess: 0.0,
                 distance: 0.0,
+                least_eigenvalue: curvature,
+                saddles,
                 starts,
                 status: path.status,
             },
@@ -159,11 +174,17 @@ impl<const D: usize> PathMinima<D> {
     }
 }
 
-/// The doubt about a list of minimal paths, the best first: that another one which arrives is almost as short.
-pub fn doubts_of_minima(minima: &[PathMinimum]) -> Option<Doubt> {
+/// The doubts about a list of minimal paths, the best first: another one that arrives and is almost as short,
+/// and a best one that is a saddle point.
+pub fn doubts_of_minima(minima: &[PathMinimum]) -> Vec<Doubt> {
     let others = minima.iter().skip(1).filter(|m| m.end_reached);
-    let nearest = others.map(|m| m.excess).min_by(f64::total_cmp)?;
-    Doubt::check(Cause::AmbiguousPath, nearest)
+    let nearest = others.map(|m| m.excess).min_by(f64::total_cmp);
+    let ambiguous = nearest.and_then(|excess| Doubt::check(Cause::AmbiguousPath, excess));
+    let best = minima
+        .first()
+        .and_then(|best| best.least_eigenvalue.as_ref());
+    let saddle = best.and_then(Doubt::saddle);
+    ambiguous.into_iter().chain(saddle).collect()
 }
 
 /// What paths are chosen by: whether they arrive, and their length.
@@ -189,20 +210,16 @@ fn distance<const D: usize>(
     let inside: Vec<usize> = (0..grid.n_nodes())
         .filter(|&node| start.as_slice()[node] > 0.0)
         .collect();
-    let place = |u: &Field<f64, D, D>, node: usize| -> [f64; D] {
-        let (x, u) = (grid.position(grid.node(node)), u.at(node));
-        std::array::from_fn(|k| x[k] + u[k])
-    };
     let mut centre = [0.0; D];
     for &node in &inside {
-        let own = place(b, node);
+        let own = b.deformed(node);
         for k in 0..D {
             centre[k] += own[k] / inside.len() as f64;
         }
     }
     let (mut apart, mut size) = (0.0, 0.0);
     for &node in &inside {
-        let (a, b) = (place(a, node), place(b, node));
+        let (a, b) = (a.deformed(node), b.deformed(node));
         for k in 0..D {
             apart += (a[k] - b[k]).powi(2);
             size += (b[k] - centre[k]).powi(2);

@@ -41,9 +41,10 @@ pub struct Geodesic<const D: usize> {
     /// The domain on which the path was computed; paths of one domain only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<Domain>,
-    /// Displacement that carries the shape of that domain to the other end.
+    /// Displacements of the deformations of the end shape into every other, from there to the start: what a path
+    /// of the end domain was computed as.
     #[serde(skip)]
-    pub across: Option<Field<f64, D, D>>,
+    pub backward_motions: Vec<Field<f64, D, D>>,
     /// Terms of the energy.
     #[serde(flatten)]
     pub energy: PathEnergy,
@@ -95,6 +96,15 @@ impl<const D: usize> Geodesic<D> {
     /// within three spacings.
     pub fn end_near(&self) -> bool {
         self.end().near()
+    }
+
+    /// Returns the displacements of the deformations of the domain's shape into every other, from there to the
+    /// other end.
+    pub(crate) fn own_motions(&self) -> &[Field<f64, D, D>] {
+        match self.domain {
+            Some(Domain::End) => &self.backward_motions,
+            _ => &self.motions,
+        }
     }
 
     fn end(&self) -> End {
@@ -185,7 +195,7 @@ fn geodesic_from_in<const D: usize>(
 ) -> Result<Geodesic<D>, GeodesicError> {
     check_both(start, end, params)?;
     let path = lagrangian_path_from(start, end, first, params, observer)?;
-    of_domain(start, end, &path)
+    Ok(with_deformations(of_domain(start, end, &path)?, path))
 }
 
 compiled_once! {
@@ -255,7 +265,7 @@ fn geodesic_between_in<const D: usize>(
     match params.form {
         Form::Lagrangian => {
             let path = lagrangian_path(start, end, params, observer)?;
-            of_domain(start, end, &path)
+            Ok(with_deformations(of_domain(start, end, &path)?, path))
         }
         Form::LevelSets => {
             let paths = first_paths(start, end, params, observer)?;
@@ -281,7 +291,7 @@ fn geodesic_between_in<const D: usize>(
 }
 
 /// The result of a path of one domain.
-fn of_domain<const D: usize>(
+pub(crate) fn of_domain<const D: usize>(
     start: &Shape<D>,
     end: &Shape<D>,
     path: &LagrangianPath<D>,
@@ -292,8 +302,8 @@ fn of_domain<const D: usize>(
         motions,
     } = eulerian(start.components(), end.components(), path)?;
     let [from, to] = path.domain.order(start, end);
-    let across = path.displacements[path.displacements.len() - 1].clone();
-    let overlaps = carried_overlaps(from, to, &across)?;
+    let across = &path.displacements[path.displacements.len() - 1];
+    let overlaps = carried_overlaps(from, to, across)?;
     let own = on_grid(across.grid(), &from.union());
     let certificate = Certificate::worst(path.displacements.iter().map(|psi| inside(&own, psi)));
     let found = Found {
@@ -312,8 +322,22 @@ fn of_domain<const D: usize>(
     }
     found.motions = motions;
     found.domain = Some(path.domain);
-    found.across = Some(across);
     Ok(found)
+}
+
+/// The result of a path, with its deformations if they are those of the end domain.
+pub(crate) fn with_deformations<const D: usize>(
+    found: Geodesic<D>,
+    path: LagrangianPath<D>,
+) -> Geodesic<D> {
+    let backward_motions = match path.domain {
+        Domain::Start => Vec::new(),
+        Domain::End => path.displacements,
+    };
+    Geodesic {
+        backward_motions,
+        ..found
+    }
 }
 
 /// The changes of topology of a path between the unions of two shapes, first that of its domain.
@@ -429,7 +453,7 @@ impl<const D: usize> Found<D> {
             displacements: self.displacements,
             motions: Vec::new(),
             domain: None,
-            across: None,
+            backward_motions: Vec::new(),
             certificate: self.certificate,
             dice_end: worst(&forwards),
             gap_end: gap,

@@ -4,7 +4,10 @@ use fe_grid::minimise::Silent;
 use fe_grid::{Field, Grid, ScalarField};
 use geodesic::boundary_metric::{self, MetricParams, Variation};
 use geodesic::calculus::{self, CalculusParams, Ladder, exponential, transport};
-use geodesic::{Form, GeodesicParams, Shape, geodesic_between, memory_estimate};
+use geodesic::{
+    Form, GeodesicParams, Shape, geodesic_between, memory_estimate, memory_estimate_of_stability,
+    stable_path,
+};
 use peak_alloc::PeakAlloc;
 use std::sync::Mutex;
 use test_support::on_threads;
@@ -69,6 +72,35 @@ fn estimates_are_what_is_used() {
     check::<3>(33, 1, &short(Form::Lagrangian, 2));
     check::<2>(65, 3, &short(Form::Lagrangian, 3));
     check::<2>(65, 2, &short(Form::LevelSets, 3));
+}
+
+/// The estimate of the search for the least curvature of a path on one thread, over the most memory in use.
+fn measured_stability<const D: usize>(nodes: usize, steps: usize) -> f64 {
+    on_threads(1, || {
+        let params = short(Form::Lagrangian, steps);
+        let grid = Grid::<D>::cube(nodes);
+        let [start, end] = [0.2, 0.23].map(|radius| balls(grid, radius, 1));
+        let path = geodesic_between(&start, &end, &params, &mut Silent).unwrap();
+        let before = ALLOCATOR.current_usage();
+        ALLOCATOR.reset_peak_usage();
+        let found = stable_path(&start, &end, path, &params, &mut Silent).unwrap();
+        assert!(found.curvature.is_some() && found.saddles == 0);
+        let most = ALLOCATOR.peak_usage() - before;
+        memory_estimate_of_stability(&params, 1, &grid) as f64 / most as f64
+    })
+}
+
+#[test]
+fn estimates_of_stability_are_what_is_used() {
+    let _alone = ALONE.lock();
+    for (d, ratio) in [
+        (2, measured_stability::<2>(65, 1)),
+        (2, measured_stability::<2>(65, 4)),
+        (3, measured_stability::<3>(33, 2)),
+    ] {
+        println!("{d}D: {ratio:.3}");
+        assert!((0.9..1.1).contains(&ratio), "{d}D: {ratio}");
+    }
 }
 
 /// The estimate of an extension of a path of growing shapes by so many steps, or of a transport along it, over the

@@ -4,6 +4,7 @@
 //! has all limits. Theories and inspections of shapes return lists of doubts; a result without any
 //! is sound.
 
+use fe_grid::minimise::Curvature;
 use serde::{Deserialize, Serialize};
 
 use crate::criteria::{Cause, DETERMINANT_FLOOR, Limit, RESOLVED_DISTANCE};
@@ -73,6 +74,11 @@ impl Doubt {
     pub fn above(cause: Cause, figure: f64, limit: f64) -> Option<Self> {
         let sound = figure <= limit;
         (!sound).then_some(Self::new(cause, figure, limit))
+    }
+
+    /// A doubt if the energy falls along the direction of its least curvature: the state is no minimum.
+    pub fn saddle(curvature: &Curvature) -> Option<Self> {
+        Self::check(Cause::Saddle, curvature.fall)
     }
 
     /// A doubt if the smallest determinant of a deformation is close to the lower bound that the

@@ -16,7 +16,7 @@ use fe_grid::minimise::{
 };
 use fe_grid::transfer::{inject_into, prolong_into};
 use fe_grid::vector::round_to;
-use fe_grid::{Buffer, Distribution, Field, Grid, parallel, repair};
+use fe_grid::{Buffer, Distribution, Field, Grid, mutant, parallel, repair};
 
 /// Number of iterations over which the decrease of the energy is measured.
 const ENERGY_WINDOW: usize = 5;
@@ -319,7 +319,7 @@ impl<const D: usize> LevelProblem for Levels<'_, D> {
         let mut finer = self.params.storage.zeros(size)?;
         let parts = finer.chunks_exact_mut(D * fine.n_nodes());
         parallel::for_each(parts.zip(x.chunks_exact(dim)), &|(finer, x)| {
-            prolong_into(coarse, x, finer);
+            mutant!(prolong_into(coarse, x, finer), CascadeForgotten => finer.fill(0.0));
         });
         if self.targets.is_none() {
             let averages = self.average.chunks_exact(coarse.n_nodes());

@@ -94,9 +94,7 @@ pub use energy::{ComponentEnergy, Energy};
 pub use error::AverageError;
 pub use level::LevelShapes;
 pub use memory::{MemoryEstimate, memory_estimate};
-pub use minima::{
-    Curvature, Minima, Minimum, Start, StartKind, doubts as doubts_of_minima, starts,
-};
+pub use minima::{Minima, Minimum, Start, StartKind, doubts as doubts_of_minima, starts};
 pub use objective::AverageObjective;
 pub use params::{AverageParams, BoundaryCondition, Mean, Precision, Solver};
 pub use result::{AverageResult, ComponentResult, LevelReport, Rematch};

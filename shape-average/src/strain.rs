@@ -2,7 +2,8 @@
 
 use fe_grid::engine::MAX_CELL_DATA;
 use fe_grid::{
-    CellProbe, Data, Field, Lane, Point, Reads, ScalarField, compiled_once, probe_cells, tensor,
+    CellProbe, Data, Field, Lane, Point, Reads, ScalarField, compiled_once, mutant, probe_cells,
+    tensor,
 };
 use serde::Serialize;
 
@@ -131,7 +132,8 @@ impl<const D: usize> CellProbe<D, D> for Probe {
         let gradient = tensor::add_identity(&point.gradient);
         let cofactor = tensor::cofactor(&gradient);
         let mut out = [L::zero(); MAX_CELL_DATA];
-        out[0] = tensor::contract(&gradient, &gradient).sqrt();
+        let square = tensor::contract(&gradient, &gradient);
+        out[0] = mutant!(square.sqrt(), StrainRoot => square);
         out[1] = tensor::contract(&cofactor, &cofactor).sqrt();
         out[2] = tensor::determinant_with(&gradient, &cofactor);
         out

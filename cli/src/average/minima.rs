@@ -11,7 +11,7 @@ use crate::checkpoint::Checkpointer;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::session::Session;
-use crate::starts::{Found, Run, from_each, numbers};
+use crate::starts::{Found, Run, curvature, from_each, numbers};
 use crate::summary::Summary;
 use levelset::Doubt;
 
@@ -72,19 +72,7 @@ pub(super) fn add_minima(summary: &mut Summary, found: &FoundMinima) {
         "energy", "excess", "curvature", "average", "points"
     );
     found.add_to(summary, ["minimum", "minima"], header, |place, minimum| {
-        let curvature = minimum.least_eigenvalue.map_or_else(
-            || "unknown".into(),
-            |found| {
-                if found.is_saddle() {
-                    "saddle".into()
-                } else if found.value < 0.0 {
-                    // The model says so, and the functional does not.
-                    "unclear".into()
-                } else {
-                    format!("{:.3}", found.value)
-                }
-            },
-        );
+        let curvature = curvature(minimum.least_eigenvalue.as_ref());
         let average = match (place, minimum.other_shape) {
             (0, _) => "lowest",
             (_, true) => "other",

@@ -2,7 +2,7 @@
 
 use ::geodesic::{
     Geodesic, GeodesicError, GeodesicParams, PathMinima, PathMinimum, Shape, doubts_of_minima,
-    geodesic_between, geodesic_from,
+    geodesic_between, geodesic_from, stable_path,
 };
 use fe_grid::minimise::Status;
 use fe_grid::{Field, Grid, ScalarField};
@@ -12,7 +12,7 @@ use crate::checkpoint::Checkpointer;
 use crate::error::CliError;
 use crate::history::HistoryPoint;
 use crate::session::Session;
-use crate::starts::{Found, Run, from_each, numbers};
+use crate::starts::{Found, Run, curvature, from_each, numbers};
 use crate::summary::Summary;
 use levelset::Doubt;
 
@@ -53,11 +53,12 @@ pub(super) fn shortest_of<const D: usize>(
         checkpointer,
         session,
         &|first, watch| {
-            let result = match deformations(&first, grids[0], params.steps, centre) {
+            let path = match deformations(&first, grids[0], params.steps, centre) {
                 Some(first) => geodesic_from(from, to, &first, params, watch)?,
                 None => geodesic_between(from, to, params, watch)?,
             };
-            let cancelled = result.status == Status::Cancelled;
+            let cancelled = path.status == Status::Cancelled;
+            let result = stable_path(from, to, path, params, watch)?;
             Ok(Run { result, cancelled })
         },
         &mut |path| Ok(minima.add(path)),
@@ -116,21 +117,22 @@ fn centre_of<const D: usize>(distance: &ScalarField<f64, D>) -> [f64; D] {
 
 /// The doubts about the paths, and about starts that are missing.
 pub(super) fn doubts(found: &FoundPaths) -> Vec<Doubt> {
-    found.doubts(|minima| doubts_of_minima(minima).into_iter().collect())
+    found.doubts(doubts_of_minima)
 }
 
 /// Adds a table to a summary.
 pub(super) fn add_paths(summary: &mut Summary, found: &FoundPaths) {
     let header = format!(
-        "{:<13} {:<9} {:<8} {:<9} {:<8} starts",
-        "length", "excess", "Dice", "arrives", "points"
+        "{:<13} {:<9} {:<11} {:<8} {:<9} {:<8} starts",
+        "length", "excess", "curvature", "Dice", "arrives", "points"
     );
     found.add_to(summary, ["path", "paths"], header, |_, minimum| {
         let arrives = if minimum.end_reached { "yes" } else { "no" };
         format!(
-            "{:<13.6e} {:<9.3} {:<8.4} {arrives:<9} {:<8.3} {}",
+            "{:<13.6e} {:<9.3} {:<11} {:<8.4} {arrives:<9} {:<8.3} {}",
             minimum.length,
             minimum.excess,
+            curvature(minimum.least_eigenvalue.as_ref()),
             minimum.dice_end,
             minimum.distance,
             numbers(&minimum.starts)

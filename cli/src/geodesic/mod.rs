@@ -13,7 +13,10 @@ pub(crate) mod write;
 
 use std::time::Instant;
 
-use ::geodesic::{Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between, memory_estimate};
+use ::geodesic::{
+    Form, Geodesic, GeodesicParams, Known, Shape, geodesic_between, memory_estimate,
+    memory_estimate_of_stability,
+};
 use fe_grid::{Grid, ScalarField};
 use levelset::Doubt;
 
@@ -82,7 +85,11 @@ impl Command for GeodesicConfig {
             grid,
         )?;
         let components = first.components().len();
-        let needed = memory_estimate(&config.params, components, &grid);
+        let mut needed = memory_estimate(&config.params, components, &grid);
+        if config.starts.is_some() {
+            let stability = memory_estimate_of_stability(&config.params, components, &grid);
+            needed = needed.max(stability);
+        }
         announce(needed, &grid, &session.progress)?;
         session.progress.stage("computing the initial path");
         let begin = Instant::now();

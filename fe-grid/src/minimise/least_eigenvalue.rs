@@ -3,6 +3,7 @@
 use super::objective::{Evaluation, SecondOrder};
 use crate::buffer::Buffer;
 use crate::random::noise;
+use crate::rigid::Motion;
 use crate::vector::{axpy, aypx, copy_into, dot, fill, max_abs, multiply_into, scale};
 use nalgebra::{DMatrix, DVector};
 
@@ -13,6 +14,8 @@ const SMOOTHINGS: usize = 4;
 /// Random directions that are iterated together. With one, the iteration often ended at another eigenvalue
 /// than the least, where a small part of another direction hardly changes the residual.
 const RANDOM: usize = 2;
+/// Directions that are iterated together at most: the softest in the span of all first ones.
+const MOST: usize = 3;
 /// A vector of the basis is left out where its part that is orthogonal to the others is smaller, relative
 /// to the whole: rounding errors make most of it then.
 const INDEPENDENT: f64 = 1e-8;
@@ -109,21 +112,37 @@ impl Direction {
 
 /// The motions `r_k`, `M r_k`, and the inverse of the matrix of `r_j · M r_k`.
 struct Motions<'a> {
-    vectors: &'a [Vec<f64>],
-    images: Vec<Vec<f64>>,
+    vectors: &'a [Motion],
+    images: Vec<Motion>,
     inverse: DMatrix<f64>,
 }
 
 impl<'a> Motions<'a> {
     /// `None` where the motions depend on each other.
-    fn new(vectors: &'a [Vec<f64>], mass: &[f64]) -> Option<Self> {
-        let image = |motion: &Vec<f64>| {
-            let mut image = vec![0.0; motion.len()];
-            multiply_into(mass, motion, &mut image);
-            image
+    fn new(vectors: &'a [Motion], mass: &[f64]) -> Option<Self> {
+        let image = |motion: &Motion| {
+            let mut values = vec![0.0; motion.values.len()];
+            multiply_into(
+                &mass[motion.first..][..values.len()],
+                &motion.values,
+                &mut values,
+            );
+            Motion {
+                first: motion.first,
+                values,
+            }
         };
-        let images: Vec<Vec<f64>> = vectors.iter().map(image).collect();
-        let entry = |j: usize, k: usize| dot(&vectors[j], &images[k]);
+        let images: Vec<Motion> = vectors.iter().map(image).collect();
+        // Motions of other unknowns are orthogonal.
+        let entry = |j: usize, k: usize| {
+            let (one, other) = (&vectors[j], &images[k]);
+            let same = (one.first, one.values.len()) == (other.first, other.values.len());
+            if same {
+                dot(&one.values, &other.values)
+            } else {
+                0.0
+            }
+        };
         let matrix = DMatrix::from_fn(vectors.len(), vectors.len(), entry);
         matrix.try_inverse().map(|inverse| Self {
             vectors,
@@ -142,22 +161,27 @@ impl<'a> Motions<'a> {
         self.project(residual, self.vectors, &self.images);
     }
 
-    fn project(&self, vector: &mut [f64], tests: &[Vec<f64>], parts: &[Vec<f64>]) {
+    fn project(&self, vector: &mut [f64], tests: &[Motion], parts: &[Motion]) {
         if tests.is_empty() {
             return;
         }
-        let products = tests.iter().map(|test| dot(test, vector));
+        let products = tests.iter().map(|test| test.dot(vector));
         let factors = &self.inverse * DVector::from_iterator(tests.len(), products);
         for (part, factor) in parts.iter().zip(factors.iter()) {
-            axpy(-factor, part, vector);
+            let own = &mut vector[part.first..][..part.values.len()];
+            axpy(-factor, &part.values, own);
         }
     }
 }
 
 impl LeastEigenvalueParams {
+    /// Vectors of all unknowns that are kept at one time, at most, but for guesses and motions.
+    pub const VECTORS: usize = 2 * (3 * MOST + 2 * MOST);
+
     /// Computes the least eigenvalue at a state, for a mass per unknown, on directions without the given
-    /// motions; `guesses` are directions to begin with, if any are known. `None` where the state is inadmissible, no direction is left, the motions depend on each
-    /// other, or a curvature is not finite.
+    /// motions, each two of which are of the same unknowns or have none in common; `guesses` are directions
+    /// to begin with, if any are known. `None` where the state is inadmissible, no direction is left, the
+    /// motions depend on each other, or a curvature is not finite.
     ///
     /// # Errors
     /// Those of the objective.
@@ -169,7 +193,7 @@ impl LeastEigenvalueParams {
         objective: &mut O,
         x: &[f64],
         mass: &[f64],
-        motions: &[Vec<f64>],
+        motions: &[Motion],
         guesses: &[Vec<f64>],
     ) -> Result<Option<LeastEigenvalue>, O::Error> {
         let mut residual = objective.room(objective.dim())?;
@@ -275,7 +299,7 @@ impl<O: SecondOrder> Run<'_, O> {
     }
 
     fn iterate(&mut self, block: Vec<Direction>) -> Result<Option<LeastEigenvalue>, O::Error> {
-        let size = block.len();
+        let size = block.len().min(MOST);
         let mut basis = block;
         rotate(&mut basis, size, &mut []);
         let mut changes: Vec<Direction> = Vec::new();

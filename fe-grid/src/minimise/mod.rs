@@ -29,6 +29,7 @@
 //! ```
 
 mod counted;
+mod curvature;
 mod descent;
 mod differences;
 mod history;
@@ -45,6 +46,7 @@ mod observer;
 mod pair_vector;
 mod together;
 
+pub use curvature::Curvature;
 pub use descent::DescentParams;
 pub use differences::{compare_with_differences, gradient_errors, hessian_errors};
 pub use info::{Evaluations, Info, Status};

@@ -3,8 +3,9 @@
 use std::convert::Infallible;
 
 use crate::support::objectives::Quadratic;
+use fe_grid::Motion;
 use fe_grid::minimise::{
-    Evaluation, LeastEigenvalue, LeastEigenvalueParams, Objective, SecondOrder,
+    Curvature, Evaluation, LeastEigenvalue, LeastEigenvalueParams, Objective, SecondOrder,
 };
 use fe_grid::vector::dot;
 use std::f64::consts::PI;
@@ -58,6 +59,10 @@ impl SecondOrder for Chain {
     }
 }
 
+fn whole(values: Vec<f64>) -> Motion {
+    Motion { first: 0, values }
+}
+
 fn accurate() -> LeastEigenvalueParams {
     LeastEigenvalueParams {
         max_actions: 400,
@@ -70,7 +75,7 @@ fn least<O: SecondOrder<Error = Infallible>>(
     params: LeastEigenvalueParams,
     objective: &mut O,
     mass: &[f64],
-    motions: &[Vec<f64>],
+    motions: &[Motion],
 ) -> LeastEigenvalue {
     let x = vec![0.0; objective.dim()];
     let Ok(found) = params.find(objective, &x, mass, motions, &[]);
@@ -122,14 +127,15 @@ fn bounds_hold_before_convergence() {
 fn motions_are_taken_out() {
     let mut chain = Chain::new(30, 0.5);
     let unit = [1.0; 30];
-    let motions = [chain.eigenvector(1), chain.eigenvector(2)];
+    let motions = [1, 2].map(|k| whole(chain.eigenvector(k)));
     let found = least(accurate(), &mut chain, &unit, &motions);
     assert!((found.value - chain.eigenvalue(3)).abs() < 1e-9);
     for motion in &motions {
-        assert!(dot(motion, &found.direction).abs() < 1e-9);
+        assert!(dot(&motion.values, &found.direction).abs() < 1e-9);
     }
-    let mixed = motions[0].iter().zip(&motions[1]).map(|(a, b)| a + b);
-    let found = least(accurate(), &mut chain, &unit, &[mixed.collect()]);
+    let parts = motions[0].values.iter().zip(&motions[1].values);
+    let mixed = whole(parts.map(|(a, b)| a + b).collect());
+    let found = least(accurate(), &mut chain, &unit, &[mixed]);
     let mean = 0.5 * (chain.eigenvalue(1) + chain.eigenvalue(2));
     assert!((found.value - mean).abs() < 1e-9, "{} {mean}", found.value);
 }
@@ -144,7 +150,10 @@ fn eigenvalues_are_relative_to_the_mass() {
         exact_metric: false,
     };
     // Without the fifth.
-    let fifth = vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let fifth = Motion {
+        first: 4,
+        values: vec![1.0],
+    };
     let mass = [1.0, 1.0, 30.0, 1.0, 1.0, 2.0];
     let found = least(accurate(), &mut diagonal, &mass, &[fifth]);
     assert!((found.value - 0.1).abs() < 1e-9, "{}", found.value);
@@ -202,7 +211,7 @@ fn inadmissible_states_and_dependent_motions_have_none() {
     let Ok(found) = accurate().find(&mut Folded, &[0.0], &[1.0], &[], &[]);
     assert!(found.is_none());
     let mut chain = Chain::new(3, 0.0);
-    let same = vec![vec![1.0, 0.0, 0.0]; 2];
+    let same = vec![whole(vec![1.0, 0.0, 0.0]); 2];
     let Ok(found) = accurate().find(&mut chain, &[0.0; 3], &[1.0; 3], &same, &[]);
     assert!(found.is_none());
 }
@@ -216,11 +225,70 @@ fn the_least_eigenvalue_has_the_same_bits_on_any_number_of_threads() {
                 max_actions: 6,
                 ..accurate()
             };
-            let motion = vec![1.0; n];
+            let motion = whole(vec![1.0; n]);
             let found = least(params, &mut Chain::new(n, 0.0), &vec![1.0; n], &[motion]);
             (found.value, found.residual)
         });
         (found.0.to_bits(), found.1.to_bits())
     };
     assert_eq!(value(1), value(3));
+}
+
+/// The sum of `a_j x_j^2 / 2 + x_j^4 / 8`.
+struct DoubleWell([f64; 3]);
+
+impl Objective for DoubleWell {
+    type Error = Infallible;
+
+    fn dim(&self) -> usize {
+        3
+    }
+
+    fn value_and_gradient(&mut self, x: &[f64], g: &mut [f64]) -> Result<Evaluation, Infallible> {
+        let mut energy = 0.0;
+        for ((x, g), a) in x.iter().zip(g).zip(&self.0) {
+            energy += 0.5 * a * x * x + 0.125 * x.powi(4);
+            *g = a * x + 0.5 * x.powi(3);
+        }
+        Ok(Evaluation::Value(energy))
+    }
+}
+
+impl SecondOrder for DoubleWell {
+    fn hessian_action(&mut self, x: &[f64], d: &[f64], out: &mut [f64]) -> Result<(), Infallible> {
+        for j in 0..3 {
+            out[j] = (self.0[j] + 1.5 * x[j] * x[j]) * d[j];
+        }
+        Ok(())
+    }
+}
+
+/// At the middle of a double well the least eigenvalue is that of the only unknown with two wells, and the
+/// energy falls by up to `a^2 / (4 b)`.
+#[test]
+fn the_energy_falls_from_a_saddle() {
+    let mut well = DoubleWell([2.0, -0.04, 3.0]);
+    let Ok(found) =
+        LeastEigenvalueParams::default().find(&mut well, &[0.0; 3], &[1.0; 3], &[], &[]);
+    let found = found.unwrap();
+    assert!((found.value + 0.04).abs() < 1e-4, "{}", found.value);
+    let mut change = |step: f64| -> Result<Option<f64>, Infallible> {
+        let moved: Vec<f64> = found.direction.iter().map(|v| step * v).collect();
+        let Ok(energy) = well.value(&moved);
+        Ok(match energy {
+            Evaluation::Value(energy) => Some(energy),
+            Evaluation::Inadmissible => None,
+        })
+    };
+    // A step of .28 ends at the bottom of a well, at sqrt(a / b).
+    let bottom = (0.04f64 / 0.5).sqrt();
+    let Ok(curvature) = Curvature::along(&found, bottom, 2.0, &mut change);
+    let depth = 0.04f64.powi(2) / (4.0 * 0.5);
+    assert!((curvature.fall - depth / 2.0).abs() < 1e-6, "{curvature:?}");
+    // Twice the energy at the bottom, over the square of the step.
+    let second = -2.0 * depth / (bottom * bottom);
+    assert!(
+        (curvature.measured.unwrap() - second).abs() < 1e-4,
+        "{curvature:?}"
+    );
 }

@@ -1,12 +1,16 @@
 //! Form B: paths of deformations of one start domain.
 
 mod eulerian;
+mod hessian;
 mod metric;
 mod objective;
 mod solve;
+mod stability;
 
 pub(crate) use eulerian::{Eulerian, eulerian, step_between};
 pub use objective::PathObjective;
+pub(crate) use solve::lagrangian_path_on;
 pub use solve::{
     Domain, LagrangianPath, lagrangian_path, lagrangian_path_back, lagrangian_path_from,
 };
+pub(crate) use stability::{OwnPath, stability};

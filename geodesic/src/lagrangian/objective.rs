@@ -25,6 +25,8 @@ const CARRIED_CELLS: f64 = 1.5;
 /// Factor of the weight of the barrier against folding. With 1, a quarter of the paths between very
 /// different shapes end in a jam of the void before they arrive; from 10 on, few do, and lengths fall.
 const BARRIER: f64 = 10.0;
+/// Cells with a point in the transition of that step have nodes at most this many spacings beside it.
+const AROUND: f64 = 2.0;
 /// Stiffness of the void in the metric, and factor of the second derivative of the barrier. A step that is
 /// too short is corrected by the next pairs, one that folds the void is halved: on 30 paths between six
 /// silhouettes at 65^2, .1 and 1 take 29 % more time, and end with 4 % more length.
@@ -74,6 +76,7 @@ compiled_once! {
         objective: &'a mut PathObjective<D>,
         x: &'a [f64],
         gradient: &'a mut [f64],
+        matched: bool,
     ) -> Result<Evaluation, GeodesicError> = PathObjective::evaluate_terms;
 }
 
@@ -186,6 +189,17 @@ impl<const D: usize> PathObjective<D> {
         }
     }
 
+    /// Returns the level set of the union of the components of the start shape.
+    pub(super) fn level_set(&self) -> &ScalarField<f64, D> {
+        &self.union
+    }
+
+    /// Returns the indicator of the start shape at all nodes.
+    pub(crate) fn indicator(&self) -> Vec<f64> {
+        let levels = self.union.as_slice().iter();
+        levels.map(|u| self.indicator.value(*u)).collect()
+    }
+
     /// Returns the terms of the last evaluation.
     pub fn energy(&self) -> &PathEnergy {
         &self.energy
@@ -224,13 +238,25 @@ impl<const D: usize> PathObjective<D> {
         x: &[f64],
         gradient: &mut [f64],
     ) -> Result<Evaluation, GeodesicError> {
-        evaluate_path(self, x, gradient)
+        evaluate_path(self, x, gradient, true)
+    }
+
+    /// Computes the gradient of all terms but the mismatch, which are smooth; returns whether the state is
+    /// admissible.
+    pub(super) fn smooth_gradient(
+        &mut self,
+        x: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<bool, GeodesicError> {
+        let found = evaluate_path(self, x, gradient, false)?;
+        Ok(matches!(found, Evaluation::Value(energy) if energy.is_finite()))
     }
 
     fn evaluate_terms(
         &mut self,
         x: &[f64],
         gradient: &mut [f64],
+        matched: bool,
     ) -> Result<Evaluation, GeodesicError> {
         let dim = self.dim_of_step();
         if !parallel::all(x.chunks_exact(dim), &|u| self.admissible(u)) {
@@ -267,7 +293,11 @@ impl<const D: usize> PathObjective<D> {
         }
         let last = &x[(self.steps - 1) * dim..];
         let behind = if wanted { self.steps * dim } else { 0 };
-        let mismatch = self.mismatch(last, behind)?;
+        let mismatch = if matched {
+            self.mismatch(last, behind)?
+        } else {
+            0.0
+        };
         let mut barrier = 0.0;
         if self.params.void_stiffness > 0.0 {
             let law = self.barrier();
@@ -299,6 +329,30 @@ impl<const D: usize> PathObjective<D> {
 }
 
 impl<const D: usize> PathObjective<D> {
+    /// Adds a multiple of the gradient of the weighted mismatch of the last deformation to `out`.
+    pub(super) fn mismatch_gradient_add(
+        &mut self,
+        last: &[f64],
+        factor: f64,
+        out: &mut [f64],
+    ) -> Result<(), GridError> {
+        self.path_gradient.clear();
+        self.path_gradient.resize(last.len(), 0.0);
+        self.mismatch(last, 0)?;
+        vector::axpy(factor, &self.path_gradient, out);
+        Ok(())
+    }
+
+    /// Returns the nodes where the mismatch depends on the last deformation, but for the tails of the smooth step:
+    /// those around the boundary of the start shape, or all where a part of a shape is hidden.
+    pub(super) fn matched_nodes(&self) -> Vec<bool> {
+        let reach = self.carried_step.half_width() + AROUND * self.grid.spacing();
+        let seen = self.known.in_step(1, 1);
+        let hidden = seen.start.is_some() || seen.end.is_some();
+        let levels = self.union.as_slice().iter();
+        levels.map(|u| hidden || u.abs() <= reach).collect()
+    }
+
     /// Computes the mismatch of the last deformation, and adds its gradient times its weight to the
     /// path's from the entry `behind` on, unless that is empty.
     fn mismatch(&mut self, last: &[f64], behind: usize) -> Result<f64, GridError> {

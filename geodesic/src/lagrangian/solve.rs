@@ -181,6 +181,32 @@ fn lagrangian_path_back_in<const D: usize>(
     search.in_rounds(found, factor, observer).map(Some)
 }
 
+/// Minimises a path of one domain on the grid of the shapes, from displacements of all shapes one after the other, with
+/// a factor of the weight of the mismatch.
+pub(crate) fn lagrangian_path_on<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    domain: Domain,
+    x: Vec<f64>,
+    factor: f64,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<LagrangianPath<D>, GeodesicError> {
+    let level = Level {
+        grid: *start.grid(),
+        steps: params.steps,
+        tolerance: 1.0,
+    };
+    let mut search = Search::on_one_level(start, end, params, level);
+    let from = PathOnLevel::new(level, x);
+    let found = search.minimise(domain, from, &[level], factor, observer)?;
+    Ok(LagrangianPath {
+        domain,
+        displacements: displacements(&found.path)?,
+        levels: search.reports,
+    })
+}
+
 /// Factor of the tolerance on all levels but the finest: their paths are starts only.
 const COARSE_TOLERANCE: f64 = 20.0;
 
@@ -402,11 +428,7 @@ impl<'a, const D: usize> Search<'a, D> {
         observer: &mut dyn Observer,
     ) -> Result<Candidate<D>, GeodesicError> {
         let [from, to] = domain.order(self.start, self.end);
-        let mut params = match domain {
-            Domain::Start => self.params.clone(),
-            Domain::End => self.params.inverted(),
-        };
-        params.mismatch_weight *= factor;
+        let params = on_domain(self.params, domain, factor);
         let mut descent = Descent {
             form: Deformations {
                 start: from,
@@ -431,6 +453,16 @@ impl<'a, const D: usize> Search<'a, D> {
     fn n_levels(&self) -> usize {
         (self.domains().len() * self.coarse.len() + self.fine.len()).max(self.reports.len() + 1)
     }
+}
+
+/// Returns the parameters of the energy on a domain, with a factor of the weight of the mismatch.
+pub(super) fn on_domain(params: &GeodesicParams, domain: Domain, factor: f64) -> GeodesicParams {
+    let mut own = match domain {
+        Domain::Start => params.clone(),
+        Domain::End => params.inverted(),
+    };
+    own.mismatch_weight *= factor;
+    own
 }
 
 /// Returns the largest number of nodes along an axis.

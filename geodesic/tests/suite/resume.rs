@@ -58,7 +58,7 @@ fn assert_same<const D: usize>(one: &Geodesic<D>, other: &Geodesic<D>) {
     assert_eq!(json(one), json(other));
     assert!(one.level_sets == other.level_sets);
     assert!(one.displacements == other.displacements);
-    assert!(one.motions == other.motions && one.across == other.across);
+    assert!(one.motions == other.motions && one.backward_motions == other.backward_motions);
 }
 
 fn check<const D: usize>(ends: &[Shape<D>; 2], params: &GeodesicParams) -> usize {

@@ -12,12 +12,11 @@ use crate::align::align_to;
 use crate::error::AverageError;
 use crate::params::AverageParams;
 use crate::result::AverageResult;
-use fe_grid::minimise::Status;
+use fe_grid::minimise::{Curvature, Status};
 use fe_grid::{Field, ScalarField};
 use levelset::{BoxEdge, Cause, Contour, Doubt, Hausdorff, contour, hausdorff, signed_distance};
 use serde::Serialize;
 
-pub use curvature::Curvature;
 pub use starts::{Start, StartKind, starts};
 
 /// States closer than this, see [`Minimum::state_distance`], are one minimum.
@@ -210,7 +209,7 @@ pub fn doubts(minima: &[Minimum]) -> Vec<Doubt> {
     let nearest = others.map(|m| m.excess).min_by(f64::total_cmp);
     let ambiguous = nearest.and_then(|excess| Doubt::check(Cause::Ambiguous, excess));
     let curvature = minima.first().and_then(|lowest| lowest.least_eigenvalue);
-    let saddle = curvature.and_then(|found| Doubt::check(Cause::Saddle, found.fall));
+    let saddle = curvature.as_ref().and_then(Doubt::saddle);
     ambiguous.into_iter().chain(saddle).collect()
 }
 

@@ -3,7 +3,7 @@
 use crate::level::LevelShapes;
 use fe_grid::random::noise;
 use fe_grid::vector::scale;
-use fe_grid::{Field, Grid};
+use fe_grid::{Field, Motion, mutant, object_mass};
 use nalgebra::DMatrix;
 
 /// Seed of the factors of rotations.
@@ -13,76 +13,24 @@ const SEED: u64 = 7;
 /// modes of its own.
 const VOID_MASS: f64 = 1e-2;
 
-/// The mass of the objects: `lambda_i chi_i(x)` at every node `x` of shape `i`, for every component, such
-/// that the whole mass of a component is one, and the void almost without one. `v · M v` is the mean square
-/// of a displacement `v` of the points of all objects.
+/// The mass of the objects, for every component, such that the whole mass of a component is one.
 pub(super) fn mass<const D: usize>(
     shapes: &LevelShapes<D>,
     weights: &[f64],
     void_stiffness: f64,
 ) -> Vec<f64> {
-    let indicators = shapes.indicators.iter().map(Field::as_slice);
-    let parts = indicators.clone().zip(weights);
-    let total: f64 = parts
-        .map(|(chi, weight)| weight * chi.iter().sum::<f64>())
-        .sum();
-    let least = VOID_MASS * void_stiffness;
-    let mut mass = Vec::with_capacity(weights.len() * D * shapes.grid().n_nodes());
-    for (chi, weight) in indicators.zip(weights) {
-        for _ in 0..D {
-            mass.extend(chi.iter().map(|chi| weight * chi.max(least) / total));
-        }
-    }
-    mass
+    let indicators: Vec<&[f64]> = shapes.indicators.iter().map(Field::as_slice).collect();
+    object_mass::<D>(&indicators, weights, VOID_MASS * void_stiffness)
 }
 
-/// The rigid motions of all shapes together: for every translation and, after these, every infinitesimal
-/// rotation `w` of the average the displacements `w(phi_i(x))`, for the mass of the objects. Rotations are
-/// those about the centre of the deformed objects.
-pub(super) fn motions<const D: usize>(
-    displacements: &[Field<f64, D, D>],
-    mass: &[f64],
-) -> Vec<Vec<f64>> {
-    let motion = |of: &dyn Fn([f64; D]) -> [f64; D]| {
-        let mut vector = Vec::with_capacity(mass.len());
-        for displacement in displacements {
-            let grid = displacement.grid();
-            for k in 0..D {
-                let nodes = 0..grid.n_nodes();
-                vector.extend(nodes.map(|node| of(deformed(grid, displacement, node))[k]));
-            }
-        }
-        vector
-    };
-    let unit = |i: usize| std::array::from_fn(|k| f64::from(u8::from(k == i)));
-    let mut all: Vec<Vec<f64>> = (0..D).map(|i| motion(&|_| unit(i))).collect();
-    let positions = motion(&|x| x);
-    let centre: [f64; D] = std::array::from_fn(|k| {
-        let moments = positions.iter().zip(mass).zip(&all[k]);
-        moments.map(|((x, mass), own)| x * mass * own).sum()
-    });
-    for i in 0..D {
-        for j in 0..i {
-            all.push(motion(&|x| {
-                std::array::from_fn(|k| match k {
-                    k if k == i => x[j] - centre[j],
-                    k if k == j => centre[i] - x[i],
-                    _ => 0.0,
-                })
-            }));
-        }
-    }
-    all
-}
-
-/// Rotations of the shapes against each other, one for each plane: those of all together, see [`motions`],
-/// with another factor for every shape. Where shapes are almost symmetric, nothing resists them.
-pub(super) fn turns<const D: usize>(motions: &[Vec<f64>], n_shapes: usize) -> Vec<Vec<f64>> {
+/// Rotations of the shapes against each other, one for each plane: those of all together
+/// ([`rigid_motions`]), with another factor for every shape. Where shapes are almost symmetric, nothing resists them.
+pub(super) fn turns<const D: usize>(motions: &[Motion], n_shapes: usize) -> Vec<Vec<f64>> {
     let rotations = &motions[D..];
     let factors = noise(n_shapes * rotations.len(), SEED);
-    let turn = |(rotation, factors): (&Vec<f64>, &[f64])| {
-        let mut turn = rotation.clone();
-        let parts = turn.chunks_exact_mut(rotation.len() / n_shapes);
+    let turn = |(rotation, factors): (&Motion, &[f64])| {
+        let mut turn = rotation.values.clone();
+        let parts = turn.chunks_exact_mut(rotation.values.len() / n_shapes);
         for (part, factor) in parts.zip(factors) {
             scale(*factor, part);
         }
@@ -90,17 +38,6 @@ pub(super) fn turns<const D: usize>(motions: &[Vec<f64>], n_shapes: usize) -> Ve
     };
     let pairs = rotations.iter().zip(factors.chunks_exact(n_shapes));
     pairs.map(turn).collect()
-}
-
-/// The position of a node after a deformation.
-fn deformed<const D: usize>(
-    grid: &Grid<D>,
-    displacement: &Field<f64, D, D>,
-    node: usize,
-) -> [f64; D] {
-    let position = grid.position(grid.node(node));
-    let n = grid.n_nodes();
-    std::array::from_fn(|k| position[k] + displacement.as_slice()[k * n + node])
 }
 
 /// How far two states are apart, up to a rigid motion of all shapes together: the least root of the mean
@@ -131,7 +68,7 @@ pub(super) fn state_distance<const D: usize>(
     let mut means = [[0.0; D]; 2];
     for (i, node, mass) in points() {
         total += mass;
-        let places = [&a[i], &b[i]].map(|u| deformed(&grid, u, node));
+        let places = [&a[i], &b[i]].map(|u| u.deformed(node));
         for (mean, place) in means.iter_mut().zip(places) {
             for k in 0..D {
                 mean[k] += mass * place[k];
@@ -145,7 +82,7 @@ pub(super) fn state_distance<const D: usize>(
     let mut sizes = [0.0; 2];
     for (i, node, mass) in points() {
         let [a, b]: [[f64; D]; 2] = {
-            let places = [&a[i], &b[i]].map(|u| deformed(&grid, u, node));
+            let places = [&a[i], &b[i]].map(|u| u.deformed(node));
             std::array::from_fn(|s| std::array::from_fn(|k| places[s][k] - means[s][k]))
         };
         for k in 0..D {
@@ -165,15 +102,16 @@ pub(super) fn state_distance<const D: usize>(
     }
     let overlap: f64 = singular.iter().sum();
     let square = sizes[0] + sizes[1] - 2.0 * overlap;
-    (square.max(0.0) / sizes[1]).sqrt()
+    let size = mutant!(sizes[1], StateSize => total);
+    (square.max(0.0) / size).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::params::AverageParams;
-    use fe_grid::vector::dot;
-    use fe_grid::vector::multiply_into;
+    use fe_grid::vector::{dot, multiply_into};
+    use fe_grid::{Grid, rigid_motions};
 
     /// An ellipse beside the middle, and a bent one.
     fn shapes(grid: Grid<2>) -> LevelShapes<2> {
@@ -238,10 +176,15 @@ mod tests {
         let grid = Grid::<2>::dyadic(5);
         let (shapes, weights) = (shapes(grid), [0.3, 0.7]);
         let mass = mass(&shapes, &weights, 1e-6);
-        let all = motions(&states(grid, |x| x), &mass);
+        let all = rigid_motions(&states(grid, |x| x), &mass, 0);
         let turns = turns::<2>(&all, 2);
         assert_eq!((all.len(), turns.len()), (3, 1));
-        let product = |a: &[f64], b: &[f64]| {
+        let turned = Motion {
+            first: 0,
+            values: turns[0].clone(),
+        };
+        let product = |a: &Motion, b: &Motion| {
+            let (a, b) = (&a.values, &b.values);
             let mut image = vec![0.0; a.len()];
             multiply_into(&mass, b, &mut image);
             dot(a, &image)
@@ -251,8 +194,8 @@ mod tests {
         for translation in &all[..2] {
             assert!(product(translation, &all[2]).abs() < 1e-5);
         }
-        let cosine = product(&all[2], &turns[0]).powi(2)
-            / (product(&all[2], &all[2]) * product(&turns[0], &turns[0]));
+        let cosine = product(&all[2], &turned).powi(2)
+            / (product(&all[2], &all[2]) * product(&turned, &turned));
         assert!(cosine < 0.9, "{cosine}");
     }
 }

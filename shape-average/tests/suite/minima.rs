@@ -113,7 +113,7 @@ fn correspondences_alone_do_not_make_a_mean_ambiguous() {
     assert_eq!(ambiguous(&minima), None);
     for minimum in &minima[..2] {
         let curvature = minimum.least_eigenvalue.unwrap();
-        assert!(curvature.converged && !curvature.is_saddle());
+        assert!(curvature.converged && Doubt::saddle(&curvature).is_none());
         // Bending an ellipse of half-axes .35 and .17 along its length takes about 5 in this unit, and the
         // two minima are mirror images.
         assert!((2.0..10.0).contains(&curvature.value), "{curvature:?}");

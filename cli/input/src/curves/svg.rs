@@ -9,6 +9,8 @@ use crate::winding::Fill;
 
 /// Curves are replaced by segments to within this share of the drawing's diagonal.
 const TOLERANCE: f64 = 1e-4;
+/// The largest coordinate.
+const LARGEST: f64 = 1e30;
 /// No path may have more arcs.
 const MOST_ARCS: usize = 1 << 15;
 /// Elements that are not drawn where they stand.
@@ -44,8 +46,17 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<(Curves, Fill)>, String> {
         .map(|(path, _)| path.bounding_box())
         .reduce(|a, b| a.union(b));
     let diagonal = around.map_or(0.0, |b| b.width().hypot(b.height()));
-    if !diagonal.is_finite() {
-        return Err("its coordinates are not finite".into());
+    // Lines are divided by products of several coordinates, which overflow.
+    let largest = around.map_or(0.0, |b| {
+        [b.x0, b.y0, b.x1, b.y1]
+            .map(f64::abs)
+            .into_iter()
+            .fold(0.0, f64::max)
+    });
+    if !diagonal.is_finite() || largest > LARGEST {
+        return Err(format!(
+            "its coordinates are not finite, or larger than {LARGEST:e}"
+        ));
     }
     let mut parts = Vec::new();
     let mut count = 0;

@@ -16,6 +16,7 @@ mod level;
 mod linear;
 mod mechanics;
 mod metric;
+mod minima;
 mod misprints;
 mod modes;
 mod objects;
@@ -43,6 +44,7 @@ pub fn all() -> Vec<Statement> {
         mechanics::STATEMENTS,
         existence::STATEMENTS,
         averages::STATEMENTS,
+        minima::STATEMENTS,
         fields::STATEMENTS,
         theorems::STATEMENTS,
         phases::STATEMENTS,
