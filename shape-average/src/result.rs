@@ -316,8 +316,9 @@ fn measure<const D: usize>(
     seen: Option<&ScalarField<f64, D>>,
 ) -> Result<(f64, Option<Hausdorff>), AverageError> {
     let overlap = match dice_within(pushed, 0.0, indicator, 0.5, seen) {
-        // Neither object is visible: the overlap is undefined and reported as zero.
-        Err(LevelsetError::EmptyObject { .. }) if seen.is_some() => 0.0,
+        // Neither object is visible, or a shape has been pressed into less than a cell and none of the grid's nodes
+        // lies inside: the overlap is reported as zero.
+        Err(LevelsetError::EmptyObject { .. }) => 0.0,
         found => found?,
     };
     let visible = |whole: Contour<D>| match seen {

@@ -284,7 +284,7 @@ impl InputError {
                 "replace values that are not finite numbers, for instance by 0"
             }
             Self::OutOfRange { .. } => {
-                "scale the values to [0, 1] with 1 inside the object, or save a mask of 0 and 1"
+                "scale the values to [0, 1] with 1 inside the object, or save a mask of 0 and 1; of signed distances, such as the level sets in a result, the positive ones. Outlines and surfaces beside these can be read, too"
             }
             Self::Constant { .. } => {
                 "give a mask with the object at 1 (or 255) and the background at 0"

@@ -6,8 +6,8 @@
 //!
 //! Three rules for other images, in this order:
 //!
-//! 1. An array (`.npy`) of exactly as many samples along each axis as the grid has nodes holds nodal
-//!    values and is used without resampling ([`FrameRule::AsIs`]).
+//! 1. Arrays (`.npy`) of exactly as many samples along each axis as the grid has nodes hold nodal
+//!    values and are used without resampling ([`FrameRule::AsIs`]), if all images are such arrays.
 //! 2. Images of one size and one spacing whose objects together take up little more room than
 //!    the largest object alone (at most [`SHARED_ROOM`] times its longest side) keep their
 //!    positions: one transform puts the common bounding box into the middle
@@ -165,20 +165,19 @@ fn longest<const D: usize>(boxes: &[Bounds<D>]) -> f64 {
     sides.fold(0.0, f64::max)
 }
 
-/// The transforms that place images in the unit box, wherever they lie in the world. Arrays of as many
-/// samples as `grid` has nodes, if it is known, hold nodal values.
+/// The transforms that place images in the unit box, wherever they lie in the world. If all are arrays of as many
+/// samples as `grid` has nodes, where that is known, they hold nodal values. The sizes of such arrays and of other
+/// images could not be compared.
 pub fn fit_frames<const D: usize>(
     images: &[Image<D>],
     grid: Option<&Grid<D>>,
 ) -> Vec<FrameTransform<D>> {
     let nodal = |image: &Image<D>| grid.and_then(|grid| nodal_frame(image, grid));
-    let free: Vec<&Image<D>> = images.iter().filter(|i| nodal(i).is_none()).collect();
-    let boxes: Vec<Bounds<D>> = free.iter().map(|image| Bounds::of_object(image)).collect();
-    let mut placed = place(&free, &boxes).into_iter();
-    images
-        .iter()
-        .filter_map(|image| nodal(image).or_else(|| placed.next()))
-        .collect()
+    if let Some(frames) = images.iter().map(nodal).collect() {
+        return frames;
+    }
+    let boxes: Vec<Bounds<D>> = images.iter().map(Bounds::of_object).collect();
+    place(images, &boxes)
 }
 
 /// The transform of an array of as many samples as a grid has nodes.
@@ -327,7 +326,7 @@ pub fn frame_like<const D: usize>(
     FrameTransform::around(image, scale, own.centre(), FrameRule::Centred)
 }
 
-fn place<const D: usize>(images: &[&Image<D>], boxes: &[Bounds<D>]) -> Vec<FrameTransform<D>> {
+fn place<const D: usize>(images: &[Image<D>], boxes: &[Bounds<D>]) -> Vec<FrameTransform<D>> {
     let Some(common) = boxes.iter().copied().reduce(Bounds::union) else {
         return Vec::new();
     };
@@ -370,6 +369,21 @@ mod tests {
             fit_frames(&[image], Some(&Grid::cube(17)))[0].rule(),
             FrameRule::Shared
         );
+    }
+
+    /// A ball in an array of the grid's size and a tenth of it in a larger array: sizes are those in samples.
+    #[test]
+    fn arrays_of_different_sizes_have_one_scale() {
+        let mut images = [
+            block([17, 17], [1.0; 2], [2, 2], [13, 13]),
+            block([33, 33], [1.0; 2], [15, 15], [17, 17]),
+        ];
+        for image in &mut images {
+            image.plain_array = true;
+        }
+        let frames = fit_frames(&images, Some(&Grid::cube(17)));
+        assert_eq!(frames[0].rule(), FrameRule::Centred);
+        assert_eq!(frames[0].scale(), frames[1].scale());
     }
 
     #[test]

@@ -147,6 +147,15 @@ impl Config for AverageConfig {
         positive("edge_weight", self.edge_weight)?;
         let iterations = self.params.max_iterations;
         allow(iterations > 0, "max_iterations", &iterations, "at least 1")?;
+        if let Some(reference) = self.params.median_reference
+            && self.params.mean != Mean::Median
+        {
+            return Err(CliError::Option {
+                option: "--median-reference",
+                value: shown(reference),
+                remedy: "it goes with --mean median: add that, or leave it out".into(),
+            });
+        }
         let weights = self.weights().map(Some)?;
         let params = self.params.clone();
         Ok(AverageParams { weights, ..params }.check(n)?)

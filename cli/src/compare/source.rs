@@ -117,6 +117,14 @@ fn of_modes<const D: usize>(
 
 fn distances(config: &CompareConfig) -> Result<PlanOf<CompareConfig>, CliError> {
     let directory = &config.result;
+    if let Some(modes) = config.modes {
+        return Err(CliError::Option {
+            option: "--modes",
+            value: modes.to_string(),
+            remedy: "leave it out: this is a result of `shapespace distances`, which has no modes"
+                .into(),
+        });
+    }
     let found: StoredDistances =
         read_contents(directory).map_err(|reason| unfit(directory, reason))?;
     let dimension = found.dimension;

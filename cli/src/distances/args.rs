@@ -11,7 +11,7 @@ use super::classes;
 use super::shard::Shard;
 use crate::config::{Config, Configured, RUN, allow};
 use crate::error::CliError;
-use crate::geodesic::{check_area, check_path};
+use crate::geodesic::{check_form, check_path};
 use crate::options::{Align, MaskOptions, RunOptions};
 use shapespace_input::Kinds;
 
@@ -179,7 +179,7 @@ impl Config for DistancesConfig {
         }
         self.check_landmarks()?;
         if self.retry != Some(Form::LevelSets) {
-            check_area(&self.params)?;
+            check_form(&self.params)?;
         }
         if self.retry == Some(self.params.form) {
             return Err(CliError::Option {

@@ -120,7 +120,7 @@ impl Config for GeodesicConfig {
             ],
         )?;
         check_path(&self.params)?;
-        check_area(&self.params)
+        check_form(&self.params)
     }
 
     fn paths(&mut self) -> Vec<&mut PathBuf> {
@@ -147,20 +147,38 @@ pub(crate) fn check_path(params: &GeodesicParams) -> Result<(), CliError> {
     Ok(params.check()?)
 }
 
-/// Rejects a weight that paths of one domain do not have.
+/// Rejects options that paths of the other form have.
 ///
 /// # Errors
 /// [`CliError::Option`].
-pub(crate) fn check_area(params: &GeodesicParams) -> Result<(), CliError> {
-    let usual = GeodesicParams::default().area_weight;
-    if params.form == Form::LevelSets || params.area_weight == usual {
+pub(crate) fn check_form(params: &GeodesicParams) -> Result<(), CliError> {
+    let usual = GeodesicParams::default();
+    let of_other: &[(&'static str, bool)] = match params.form {
+        Form::Lagrangian => &[("--area-weight", params.area_weight != usual.area_weight)],
+        Form::LevelSets => &[
+            ("--domain", params.domain != usual.domain),
+            (
+                "--deformed-share",
+                params.deformed_share != usual.deformed_share,
+            ),
+        ],
+    };
+    let Some((option, _)) = of_other.iter().find(|(_, given)| *given) else {
         return Ok(());
-    }
+    };
+    let (value, remedy) = match params.form {
+        Form::Lagrangian => (
+            "with --form lagrangian",
+            "leave it out, or choose --form level-sets: paths of one domain have no area term",
+        ),
+        Form::LevelSets => (
+            "with --form level-sets",
+            "leave it out, or choose --form lagrangian: paths of level sets have no domain",
+        ),
+    };
     Err(CliError::Option {
-        option: "--area-weight",
-        value: "with --form lagrangian".into(),
-        remedy: "leave it out, or choose --form level-sets: paths of one domain have no area \
-                 term"
-            .into(),
+        option,
+        value: value.into(),
+        remedy: remedy.into(),
     })
 }

@@ -31,7 +31,7 @@ use minima::{Ends, FoundPaths, doubts as doubts_of_starts, shortest_of};
 use plan::{GeodesicPlan, plan_geodesic};
 
 pub use args::{GeodesicConfig, Occluded};
-pub(crate) use args::{check_area, check_path};
+pub(crate) use args::{check_form, check_path};
 
 /// The result of a computation.
 pub(crate) struct Outcome<const D: usize> {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
-use crate::geodesic::{check_area, check_path};
+use crate::geodesic::{check_form, check_path};
 use crate::options::MaskOptions;
 use shapespace_input::Kinds;
 
@@ -68,7 +68,7 @@ impl Config for LengthConfig {
             });
         }
         check_path(&self.params)?;
-        check_area(&self.params)?;
+        check_form(&self.params)?;
         let steps = (found - 1) * self.params.steps;
         allow(
             steps <= MOST_STEPS,

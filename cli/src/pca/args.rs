@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::{Deserialize, Serialize};
-use shape_pca::PcaParams;
+use shape_pca::{Metric, PcaParams, Variation};
 
 use crate::config::{Config, allow};
 use crate::error::CliError;
@@ -63,6 +63,15 @@ impl Config for PcaConfig {
             &shown(amplitude),
             &format!("above 0, at most {MOST_DEVIATIONS}"),
         )?;
+        let elastic =
+            self.params.variation == Variation::Stress || self.params.metric == Metric::Hessian;
+        if self.params.at_rest && !elastic {
+            return Err(CliError::Option {
+                option: "--at-rest",
+                value: "with --variation displacement and --metric l2".into(),
+                remedy: "leave it out: nothing is elastic in this analysis".into(),
+            });
+        }
         Ok(self.params.check()?)
     }
 

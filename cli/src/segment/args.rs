@@ -96,6 +96,13 @@ impl Config for SegmentConfig {
                 remedy: format!("it {remedy} {other}: leave one of the two out"),
             });
         }
+        if !by_grey && self.classes != CLASSES {
+            return Err(CliError::Option {
+                option: "--classes",
+                value: self.classes.to_string(),
+                remedy: format!("it goes with {other}: leave one of the two out"),
+            });
+        }
         let threshold = self.threshold.unwrap_or(0.0);
         allow(
             threshold.is_finite(),

@@ -30,7 +30,13 @@ const ROWS: &[Row<'static>] = &[
         "",
     ),
     (AVERAGE, "filter-width", POSITIVE, "positive"),
-    (AVERAGE, "median-reference", POSITIVE, "positive"),
+    (
+        "average BARS --grid 9 --mean median -o out",
+        "median-reference",
+        POSITIVE,
+        "positive",
+    ),
+    (AVERAGE, "median-reference", &["0.1"], "--mean median"),
     (AVERAGE, "lambda", &["-1", "1e300", "inf"], "moduli"),
     (AVERAGE, "mu", POSITIVE, "moduli"),
     (AVERAGE, "max-iterations", COUNT, ""),
@@ -70,6 +76,12 @@ const ROWS: &[Row<'static>] = &[
     ),
     (SEGMENT, "threshold", &["inf"], "a number"),
     (SEGMENT, "classes", &["0", "1", "9"], "2 to 8"),
+    (
+        "segment grey.png --object enclosed -o out",
+        "classes",
+        &["3"],
+        "bright or dark",
+    ),
     (SEGMENT, "tolerance", POSITIVE, ""),
     (SEGMENT, "edge-conductance", POSITIVE, ""),
     (SEGMENT, "interface-cells", POSITIVE, ""),
@@ -171,6 +183,23 @@ const COMMANDS: &[(&str, &str)] = &[
     ("config nothing", "invalid value"),
     ("pca nowhere -o out", "nowhere"),
     ("synthesize nowhere -o out", "scores"),
+    // Options that would do nothing.
+    (
+        "geodesic BARS --form level-sets --domain end -o out",
+        "no domain",
+    ),
+    (
+        "geodesic BARS --form level-sets --deformed-share 1 -o out",
+        "--deformed-share",
+    ),
+    (
+        "distances BARS --form level-sets --domain end -o out",
+        "no domain",
+    ),
+    (
+        "pca nowhere --variation displacement --at-rest -o out",
+        "nothing is elastic",
+    ),
 ];
 
 #[test]

@@ -152,6 +152,20 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
     // One of the ten divisions of five shapes into three and two.
     assert!((found.number("/distances/p_value") - 0.1).abs() < 0.06);
     assert_eq!(found.json["doubts"][0]["what"], "group_sizes");
+    // Distances have no modes.
+    let with_modes = [
+        "compare",
+        "distances",
+        "--groups",
+        "groups.csv",
+        "--modes",
+        "2",
+        "-o",
+        "out",
+    ];
+    let run = place.run(&with_modes);
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("--modes"));
 }
 
 #[test]
