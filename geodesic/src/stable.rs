@@ -14,6 +14,7 @@ const MOST: usize = 1;
 const RESOLVED: f64 = 0.01;
 
 /// A path with the curvature of its energy.
+#[derive(Clone, Debug)]
 pub struct StablePath<const D: usize> {
     /// The path.
     pub path: Geodesic<D>,

@@ -1,5 +1,7 @@
 //! `cargo xtask figures`: regenerates docs/figures, every figure of `shapespace figure` on built-in
-//! shapes.
+//! shapes, and with `real` the tables of some on real shapes.
+
+mod real;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -35,6 +37,9 @@ const FIGURES: [(&str, &[&str]); 17] = [
     ("minima", &["--grid", "33", "--tolerance", "5e-3"]),
 ];
 
+/// The name of the page of real shapes.
+const REAL: &str = "real";
+
 /// Runs the task; with names, only for those figures.
 pub fn run(names: &[String]) -> ExitCode {
     match make(names) {
@@ -47,7 +52,7 @@ pub fn run(names: &[String]) -> ExitCode {
 }
 
 fn make(names: &[String]) -> Result<(), Box<dyn std::error::Error>> {
-    let known = |name: &String| FIGURES.iter().any(|(known, _)| known == name);
+    let known = |name: &String| name == REAL || FIGURES.iter().any(|(known, _)| known == name);
     if let Some(name) = names.iter().find(|name| !known(name)) {
         return Err(format!("there is no figure {name}").into());
     }
@@ -61,7 +66,7 @@ fn make(names: &[String]) -> Result<(), Box<dyn std::error::Error>> {
             continue;
         }
         let folder = place.join(name);
-        figure(&root, name, options, &folder)?;
+        figure(&root, name, &[], options, &folder)?;
         let page = std::fs::read_to_string(folder.join("figure.md"))?;
         let page = page.replace("](figure.png)", &format!("]({name}.png)"));
         let command = [&["shapespace figure", name], options].concat().join(" ");
@@ -71,6 +76,10 @@ fn make(names: &[String]) -> Result<(), Box<dyn std::error::Error>> {
         )?;
         std::fs::copy(folder.join("figure.png"), docs.join(format!("{name}.png")))?;
     }
+    if names.iter().any(|name| name == REAL) {
+        let shared = root.join("../shared");
+        std::fs::write(docs.join("real.md"), real::page(&root, &shared, &place)?)?;
+    }
     std::fs::remove_dir_all(&place)?;
     std::fs::write(docs.join("README.md"), contents(&docs))?;
     Ok(())
@@ -79,14 +88,16 @@ fn make(names: &[String]) -> Result<(), Box<dyn std::error::Error>> {
 fn figure(
     root: &Path,
     name: &str,
+    inputs: &[PathBuf],
     options: &[&str],
-    folder: &PathBuf,
+    folder: &Path,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let status = Command::new(cargo)
         .current_dir(root)
         .args(["run", "--release", "--package", "shapespace", "--"])
         .args(["figure", name])
+        .args(inputs)
         .args(options)
         .args(["--allow-doubtful", "-o"])
         .arg(folder)
@@ -109,6 +120,12 @@ fn contents(docs: &Path) -> String {
         };
         let title = page.lines().next().unwrap_or(name).trim_start_matches("# ");
         let _ = writeln!(text, "- [{title}]({name}.md)");
+    }
+    if docs.join("real.md").exists() {
+        let _ = writeln!(
+            text,
+            "\n[Figures of real shapes](real.md), by `cargo xtask figures real`."
+        );
     }
     text
 }

@@ -30,7 +30,7 @@ use std::process::ExitCode;
 const TASKS: &str = "tasks:
   tidy     check the rules that no compiler checks
   book     build the guide of docs/book with mdBook
-  figures  regenerate docs/figures, or the named figures
+  figures  regenerate docs/figures, or the named figures (real: those of files in ../shared/data)
   study    measure averages of built-in and real shapes (study --help)
   bench    measure speed: kernels, averages, other programs (bench --help)
   sanitize run the tests of fe-grid under sanitizers and Miri (sanitize --help)

@@ -57,8 +57,9 @@ pub(super) fn shortest_of<const D: usize>(
                 Some(first) => geodesic_from(from, to, &first, params, watch)?,
                 None => geodesic_between(from, to, params, watch)?,
             };
-            let cancelled = path.status == Status::Cancelled;
             let result = stable_path(from, to, path, params, watch)?;
+            // An interruption beside a saddle point leaves the path that had been found.
+            let cancelled = result.path.status == Status::Cancelled || session.interrupt.asked();
             Ok(Run { result, cancelled })
         },
         &mut |path| Ok(minima.add(path)),

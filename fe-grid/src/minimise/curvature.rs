@@ -1,7 +1,8 @@
 //! The curvature of an energy at a state, and how far the energy falls from there.
 
 use super::least_eigenvalue::LeastEigenvalue;
-use crate::vector::max_abs;
+use super::objective::Objective;
+use crate::vector::{add_scaled_into, max_abs};
 use serde::Serialize;
 
 /// How often the step is halved where it folds a deformation.
@@ -39,19 +40,28 @@ pub struct Curvature {
 }
 
 impl Curvature {
-    /// Tries the energy along the direction of the least eigenvalue, with steps that move the farthest node by a
-    /// length and by multiples of it. `change` returns by how much the energy
-    /// differs where a multiple of the direction is added to the state, and `None` where that state is
+    /// Tries the energy of an objective along the direction of the least eigenvalue at `x`, with steps that move the
+    /// farthest node by a length and by multiples of it. Falls are relative to `scale`. `None` where `x` is
     /// inadmissible.
     ///
     /// # Errors
-    /// Those of `change`.
-    pub fn along<E>(
+    /// Those of the objective.
+    pub fn along<O: Objective>(
         found: &LeastEigenvalue,
+        objective: &mut O,
+        x: &[f64],
         length: f64,
         scale: f64,
-        change: &mut dyn FnMut(f64) -> Result<Option<f64>, E>,
-    ) -> Result<Self, E> {
+    ) -> Result<Option<Self>, O::Error> {
+        let Some(energy) = objective.value(x)?.energy() else {
+            return Ok(None);
+        };
+        let mut moved = vec![0.0; x.len()];
+        let mut change = |step: f64| -> Result<Option<f64>, O::Error> {
+            add_scaled_into(x, step, &found.direction, &mut moved);
+            let other = objective.value(&moved)?.energy();
+            Ok(other.map(|other| other - energy))
+        };
         let mut step = length / max_abs(&found.direction);
         let (mut measured, mut lowest) = (None, 0.0f64);
         for _ in 0..=HALVINGS {
@@ -70,13 +80,13 @@ impl Curvature {
                 lowest = lowest.min(other);
             }
         }
-        Ok(Self {
+        Ok(Some(Self {
             value: found.value,
             error: found.error,
             actions: found.actions,
             converged: found.converged,
             measured,
             fall: lowest.abs() / scale,
-        })
+        }))
     }
 }

@@ -16,6 +16,16 @@ pub enum Evaluation {
     Inadmissible,
 }
 
+impl Evaluation {
+    /// Returns the energy, unless the state is inadmissible.
+    pub fn energy(self) -> Option<f64> {
+        match self {
+            Self::Value(energy) => Some(energy),
+            Self::Inadmissible => None,
+        }
+    }
+}
+
 /// An energy of `dim` unknowns with a gradient and a metric.
 pub trait Objective {
     /// Error other than an inadmissible state, such as a linear solver that breaks down.

@@ -272,17 +272,10 @@ fn the_energy_falls_from_a_saddle() {
         LeastEigenvalueParams::default().find(&mut well, &[0.0; 3], &[1.0; 3], &[], &[]);
     let found = found.unwrap();
     assert!((found.value + 0.04).abs() < 1e-4, "{}", found.value);
-    let mut change = |step: f64| -> Result<Option<f64>, Infallible> {
-        let moved: Vec<f64> = found.direction.iter().map(|v| step * v).collect();
-        let Ok(energy) = well.value(&moved);
-        Ok(match energy {
-            Evaluation::Value(energy) => Some(energy),
-            Evaluation::Inadmissible => None,
-        })
-    };
     // A step of .28 ends at the bottom of a well, at sqrt(a / b).
     let bottom = (0.04f64 / 0.5).sqrt();
-    let Ok(curvature) = Curvature::along(&found, bottom, 2.0, &mut change);
+    let Ok(curvature) = Curvature::along(&found, &mut well, &[0.0; 3], bottom, 2.0);
+    let curvature = curvature.unwrap();
     let depth = 0.04f64.powi(2) / (4.0 * 0.5);
     assert!((curvature.fall - depth / 2.0).abs() < 1e-6, "{curvature:?}");
     // Twice the energy at the bottom, over the square of the step.

@@ -6,7 +6,7 @@ use crate::error::GeodesicError;
 use crate::params::GeodesicParams;
 use crate::shape::Shape;
 use fe_grid::minimise::{
-    Curvature, Evaluation, LeastEigenvalue, LeastEigenvalueParams, Objective, SecondOrder,
+    Curvature, LeastEigenvalue, LeastEigenvalueParams, Objective, SecondOrder,
 };
 use fe_grid::vector::{add_scaled_into, dot, max_abs, multiply_into};
 use fe_grid::{Field, Grid, Motion, ScalarField, object_mass, rigid_motions};
@@ -98,16 +98,10 @@ pub(crate) fn stability<const D: usize>(
     if found.error > found.value.abs() {
         return Ok(None);
     }
-    let Some(energy) = energy_at(&mut objective, &x)? else {
+    let scale = path.dissipation.max(f64::MIN_POSITIVE);
+    let Some(curvature) = Curvature::along(&found, &mut objective, &x, step, scale)? else {
         return Ok(None);
     };
-    let mut moved = vec![0.0; x.len()];
-    let mut change = |step: f64| -> Result<Option<f64>, GeodesicError> {
-        add_scaled_into(&x, step, &found.direction, &mut moved);
-        Ok(energy_at(&mut objective, &moved)?.map(|other| other - energy))
-    };
-    let scale = path.dissipation.max(f64::MIN_POSITIVE);
-    let curvature = Curvature::along(&found, step, scale, &mut change)?;
     let beyond = if curvature.value + curvature.error < 0.0 {
         beyond(&mut objective, &grid, &x, &found)?
     } else {
@@ -137,17 +131,6 @@ fn softest<const D: usize>(
     Ok(best.map(|(_, direction)| direction).unwrap_or_default())
 }
 
-/// The energy; `None` where it is not finite.
-fn energy_at<const D: usize>(
-    objective: &mut PathObjective<D>,
-    x: &[f64],
-) -> Result<Option<f64>, GeodesicError> {
-    Ok(match objective.value(x)? {
-        Evaluation::Value(energy) => Some(energy),
-        Evaluation::Inadmissible => None,
-    })
-}
-
 /// The state after a step along a direction, to the side where the energy is lower; `None` where every step
 /// folds a deformation.
 fn beyond<const D: usize>(
@@ -162,8 +145,7 @@ fn beyond<const D: usize>(
         for sign in [1.0, -1.0] {
             let mut moved = vec![0.0; x.len()];
             add_scaled_into(x, sign * step, &found.direction, &mut moved);
-            let energy = energy_at(objective, &moved)?;
-            if let Some(energy) = energy
+            if let Some(energy) = objective.value(&moved)?.energy()
                 && best.as_ref().is_none_or(|(lowest, _)| energy < *lowest)
             {
                 best = Some((energy, moved));

@@ -1,6 +1,6 @@
 //! Paths from several starts.
 
-use fe_grid::minimise::{Evaluation, Objective, SecondOrder, Silent};
+use fe_grid::minimise::{Objective, SecondOrder, Silent};
 use fe_grid::vector::dot;
 use fe_grid::{Field, Grid, ScalarField};
 use geodesic::{
@@ -202,10 +202,7 @@ fn the_action_of_the_hessian_is_symmetric() {
     let step = 0.01;
     let mut energy = |t: f64| {
         let moved: Vec<f64> = x.iter().zip(&a).map(|(x, a)| x + t * a).collect();
-        match objective.value(&moved).unwrap() {
-            Evaluation::Value(energy) => energy,
-            Evaluation::Inadmissible => f64::NAN,
-        }
+        objective.value(&moved).unwrap().energy().unwrap()
     };
     let second = (energy(step) + energy(-step) - 2.0 * energy(0.0)) / (step * step);
     let action = dot(&a, &images[0]);

@@ -6,8 +6,7 @@ use crate::error::AverageError;
 use crate::objective::AverageObjective;
 use crate::params::{AverageParams, BoundaryCondition};
 use crate::result::AverageResult;
-use fe_grid::minimise::{Curvature, Evaluation, LeastEigenvalueParams};
-use fe_grid::vector::add_scaled_into;
+use fe_grid::minimise::{Curvature, LeastEigenvalueParams};
 use fe_grid::{Field, rigid_motions};
 
 /// A step along the direction moves the farthest node by this many spacings: over shorter ones the energy
@@ -46,18 +45,6 @@ pub(super) fn at<const D: usize>(
     let Some(found) = params.find(&mut objective, &x, &mass, motions, guesses)? else {
         return Ok(None);
     };
-    let Evaluation::Value(energy) = objective.evaluate_energy(&x)? else {
-        return Ok(None);
-    };
-    let mut moved = vec![0.0; x.len()];
-    // How much the energy changes along a multiple of the direction.
-    let mut change = |step: f64| -> Result<Option<f64>, AverageError> {
-        add_scaled_into(&x, step, &found.direction, &mut moved);
-        Ok(match objective.evaluate_energy(&moved)? {
-            Evaluation::Value(other) => Some(other - energy),
-            Evaluation::Inadmissible => None,
-        })
-    };
     let step = STEP * result.average.grid().spacing();
-    Curvature::along(&found, step, result.elastic_scale(), &mut change).map(Some)
+    Curvature::along(&found, &mut objective, &x, step, result.elastic_scale())
 }
