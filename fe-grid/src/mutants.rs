@@ -140,7 +140,7 @@ mutants! {
     ExponentialNeighbour: "geodesic", "every step of exp extends the first one", "calculus-exponential";
     LogarithmScale: "geodesic", "the logarithm is not in unit time", "calculus-logarithm";
     TransportRung: "geodesic", "a rung of the ladder starts at its own side", "calculus-transport";
-    PathHessianSmooth: "geodesic", "the Hessian of a path lacks its elastic terms", "path-not-unique";
+    PathHessianSign: "geodesic", "the Hessian of a path has the wrong sign", "path-not-unique";
     DirectionsNotMeant: "geodesic", "a distance is the length of one direction", "distances-both-directions";
     RichardsonOrder: "geodesic", "the extrapolation assumes one order less", "distances-both-directions";
 }

@@ -36,8 +36,8 @@ impl<const D: usize> SecondOrder for PathObjective<D> {
                 fill(f64::NAN, out);
                 return Ok(());
             }
-            let share = mutant!(sign * 0.5 / step, PathHessianSmooth => 0.0);
-            axpy(share, &gradient, out);
+            let half = mutant!(0.5, PathHessianSign => -0.5);
+            axpy(sign * half / step, &gradient, out);
         }
         drop(gradient);
         let last = x.len() - x.len() / self.steps();
