@@ -183,7 +183,7 @@ fn the_action_of_the_hessian_is_symmetric() {
     let smooth = |seed: f64| -> Vec<f64> {
         let fields = (0..2).map(|k| {
             Field::<f64, 2, 2>::from_fn(grid, |[x, y]| {
-                let phase = seed + k as f64;
+                let phase = seed + f64::from(k);
                 [(3.0 * x + phase).sin() * y, (2.0 * y - phase).cos() * x]
             })
         });
