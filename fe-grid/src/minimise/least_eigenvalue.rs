@@ -34,8 +34,8 @@ const INDEPENDENT: f64 = 1e-8;
 /// with one application of `H` and one of the inverse metric `P`
 /// ([`Objective::apply_inverse_metric`](super::Objective::apply_inverse_metric)) for each direction. Without
 /// a preconditioner it is about as fast as Lanczos' method, without its basis in memory; the better `P`
-/// approximates `H^-1`, the fewer steps there are. The first directions are two random ones and guesses of
-/// soft ones, which `P` may be far too stiff for.
+/// approximates `H^-1`, the fewer steps there are. The first directions are the three softest in the
+/// span of two random ones and of guesses, which `P` may be far too stiff for.
 ///
 /// # Accuracy
 /// `theta = v · H v / v · M v` is never below the least eigenvalue (Courant and Fischer): a negative one is
