@@ -72,8 +72,8 @@ pub fn memory_estimate_of_stability<const D: usize>(
     }
     let (d, steps, components) = (D as u64, params.steps as u64, n_components as u64);
     let planes = d * (d - 1) / 2;
-    // Directions, guesses, the state, the mass, and three vectors of the action of the Hessian.
-    let vectors = LeastEigenvalueParams::VECTORS as u64 + 2 * planes + 5;
+    // Directions, a guess, the state, the mass, and three vectors of the action of the Hessian.
+    let vectors = LeastEigenvalueParams::VECTORS as u64 + 6;
     // Rigid motions of the shapes between the ends, each with its product with the mass.
     let motions = 2 * (steps - 1) * (d + planes);
     // As in a minimisation: of each component the level sets and the points of the end domain, the path and its gradient.
