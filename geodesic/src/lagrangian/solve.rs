@@ -158,11 +158,7 @@ fn lagrangian_path_back_in<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Option<LagrangianPath<D>>, GeodesicError> {
     check(start, end, params)?;
-    let level = Level {
-        grid: *start.grid(),
-        steps: params.steps,
-        tolerance: 1.0,
-    };
+    let level = level_of_shapes(start, params);
     let on_level = path.displacements.len() == level.steps
         && path.displacements.iter().all(|u| *u.grid() == level.grid);
     let last = path.levels.last().filter(|_| on_level);
@@ -181,6 +177,15 @@ fn lagrangian_path_back_in<const D: usize>(
     search.in_rounds(found, factor, observer).map(Some)
 }
 
+/// The level on the grid of the shapes.
+fn level_of_shapes<const D: usize>(start: &Shape<D>, params: &GeodesicParams) -> Level<D> {
+    Level {
+        grid: *start.grid(),
+        steps: params.steps,
+        tolerance: 1.0,
+    }
+}
+
 /// Minimises a path of one domain on the grid of the shapes, from displacements of all shapes one after the other, with
 /// a factor of the weight of the mismatch.
 pub(crate) fn lagrangian_path_on<const D: usize>(
@@ -192,11 +197,7 @@ pub(crate) fn lagrangian_path_on<const D: usize>(
     params: &GeodesicParams,
     observer: &mut dyn Observer,
 ) -> Result<LagrangianPath<D>, GeodesicError> {
-    let level = Level {
-        grid: *start.grid(),
-        steps: params.steps,
-        tolerance: 1.0,
-    };
+    let level = level_of_shapes(start, params);
     let mut search = Search::on_one_level(start, end, params, level);
     let from = PathOnLevel::new(level, x);
     let found = search.minimise(domain, from, &[level], factor, observer)?;

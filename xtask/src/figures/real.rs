@@ -105,19 +105,14 @@ pub(super) fn page(root: &Path, shared: &Path, place: &Path) -> Result<String, B
         let options = real.options.join(" ");
         let space = if options.is_empty() { "" } else { " " };
         let inputs = format!("{folder}/*{ending}");
-        let first = if files.len() == 2 {
-            ", the first two"
-        } else {
-            ""
-        };
-        let some = if files.len() == 6 {
-            ", the first six"
-        } else {
-            ""
+        let chosen = match files.len() {
+            2 => ", the first two",
+            6 => ", the first six",
+            _ => "",
         };
         let _ = writeln!(
             text,
-            "\nVerdict: {verdict}. `shapespace figure {} {inputs}{space}{options} -o out`{first}{some}",
+            "\nVerdict: {verdict}. `shapespace figure {} {inputs}{space}{options} -o out`{chosen}",
             real.figure
         );
     }
