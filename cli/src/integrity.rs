@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
 
+use fe_grid::parallel;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -129,13 +130,12 @@ impl Sums {
     /// # Errors
     /// Those of the system.
     pub fn compute(folder: &Path) -> io::Result<Self> {
-        let mut sums = BTreeMap::new();
-        for name in arrays(folder, "")? {
+        let sums = parallel::try_map(arrays(folder, "")?, &|name| {
             let sum = sum_of_file(&folder.join(&name))?;
-            sums.insert(name, sum);
-        }
+            Ok::<_, io::Error>((name, sum))
+        })?;
         Ok(Self {
-            arrays: Some(sums),
+            arrays: Some(sums.into_iter().collect()),
             trusted: false,
         })
     }

@@ -10,6 +10,7 @@
 //! the shape is deformed onto the average with a large elastic weight, which leads around folds, and
 //! from there on the finest level with smaller and smaller ones.
 
+use crate::collect::of_first;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::hierarchy::{LevelMinimiser, Levels, levels_of_visible, targets_of};
@@ -18,7 +19,7 @@ use crate::params::{AverageParams, Mean};
 use crate::result::AverageResult;
 use crate::shapes::{OwnShapes, Shapes};
 use fe_grid::minimise::{Observer, Status, minimise_levels};
-use fe_grid::{Distribution, Field, ScalarField, mutant};
+use fe_grid::{Buffer, Distribution, Field, ScalarField, mutant};
 use std::time::Instant;
 
 /// Elastic weights of the continuation, relative to the full weight of the mismatch of the shape. From
@@ -127,7 +128,16 @@ pub(crate) fn with_followers<const D: usize>(
     }
     let own = shapes.select(0..n, on_grid);
     let level = LevelShapes::of_shapes(grid, own.as_shapes(), params)?.with_visibility(seen);
-    AverageResult::new(own.as_shapes(), &weights, level, &x, average, levels, start)
+    let x = Buffer::from(x);
+    of_first(AverageResult::new(
+        own.as_shapes(),
+        &weights,
+        level,
+        x,
+        average,
+        levels,
+        start,
+    )?)
 }
 
 /// Inserts the terms of a shape, given by the energy of this shape alone, among those of others.

@@ -1,9 +1,10 @@
 //! The shapes on one level: phase fields and elastic weights for the level's interface width.
 
+use crate::collect::collected;
 use crate::error::AverageError;
 use crate::params::AverageParams;
 use crate::shapes::Shapes;
-use fe_grid::{Distribution, Field, Grid};
+use fe_grid::{Distribution, Field, Grid, parallel};
 use phasefield::{ElasticWeight, Profile};
 
 /// The data of all shapes on one grid; where they are distributed to processes, of those of this process.
@@ -50,15 +51,11 @@ impl<const D: usize> LevelShapes<D> {
         Ok(Self {
             grid,
             interface_width,
-            phase_fields: (0..shapes.len())
-                .flat_map(|i| shapes.components_of(i))
-                .map(|u| profile.phase_field(u))
-                .collect(),
-            indicators: shapes
-                .whole()
-                .iter()
-                .map(|u| weight.indicator_field(u))
-                .collect(),
+            phase_fields: parallel::map(
+                (0..shapes.len()).flat_map(|i| shapes.components_of(i)),
+                &|u| profile.phase_field(u),
+            ),
+            indicators: parallel::map(shapes.whole(), &|u| weight.indicator_field(u)),
             seen: Vec::new(),
             n_components: shapes.n_components(),
             distribution: Distribution::alone(shapes.len()),
@@ -162,6 +159,19 @@ impl<const D: usize> LevelShapes<D> {
     /// Returns the number of components of a shape.
     pub fn n_components(&self) -> usize {
         self.n_components
+    }
+
+    /// The shapes of all processes on the first one; the others keep their own. Collective.
+    ///
+    /// # Errors
+    /// Those of fields.
+    pub(crate) fn collected(self) -> Result<Self, AverageError> {
+        let all = |own| collected(own, &self.grid, &self.distribution);
+        let (phase_fields, indicators) = (all(self.phase_fields)?, all(self.indicators)?);
+        let seen = all(self.seen)?;
+        let (width, components) = (self.interface_width, self.n_components);
+        let all = Self::from_components(self.grid, width, components, phase_fields, indicators);
+        Ok(all.with_visibility(seen))
     }
 
     /// Returns the distribution of the shapes to processes.

@@ -52,6 +52,7 @@
 
 pub mod align;
 mod alternating;
+mod collect;
 mod common;
 mod confirm;
 mod doubts;
@@ -71,6 +72,7 @@ mod minima;
 mod objective;
 mod params;
 mod partial;
+mod pushed;
 mod quiet;
 mod reached;
 mod rematch;

@@ -1,14 +1,14 @@
 //! The result of an average.
 
+use crate::collect::collected;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
+use crate::pushed::{Common, Pushed};
 use crate::shapes::Shapes;
 use fe_grid::minimise::{Evaluations, Status};
-use fe_grid::{
-    Certificate, Distribution, Field, Grid, InverseDeformation, ScalarField, certify, parallel,
-};
-use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within, hausdorff};
+use fe_grid::{Buffer, Certificate, Distribution, Field, Grid, ScalarField, certify, parallel};
+use levelset::Hausdorff;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -135,51 +135,41 @@ pub struct AverageResult<const D: usize> {
 }
 
 impl<const D: usize> AverageResult<D> {
+    /// Measures the result on the first process; the others have none. `shapes` and `x`, their displacements, are
+    /// those of this process, and the others' those of all. Collective.
+    ///
+    /// # Errors
+    /// Those of the measures.
     pub(crate) fn new(
         inputs: Shapes<'_, D>,
         votes: &[f64],
         shapes: LevelShapes<D>,
-        x: &[f64],
+        x: Buffer<f64>,
         average: Vec<f64>,
         levels: Vec<LevelReport>,
         start: Instant,
-    ) -> Result<Self, AverageError> {
+    ) -> Result<Option<Self>, AverageError> {
         let grid = *shapes.grid();
-        let dim = D * grid.n_nodes();
+        let distribution = shapes.distribution().clone();
+        let all = |own| collected(own, &grid, &distribution);
         let displacements: Result<Vec<_>, _> = x
-            .chunks_exact(dim)
+            .chunks_exact(D * grid.n_nodes())
             .map(|u| Field::from_vec(grid, u.to_vec()))
             .collect();
         let displacements = displacements?;
-        // A cancelled run ends on a coarser grid than that of the inputs.
-        let distances = inputs.select(0..inputs.len(), |d| {
-            ScalarField::from_fn(grid, |x| d.sample(x))
-        });
-        let distances = distances.as_shapes();
-        let far = -grid.extent().iter().fold(0.0f64, |a, &b| a.max(b));
-        let seen = shapes.seen();
-        let moved = parallel::map(displacements.iter().enumerate(), &|(i, u)| {
-            let inverse = InverseDeformation::new(u);
-            let push = |distance| inverse.push_forward(distance, far);
-            // Outside the box, which is empty, the mask is one.
-            let seen = seen.get(i).map(|seen| inverse.push_forward(seen, 1.0));
-            let parts: Vec<_> = distances.parts_of(i).iter().map(push).collect();
-            (push(&distances.whole()[i]), parts, seen)
-        });
-        let n_components = inputs.n_components();
-        let mut parts = vec![Vec::new(); if n_components > 1 { n_components } else { 0 }];
-        let (mut pushed, mut pushed_visibility) = (Vec::new(), Vec::new());
-        for (whole, of_shape, seen) in moved {
-            pushed.push(whole);
-            pushed_visibility.extend(seen);
-            for (of_component, part) in parts.iter_mut().zip(of_shape) {
-                of_component.push(part);
-            }
-        }
-        let whole = common_shape(&pushed, &pushed_visibility, votes)?;
-        let mut components = Vec::with_capacity(parts.len());
-        for (pushed, average) in parts.into_iter().zip(average.chunks_exact(grid.n_nodes())) {
-            let found = common_shape(&pushed, &pushed_visibility, votes)?;
+        let certificate = worst_of_all(&grid, &x, &distribution);
+        drop(x);
+        let own = Pushed::new(inputs, &shapes, &displacements);
+        let (pushed, pushed_visibility) = (all(own.whole)?, all(own.seen)?);
+        let common = |pushed: &[ScalarField<f64, D>]| {
+            Common::of(pushed, &pushed_visibility, votes, &grid, &distribution)
+        };
+        let whole = common(&pushed)?;
+        let mut components = Vec::with_capacity(own.components.len());
+        let averages = average.chunks_exact(grid.n_nodes());
+        for (own, average) in own.components.into_iter().zip(averages) {
+            let pushed = all(own)?;
+            let found = common(&pushed)?;
             components.push(ComponentResult {
                 average: ScalarField::from_vec(grid, average.to_vec())?,
                 average_mask: found.mask,
@@ -189,7 +179,12 @@ impl<const D: usize> AverageResult<D> {
                 hausdorff: found.hausdorff,
             });
         }
-        Ok(Self {
+        let displacements = collected(displacements, &grid, &distribution)?;
+        let shapes = shapes.collected()?;
+        if !distribution.is_first() {
+            return Ok(None);
+        }
+        Ok(Some(Self {
             average: ScalarField::from_vec(grid, least(average, grid.n_nodes()))?,
             components,
             average_mask: whole.mask,
@@ -198,7 +193,7 @@ impl<const D: usize> AverageResult<D> {
             pushed,
             pushed_visibility,
             energy: levels.last().map(|l| l.energy.clone()).unwrap_or_default(),
-            certificate: worst_certificate(&grid, x),
+            certificate,
             dice: whole.dice,
             hausdorff: whole.hausdorff,
             rounds: Vec::new(),
@@ -206,7 +201,7 @@ impl<const D: usize> AverageResult<D> {
             levels,
             shapes,
             seconds: start.elapsed().as_secs_f64(),
-        })
+        }))
     }
 
     /// Returns the phase fields of all components of the average, one after the other.
@@ -229,40 +224,6 @@ impl<const D: usize> AverageResult<D> {
     }
 }
 
-/// If the visible shapes at a point have less total weight than this, all shapes are counted.
-const LEAST_VOTE: f64 = 1e-3;
-/// Threshold of the visibility mask above which a point counts as visible.
-const SEEN: f64 = 0.5;
-
-/// What pushed-forward shapes have in common, and how well they agree with it.
-struct Common<const D: usize> {
-    indicator: ScalarField<f64, D>,
-    mask: ScalarField<f64, D>,
-    dice: Vec<f64>,
-    hausdorff: Vec<Option<Hausdorff>>,
-}
-
-/// Computes the majority of pushed-forward shapes, and the distance of each from it.
-fn common_shape<const D: usize>(
-    pushed: &[ScalarField<f64, D>],
-    seen: &[ScalarField<f64, D>],
-    votes: &[f64],
-) -> Result<Common<D>, AverageError> {
-    let indicator = majority(pushed, seen, votes)?;
-    let inside = |x: &f64| if *x > 0.5 { 1.0 } else { 0.0 };
-    let mask = indicator.as_slice().iter().map(inside).collect();
-    let measures = parallel::try_map(pushed.iter().enumerate(), &|(i, d)| {
-        measure(d, &indicator, seen.get(i))
-    });
-    let (dice, hausdorff) = measures?.into_iter().unzip();
-    Ok(Common {
-        mask: ScalarField::from_vec(*indicator.grid(), mask)?,
-        indicator,
-        dice,
-        hausdorff,
-    })
-}
-
 /// The least of fields that follow each other, at every node.
 fn least(mut fields: Vec<f64>, n_nodes: usize) -> Vec<f64> {
     let (first, others) = fields.split_at_mut(n_nodes);
@@ -273,62 +234,6 @@ fn least(mut fields: Vec<f64>, n_nodes: usize) -> Vec<f64> {
     }
     fields.truncate(n_nodes);
     fields
-}
-
-/// Computes the weighted mean of the indicators of signed distances, each with a ramp one spacing
-/// wide, so that a tie of two shapes ends half way between their boundaries. At each point the
-/// shapes visible there are counted, or all shapes if none is.
-fn majority<const D: usize>(
-    pushed: &[ScalarField<f64, D>],
-    seen: &[ScalarField<f64, D>],
-    weights: &[f64],
-) -> Result<ScalarField<f64, D>, AverageError> {
-    let grid = *pushed[0].grid();
-    let inverse_h = 1.0 / grid.spacing();
-    let mean = (0..grid.n_nodes())
-        .map(|node| {
-            let ramp =
-                |d: &ScalarField<f64, D>| (0.5 + d.as_slice()[node] * inverse_h).clamp(0.0, 1.0);
-            let vote = |says: &dyn Fn(usize) -> f64| -> (f64, f64) {
-                let votes = pushed.iter().zip(weights).enumerate();
-                votes.fold((0.0, 0.0), |(sum, total), (i, (d, w))| {
-                    (sum + w * says(i) * ramp(d), total + w * says(i))
-                })
-            };
-            if seen.is_empty() {
-                return vote(&|_| 1.0).0;
-            }
-            let (sum, total) = vote(&|i| seen[i].as_slice()[node]);
-            if total > LEAST_VOTE {
-                sum / total
-            } else {
-                vote(&|_| 1.0).0
-            }
-        })
-        .collect();
-    Ok(ScalarField::from_vec(grid, mean)?)
-}
-
-/// Measures overlap and distance of a pushed-forward shape and the average on its visible part.
-fn measure<const D: usize>(
-    pushed: &ScalarField<f64, D>,
-    indicator: &ScalarField<f64, D>,
-    seen: Option<&ScalarField<f64, D>>,
-) -> Result<(f64, Option<Hausdorff>), AverageError> {
-    let overlap = match dice_within(pushed, 0.0, indicator, 0.5, seen) {
-        // Neither object is visible, or a shape has been pressed into less than a cell and none of the grid's nodes
-        // lies inside: the overlap is reported as zero.
-        Err(LevelsetError::EmptyObject { .. }) => 0.0,
-        found => found?,
-    };
-    let visible = |whole: Contour<D>| match seen {
-        Some(seen) => whole.part(|corners| corners.iter().all(|x| seen.sample(*x)[0] > SEEN)),
-        None => whole,
-    };
-    let own = contour(pushed, 0.0, BoxEdge::Open).map(visible);
-    let average = contour(indicator, 0.5, BoxEdge::Open).map(visible);
-    let distance = own.and_then(|own| hausdorff(&own, &average?)).ok();
-    Ok((overlap, distance))
 }
 
 /// Returns the certificate of the worst displacement, for positive determinants.

@@ -1,5 +1,6 @@
 //! Entry points: averages of shapes, and the deformation of a shape onto an average.
 
+use crate::collect::of_first;
 use crate::error::AverageError;
 use crate::follow::{Leaders, with_followers};
 use crate::hierarchy::{Levels, levels_of, levels_of_visible, solve_levels, targets_of};
@@ -166,11 +167,6 @@ fn average_distributed_in<const D: usize>(
     together(&distribution, observer, |observer| {
         solve(shapes, levels, known, rematched, params, start, observer)
     })
-}
-
-/// The result of the only process.
-pub(crate) fn of_first<R>(found: Option<R>) -> Result<R, AverageError> {
-    found.ok_or(AverageError::NoShapes)
 }
 
 /// Returns the level whose grid is that of the initial displacements; the first without any.

@@ -1,5 +1,7 @@
 //! The picture of an average in space: three large views of it over one view of each input.
 
+use fe_grid::parallel;
+
 use super::film::place;
 use super::{Bounds, Canvas, Colour, GAP, LABEL, PaintedSurface, Rows, View, colour, solid};
 
@@ -47,11 +49,13 @@ impl SurfaceSheet<'_> {
         }
         let inputs = self.inputs.iter().map(|(_, painted)| painted.surface);
         let bounds = Bounds::around(front, inputs);
-        for (i, (label, painted)) in self.inputs.iter().enumerate() {
-            let [x, y] = rows.corner(i, inner);
+        let tiles = parallel::map(self.inputs.iter().enumerate(), &|(i, (_, painted))| {
             let paint = painted.paint(solid(colour(i)));
-            let picture = painted.surface.render(front, bounds, paint, rows.tile);
-            place(&mut canvas, &picture, [GAP + x, top + y], label);
+            painted.surface.render(front, bounds, paint, rows.tile)
+        });
+        for (i, ((label, _), picture)) in self.inputs.iter().zip(&tiles).enumerate() {
+            let [x, y] = rows.corner(i, inner);
+            place(&mut canvas, picture, [GAP + x, top + y], label);
         }
         canvas
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use fe_grid::{Field, Grid, ScalarField};
+use fe_grid::{Field, Grid, ScalarField, parallel};
 use shape_average::{StrainMaps, StrainRange, StrainRanges, cells_inside};
 
 use crate::error::CliError;
@@ -27,8 +27,8 @@ impl Strains {
         indicators: &[ScalarField<f64, D>],
     ) -> Self {
         Self {
-            maps: displacements.iter().map(StrainMaps::new).collect(),
-            cells: indicators.iter().map(cells_inside).collect(),
+            maps: parallel::map(displacements, &StrainMaps::new),
+            cells: parallel::map(indicators, &cells_inside),
         }
     }
 
@@ -61,13 +61,13 @@ pub(super) fn write_maps<const D: usize>(
     maps: &[StrainMaps],
 ) -> Result<(), CliError> {
     let lattice = Grid::with_nodes(grid.cells_per_axis(), grid.spacing())?;
-    for (i, maps) in maps.iter().enumerate() {
+    directory.for_each(maps.iter().enumerate(), &|(i, maps)| {
         for (kind, _, map) in kinds::<D>(maps) {
             let map = ScalarField::from_vec(lattice, map.to_vec())?;
             directory.array(numbered(kind, i, "npy"), &map)?;
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// `strain.png`: the maps of every shape on the shape itself, in 3D in the plane through its middle, and the
@@ -82,8 +82,8 @@ pub(super) fn picture<const D: usize>(
     let columns = if D == 2 { 4 } else { 3 };
     let side = TileRows::width(columns);
     let scales: Vec<[f64; 2]> = (0..shown).map(|k| scale::<D>(strains, k)).collect();
-    let mut rows = TileRows::new(columns);
-    for (i, (input, displacement)) in inputs.iter().zip(displacements).enumerate() {
+    let pairs = inputs.iter().zip(displacements).enumerate();
+    let tiles = parallel::map(pairs, &|(i, (input, displacement))| {
         let grid = displacement.grid();
         let mut inside = vec![false; grid.n_cells()];
         for &cell in &strains.cells[i] {
@@ -91,7 +91,8 @@ pub(super) fn picture<const D: usize>(
         }
         let [low, high] = input.contour.bounds();
         let slice = Slice::around(&low, &high, side);
-        for (k, (_, name, map)) in kinds::<D>(&strains.maps[i]).into_iter().enumerate() {
+        let kinds = kinds::<D>(&strains.maps[i]).into_iter().enumerate();
+        let tile = |(k, (_, name, map)): (usize, (_, _, &[f64]))| {
             let [least, most] = scales[k];
             let mut tile = slice.painted(|x| {
                 let cell = grid.cell_index(fe_grid::locate(grid, x).0);
@@ -106,8 +107,13 @@ pub(super) fn picture<const D: usize>(
             if let Some(own) = StrainRange::over(map, &strains.cells[i]) {
                 let _ = write!(label, " {:.2} to {:.2}", own.least, own.greatest);
             }
-            rows.push(label, tile);
-        }
+            (label, tile)
+        };
+        kinds.map(tile).collect::<Vec<_>>()
+    });
+    let mut rows = TileRows::new(columns);
+    for (label, tile) in tiles.into_iter().flatten() {
+        rows.push(label, tile);
     }
     rows.end_row();
     if let Some(maps) = strains.maps.first() {

@@ -89,7 +89,7 @@ fn write_surfaces_of_inputs<const D: usize>(
         return Ok(());
     }
     let pairs = outcome.inputs.iter().zip(&outcome.result.displacements);
-    for (number, (input, displacement)) in pairs.enumerate() {
+    directory.for_each(pairs.enumerate(), &|(number, (input, displacement))| {
         let there = place.placed(&moved(&input.contour, displacement, 1.0));
         let here = place.placed(&input.contour);
         let ends = there.points().iter().zip(here.points());
@@ -102,9 +102,8 @@ fn write_surfaces_of_inputs<const D: usize>(
             values: &ways,
         };
         let name = numbered(INPUT, number, "vtp");
-        place.write_with(directory, &name, &input.contour, &[array])?;
-    }
-    Ok(())
+        Ok(place.write_with(directory, &name, &input.contour, &[array])?)
+    })
 }
 
 /// Writes drawn inputs to the folder `inputs`.
@@ -142,16 +141,13 @@ fn write_arrays<const D: usize>(
     directory.deformations("deformation", 0, &result.displacements)?;
     write_phase_fields(directory, outcome)?;
     let stiffness = outcome.config.params.void_stiffness;
-    let weight = |indicator: &ScalarField<f64, D>| {
+    directory.for_each(shapes.indicators.iter().enumerate(), &|(i, indicator)| {
         let mut weight = indicator.clone();
         for x in weight.as_mut_slice() {
             *x = (1.0 - stiffness) * *x + stiffness;
         }
-        weight
-    };
-    let weights: Vec<_> = shapes.indicators.iter().map(weight).collect();
-    directory.arrays("weight", 0, &weights)?;
-    Ok(())
+        Ok(directory.array(numbered("weight", i, "npy"), &weight)?)
+    })
 }
 
 /// Everything at the nodes, for ParaView.

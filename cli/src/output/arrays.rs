@@ -37,8 +37,9 @@ impl ResultDir {
         first: usize,
         fields: impl IntoIterator<Item = &'a Field<f64, D, M>>,
     ) -> Result<(), OutputError> {
-        let mut fields = fields.into_iter().enumerate();
-        fields.try_for_each(|(i, field)| self.array(numbered(kind, first + i, "npy"), field))
+        self.for_each(fields.into_iter().enumerate(), &|(i, field)| {
+            self.array(numbered(kind, first + i, "npy"), field)
+        })
     }
 
     /// Writes the deformed positions of displacements as [`Self::arrays`].
@@ -48,8 +49,7 @@ impl ResultDir {
         first: usize,
         displacements: &[Field<f64, D, D>],
     ) -> Result<(), OutputError> {
-        let mut displacements = displacements.iter().enumerate();
-        displacements.try_for_each(|(i, displacement)| {
+        self.for_each(displacements.iter().enumerate(), &|(i, displacement)| {
             self.array(numbered(kind, first + i, "npy"), &deformation(displacement))
         })
     }

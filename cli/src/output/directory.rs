@@ -1,11 +1,12 @@
 //! Result directories and files that appear under their names only when they are complete, and
 //! results in memory.
 
-use std::cell::{RefCell, RefMut};
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use fe_grid::parallel;
 use shapespace_picture::Canvas;
 
 use super::OutputError;
@@ -33,7 +34,7 @@ enum Origin {
     /// Over several runs, with the name of its lock, which is held if the file system has locks.
     Work(Handle, &'static str, Option<File>),
     /// In memory.
-    Memory(RefCell<Kept>),
+    Memory(Mutex<Kept>),
 }
 
 impl ResultDir {
@@ -85,23 +86,39 @@ impl ResultDir {
         Self {
             target: PathBuf::new(),
             inner: PathBuf::new(),
-            origin: Origin::Memory(RefCell::default()),
+            origin: Origin::Memory(Mutex::default()),
             drawn: false,
         }
     }
 
     /// Where the arrays and the record of a result in memory are kept.
-    pub(super) fn kept(&self) -> Option<RefMut<'_, Kept>> {
+    pub(super) fn kept(&self) -> Option<MutexGuard<'_, Kept>> {
         match &self.origin {
-            Origin::Memory(kept) => Some(kept.borrow_mut()),
+            Origin::Memory(kept) => Some(kept.lock().unwrap_or_else(PoisonError::into_inner)),
             _ => None,
+        }
+    }
+
+    /// Writes something for each item: files side by side, and arrays in memory one after the other, as they keep
+    /// their order.
+    ///
+    /// # Errors
+    /// The first failure in the order of the items.
+    pub(crate) fn for_each<I: Send, E: Send>(
+        &self,
+        items: impl IntoIterator<Item = I>,
+        write: &(dyn Fn(I) -> Result<(), E> + Sync),
+    ) -> Result<(), E> {
+        match self.origin {
+            Origin::Memory(_) => items.into_iter().try_for_each(write),
+            _ => parallel::try_map(items, write).map(drop),
         }
     }
 
     /// The arrays and the record of a result in memory.
     pub(crate) fn into_kept(self) -> Kept {
         match self.origin {
-            Origin::Memory(kept) => kept.into_inner(),
+            Origin::Memory(kept) => kept.into_inner().unwrap_or_else(PoisonError::into_inner),
             _ => Kept::default(),
         }
     }

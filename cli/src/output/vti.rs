@@ -5,11 +5,16 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use fe_grid::{Element, Field, Grid};
+use fe_grid::{Element, Field, Grid, parallel};
 
 use super::OutputError;
 use super::npy::Precision;
 use crate::shapes::WorldFrame;
+
+/// Nodes whose values are in memory as bytes at a time.
+const NODES_AT_ONCE: usize = 1 << 16;
+/// Those of them that one thread converts at a time.
+const NODES_OF_A_THREAD: usize = 1 << 10;
 
 /// Fields on the nodes of one grid, to be written together. Nothing is copied.
 pub struct VtiFile<'a, const D: usize> {
@@ -23,7 +28,7 @@ struct PointArray<'a> {
     name: String,
     components: usize,
     /// The value of a component at a node.
-    value: Box<dyn Fn(usize, usize) -> f64 + 'a>,
+    value: Box<dyn Fn(usize, usize) -> f64 + Sync + 'a>,
 }
 
 impl<'a, const D: usize> VtiFile<'a, D> {
@@ -104,26 +109,49 @@ impl<'a, const D: usize> VtiFile<'a, D> {
         writer.write_all(self.header().as_bytes())?;
         for array in &self.arrays {
             writer.write_all(&(self.length(array) as u64).to_le_bytes())?;
-            for node in 0..self.grid.n_nodes() {
-                for c in 0..array.components {
-                    let value = (array.value)(node, c);
-                    match self.precision {
-                        Precision::Single => writer.write_all(&(value as f32).to_le_bytes())?,
-                        Precision::Double => writer.write_all(&value.to_le_bytes())?,
-                    }
-                }
+            let mut bytes = vec![0; NODES_AT_ONCE * self.bytes_of_node(array)];
+            for first in (0..self.grid.n_nodes()).step_by(NODES_AT_ONCE) {
+                let nodes = NODES_AT_ONCE.min(self.grid.n_nodes() - first);
+                let piece = &mut bytes[..nodes * self.bytes_of_node(array)];
+                self.fill(piece, first, array);
+                writer.write_all(piece)?;
             }
         }
         writer.write_all(b"\n  </AppendedData>\n</VTKFile>\n")
     }
 
-    /// Bytes of an array.
-    fn length(&self, array: &PointArray) -> usize {
-        let number = match self.precision {
+    /// The values at the nodes from `first` on.
+    fn fill(&self, bytes: &mut [u8], first: usize, array: &PointArray) {
+        let at_once = NODES_OF_A_THREAD * self.bytes_of_node(array);
+        parallel::for_each_chunk(bytes, at_once, 1, &|chunk, bytes| {
+            let nodes = first + chunk * NODES_OF_A_THREAD..;
+            for (node, bytes) in nodes.zip(bytes.chunks_exact_mut(self.bytes_of_node(array))) {
+                let numbers = bytes.chunks_exact_mut(self.bytes_of_number());
+                for (c, bytes) in numbers.enumerate() {
+                    let value = (array.value)(node, c);
+                    match self.precision {
+                        Precision::Single => bytes.copy_from_slice(&(value as f32).to_le_bytes()),
+                        Precision::Double => bytes.copy_from_slice(&value.to_le_bytes()),
+                    }
+                }
+            }
+        });
+    }
+
+    fn bytes_of_number(&self) -> usize {
+        match self.precision {
             Precision::Single => 4,
             Precision::Double => 8,
-        };
-        number * array.components * self.grid.n_nodes()
+        }
+    }
+
+    fn bytes_of_node(&self, array: &PointArray) -> usize {
+        self.bytes_of_number() * array.components
+    }
+
+    /// Bytes of an array.
+    fn length(&self, array: &PointArray) -> usize {
+        self.bytes_of_node(array) * self.grid.n_nodes()
     }
 
     fn header(&self) -> String {

@@ -51,19 +51,32 @@ pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Ve
     doubts.into_iter().flatten().collect()
 }
 
-/// The doubts about a shape that the grid does not resolve, given by its signed distance and its
-/// boundary.
+/// What the grid does not resolve of a shape, given by its signed distance and its boundary: the shares of its parts
+/// and of its gaps that are too thin.
+pub(super) fn unresolved<const D: usize>(
+    distance: &ScalarField<f64, D>,
+    boundary: &Contour<D>,
+) -> [f64; 2] {
+    // A shape without a boundary has no gaps.
+    let gaps = narrow_gap_share(boundary, distance.grid().spacing()).unwrap_or_default();
+    [thin_share(distance), gaps]
+}
+
+/// The doubts about [`unresolved`] parts and gaps of a shape.
 pub(crate) fn inspect_resolution<const D: usize>(
     distance: &ScalarField<f64, D>,
     boundary: &Contour<D>,
-) -> Vec<Doubt> {
-    // A shape without a boundary has no gaps.
-    let gaps = narrow_gap_share(boundary, distance.grid().spacing()).unwrap_or_default();
+) -> impl Iterator<Item = Doubt> {
+    doubts_of_resolution(unresolved(distance, boundary))
+}
+
+/// The doubts about these shares.
+pub(super) fn doubts_of_resolution([parts, gaps]: [f64; 2]) -> impl Iterator<Item = Doubt> {
     let doubts = [
-        inspect_thinness(distance),
+        Doubt::check(Cause::ThinParts, parts),
         Doubt::check(Cause::NarrowGaps, gaps),
     ];
-    doubts.into_iter().flatten().collect()
+    doubts.into_iter().flatten()
 }
 
 /// The doubt about parts that the grid does not resolve.

@@ -42,6 +42,7 @@ pub(crate) use domain::{Domain, moved};
 pub(crate) use inspect::{
     Likeness, add_topologies, doubts_of, inspect_mask, inspect_resolution, inspect_thinness,
 };
+use inspect::{doubts_of_resolution, unresolved};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
@@ -337,20 +338,18 @@ impl<const D: usize> Settled<D> {
         let (images, mut inputs, grid) = (self.images, self.inputs, self.grid);
         progress.stage("measuring distances");
         let distribution = Distribution::over(Arc::clone(processes), inputs.len());
-        let own = distribution.own().map(|i| {
+        let own = parallel::try_map(distribution.own(), &|i| {
             let distance = distance(&images[i], &inputs[i], &inputs[i].contour, grid)?;
-            Ok(distance.into_vec())
-        });
-        let own: Result<Vec<_>, CliError> = own.collect();
-        let all = distribution.share_vectors(own?, grid.n_nodes()).into_iter();
+            Ok::<_, CliError>(distance.into_vec())
+        })?;
+        let all = distribution.share_vectors(own, grid.n_nodes()).into_iter();
         let distances: Result<Vec<_>, _> = all.map(|d| ScalarField::from_vec(grid, d)).collect();
         let distances = distances?;
-        let both = inputs.iter().zip(&distances);
-        let unresolved = parallel::map(both, &|(input, distance)| {
-            inspect_resolution(distance, &input.contour)
+        let shares = parallel::map(distribution.own(), &|i| {
+            unresolved(&distances[i], &inputs[i].contour)
         });
-        for (input, doubts) in inputs.iter_mut().zip(unresolved) {
-            input.doubts.extend(doubts);
+        for (input, shares) in inputs.iter_mut().zip(distribution.share(&shares)) {
+            input.doubts.extend(doubts_of_resolution(shares));
         }
         // Before anything is computed: who reads them need not wait for a doubtful result.
         let names = inputs.iter().map(|input| input.name.as_str());

@@ -7,7 +7,7 @@
 //! which resamples the average in the space of the input. Both are given at the nodes of the grid,
 //! whose piecewise multilinear interpolation is the deformation itself.
 
-use fe_grid::{Field, Grid, InverseDeformation, ScalarField};
+use fe_grid::{Field, Grid, InverseDeformation, ScalarField, parallel};
 use levelset::{Contour, ContourDistance};
 
 use crate::error::CliError;
@@ -182,7 +182,7 @@ pub(crate) fn write_images<const D: usize>(
             continue;
         };
         let mut values = vec![0.0; lattice.count()];
-        fe_grid::parallel::for_each_chunk(&mut values, SAMPLES_AT_ONCE, 1, &|chunk, values| {
+        parallel::for_each_chunk(&mut values, SAMPLES_AT_ONCE, 1, &|chunk, values| {
             for (i, value) in values.iter_mut().enumerate() {
                 let unit = world.unit(of_space(lattice.position(chunk * SAMPLES_AT_ONCE + i)));
                 *value = image.sample(unit)[0] as f32;
@@ -292,7 +292,7 @@ fn sampled<const D: usize>(
     let within = |unit: &[f64; D]| (0..D).all(|k| (0.0..=extent[k]).contains(&unit[k]));
     let millimetres = |distance: f64| (world.length() * distance) as f32;
     let mut near: Vec<Option<f32>> = vec![None; lattice.count()];
-    fe_grid::parallel::for_each_chunk(&mut near, SAMPLES_AT_ONCE, 1, &|chunk, near| {
+    parallel::for_each_chunk(&mut near, SAMPLES_AT_ONCE, 1, &|chunk, near| {
         for (i, near) in near.iter_mut().enumerate() {
             let unit = unit(chunk * SAMPLES_AT_ONCE + i);
             *near = within(&unit).then(|| millimetres(nodal.sample(unit)[0]));
@@ -311,15 +311,18 @@ pub(super) fn inverted<const D: usize>(displacement: &Field<f64, D, D>) -> Field
     let inverse = InverseDeformation::new(displacement);
     let grid = *displacement.grid();
     let n = grid.n_nodes();
-    let mut back = Field::zeros(grid);
-    for node in 0..n {
+    let mut ways = vec![[0.0; D]; n];
+    parallel::for_each_mut(&mut ways, SAMPLES_AT_ONCE, &|node, way| {
         let here = grid.position(grid.node(node));
-        let u = match inverse.position(node) {
+        *way = match inverse.position(node) {
             Some(there) => std::array::from_fn(|k| there[k] - here[k]),
             None => displacement.at(node).map(|u| -u),
         };
-        for k in 0..D {
-            back.as_mut_slice()[k * n + node] = u[k];
+    });
+    let mut back = Field::zeros(grid);
+    for (k, component) in back.as_mut_slice().chunks_exact_mut(n).enumerate() {
+        for (back, way) in component.iter_mut().zip(&ways) {
+            *back = way[k];
         }
     }
     back
@@ -336,19 +339,18 @@ fn ways<const D: usize>(
 ) -> Vec<[f32; 3]> {
     let grid = *displacement.grid();
     let (n, h) = (grid.nodes_per_axis(), grid.spacing());
-    (0..lattice.count())
-        .map(|index| {
-            let sample = lattice.sample(index);
-            let nearest =
-                std::array::from_fn(|k| sample[k].saturating_sub(before[k]).min(n[k] - 1));
-            let here = std::array::from_fn(|k| (sample[k] as f64 - before[k] as f64) * h);
-            let u = displacement.at(grid.node_index(nearest));
-            let there = to.position(std::array::from_fn(|k| here[k] + u[k]));
-            let start = from.position(here);
-            let way = in_space::<D>(std::array::from_fn(|k| there[k] - start[k]));
-            [-way[0] as f32, -way[1] as f32, way[2] as f32]
-        })
-        .collect()
+    let mut ways = vec![[0.0; 3]; lattice.count()];
+    parallel::for_each_mut(&mut ways, SAMPLES_AT_ONCE, &|index, found| {
+        let sample = lattice.sample(index);
+        let nearest = std::array::from_fn(|k| sample[k].saturating_sub(before[k]).min(n[k] - 1));
+        let here = std::array::from_fn(|k| (sample[k] as f64 - before[k] as f64) * h);
+        let u = displacement.at(grid.node_index(nearest));
+        let there = to.position(std::array::from_fn(|k| here[k] + u[k]));
+        let start = from.position(here);
+        let way = in_space::<D>(std::array::from_fn(|k| there[k] - start[k]));
+        *found = [-way[0] as f32, -way[1] as f32, way[2] as f32];
+    });
+    ways
 }
 
 /// The first coordinates of a point.

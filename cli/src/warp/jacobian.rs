@@ -1,6 +1,6 @@
 //! How much the deformations of inputs onto an average change volumes, seen from the average.
 
-use fe_grid::{Field, Grid, ScalarField};
+use fe_grid::{Field, Grid, ScalarField, parallel};
 
 use super::fields::{SAMPLES_AT_ONCE, Space, inverted, of_space, write_both};
 use crate::error::CliError;
@@ -35,7 +35,7 @@ impl<'a, const D: usize> Jacobian<'a, D> {
     /// At every place of a list.
     fn values(&self, count: usize, place: impl Fn(usize) -> [f64; D] + Sync) -> Vec<f32> {
         let mut values = vec![0.0; count];
-        fe_grid::parallel::for_each_chunk(&mut values, SAMPLES_AT_ONCE, 1, &|chunk, values| {
+        parallel::for_each_chunk(&mut values, SAMPLES_AT_ONCE, 1, &|chunk, values| {
             for (i, value) in values.iter_mut().enumerate() {
                 *value = self.at(place(chunk * SAMPLES_AT_ONCE + i));
             }
@@ -53,23 +53,22 @@ impl<'a, const D: usize> Jacobian<'a, D> {
 pub(crate) fn write_warps<'a, const D: usize>(
     directory: &ResultDir,
     average: Option<&Space<D>>,
-    of_input: impl Fn(usize) -> Option<Space<D>>,
+    of_input: impl Fn(usize) -> Option<Space<D>> + Sync,
     displacements: &[Field<f64, D, D>],
     determinants: impl Iterator<Item = &'a [f64]>,
 ) -> Result<Vec<Field<f32, D, 1>>, CliError> {
-    let mut at_nodes = Vec::new();
     if !directory.has_files() {
-        return Ok(at_nodes);
+        return Ok(Vec::new());
     }
-    for (number, (displacement, determinant)) in displacements.iter().zip(determinants).enumerate()
-    {
+    let pairs = displacements.iter().zip(determinants).enumerate();
+    parallel::try_map(pairs, &|(number, (displacement, determinant))| {
         let grid = *displacement.grid();
         let inverse = inverted(displacement);
         let jacobian = Jacobian::new(&inverse, determinant)?;
         let nodes = jacobian.values(grid.n_nodes(), |node| grid.position(grid.node(node)));
-        at_nodes.push(Field::from_vec(grid, nodes)?);
+        let at_nodes = Field::from_vec(grid, nodes)?;
         let Some(average) = average else {
-            continue;
+            return Ok(at_nodes);
         };
         if let Some(lattice) = average.lattice(&grid) {
             let unit = |index: usize| average.unit(of_space(lattice.position(index)));
@@ -85,8 +84,8 @@ pub(crate) fn write_warps<'a, const D: usize>(
                 [displacement, &inverse],
             )?;
         }
-    }
-    Ok(at_nodes)
+        Ok(at_nodes)
+    })
 }
 
 #[cfg(test)]

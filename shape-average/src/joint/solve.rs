@@ -3,10 +3,11 @@
 use super::params::{Edges, JointParams};
 use super::result::{JointLevel, JointResult, edge_overlap, solid_share};
 use super::round::{Rounds, State};
+use crate::collect::of_first;
 use crate::error::AverageError;
 use crate::quiet::Quiet;
 use crate::result::{worst_certificate, worst_of_all};
-use crate::solve::{first_level, of_first};
+use crate::solve::first_level;
 use fe_grid::communicator::{Alone, Communicator};
 use fe_grid::minimise::{Control, Evaluations, Iteration, Observer, Silent, Status, together};
 use fe_grid::{Distribution, Field, InverseDeformation, ScalarField, compiled_once};

@@ -215,7 +215,7 @@ impl<'a, const D: usize> Target<'a, D> {
         // The result of a single shape compares it with itself.
         let own = fit.doubts(&self.stored.average.params).into_iter();
         let own = own.filter(|d| !matches!(d.cause, Cause::Overlap | Cause::BoundaryDistance));
-        let doubts = inspect_resolution(distance, outline).into_iter().chain(own);
+        let doubts = inspect_resolution(distance, outline).chain(own);
         doubts.chain(inspect_mask(image, false)).collect()
     }
 
