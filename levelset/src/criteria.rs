@@ -15,7 +15,7 @@ pub enum Cause {
     Overlap,
     /// The distance of their boundaries.
     BoundaryDistance,
-    /// Parts and holes of a shape that the average has not, or the other way round.
+    /// Parts, holes and tunnels of a shape that the average has not, or the other way round.
     Topology,
     /// The smallest determinant of a deformation.
     Determinant,
@@ -152,10 +152,11 @@ const CRITERIA: [Criterion; 34] = [
     },
     Criterion {
         cause: Cause::Topology,
-        figure: "parts and holes of the shape that the average has not, or the other way round",
+        figure: "parts, holes and tunnels of the shape that the average has not, or the other way round",
         limit: Limit::AtMost(0.0),
-        reason: "Deformations keep parts and holes. One of a shape that the average has not was squeezed to less \
-                 than a cell, whatever the overlap. Those count that are two spacings deep.",
+        reason: "Deformations keep parts, holes and the tunnels of rings. One of a shape that the average has not was \
+                 squeezed to less than a cell, whatever the overlap. Parts and holes count that are 1.5 spacings deep, \
+                 and tunnels that are two spacings wide in matter two spacings thick.",
         remedy: "use shapes with the same parts and holes, or fill holes",
     },
     Criterion {

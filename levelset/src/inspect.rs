@@ -19,60 +19,6 @@ const TOLERANCE: f64 = 0.5;
 /// more than `RADIUS + TOLERANCE` and the half diagonal of a cell.
 const STEPS: usize = 3;
 
-/// The numbers of parts of an object, and of its holes, which the outside does not reach.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PartsAndHoles {
-    /// Of those that are somewhere at least two spacings deep.
-    deep: [usize; 2],
-    /// Of those that are half a spacing deep.
-    all: [usize; 2],
-}
-
-impl PartsAndHoles {
-    /// Counts those of an object given by its signed distance, positive inside.
-    pub fn of<const D: usize>(distance: &Field<f64, D, 1>) -> Self {
-        let h = distance.grid().spacing();
-        let [deep, all] = parts_and_holes(distance, [2.0, 0.5].map(|depth| depth * h));
-        Self { deep, all }
-    }
-
-    /// The number of parts and holes that one of two objects has and the other one has not: of the deep ones,
-    /// against all of the other object.
-    pub fn differences(&self, other: &Self) -> usize {
-        let missing = |own: &Self, other: &Self, k: usize| own.deep[k].saturating_sub(other.all[k]);
-        let of = |k: usize| missing(self, other, k).max(missing(other, self, k));
-        of(0) + of(1)
-    }
-}
-
-/// The numbers of parts of an object, given by its signed distance (positive inside), and of its holes: of those that
-/// are somewhere at least so deep, for several depths.
-pub fn parts_and_holes<const D: usize, const N: usize>(
-    distance: &Field<f64, D, 1>,
-    depths: [f64; N],
-) -> [[usize; 2]; N] {
-    let (grid, values) = (distance.grid(), distance.as_slice());
-    // The depth of each component, none for those that are open.
-    let depths_of = |sign: f64, adjacency: Adjacency, is_open: &dyn Fn(usize) -> bool| {
-        let found = components(grid, &|index| sign * values[index] > 0.0, adjacency);
-        let mut depth = vec![Some(0.0f64); found.sizes.len()];
-        for (index, &label) in found.labels.iter().enumerate() {
-            if let Some(place) = (label as usize).checked_sub(1) {
-                let deeper = |depth: f64| depth.max(sign * values[index]);
-                depth[place] = depth[place].filter(|_| !is_open(index)).map(deeper);
-            }
-        }
-        depth
-    };
-    let parts = depths_of(1.0, Adjacency::Edges, &|_| false);
-    let holes = depths_of(-1.0, Adjacency::Corners, &|index| on_border(grid, index));
-    let count = |found: &[Option<f64>], least: f64| {
-        let depths = found.iter().flatten();
-        depths.filter(|depth| **depth >= least).count()
-    };
-    depths.map(|least| [count(&parts, least), count(&holes, least)])
-}
-
 /// The share of the outermost layer of nodes that lies in the object `{field > level}`: 0 for an
 /// object that does not touch the border of the box, 1 for one that surrounds the rest of it.
 pub fn border_share<const D: usize>(field: &Field<f64, D, 1>, level: f64) -> f64 {
@@ -90,7 +36,7 @@ pub fn border_share_of<const D: usize>(grid: &Grid<D>, inside: &dyn Fn(usize) ->
     object as f64 / all as f64
 }
 
-fn on_border<const D: usize>(grid: &Grid<D>, index: usize) -> bool {
+pub(crate) fn on_border<const D: usize>(grid: &Grid<D>, index: usize) -> bool {
     let (node, n_nodes) = (grid.node(index), grid.nodes_per_axis());
     (0..D).any(|k| node[k] == 0 || node[k] + 1 == n_nodes[k])
 }

@@ -30,6 +30,7 @@ mod pseudonormal;
 mod quad;
 mod search;
 mod surface;
+pub mod topology;
 mod vector;
 pub mod verdict;
 

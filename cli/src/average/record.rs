@@ -133,12 +133,7 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, target: &Path) -> 
     let mut summary = Summary::new(record, "average.png", title);
     summary.law(&params.law);
     let energy = &found.result.energy;
-    let mismatch: f64 = energy.mismatch.iter().sum::<f64>() / energy.mismatch.len() as f64;
-    let (mismatch, length) = (
-        params.mismatch_weight * mismatch,
-        params.resolved_length_weight() * energy.length,
-    );
-    let (total, elastic) = (energy.total, energy.total - mismatch - length);
+    let (total, [elastic, mismatch, length]) = (energy.total, energy.parts);
     summary.line(
         "energy",
         format!(

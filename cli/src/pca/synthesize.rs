@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use fe_grid::{VectorField, certify_within};
-use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour};
+use levelset::topology::Topology;
+use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, share_outside};
 use shape_pca::{
     Compound, Finite, FiniteReport, Mahalanobis, Variation, memory_estimate_of_response,
 };
@@ -127,7 +128,9 @@ impl Command for SynthesizeConfig {
         for (label, (part, _)) in labels.iter().zip(&parts) {
             place.write(directory, &format!("shape_label_{label}"), part)?;
         }
-        let record = record(outcome, self, [&shape, &outline], session.start)?;
+        let before = ContourDistance::new(&outline).map_err(shown)?;
+        let topologies = [&level_set, &before.sample(*object.grid())].map(Topology::of);
+        let record = record(outcome, self, [&shape, &outline], topologies, session.start)?;
         record.write(directory)?;
         Ok(summary(&record))
     }
@@ -153,6 +156,7 @@ fn record<const D: usize>(
     outcome: &Outcome<D>,
     config: &SynthesizeConfig,
     [shape, average]: [&Contour<D>; 2],
+    [own, before]: [Topology; 2],
     start: Instant,
 ) -> Result<SynthesisRecord<D>, CliError> {
     let size = |c: &Contour<D>| Ok::<_, CliError>(Moments::of_contour(c).map_err(shown)?.volume);
@@ -179,6 +183,12 @@ fn record<const D: usize>(
     let doubts = [
         Doubt::check(Cause::NotConverged, f64::from(u8::from(share < 1.0))),
         Doubt::below(Cause::Determinant, certificate.min_det, 0.0),
+        // Parts that lie on each other have holes where they do.
+        Doubt::check(Cause::Topology, own.differences(&before) as f64),
+        Doubt::check(
+            Cause::OutsideBox,
+            share_outside(shape, &grid).map_err(shown)?,
+        ),
         of_source(&outcome.stored.doubts),
     ];
     let doubts: Vec<Doubt> = doubts.into_iter().flatten().collect();

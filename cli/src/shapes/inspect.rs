@@ -2,7 +2,8 @@
 //! resolution that the grid has.
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::inspect::{PartsAndHoles, border_share_of, narrow_gap_share, specks_of, thin_share};
+use levelset::inspect::{border_share_of, narrow_gap_share, specks_of, thin_share};
+use levelset::topology::Topology;
 use levelset::{Cause, Contour, Doubt, signed_distance};
 use shape_average::align::{mismatches, reflected_mismatch};
 
@@ -95,10 +96,8 @@ pub(crate) fn add_topologies<const D: usize>(
     let Ok(average) = signed_distance(average, 0.5) else {
         return;
     };
-    let average = PartsAndHoles::of(&average);
-    let others = parallel::map(distances, &|own| {
-        PartsAndHoles::of(own).differences(&average)
-    });
+    let average = Topology::of(&average);
+    let others = parallel::map(distances, &|own| Topology::of(own).differences(&average));
     for (input, others) in inputs.iter_mut().zip(others) {
         let doubt = Doubt::check(Cause::Topology, others as f64);
         input.doubts.extend(doubt);

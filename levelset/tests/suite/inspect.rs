@@ -1,10 +1,8 @@
 //! Inspection of single shapes: contact with the border, specks, thin parts, narrow gaps.
 
 use fe_grid::{Field, Grid};
-use levelset::inspect::{
-    PartsAndHoles, border_share, narrow_gap_share, parts_and_holes, specks, thin_share,
-};
-use levelset::{BoxEdge, Contour, contour, signed_distance};
+use levelset::inspect::{border_share, narrow_gap_share, specks, thin_share};
+use levelset::{BoxEdge, Contour, contour};
 use proptest::prelude::*;
 
 use crate::common::{ball, noise};
@@ -193,43 +191,4 @@ fn specks_are_small_and_apart() {
         [(10.0 - (x - 15.0).hypot(y - 15.0)).max(4.0 - (x - 32.0).hypot(y - 32.0))]
     });
     assert_eq!(specks(&pair, 0.0), 0);
-}
-
-/// Two balls, one of them hollow, with a cavity of a radius.
-fn hollow<const D: usize>(grid: Grid<D>, radius: f64) -> Field<f64, D, 1> {
-    let distance = |x: [f64; D], centre: f64| {
-        let square: f64 = (1..D).map(|k| (x[k] - 0.5).powi(2)).sum();
-        (square + (x[0] - centre).powi(2)).sqrt()
-    };
-    let field = Field::from_fn(grid, |x| {
-        let first = (0.2 - distance(x, 0.28)).min(distance(x, 0.28) - radius);
-        [first.max(0.12 - distance(x, 0.75))]
-    });
-    signed_distance(&field, 0.0).unwrap()
-}
-
-fn check_topology<const D: usize>(grid: Grid<D>) {
-    let h = grid.spacing();
-    let whole = hollow(grid, 0.0);
-    let deep = |distance, depth: f64| -> [usize; 2] { parts_and_holes(distance, [depth])[0] };
-    let other_parts_and_holes = |a: &Field<f64, D, 1>, b: &Field<f64, D, 1>| {
-        PartsAndHoles::of(a).differences(&PartsAndHoles::of(b))
-    };
-    assert_eq!(deep(&whole, 2.0 * h), [2, 0]);
-    let ring = hollow(grid, 3.2 * h);
-    assert_eq!(deep(&ring, 2.0 * h), [2, 1]);
-    // Neither the cavity nor the smaller ball is so deep; the first ball is where it is solid.
-    assert_eq!(deep(&whole, 0.15), [1, 0]);
-    assert_eq!(other_parts_and_holes(&whole, &ring), 1);
-    assert_eq!(other_parts_and_holes(&ring, &whole), 1);
-    assert_eq!(other_parts_and_holes(&ring, &hollow(grid, 4.0 * h)), 0);
-    // A cavity too shallow to count is no difference either way.
-    assert_eq!(other_parts_and_holes(&whole, &hollow(grid, 1.5 * h)), 0);
-    assert_eq!(other_parts_and_holes(&ring, &hollow(grid, 1.5 * h)), 0);
-}
-
-#[test]
-fn parts_and_holes_are_counted() {
-    check_topology(Grid::<2>::dyadic(6));
-    check_topology(Grid::<3>::dyadic(6));
 }

@@ -9,3 +9,4 @@ mod heaviside;
 mod inspect;
 mod measures;
 mod surface;
+mod topology;
