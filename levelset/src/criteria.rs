@@ -67,6 +67,8 @@ pub enum Cause {
     EdgeOverlap,
     /// The share of the edges of an image that are no lines.
     SolidEdges,
+    /// How much images differ after they were deformed, relative to before.
+    Spread,
     /// The share of the boundary of an object that does not lie on an edge of its image.
     OffEdges,
     /// The overlap of an object with the true one.
@@ -112,7 +114,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 34] = [
+const CRITERIA: [Criterion; 35] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -375,6 +377,15 @@ const CRITERIA: [Criterion; 34] = [
                  for edges, or the grid does not resolve them, and nothing but the area is matched. Disks on 33 \
                  nodes, hardly wider than their edges, have .16 to .29, slices of brains with the default contrast .65.",
         remedy: "use a larger --contrast or a finer --grid",
+    },
+    Criterion {
+        cause: Cause::Spread,
+        figure: "standard deviation of the deformed images, relative to that of the images as they are",
+        limit: Limit::AtMost(1.0),
+        reason: "Images that correspond to each other differ less after they were deformed onto their average: a \
+                 quarter to seven tenths remains. Where edges of one were matched to other edges of another, they differ \
+                 more, though the edges overlap.",
+        remedy: "leave out images that do not show the same, align them first, or use a finer --grid",
     },
     Criterion {
         cause: Cause::OffEdges,

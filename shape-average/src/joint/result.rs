@@ -90,6 +90,14 @@ pub struct JointResult<const D: usize> {
     pub seconds: f64,
 }
 
+impl<const D: usize> JointResult<D> {
+    /// Returns how much the deformed images differ, relative to the images as they are; zero for equal images.
+    pub fn spread_share(&self) -> f64 {
+        let [before, after] = [&self.images, &self.pushed].map(|images| spread(images));
+        if before > 0.0 { after / before } else { 0.0 }
+    }
+}
+
 /// Computes the square root of the variance of some fields about their mean, averaged over the
 /// nodes; a measure of how much images differ. Returns zero for an empty slice.
 pub fn spread<const D: usize>(fields: &[ScalarField<f64, D>]) -> f64 {
