@@ -45,6 +45,8 @@ pub enum Cause {
     PathParts,
     /// The overlap of a deformed shape, of which a part is hidden, with all that is visible of the other.
     HiddenPart,
+    /// The part of an average that no shape shows.
+    Unseen,
     /// The part of a shape that lies outside of the box of its grid.
     OutsideBox,
     /// The difference of the distances in the two directions.
@@ -75,6 +77,8 @@ pub enum Cause {
     Truth,
     /// The fall of the energy along the direction of least curvature.
     Saddle,
+    /// The distance of a shape from the modes that its scores and its p-value are of.
+    Residual,
     /// Doubts about the result that this one is computed from.
     Source,
 }
@@ -114,7 +118,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 35] = [
+const CRITERIA: [Criterion; 37] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -287,6 +291,14 @@ const CRITERIA: [Criterion; 35] = [
         remedy: "use --domain better, which deforms the shape that is visible everywhere, or --form level-sets",
     },
     Criterion {
+        cause: Cause::Unseen,
+        figure: "share of the average at which no shape is visible",
+        limit: Limit::AtMost(0.01),
+        reason: "Where all shapes are hidden nothing is known of the average: its boundary there is that of least \
+                 energy. A hundredth is what masks differ by at their edges.",
+        remedy: "add a shape that shows this part, or do not use it",
+    },
+    Criterion {
         cause: Cause::OutsideBox,
         figure: "share of the area or volume of a shape that lies outside of the box of the grid",
         limit: Limit::AtMost(1e-6),
@@ -410,6 +422,17 @@ const CRITERIA: [Criterion; 35] = [
         reason: "At a minimum the energy falls along no direction by more than the hundredth that the \
                  minimiser may leave.",
         remedy: "use more --starts, which leave a symmetric state, or decrease --tolerance",
+    },
+    Criterion {
+        cause: Cause::Residual,
+        figure: "distance of the shape from the modes, relative to that of the training shapes from the modes of the \
+                 others",
+        limit: Limit::AtMost(4.0),
+        reason: "Scores and p-values tell of what the modes span, and nothing of the rest. Of nine training shapes \
+                 none is farther than three times the root mean square. A tenth of the deformation or less is not \
+                 doubtful at any distance.",
+        remedy: "look at the picture whether the shape is of the population, and is not reflected; or compute the modes \
+                 of more shapes",
     },
     Criterion {
         cause: Cause::Source,

@@ -13,13 +13,14 @@ const RESOLVED_SHARE: f64 = 5e-5;
 
 impl<const D: usize> AverageResult<D> {
     /// Returns the doubts about an average that was computed with these parameters: levels that did
-    /// not converge, an energy too far above the minimum, a determinant at its lower bound, and
-    /// shapes, or components of them, that are not deformed onto the average.
+    /// not converge, an energy too far above the minimum, a determinant at its lower bound, an average of
+    /// which no shape shows a part, and shapes, or components of them, that are not deformed onto the average.
     pub fn doubts(&self, params: &AverageParams) -> Vec<Doubt> {
         let whole = [
             not_converged(unconverged(&self.levels), self.status),
             self.remaining(),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
+            Doubt::check(Cause::Unseen, self.unseen_share()),
         ];
         let shapes = self.mismatched(&self.dice, &self.hausdorff);
         let parts = self.components.iter().enumerate().flat_map(|(c, part)| {

@@ -11,7 +11,7 @@ use levelset::{BoxEdge, Contour, Hausdorff, LevelsetError, contour, dice_within,
 /// If the visible shapes at a point have less total weight than this, all shapes are counted.
 const LEAST_VOTE: f64 = 1e-3;
 /// Threshold of the visibility mask above which a point counts as visible.
-const SEEN: f64 = 0.5;
+pub(crate) const SEEN: f64 = 0.5;
 
 /// A distance that none is: one of the two shapes has no boundary.
 const NO_BOUNDARY: f64 = -1.0;

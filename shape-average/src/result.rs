@@ -4,7 +4,7 @@ use crate::collect::collected;
 use crate::energy::Energy;
 use crate::error::AverageError;
 use crate::level::LevelShapes;
-use crate::pushed::{Common, Pushed};
+use crate::pushed::{Common, Pushed, SEEN};
 use crate::shapes::Shapes;
 use fe_grid::minimise::{Evaluations, Status};
 use fe_grid::{Buffer, Certificate, Distribution, Field, Grid, ScalarField, certify, parallel};
@@ -216,6 +216,20 @@ impl<const D: usize> AverageResult<D> {
     /// Returns the number of evaluations of one shape's energy on all levels.
     pub fn shape_evaluations(&self) -> usize {
         self.levels.iter().map(|l| l.shape_evaluations).sum()
+    }
+
+    /// Returns the share of the average object at which no shape is visible; zero if all are fully visible.
+    pub fn unseen_share(&self) -> f64 {
+        if self.pushed_visibility.is_empty() {
+            return 0.0;
+        }
+        let mask = self.average_mask.as_slice();
+        let is_seen = |node: usize| {
+            let mut masks = self.pushed_visibility.iter();
+            masks.any(|seen| seen.as_slice()[node] > SEEN)
+        };
+        let inside = || (0..mask.len()).filter(|node| mask[*node] > 0.5);
+        inside().filter(|node| !is_seen(*node)).count() as f64 / inside().count().max(1) as f64
     }
 
     /// Returns the mean Dice overlap.

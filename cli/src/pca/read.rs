@@ -223,6 +223,15 @@ struct StoredModes {
     /// Whether the average was continued.
     #[serde(default)]
     continuation: Option<StoredContinuation>,
+    #[serde(default)]
+    quality: Option<StoredQuality>,
+}
+
+/// The quality of the modes.
+#[derive(Clone, Debug, Deserialize)]
+struct StoredQuality {
+    #[serde(default)]
+    generalisation: Vec<f64>,
 }
 
 /// The record of the continuation of an average.
@@ -237,6 +246,8 @@ pub(crate) struct StoredPca<const D: usize> {
     pub average: StoredAverage<D>,
     /// Its modes.
     pub space: ModeSpace<D>,
+    /// Root mean square of the distances of training shapes from the modes of the others, all of them.
+    pub left_out_error: Option<f64>,
     /// The doubts about them.
     pub doubts: Vec<DoubtRecord>,
 }
@@ -315,9 +326,11 @@ fn stored_pca<const D: usize>(
         fields: found,
         n_shapes: average.average.n_shapes(),
     };
+    let quality = modes.quality.as_ref();
     Ok(StoredPca {
         average,
         space,
+        left_out_error: quality.and_then(|quality| quality.generalisation.last().copied()),
         doubts,
     })
 }

@@ -160,13 +160,15 @@ impl Moved {
     /// The file that was written, and for how much of it the map has no exact inverse.
     pub(super) fn line(&self, output: &Path) -> (String, String) {
         let name = output.join(&self.name).display().to_string();
-        let rest = match self.inexact {
+        let remark = |count: usize, what: &str| match count {
             0 => String::new(),
-            inexact => format!(
-                " ({inexact} of {} {} have no exact place there)",
-                self.count, self.unit
-            ),
+            _ => format!(" ({count} of {} {} {what})", self.count, self.unit),
         };
-        (name, rest)
+        let inexact = remark(self.inexact, "have no exact place there");
+        let outside = remark(
+            self.outside,
+            "lie outside of the box of the grid, and are displaced as the nearest point of its faces",
+        );
+        (name, inexact + &outside)
     }
 }

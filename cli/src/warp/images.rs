@@ -57,6 +57,8 @@ pub(super) fn carried_image(
         count: target.count(),
         pictures: Some(pictures),
         inexact: found.inexact,
+        // Images reach beyond their objects as a rule.
+        outside: 0,
     })
 }
 

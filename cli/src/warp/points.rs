@@ -22,6 +22,8 @@ pub(super) struct Moved {
     pub unit: &'static str,
     pub count: usize,
     pub inexact: usize,
+    /// How many lie outside of the box of the grid, where deformations are not computed.
+    pub outside: usize,
     /// Pictures of it before and after, if it can be shown.
     pub pictures: Option<Pair>,
 }
@@ -32,6 +34,7 @@ struct Mover<'a> {
     small: f64,
     count: usize,
     inexact: usize,
+    outside: usize,
 }
 
 /// Points that are shown in pictures.
@@ -44,6 +47,7 @@ impl<'a> Mover<'a> {
             small: stored.small(),
             count: 0,
             inexact: 0,
+            outside: 0,
         }
     }
 
@@ -51,6 +55,7 @@ impl<'a> Mover<'a> {
         let found = self.map.point(position);
         self.count += 1;
         self.inexact += usize::from(found.defect > self.small);
+        self.outside += usize::from(found.outside > self.small);
         found.position
     }
 
@@ -62,6 +67,7 @@ impl<'a> Mover<'a> {
             unit: "points",
             count: self.count,
             inexact: self.inexact,
+            outside: self.outside,
         }
     }
 }

@@ -54,6 +54,8 @@ struct Carried<'a> {
     count: usize,
     /// Those of them for which the deformation has no exact inverse.
     inexact: usize,
+    /// Points outside of the box of the grid, where deformations are those of the nearest point of its faces.
+    outside: usize,
 }
 
 /// The doubts about the result that files were carried by.
@@ -94,6 +96,7 @@ pub(super) fn record<'a, const D: usize>(
         what: moved.what,
         count: moved.count,
         inexact: moved.inexact,
+        outside: moved.outside,
     });
     let body = Body {
         carried: carried.collect(),

@@ -27,6 +27,9 @@ pub(super) struct Leg<const D: usize> {
 pub(crate) struct Found {
     pub position: [f64; 3],
     pub defect: f64,
+    /// How far from the box it was on the way. Beyond the box a displacement is that of the nearest point of its
+    /// faces.
+    pub outside: f64,
 }
 
 /// From the coordinates of one file to those of another, by way of the box.
@@ -59,6 +62,13 @@ impl<const D: usize> Leg<D> {
             displacement: Arc::clone(&self.displacement),
             guess,
         }
+    }
+
+    /// How far a point lies outside of the box.
+    fn distance_from_box(&self, unit: [f64; D]) -> f64 {
+        let ends = self.displacement.grid().extent();
+        let beyond = (0..D).map(|k| (unit[k] - unit[k].clamp(0.0, ends[k])).powi(2));
+        beyond.sum::<f64>().sqrt()
     }
 
     /// Where a point of the box goes, and the defect.
@@ -117,8 +127,9 @@ impl<const D: usize> Route<D> {
 
     fn point(&self, position: [f64; 3]) -> Found {
         let mut unit = self.from.unit(position);
-        let mut defect = 0.0;
+        let (mut defect, mut outside) = (0.0, 0.0);
         for leg in &self.legs {
+            outside = f64::max(outside, leg.distance_from_box(unit));
             let (image, own) = leg.point(unit);
             unit = image;
             defect = f64::max(defect, own);
@@ -126,6 +137,7 @@ impl<const D: usize> Route<D> {
         Found {
             position: self.to.position(unit),
             defect,
+            outside,
         }
     }
 

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use fe_grid::minimise::Memory;
 use fe_grid::{Distribution, Grid};
-use levelset::{Contour, Doubt};
+use levelset::{Cause, Contour, Doubt};
 use shape_average::memory_estimate as memory_of_average;
 use shape_pca::{Scores, memory_estimate};
 
@@ -51,6 +51,8 @@ pub(crate) struct Outcome<const D: usize> {
     /// The labels of the components, if there are several.
     labels: Vec<i64>,
     shapes: Vec<Measured<D>>,
+    /// As [`StoredPca::left_out_error`].
+    left_out_error: Option<f64>,
     /// The doubt about the modes.
     source: Option<Doubt>,
 }
@@ -134,7 +136,11 @@ impl Command for ScoreConfig {
         directory.picture("score.png", || picture(names, shapes))?;
         let (grid, start) = (Some(&outcome.grid), session.start);
         let doubts = shapes.iter().enumerate();
-        let doubts = doubts.flat_map(|(i, shape)| shape.doubts.iter().map(move |d| d.about(i)));
+        let doubts = doubts.flat_map(|(i, shape)| {
+            let beside = doubt_of_residual(&shape.scores, outcome.left_out_error);
+            let doubts = shape.doubts.iter().copied().chain(beside);
+            doubts.map(move |doubt| doubt.about(i))
+        });
         let doubts: Vec<Doubt> = doubts.chain(outcome.source).collect();
         let names = names.iter().map(|name| &**name);
         let doubts = named_by_label(&doubts, names, &outcome.labels);
@@ -157,6 +163,9 @@ fn memory_of_scores<const D: usize>(stored: &StoredPca<D>, n_shapes: usize) -> u
     let found = size_of::<f64>() * grid.n_nodes() * n_shapes * D;
     of_modes + of_one + found as u64
 }
+
+/// Share of a deformation that may lie beside the modes at any distance: that of masks on other grids.
+const EXPLAINED: f64 = 0.1;
 
 impl ScoreConfig {
     /// Measures all shapes, some on each process; the first one has them.
@@ -193,6 +202,7 @@ impl ScoreConfig {
             labels: stored.average.components.iter().map(|c| c.label).collect(),
             names,
             shapes,
+            left_out_error: stored.left_out_error,
             source: of_source(&stored.doubts),
         }))
     }
@@ -270,6 +280,14 @@ fn measure_all<const D: usize>(
         }
     }
     Ok(found.into_iter().collect())
+}
+
+/// The doubt about a shape that the modes do not span, given the distance of the training shapes from the modes of the
+/// others.
+fn doubt_of_residual(scores: &Scores, left_out_error: Option<f64>) -> Option<Doubt> {
+    let error = scores.errors.last()?;
+    let doubt = Doubt::check(Cause::Residual, error / left_out_error?);
+    doubt.filter(|_| scores.residual() > EXPLAINED)
 }
 
 fn placements<const D: usize>(shapes: &[Measured<D>]) -> Placements {
