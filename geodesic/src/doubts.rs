@@ -7,8 +7,8 @@ use levelset::{Cause, Doubt};
 
 impl<const D: usize> Geodesic<D> {
     /// Returns the doubts about the path, computed with these parameters: a minimiser that did not
-    /// converge, a path that does not arrive at the end shape, one that lacks what is hidden, and a determinant at its
-    /// lower bound.
+    /// converge, a path that does not arrive at the end shape, one that arrives with other parts and holes, one that
+    /// lacks what is hidden, and a determinant at its lower bound.
     pub fn doubts(&self, params: &GeodesicParams) -> Vec<Doubt> {
         let ended = f64::from(u8::from(!self.status.converged()));
         // The boundary of a hidden part is unknown.
@@ -17,6 +17,7 @@ impl<const D: usize> Geodesic<D> {
             Doubt::check(Cause::NotConverged, ended),
             Doubt::determinant(self.certificate.min_det, params.min_determinant),
             Doubt::overlap(Cause::PathEnd, self.dice_end, self.gap_end),
+            Doubt::check(Cause::Topology, self.other_topology as f64),
             self.whole_end.and_then(|whole| whole.doubt()),
         ];
         let doubts = doubts.into_iter().flatten();

@@ -17,7 +17,8 @@ use crate::shape::{Known, Shape, check_known, on_grid, union_of};
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::{Certificate, Field, ScalarField, certify_within};
-use levelset::{BoxEdge, contour};
+use levelset::topology::Topology;
+use levelset::{BoxEdge, contour, signed_distance};
 use serde::Serialize;
 
 /// A discrete geodesic: shapes and the deformations between them.
@@ -71,6 +72,10 @@ pub struct Geodesic<const D: usize> {
     /// largest first; paths of one domain and fully visible shapes only.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<Contact>,
+    /// Parts, holes and tunnels that the carried shape or the end shape has and the other one has not, beyond those of
+    /// the contacts; of the same paths.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub other_topology: usize,
     /// Dice overlap of the start shape with the end shape pulled back through all steps, which
     /// decreases with compressed void; the smallest of all components.
     pub dice_pulled: f64,
@@ -318,7 +323,16 @@ pub(crate) fn of_domain<const D: usize>(
         found.energy.step_energies.reverse();
     }
     if found.arrival.is_some() {
-        found.contacts = contacts_of(&from.union(), &to.union(), path)?;
+        let (own, other) = (from.union(), to.union());
+        found.contacts = contacts_of(&own, &other, path)?;
+        let carried = match path.domain {
+            Domain::Start => found.level_sets.last(),
+            Domain::End => found.level_sets.first(),
+        };
+        let changes = carried.map_or(0, |carried| {
+            topology_changes(carried, &on_grid(carried.grid(), &other))
+        });
+        found.other_topology = changes.saturating_sub(found.contacts.len());
     }
     found.motions = motions;
     found.domain = Some(path.domain);
@@ -337,6 +351,24 @@ pub(crate) fn with_deformations<const D: usize>(
     Geodesic {
         backward_motions,
         ..found
+    }
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature that serde calls"
+)]
+fn is_zero(number: &usize) -> bool {
+    *number == 0
+}
+
+/// The number of parts, holes and tunnels that one of two objects has and the other one has not. One without a
+/// boundary is doubted for its overlap.
+fn topology_changes<const D: usize>(a: &ScalarField<f64, D>, b: &ScalarField<f64, D>) -> usize {
+    let of = |u: &ScalarField<f64, D>| signed_distance(u, 0.0).map(|u| Topology::of(&u));
+    match (of(a), of(b)) {
+        (Ok(a), Ok(b)) => a.differences(&b),
+        _ => 0,
     }
 }
 
@@ -460,6 +492,7 @@ impl<const D: usize> Found<D> {
             whole_end: whole,
             arrival,
             contacts: Vec::new(),
+            other_topology: 0,
             dice_pulled: worst(&backwards),
             dice_components: forwards,
             levels: self.levels,

@@ -15,7 +15,7 @@ pub enum Cause {
     Overlap,
     /// The distance of their boundaries.
     BoundaryDistance,
-    /// Parts, holes and tunnels of a shape that the average has not, or the other way round.
+    /// Parts, holes and tunnels of a shape that another has not, which should be equal.
     Topology,
     /// The smallest determinant of a deformation.
     Determinant,
@@ -158,12 +158,13 @@ const CRITERIA: [Criterion; 37] = [
     },
     Criterion {
         cause: Cause::Topology,
-        figure: "parts, holes and tunnels of the shape that the average has not, or the other way round",
+        figure: "parts, holes and tunnels of the shape that the average or the end of the path has not, or the other way \
+                 round",
         limit: Limit::AtMost(0.0),
-        reason: "Deformations keep parts, holes and the tunnels of rings. One of a shape that the average has not was \
+        reason: "Deformations keep parts, holes and the tunnels of rings. One of a shape that the other has not was \
                  squeezed to less than a cell, whatever the overlap. Parts and holes count that are 1.5 spacings deep, \
                  and tunnels that are two spacings wide in matter two spacings thick.",
-        remedy: "use shapes with the same parts and holes, or fill holes",
+        remedy: "use shapes with the same parts and holes, fill holes, or compute paths with --form level-sets",
     },
     Criterion {
         cause: Cause::Determinant,

@@ -54,9 +54,9 @@ const ROUNDS: usize = 2;
 /// The rounds end when no shape is turned by more than this angle, in radians.
 const SETTLED: f64 = 2e-3;
 /// Two minima count as equal, and the smaller rotation is chosen, where their mismatches differ by no more than
-/// `NOISE` and `TIE` times the smaller one, or twice `NOISE`: masks of one ellipsoid with voxels of a tenth to a
-/// fifth of its axes have mismatches of .004 to .03, and its four equal poses differ by up to .001.
-const TIE: f64 = 0.05;
+/// `NOISE` and `TIE` times the smaller one, or twice `NOISE`: masks of one ellipsoid with voxels of a tenth to two
+/// fifths of its axes have mismatches of .004 to .03, and its four equal poses differ by up to .0018.
+const TIE: f64 = 0.15;
 /// See [`TIE`].
 const NOISE: f64 = 1e-3;
 /// Number of numbers of an alignment in 3D.

@@ -54,8 +54,8 @@ fn plan_images<const D: usize>(
         (images, None)
     };
     resolve_law::<D>(&mut config.params.law)?;
-    if config.labels || config.occluded.is_some() {
-        // Components and hidden parts would distort an alignment of the whole shapes.
+    if config.occluded.is_some() {
+        // Hidden parts would distort an alignment of the whole shapes.
         config.masks.align.get_or_insert(Align::None);
     }
     let view = |path: &Option<PathBuf>, option| {
