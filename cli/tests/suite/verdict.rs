@@ -5,7 +5,7 @@ use std::path::Path;
 use levelset::{Cause, Limit};
 use serde_json::Value;
 
-use crate::common::{Place, Results, drawn, grey_png, succeeded};
+use crate::common::{Place, Results, drawn, grey_png, npy_f64, succeeded};
 
 const SIDE: u32 = 64;
 
@@ -464,4 +464,109 @@ fn a_hole_that_the_average_has_not_is_named() {
     for name in ["disk", "other"] {
         assert!(!causes(&results, Some(name)).contains(&topology), "{name}");
     }
+}
+
+/// A disk with a bright spot on its left side and one with a spot on its right side: the spots overlap where they are
+/// pressed together, and nothing else says so.
+#[test]
+fn images_that_differ_more_when_deformed_are_doubtful() {
+    let place = Place::new();
+    for (name, at) in [("left.png", -7.0), ("right.png", 7.0)] {
+        picture(&place, name, |x, y| {
+            0.25 + 0.35 * ellipse([15.0, 15.0], [x, y]) + 0.25 * ellipse([4.0, 4.0], [x - at, y])
+        });
+    }
+    let arguments = [
+        "average",
+        "--joint",
+        "left.png",
+        "right.png",
+        "--grid",
+        "65",
+        "-o",
+        "out",
+    ];
+    let (found, _) = doubtful(&place, &arguments);
+    assert!(
+        causes(&found, None).contains(&"spread".to_owned()),
+        "{}",
+        found.json["doubts"]
+    );
+    assert!(found.number("/spread_after") > found.number("/spread_before"));
+}
+
+/// A ring beside an open one in space: neither has another part or a cavity.
+#[test]
+fn rings_and_open_rings_are_different() {
+    let place = Place::new();
+    let n = 40;
+    let ring = |gap: f64| -> Vec<f64> {
+        let at = |i: usize| i as f64 - 0.5 * (n - 1) as f64;
+        let node = |i: usize| [at(i % n), at(i / n % n), at(i / (n * n))];
+        let inside = |[x, y, z]: [f64; 3]| {
+            let around = x.hypot(y) - 12.0;
+            let open = x > 0.0 && y.abs() < gap;
+            f64::from(u8::from(around.hypot(z) < 4.5 && !open))
+        };
+        (0..n * n * n).map(|i| inside(node(i))).collect()
+    };
+    place.write("ring.npy", &npy_f64(&[n; 3], &ring(0.0)));
+    place.write("open.npy", &npy_f64(&[n; 3], &ring(2.5)));
+    let arguments = [
+        "average", "ring.npy", "open.npy", "--align", "none", "--grid", "33", "-o", "out",
+    ];
+    let (found, _) = doubtful(&place, &arguments);
+    let topology = "topology".to_owned();
+    let named = ["ring", "open"].map(|name| causes(&found, Some(name)).contains(&topology));
+    assert!(named.contains(&true), "{}", found.json["doubts"]);
+}
+
+/// A shape of scores so large that it leaves the box.
+#[test]
+fn synthesized_shapes_stay_in_the_box() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "33");
+    let names: Vec<&str> = inputs.iter().map(String::as_str).collect();
+    let average = [&["average"], &names[..], &["--grid", "33", "-o", "mean"]].concat();
+    succeeded(&place.compute(&average));
+    let modes = ["pca", "mean", "--variation", "displacement", "-o", "modes"];
+    place.compute(&[&modes[..], &["--allow-doubtful"]].concat());
+    let made = |scores: &str, out: &str| {
+        place.compute(&[
+            "synthesize",
+            "modes",
+            "--scores",
+            scores,
+            "-o",
+            out,
+            "--allow-doubtful",
+        ]);
+        causes(&Results::read(&place.path(out)), None)
+    };
+    let outside = "outside_box".to_owned();
+    let far = [made("15", "far"), made("-15", "farther")].concat();
+    assert!(far.contains(&outside), "{far:?}");
+    assert!(!made("1", "near").contains(&outside));
+}
+
+/// The parts of the energy that are printed are those of the record, also where a shape has no weight.
+#[test]
+fn elastic_energies_are_printed_as_they_are() {
+    let place = Place::new();
+    let inputs = drawn(&place, "disks", "2", "33");
+    let names: Vec<&str> = inputs.iter().map(String::as_str).collect();
+    let options = [
+        "--grid",
+        "33",
+        "--weights",
+        "1,0",
+        "--allow-doubtful",
+        "-o",
+        "out",
+    ];
+    let run = place.compute(&[&["average"], &names[..], &options].concat());
+    let found = Results::read(&place.path("out"));
+    let elastic = format!("elastic {:.3e} ", found.numbers("/energy/parts")[0]);
+    let text = String::from_utf8_lossy(&run.stdout);
+    assert!(text.contains(&elastic), "{elastic}: {text}");
 }

@@ -350,3 +350,25 @@ fn summary<const D: usize>(record: &ScoreRecord<D>) -> Summary {
     }
     summary
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_beside_the_modes_are_doubtful() {
+        let doubt = |[first, last]: [f64; 2], left_out: Option<f64>| {
+            let mut scores = Scores::new(&[], first * first, &[], 9);
+            scores.errors.push(last);
+            doubt_of_residual(&scores, left_out)
+        };
+        // A reflected shape: .6 of its deformation lies beside the modes, 24 times as far as that of others.
+        let found = doubt([1.0, 0.6], Some(0.025)).unwrap();
+        assert_eq!(found.cause, Cause::Residual);
+        assert!((found.figure - 24.0).abs() < 1e-9);
+        assert!(doubt([1.0, 0.6], Some(0.2)).is_none());
+        assert!(doubt([1.0, 0.09], Some(1e-3)).is_none());
+        // Modes of a version that did not measure it.
+        assert!(doubt([1.0, 0.6], None).is_none());
+    }
+}
