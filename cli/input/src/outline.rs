@@ -2,9 +2,9 @@
 //!
 //! The samples of such a mask serve where something is asked of samples: whether the object touches
 //! the border, how many pieces it has, and where volumes are written. Distances are those to the
-//! exact boundary, whatever the grid. Where the outline or surface crosses itself, so that parts of it
+//! exact boundary, whatever the grid. Where a surface crosses itself, so that parts of it
 //! lie inside the object, the boundary is that of the samples instead; their values then rise linearly with the
-//! distance, so that it is accurate to second order in the spacing.
+//! distance, so that it is accurate to second order in the spacing. Outlines are [resolved](super::resolve) before.
 
 use std::path::Path;
 
@@ -22,9 +22,19 @@ const AROUND: usize = 3;
 /// Segments of which each is asked what lies to its sides.
 const MOST_SEGMENTS: usize = 20_000;
 
+/// Where the boundary of an object is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// From the contours, if they are the boundary as far as the samples tell.
+    Contours,
+    /// From the samples: parts of the contours lie inside.
+    Samples,
+}
+
 /// What closed contours enclose, as a mask.
 pub(crate) fn into_image<const D: usize>(
     filled: &Filled<D>,
+    source: Source,
     path: &Path,
 ) -> Result<Image<D>, InputError> {
     let whole = filled.whole();
@@ -54,7 +64,10 @@ pub(crate) fn into_image<const D: usize>(
         outline: None,
         remark: None,
     };
-    let exact = exact(&whole, filled, &covered, &samples);
+    let exact = match source {
+        Source::Contours => exact(&whole, filled, &covered, &samples),
+        Source::Samples => None,
+    };
     if let Some(exact) = exact {
         let inside = covered.inside.iter().map(|&is_inside| u8::from(is_inside));
         image.values = inside.collect::<Vec<u8>>().into();
