@@ -425,6 +425,20 @@ fn outlines_with_a_common_edge_have_no_slit() {
         let length = image.spacing[0] * outline.perimeter();
         assert!((length - 180.0).abs() < 1e-9, "{length}");
     }
+    // A ring of two circles of arcs whose ends differ by rounding.
+    let circle = |r: u32| format!("M-{r} 0A{r} {r} 0 1 0 {r} 0A{r} {r} 0 1 0-{r} 0Z");
+    for turn in 0..90 {
+        let place = format!("translate(50 50) rotate({turn}) scale(2 1)");
+        let path = format!(
+            "<path fill-rule='evenodd' d='{}{}'/>",
+            circle(15),
+            circle(5)
+        );
+        let ring = format!("<svg><g transform='{place}'>{path}</g></svg>");
+        let (_, area) = flat(&ring, "ring.svg");
+        let share = area / (400.0 * std::f64::consts::PI);
+        assert!((0.999..1.0001).contains(&share), "{turn}: {share}");
+    }
 }
 
 /// Blocks that touch in a part of a face, or overlap by less than a sample, are one object without a wall inside.
