@@ -7,9 +7,17 @@ use levelset::Contour;
 use super::curves::{self, is_outline};
 use super::filled::Filled;
 use super::mesh::{self, Fault, MAX_TRIANGLES, Mended, Mesh, is_mesh};
-use super::outline::into_image;
+use super::outline::{Source, into_image};
+use super::resolve::{Resolved, resolved};
 use super::winding::Fill;
-use super::{AnyImage, InputError, bytes_of, extension_of};
+use super::{AnyImage, Image, InputError, bytes_of, extension_of, reserve};
+
+/// Bytes for each segment while curves are compared.
+const SEGMENT: u64 = 400;
+/// Bytes for each triangle while these are compared.
+const TRIANGLE: u64 = 100;
+/// Faces inside of an object count from the square of this share of its length on: the side of a face of a sample.
+const SEAM: f64 = 1.0 / 128.0;
 
 /// Whether files with this extension, in small letters, hold surfaces or outlines.
 pub(crate) fn is_exact(extension: &str) -> bool {
@@ -66,7 +74,7 @@ pub(crate) fn decode_image(
 ) -> Result<AnyImage, InputError> {
     if is_outline(extension) {
         let filled = curves::decode(bytes, extension).map_err(malformed(path))?;
-        return Ok(AnyImage::D2(into_image(&filled, path)?));
+        return Ok(AnyImage::D2(outlined(&filled, path)?));
     }
     let mesh = triangles(bytes, path, extension)?;
     let Mended {
@@ -76,7 +84,8 @@ pub(crate) fn decode_image(
     } = mesh::mended(mesh).map_err(|fault| unfit(fault, path))?;
     let contour = Contour::new(points, triangles)
         .map_err(|error| malformed(path)(("surface", error.to_string())))?;
-    let mut image = into_image(&Filled::of_one(contour, Fill::NonZero), path)?;
+    let (source, seams) = source_of(&contour, path)?;
+    let mut image = into_image(&Filled::of_one(contour, Fill::NonZero), source, path)?;
     let h = image.spacing[0];
     let row = |k: usize| {
         let mut row = [0.0, 0.0, 0.0, image.origin[k]];
@@ -84,8 +93,43 @@ pub(crate) fn decode_image(
         row
     };
     image.affine = Some([row(0), row(1), row(2)]);
-    image.remark = remark;
+    let remarks: Vec<String> = remark.into_iter().chain(seams).collect();
+    image.remark = (!remarks.is_empty()).then(|| remarks.join(", "));
     Ok(AnyImage::D3(image))
+}
+
+/// Where the boundary of what a closed surface encloses is taken from, with a remark where it is not the surface.
+fn source_of(contour: &Contour<3>, path: &Path) -> Result<(Source, Option<String>), InputError> {
+    reserve(path, TRIANGLE * contour.simplices().len() as u64, 0)?;
+    let [low, high] = contour.bounds();
+    let longest = (0..3).fold(0.0, |m: f64, k| m.max(high[k] - low[k]));
+    let found = mesh::faces_inside(contour.points(), contour.simplices());
+    let area = found.common.max(found.crossed);
+    if area <= (SEAM * longest).powi(2) {
+        return Ok((Source::Contours, None));
+    }
+    let remark = format!(
+        "faces of {area:.3} square units lie inside, where parts touch or overlap, and are left out: the boundary \
+         is that of samples {:.3} apart; unite the parts in a modelling program for the exact one",
+        SEAM * longest
+    );
+    Ok((Source::Samples, Some(remark)))
+}
+
+/// What closed curves enclose, as a mask.
+fn outlined(filled: &Filled<2>, path: &Path) -> Result<Image<2>, InputError> {
+    reserve(path, SEGMENT * filled.whole().simplices().len() as u64, 0)?;
+    match resolved(filled) {
+        Resolved::Apart => into_image(filled, Source::Contours, path),
+        Resolved::Boundary(contour) if contour.is_empty() => {
+            Err(malformed(path)(("outline", "it encloses no area".into())))
+        }
+        Resolved::Boundary(contour) => {
+            let object = Filled::of_one(contour, Fill::NonZero);
+            into_image(&object, Source::Contours, path)
+        }
+        Resolved::Unknown => into_image(filled, Source::Samples, path),
+    }
 }
 
 fn triangles(bytes: &[u8], path: &Path, extension: &str) -> Result<Mesh, InputError> {

@@ -11,6 +11,7 @@
 
 #![forbid(unsafe_code)]
 
+mod arrangement;
 mod boundary;
 pub mod bytes;
 mod content;
@@ -31,8 +32,10 @@ mod levels;
 mod limits;
 mod mask;
 pub mod memory;
+mod merge;
 mod mesh;
 mod metaimage;
+mod nearby;
 mod nifti;
 mod npy;
 mod nrrd;
@@ -42,6 +45,7 @@ mod packed;
 pub mod place;
 mod raster;
 mod read;
+mod resolve;
 mod sources;
 pub mod terminal;
 mod tiff;

@@ -2,9 +2,9 @@
 //!
 //! The samples of such a mask serve where something is asked of samples: whether the object touches
 //! the border, how many pieces it has, and where volumes are written. Distances are those to the
-//! exact boundary, whatever the grid. Where the outline or surface crosses itself, so that parts of it
+//! exact boundary, whatever the grid. Where a surface crosses itself, so that parts of it
 //! lie inside the object, the boundary is that of the samples instead; their values then rise linearly with the
-//! distance, so that it is accurate to second order in the spacing.
+//! distance, so that it is accurate to second order in the spacing. Outlines are [resolved](super::resolve) before.
 
 use std::path::Path;
 
@@ -22,9 +22,22 @@ const AROUND: usize = 3;
 /// Segments of which each is asked what lies to its sides.
 const MOST_SEGMENTS: usize = 20_000;
 
+/// Segments shorter than this share of the diagonal are what rounding leaves between the ends of a curve.
+const SHORTEST: f64 = 4e-10;
+
+/// Where the boundary of an object is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// From the contours, if they are the boundary as far as the samples tell.
+    Contours,
+    /// From the samples: parts of the contours lie inside.
+    Samples,
+}
+
 /// What closed contours enclose, as a mask.
 pub(crate) fn into_image<const D: usize>(
     filled: &Filled<D>,
+    source: Source,
     path: &Path,
 ) -> Result<Image<D>, InputError> {
     let whole = filled.whole();
@@ -54,7 +67,10 @@ pub(crate) fn into_image<const D: usize>(
         outline: None,
         remark: None,
     };
-    let exact = exact(&whole, filled, &covered, &samples);
+    let exact = match source {
+        Source::Contours => exact(&whole, filled, &covered, &samples),
+        Source::Samples => None,
+    };
     if let Some(exact) = exact {
         let inside = covered.inside.iter().map(|&is_inside| u8::from(is_inside));
         image.values = inside.collect::<Vec<u8>>().into();
@@ -125,20 +141,27 @@ fn exact<const D: usize>(
         let mut parts = filled.parts().iter();
         parts.any(|(contour, fill)| fill.holds(winding_number(contour, p)))
     };
+    let [low, high] = contour.bounds();
+    let squares = (0..D).map(|k| (high[k] - low[k]).powi(2));
+    let shortest = SHORTEST * squares.sum::<f64>().sqrt();
     let sides = |number: usize| {
         let [p, q] = [contour.corners(number)[0], contour.corners(number)[D - 1]];
         let normal = [p[1] - q[1], q[0] - p[0]];
         let step = 1e-6;
-        [step, -step].map(|step| {
-            inside(std::array::from_fn(|k| {
-                0.5 * (p[k] + q[k]) + step * normal[k]
-            }))
+        (contour.size(number) > shortest).then(|| {
+            [step, -step].map(|step| {
+                inside(std::array::from_fn(|k| {
+                    0.5 * (p[k] + q[k]) + step * normal[k]
+                }))
+            })
         })
     };
     let mut turned = Vec::new();
-    for (number, simplex) in contour.simplices().iter().enumerate() {
+    let sides = (0..contour.simplices().len()).map(sides).collect();
+    let sides = with_short_ones(sides, contour.simplices());
+    for (simplex, sides) in contour.simplices().iter().zip(sides) {
         let mut simplex = *simplex;
-        match sides(number) {
+        match sides {
             [true, false] => turned.push(simplex),
             [false, true] => {
                 simplex.swap(0, 1);
@@ -152,6 +175,24 @@ fn exact<const D: usize>(
     let found = winding_numbers(&turned, samples).ok()?;
     let inside = covered.inside.iter().copied().map(i32::from);
     found.into_iter().eq(inside).then_some(turned)
+}
+
+/// What lies to the sides of segments, where it is known of all that are not short: these have the sides of
+/// their neighbours, without which a curve would have a gap.
+fn with_short_ones<const D: usize>(
+    mut sides: Vec<Option<[bool; 2]>>,
+    segments: &[[u32; D]],
+) -> Vec<[bool; 2]> {
+    let follows = |i: usize| segments[i - 1][D - 1] == segments[i][0];
+    for i in (1..segments.len()).filter(|&i| follows(i)) {
+        sides[i] = sides[i].or(sides[i - 1]);
+    }
+    for i in (1..segments.len()).rev().filter(|&i| follows(i)) {
+        sides[i - 1] = sides[i - 1].or(sides[i]);
+    }
+    // A curve of short segments only is a point.
+    let known = |sides: Option<[bool; 2]>| sides.unwrap_or_default();
+    sides.into_iter().map(known).collect()
 }
 
 /// The winding number of an outline about one point.
@@ -207,4 +248,37 @@ fn ramp<const D: usize>(
         LEVEL + 0.25 * side * far.clamp(1e-6, 1.9)
     };
     Ok(fe_grid::parallel::map(&indices, &value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::winding::Fill;
+
+    /// A ring of two curves in one direction, so that one of them is turned, with ends that differ by rounding.
+    #[test]
+    fn segments_of_rounding_are_no_gaps() {
+        let circle = |radius: f64, first: u32| {
+            let mut points: Vec<[f64; 2]> = (0..40)
+                .map(|i| {
+                    let angle = std::f64::consts::TAU * f64::from(i) / 40.0;
+                    [radius * angle.cos(), radius * angle.sin()]
+                })
+                .collect();
+            let end = points[0];
+            points.push([end[0] * (1.0 + f64::EPSILON), end[1]]);
+            points.rotate_left(first as usize);
+            let segments = (0..41).map(|i| [i, (i + 1) % 41]).collect();
+            Contour::new(points, segments).unwrap()
+        };
+        // The short segment is the first one, one between, or the last one of a curve.
+        for first in [40, 17, 0] {
+            let ring = circle(15.0, first).joined(&circle(5.0, first));
+            let filled = Filled::of_one(ring, Fill::EvenOdd);
+            let image = into_image(&filled, Source::Contours, Path::new("ring")).unwrap();
+            let outline = image.outline.unwrap();
+            assert!(outline.is_closed(), "{first}");
+            assert_eq!(outline.simplices().len(), 82);
+        }
+    }
 }

@@ -14,6 +14,10 @@
 //!    ([`FrameRule::Shared`]).
 //! 3. Otherwise each object's bounding box is put into the middle ([`FrameRule::Centred`]).
 //!
+//! Images that are to keep their positions ([`kept_frames`]) are placed by rule 2 in place of rule 3, whatever their
+//! sizes and their distances: sample 0 of all pictures is at one place, and samples are as far apart as their
+//! spacings say; outlines lie where their coordinates say, in which sample 0 of a picture is the origin.
+//!
 //! Grey images, whose object is unknown, are placed as a whole ([`whole_frame`], [`whole_frames`],
 //! [`FrameRule::Whole`]; in the world by [`crate::whole`]).
 //!
@@ -133,14 +137,19 @@ impl<const D: usize> Bounds<D> {
 /// transform from the world to the unit box, which puts the common bounding box of all objects into
 /// the middle.
 pub fn physical_frames<const D: usize>(images: &[Image<D>]) -> Vec<FrameTransform<D>> {
+    common_frames(images, FrameRule::Physical)
+}
+
+/// One transform from the coordinates of all images to the unit box, which puts the common bounding box of all
+/// objects into the middle.
+fn common_frames<const D: usize>(images: &[Image<D>], rule: FrameRule) -> Vec<FrameTransform<D>> {
     let boxes: Vec<Bounds<D>> = images.iter().map(Bounds::of_object).collect();
     let Some(common) = boxes.into_iter().reduce(Bounds::union) else {
         return Vec::new();
     };
     let scale = (1.0 - 2.0 * MARGIN) / common.longest();
-    let physical =
-        |image| FrameTransform::around(image, scale, common.centre(), FrameRule::Physical);
-    images.iter().map(physical).collect()
+    let frame = |image| FrameTransform::around(image, scale, common.centre(), rule);
+    images.iter().map(frame).collect()
 }
 
 /// The transforms that put the bounding box of each object into the middle, with one scale.
@@ -172,12 +181,33 @@ pub fn fit_frames<const D: usize>(
     images: &[Image<D>],
     grid: Option<&Grid<D>>,
 ) -> Vec<FrameTransform<D>> {
-    let nodal = |image: &Image<D>| grid.and_then(|grid| nodal_frame(image, grid));
-    if let Some(frames) = images.iter().map(nodal).collect() {
+    if let Some(frames) = nodal_frames(images, grid) {
         return frames;
     }
     let boxes: Vec<Bounds<D>> = images.iter().map(Bounds::of_object).collect();
     place(images, &boxes)
+}
+
+/// The transforms that keep the positions of images, wherever they lie in the world: one transform from the
+/// coordinates of the samples to the unit box, which puts the common bounding box of all objects into the middle.
+/// Arrays of as many samples as `grid` has nodes hold nodal values, as in [`fit_frames`].
+pub fn kept_frames<const D: usize>(
+    images: &[Image<D>],
+    grid: Option<&Grid<D>>,
+) -> Vec<FrameTransform<D>> {
+    if let Some(frames) = nodal_frames(images, grid) {
+        return frames;
+    }
+    common_frames(images, FrameRule::Shared)
+}
+
+/// The transforms of arrays, if all are of as many samples as a grid has nodes.
+fn nodal_frames<const D: usize>(
+    images: &[Image<D>],
+    grid: Option<&Grid<D>>,
+) -> Option<Vec<FrameTransform<D>>> {
+    let nodal = |image: &Image<D>| grid.and_then(|grid| nodal_frame(image, grid));
+    images.iter().map(nodal).collect()
 }
 
 /// The transform of an array of as many samples as a grid has nodes.
@@ -290,9 +320,9 @@ pub fn nodal_values<const D: usize>(
 }
 
 /// Placement in the unit box of an image that belongs to others on a grid in its middle: `frame` is
-/// that of one of them, `size` its samples. In a shared frame an image of the same lattice keeps its position, in a physical one
-/// any image that has a place in the world, unless it is `moved` later; any other has its object
-/// centred, with the scale of the others times `factor`.
+/// that of one of them, `size` its samples. In a shared frame an image of the same lattice keeps its position, and
+/// one of another lattice unless it is `moved` later; so does in a physical frame any image that has a place in the
+/// world. Any other has its object centred, with the scale of the others times `factor`.
 pub fn frame_like<const D: usize>(
     image: &Image<D>,
     (size, frame): (&[usize], &FrameTransform<D>),
@@ -312,8 +342,14 @@ pub fn frame_like<const D: usize>(
         return frame.for_image(image);
     }
     let same_lattice = image.size == size && frame.has_lattice_of(image);
-    if frame.rule() == FrameRule::Shared && same_lattice && factor == 1.0 {
-        return *frame;
+    if frame.rule() == FrameRule::Shared && factor == 1.0 {
+        if same_lattice {
+            return *frame;
+        }
+        // Coordinates of the world are others than those of samples.
+        if !moved && image.direction.is_none() && !frame.in_world() {
+            return frame.for_image(image);
+        }
     }
     let own = Bounds::of_object(image);
     // Nodal values of the others have the scale of the box.
@@ -450,6 +486,45 @@ mod tests {
         // The common box is 22 samples wide, from edge 4.5 to edge 26.5.
         assert_relative_eq!(frames[0].to_unit([4.5, 7.5])[0], 0.15, epsilon = 1e-14);
         assert_relative_eq!(frames[0].to_unit([26.5, 7.5])[0], 0.85, epsilon = 1e-14);
+    }
+
+    /// Two disks are where their samples are, far from each other, in pictures of two sizes, and in an outline.
+    #[test]
+    fn images_that_keep_their_positions_have_one_origin() {
+        let mut images = [
+            block([40, 30], [1.0; 2], [2, 5], [5, 8]),
+            block([60, 70], [1.0; 2], [52, 60], [55, 63]),
+            block([20, 20], [0.5; 2], [10, 10], [13, 13]),
+        ];
+        images[2].origin = [30.0, 1.0];
+        let frames = kept_frames(&images, None);
+        // From edge 1.5 to edge 55.5, and from edge 4.5 to edge 63.5.
+        let scale = 0.7 / 59.0;
+        for (frame, image) in frames.iter().zip(&images) {
+            assert_eq!(frame.rule(), FrameRule::Shared);
+            for sample in [[0.0, 0.0], [3.0, 19.0]] {
+                let unit = frame.to_unit(sample);
+                for (k, middle) in [28.5, 34.0].into_iter().enumerate() {
+                    let place = sample[k] * image.spacing[k] + image.origin[k];
+                    let expected = 0.5 + scale * (place - middle);
+                    assert_relative_eq!(unit[k], expected, epsilon = 1e-14);
+                }
+            }
+        }
+        // One more picture lies among them as if it had been there, unless an alignment moves it.
+        let size = images[0].size;
+        let like = |moved| {
+            let others = (&size[..], &frames[0]);
+            frame_like(&images[1], others, &Grid::cube(33), 1.0, moved)
+        };
+        assert_eq!(like(false), frames[1]);
+        assert_eq!(like(true).rule(), FrameRule::Centred);
+        // Where nothing is far from anything the frames are those of every other alignment.
+        let near = [
+            block([40, 30], [1.0; 2], [5, 5], [24, 9]),
+            block([40, 30], [1.0; 2], [7, 6], [26, 10]),
+        ];
+        assert_eq!(kept_frames(&near, None), fit_frames(&near, None));
     }
 
     #[test]

@@ -54,16 +54,14 @@ fn plan_images<const D: usize>(
         (images, None)
     };
     resolve_law::<D>(&mut config.params.law)?;
-    if config.occluded.is_some() {
-        // Hidden parts would distort an alignment of the whole shapes.
-        config.masks.align.get_or_insert(Align::None);
-    }
+    // Hidden parts would distort an alignment of the whole shapes.
+    let align = config.occluded.is_some().then_some(Align::None);
     let view = |path: &Option<PathBuf>, option| {
         let path = path.as_deref();
         path.map(|path| read_view(path, sources, option))
             .transpose()
     };
-    let mut placed = Placed::new(images, &mut config.masks)?;
+    let mut placed = Placed::by_default(images, &mut config.masks, align)?;
     let ends = [config.start.clone(), config.end.clone()];
     placed.lead(&ends, config.like.as_deref())?;
     let views = [

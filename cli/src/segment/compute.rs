@@ -1,7 +1,7 @@
 //! Computes edges and objects of images.
 
-use fe_grid::ScalarField;
-use levelset::inspect::border_share;
+use fe_grid::{Grid, ScalarField};
+use levelset::inspect::{border_share, border_share_of};
 use levelset::{
     BoxEdge, Cause, Contour, Doubt, contour, hausdorff, largest_component, signed_distance,
 };
@@ -35,11 +35,21 @@ impl<const D: usize> Found<D> {
         if let Some(object) = &self.object {
             doubts.extend(Doubt::check(Cause::OffEdges, object.off_edges));
             let share = border_share(&object.level_set, 0.0);
-            doubts.extend(Doubt::check(Cause::Background, share));
+            let background = Doubt::check(Cause::Background, share);
+            doubts.extend(background.or_else(|| self.doubt_of_border(object)));
             let dice = object.truth.as_ref().map(|truth| truth.dice);
             doubts.extend(dice.and_then(|dice| Doubt::check(Cause::Truth, dice)));
         }
         doubts
+    }
+
+    /// The doubt about an object that is cut off, as other commands have it of its mask.
+    fn doubt_of_border(&self, object: &FoundObject<D>) -> Option<Doubt> {
+        let samples = Grid::with_nodes(self.placed.image.size, 1.0)
+            // Images that were read have at least two samples along every axis.
+            .expect("a grid of the samples");
+        let share = border_share_of(&samples, &|index| object.mask[index]);
+        Doubt::check(Cause::Border, share)
     }
 }
 

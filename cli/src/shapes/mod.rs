@@ -33,7 +33,7 @@ use crate::progress::Progress;
 use align::{Alignment, align, inspect_unaligned};
 use shapespace_input::frame::{FrameRule, FrameTransform};
 use shapespace_input::lattice::Lattice;
-use shapespace_input::place::{are_near, centred_frames, fit_frames, physical_frames};
+use shapespace_input::place::{are_near, centred_frames, fit_frames, kept_frames, physical_frames};
 use shapespace_input::{Image, LEVEL, boundary};
 use size::equalise;
 
@@ -76,31 +76,53 @@ impl<const D: usize> Placed<D> {
     /// # Errors
     /// [`CliError::Option`] for a grid that does not exist.
     pub fn new(images: Vec<Image<D>>, options: &mut MaskOptions) -> Result<Self, CliError> {
+        Self::by_default(images, options, None)
+    }
+
+    /// The same with the alignment of a command where the options state none; without, it depends on the masks.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn by_default(
+        images: Vec<Image<D>>,
+        options: &mut MaskOptions,
+        default: Option<Align>,
+    ) -> Result<Self, CliError> {
         let domain = Domain::new(options)?;
         if let Domain::Cube(nodes) | Domain::Fit(nodes) = domain {
             options.grid = Some(Nodes::Cube(nodes));
         }
         let nodal = domain.nodal();
         let (mut images, frame) = oriented(images, options)?;
-        options.frame = Some(frame);
+        let is_stated = options.align.is_some() || options.frame == Some(Frame::None);
         let size_factors = match options.size {
             Size::Kept => vec![1.0; images.len()],
             Size::Equal => equalise(&mut images),
         };
         let near = frame != Frame::Physical || are_near(&images);
         let align = *options.align.get_or_insert_with(|| {
-            if options.size == Size::Kept && near && have_common_coordinates(&images, nodal) {
-                Align::None
-            } else {
-                Align::Rigid
-            }
+            let common = || have_common_coordinates(&images, nodal);
+            default.unwrap_or_else(|| {
+                if options.size == Size::Kept && near && common() {
+                    Align::None
+                } else {
+                    Align::Rigid
+                }
+            })
         });
+        // Shapes of equal size have no positions.
+        let keeps = is_stated && align == Align::None && options.size == Size::Kept;
         let frames = match frame {
             // Shapes that are aligned anyway need no room for their distances.
             Frame::Physical if near || align == Align::None => physical_frames(&images),
             Frame::Physical | Frame::Centred => centred_frames(&images),
+            Frame::None if keeps => kept_frames(&images, nodal.as_ref()),
             Frame::None => fit_frames(&images, nodal.as_ref()),
         };
+        let is_centred = |frame: &FrameTransform<D>| frame.rule() == FrameRule::Centred;
+        // The options are those of this result: without positions, which these masks have not kept.
+        let loses = !is_stated && align == Align::None && frames.iter().all(is_centred);
+        options.frame = Some(if loses { Frame::Centred } else { frame });
         Ok(Self {
             frames,
             images,

@@ -488,7 +488,9 @@ fn options_that_cannot_work_are_refused_before_anything_is_written() {
         ),
         (vec!["--law", "rubber"], ["rubber", "inverse:logdet"]),
         (
-            vec!["thin.npy", "--grid", "9", "--align", "none"],
+            vec![
+                "thin.npy", "--grid", "9", "--frame", "centred", "--align", "none",
+            ],
             ["thin.npy", "--grid"],
         ),
         (vec!["--threads", "0"], ["--threads", "0"]),

@@ -6,7 +6,7 @@ use shapespace_input::place::physical_frames;
 use shapespace_input::{AnyImage, Image, ReadOptions, boundary, decode_image};
 
 use crate::common::solid::{Affine, SOLID, Solid, lattice, nifti_of};
-use crate::common::{Place, Results, npy_f64, succeeded};
+use crate::common::{Place, Results, grey_png, npy_f64, succeeded};
 
 /// The side of a cube of samples of one millimetre that holds the solid.
 const SIDE: usize = 34;
@@ -410,20 +410,84 @@ fn thick_slices_do_not_turn_a_symmetric_object() {
     };
     write("fine.nii", [60, 50, 50], [1.0; 3]);
     write("thick.nii", [60, 50, 9], [1.0, 1.0, 6.0]);
-    let options = [
-        "--align",
-        "rigid",
-        "--grid",
-        "33",
-        "--max-iterations",
-        "1",
-        "-o",
-        "out",
-    ];
+    let options = ["--align", "rigid", "--grid", "33", "-o", "out"];
     place.compute(&[&["average", "fine.nii", "thick.nii"], &options[..]].concat());
     let found = Results::read(&place.path("out"));
     for i in 0..2 {
         let degrees = found.number(&format!("/input/{i}/alignment/angle_degrees"));
         assert!(degrees < 3.0, "{i}: {degrees}");
     }
+}
+
+/// Two pictures of one disk, of which the second is larger and shows it elsewhere.
+fn disks(place: &Place) -> [[f64; 2]; 2] {
+    let (sizes, middles) = ([[60, 40], [80, 50]], [[18.0, 20.0], [55.0, 28.0]]);
+    for (k, name) in ["a.png", "b.png"].into_iter().enumerate() {
+        let [width, height] = sizes[k];
+        let grey = |i: u32| {
+            let place = [f64::from(i % width), f64::from(i / width)];
+            let far = (place[0] - middles[k][0]).hypot(place[1] - middles[k][1]);
+            (255.0 * (10.5 - far).clamp(0.0, 1.0)) as u8
+        };
+        let grey: Vec<u8> = (0..width * height).map(grey).collect();
+        place.write(name, &grey_png(width, height, &grey));
+    }
+    middles
+}
+
+/// The middle of the points of a curve in a table.
+fn middle(path: &std::path::Path) -> [f64; 2] {
+    let text = std::fs::read_to_string(path).unwrap();
+    let rows = text.lines().skip(1).map(|line| {
+        let numbers: Vec<f64> = line.split(',').map(|n| n.parse().unwrap()).collect();
+        [numbers[numbers.len() - 2], numbers[numbers.len() - 1]]
+    });
+    let rows: Vec<[f64; 2]> = rows.collect();
+    [0, 1].map(|k| rows.iter().map(|row| row[k]).sum::<f64>() / rows.len() as f64)
+}
+
+/// Without an alignment objects lie where the pixels say.
+#[test]
+fn pictures_keep_their_positions_without_an_alignment() {
+    let place = Place::new();
+    let [a, b] = disks(&place);
+    let run = |command: &[&str], options: &[&str], out: &str| {
+        let common = ["--grid", "33", "--threads", "1", "-o", out];
+        succeeded(&place.compute(&[command, options, &common].concat()));
+        Results::read(&place.path(out))
+    };
+    let near = |found: [f64; 2], expected: [f64; 2]| {
+        let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
+        // Half a spacing of the grid; each disk moves by seven.
+        assert!(off < 1.3, "{found:?}, not {expected:?}");
+    };
+    let average = ["average", "a.png", "b.png"];
+    let kept = run(&average, &["--align", "none"], "kept");
+    let between = [0, 1].map(|k| 0.5 * (a[k] + b[k]));
+    near(middle(&kept.path("average_outline.csv")), between);
+    // The box around both disks is 37 samples and a diameter of 19 long.
+    let scale = kept.number("/input/0/frame/scale");
+    assert!((scale * 56.0 - 0.7).abs() < 1e-9, "{scale}");
+    assert_eq!(scale, kept.number("/input/1/frame/scale"));
+    let aligned = run(&average, &["--align", "rigid"], "aligned");
+    near(middle(&aligned.path("average_outline.csv")), a);
+    let path = ["geodesic", "a.png", "b.png", "-K", "2"];
+    let kept = run(&path, &["--align", "none"], "path");
+    // What is between costs next to nothing, wherever it is.
+    for (shape, expected) in [("000", a), ("002", b)] {
+        let outline = format!("shape_{shape}_outline.csv");
+        near(middle(&kept.path(&outline)), expected);
+    }
+    // The configuration of a result gives the same one.
+    let config = kept.path("config.toml");
+    let again = [
+        "geodesic",
+        "--config",
+        config.to_str().unwrap(),
+        "-o",
+        "again",
+    ];
+    succeeded(&place.compute(&again));
+    let again = Results::read(&place.path("again"));
+    assert_eq!(again.number("/length"), kept.number("/length"));
 }

@@ -118,6 +118,29 @@ fn a_dark_object_is_found_by_threshold_and_by_its_edges() {
     assert_eq!(results.number("/images/0/regions"), 2.0);
 }
 
+/// A disk that the picture shows in part: the verdict is that of other commands on its mask.
+#[test]
+fn an_object_that_is_cut_off_is_doubtful() {
+    let place = Place::new();
+    for (name, x, is_cut) in [("cut.png", 3, true), ("whole.png", 30, false)] {
+        let disk = |i: i32| (i % 60 - x).pow(2) + (i / 60 - 24).pow(2) < 15 * 15;
+        let grey: Vec<u8> = (0..60 * 48)
+            .map(|i| if disk(i) { 200 } else { 90 })
+            .collect();
+        place.write(name, &grey_png(60, 48, &grey));
+        let run = place.run(&["segment", name, "--grid", "65", "-o", &name[..3]]);
+        assert_eq!(
+            run.status.code(),
+            Some(if is_cut { 3 } else { 0 }),
+            "{name}"
+        );
+        let results = Results::read(&place.path(&name[..3]));
+        let doubts = results.json["doubts"].as_array().unwrap();
+        let causes: Vec<_> = doubts.iter().map(|doubt| &doubt["what"]).collect();
+        assert_eq!(causes, if is_cut { vec!["border"] } else { vec![] });
+    }
+}
+
 #[test]
 fn a_volume_is_segmented() {
     let place = Place::new();

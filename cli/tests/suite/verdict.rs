@@ -483,8 +483,6 @@ fn images_that_differ_more_when_deformed_are_doubtful() {
         "right.png",
         "--grid",
         "65",
-        "-o",
-        "out",
     ];
     let (found, _) = doubtful(&place, &arguments);
     assert!(
@@ -513,7 +511,7 @@ fn rings_and_open_rings_are_different() {
     place.write("ring.npy", &npy_f64(&[n; 3], &ring(0.0)));
     place.write("open.npy", &npy_f64(&[n; 3], &ring(2.5)));
     let arguments = [
-        "average", "ring.npy", "open.npy", "--align", "none", "--grid", "33", "-o", "out",
+        "average", "ring.npy", "open.npy", "--align", "none", "--grid", "33",
     ];
     let (found, _) = doubtful(&place, &arguments);
     let topology = "topology".to_owned();
@@ -530,17 +528,9 @@ fn synthesized_shapes_stay_in_the_box() {
     let average = [&["average"], &names[..], &["--grid", "33", "-o", "mean"]].concat();
     succeeded(&place.compute(&average));
     let modes = ["pca", "mean", "--variation", "displacement", "-o", "modes"];
-    place.compute(&[&modes[..], &["--allow-doubtful"]].concat());
+    place.compute(&modes);
     let made = |scores: &str, out: &str| {
-        place.compute(&[
-            "synthesize",
-            "modes",
-            "--scores",
-            scores,
-            "-o",
-            out,
-            "--allow-doubtful",
-        ]);
+        place.compute(&["synthesize", "modes", "--scores", scores, "-o", out]);
         causes(&Results::read(&place.path(out)), None)
     };
     let outside = "outside_box".to_owned();
@@ -555,15 +545,7 @@ fn elastic_energies_are_printed_as_they_are() {
     let place = Place::new();
     let inputs = drawn(&place, "disks", "2", "33");
     let names: Vec<&str> = inputs.iter().map(String::as_str).collect();
-    let options = [
-        "--grid",
-        "33",
-        "--weights",
-        "1,0",
-        "--allow-doubtful",
-        "-o",
-        "out",
-    ];
+    let options = ["--grid", "33", "--weights", "1,0", "-o", "out"];
     let run = place.compute(&[&["average"], &names[..], &options].concat());
     let found = Results::read(&place.path("out"));
     let elastic = format!("elastic {:.3e} ", found.numbers("/energy/parts")[0]);

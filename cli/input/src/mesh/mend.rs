@@ -8,12 +8,13 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::Mesh;
+use crate::merge::merged;
 
 /// Holes up to this share of the surface's diagonal are closed.
 const SMALL: f64 = 0.1;
 /// Corners nearer to each other than this share of the largest length are one, where edges do not
 /// meet: numbers of single precision have 6e-8.
-const SAME: f64 = 1e-6;
+pub(super) const SAME: f64 = 1e-6;
 /// Least volume, as a share of the cube of the diagonal.
 const LEAST_VOLUME: f64 = 1e-12;
 
@@ -94,43 +95,7 @@ fn diagonal<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> f64 {
 /// Makes one of corners that are equal, or nearer to each other than a distance, the first of them, and
 /// leaves out triangles that have lost a corner.
 fn merge(points: &mut Vec<[f64; 3]>, triangles: &mut Vec<[u32; 3]>, distance: f64) {
-    let mut known: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-    let mut kept: Vec<[f64; 3]> = Vec::new();
-    let cell = |p: &[f64; 3]| {
-        p.map(|x| {
-            if distance > 0.0 {
-                (x / distance).floor() as i64
-            } else {
-                // Adding zero turns -0 into +0.
-                (x + 0.0).to_bits() as i64
-            }
-        })
-    };
-    let reach = i64::from(distance > 0.0);
-    let mut numbers = Vec::with_capacity(points.len());
-    for p in points.iter() {
-        let own = cell(p);
-        let around = (0..27).filter_map(|n: i64| {
-            let step = [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1];
-            (step.iter().all(|s| s.abs() <= reach))
-                .then(|| std::array::from_fn(|k| own[k].wrapping_add(step[k])))
-        });
-        let near = around
-            .filter_map(|cell: [i64; 3]| known.get(&cell))
-            .flatten()
-            .copied()
-            .filter(|&c| {
-                let q = &kept[c as usize];
-                (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>() <= distance * distance
-            })
-            .min();
-        numbers.push(near.unwrap_or_else(|| {
-            let fresh = kept.len() as u32;
-            known.entry(own).or_default().push(fresh);
-            kept.push(*p);
-            fresh
-        }));
-    }
+    let (kept, numbers) = merged(points, distance);
     *points = kept;
     for triangle in triangles.iter_mut() {
         *triangle = triangle.map(|c| numbers[c as usize]);

@@ -8,6 +8,7 @@ mod mend;
 mod obj;
 mod ply;
 mod polygon;
+mod seams;
 mod stl;
 mod text;
 mod vtk;
@@ -15,6 +16,7 @@ mod vtp;
 
 pub(super) use mend::{Fault, Mended, mended};
 use polygon::Polygons;
+pub(super) use seams::faces_inside;
 pub(super) use vtp::point_array;
 
 /// No surface may have more triangles than this.
