@@ -16,6 +16,7 @@ use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::report::word;
 use crate::session::{Command, PlanOf, Session};
+use crate::shapes::{BoundaryRecord, WorldFrame};
 use crate::summary::Summary;
 
 /// A geodesic and its continuation.
@@ -77,8 +78,9 @@ impl Command for ExtendConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = Path::of(parts(outcome)?, &outcome.geodesic.params.law)?;
-        write_path(directory, STEM, &[], &path)?;
-        let record = record(outcome, path, session.start);
+        let inputs = &outcome.geodesic.inputs;
+        let coordinates = write_path(directory, STEM, (&[], inputs), &path)?;
+        let record = record(outcome, path, coordinates, session.start);
         record.write(directory)?;
         Ok(summary(&record))
     }
@@ -126,6 +128,7 @@ fn parts<const D: usize>(outcome: &Outcome<D>) -> Result<Parts<D>, CliError> {
 fn record<const D: usize>(
     outcome: &Outcome<D>,
     path: Path<D>,
+    coordinates: BoundaryRecord,
     start: Instant,
 ) -> ExtensionRecord<'_, D> {
     let extension = &outcome.extension;
@@ -139,13 +142,16 @@ fn record<const D: usize>(
         volumes: path.sizes,
         certificate: extension.certificate,
         equations: &extension.reports,
+        coordinates,
     };
     let grid = outcome.geodesic.grid();
     let status = word(&extension.status());
     let mut doubts = extension.doubts(outcome.steps);
     doubts.extend(of_source(&outcome.geodesic.doubts));
     let doubts = named(&doubts, []);
+    let world = WorldFrame::of_records(&outcome.geodesic.inputs);
     ExtensionRecord::new(status, Some(grid), &outcome.config, extended, doubts, start)
+        .within(world.as_ref())
 }
 
 fn summary<const D: usize>(record: &ExtensionRecord<'_, D>) -> Summary {

@@ -39,8 +39,10 @@ pub(crate) struct StoredGeodesic<const D: usize> {
     pub names: [String; 2],
     /// Parameters of the geodesic.
     pub params: GeodesicParams,
-    /// Path of the start mask.
+    /// The start mask.
     pub frame: Placement<D>,
+    /// Start and end.
+    pub inputs: Vec<InputRecord<D>>,
 }
 
 /// Placement of the start mask in the unit box.
@@ -103,21 +105,24 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
     if level_sets.iter().any(|u| *u.grid() != grid) {
         return Err(unfit(directory, "its shapes lie on different grids".into()));
     }
+    let names = [start, end].map(|input| input.name.clone());
+    let frame = frame(start).ok_or_else(|| {
+        unfit(
+            directory,
+            "it does not state the placement of its start".into(),
+        )
+    })?;
     Ok(StoredGeodesic {
         level_sets,
         displacements,
         motions,
         energies,
         doubts: record.doubts,
-        names: [start, end].map(|input| input.name.clone()),
+        names,
         // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },
-        frame: frame(start).ok_or_else(|| {
-            unfit(
-                directory,
-                "it does not state the placement of its start".into(),
-            )
-        })?,
+        frame,
+        inputs: record.input,
     })
 }
 

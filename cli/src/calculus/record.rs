@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::args::{ExtendConfig, TransportConfig};
 use crate::report::Record;
+use crate::shapes::BoundaryRecord;
 
 /// The contents of `result.json` of `shapespace extend`.
 pub(super) type ExtensionRecord<'a, const D: usize> = Record<ExtendConfig, Extended<'a>, D>;
@@ -29,6 +30,9 @@ pub(super) struct Extended<'a> {
     pub volumes: Vec<f64>,
     pub certificate: Certificate,
     pub equations: &'a [SolveReport],
+    /// The coordinates of the boundaries that are written: those of the geodesic.
+    #[serde(flatten)]
+    pub coordinates: BoundaryRecord,
 }
 
 /// The contents of `result.json` of `shapespace transport`.
@@ -54,4 +58,7 @@ pub(super) struct Transported<'a> {
     pub certificate: Certificate,
     /// For the rungs, then for the path to the counterpart.
     pub equations: &'a [SolveReport],
+    /// As of an extension.
+    #[serde(flatten)]
+    pub coordinates: BoundaryRecord,
 }

@@ -28,7 +28,9 @@ use crate::memory::announce;
 use crate::output::ResultDir;
 use crate::report::word;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{inspect_mask, inspect_resolution, labels, place_like};
+use crate::shapes::{
+    BoundaryRecord, WorldFrame, inspect_mask, inspect_resolution, labels, place_like,
+};
 use crate::summary::Summary;
 use shapespace_input::dimension::per_dimension;
 use shapespace_input::{Image, ReadOptions};
@@ -119,7 +121,8 @@ impl Command for TransportConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = self.path(outcome)?;
-        write_path(directory, STEM, &[], &path)?;
+        let inputs = &outcome.geodesic.inputs;
+        let coordinates = write_path(directory, STEM, (&[], inputs), &path)?;
         let variation = &outcome.variation;
         let end = &outcome.counterpart.velocity;
         for (place, velocity) in [("start", &variation.velocity), ("end", end)] {
@@ -134,7 +137,7 @@ impl Command for TransportConfig {
         let names = [first_name, last_name, self.name(), counterpart_name];
         let tiles: Vec<_> = ends.into_iter().zip([0, 0, 1, 1].map(colour)).collect();
         directory.picture("analogy.png", || analogy(&names, &portraits(&tiles)))?;
-        let record = record(self, outcome, &path, &first, session.start)?;
+        let record = record(self, outcome, &path, (&first, coordinates), session.start)?;
         record.write(directory)?;
         Ok(summary(&record))
     }
@@ -144,7 +147,7 @@ fn record<'a, const D: usize>(
     config: &TransportConfig,
     outcome: &'a Outcome<D>,
     path: &Path<D>,
-    first: &Contour<D>,
+    (first, coordinates): (&Contour<D>, BoundaryRecord),
     start: Instant,
 ) -> Result<TransportRecord<'a, D>, CliError> {
     let (variation, shot) = (&outcome.variation, &outcome.counterpart.shot);
@@ -164,18 +167,15 @@ fn record<'a, const D: usize>(
         step_energies: path.parts.energies.clone(),
         certificate: shot.certificate,
         equations: &outcome.counterpart.reports,
+        coordinates,
     };
     let grid = outcome.geodesic.grid();
     let status = word(&shot.status());
     let doubts = named(&config.doubts(outcome), [&*config.name()]);
-    Ok(TransportRecord::new(
-        status,
-        Some(grid),
-        config,
-        transported,
-        doubts,
-        start,
-    ))
+    Ok(
+        TransportRecord::new(status, Some(grid), config, transported, doubts, start)
+            .within(WorldFrame::of_records(&outcome.geodesic.inputs).as_ref()),
+    )
 }
 
 impl TransportConfig {

@@ -16,7 +16,7 @@ use crate::output::steps::{StepTable, write_steps_plot, write_steps_table};
 use crate::output::vti::VtiFile;
 use crate::output::{ResultDir, numbered};
 use crate::session::Session;
-use crate::shapes::{BoundaryRecord, Input, ResultPlace, WorldFrame};
+use crate::shapes::{BoundaryRecord, Input, InputRecord, ResultPlace, WorldFrame};
 use crate::summary::Summary;
 use crate::warp::{write_shape, write_steps_in_world};
 
@@ -35,7 +35,8 @@ pub(super) fn write_all<const D: usize>(
     session: &Session<'_>,
 ) -> Result<Summary, CliError> {
     let path = Path::new(outcome)?;
-    let coordinates = write_path(directory, STEM, &outcome.inputs, &path)?;
+    let records: Vec<_> = outcome.inputs.iter().map(InputRecord::new).collect();
+    let coordinates = write_path(directory, STEM, (&outcome.inputs, &records), &path)?;
     directory.deformations("psi", 1, &outcome.result.motions)?;
     for (k, components) in outcome.result.components.iter().enumerate() {
         for (i, level_set) in components.iter().enumerate() {
@@ -53,7 +54,7 @@ pub(super) fn write_all<const D: usize>(
 
 /// Writes the files of any path: shapes and steps as arrays, as series, as tables and in pictures,
 /// and the boundaries in the coordinates of the inputs: outlines in 2D, surfaces in 3D, there also volumes and
-/// displacement fields in the world. Pictures and series have the name `stem`. Returns the coordinate systems
+/// displacement fields in the world, if there are inputs and not their records alone. Pictures and series have the name `stem`. Returns the coordinate systems
 /// of the boundaries.
 ///
 /// # Errors
@@ -61,18 +62,18 @@ pub(super) fn write_all<const D: usize>(
 pub(crate) fn write_path<const D: usize>(
     directory: &ResultDir,
     stem: &str,
-    inputs: &[Input<D>],
+    (inputs, records): (&[Input<D>], &[InputRecord<D>]),
     path: &Path<D>,
 ) -> Result<BoundaryRecord, CliError> {
     directory.arrays("shape", 0, &path.parts.level_sets)?;
     directory.deformations("deformation", 1, &path.parts.displacements)?;
-    write_paraview(directory, stem, path, WorldFrame::of_inputs(inputs))?;
+    write_paraview(directory, stem, path, WorldFrame::of_records(records))?;
     write_steps(directory, path)?;
     directory.picture(format!("{stem}.png"), || film(path))?;
     directory.with_file(format!("{stem}.apng"), |file| {
         write_animation(file, &animation(path))
     })?;
-    let place = ResultPlace::of_inputs(inputs);
+    let place = ResultPlace::of_records(records);
     for (k, contour) in path.contours.iter().enumerate() {
         let name = format!("shape_{k:03}");
         place.write_as(directory, &name, &["stl"], contour)?;

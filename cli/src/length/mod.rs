@@ -18,7 +18,7 @@ use crate::memory::announce;
 use crate::options::resolve_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, Placed, doubts_of, settle};
+use crate::shapes::{Input, InputRecord, Placed, doubts_of, settle};
 use crate::summary::Summary;
 use shapespace_input::Image;
 use shapespace_input::dimension::per_dimension;
@@ -108,7 +108,8 @@ impl Command for LengthConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = outcome.path()?;
-        let coordinates = write_path(directory, STEM, &outcome.inputs, &path)?;
+        let records: Vec<_> = outcome.inputs.iter().map(InputRecord::new).collect();
+        let coordinates = write_path(directory, STEM, (&outcome.inputs, &records), &path)?;
         if let (Some(shortest), [first, .., last]) = (&outcome.shortest, &outcome.inputs[..]) {
             let path = Path::of_geodesic([first, last], shortest, &outcome.config.params)?;
             directory.picture("geodesic.png", || film(&path))?;

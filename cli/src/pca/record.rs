@@ -67,6 +67,10 @@ pub(super) struct Analysis<'a> {
     procrustes_distance: Vec<f64>,
     /// Area or volume of the average object.
     object_size: f64,
+    /// Ends of modes that are drawn, and have other parts, holes or tunnels than the average: parts of the moved
+    /// average lie on each other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub crossing_ends: Vec<String>,
     /// The coordinates of the boundaries of the mean and the modes.
     #[serde(flatten)]
     boundaries: BoundaryRecord,
@@ -104,7 +108,7 @@ impl Distances {
 /// The record of a result. The time is measured up to this call.
 pub(super) fn record<'a, const D: usize>(
     outcome: &'a Outcome<D>,
-    object_size: f64,
+    (object_size, crossing_ends): (f64, Vec<String>),
     fits: &[Procrustes<D>],
     start: Instant,
 ) -> PcaRecord<'a, D> {
@@ -135,6 +139,7 @@ pub(super) fn record<'a, const D: usize>(
         procrustes: fits.iter().map(|fit| fit.residual).collect(),
         procrustes_distance: fits.iter().map(|fit| fit.distance).collect(),
         object_size,
+        crossing_ends,
         // Images have no boundaries.
         boundaries: if stored.image.is_some() {
             BoundaryRecord::default()
@@ -177,6 +182,14 @@ pub(super) fn summary<const D: usize>(record: &PcaRecord<'_, D>) -> Summary {
     summary.line("eigenvalues", format!("{first:.4e}, ratios {ratios}"));
     let (name, state) = variation(record);
     summary.line(name, state);
+    if !found.crossing_ends.is_empty() {
+        let ends = found.crossing_ends.join(", ");
+        let remedy = "a smaller --amplitude, or synthesize --nonlinear, keeps them apart";
+        summary.line(
+            "pictures",
+            format!("parts lie on each other in {ends}: {remedy}"),
+        );
+    }
     if let Some(done) = found.continuation.filter(|done| done.continued) {
         let before = 100.0 * done.report.imbalance.first().copied().unwrap_or_default();
         let rounds = done.report.imbalance.len().saturating_sub(1);

@@ -1,7 +1,8 @@
 //! The files of the directory of an analysis.
 
-use fe_grid::VectorField;
-use levelset::{BoxEdge, Contour, Moments, contour};
+use fe_grid::{VectorField, parallel};
+use levelset::topology::Topology;
+use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
 
 use super::command::Outcome;
 use super::components::{displaced, outlines, phase_field_name};
@@ -57,7 +58,7 @@ pub(super) fn write_all<const D: usize>(
     directory.with_file("quality.svg", |path| {
         write_quality(path, &directory.file("quality.csv"), quality)
     })?;
-    let (size, fits) = if let Some(image) = &outcome.stored.image {
+    let (size, crossing, fits) = if let Some(image) = &outcome.stored.image {
         let modes = ImageModes {
             image,
             space: &pca.space,
@@ -66,7 +67,8 @@ pub(super) fn write_all<const D: usize>(
         directory.picture("modes.png", || modes.strip())?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
         // The whole box, without a boundary for comparison.
-        (image.grid().extent().iter().product(), Vec::new())
+        let size = image.grid().extent().iter().product();
+        (size, Vec::new(), Vec::new())
     } else {
         let object = outcome.stored.average.object();
         let outline = &contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
@@ -79,42 +81,53 @@ pub(super) fn write_all<const D: usize>(
         };
         directory.picture("modes.png", || modes.strip())?;
         write_animations(directory, pca.modes.rank(), |j| modes.animation(j))?;
-        write_boundaries(directory, &outcome.stored.place, &modes)?;
+        let crossing = write_boundaries(directory, &outcome.stored.place, &modes)?;
         write_map(directory, outcome, outline)?;
         let size = Moments::of_contour(outline).map_err(shown)?.volume;
-        (size, fits(outcome)?)
+        (size, crossing, fits(outcome)?)
     };
-    let record = record(outcome, size, &fits, session.start);
+    let record = record(outcome, (size, crossing), &fits, session.start);
     directory.with_file("report.md", |path| write_report(path, &record))?;
     record.write(directory)?;
     Ok(summary(&record))
 }
 
-/// The boundaries of the mean and, for every mode, of the shapes with the largest drawn score on both sides of it.
+/// The boundaries of the mean and, for every mode, of the shapes with the largest drawn score on both sides of it;
+/// returns the names of those in pictures that have other parts, holes or tunnels than the mean.
 fn write_boundaries<const D: usize>(
     directory: &ResultDir,
     place: &ResultPlace<D>,
     modes: &DrawnModes<'_, D>,
-) -> Result<(), CliError> {
+) -> Result<Vec<String>, CliError> {
     if !directory.has_files() {
-        return Ok(());
+        return Ok(Vec::new());
     }
-    let write = |name: &str, u: &VectorField<f64, D>| -> Result<(), CliError> {
-        place.write(directory, name, &moved(modes.average, u, -1.0))?;
+    let grid = *modes.space.object.grid();
+    let write = |name: &str, u: &VectorField<f64, D>| -> Result<Contour<D>, CliError> {
+        let whole = moved(modes.average, u, -1.0);
+        place.write(directory, name, &whole)?;
         let parts = displaced(modes.components, u, -1.0);
         for ((label, _), (part, _)) in modes.components.iter().zip(parts) {
             place.write(directory, &format!("{name}_label_{label}"), &part)?;
         }
-        Ok(())
+        Ok(whole)
     };
-    write("mean", &VectorField::zeros(*modes.space.object.grid()))?;
-    for j in 0..modes.space.fields.len() {
-        for (end, sign) in [("minus", -1.0), ("plus", 1.0)] {
-            let u = displacement(modes.space, j, sign * modes.amplitude);
-            write(&format!("{MODE}{j:03}_{end}"), &u)?;
-        }
-    }
-    Ok(())
+    let topology = |shape: &Contour<D>| {
+        let distance = ContourDistance::new(shape).map_err(shown)?;
+        Ok::<_, CliError>(Topology::of(&distance.sample(grid)))
+    };
+    let mean = topology(&write("mean", &VectorField::zeros(grid))?)?;
+    let pictured = animated(modes.space.fields.len());
+    let ends = (0..modes.space.fields.len()).flat_map(|j| [(j, "minus", -1.0), (j, "plus", 1.0)]);
+    let crossing = parallel::try_map(ends, &|(j, end, sign)| {
+        let u = displacement(modes.space, j, sign * modes.amplitude);
+        let shape = write(&format!("{MODE}{j:03}_{end}"), &u)?;
+        let name = format!("mode {j} at {:+} s", sign * modes.amplitude);
+        // Of the modes in `modes.png`.
+        let crosses = j < pictured && topology(&shape)?.differences(&mean) > 0;
+        Ok::<_, CliError>(crosses.then_some(name))
+    });
+    Ok(crossing?.into_iter().flatten().collect())
 }
 
 /// The first modes in motion.

@@ -97,7 +97,16 @@ pub(crate) fn add_topologies<const D: usize>(
         return;
     };
     let average = Topology::of(&average);
-    let others = parallel::map(distances, &|own| Topology::of(own).differences(&average));
+    let all = parallel::map(distances, &|own| Topology::of(own));
+    let from =
+        |other: &Topology| -> Vec<usize> { all.iter().map(|own| own.differences(other)).collect() };
+    let mut others = from(&average);
+    // Of two shapes the average can show a part so faintly that it differs from neither.
+    if let [first, ..] = all.as_slice()
+        && others.iter().all(|n| *n == 0)
+    {
+        others = from(first);
+    }
     for (input, others) in inputs.iter_mut().zip(others) {
         let doubt = Doubt::check(Cause::Topology, others as f64);
         input.doubts.extend(doubt);

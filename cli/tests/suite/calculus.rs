@@ -75,6 +75,11 @@ fn a_geodesic_of_disks_goes_on() {
         let name = format!("shape_{k:03}.npy");
         assert_eq!(results.array(&name), given.array(&name));
     }
+    // In the coordinates of the pictures, too.
+    assert_eq!(results.json["outline"]["coordinates"], "input");
+    assert_eq!(results.json["outline"], given.json["outline"]);
+    let outline = |found: &Results| std::fs::read(found.path("shape_003_outline.csv")).unwrap();
+    assert!(outline(&results) == outline(&given));
     let (energies, own) = (
         results.numbers("/step_energies"),
         given.numbers("/step_energies"),
