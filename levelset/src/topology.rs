@@ -42,7 +42,9 @@ impl Topology {
         if D == 3 {
             let here = tunnels(distance, 0.0);
             let moved = |depth: f64| [depth * h, -depth * h].map(|level| tunnels(distance, level));
-            found.resolved[2] = moved(RESOLVED_TUNNEL).into_iter().fold(here, usize::min);
+            if here > 0 {
+                found.resolved[2] = moved(RESOLVED_TUNNEL).into_iter().fold(here, usize::min);
+            }
             found.all[2] = moved(FAINT).into_iter().fold(here, usize::max);
         }
         found
