@@ -187,22 +187,11 @@ fn through<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use test_support::cuboid;
 
     fn cube(shift: f64, side: f64) -> Contour<3> {
-        let corner = |n: usize| [0, 1, 2].map(|k| shift + side * f64::from((n >> k & 1) as u32));
-        let squares = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let triangles = squares
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-            .collect();
-        Contour::new((0..8).map(corner).collect(), triangles).unwrap()
+        let (points, triangles) = cuboid([shift; 3], [shift + side; 3]);
+        Contour::new(points, triangles).unwrap()
     }
 
     /// Samples at whole numbers.

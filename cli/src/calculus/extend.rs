@@ -78,8 +78,7 @@ impl Command for ExtendConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = Path::of(parts(outcome)?, &outcome.geodesic.params.law)?;
-        let inputs = &outcome.geodesic.inputs;
-        let coordinates = write_path(directory, STEM, (&[], inputs), &path)?;
+        let coordinates = write_path(directory, STEM, &outcome.geodesic.inputs, &path)?;
         let record = record(outcome, path, coordinates, session.start);
         record.write(directory)?;
         Ok(summary(&record))

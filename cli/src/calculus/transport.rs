@@ -121,8 +121,7 @@ impl Command for TransportConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = self.path(outcome)?;
-        let inputs = &outcome.geodesic.inputs;
-        let coordinates = write_path(directory, STEM, (&[], inputs), &path)?;
+        let coordinates = write_path(directory, STEM, &outcome.geodesic.inputs, &path)?;
         let variation = &outcome.variation;
         let end = &outcome.counterpart.velocity;
         for (place, velocity) in [("start", &variation.velocity), ("end", end)] {

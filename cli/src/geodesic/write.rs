@@ -35,8 +35,7 @@ pub(super) fn write_all<const D: usize>(
     session: &Session<'_>,
 ) -> Result<Summary, CliError> {
     let path = Path::new(outcome)?;
-    let records: Vec<_> = outcome.inputs.iter().map(InputRecord::new).collect();
-    let coordinates = write_path(directory, STEM, (&outcome.inputs, &records), &path)?;
+    let coordinates = write_path_of_inputs(directory, STEM, &outcome.inputs, &path)?;
     directory.deformations("psi", 1, &outcome.result.motions)?;
     for (k, components) in outcome.result.components.iter().enumerate() {
         for (i, level_set) in components.iter().enumerate() {
@@ -52,9 +51,32 @@ pub(super) fn write_all<const D: usize>(
     Ok(summary(&record))
 }
 
+/// Writes the files of a path between inputs: those of [`write_path`], and its shapes as volumes and its steps as
+/// displacement fields in the world. Returns the coordinate systems of the boundaries.
+///
+/// # Errors
+/// [`CliError`]; the directory is incomplete then.
+pub(crate) fn write_path_of_inputs<const D: usize>(
+    directory: &ResultDir,
+    stem: &str,
+    inputs: &[Input<D>],
+    path: &Path<D>,
+) -> Result<BoundaryRecord, CliError> {
+    let records: Vec<_> = inputs.iter().map(InputRecord::new).collect();
+    let coordinates = write_path(directory, stem, &records, path)?;
+    for (k, contour) in path.contours.iter().enumerate() {
+        // A shape that has vanished has no distance.
+        if !contour.points().is_empty() {
+            let grid = *path.parts.level_sets[k].grid();
+            write_shape(directory, &format!("shape_{k:03}"), inputs, contour, grid)?;
+        }
+    }
+    write_steps_in_world(directory, inputs, &path.parts.displacements)?;
+    Ok(coordinates)
+}
+
 /// Writes the files of any path: shapes and steps as arrays, as series, as tables and in pictures,
-/// and the boundaries in the coordinates of the inputs: outlines in 2D, surfaces in 3D, there also volumes and
-/// displacement fields in the world, if there are inputs and not their records alone. Pictures and series have the name `stem`. Returns the coordinate systems
+/// and the boundaries in the coordinates of the inputs: outlines in 2D, surfaces in 3D. Pictures and series have the name `stem`. Returns the coordinate systems
 /// of the boundaries.
 ///
 /// # Errors
@@ -62,28 +84,22 @@ pub(super) fn write_all<const D: usize>(
 pub(crate) fn write_path<const D: usize>(
     directory: &ResultDir,
     stem: &str,
-    (inputs, records): (&[Input<D>], &[InputRecord<D>]),
+    inputs: &[InputRecord<D>],
     path: &Path<D>,
 ) -> Result<BoundaryRecord, CliError> {
     directory.arrays("shape", 0, &path.parts.level_sets)?;
     directory.deformations("deformation", 1, &path.parts.displacements)?;
-    write_paraview(directory, stem, path, WorldFrame::of_records(records))?;
+    write_paraview(directory, stem, path, WorldFrame::of_records(inputs))?;
     write_steps(directory, path)?;
     directory.picture(format!("{stem}.png"), || film(path))?;
     directory.with_file(format!("{stem}.apng"), |file| {
         write_animation(file, &animation(path))
     })?;
-    let place = ResultPlace::of_records(records);
+    let place = ResultPlace::of_records(inputs);
     for (k, contour) in path.contours.iter().enumerate() {
         let name = format!("shape_{k:03}");
         place.write_as(directory, &name, &["stl"], contour)?;
-        // A shape that has vanished has no distance.
-        if !contour.points().is_empty() {
-            let grid = *path.parts.level_sets[k].grid();
-            write_shape(directory, &name, inputs, contour, grid)?;
-        }
     }
-    write_steps_in_world(directory, inputs, &path.parts.displacements)?;
     Ok(place.record())
 }
 

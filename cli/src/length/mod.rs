@@ -13,12 +13,12 @@ use levelset::Doubt;
 use crate::error::CliError;
 use crate::geodesic::draw::film;
 use crate::geodesic::path::{Parts, Path};
-use crate::geodesic::write::write_path;
+use crate::geodesic::write::write_path_of_inputs;
 use crate::memory::announce;
 use crate::options::resolve_law;
 use crate::output::ResultDir;
 use crate::session::{Command, PlanOf, Session};
-use crate::shapes::{Input, InputRecord, Placed, doubts_of, settle};
+use crate::shapes::{Input, Placed, doubts_of, settle};
 use crate::summary::Summary;
 use shapespace_input::Image;
 use shapespace_input::dimension::per_dimension;
@@ -108,8 +108,7 @@ impl Command for LengthConfig {
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
         let path = outcome.path()?;
-        let records: Vec<_> = outcome.inputs.iter().map(InputRecord::new).collect();
-        let coordinates = write_path(directory, STEM, (&outcome.inputs, &records), &path)?;
+        let coordinates = write_path_of_inputs(directory, STEM, &outcome.inputs, &path)?;
         if let (Some(shortest), [first, .., last]) = (&outcome.shortest, &outcome.inputs[..]) {
             let path = Path::of_geodesic([first, last], shortest, &outcome.config.params)?;
             directory.picture("geodesic.png", || film(&path))?;

@@ -1,7 +1,8 @@
 //! Modes in pictures: a strip of shapes for each, and each in motion.
 
-use fe_grid::VectorField;
-use levelset::Contour;
+use fe_grid::{Grid, VectorField};
+use levelset::topology::Topology;
+use levelset::{Contour, ContourDistance};
 use shape_pca::ModeSpace;
 
 use super::components::displaced;
@@ -22,6 +23,18 @@ pub(crate) fn shown(error: impl std::fmt::Display) -> CliError {
         message: format!("the average cannot be drawn: {error}"),
         remedy: "check that the average contains nodes of its grid".into(),
     }
+}
+
+/// The numbers of parts, holes and tunnels that a grid shows of what a boundary encloses.
+///
+/// # Errors
+/// [`CliError::Computation`] for a boundary without a distance.
+pub(super) fn topology<const D: usize>(
+    shape: &Contour<D>,
+    grid: Grid<D>,
+) -> Result<Topology, CliError> {
+    let distance = ContourDistance::new(shape).map_err(shown)?;
+    Ok(Topology::of(&distance.sample(grid)))
 }
 
 /// The average shape moved by a multiple of a displacement.

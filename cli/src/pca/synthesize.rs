@@ -11,7 +11,7 @@ use shape_pca::{
 
 use super::args::SynthesizeConfig;
 use super::components::{displaced, label_field, outlines};
-use super::draw::{moved, shown};
+use super::draw::{moved, shown, topology};
 use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
 use crate::doubts::{named, of_source};
@@ -128,8 +128,10 @@ impl Command for SynthesizeConfig {
         for (label, (part, _)) in labels.iter().zip(&parts) {
             place.write(directory, &format!("shape_label_{label}"), part)?;
         }
-        let before = ContourDistance::new(&outline).map_err(shown)?;
-        let topologies = [&level_set, &before.sample(*object.grid())].map(Topology::of);
+        let topologies = [
+            Topology::of(&level_set),
+            topology(&outline, *object.grid())?,
+        ];
         let record = record(outcome, self, [&shape, &outline], topologies, session.start)?;
         record.write(directory)?;
         Ok(summary(&record))

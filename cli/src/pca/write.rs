@@ -1,12 +1,11 @@
 //! The files of the directory of an analysis.
 
 use fe_grid::{VectorField, parallel};
-use levelset::topology::Topology;
-use levelset::{BoxEdge, Contour, ContourDistance, Moments, contour};
+use levelset::{BoxEdge, Contour, Moments, contour};
 
 use super::command::Outcome;
 use super::components::{displaced, outlines, phase_field_name};
-use super::draw::{DrawnModes, animated, displacement, moved, shown};
+use super::draw::{DrawnModes, animated, displacement, moved, shown, topology};
 use super::images::ImageModes;
 use super::map::ScoreMap;
 use super::procrustes::{Procrustes, there_and_back};
@@ -112,11 +111,7 @@ fn write_boundaries<const D: usize>(
         }
         Ok(whole)
     };
-    let topology = |shape: &Contour<D>| {
-        let distance = ContourDistance::new(shape).map_err(shown)?;
-        Ok::<_, CliError>(Topology::of(&distance.sample(grid)))
-    };
-    let mean = topology(&write("mean", &VectorField::zeros(grid))?)?;
+    let mean = topology(&write("mean", &VectorField::zeros(grid))?, grid)?;
     let pictured = animated(modes.space.fields.len());
     let ends = (0..modes.space.fields.len()).flat_map(|j| [(j, "minus", -1.0), (j, "plus", 1.0)]);
     let crossing = parallel::try_map(ends, &|(j, end, sign)| {
@@ -124,7 +119,7 @@ fn write_boundaries<const D: usize>(
         let shape = write(&format!("{MODE}{j:03}_{end}"), &u)?;
         let name = format!("mode {j} at {:+} s", sign * modes.amplitude);
         // Of the modes in `modes.png`.
-        let crosses = j < pictured && topology(&shape)?.differences(&mean) > 0;
+        let crosses = j < pictured && topology(&shape, grid)?.differences(&mean) > 0;
         Ok::<_, CliError>(crosses.then_some(name))
     });
     Ok(crossing?.into_iter().flatten().collect())

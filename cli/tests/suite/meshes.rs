@@ -9,6 +9,7 @@ use shapespace_input::place::physical_frames;
 use shapespace_input::{
     AnyImage, Image, InputError, Numbers, ReadOptions, Sources, boundary, decode_image,
 };
+use test_support::cuboid;
 
 use crate::common::ball::Mesh;
 use crate::common::solid::{SOLID, lattice, mapped, nifti_of};
@@ -445,23 +446,8 @@ fn outlines_with_a_common_edge_have_no_slit() {
 #[test]
 fn surfaces_that_touch_in_a_part_of_a_face_have_no_wall() {
     let block = |low: [f64; 3], high: [f64; 3]| {
-        let corner =
-            |n: usize| std::array::from_fn(|k| if n >> k & 1 == 0 { low[k] } else { high[k] });
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let halves = sides
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        Mesh {
-            points: (0..8).map(corner).collect(),
-            triangles: halves.collect(),
-        }
+        let (points, triangles) = cuboid(low, high);
+        Mesh { points, triangles }
     };
     let large = block([0.0; 3], [4.0, 3.0, 3.0]);
     for start in [4.0, 3.99] {

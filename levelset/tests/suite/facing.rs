@@ -2,6 +2,7 @@
 
 use levelset::{Contour, Layer, facing};
 use proptest::prelude::*;
+use test_support::cuboid;
 
 /// A counter-clockwise polygon, every edge divided into pieces.
 fn polygon(corners: &[[f64; 2]], pieces: u32) -> Contour<2> {
@@ -110,23 +111,8 @@ fn all_layers_of_a_stack_are_found() {
 #[test]
 fn the_layer_between_two_boxes_is_a_slit() {
     let block = |low: [f64; 3], high: [f64; 3]| {
-        let corner = |i: usize| -> [f64; 3] {
-            std::array::from_fn(|k| if i >> k & 1 == 1 { high[k] } else { low[k] })
-        };
-        let points = (0..8).map(corner).collect();
-        // Two triangles a side, the normals outwards.
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let triangles = sides
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-        Contour::new(points, triangles.collect()).unwrap()
+        let (points, triangles) = cuboid(low, high);
+        Contour::new(points, triangles).unwrap()
     };
     let far = block([0.5, 0.3, 0.3], [0.8, 0.7, 0.7]);
     let blocks = block([0.2, 0.3, 0.3], [0.49, 0.7, 0.7]).joined(&far);

@@ -4,6 +4,23 @@
 
 pub mod python;
 
+/// The corners of a cuboid, and two triangles for each of its faces, with normals outwards.
+pub fn cuboid(low: [f64; 3], high: [f64; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let corner = |n: usize| std::array::from_fn(|k| if n >> k & 1 == 0 { low[k] } else { high[k] });
+    let faces = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let triangles = faces
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    ((0..8).map(corner).collect(), triangles.collect())
+}
+
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

@@ -248,6 +248,7 @@ fn overlap(one: &Plane, other: &Plane) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use test_support::cuboid;
 
     fn block(
         points: &mut Vec<[f64; 3]>,
@@ -256,22 +257,9 @@ mod tests {
         high: [f64; 3],
     ) {
         let first = points.len() as u32;
-        for n in 0..8usize {
-            points.push(std::array::from_fn(|k| {
-                if n >> k & 1 == 0 { low[k] } else { high[k] }
-            }));
-        }
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        for [a, b, c, d] in sides.map(|side| side.map(|corner: u32| first + corner)) {
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
+        let (corners, faces) = cuboid(low, high);
+        points.extend(corners);
+        triangles.extend(faces.into_iter().map(|t| t.map(|corner| first + corner)));
     }
 
     /// What lies inside of a block of 4 x 3 x 3 and another one.
