@@ -31,6 +31,8 @@ pub enum Cause {
     Reflection,
     /// Parts that the grid does not resolve.
     ThinParts,
+    /// Samples of a mask that are far from each other for the grid.
+    CoarseSamples,
     /// Gaps between parts that the grid does not resolve.
     NarrowGaps,
     /// The resultant of the boundary stresses at an average.
@@ -118,7 +120,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 37] = [
+const CRITERIA: [Criterion; 38] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -225,6 +227,15 @@ const CRITERIA: [Criterion; 37] = [
                  parts thinner than three cells the two interfaces overlap. Corners of thick \
                  objects have shares below .03.",
         remedy: "use a finer --grid",
+    },
+    Criterion {
+        cause: Cause::CoarseSamples,
+        figure: "largest distance of neighbouring samples of a mask of two values, in spacings of the grid",
+        limit: Limit::AtMost(3.0),
+        reason: "The boundary of such a mask is known to about half the distance of its samples: beyond three \
+                 spacings its error is larger than the width of an interface, and distances between \
+                 shapes are those of their slices.",
+        remedy: "use an image of more samples, one with grey values along the boundary, an outline, or a coarser --grid",
     },
     Criterion {
         cause: Cause::NarrowGaps,

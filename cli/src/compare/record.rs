@@ -225,13 +225,20 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, outcome: &Outcome<
         );
     }
     if let Some(found) = &body.boundary {
+        let rate = record.parameters.discovery_rate;
+        let share = 100.0 * found.different_share;
+        // No rate is below the least p-value.
+        let beyond = body.scores.map(|scores| scores.least_p_value);
+        let beyond = beyond
+            .filter(|least| *least > rate)
+            .map_or_else(String::new, |least| {
+                format!(": none could, with p-values of {least:.3} and more")
+            });
         summary.line(
             "boundary",
             format!(
-                "{:.1} % of {} points differ (false discovery rate {})",
-                100.0 * found.different_share,
-                found.points,
-                record.parameters.discovery_rate
+                "{share:.1} % of {} points differ (false discovery rate {rate}){beyond}",
+                found.points
             ),
         );
     }

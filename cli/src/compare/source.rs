@@ -103,6 +103,16 @@ fn of_modes<const D: usize>(
         let reason = "its scores are not those of the shapes of its average";
         return Err(unfit(&config.result, reason.into()));
     }
+    let available = modes.space.fields.len();
+    if let Some(wanted) = config.modes
+        && wanted > available
+    {
+        return Err(CliError::Option {
+            option: "--modes",
+            value: wanted.to_string(),
+            remedy: format!("the result has {available} modes: give this number or a smaller one"),
+        });
+    }
     let known = Known {
         names: &scores.shapes,
         files: &modes.average.files,

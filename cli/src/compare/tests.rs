@@ -82,11 +82,8 @@ fn of_modes<const D: usize>(
     compared: &Compared<D>,
 ) -> Result<OfModes<D>, CliError> {
     let (groups, relabelling) = (&compared.labelled.groups, config.relabelling());
-    let available = space.fields.len();
-    let modes = config
-        .modes
-        .unwrap_or(stored.degrees_of_freedom)
-        .min(available);
+    let usual = stored.degrees_of_freedom.min(space.fields.len());
+    let modes = config.modes.unwrap_or(usual);
     let rows = stored.scores.iter();
     let scores: Vec<Vec<f64>> = rows
         .map(|row| row.iter().take(modes).copied().collect())

@@ -52,6 +52,21 @@ pub(crate) fn inspect_mask<const D: usize>(image: &Image<D>, partly: bool) -> Ve
     doubts.into_iter().flatten().collect()
 }
 
+/// The largest distance of neighbouring samples of a mask of two values, of which one length unit is `scale` long;
+/// zero for other images: their boundary is known between samples.
+pub(super) fn sample_distance<const D: usize>(image: &Image<D>, scale: f64) -> f64 {
+    let two_values = || {
+        image
+            .values
+            .iter()
+            .all(|value| value == 0.0 || value == 1.0)
+    };
+    if image.outline.is_some() || !two_values() {
+        return 0.0;
+    }
+    scale * image.spacing.into_iter().fold(0.0, f64::max)
+}
+
 /// What the grid does not resolve of a shape, given by its signed distance and its boundary: the shares of its parts
 /// and of its gaps that are too thin.
 pub(super) fn unresolved<const D: usize>(

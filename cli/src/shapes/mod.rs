@@ -23,7 +23,7 @@ use std::sync::Arc;
 
 use fe_grid::communicator::Communicator;
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
-use levelset::{Contour, ContourDistance, Doubt, Moments, signed_distance};
+use levelset::{Cause, Contour, ContourDistance, Doubt, Moments, signed_distance};
 
 use crate::doubts::{in_words, named};
 use crate::error::CliError;
@@ -42,7 +42,7 @@ pub(crate) use domain::{Domain, moved};
 pub(crate) use inspect::{
     Likeness, add_topologies, doubts_of, inspect_mask, inspect_resolution, inspect_thinness,
 };
-use inspect::{doubts_of_resolution, unresolved};
+use inspect::{doubts_of_resolution, sample_distance, unresolved};
 pub(crate) use label::{labels, stem};
 pub(crate) use pairs::Pairs;
 pub(crate) use parts::{Components, VisibilityMask, belongs, read_view, view_of};
@@ -367,11 +367,16 @@ impl<const D: usize> Settled<D> {
         let all = distribution.share_vectors(own, grid.n_nodes()).into_iter();
         let distances: Result<Vec<_>, _> = all.map(|d| ScalarField::from_vec(grid, d)).collect();
         let distances = distances?;
-        let shares = parallel::map(distribution.own(), &|i| {
-            unresolved(&distances[i], &inputs[i].contour)
+        let found = parallel::map(distribution.own(), &|i| {
+            let [parts, gaps] = unresolved(&distances[i], &inputs[i].contour);
+            let samples = sample_distance(&images[i], inputs[i].scale()) / grid.spacing();
+            [parts, gaps, samples]
         });
-        for (input, shares) in inputs.iter_mut().zip(distribution.share(&shares)) {
-            input.doubts.extend(doubts_of_resolution(shares));
+        let found = distribution.share(&found).into_iter();
+        for (input, [parts, gaps, samples]) in inputs.iter_mut().zip(found) {
+            input.doubts.extend(doubts_of_resolution([parts, gaps]));
+            let coarse = Doubt::check(Cause::CoarseSamples, samples);
+            input.doubts.extend(coarse);
         }
         // Before anything is computed: who reads them need not wait for a doubtful result.
         let names = inputs.iter().map(|input| input.name.as_str());

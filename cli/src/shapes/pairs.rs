@@ -63,19 +63,43 @@ pub(crate) type PairFields<'a, const D: usize> =
 /// The figure of a shape that is not doubted.
 const UNDOUBTED: f64 = f64::MAX;
 
-/// Adds the doubts about shapes that fit the first of a pair better if they were reflected: the most doubtful
-/// pair of each.
+/// Adds the doubts about shapes that fit others better if they were reflected.
 fn add_reflections<const D: usize>(
     inputs: &mut [Input<D>],
     pairs: &[[usize; 2]],
     figures: &[[f64; 1]],
 ) {
-    let mut least = vec![UNDOUBTED; inputs.len()];
-    for ([_, shape], [figure]) in pairs.iter().zip(figures) {
-        least[*shape] = least[*shape].min(*figure);
+    let doubted = pairs.iter().zip(figures).filter_map(|(pair, [figure])| {
+        Doubt::check(Cause::Reflection, *figure).map(|doubt| (*pair, doubt))
+    });
+    for (shape, doubt) in reflected_of_pairs(doubted.collect()) {
+        inputs[shape].doubts.push(doubt);
     }
-    for (input, figure) in inputs.iter_mut().zip(least) {
-        input.doubts.extend(Doubt::check(Cause::Reflection, figure));
+}
+
+/// The reflected shapes of doubtful pairs, each with the doubt of its most doubtful one. One reflected shape makes all
+/// its pairs doubtful: the shape of most pairs is named, without these that of most others, and so on. Of a single pair
+/// it is the second shape.
+fn reflected_of_pairs(mut doubted: Vec<([usize; 2], Doubt)>) -> Vec<(usize, Doubt)> {
+    let mut found = Vec::new();
+    loop {
+        let count = |shape: usize| {
+            doubted
+                .iter()
+                .filter(|(pair, _)| pair.contains(&shape))
+                .count()
+        };
+        let shapes = doubted.iter().flat_map(|(pair, _)| *pair);
+        let Some(most) = shapes.max_by_key(|&shape| (count(shape), shape)) else {
+            return found;
+        };
+        let (own, others): (Vec<_>, Vec<_>) = doubted
+            .into_iter()
+            .partition(|(pair, _)| pair.contains(&most));
+        let doubts = own.into_iter().map(|(_, doubt)| doubt);
+        let worst = doubts.min_by(|a, b| a.figure.total_cmp(&b.figure));
+        found.extend(worst.map(|doubt| (most, doubt)));
+        doubted = others;
     }
 }
 
@@ -259,6 +283,33 @@ mod tests {
     use shapespace_input::place::fit_frames;
 
     const NODES: usize = 65;
+
+    #[test]
+    fn one_reflected_shape_is_named_for_all_its_pairs() {
+        let named = |pairs: &[([usize; 2], f64)]| {
+            let doubts = pairs
+                .iter()
+                .map(|(pair, figure)| (*pair, Doubt::check(Cause::Reflection, *figure).unwrap()));
+            reflected_of_pairs(doubts.collect())
+                .into_iter()
+                .map(|(shape, doubt)| (shape, doubt.figure))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(named(&[([0, 1], 0.2)]), [(1, 0.2)]);
+        // The first of four, and the third.
+        assert_eq!(
+            named(&[([0, 1], 0.3), ([0, 2], 0.1), ([0, 3], 0.2)]),
+            [(0, 0.1)]
+        );
+        assert_eq!(
+            named(&[([0, 2], 0.3), ([1, 2], 0.4), ([2, 3], 0.2)]),
+            [(2, 0.2)]
+        );
+        // Two of five, which do not differ in that from each other.
+        let two = [[0, 1], [1, 2], [1, 4], [0, 3], [2, 3], [3, 4]].map(|pair| (pair, 0.4));
+        assert_eq!(named(&two), [(3, 0.4), (1, 0.4)]);
+        assert!(named(&[]).is_empty());
+    }
 
     fn prepared(images: &[Image<2>]) -> (Vec<Input<2>>, Vec<ScalarField<f64, 2>>) {
         let frames = fit_frames(images, None);

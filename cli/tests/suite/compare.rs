@@ -166,6 +166,18 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
     let run = place.run(&with_modes);
     assert_eq!(run.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&run.stderr).contains("--modes"));
+    // Nor are there fifty of eight shapes.
+    let more = [
+        "compare",
+        "modes",
+        "--groups",
+        "groups.csv",
+        "--modes",
+        "50",
+    ];
+    let run = place.run(&[&more[..], &["-o", "out"]].concat());
+    assert_eq!(run.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&run.stderr).contains("--modes"));
 }
 
 #[test]

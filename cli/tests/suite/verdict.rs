@@ -119,6 +119,37 @@ fn a_grey_scan_is_found() {
 }
 
 #[test]
+fn a_mask_of_few_samples_is_found_and_one_with_grey_values_is_not() {
+    let place = Place::new();
+    ordinary(&place, "good.png");
+    // The same ellipse on 13 pixels, five spacings of the grid each; the second one with the share of every pixel.
+    let coarse = |parts: u32| -> Vec<u8> {
+        let fine = 13 * parts;
+        let inside = |i: u32, j: u32| {
+            let centred = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(fine) - 0.5);
+            ellipse([20.0, 14.0], centred.map(|x| 64.0 * x))
+        };
+        let share = |i: u32, j: u32| -> f64 {
+            let all =
+                (0..parts * parts).map(|n| inside(i * parts + n % parts, j * parts + n / parts));
+            all.sum::<f64>() / f64::from(parts * parts)
+        };
+        let grey = (0..169).map(|n| (255.0 * share(n % 13, n / 13)).round() as u8);
+        grey.collect()
+    };
+    place.write("coarse.png", &grey_png(13, 13, &coarse(1)));
+    place.write("grey.png", &grey_png(13, 13, &coarse(8)));
+    let sized = ["--grid", "65", "--size", "equal"];
+    let average = ["average", "good.png", "coarse.png", "grey.png"];
+    let (results, _) = doubtful(&place, &[&average[..], &sized].concat());
+    let is_found = |name| causes(&results, Some(name)).contains(&"coarse_samples".into());
+    assert_eq!(
+        ["good", "coarse", "grey"].map(is_found),
+        [false, true, false]
+    );
+}
+
+#[test]
 fn a_bar_that_is_thinner_than_three_cells_is_found() {
     let place = Place::new();
     picture(&place, "good.png", |x, y| ellipse([24.0, 14.0], [x, y]));
