@@ -97,6 +97,33 @@ impl<const D: usize> FrameTransform<D> {
         Self::of_image(image, self.scale, self.offset, self.rule).turned(self.turn)
     }
 
+    /// The placement of another image that belongs to one with this frame, `size` samples, and lengths that were
+    /// multiplied by a factor before: its visible part, or a variation of it. In the world it lies by its own place
+    /// there; an exact boundary has coordinates of its own; all others have as many samples, at the same
+    /// places. `None` for one of which the place is not known.
+    pub fn beside(&self, size: [usize; D], factor: f64, image: &Image<D>) -> Option<Self> {
+        let scaled = |image: &Image<D>| {
+            let mut frame = self.for_image(image);
+            frame.spacing = frame.spacing.map(|h| factor * h);
+            frame.origin = frame.origin.map(|x| factor * x);
+            frame
+        };
+        let same = || (image.size == size && image.outline.is_none()).then_some(*self);
+        if self.rule == FrameRule::AsIs {
+            return same();
+        }
+        if self.in_world() {
+            return match image.in_world() {
+                Some(image) => Some(scaled(&image)),
+                None => same(),
+            };
+        }
+        match image.outline {
+            Some(_) => Some(scaled(image)),
+            None => same(),
+        }
+    }
+
     /// Whether the samples of an image have the same physical positions.
     pub fn has_lattice_of(&self, image: &Image<D>) -> bool {
         self.spacing == image.spacing
@@ -331,6 +358,52 @@ impl<const D: usize> TryFrom<FrameRecord> for FrameTransform<D> {
 mod tests {
     use super::*;
     use crate::block;
+
+    #[test]
+    fn images_beside_one_lie_by_their_own_places() {
+        let stated = |affine: [[f64; 4]; 3], size| {
+            let mut image = block(size, [1.0; 3], [2; 3], [3; 3]);
+            image.affine = Some(affine);
+            image
+        };
+        let one = stated(
+            [
+                [2.0, 0.0, 0.0, 5.0],
+                [0.0, 1.0, 0.0, 0.0],
+                [0.0, 0.0, 1.0, 0.0],
+            ],
+            [9, 8, 7],
+        );
+        let world = one.in_world().unwrap();
+        let frame = FrameTransform::around(&world, 0.05, [1.0, 2.0, 3.0], FrameRule::Physical);
+        // The first axis is reversed, and begins where it ended.
+        let reversed = stated(
+            [
+                [-2.0, 0.0, 0.0, 21.0],
+                [0.0, 1.0, 0.0, 0.0],
+                [0.0, 0.0, 1.0, 0.0],
+            ],
+            [9, 8, 7],
+        );
+        let beside = frame.beside(one.size, 1.0, &reversed).unwrap();
+        let near = |p: [f64; 3], q: [f64; 3]| (0..3).all(|k| (p[k] - q[k]).abs() < 1e-12);
+        assert!(near(
+            beside.to_unit([8.0, 1.0, 2.0]),
+            frame.to_unit([0.0, 1.0, 2.0])
+        ));
+        // The same lengths after both were halved.
+        let halved = frame.beside(one.size, 0.5, &reversed).unwrap();
+        let along = |frame: &FrameTransform<3>| frame.sample_size()[0];
+        assert!((along(&halved) - 0.5 * along(&beside)).abs() < 1e-15);
+        // Without a place it has the same samples or none.
+        let mut nowhere = reversed.clone();
+        nowhere.affine = None;
+        assert_eq!(frame.beside(one.size, 1.0, &nowhere), Some(frame));
+        assert_eq!(frame.beside([9, 8, 6], 1.0, &nowhere), None);
+        let flat = FrameTransform::around(&nowhere, 0.05, [1.0; 3], FrameRule::Shared);
+        assert_eq!(flat.beside(one.size, 1.0, &reversed), Some(flat));
+        assert_eq!(flat.beside([9, 8, 6], 1.0, &reversed), None);
+    }
 
     #[test]
     fn sheared_and_reflected_axes_invert_and_are_written() {

@@ -23,6 +23,18 @@ pub struct ReadOptions {
     pub invert: bool,
 }
 
+impl ReadOptions {
+    /// These, or others where nothing is stated.
+    #[must_use]
+    pub fn or(self, others: Self) -> Self {
+        if self == Self::default() {
+            others
+        } else {
+            self
+        }
+    }
+}
+
 /// A sampled image with values in `[0, 1]`. Sample `i` stands for the box of one spacing about
 /// the point `origin + i * spacing`.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,9 +70,9 @@ pub struct Image<const D: usize> {
 const SAME_PLACE: f64 = 1e-3;
 
 impl<const D: usize> Image<D> {
-    /// Whether it has the affine map of another image, or its samples at the same places in the world in
-    /// another order: with axes that are exchanged or reversed.
-    pub fn has_samples_of(&self, other: &Self) -> bool {
+    /// Whether it has the axes of another image in the world, in whatever order and direction, and one of its corner
+    /// samples at the place of one of the other's: the same affine map, up to how the samples are stored.
+    pub fn has_axes_of(&self, other: &Self) -> bool {
         let (Some(own), Some(there)) = (&self.affine, &other.affine) else {
             return false;
         };
@@ -72,23 +84,29 @@ impl<const D: usize> Image<D> {
         let length = |p: [f64; 3]| p.iter().map(|x| x * x).sum::<f64>().sqrt();
         let shortest = (0..D).map(|k| length(column(there, k)));
         let near = SAME_PLACE * shortest.fold(f64::INFINITY, f64::min);
-        // Where the other image has the first sample of this one.
-        let mut corner = column(there, 3);
         let mut taken = [false; D];
         for k in 0..D {
-            let axis = column(own, k);
-            let along = |j: usize, sign: f64| length(moved(axis, -sign, column(there, j))) <= near;
-            let free = (0..D).filter(|&j| !taken[j] && self.size[k] == other.size[j]);
-            let signed = free.flat_map(|j| [(j, 1.0), (j, -1.0)]);
-            let Some((j, sign)) = signed.into_iter().find(|&(j, sign)| along(j, sign)) else {
+            let along = |j: usize, sign: f64| {
+                length(moved(column(own, k), -sign, column(there, j))) <= near
+            };
+            let mut free = (0..D).filter(|&j| !taken[j]);
+            let Some(j) = free.find(|&j| along(j, 1.0) || along(j, -1.0)) else {
                 return false;
             };
             taken[j] = true;
-            if sign < 0.0 {
-                corner = moved(corner, (other.size[j] - 1) as f64, column(there, j));
-            }
         }
-        length(moved(corner, -1.0, column(own, 3))) <= near
+        let corners = |affine: &[[f64; 4]; 3], size: [usize; D]| -> Vec<[f64; 3]> {
+            let corner = |bits: usize| {
+                let last = (0..D).filter(|k| bits >> k & 1 == 1);
+                last.fold(column(affine, 3), |p, k| {
+                    moved(p, (size[k] - 1) as f64, column(affine, k))
+                })
+            };
+            (0..1 << D).map(corner).collect()
+        };
+        let theirs = corners(there, other.size);
+        let is_theirs = |p: &[f64; 3]| theirs.iter().any(|q| length(moved(*p, -1.0, *q)) <= near);
+        corners(own, self.size).iter().any(is_theirs)
     }
 
     /// Position in memory of a sample.
@@ -170,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_in_another_order_are_the_same() {
+    fn axes_are_the_same_in_another_order() {
         let image = stored(
             [4, 5, 6],
             [
@@ -186,19 +204,27 @@ mod tests {
             [3.0, 0.0, 0.0, 1.0],
         ];
         let other = stored([6, 5, 4], reversed);
-        assert!(image.has_samples_of(&image) && other.has_samples_of(&image));
-        assert!(image.has_samples_of(&other));
+        assert!(image.has_axes_of(&image) && other.has_axes_of(&image));
+        assert!(image.has_axes_of(&other));
         let mut moved = reversed;
         moved[0][3] += 0.01;
-        assert!(!stored([6, 5, 4], moved).has_samples_of(&image));
-        assert!(!stored([6, 5, 3], reversed).has_samples_of(&image));
+        assert!(!stored([6, 5, 4], moved).has_axes_of(&image));
+        // One with more samples begins at the same place, however both are stored.
+        let larger = stored([7, 6, 8], image.affine.unwrap());
+        let mut last = reversed;
+        last[0][3] = 21.0;
+        let reversed_larger = stored([7, 6, 8], last);
+        assert!(larger.has_axes_of(&image) && larger.has_axes_of(&other));
+        assert!(reversed_larger.has_axes_of(&image) && reversed_larger.has_axes_of(&larger));
+        last[0][3] = 20.0;
+        assert!(!stored([7, 6, 8], last).has_axes_of(&image));
         let mut turned = reversed;
         turned[1][2] = 0.1;
-        assert!(!stored([6, 5, 4], turned).has_samples_of(&image));
+        assert!(!stored([6, 5, 4], turned).has_axes_of(&image));
         let nowhere = Image {
             affine: None,
             ..image.clone()
         };
-        assert!(!image.has_samples_of(&nowhere));
+        assert!(!image.has_axes_of(&nowhere));
     }
 }

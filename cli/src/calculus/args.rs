@@ -48,17 +48,18 @@ pub struct TransportConfig {
     /// Result directory of `shapespace geodesic` with `--form lagrangian`.
     #[arg(value_name = "GEODESIC")]
     pub geodesic: PathBuf,
-    /// Mask of a shape near the first shape of the geodesic, of the same size.
+    /// Mask of a shape near the first shape of the geodesic: with its samples, or with a place in the world, or
+    /// coordinates of its own, as that.
     #[arg(value_name = "VARIATION")]
     pub variation: PathBuf,
     /// Number of steps from the first shape to the variation, and from the last shape to its
     /// counterpart.
     #[arg(long, value_name = "N")]
     pub steps: usize,
-    /// Label of the object in a label image [default: every label but 0].
+    /// Label of the object in a label image [default: as for the geodesic].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
-    /// The object is dark, and its background is bright.
+    /// The object is dark, and its background is bright [default: as for the geodesic].
     #[arg(long)]
     pub invert: bool,
     /// Solver of the equation of every step.

@@ -14,6 +14,7 @@ use crate::geodesic::GeodesicConfig;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::InputRecord;
+use shapespace_input::ReadOptions;
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
 
@@ -41,6 +42,8 @@ pub(crate) struct StoredGeodesic<const D: usize> {
     pub params: GeodesicParams,
     /// The start mask.
     pub frame: Placement<D>,
+    /// How the masks were read.
+    pub read_options: ReadOptions,
     /// Start and end.
     pub inputs: Vec<InputRecord<D>>,
 }
@@ -52,6 +55,8 @@ pub(crate) struct Placement<const D: usize> {
     pub size: [usize; D],
     /// From samples to the unit box.
     pub frame: FrameTransform<D>,
+    /// Factor by which it was scaled before.
+    pub size_factor: f64,
     /// Alignment after that: a rotation, row by row, and a translation.
     pub motion: Option<([[f64; D]; D], [f64; D])>,
 }
@@ -79,6 +84,8 @@ fn unfit(directory: &Path, reason: String) -> CliError {
 fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesic<D>, CliError> {
     let record: Record<GeodesicConfig, Steps, D> =
         read_record(directory).map_err(|reason| unfit(directory, reason))?;
+    let masks = &record.parameters.masks;
+    let read_options = masks.reading();
     let (params, energies) = (record.parameters.params, record.body.step_energies);
     if params.form == Form::LevelSets {
         return Err(unfit(
@@ -122,6 +129,7 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
         // An interrupted path has fewer steps than requested.
         params: GeodesicParams { steps, ..params },
         frame,
+        read_options,
         inputs: record.input,
     })
 }
@@ -134,6 +142,7 @@ fn frame<const D: usize>(start: &InputRecord<D>) -> Option<Placement<D>> {
     Some(Placement {
         size: start.size.as_slice().try_into().ok()?,
         frame: start.frame,
+        size_factor: start.size_factor.unwrap_or(1.0),
         motion,
     })
 }

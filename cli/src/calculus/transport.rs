@@ -32,7 +32,7 @@ use crate::shapes::{
     BoundaryRecord, WorldFrame, inspect_mask, inspect_resolution, labels, place_like,
 };
 use crate::summary::Summary;
-use shapespace_input::dimension::per_dimension;
+use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::{Image, ReadOptions};
 use shapespace_picture::{analogy, colour};
 
@@ -76,10 +76,15 @@ impl Command for TransportConfig {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the geodesic");
         let geodesic = read(&self.geodesic, session.trust)?;
-        let options = ReadOptions {
+        let stated = ReadOptions {
             label: self.label,
             invert: self.invert,
         };
+        let known = match &geodesic {
+            Dim::D2(geodesic) => geodesic.read_options,
+            Dim::D3(geodesic) => geodesic.read_options,
+        };
+        let options = stated.or(known);
         let image = session.sources.read_image(&self.variation, &options)?;
         let reason = match geodesic.dimension() {
             2 => "is a volume; the shapes of the geodesic are 2D",
@@ -225,16 +230,19 @@ impl TransportConfig {
         session: &Session<'_>,
         checkpointer: &mut Checkpointer<'_>,
     ) -> Result<Variation<D>, CliError> {
-        let frame = &geodesic.frame;
-        if image.size != frame.size {
-            return Err(self.unfit(format!(
-                "has {:?} samples, the first shape of the geodesic {:?} (x first)",
-                image.size, frame.size
-            )));
-        }
+        let placement = &geodesic.frame;
+        let (size, factor) = (placement.size, placement.size_factor);
+        let frame = placement.frame.beside(size, factor, image);
+        let frame = frame.ok_or_else(|| {
+            self.unfit(format!(
+                "has {:?} samples, the first shape of the geodesic {size:?} (x first), and does not state its place \
+                 in the world as that does",
+                image.size
+            ))
+        })?;
         let first = &geodesic.level_sets[0];
         let grid = *first.grid();
-        let (outline, near) = place_like(image, frame.frame, frame.motion, grid)?;
+        let (outline, near) = place_like(image, frame, placement.motion, grid)?;
         let outside = share_outside(&outline, &grid).map_err(GeodesicError::from)?;
         if Doubt::check(Cause::OutsideBox, outside).is_some() {
             return Err(self.unfit(format!(

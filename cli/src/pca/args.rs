@@ -162,10 +162,10 @@ pub struct ScoreConfig {
     /// average].
     #[arg(long, value_enum)]
     pub size: Option<Size>,
-    /// Label of the object in label images [default: every label but 0].
+    /// Label of the object in label images [default: as for the shapes of the average].
     #[arg(long, value_name = "N")]
     pub label: Option<i64>,
-    /// The object is dark, and its background is bright.
+    /// The object is dark, and its background is bright [default: as for the shapes of the average].
     #[arg(long)]
     pub invert: bool,
     /// Result directory of the average, if it has been moved.

@@ -20,6 +20,7 @@ use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_dimension, read_record};
 use crate::shapes::{ResultPlace, WorldFrame};
+use shapespace_input::ReadOptions;
 use shapespace_input::dimension::{Dim, per_dimension};
 use shapespace_input::frame::FrameTransform;
 
@@ -50,6 +51,8 @@ pub(crate) struct StoredAverage<const D: usize> {
     pub place: ResultPlace<D>,
     /// How its shapes were placed; missing in results of earlier versions.
     pub placing: Option<Frame>,
+    /// How its masks were read.
+    pub read_options: ReadOptions,
     /// Whether its shapes were aligned.
     pub align: Align,
     /// The largest mismatch of its shapes after that; 0 where they were not aligned.
@@ -171,6 +174,7 @@ fn stored_average<const D: usize>(
         world: WorldFrame::of_records(&record.input),
         place: ResultPlace::of_records(&record.input),
         placing: config.masks.frame,
+        read_options: config.masks.reading(),
         align: config.masks.align.unwrap_or_default(),
         mismatch: {
             let aligned = record.input.iter().filter_map(|i| i.alignment.as_ref());
@@ -250,6 +254,13 @@ pub(crate) struct StoredPca<const D: usize> {
     pub left_out_error: Option<f64>,
     /// The doubts about them.
     pub doubts: Vec<DoubtRecord>,
+}
+
+impl<const D: usize> StoredAverage<D> {
+    /// Whether its masks were label images of several components, and how they were read.
+    pub fn reading(&self) -> (bool, ReadOptions) {
+        (!self.components.is_empty(), self.read_options)
+    }
 }
 
 impl<const D: usize> StoredPca<D> {

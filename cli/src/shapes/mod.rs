@@ -222,8 +222,8 @@ pub(crate) fn oriented<const D: usize>(
 }
 
 /// Whether the positions of objects in masks can be compared: all masks are arrays of the same
-/// number of nodes, 2^L + 1 along every axis or those of the grid, or all have their samples at the same
-/// places in the world, in whatever order.
+/// number of nodes, 2^L + 1 along every axis or those of the grid, or all have the same axes and a common corner
+/// in the world, in whatever order their samples are stored.
 fn have_common_coordinates<const D: usize>(images: &[Image<D>], grid: Option<Grid<D>>) -> bool {
     let Some(first) = images.first() else {
         return true;
@@ -234,7 +234,7 @@ fn have_common_coordinates<const D: usize>(images: &[Image<D>], grid: Option<Gri
         image.plain_array && (image.size.iter().all(|&n| dyadic(n)) || of_grid(image.size))
     };
     images.iter().all(nodal)
-        || first.affine.is_some() && images.iter().all(|image| image.has_samples_of(first))
+        || first.affine.is_some() && images.iter().all(|image| image.has_axes_of(first))
 }
 
 /// The samples of an input in the world, if it has a place there.
@@ -413,9 +413,18 @@ fn input<const D: usize>(
     })
 }
 
-/// The boundary of another mask of an input, in the placement of the input.
+/// The boundary of another mask of an input, of the same samples, in the placement of the input.
 fn placed<const D: usize>(mask: &Image<D>, input: &Input<D>) -> Result<Contour<D>, CliError> {
-    let drawn = boundary(mask, &input.frame).map_err(|source| CliError::Shape {
+    placed_by(mask, &input.frame, input)
+}
+
+/// The boundary of another mask of an input by a frame of its own, aligned as the input.
+fn placed_by<const D: usize>(
+    mask: &Image<D>,
+    frame: &FrameTransform<D>,
+    input: &Input<D>,
+) -> Result<Contour<D>, CliError> {
+    let drawn = boundary(mask, frame).map_err(|source| CliError::Shape {
         path: mask.path.clone(),
         source,
     })?;

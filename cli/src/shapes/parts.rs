@@ -11,7 +11,7 @@ use std::path::Path;
 use fe_grid::{Grid, ScalarField};
 use levelset::{Compact, Contour, ContourDistance, LevelsetError, Step};
 
-use super::{Input, distance, placed};
+use super::{Input, distance, placed, placed_by};
 use crate::error::CliError;
 use shapespace_input::{Image, ReadOptions, Sources};
 
@@ -185,13 +185,21 @@ pub(crate) fn read_view<const D: usize>(
     sources: &Sources,
     option: &'static str,
 ) -> Result<VisibilityMask<D>, CliError> {
+    let refused = |remedy: &str| CliError::Option {
+        option,
+        value: format!("'{}'", path.display()),
+        remedy: remedy.into(),
+    };
     match sources.read_image(path, &ReadOptions::default())?.of_type() {
+        Some(Image {
+            outline: Some(_), ..
+        }) => Err(refused(
+            "give an image: an outline or a surface does not tell what is visible",
+        )),
         Some(image) => Ok(VisibilityMask { image, option }),
-        None => Err(CliError::Option {
-            option,
-            value: format!("'{}'", path.display()),
-            remedy: "give a mask with as many axes and values as the image of its shape".into(),
-        }),
+        None => Err(refused(
+            "give a mask with as many axes and values as the image of its shape",
+        )),
     }
 }
 
@@ -211,11 +219,10 @@ pub(crate) struct View<const D: usize> {
 /// not to the shape.
 const EDGE: f64 = 1.5;
 
-/// The visible part of an input in its placement, from a mask of its size.
+/// The visible part of an input in its placement, from a mask of its samples or with a place in the world.
 ///
 /// # Errors
-/// [`CliError::Option`] if the mask has another size than the input, or no part of the boundary is
-/// visible.
+/// [`CliError::Option`] if the place of the mask is not known, or no part of the boundary is visible.
 pub(crate) fn view_of<const D: usize>(
     mask: &VisibilityMask<D>,
     input: &Input<D>,
@@ -256,23 +263,21 @@ struct Screen<'a, const D: usize> {
 impl<'a, const D: usize> Screen<'a, D> {
     fn new(mask: &'a VisibilityMask<D>, input: &Input<D>) -> Result<Self, CliError> {
         let mut image = mask.image.clone();
-        if image.size != input.size {
-            return Err(CliError::Option {
-                option: mask.option,
-                value: format!("of {:?} values", image.size),
-                remedy: format!(
-                    "'{}' must have as many values as '{}', which has {:?}",
-                    image.path.display(),
-                    input.path.display(),
-                    input.size
-                ),
-            });
-        }
-        image.outline = None;
+        let frame = input.frame.beside(input.size, input.size_factor, &image);
+        let frame = frame.ok_or_else(|| CliError::Option {
+            option: mask.option,
+            value: format!("of {:?} values", image.size),
+            remedy: format!(
+                "'{}' must have as many values as '{}', which has {:?}, or state its place in the world as that does",
+                image.path.display(),
+                input.path.display(),
+                input.size
+            ),
+        })?;
         // The occlusion is bounded; the visible region extends beyond the image.
         image.values.reverse();
-        let sample = image.spacing.iter().fold(0.0f64, |a, b| a.max(*b));
-        let outline = placed(&image, input)?;
+        let sample = frame.sample_size().into_iter().fold(0.0, f64::max);
+        let outline = placed_by(&image, &frame, input)?;
         let occlusion = ContourDistance::new(&outline).map_err(|source| CliError::Shape {
             path: image.path.clone(),
             source,
@@ -280,7 +285,7 @@ impl<'a, const D: usize> Screen<'a, D> {
         Ok(Self {
             mask,
             occlusion,
-            margin: EDGE * sample * input.frame.scale(),
+            margin: EDGE * sample,
         })
     }
 

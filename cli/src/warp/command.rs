@@ -104,7 +104,8 @@ fn warp(args: &WarpArgs, files: &[PathBuf], start: Instant) -> Result<Exit, CliE
             _ => {
                 let sides = stored.sides(args.inverse);
                 let small = stored.small();
-                carried_image(path, &directory, (sides, &back, small), args.interpolation)?
+                let maps = [&map, &back];
+                carried_image(path, &directory, (sides, maps, small), args.interpolation)?
             }
         };
         let taken = |other: &Moved| other.name == moved.name;
@@ -165,10 +166,12 @@ impl Moved {
             _ => format!(" ({count} of {} {} {what})", self.count, self.unit),
         };
         let inexact = remark(self.inexact, "have no exact place there");
-        let outside = remark(
-            self.outside,
-            "lie outside of the box of the grid, and are displaced as the nearest point of its faces",
-        );
+        let what = if self.lost > 0.0 {
+            "lie in objects outside of the box of the grid, and are left out"
+        } else {
+            "lie outside of the box of the grid, and are displaced as the nearest point of its faces"
+        };
+        let outside = remark(self.outside, what);
         (name, inexact + &outside)
     }
 }

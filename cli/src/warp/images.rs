@@ -9,7 +9,7 @@ use super::command::Interpolation;
 use super::draw;
 use super::points::Moved;
 use super::route::WorldMap;
-use super::samples::{Between, Side, carried};
+use super::samples::{Between, Side, beyond_box, carried};
 use crate::error::CliError;
 use crate::output::nifti::{Values, write_volume};
 use crate::output::npy::write_samples;
@@ -17,7 +17,7 @@ use crate::output::{OutputError, ResultDir};
 use crate::shapes::stem;
 use shapespace_input::lattice::Lattice;
 
-/// Carries an image from the first side to the second, whose points a map sends back, and writes it:
+/// Carries an image from the first side to the second, by a map and that of the way back, and writes it:
 /// volumes in the world as NIfTI, pictures of whole numbers as PNG, and others as arrays.
 ///
 /// # Errors
@@ -25,7 +25,7 @@ use shapespace_input::lattice::Lattice;
 pub(super) fn carried_image(
     path: &Path,
     directory: &ResultDir,
-    ([from, to], back, small): ([&Side; 2], &WorldMap, f64),
+    ([from, to], [there, back], small): ([&Side; 2], [&WorldMap; 2], f64),
     interpolation: Option<Interpolation>,
 ) -> Result<Moved, CliError> {
     let image = Sources::files().read_numbers(path)?;
@@ -33,6 +33,12 @@ pub(super) fn carried_image(
     let target = to.target();
     let whole = image.are_whole();
     let between = between(image.are_labels(), interpolation);
+    let lost = if image.are_labels() {
+        beyond_box((&image, &lattice), there, small)
+    } else {
+        // Other images reach beyond their objects as a rule.
+        [0, 0]
+    };
     let found = carried((&image, &lattice), (&target, back), between, small);
     let size = std::array::from_fn(|k| image.size.get(k).copied().unwrap_or(1));
     let pictures = draw::images((&image.values, size), (&found.values, target.size));
@@ -57,8 +63,8 @@ pub(super) fn carried_image(
         count: target.count(),
         pictures: Some(pictures),
         inexact: found.inexact,
-        // Images reach beyond their objects as a rule.
-        outside: 0,
+        outside: lost[0],
+        lost: lost[0] as f64 / lost[1].max(1) as f64,
     })
 }
 

@@ -24,6 +24,8 @@ pub(super) struct Moved {
     pub inexact: usize,
     /// How many lie outside of the box of the grid, where deformations are not computed.
     pub outside: usize,
+    /// The share of the objects of a label image that lies there: it is left out.
+    pub lost: f64,
     /// Pictures of it before and after, if it can be shown.
     pub pictures: Option<Pair>,
 }
@@ -68,6 +70,7 @@ impl<'a> Mover<'a> {
             count: self.count,
             inexact: self.inexact,
             outside: self.outside,
+            lost: 0.0,
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use levelset::{Cause, Doubt};
 use serde::{Deserialize, Serialize};
 
 use super::command::{Interpolation, WarpArgs};
@@ -11,6 +12,7 @@ use super::points::Moved;
 use crate::doubts::{DoubtRecord, named, of_source};
 use crate::report;
 use crate::results::read_contents;
+use crate::shapes::stem;
 use crate::summary::Summary;
 
 /// Everything in `result.json`.
@@ -54,12 +56,13 @@ struct Carried<'a> {
     count: usize,
     /// Those of them for which the deformation has no exact inverse.
     inexact: usize,
-    /// Points outside of the box of the grid, where deformations are those of the nearest point of its faces.
+    /// Points outside of the box of the grid, where deformations are those of the nearest point of its faces, and
+    /// samples of objects of label images, which are left out there.
     outside: usize,
 }
 
-/// The doubts about the result that files were carried by.
-fn doubts(result: &Path) -> Vec<DoubtRecord> {
+/// The doubts about the result that files were carried by, and about objects that were cut off.
+fn doubts(result: &Path, files: &[PathBuf], carried: &[Moved]) -> Vec<DoubtRecord> {
     #[derive(Deserialize)]
     struct Doubted {
         #[serde(default)]
@@ -67,7 +70,13 @@ fn doubts(result: &Path) -> Vec<DoubtRecord> {
     }
     let source = read_contents::<Doubted>(result);
     let source = source.map_or_else(|_| Vec::new(), |source| source.doubts);
-    named(of_source(&source).as_slice(), [])
+    let lost = carried
+        .iter()
+        .enumerate()
+        .filter_map(|(i, moved)| Some(Doubt::check(Cause::OutsideBox, moved.lost)?.about(i)));
+    let doubts: Vec<Doubt> = of_source(&source).into_iter().chain(lost).collect();
+    let names: Vec<String> = files.iter().map(|file| stem(file)).collect();
+    named(&doubts, names.iter().map(String::as_str))
 }
 
 /// The record of files that were carried. The time is measured up to this call.
@@ -90,7 +99,7 @@ pub(super) fn record<'a, const D: usize>(
         interpolation: args.interpolation,
         refine: args.refine,
     };
-    let carried = files.iter().zip(carried).map(|(file, moved)| Carried {
+    let listed = files.iter().zip(carried).map(|(file, moved)| Carried {
         file,
         result: &moved.name,
         what: moved.what,
@@ -99,9 +108,9 @@ pub(super) fn record<'a, const D: usize>(
         outside: moved.outside,
     });
     let body = Body {
-        carried: carried.collect(),
+        carried: listed.collect(),
     };
-    let doubts = doubts(&args.result);
+    let doubts = doubts(&args.result, files, carried);
     Record::without_grid("warp", "complete", parameters, body, doubts, start)
 }
 

@@ -18,6 +18,8 @@ enum Placing {
     World,
     /// They are those of an input.
     Input(usize),
+    /// They lie in a plane of the world by their file, or are those of an input there.
+    Plane(usize),
     /// They are the nodes of the grid, or lie between them at equal distances.
     Nodes,
 }
@@ -58,6 +60,8 @@ impl Side {
     ) -> Option<Self> {
         let placing = if D == 3 && input.states_place() {
             Placing::World
+        } else if input.states_place() {
+            Placing::Plane(number)
         } else {
             Placing::Input(number)
         };
@@ -126,6 +130,12 @@ impl Side {
             remedy,
         };
         let own = self.lattice.size;
+        if let (Placing::Plane(_), Some(affine)) = (self.placing, &image.affine) {
+            return Ok(Lattice {
+                size: whole,
+                affine: in_plane(affine),
+            });
+        }
         match self.placing {
             Placing::World => {
                 let affine = image.affine.filter(|_| size.len() == 3);
@@ -136,8 +146,8 @@ impl Side {
                     affine,
                 })
             }
-            Placing::Input(_) if whole == own => Ok(self.lattice),
-            Placing::Input(number) => Err(refused(format!(
+            Placing::Plane(_) | Placing::Input(_) if whole == own => Ok(self.lattice),
+            Placing::Plane(number) | Placing::Input(number) => Err(refused(format!(
                 "without a place in the world, give an image with the samples of input {number}: {}",
                 axes(own)
             ))),
@@ -155,6 +165,16 @@ impl Side {
             }
         }
     }
+}
+
+/// The affine map of samples in a plane, without their height.
+fn in_plane(affine: &[[f64; 4]; 3]) -> [[f64; 4]; 3] {
+    let [x, y, _] = affine;
+    [
+        [x[0], x[1], 0.0, x[3]],
+        [y[0], y[1], 0.0, y[3]],
+        [0.0, 0.0, 1.0, 0.0],
+    ]
 }
 
 /// The values of an image at the samples of a lattice, whose points a map sends back into it; 0 outside
@@ -195,6 +215,32 @@ pub(crate) fn carried(
         values,
         inexact: inexact.iter().sum(),
     }
+}
+
+/// The samples of the objects of a label image that lie outside of the box of the grid, on a way from there, and all
+/// samples of its objects.
+pub(super) fn beyond_box(
+    (image, lattice): (&Numbers, &Lattice),
+    there: &WorldMap,
+    small: f64,
+) -> [usize; 2] {
+    let along = lattice.size[0];
+    let rows = image.values.chunks(along).enumerate();
+    let counts = fe_grid::parallel::map(rows, &|(row, values)| {
+        let mut found = [0, 0];
+        for (i, _) in values
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| **value != 0.0)
+        {
+            let place = there.point(lattice.position(along * row + i));
+            found[0] += usize::from(place.outside > small);
+            found[1] += 1;
+        }
+        found
+    });
+    let counts = counts.into_iter();
+    counts.fold([0, 0], |sum, found| [sum[0] + found[0], sum[1] + found[1]])
 }
 
 /// The multilinear interpolation of samples, beyond the outermost of which the nearest counts.

@@ -12,6 +12,7 @@ mod boxes;
 mod calculus;
 #[cfg(unix)]
 mod clusters;
+mod companions;
 mod compare;
 mod config;
 mod damaged_files;

@@ -198,6 +198,43 @@ fn pictures_and_outlines_go_to_the_average_and_to_other_inputs() {
 }
 
 #[test]
+fn objects_outside_of_the_box_are_doubted() {
+    let place = Place::new();
+    for (name, radius) in [("a.png", 6.0), ("b.png", 7.0)] {
+        // A disk of label 1, and a square of label 2 far from it.
+        let label = |i: u32, j: u32| -> u8 {
+            let distance = (f64::from(i) - 31.5).hypot(f64::from(j) - 31.5);
+            match (i, j) {
+                (2..7, 2..7) => 2,
+                _ => u8::from(distance < radius),
+            }
+        };
+        let labels: Vec<u8> = (0..64 * 64).map(|n| label(n % 64, n / 64)).collect();
+        place.write(name, &grey_png(64, 64, &labels));
+    }
+    let average = ["average", "a.png", "b.png", "--label", "1", "--grid", "17"];
+    succeeded(&place.compute(&[&average[..], &["-o", "average"]].concat()));
+    let warp = ["warp", "average", "a.png", "--shape", "0", "-o", "out"];
+    let run = place.run(&warp);
+    assert_eq!(run.status.code(), Some(3));
+    let found = Results::read(&place.path("out"));
+    let doubts = found.json["doubts"].as_array().unwrap();
+    let lost = doubts
+        .iter()
+        .find(|doubt| doubt["what"] == "outside_box")
+        .unwrap();
+    assert_eq!(lost["shape"], "a");
+    let disk =
+        (0..64 * 64).filter(|n| (f64::from(n % 64) - 31.5).hypot(f64::from(n / 64) - 31.5) < 6.0);
+    let share = 25.0 / (25.0 + disk.count() as f64);
+    assert!(
+        (lost["figure"].as_f64().unwrap() - share).abs() < 1e-12,
+        "{lost}"
+    );
+    assert_eq!(found.number("/carried/0/outside"), 25.0);
+}
+
+#[test]
 fn a_path_carries_its_first_shape_to_all_times() {
     let place = Place::new();
     draw(

@@ -66,14 +66,15 @@ impl Command for ScoreConfig {
     fn plan(&self, session: &Session<'_>) -> Result<PlanOf<Self>, CliError> {
         session.progress.stage("reading the modes");
         let stored = read_pca(&self.pca, self.average.as_deref(), session.trust)?;
-        let options = ReadOptions {
+        let stated = ReadOptions {
             label: self.label,
             invert: self.invert,
         };
-        let labelled = match &stored {
-            Dim::D2(stored) => !stored.average.components.is_empty(),
-            Dim::D3(stored) => !stored.average.components.is_empty(),
+        let (labelled, known) = match &stored {
+            Dim::D2(stored) => stored.average.reading(),
+            Dim::D3(stored) => stored.average.reading(),
         };
+        let options = stated.or(known);
         let images = if labelled {
             self.check_labelled()?;
             session.sources.read_label_images(&self.inputs)?
