@@ -450,6 +450,7 @@ impl CliError {
             Self::NoGeodesic { .. } => {
                 "name a directory that `shapespace geodesic` has written, with --form lagrangian"
             }
+            Self::Pca(shape_pca::PcaError::NotSolved { .. }) => "increase --max-iterations",
             Self::Pca(_) => {
                 "check that the average has at least two shapes that differ; if that does not help, please report it with the inputs"
             }

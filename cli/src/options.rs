@@ -14,7 +14,7 @@ pub use crate::grid::{Nodes, Sides};
 use crate::log::{self, LogFormat};
 use crate::numbers::{not_negative, shown};
 use crate::progress::Progress;
-use shapespace_input::ReadOptions;
+use shapespace_input::{InputError, ReadOptions, extension_of};
 
 /// Output directory and number of threads of a command.
 #[derive(Clone, Debug, Args)]
@@ -273,6 +273,32 @@ pub(crate) fn named(
         return Err(CliError::Missing { command, what });
     }
     Ok(())
+}
+
+/// Checks that a command has so many masks. A folder that does not exist is named.
+///
+/// # Errors
+/// [`CliError::TooFewInputs`], [`InputError::Unreadable`].
+pub(crate) fn at_least(
+    needed: usize,
+    command: &'static str,
+    inputs: &[PathBuf],
+) -> Result<(), CliError> {
+    let found = inputs.len();
+    if found >= needed {
+        return Ok(());
+    }
+    for path in inputs.iter().filter(|path| extension_of(path).is_empty()) {
+        path.metadata().map_err(|source| InputError::Unreadable {
+            path: path.clone(),
+            source,
+        })?;
+    }
+    Err(CliError::TooFewInputs {
+        command,
+        needed,
+        found,
+    })
 }
 
 /// The smallest positive number of an option, and the inverse of the largest: squares of sums of

@@ -12,7 +12,8 @@ use crate::config::{Config, Configured, RUN, allow};
 use crate::error::CliError;
 use crate::numbers::shown;
 use crate::options::{
-    Align, CheckpointOption, MaskOptions, RunOptions, ScaleOptions, Size, check_starts, positive,
+    Align, CheckpointOption, MaskOptions, RunOptions, ScaleOptions, Size, at_least, check_starts,
+    positive,
 };
 use shapespace_input::Kinds;
 use shapespace_input::bytes::bytes;
@@ -131,13 +132,7 @@ impl Config for AverageConfig {
 
     fn check(&self) -> Result<(), CliError> {
         let n = self.inputs.len();
-        if n < 2 {
-            return Err(CliError::TooFewInputs {
-                command: Self::COMMAND,
-                needed: 2,
-                found: n,
-            });
-        }
+        at_least(2, Self::COMMAND, &self.inputs)?;
         if self.joint {
             self.check_joint()?;
         } else {

@@ -88,7 +88,7 @@ fn sheet<const D: usize>(outcome: &Outcome<D>, found: &OfModes<D>) -> Canvas {
         let p = covariate.regression.p_value_overall;
         for value in covariate.values {
             if let Some(shape) = shapes.next() {
-                let label = format!("{} = {value:.4} (p {p:.3})", covariate.name);
+                let label = format!("{} = {value:.4} (p {p:.4})", covariate.name);
                 rows.push(label, over(shape, INK));
             }
         }

@@ -8,6 +8,7 @@ use shape_pca::groups::{Classification, Permanova, Regression, ScoreTests};
 
 use super::CompareConfig;
 use super::source::Kind;
+use super::table::LeftOut;
 use super::tests::{Found, OfModes, Outcome};
 use crate::doubts::{named, of_source};
 use crate::report;
@@ -27,6 +28,9 @@ pub(super) struct Body<'a> {
     group_of_shape: Vec<&'a str>,
     /// Lines of the table of other shapes.
     ignored_lines: usize,
+    /// Columns of numbers that are no covariates.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    covariates_left_out: &'a [LeftOut],
     /// Number of modes that are compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     n_modes: Option<usize>,
@@ -117,6 +121,7 @@ pub(super) fn record<'a, const D: usize>(
             .collect(),
         group_of_shape: labelled.groups.labels().iter().map(name).collect(),
         ignored_lines: labelled.ignored,
+        covariates_left_out: &labelled.left_out,
         n_modes: modes.map(|found| found.tests.f.len()),
         scores: modes.map(|found| &found.tests),
         distances: match &outcome.found {
@@ -253,6 +258,9 @@ pub(super) fn summary<const D: usize>(record: &Record<'_, D>, outcome: &Outcome<
                 of_modes.fold(1.0, f64::min)
             ),
         );
+    }
+    for column in body.covariates_left_out {
+        summary.line(&column.name, format!("is no covariate: {}", column.reason));
     }
     if let Some(found) = body.classification {
         summary.line(

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
 use shape_pca::groups::{GroupError, Groups};
 use shapespace_input::files::read_text;
 
 use super::CompareConfig;
-use crate::distances::{Classes, NAMED};
+use crate::distances::{Classes, NAMED, table_reader};
 use crate::error::CliError;
 use crate::shapes::stem;
 
@@ -17,6 +18,8 @@ pub(super) struct Labelled {
     pub names: Vec<String>,
     pub groups: Groups,
     pub covariates: Vec<Covariate>,
+    /// Columns that are no covariates though they have numbers.
+    pub left_out: Vec<LeftOut>,
     /// Lines of other shapes.
     pub ignored: usize,
 }
@@ -26,6 +29,13 @@ pub(super) struct Labelled {
 pub(super) struct Covariate {
     pub name: String,
     pub values: Vec<f64>,
+}
+
+/// A column of numbers that is no covariate.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct LeftOut {
+    pub name: String,
+    pub reason: String,
 }
 
 /// The names and files of the shapes of a result.
@@ -56,9 +66,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         let remedy = "give a CSV file with a header and a line for every shape";
         wrong(0, format!("it cannot be read: {error}"), remedy)
     })?;
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+    let mut reader = table_reader(&text, true);
     let place = |error: &csv::Error| error.position().map_or(0, csv::Position::line);
     let unreadable = |error: csv::Error| {
         let remedy = "give every line as many cells as the header, separated by commas";
@@ -72,7 +80,9 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         .collect();
     let columns = header.join(", ");
     let column = |name: &str| {
-        let found = header.iter().skip(1).position(|column| column == name);
+        let place = |fits: &dyn Fn(&String) -> bool| header.iter().skip(1).position(fits);
+        let found = place(&|column| column == name);
+        let found = found.or_else(|| place(&|column| column.eq_ignore_ascii_case(name)));
         let message = format!("it has no column '{name}' after the first");
         let remedy = format!("its columns are {columns}: name one with --column or --covariates");
         found
@@ -132,19 +142,29 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         let remedy = "a comparison needs two groups, and two shapes in one of them";
         wrong(0, format!("column '{}': {error}", config.column), remedy)
     })?;
-    let numbers = |at: usize| -> Option<Vec<f64>> {
-        let cells = lines.iter().map(|line| line[at].parse().ok());
-        cells
-            .map(|x: Option<f64>| x.filter(|x| x.is_finite()))
-            .collect()
-    };
-    let mut covariates = Vec::new();
+    let number = |cell: &String| cell.parse().ok().filter(|x: &f64| x.is_finite());
+    let numbers =
+        |at: usize| -> Option<Vec<f64>> { lines.iter().map(|line| number(&line[at])).collect() };
+    let (mut covariates, mut left_out) = (Vec::new(), Vec::new());
     if config.covariates.is_empty() {
         for at in (1..header.len()).filter(|&at| at != of_group) {
             let name = header[at].clone();
-            // A constant says nothing; asked for, it is an error.
-            let values = numbers(at).filter(|values| values.iter().any(|x| *x != values[0]));
-            covariates.extend(values.map(|values| Covariate { name, values }));
+            let no_number = || lines.iter().position(|line| number(&line[at]).is_none());
+            match numbers(at) {
+                // A constant says nothing; asked for, it is an error.
+                Some(values) if values.iter().all(|x| *x == values[0]) => {
+                    let reason = "all its values are equal".into();
+                    left_out.push(LeftOut { name, reason });
+                }
+                Some(values) => covariates.push(Covariate { name, values }),
+                // A column of words has no numbers at all.
+                None if lines.iter().any(|line| number(&line[at]).is_some()) => {
+                    let shape = no_number().map_or("", |shape| &known.names[shape]);
+                    let reason = format!("the cell of '{shape}' is not a number");
+                    left_out.push(LeftOut { name, reason });
+                }
+                None => {}
+            }
         }
     }
     for name in &config.covariates {
@@ -165,6 +185,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         names,
         groups,
         covariates,
+        left_out,
         ignored,
     })
 }
@@ -187,6 +208,7 @@ fn by_file(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled, CliErr
         groups: Groups::new(classes.of_input).map_err(|error| unfit(error.to_string()))?,
         names: classes.names,
         covariates: Vec::new(),
+        left_out: Vec::new(),
         ignored: 0,
     })
 }

@@ -12,7 +12,7 @@ use super::shard::Shard;
 use crate::config::{Config, Configured, RUN, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_form, check_path};
-use crate::options::{Align, MaskOptions, RunOptions};
+use crate::options::{Align, MaskOptions, RunOptions, at_least};
 use shapespace_input::Kinds;
 
 /// Options of `shapespace distances`.
@@ -149,13 +149,7 @@ impl Config for DistancesConfig {
     fn check(&self) -> Result<(), CliError> {
         let most = self.inputs.len();
         let needed = if self.against.is_empty() { 2 } else { 1 };
-        if most < needed {
-            return Err(CliError::TooFewInputs {
-                command: Self::COMMAND,
-                needed,
-                found: most,
-            });
-        }
+        at_least(needed, Self::COMMAND, &self.inputs)?;
         check_path(&self.params)?;
         let neighbours = self.neighbours != Some(0);
         allow(neighbours, "neighbours", &0, "at least 1")?;

@@ -3,11 +3,11 @@
 //! - `folder`: the name of the folder that the file is in.
 //! - `prefix`: the file name up to its last `-`, `_`, `.` or space; without one, the name
 //!   without the digits at its end: `bat-07.png` is a `bat`, `horse12.png` a `horse`.
-//! - a file of lines `file,class`: the file as on the command line, or its name
-//!   alone. What follows the last comma is the class. A first line `file,class` is a heading;
-//!   empty lines are left out.
+//! - a table of files and their classes, separated by commas, semicolons or tabs: the file as on the command
+//!   line, the end of its path, or its name with or without extension. The class is in the column
+//!   `class` or `group`, if there is a header with one of these, else in the last. Empty lines are left out.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::args::DistancesConfig;
@@ -144,34 +144,68 @@ fn listed(list: &Path, inputs: &[PathBuf]) -> Result<Vec<Option<String>>, CliErr
         reason,
     };
     let text = read_text(list).map_err(|error| failed(error.to_string()))?;
-    let mut known: HashMap<&str, &str> = HashMap::new();
-    for (i, line) in text.lines().enumerate() {
-        let line = line.trim().trim_start_matches('\u{feff}');
-        if line.is_empty() || (i == 0 && line.eq_ignore_ascii_case("file,class")) {
+    let mut known: BTreeMap<String, String> = BTreeMap::new();
+    let mut column = None;
+    for (i, cells) in table_reader(&text, false).records().enumerate() {
+        let cells = cells.map_err(|error| failed(error.to_string()))?;
+        let line = cells.position().map_or(0, csv::Position::line);
+        let cells: Vec<&str> = cells.iter().collect();
+        if cells.iter().all(|cell| cell.is_empty()) {
             continue;
         }
-        let Some((file, class)) = line.rsplit_once(',') else {
-            return Err(failed(format!("line {} has no comma: '{line}'", i + 1)));
+        let is_class = |cell: &&str| ["class", "group"].contains(&&*cell.to_lowercase());
+        if i == 0
+            && let Some(at) = cells.iter().skip(1).position(is_class)
+        {
+            column = Some(at + 1);
+            continue;
+        }
+        let (file, class) = match (column, cells.as_slice()) {
+            (Some(at), [file, ..]) if at < cells.len() => ((*file).to_owned(), cells[at]),
+            // Without a header a file name may have commas.
+            (None, [file @ .., class]) if !file.is_empty() => (file.join(","), *class),
+            _ => {
+                return Err(failed(format!(
+                    "line {line} has no class: '{}'",
+                    cells.join(",")
+                )));
+            }
         };
-        let (file, class) = (unquoted(file), unquoted(class));
-        if let Some(other) = known.insert(file, class).filter(|other| *other != class) {
+        let other = known.insert(file.clone(), class.to_owned());
+        if let Some(other) = other.filter(|other| other != class) {
             return Err(failed(format!("'{file}' is both {other} and {class}")));
         }
     }
     let class = |path: &PathBuf| {
-        let whole = path.to_string_lossy();
-        let name = path.file_name().map(|name| name.to_string_lossy());
-        let found = known.get(whole.as_ref());
-        let found = found.or_else(|| known.get(name?.as_ref()));
-        found.map(|class| (*class).to_owned())
+        let by_end = || {
+            known
+                .iter()
+                .find(|(file, _)| path.ends_with(file))
+                .map(|(_, class)| class)
+        };
+        let found = known.get(path.to_string_lossy().as_ref());
+        let found = found.or_else(by_end);
+        found
+            .or_else(|| known.get(&crate::shapes::stem(path)))
+            .cloned()
     };
     Ok(inputs.iter().map(class).collect())
 }
 
-fn unquoted(cell: &str) -> &str {
-    let cell = cell.trim();
-    let inner = cell.strip_prefix('"').and_then(|c| c.strip_suffix('"'));
-    inner.unwrap_or(cell)
+/// Reads a table whose cells are separated by commas, or where its first line has none by semicolons or tabs.
+pub(crate) fn table_reader(text: &str, has_header: bool) -> csv::Reader<&[u8]> {
+    let text = text.trim_start_matches('\u{feff}');
+    let first = text.lines().next().unwrap_or_default().as_bytes();
+    let separators = [b',', b';', b'\t'];
+    let separator = separators
+        .into_iter()
+        .find(|separator| first.contains(separator));
+    csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .delimiter(separator.unwrap_or(b','))
+        .has_headers(has_header)
+        .flexible(!has_header)
+        .from_reader(text.as_bytes())
 }
 
 #[cfg(test)]
@@ -211,8 +245,14 @@ mod tests {
         };
         let found = read("file,class\nin/a.png, long \n\n\"b, c.png\",short\n").unwrap();
         assert_eq!(found.names, ["long", "short"]);
+        let read = |text: &str| read(text).map(|found| (found.names, found.of_input));
+        let table = "name;age;Group\na;12;long\nb, c;13;short\n";
+        assert_eq!(read(table).unwrap().0, ["long", "short"]);
+        let table = "name\tgroup\tage\nin/a.png\tlong\t3\nb, c.png\tlong\t4\n";
+        assert_eq!(read(table).unwrap(), (vec!["long".into()], vec![0, 0]));
         for bad in [
             "a.png,x\n",
+            "name,class,age\na.png\nb.png,x,2\n",
             "a.png;x\nb, c.png,y",
             "a.png,x\na.png,y\nb, c.png,x",
         ] {

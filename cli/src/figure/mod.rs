@@ -34,7 +34,7 @@ pub(crate) use drawn::drawn_image;
 use crate::average::write_inputs;
 use crate::doubts::named;
 use crate::error::{CliError, Exit};
-use crate::options::{CheckpointOption, resolve_law};
+use crate::options::{CheckpointOption, at_least, resolve_law};
 use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
 use crate::session::{self, Command, PlanOf, Session};
@@ -108,13 +108,7 @@ impl Command for Figure {
             return Plan::new(images, parts, config, drawn).map(Dim::D2);
         }
         let ([needed, most], found) = (self.name.counts(), config.inputs.len());
-        if found < needed {
-            return Err(CliError::TooFewInputs {
-                command: "figure",
-                needed,
-                found,
-            });
-        }
+        at_least(needed, "figure", &config.inputs)?;
         if found > most {
             return Err(CliError::Option {
                 option: "INPUT",

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::{Config, allow};
 use crate::error::CliError;
 use crate::geodesic::{check_form, check_path};
-use crate::options::MaskOptions;
+use crate::options::{MaskOptions, at_least};
 use shapespace_input::Kinds;
 
 /// Maximum number of steps of the whole path.
@@ -60,13 +60,7 @@ impl Config for LengthConfig {
 
     fn check(&self) -> Result<(), CliError> {
         let found = self.inputs.len();
-        if found < 2 {
-            return Err(CliError::TooFewInputs {
-                command: Self::COMMAND,
-                needed: 2,
-                found,
-            });
-        }
+        at_least(2, Self::COMMAND, &self.inputs)?;
         check_path(&self.params)?;
         check_form(&self.params)?;
         let steps = (found - 1) * self.params.steps;

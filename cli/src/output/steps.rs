@@ -56,17 +56,21 @@ pub fn write_steps_plot(path: &Path, table: &StepTable<'_>) -> Result<(), Output
     let lengths = line(1, steps(|energy| energy.max(0.0).sqrt()));
     let shapes = table.sizes.iter().enumerate();
     let sizes = line(2, shapes.map(|(k, size)| (k as f64, *size)).collect());
-    let chart = |title, axis, series| Chart {
+    let chart = |title, axes: [_; 2], series| Chart {
         title,
-        across: Axis::counts(axis),
-        up: Axis::linear(""),
+        across: Axis::counts(axes[0]),
+        up: Axis::linear(axes[1]),
         series,
     };
     let size = format!("{} of each shape", table.size);
     let charts = [
-        chart("energy of each step, W_k", "step", &energies),
-        chart("length of each step, sqrt W_k", "step", &lengths),
-        chart(&size, "shape", &sizes),
+        chart("energy of each step, W_k", ["step", "W_k"], &energies),
+        chart(
+            "length of each step, sqrt W_k",
+            ["step", "sqrt W_k"],
+            &lengths,
+        ),
+        chart(&size, ["shape", table.size], &sizes),
     ];
     write_charts(path, (900, 840), &charts)
 }

@@ -289,6 +289,14 @@ pub(crate) fn read_pca(
     Ok(per_dimension!(dimension, () => stored_pca(directory, average, trust)?))
 }
 
+/// The average of modes: where it was, or beside the modes if both were moved. The checksum of its record tells whether
+/// it is the same.
+fn found_again(modes: &Path, average: &Path) -> PathBuf {
+    let beside = || Some(modes.parent()?.join(average.file_name()?));
+    let moved = beside().filter(|path| !average.exists() && path.exists());
+    moved.unwrap_or_else(|| average.into())
+}
+
 fn stored_pca<const D: usize>(
     directory: &Path,
     average: Option<&Path>,
@@ -303,8 +311,11 @@ fn stored_pca<const D: usize>(
         doubts,
         ..
     } = record;
-    let average = average.map_or_else(|| config.average.clone(), PathBuf::from);
-    let dimension = read_dimension(&average).map_err(|reason| unfit_average(&average, reason))?;
+    let average = average.map_or_else(|| found_again(directory, &config.average), PathBuf::from);
+    let dimension = read_dimension(&average).map_err(|reason| {
+        let remedy = "if it has been moved, put it beside the modes, or name it with --average where that is an option";
+        unfit_average(&average, format!("{reason}; {remedy}"))
+    })?;
     if dimension.dimension() != D {
         return Err(unfit_average(&average, format!("its shapes are not {D}D")));
     }

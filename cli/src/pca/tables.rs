@@ -54,11 +54,11 @@ fn numbered(from: usize, values: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// A chart of numbers from zero over a number of modes.
-fn over_modes<'a>(axis: &'a str, title: &'a str, series: &'a [Series]) -> Chart<'a> {
+fn over_modes<'a>([axis, up]: [&'a str; 2], title: &'a str, series: &'a [Series]) -> Chart<'a> {
     Chart {
         title,
         across: Axis::counts(axis),
-        up: Axis::linear(""),
+        up: Axis::linear(up),
         series,
     }
 }
@@ -76,15 +76,23 @@ pub(super) fn write_scree(
     compactness: &[f64],
 ) -> Result<(), OutputError> {
     let modes = compactness.len();
-    let ratios = [Series::new("", 0, numbered(1, &ratios[..modes]))];
+    // The first mode is number 0, as its files and pictures are.
+    let ratios = [Series::new("", 0, numbered(0, &ratios[..modes]))];
     let sums = [Series::new("", 1, numbered(1, compactness))];
-    let chart = |title, series| over_modes("mode", title, series);
     write_charts(
         path,
         SIZE,
         &[
-            chart("eigenvalues relative to the first", &ratios),
-            chart("share of the variance in the first modes", &sums),
+            over_modes(
+                ["mode", "eigenvalue"],
+                "eigenvalues relative to the first",
+                &ratios,
+            ),
+            over_modes(
+                ["number of modes", "share"],
+                "share of the variance in the first modes",
+                &sums,
+            ),
         ],
     )
 }
@@ -100,13 +108,18 @@ pub(super) fn write_quality(
 ) -> Result<(), OutputError> {
     let general = [Series::new("", 0, numbered(0, &quality.generalisation))];
     let specific = [Series::new("", 1, numbered(1, &quality.specificity))];
-    let chart = |title, series| over_modes("modes", title, series);
+    let chart = |up, title, series| over_modes(["number of modes", up], title, series);
     write_charts(
         plot,
         SIZE,
         &[
-            chart("generalisation: error of shapes left out", &general),
             chart(
+                "error",
+                "generalisation: error of shapes left out",
+                &general,
+            ),
+            chart(
+                "distance",
                 "specificity: distance of random shapes to the nearest input",
                 &specific,
             ),
@@ -149,16 +162,21 @@ pub(super) fn write_reconstruction(
             .collect()
     };
     let (errors, distances) = (lines(errors), lines(distances));
-    let chart = |title, series| over_modes("modes", title, series);
+    let chart = |up, title, series| over_modes(["number of modes", up], title, series);
     write_charts(
         path,
         SIZE,
         &[
             chart(
+                "residual",
                 "relative residual displacement with the first modes",
                 &errors,
             ),
-            chart("distance of the reconstructed boundary", &distances),
+            chart(
+                "distance",
+                "distance of the reconstructed boundary",
+                &distances,
+            ),
         ],
     )
 }

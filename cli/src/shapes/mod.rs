@@ -434,6 +434,17 @@ fn placed_by<const D: usize>(
     })
 }
 
+/// The area or volume of a mask that is placed by a frame.
+///
+/// # Errors
+/// [`CliError::Shape`] for one without a boundary.
+pub(crate) fn volume_of<const D: usize>(
+    image: &Image<D>,
+    frame: &FrameTransform<D>,
+) -> Result<f64, CliError> {
+    Ok(input(image, *frame, String::new())?.volume)
+}
+
 /// The boundary of a mask in the placement of another one, with its signed distance on the grid:
 /// `motion` is a rotation, row by row, and a translation.
 ///

@@ -132,6 +132,23 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
     let (all, _) = compare(&place, "modes", "groups.csv", "all", &["--modes", "7"]);
     assert!(all.number("/scores/p_value_overall") < 0.07);
 
+    // A column with a cell that is no number is named; separators and the case of titles are what they are.
+    let rows = (0..8).map(|i| {
+        let [group, age] = [
+            if i < 4 { "a" } else { "b" },
+            if i == 2 { "NA" } else { "7" },
+        ];
+        format!("ellipse_{i};{group};{age};{i}\n")
+    });
+    let table = format!("file;Group;age;height\n{}", rows.collect::<String>());
+    place.write("spaced.csv", table.as_bytes());
+    let (gaps, text) = compare(&place, "modes", "spaced.csv", "gaps", &[]);
+    assert_eq!(gaps.json["covariates_left_out"][0]["name"], "age");
+    assert_eq!(gaps.json["covariates"][0]["name"], "height");
+    assert!(
+        text.contains("the cell of 'ellipse_2' is not a number"),
+        "{text}"
+    );
     // Groups that are no groups.
     place.write("halves.csv", b"file,group\nellipse_0,a\nellipse_1,a\nellipse_2,b\nellipse_3,b\nellipse_4,b\nellipse_5,b\nellipse_6,a\nellipse_7,a\n");
     let (none, _) = compare(&place, "modes", "halves.csv", "none", &[]);

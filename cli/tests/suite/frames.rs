@@ -267,6 +267,51 @@ fn modes_scores_and_distances_do_not_depend_on_the_lattice() {
     }
 }
 
+/// Scores are those of a minimum, which does not depend on the order of additions.
+#[test]
+fn scores_do_not_depend_on_the_order_of_samples() {
+    let place = Place::new();
+    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let affine = lattice(identity, [SIDE; 3]);
+    let names = ["a.nii", "b.nii", "c.nii", "d.nii"];
+    for (name, swelling) in names.iter().zip([-1.0, 0.0, 1.2, 0.6]) {
+        Solid { swelling, ..SOLID }.write(&place, name, [SIDE; 3], &affine);
+    }
+    // The first axis is the last one, reversed.
+    let reversed = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
+    let solid = Solid {
+        swelling: 0.6,
+        ..SOLID
+    };
+    solid.write(
+        &place,
+        "reversed.nii",
+        [SIDE; 3],
+        &lattice(reversed, [SIDE; 3]),
+    );
+    let average = [
+        "average", "a.nii", "b.nii", "c.nii", "--grid", "17", "--align", "none",
+    ];
+    succeeded(&place.compute(&[&average[..], &["-o", "average"]].concat()));
+    succeeded(&place.compute(&["pca", "average", "-o", "modes"]));
+    let score = [
+        "score",
+        "d.nii",
+        "reversed.nii",
+        "--pca",
+        "modes",
+        "-o",
+        "out",
+    ];
+    succeeded(&place.compute(&score));
+    let found = Results::read(&place.path("out"));
+    let [one, other] = [0, 1].map(|i| found.numbers(&format!("/scores/{i}")));
+    println!("{one:?} {other:?} {:?}", found.numbers("/elastic"));
+    for (a, b) in one.iter().zip(&other) {
+        assert!((a - b).abs() < 0.02, "{one:?} {other:?}");
+    }
+}
+
 #[test]
 fn a_mirror_image_is_named() {
     let place = Place::new();

@@ -1,6 +1,7 @@
 //! What users do naturally: folders and patterns as inputs, dark objects, and mistakes that get an
 //! answer.
 
+use std::f64::consts::TAU;
 use std::process::Output;
 
 use crate::common::{Place, Results, grey_png, npy_f64, succeeded};
@@ -152,5 +153,37 @@ fn mistakes_get_an_answer() {
     wrong(
         &["warp", "modes", "a.png", "--shape", "0", "-o", "x"],
         "a result of `shapespace pca`",
+    );
+    wrong(&["average", "nowhere", "-o", "x"], "cannot read 'nowhere'");
+    // A disk in another unit of length.
+    let point = |k: u32| {
+        let [x, y] = [0.0, 0.25].map(|turn| ((f64::from(k) / 60.0 + turn) * TAU).sin());
+        format!("{},{}\n", 9000.0 * x, 9000.0 * y)
+    };
+    let points: String = (0..60).map(point).collect();
+    place.write("micrometres.csv", points.as_bytes());
+    let scored = [
+        "score",
+        "a.png",
+        "micrometres.csv",
+        "--pca",
+        "modes",
+        "-o",
+        "x",
+    ];
+    wrong(
+        &scored,
+        "'micrometres.csv', 1059 times as large as the average",
+    );
+    // An average and its modes that were moved together find each other.
+    std::fs::create_dir(place.path("moved")).unwrap();
+    for name in ["mean", "modes"] {
+        std::fs::rename(place.path(name), place.path(&format!("moved/{name}"))).unwrap();
+    }
+    succeeded(&place.compute(&["synthesize", "moved/modes", "--scores", "1", "-o", "made"]));
+    std::fs::rename(place.path("moved/mean"), place.path("lost")).unwrap();
+    wrong(
+        &["synthesize", "moved/modes", "--scores", "1", "-o", "x"],
+        "put it beside the modes",
     );
 }

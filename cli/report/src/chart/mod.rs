@@ -226,9 +226,25 @@ impl<'a> Axis<'a> {
         Self {
             title,
             scale: Scale::Linear,
-            number: |y| format!("{y:.2e}"),
+            number,
         }
     }
+}
+
+/// A number of four digits, without zeros at its end.
+fn number(y: f64) -> String {
+    if y == 0.0 {
+        return "0".into();
+    }
+    if !(1e-3..1e5).contains(&y.abs()) {
+        return format!("{y:.1e}");
+    }
+    let digits = (3.0 - y.abs().log10().floor()).max(0.0) as usize;
+    let text = format!("{y:.digits$}");
+    if digits == 0 {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').into()
 }
 
 impl Series {

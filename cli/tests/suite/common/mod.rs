@@ -72,6 +72,11 @@ pub fn array(path: &Path) -> (Vec<u64>, Vec<f64>) {
     read_npy(path, "<f8", f64::from_le_bytes)
 }
 
+/// The same of single precision.
+pub fn array_of_singles(path: &Path) -> (Vec<u64>, Vec<f32>) {
+    read_npy(path, "<f4", f32::from_le_bytes)
+}
+
 /// Shape and values of an array as the program writes it, of the type with this code.
 fn read_npy<const W: usize, T>(
     path: &Path,
