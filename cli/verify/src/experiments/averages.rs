@@ -64,8 +64,6 @@ fn volume<const D: usize>(radius: f64) -> f64 {
 fn force_balance(setting: Setting) -> Result<Outcome, VerifyError> {
     let spec = law("logdet", 1.3, 0.8)?;
     let mut outcome = Outcome::with_law::<2>(spec, &[Requirement::FrameIndifference])?;
-    let grid = Grid::<2>::dyadic(setting.effort(5, 6));
-    let shapes = RADII.map(|radius| ball(grid, radius));
     let params = AverageParams {
         law: spec,
         interface_cells: 1.0,
@@ -74,12 +72,15 @@ fn force_balance(setting: Setting) -> Result<Outcome, VerifyError> {
         max_iterations: 400,
         ..AverageParams::default()
     };
+    let grid = Grid::<2>::dyadic(setting.effort(5, 6));
+    let shapes = RADII.map(|radius| ball(grid, radius));
     let result = average(&shapes, &params, &mut Silent)?;
     outcome.at_most(
         "|Σσ_i|/Σ|σ_i| inside of the average of three balls",
         imbalance(&spec, &shapes, &result, setting)?,
-        setting.effort(0.04, 0.02),
-        "forces act over the width of the interface, a spacing of a sixth or twelfth of a radius",
+        setting.effort(0.015, 0.008),
+        "a share of 2e-5 of the energy that the minimiser leaves is .0045 of forces, its root, on any \
+         grid; the width of the interface adds as much where it is a sixth of a radius",
     );
     Ok(outcome)
 }
@@ -119,11 +120,32 @@ fn equilibrium(setting: Setting) -> Result<Outcome, VerifyError> {
     let spec = LawSpec::default();
     let mut outcome = Outcome::with_law::<2>(spec, &[Requirement::FrameIndifference])?;
     let grid = Grid::<2>::dyadic(setting.effort(6, 7));
+    let [inside, sum] = unbalanced(setting, &spec, grid)?;
+    outcome.at_most(
+        "root of the forces squared farther than 6ε inside, over that of all",
+        inside,
+        0.003,
+        "forces act where shapes are matched, on their boundary; a share of 2e-6 of the energy that the \
+         minimiser leaves is .0014 of forces, its root",
+    );
+    outcome.at_most(
+        "|Σu_i|/Σ|u_i| of the displacements that the stresses make of the average",
+        sum,
+        0.06,
+        "zero where Σσ_iν = 0; the phase fields hold .039 to .046, on 33² nodes as on 129², as their width is \
+         one spacing on each",
+    );
+    Ok(outcome)
+}
+
+/// What is left of the forces inside of the shapes of an average, over all of them, and of the
+/// displacements that the loads of all shapes make of the average, over their sizes.
+fn unbalanced(setting: Setting, spec: &LawSpec, grid: Grid<2>) -> Result<[f64; 2], VerifyError> {
     let shapes = [ellipse(grid, [0.3, 0.2])?, ellipse(grid, [0.2, 0.28])?];
     let params = AverageParams {
         interface_cells: 1.0,
         length_weight: Some(1e-5),
-        tolerance: 2e-5,
+        tolerance: 2e-6,
         max_iterations: 400,
         ..AverageParams::default()
     };
@@ -159,14 +181,6 @@ fn equilibrium(setting: Setting) -> Result<Outcome, VerifyError> {
             }
         }
     }
-    outcome.at_most(
-        "root of the forces squared farther than 6ε inside, over that of all",
-        (inside / all).sqrt(),
-        0.05,
-        "forces act where shapes are matched, on their boundary; what the minimiser leaves inside \
-         is a few hundredths",
-    );
-    // The displacements that the loads of all shapes make of the average.
     let weights = params.resolved_weights(result.displacements.len());
     let objects = Average::new(
         result.displacements.clone(),
@@ -181,13 +195,7 @@ fn equilibrium(setting: Setting) -> Result<Outcome, VerifyError> {
         vector::axpy(1.0, u.as_slice(), &mut sum);
         sizes += product(u.as_slice());
     }
-    outcome.at_most(
-        "|Σu_i|/Σ|u_i| of the displacements that the stresses make of the average",
-        product(&sum) / sizes,
-        0.1,
-        "zero where Σσ_iν = 0; the phase fields hold a few hundredths",
-    );
-    Ok(outcome)
+    Ok([(inside / all).sqrt(), product(&sum) / sizes])
 }
 
 fn inverse_average(setting: Setting) -> Result<Outcome, VerifyError> {
