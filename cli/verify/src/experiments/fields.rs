@@ -126,10 +126,35 @@ fn weights(setting: Setting) -> Result<Outcome, VerifyError> {
             ),
             radius_of(&found)? / expected(first)?,
             1.0,
-            setting.effort(0.02, 0.01),
-            "a tenth of a spacing; the mismatch yields by as much",
+            setting.effort(0.008, 0.004),
+            "a twentieth of a spacing; the mismatch yields by as much",
         );
     }
+    // Against the average of the weight one, so that the width of the interface cancels.
+    let radius = |first: f64| -> Result<f64, VerifyError> {
+        let params = AverageParams {
+            weights: Some(
+                setting
+                    .ingredient([first, 1.0 - first], [1.0 - first, first])
+                    .to_vec(),
+            ),
+            ..close()
+        };
+        radius_of(&average(&shapes, &params, &mut Silent)?)
+    };
+    let alone = radius(1.0)?;
+    let mut points = Vec::new();
+    for rest in [0.2, 0.1, 0.05, 0.025] {
+        points.push((rest, radius(1.0 - rest)? - alone));
+    }
+    outcome.order(
+        "|R(λ) − R(1)|",
+        "1 − λ",
+        points,
+        1.0,
+        0.2,
+        "the force of the other disk is of the size of its weight; the next term is a tenth of it at 1 − λ = 0.2",
+    );
     Ok(outcome)
 }
 
