@@ -99,8 +99,9 @@ fn bars(setting: Setting) -> Result<Outcome, VerifyError> {
         "bend of an arm of the average, over that of the bent bar",
         bend(&found.average_indicator) / half,
         0.5,
-        0.08,
-        "the bent bar resists a little more: what is folded at the joint is compressed",
+        0.04,
+        "the bent bar resists a little more: what is folded at the joint is compressed. The minimiser ends \
+         two degrees of 62 early",
     );
     let (mut within, mut whole) = (0usize, 0usize);
     for (shape, displacement) in shapes.iter().zip(&found.displacements) {
@@ -117,8 +118,9 @@ fn bars(setting: Setting) -> Result<Outcome, VerifyError> {
     outcome.at_least(
         "share of both bars where |Dφ|/√2 and det Dφ are within .97 and 1.03",
         within as f64 / whole as f64,
-        0.6,
-        "the range that the notes show; more around the joint",
+        setting.effort(0.67, 0.7),
+        "the range that the notes show; more around the joint, and on the cells of the boundary, of which \
+         coarse grids have a larger share",
     );
     Ok(outcome)
 }
