@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use fe_grid::minimise::Silent;
 use fe_grid::{Field, Grid, ScalarField, VectorField, tensor};
 use geodesic::calculus::{CalculusParams, shoot};
-use geodesic::{Form, GeodesicParams, geodesic};
+use geodesic::{Form, Geodesic, GeodesicParams, geodesic};
 use levelset::{BoxEdge, Moments, connected_components, contour};
 use shape_average::{AverageParams, BoundaryCondition, Solver, average};
 use shape_pca::{Average, Compound, Pca, PcaParams};
@@ -70,6 +70,21 @@ pub const STATEMENTS: &[Statement] = &[
         claim: "Paths of level sets connect two disks with one: parts merge on the way",
         broken: "the end shape is in two parts",
         run: topology,
+    },
+    Statement {
+        name: "path-topology-split",
+        reference: "section 6, topology",
+        claim: "Paths of level sets connect one shape with two disks: it splits on the way",
+        broken: "the end shape is in one part",
+        run: split,
+    },
+    Statement {
+        name: "path-topology-hole",
+        reference: "section 6, topology",
+        claim: "Paths of level sets connect a ring with a disk: the hole shrinks on the way, and is gone \
+                at the end",
+        broken: "the end shape has the hole",
+        run: hole,
     },
     Statement {
         name: "calculus-shot-disk",
@@ -310,40 +325,113 @@ fn sampled(setting: Setting) -> Result<Outcome, VerifyError> {
     Ok(outcome)
 }
 
+/// Two disks whose centres are at the same distance from the middle.
+fn two_disks(grid: Grid<2>, left: f64, radius: f64) -> ScalarField<f64, 2> {
+    let mut two = disk_at(grid, [left, 0.5], radius);
+    let other = disk_at(grid, [1.0 - left, 0.5], radius);
+    for (u, v) in two.as_mut_slice().iter_mut().zip(other.as_slice()) {
+        *u = u.max(*v);
+    }
+    two
+}
+
+/// Number of parts of the shapes of a path of level sets.
+fn parts(from: &ScalarField<f64, 2>, to: &ScalarField<f64, 2>) -> Result<Vec<f64>, VerifyError> {
+    let path = by_level_sets(from, to, 4)?;
+    let count = |u| connected_components(u, 0.0).sizes.len() as f64;
+    Ok(path.level_sets.iter().map(count).collect())
+}
+
+fn by_level_sets(
+    from: &ScalarField<f64, 2>,
+    to: &ScalarField<f64, 2>,
+    steps: usize,
+) -> Result<Geodesic<2>, VerifyError> {
+    let params = GeodesicParams {
+        form: Form::LevelSets,
+        steps,
+        ..GeodesicParams::default()
+    };
+    Ok(geodesic(from, to, &params, &mut Silent)?)
+}
+
 fn topology(setting: Setting) -> Result<Outcome, VerifyError> {
     let grid = Grid::<2>::dyadic(5);
-    let disks = |left: f64, radius: f64| {
-        let mut two = disk_at(grid, [left, 0.5], radius);
-        let other = disk_at(grid, [1.0 - left, 0.5], radius);
-        for (u, v) in two.as_mut_slice().iter_mut().zip(other.as_slice()) {
-            *u = u.max(*v);
-        }
-        two
-    };
-    let two = disks(0.32, 0.15);
     // The end shape is in one part.
     let one = setting.ingredient(
         ellipse_at(grid, [0.3, 0.16], [0.5; 2], 0.0)?,
-        disks(0.3, 0.14),
+        two_disks(grid, 0.3, 0.14),
     );
-    let params = GeodesicParams {
-        form: Form::LevelSets,
-        steps: 4,
-        ..GeodesicParams::default()
-    };
-    let path = geodesic(&two, &one, &params, &mut Silent)?;
-    let parts: Vec<usize> = path
-        .level_sets
-        .iter()
-        .map(|u| connected_components(u, 0.0).sizes.len())
-        .collect();
+    let parts = parts(&two_disks(grid, 0.32, 0.15), &one)?;
     let mut outcome = Outcome::default();
     outcome.value(
         "parts of the last shape but one",
-        parts[parts.len() - 2] as f64,
+        parts[parts.len() - 2],
         1.0,
         0.0,
         "the disks have merged before the end",
+    );
+    Ok(outcome)
+}
+
+fn split(setting: Setting) -> Result<Outcome, VerifyError> {
+    let grid = Grid::<2>::dyadic(5);
+    let one = ellipse_at(grid, [0.3, 0.16], [0.5; 2], 0.0)?;
+    let end = setting.ingredient(
+        two_disks(grid, 0.32, 0.15),
+        ellipse_at(grid, [0.31, 0.14], [0.5; 2], 0.0)?,
+    );
+    let parts = parts(&one, &end)?;
+    let mut outcome = Outcome::default();
+    outcome.value(
+        "parts of the last shape but one",
+        parts[parts.len() - 2],
+        2.0,
+        0.0,
+        "the shape has split before the end",
+    );
+    Ok(outcome)
+}
+
+fn hole(setting: Setting) -> Result<Outcome, VerifyError> {
+    let grid = Grid::<2>::dyadic(5);
+    let with_hole = |radius: f64| {
+        ScalarField::<f64, 2>::from_fn(grid, |[x, y]| {
+            let d = (x - 0.5).hypot(y - 0.5);
+            [(0.3 - d).min(d - radius)]
+        })
+    };
+    let radius = 0.09;
+    let path = by_level_sets(
+        &with_hole(radius),
+        &with_hole(setting.ingredient(-1.0, radius)),
+        3,
+    )?;
+    let sizes: Vec<f64> = path
+        .level_sets
+        .iter()
+        .map(|u| {
+            let inside = (0..grid.n_nodes()).filter(|node| {
+                let [x, y] = grid.position(grid.node(*node));
+                (x - 0.5).hypot(y - 0.5) < 0.2 && u.as_slice()[*node] <= 0.0
+            });
+            inside.count() as f64
+        })
+        .collect();
+    let mut outcome = Outcome::default();
+    let last = sizes.len() - 1;
+    outcome.at_most(
+        "size of the hole in the last shape but one, over that of the first",
+        sizes[last - 1] / sizes[0],
+        0.25,
+        "deformations make it as small as some cells, which only the match takes away",
+    );
+    outcome.value(
+        "size of the hole in the last shape, in nodes",
+        sizes[last],
+        0.0,
+        0.0,
+        "the path ends in the disk",
     );
     Ok(outcome)
 }
