@@ -3,6 +3,7 @@
 mod averages;
 mod balls;
 mod calculus;
+mod constrained;
 mod discretisation;
 mod dissipation;
 mod existence;
@@ -43,6 +44,7 @@ pub fn all() -> Vec<Statement> {
         laws::STATEMENTS,
         mechanics::STATEMENTS,
         existence::STATEMENTS,
+        constrained::STATEMENTS,
         averages::STATEMENTS,
         minima::STATEMENTS,
         fields::STATEMENTS,
