@@ -88,7 +88,7 @@ fn they_are_the_same_in_another_order() {
         .map(|name| array_of_singles(&place.path(&format!("carried/{name}.npy"))));
     assert_eq!(one.0, other.0);
     let differences = one.1.iter().zip(&other.1).map(|(a, b)| (a - b).abs());
-    assert!(differences.fold(0.0, f64::max) < 1e-5);
+    assert!(differences.fold(0.0, f32::max) < 1e-5);
     assert!(one.1.iter().sum::<f32>() > 100.0);
 }
 
