@@ -316,7 +316,7 @@ const CRITERIA: [Criterion; 38] = [
         limit: Limit::AtMost(1e-6),
         reason: "Shapes are level sets on the grid: what lies outside of its box is missing from them, from \
                  pictures and from volumes. Less than a millionth is rounding.",
-        remedy: "continue by fewer steps (-K), use a smaller variation, or compute the geodesic or the average \
+        remedy: "continue by fewer steps (-K), use a smaller variation or smaller scores, or compute the geodesic or the average \
                  with --box cube, or with all objects of the label images",
     },
     Criterion {

@@ -46,7 +46,7 @@ struct End<const D: usize> {
 fn unfit(directory: &Path, reason: String) -> CliError {
     CliError::NoResult {
         path: directory.into(),
-        command: "average",
+        command: "average`, `shapespace geodesic` or `shapespace pca",
         reason,
     }
 }
