@@ -149,7 +149,6 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
     if config.covariates.is_empty() {
         for at in (1..header.len()).filter(|&at| at != of_group) {
             let name = header[at].clone();
-            let no_number = || lines.iter().position(|line| number(&line[at]).is_none());
             match numbers(at) {
                 // A constant says nothing; asked for, it is an error.
                 Some(values) if values.iter().all(|x| *x == values[0]) => {
@@ -159,7 +158,8 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
                 Some(values) => covariates.push(Covariate { name, values }),
                 // A column of words has no numbers at all.
                 None if lines.iter().any(|line| number(&line[at]).is_some()) => {
-                    let shape = no_number().map_or("", |shape| &known.names[shape]);
+                    let other = lines.iter().position(|line| number(&line[at]).is_none());
+                    let shape = other.map_or("", |shape| &known.names[shape]);
                     let reason = format!("the cell of '{shape}' is not a number");
                     left_out.push(LeftOut { name, reason });
                 }

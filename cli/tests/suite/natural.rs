@@ -175,6 +175,15 @@ fn mistakes_get_an_answer() {
         &scored,
         "'micrometres.csv', 1081 times as large as the average",
     );
+    let sized = [
+        "score",
+        "micrometres.csv",
+        "--pca",
+        "modes",
+        "--size",
+        "equal",
+    ];
+    succeeded(&place.compute(&[&sized[..], &["-o", "sized"]].concat()));
     // An average and its modes that were moved together find each other.
     std::fs::create_dir(place.path("moved")).unwrap();
     for name in ["mean", "modes"] {

@@ -248,12 +248,12 @@ impl<'a, const D: usize> Target<'a, D> {
         let image = in_world.as_ref().unwrap_or(image);
         let turned = self.align == Align::Rigid || self.scale == Size::Equal;
         let mut frame_of = frame_like(image, (size, &frame.moved(corner)), &grid, 1.0, turned);
+        let times = (volume_of(image, &frame_of)? / self.size).powf(1.0 / D as f64);
         if self.scale == Size::Equal {
-            let (outline, _) = place_like(image, frame_of, None, self.coarse_grid())?;
-            let own = Moments::of_contour(&outline).map_err(shown)?.volume;
-            frame_of = frame_of.shrunk((self.size / own).powf(1.0 / D as f64));
+            frame_of = frame_of.shrunk(times.recip());
+        } else {
+            check_size(image, times)?;
         }
-        self.check_size(image, &frame_of)?;
         let coarse = place_like(image, frame_of, None, self.coarse_grid());
         if self.align == Align::None {
             // Where nothing is aligned, only sides in the world are those of the average.
@@ -297,27 +297,6 @@ impl<'a, const D: usize> Target<'a, D> {
         })
     }
 
-    /// Refuses shapes whose lengths have another unit than those of the average.
-    fn check_size(&self, image: &Image<D>, frame: &FrameTransform<D>) -> Result<(), CliError> {
-        let volume = volume_of(image, frame)?;
-        let times = (volume / self.size).powf(1.0 / D as f64);
-        if (MOST_TIMES.recip()..MOST_TIMES).contains(&times) {
-            return Ok(());
-        }
-        let (times, which) = match times {
-            times if times > 1.0 => (times, "large"),
-            times => (times.recip(), "small"),
-        };
-        Err(CliError::Option {
-            option: "INPUT",
-            value: format!(
-                "'{}', {times:.0} times as {which} as the average,",
-                image.path.display()
-            ),
-            remedy: "give it in the unit of the shapes of the average, or use --size equal".into(),
-        })
-    }
-
     /// The doubt that a shape is reflected against the average.
     fn reflection(&self, coarse: &ScalarField<f64, D>) -> Result<Option<Doubt>, CliError> {
         Likeness::doubt_of_average(&self.coarse[0], coarse, self.stored.average.mismatch)
@@ -355,4 +334,24 @@ fn agreement<const D: usize>(
         Doubt::check(Cause::BoundaryDistance, largest),
     ];
     Ok((overlap, doubts.into_iter().flatten().collect()))
+}
+
+/// Refuses a shape whose lengths, so many times those of the average, have another unit.
+fn check_size<const D: usize>(image: &Image<D>, times: f64) -> Result<(), CliError> {
+    if (MOST_TIMES.recip()..MOST_TIMES).contains(&times) {
+        return Ok(());
+    }
+    let (times, which) = if times > 1.0 {
+        (times, "large")
+    } else {
+        (times.recip(), "small")
+    };
+    Err(CliError::Option {
+        option: "INPUT",
+        value: format!(
+            "'{}', {times:.0} times as {which} as the average,",
+            image.path.display()
+        ),
+        remedy: "give it in the unit of the shapes of the average, or use --size equal".into(),
+    })
 }
