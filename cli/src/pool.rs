@@ -25,6 +25,9 @@ fn on_threads(threads: usize, work: &mut (dyn FnMut() + Send)) -> Result<(), Cli
         .num_threads(threads)
         .build()
         .map_err(|error| no_threads(&error))?;
+    // Every thread has begun before the work takes memory: where the C library finds none for what a thread
+    // keeps for its end, it aborts the program.
+    pool.broadcast(|_| ());
     pool.install(work);
     Ok(())
 }

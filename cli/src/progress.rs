@@ -87,7 +87,12 @@ impl Progress {
             bar.set_style(style);
         }
         // The bar panics where its thread cannot be started.
-        let can_start = || thread::Builder::new().spawn(|| ()).is_ok();
+        let probe = || {
+            thread::Builder::new()
+                .spawn(|| ())
+                .map(thread::JoinHandle::join)
+        };
+        let can_start = || matches!(probe(), Ok(Ok(())));
         if !bar.is_hidden() && can_start() {
             bar.enable_steady_tick(Duration::from_millis(120));
         }
@@ -166,10 +171,15 @@ impl Progress {
 /// is dropped. Where it cannot be started there is silence.
 fn break_silence(bar: ProgressBar, last: Arc<Mutex<Instant>>) -> Option<Sender<()>> {
     let (sender, receiver) = channel();
-    let print = move || after_silence(&receiver, &last, SILENCE, &|| note(doing(&bar)));
+    let (begins, begun) = channel();
+    let print = move || {
+        let _ = begins.send(());
+        after_silence(&receiver, &last, SILENCE, &|| note(doing(&bar)));
+    };
     let name = "progress".to_owned();
     let started = thread::Builder::new().name(name).spawn(print);
-    started.ok().map(|_| sender)
+    // It has begun before the computation takes memory (see `pool`).
+    started.ok().and(begun.recv().ok()).map(|()| sender)
 }
 
 /// The stage and its last iteration, with the time since the beginning.
