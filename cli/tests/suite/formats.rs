@@ -99,7 +99,7 @@ fn averaged(place: &Place) -> Results {
 }
 
 #[test]
-fn displacement_fields_are_applied_by_simpleitk() {
+fn displacement_fields_are_applied_by_other_programs() {
     let Some(program) = python(VOLUMES) else {
         return;
     };
@@ -151,8 +151,11 @@ fn displacement_fields_are_applied_by_simpleitk() {
     };
     assert_eq!(checked["sides"], true);
     assert!(checked["affine"].as_f64().unwrap() < 1e-5);
-    for (i, dice) in list("ours").into_iter().enumerate() {
-        // The same field, applied by two programs.
+    if list("ants").is_empty() {
+        println!("not applied by ANTs: no Python with ants (antspyx)");
+    }
+    for (i, dice) in list("ours").into_iter().chain(list("ants")).enumerate() {
+        // The same field, applied by two or three programs.
         assert!(dice >= 0.99, "{i}: {dice}");
     }
     for (i, dice) in list("onto").into_iter().chain(list("back")).enumerate() {

@@ -1,4 +1,4 @@
-"""Applies displacement fields with SimpleITK, and prints overlaps as JSON.
+"""Applies displacement fields with SimpleITK, and with ANTs where it is, and prints overlaps as JSON.
 
 Arguments: the average's mask, its signed distance, its affine map as JSON (16 numbers by rows), and
 for each input a comma-separated list of its file, its warp, its inverse warp, and its warped mask by
@@ -11,6 +11,11 @@ import nibabel
 import numpy
 import SimpleITK as sitk
 
+try:
+    import ants
+except ImportError:
+    ants = None
+
 
 def transform(path):
     field = sitk.ReadImage(path, sitk.sitkVectorFloat64)
@@ -20,6 +25,13 @@ def transform(path):
 
 def resampled(moving, fixed, path):
     return sitk.Resample(moving, fixed, transform(path), sitk.sitkLinear, 0.0, sitk.sitkFloat64)
+
+
+def by_ants(moving, fixed, path):
+    moving, fixed = (ants.image_read(name) for name in (moving, fixed))
+    warped = ants.apply_transforms(fixed, moving, transformlist=[path], interpolator="linear")
+    # The arrays of ANTs begin with x, those of SimpleITK with z.
+    return sitk.GetImageFromArray(warped.numpy().T)
 
 
 def dice(a, b):
@@ -38,13 +50,17 @@ found = {
     "onto": [],
     "back": [],
     "ours": [],
+    "ants": [],
 }
 for names in sys.argv[4:]:
     subject, warp, inverse, warped = names.split(",")
+    file = subject
     subject = sitk.ReadImage(subject, sitk.sitkFloat64)
     onto = resampled(subject, average, warp)
     found["onto"].append(dice(onto, average))
     found["back"].append(dice(resampled(average, subject, inverse), subject))
     if warped:
         found["ours"].append(dice(onto, sitk.ReadImage(warped, sitk.sitkFloat64)))
+        if ants:
+            found["ants"].append(dice(by_ants(file, sys.argv[1], warp), sitk.ReadImage(warped, sitk.sitkFloat64)))
 print(json.dumps(found))
