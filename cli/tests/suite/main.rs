@@ -40,6 +40,7 @@ mod natural;
 mod own_law;
 mod page;
 mod pca;
+mod pictures_elsewhere;
 mod processes;
 mod readme;
 mod real_data;
