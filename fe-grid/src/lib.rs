@@ -72,6 +72,7 @@ pub mod communicator;
 pub mod composition;
 pub mod coupling;
 mod covering;
+mod cubic;
 #[allow(unsafe_code, reason = "one type under two names")]
 pub mod dimension;
 mod dirichlet;

@@ -81,6 +81,8 @@ pub enum Cause {
     Saddle,
     /// The distance of a shape from the modes that its scores and its p-value are of.
     Residual,
+    /// How much the energy of a step beyond the end of a path differs from that of the step before.
+    StepEnergy,
     /// Doubts about the result that this one is computed from.
     Source,
 }
@@ -120,7 +122,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 38] = [
+const CRITERIA: [Criterion; 39] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -445,6 +447,15 @@ const CRITERIA: [Criterion; 38] = [
                  doubtful at any distance.",
         remedy: "look at the picture whether the shape is of the population, and is not reflected; or compute the modes \
                  of more shapes",
+    },
+    Criterion {
+        cause: Cause::StepEnergy,
+        figure: "difference of the energies of two consecutive steps beyond the end of a path, relative",
+        limit: Limit::AtMost(0.1),
+        reason: "The steps of a geodesic have equal energies. Where a shape on the path becomes the one whose \
+                 deformations the others are, these are interpolated, and lose what they have of the size of a cell; \
+                 a tenth of the energy is a twentieth of the speed.",
+        remedy: "compute the geodesic with a smaller --mismatch-weight, whose steps are smoother, or on a finer --grid",
     },
     Criterion {
         cause: Cause::Source,

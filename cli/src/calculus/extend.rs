@@ -145,7 +145,7 @@ fn record<const D: usize>(
     };
     let grid = outcome.geodesic.grid();
     let status = word(&extension.status());
-    let mut doubts = extension.doubts(outcome.steps);
+    let mut doubts = extension.doubts(outcome.steps, outcome.geodesic.energies.last().copied());
     doubts.extend(of_source(&outcome.geodesic.doubts));
     let doubts = named(&doubts, []);
     let world = WorldFrame::of_records(&outcome.geodesic.inputs);

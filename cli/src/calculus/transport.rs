@@ -212,7 +212,7 @@ impl TransportConfig {
         let reached = Doubt::overlap(Cause::PathEnd, variation.dice, variation.distance);
         let of_variation = variation.doubts.iter().copied().chain(reached);
         let doubts = of_variation.map(|doubt| doubt.about(0));
-        let shot = outcome.counterpart.shot.doubts(self.steps);
+        let shot = outcome.counterpart.shot.doubts(self.steps, None);
         let source = of_source(&outcome.geodesic.doubts);
         doubts.chain(shot).chain(source).collect()
     }

@@ -474,10 +474,10 @@ fn shapes_that_leave_the_box_are_doubtful() {
     let velocity = Field::from_fn(*start.grid(), |_| [0.5, 0.0]);
     let found = shoot(&start, &velocity, 3, &params, &mut Silent).unwrap();
     assert!((found.outside - 0.5).abs() < 0.01, "{}", found.outside);
-    let doubts = found.doubts(3);
+    let doubts = found.doubts(3, None);
     let doubt = doubts.iter().find(|doubt| doubt.cause == Cause::OutsideBox);
     assert_eq!(doubt.unwrap().figure, found.outside);
     let near = Field::from_fn(*start.grid(), |_| [0.25, 0.0]);
     let found = shoot(&start, &near, 3, &params, &mut Silent).unwrap();
-    assert_eq!((found.outside, found.doubts(3).len()), (0.0, 0));
+    assert_eq!((found.outside, found.doubts(3, None).len()), (0.0, 0));
 }
