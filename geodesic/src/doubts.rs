@@ -36,9 +36,9 @@ impl<const D: usize> Extension<D> {
         let missing = steps.saturating_sub(self.step_energies.len());
         let energies: Vec<f64> = before.iter().chain(&self.step_energies).copied().collect();
         let change = energies
-            .array_windows()
-            .filter(|[before, after]| before.max(*after) > NEGLIGIBLE)
-            .map(|[before, after]| (after / before - 1.0).abs())
+            .windows(2)
+            .filter(|pair| pair[0].max(pair[1]) > NEGLIGIBLE)
+            .map(|pair| (pair[1] / pair[0] - 1.0).abs())
             .fold(0.0, f64::max);
         let doubts = [
             Doubt::check(Cause::NotConverged, missing as f64),
