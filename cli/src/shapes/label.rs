@@ -5,15 +5,15 @@ use std::path::Path;
 /// Longest label that fits under the tiles of many inputs.
 const SHORT: usize = 12;
 
-/// Distinct names for paths: the file names without extensions; equal names get the folder in
-/// front; long names are shortened by their common beginning and end.
+/// Distinct names for paths: the file names without extensions; where these are equal, with the folder in
+/// front, or else with the extension, or else the whole path; long names are shortened by their common beginning
+/// and end. Paths that are equal have equal names.
 pub(crate) fn labels(paths: &[&Path]) -> Vec<String> {
-    let plain: Vec<String> = paths.iter().map(|path| stem(path)).collect();
-    let names = if all_differ(&plain) {
-        plain
-    } else {
-        paths.iter().map(|path| with_folder(path)).collect()
-    };
+    let ways: [fn(&Path) -> String; 4] = [stem, with_folder, file_name, whole];
+    let names =
+        |way: &fn(&Path) -> String| -> Vec<String> { paths.iter().map(|path| way(path)).collect() };
+    let mut distinct = ways.iter().map(names).filter(|names| all_differ(names));
+    let names = distinct.next().unwrap_or_else(|| names(&ways[1]));
     if names.len() < 2 || names.iter().all(|name| name.chars().count() <= SHORT) {
         return names;
     }
@@ -41,10 +41,18 @@ fn all_differ(names: &[String]) -> bool {
     sorted.windows(2).all(|pair| pair[0] != pair[1])
 }
 
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+fn whole(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
 /// The name of a file without its ending.
 pub(crate) fn stem(path: &Path) -> String {
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    let name = name.to_string_lossy();
+    let name = file_name(path);
     let lower = name.to_lowercase();
     let ending = [".nii.gz", ".nii", ".npy", ".png", ".pgm", ".pbm", ".ppm"]
         .into_iter()
@@ -106,6 +114,12 @@ mod tests {
         check(
             &["/g/DejaVuSans-Bold/A.png", "/g/DejaVuSerif/A.png"],
             &["DejaVuSans-Bold", "DejaVuSerif"],
+        );
+        // One shape in two formats, and files of the same name in folders of the same name.
+        check(&["x/a.tif", "x/a.bmp"], &["a.tif", "a.bmp"]);
+        check(
+            &["sub-01/anat/mask.nii.gz", "sub-02/anat/mask.nii.gz"],
+            &["01", "02"],
         );
         check(&["m.npy", "m.npy"], &["m", "m"]);
         check(
