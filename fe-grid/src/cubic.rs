@@ -1,6 +1,6 @@
 //! Cubic interpolation of nodal fields.
 
-use crate::field::Field;
+use crate::field::{Field, locate};
 use crate::lane::Element;
 
 /// Nodes of the interpolation along an axis.
@@ -19,14 +19,12 @@ impl<T: Element, const D: usize, const M: usize> Field<T, D, M> {
         if cells.iter().any(|&n| n + 1 < NODES) {
             return self.sample(point);
         }
+        let (cell, local) = locate(grid, point);
         let (mut first, mut weights) = ([0; D], [[0.0; NODES]; D]);
         for k in 0..D {
-            let position = (point[k] / grid.spacing()).clamp(0.0, cells[k] as f64);
             // The node before the point is the second of the four, but at the faces of the box.
-            first[k] = (position as usize)
-                .saturating_sub(1)
-                .min(cells[k] + 1 - NODES);
-            weights[k] = lagrange(position - first[k] as f64);
+            first[k] = cell[k].saturating_sub(1).min(cells[k] + 1 - NODES);
+            weights[k] = lagrange((cell[k] - first[k]) as f64 + local[k]);
         }
         let (strides, n) = (grid.strides(), grid.n_nodes());
         let base = grid.node_index(first);

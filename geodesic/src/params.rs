@@ -154,9 +154,10 @@ impl GeodesicParams {
         })
     }
 
-    /// Returns the parameters for the inverse deformations; the same where the law has no inverse
-    /// model.
-    pub(crate) fn inverted(&self) -> Self {
+    /// Returns the parameters for the inverse deformations, as of paths that are computed on the domain of their
+    /// end; the same where the law has no inverse model.
+    #[must_use]
+    pub fn inverted(&self) -> Self {
         let law = self.law.law.inverted().unwrap_or(self.law.law);
         Self {
             law: LawSpec { law, ..self.law },

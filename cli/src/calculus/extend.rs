@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use ::geodesic::calculus::{CalculusParams, Extension, SolveStatus, exponential, memory_estimate};
+use ::geodesic::calculus::{
+    CalculusParams, Extension, SolveStatus, continued, exponential, memory_estimate,
+};
+use fe_grid::Field;
 
 use super::args::ExtendConfig;
 use super::read::{StoredGeodesic, read};
@@ -51,8 +54,17 @@ impl Command for ExtendConfig {
         fingerprint.leave_out("geodesic");
         let mut checkpointer = session.checkpointer(fingerprint)?;
         let mut watch = checkpointer.observe(session.equation_observer(geodesic.grid()));
-        let first = &geodesic.level_sets[0];
-        let extension = exponential(first, &geodesic.motions, steps, &params, &mut watch)?;
+        let extension = match &geodesic.before_end {
+            None => {
+                let first = &geodesic.level_sets[0];
+                exponential(first, &geodesic.motions, steps, &params, &mut watch)?
+            }
+            Some(before) => {
+                let end = &geodesic.level_sets[geodesic.motions.len()];
+                let identity = Field::zeros(*geodesic.grid());
+                continued(end, [before, &identity], steps, &params, &mut watch)?
+            }
+        };
         watch.finish();
         session.ended(checkpointer);
         if extension.step_energies.is_empty() && extension.status() != SolveStatus::Cancelled {
@@ -96,7 +108,7 @@ fn memory_of_extension<const D: usize>(
     let of_steps = memory_estimate(params, given, steps, geodesic.grid());
     let both = given + steps;
     // The motions, and the displacements as they are and together.
-    let displacements = 2 * both + steps + 2 * given;
+    let displacements = 2 * both + steps + 2 * given + usize::from(geodesic.before_end.is_some());
     let of_writing = geodesic.bytes(D * displacements + 2 * (both + 1));
     geodesic.shapes_bytes() + of_steps.max(of_writing)
 }

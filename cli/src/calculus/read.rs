@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use ::geodesic::calculus::CalculusParams;
+use ::geodesic::lagrangian::Domain;
 use ::geodesic::{Form, GeodesicParams};
 use fe_grid::{Field, Grid, ScalarField};
 use serde::Deserialize;
@@ -22,6 +23,8 @@ use shapespace_input::frame::FrameTransform;
 #[derive(Clone, Debug, Deserialize)]
 struct Steps {
     step_energies: Vec<f64>,
+    #[serde(default)]
+    domain: Domain,
 }
 
 /// A geodesic of deformations of one start shape.
@@ -32,6 +35,9 @@ pub(crate) struct StoredGeodesic<const D: usize> {
     pub displacements: Vec<Field<f64, D, D>>,
     /// Displacements of the deformations of the first shape into every other.
     pub motions: Vec<Field<f64, D, D>>,
+    /// The displacement of the deformation of the last shape into the one before, where the path was computed on
+    /// the domain of its end.
+    pub before_end: Option<Field<f64, D, D>>,
     /// Energies of the steps.
     pub energies: Vec<f64>,
     /// The doubts about it.
@@ -112,6 +118,10 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
     if level_sets.iter().any(|u| *u.grid() != grid) {
         return Err(unfit(directory, "its shapes lie on different grids".into()));
     }
+    let before_end = match record.body.domain {
+        Domain::Start => None,
+        Domain::End => Some(fields.displacement(&grid, "backward", 1)?),
+    };
     let names = [start, end].map(|input| input.name.clone());
     let frame = frame(start).ok_or_else(|| {
         unfit(
@@ -123,6 +133,7 @@ fn stored<const D: usize>(directory: &Path, trust: bool) -> Result<StoredGeodesi
         level_sets,
         displacements,
         motions,
+        before_end,
         energies,
         doubts: record.doubts,
         names,

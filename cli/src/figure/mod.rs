@@ -34,6 +34,7 @@ pub(crate) use drawn::drawn_image;
 use crate::average::write_inputs;
 use crate::doubts::named;
 use crate::error::{CliError, Exit};
+use crate::memory::announce;
 use crate::options::{CheckpointOption, at_least, resolve_law};
 use crate::output::{OutputError, ResultDir, write_text};
 use crate::report::Record;
@@ -155,6 +156,7 @@ impl Command for Figure {
             },
             session,
         };
+        announce(scene.memory(), &scene.grid(), &session.progress)?;
         Ok(Outcome {
             sheet: sheet(self.name, &scene)?,
             doubts: scene.doubts.take(),

@@ -3,9 +3,11 @@
 use std::cell::RefCell;
 
 use fe_grid::transfer::inject_into;
-use fe_grid::{Grid, ScalarField};
+use fe_grid::{Distribution, Grid, ScalarField};
 use levelset::{BoxEdge, Contour, Doubt, contour, hausdorff};
-use shape_average::{AverageError, AverageParams, AverageResult, Shapes, average_of_components};
+use shape_average::{
+    AverageError, AverageParams, AverageResult, Shapes, average_of_components, memory_estimate,
+};
 
 use crate::error::CliError;
 use crate::session::Session;
@@ -38,6 +40,22 @@ impl<const D: usize> Scene<'_, D> {
     /// Number of shapes.
     pub fn n_shapes(&self) -> usize {
         self.distances.len()
+    }
+
+    /// Estimates the memory of a figure, in bytes: of its shapes and of one of its averages, which follow each other
+    /// and need more than a path between two of the shapes does.
+    pub fn memory(&self) -> u64 {
+        let (n, grid) = (self.n_shapes(), self.grid());
+        let components = self.labels.len().max(1);
+        let of_average = memory_estimate(
+            &self.params,
+            &Distribution::alone(n),
+            components,
+            false,
+            &grid,
+        );
+        let fields = (n + self.parts.len()) * grid.n_nodes();
+        of_average.memory + (fields * size_of::<f64>()) as u64
     }
 
     /// The average of all shapes with some parameters changed.

@@ -9,11 +9,15 @@ const SHORT: usize = 12;
 /// front, or else with the extension, or else the whole path; long names are shortened by their common beginning
 /// and end. Paths that are equal have equal names.
 pub(crate) fn labels(paths: &[&Path]) -> Vec<String> {
-    let ways: [fn(&Path) -> String; 4] = [stem, with_folder, file_name, whole];
     let names =
-        |way: &fn(&Path) -> String| -> Vec<String> { paths.iter().map(|path| way(path)).collect() };
-    let mut distinct = ways.iter().map(names).filter(|names| all_differ(names));
-    let names = distinct.next().unwrap_or_else(|| names(&ways[1]));
+        |way: fn(&Path) -> String| -> Vec<String> { paths.iter().map(|path| way(path)).collect() };
+    let ways = [stem, with_folder, file_name, whole];
+    let mut distinct = ways
+        .into_iter()
+        .map(names)
+        .filter(|names| all_differ(names));
+    // Equal paths have no names that differ.
+    let names = distinct.next().unwrap_or_else(|| names(with_folder));
     if names.len() < 2 || names.iter().all(|name| name.chars().count() <= SHORT) {
         return names;
     }

@@ -316,6 +316,7 @@ fn computations_beyond_the_memory_are_refused() {
         "segment a.png --grid 2049",
         "average a.png b.png --joint --grid 1025",
         "metric a.png --mode 2 --grid 2049",
+        "figure weights a.png b.png a.png --grid 1025",
     ] {
         let run = limited(500_000, command);
         let report = String::from_utf8_lossy(&run.stderr).into_owned();

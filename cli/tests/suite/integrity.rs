@@ -123,7 +123,7 @@ fn modes_of_nothing_are_refused() {
     assert!(!place.path("nothing").exists());
 }
 
-/// Energies of steps of both forms are those of the arrays.
+/// Energies of steps of both forms, and on both domains, are those of the arrays.
 #[test]
 fn energies_of_geodesics_are_checked() {
     let place = Place::new();
@@ -134,26 +134,26 @@ fn energies_of_geodesics_are_checked() {
         &["disk", "--radius", ".25", "--grid", "33"],
     );
     // Paths of level sets have no domain.
-    for (form, domain) in [
-        ("lagrangian", &["--domain", "start"][..]),
-        ("level-sets", &[]),
+    for (name, options) in [
+        ("start", &["--domain", "start"]),
+        ("end", &["--domain", "end"]),
+        ("level-sets", &["--form", "level-sets"]),
     ] {
         let path = ["geodesic", "a.npy", "b.npy", "--grid", "33", "-K", "2"];
-        let options = ["--form", form, "-o", form];
-        succeeded(&place.compute(&[&path[..], &options, domain].concat()));
-        let results = Results::read(&place.path(form));
+        succeeded(&place.compute(&[&path[..], options, &["-o", name]].concat()));
+        let results = Results::read(&place.path(name));
         let stated = results.json["step_energies"][1].as_f64().unwrap();
         let words = ["energy of step 1", "energy of step 2", "checked by version"];
         assert!(
-            matches!(checked(&place, form, &words), Some(0 | 3)),
-            "{form}"
+            matches!(checked(&place, name, &words), Some(0 | 3)),
+            "{name}"
         );
         // Ten times the tolerance of recomputed numbers.
         let mut record = results.json.clone();
         record["step_energies"][1] = (stated * (1.0 + 1e-5)).into();
-        let file = format!("{form}/result.json");
+        let file = format!("{name}/result.json");
         place.write(&file, record.to_string().as_bytes());
-        assert_eq!(checked(&place, form, &["WRONG", "1 of its parts"]), Some(2));
+        assert_eq!(checked(&place, name, &["WRONG", "1 of its parts"]), Some(2));
     }
 }
 

@@ -100,6 +100,7 @@ pub use finite::FiniteSpace;
 pub use memory::memory_estimate;
 pub use params::CalculusParams;
 pub use shapes::{
-    Extension, Logarithm, Piece, Transport, at_end, exponential, logarithm, shoot, transport,
+    Extension, Logarithm, Piece, Transport, at_end, continued, exponential, logarithm, shoot,
+    transport,
 };
 pub use space::{Ladder, PathSpace};

@@ -8,13 +8,13 @@
 //!
 //! Inside the new start shape, and where its indicator is positive, deformations are read through the
 //! inverse of the old one; outside they are extended with least elastic energy of the void. The error is
-//! that of interpolation, which is cubic: multilinear interpolation takes a fifth of the energy of a
-//! step from an object of ten cells' thickness.
+//! that of cubic interpolation.
 
 use super::geometry::Geometry;
 use super::params::CalculusParams;
 use crate::error::GeodesicError;
-use fe_grid::vector::{axpy, scale};
+use crate::extension::change_between;
+use fe_grid::vector::scale;
 use fe_grid::{
     CgParams, CgScratch, Field, InverseDeformation, LinearOperator, ScalarField, conjugate_gradient,
 };
@@ -55,12 +55,11 @@ pub(super) fn regridded<const D: usize>(
     let mut moved = Vec::with_capacity(deformations.len());
     for &deformation in deformations {
         // With y = at(x) the displacement of y is that of x from there on.
-        let mut change = deformation.clone();
-        axpy(-1.0, at.as_slice(), change.as_mut_slice());
+        let change = change_between(at, deformation);
         let mut field = Field::zeros(grid);
         for (node, origin) in origin.iter().enumerate() {
             if let Some(x) = origin {
-                for (k, value) in change.sample_cubic(*x).into_iter().enumerate() {
+                for (k, value) in change(*x).into_iter().enumerate() {
                     field.component_mut(k)[node] = value;
                 }
             }

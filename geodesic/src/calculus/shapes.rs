@@ -147,7 +147,7 @@ fn exponential_in<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<Extension<D>, GeodesicError> {
     let identity = Field::zeros(*start.grid());
-    let (mut before, from) = match path {
+    let [before, last] = match path {
         [] => {
             return Err(GeodesicError::Parameter {
                 name: "deformations of the path",
@@ -155,9 +155,40 @@ fn exponential_in<const D: usize>(
                 value: 0.0,
             });
         }
-        [only] => (identity.clone(), only.clone()),
-        [.., before, last] => (before.clone(), last.clone()),
+        [only] => [&identity, only],
+        [.., before, last] => [before, last],
     };
+    continued(start, [before, last], steps, params, observer)
+}
+
+compiled_once! {
+    /// Continues a geodesic after two successive deformations of a start shape, given by their
+    /// displacements, by further steps, as [`exponential()`].
+    ///
+    /// A path that was computed on the domain of its end shape ([`Domain::End`](crate::lagrangian::Domain))
+    /// is continued on that domain: the last deformation is the identity, the one before is the first
+    /// of the path's own, and nothing is interpolated.
+    ///
+    /// # Errors
+    /// As [`exponential()`].
+    pub fn continued<'a, D>(
+        start: &'a ScalarField<f64, D>,
+        last_two: [&'a Field<f64, D, D>; 2],
+        steps: usize,
+        params: &'a CalculusParams,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Extension<D>, GeodesicError> = continued_in;
+}
+
+fn continued_in<const D: usize>(
+    start: &ScalarField<f64, D>,
+    last_two: [&Field<f64, D, D>; 2],
+    steps: usize,
+    params: &CalculusParams,
+    observer: &mut dyn Observer,
+) -> Result<Extension<D>, GeodesicError> {
+    let identity = Field::zeros(*start.grid());
+    let [mut before, from] = last_two.map(Clone::clone);
     let mut extension = Extension {
         pieces: Vec::new(),
         step_energies: Vec::with_capacity(steps),

@@ -12,10 +12,10 @@ use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::transfer::prolong_into;
 use fe_grid::{Field, Grid};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The shape on whose domain the deformations of a path are given.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Domain {
     /// The start shape.

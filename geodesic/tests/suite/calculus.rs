@@ -4,11 +4,11 @@ use fe_grid::minimise::{Control, Iteration, Observer, Silent};
 use fe_grid::{Field, Grid, ScalarField};
 use geodesic::calculus::{
     CalculusParams, DeformationSpace, Extension, FiniteSpace, Ladder, PathSpace, SolveStatus,
-    at_end, exponential, logarithm, shoot, transport,
+    at_end, continued, exponential, logarithm, shoot, transport,
 };
 use geodesic::finite::Balls;
 use geodesic::lagrangian::{LagrangianPath, lagrangian_path};
-use geodesic::{DomainChoice, GeodesicError, GeodesicParams, Shape};
+use geodesic::{DomainChoice, GeodesicError, GeodesicParams, Shape, geodesic};
 use hyperelastic::LawSpec;
 use levelset::{BoxEdge, Cause, Moments, contour, signed_distance};
 use nalgebra::{Rotation2, Vector2};
@@ -328,6 +328,41 @@ fn transport_is_linear_nearly_an_isometry_and_keeps_tangents() {
         let ratio = (energy(last, &at_end) / energy(&zero, &at_start)).sqrt();
         assert!((ratio - 1.0).abs() < 0.03, "{ratio}");
     }
+}
+
+/// What a path of the end domain was computed as is continued as it is: read from the start shape, it loses what the
+/// interpolation takes from details of the size of a cell.
+#[test]
+fn a_path_of_the_end_domain_is_continued_on_it() {
+    let (start, end) = (ball::<2>(33, 0.2), ellipsoid(33, [0.3, 0.15], 1.0));
+    let params = GeodesicParams {
+        domain: DomainChoice::End,
+        ..sharp(3)
+    };
+    let found = geodesic(&start, &end, &params, &mut Silent).unwrap();
+    let last = found.energy.step_energies[2];
+    let params = CalculusParams::from(&params);
+    let (shape, identity) = (&found.level_sets[3], Field::zeros(*start.grid()));
+    let two = [&found.backward_motions[0], &identity];
+    let next = continued(shape, two, 2, &params, &mut Silent).unwrap();
+    assert_eq!(next.step_energies.len(), 2);
+    let from_start = exponential(&start, &found.motions, 1, &params, &mut Silent).unwrap();
+    let change = |found: &Extension<2>| (found.step_energies[0] / last - 1.0).abs();
+    // A step of a third of the path differs from the next in third order.
+    assert!(change(&next) < 0.01, "{}", change(&next));
+    assert!(
+        change(&from_start) > 3.0 * change(&next),
+        "{}",
+        change(&from_start)
+    );
+    // And its shapes go on from the end shape itself.
+    let (_, steps) = next.shapes().unwrap();
+    let outline = contour(shape, 0.0, BoxEdge::Open).unwrap();
+    let moved = outline.points().iter().map(|&p| {
+        let u = steps[0].sample(p);
+        next.pieces[0].displacements[0].sample(p)[0] - u[0]
+    });
+    assert!(moved.fold(0.0, |most: f64, off| most.max(off.abs())) < 1e-12);
 }
 
 /// A bar that is bent until the void before its ends is used up, and on.
