@@ -455,7 +455,7 @@ const CRITERIA: [Criterion; 39] = [
         reason: "The steps of a geodesic have equal energies. Where a shape on the path becomes the one whose \
                  deformations the others are, these are interpolated, and lose what they have of the size of a cell; \
                  a tenth of the energy is a twentieth of the speed.",
-        remedy: "compute the geodesic with a smaller --mismatch-weight, whose steps are smoother, or on a finer --grid",
+        remedy: "compute the geodesic with --domain end, whose deformations are continued as they are, or with a smaller --mismatch-weight, whose steps are smoother",
     },
     Criterion {
         cause: Cause::Source,

@@ -6,6 +6,8 @@ use super::{Canvas, Colour, WHITE, mix};
 const MARGIN: f64 = 1.12;
 /// Samples a pixel along each axis.
 const SAMPLES: usize = 3;
+/// Samples of a pixel show one surface where their depths differ by at most this, in samples: that of a slope of three.
+const ONE_SURFACE: f64 = 6.0;
 
 /// A surface of triangles.
 #[derive(Clone, Copy, Debug)]
@@ -161,14 +163,7 @@ impl Surface<'_> {
         let mut canvas = Canvas::new(side, side);
         for y in 0..side {
             for x in 0..side {
-                let mut sum = [0.0; 3];
-                for k in 0..SAMPLES * SAMPLES {
-                    let (i, j) = (x * SAMPLES + k % SAMPLES, y * SAMPLES + k / SAMPLES);
-                    let sample = buffer.shade(i, j);
-                    sum = std::array::from_fn(|c| sum[c] + sample[c]);
-                }
-                let mean = sum.map(|c| c / (SAMPLES * SAMPLES) as f32);
-                canvas.blend(x, y, mean, 1.0);
+                canvas.blend(x, y, buffer.pixel(x, y), 1.0);
             }
         }
         canvas
@@ -191,11 +186,11 @@ impl Surface<'_> {
         let mut buffer = Buffer::new(side);
         for triangle in self.triangles {
             if triangle.iter().all(|&v| v < corners.len()) {
-                buffer.triangle(
-                    triangle.map(|v| corners[v]),
-                    triangle.map(|v| normals[v]),
-                    triangle.map(|v| paint.of(v)),
-                );
+                buffer.add(Facet {
+                    corners: triangle.map(|v| corners[v]),
+                    normals: triangle.map(|v| normals[v].map(|x| x as f32)),
+                    colours: triangle.map(|v| paint.of(v)),
+                });
             }
         }
         buffer
@@ -227,87 +222,154 @@ impl Surface<'_> {
     }
 }
 
-/// Depth, normal and colour of the nearest surface at every sample.
+/// A triangle in the picture: positions in samples with the depth towards the eye, and normals in the same axes.
+struct Facet {
+    corners: [[f64; 3]; 3],
+    normals: [[f32; 3]; 3],
+    colours: [Colour; 3],
+}
+
+impl Facet {
+    /// The barycentric coordinates at the origin of the picture, and their derivatives along `x` and `y`; `None` for
+    /// a triangle that is seen from its side.
+    fn coordinates(&self) -> Option<[[f64; 3]; 3]> {
+        let [a, b, c] = self.corners;
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        if area.abs() <= 1e-12 {
+            return None;
+        }
+        let part = |p: [f64; 3], q: [f64; 3]| {
+            [
+                (p[0] * q[1] - p[1] * q[0]) / area,
+                (p[1] - q[1]) / area,
+                (q[0] - p[0]) / area,
+            ]
+        };
+        Some([part(b, c), part(c, a), part(a, b)])
+    }
+
+    /// Its colour in the light at a point of the picture.
+    fn shade(&self, [x, y]: [f64; 2]) -> Colour {
+        let weights = self.coordinates().map_or([1.0 / 3.0; 3], |parts| {
+            parts.map(|[at, along_x, along_y]| (at + along_x * x + along_y * y) as f32)
+        });
+        let mean = |values: [[f32; 3]; 3]| {
+            std::array::from_fn(|c| (0..3).map(|k| weights[k] * values[k][c]).sum())
+        };
+        lit(mean(self.normals), mean(self.colours))
+    }
+}
+
+/// The nearest triangle at every sample, and its depth.
 struct Buffer {
     side: usize,
+    facets: Vec<Facet>,
     depth: Vec<f64>,
-    normal: Vec<[f32; 3]>,
-    colour: Vec<Colour>,
+    nearest: Vec<u32>,
 }
 
 impl Buffer {
     fn new(side: usize) -> Self {
         Self {
             side,
+            facets: Vec::new(),
             depth: vec![f64::NEG_INFINITY; side * side],
-            normal: vec![[0.0; 3]; side * side],
-            colour: vec![WHITE; side * side],
+            nearest: vec![0; side * side],
         }
     }
 
-    fn triangle(&mut self, corners: [[f64; 3]; 3], normals: [[f64; 3]; 3], colours: [Colour; 3]) {
-        let [a, b, c] = corners;
-        let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        let visible = area.abs() > 1e-12;
-        if !visible {
+    fn add(&mut self, facet: Facet) {
+        let Some(parts) = facet.coordinates() else {
             return;
-        }
-        let range = |k: usize| {
-            let values = corners.map(|p| p[k]);
-            let low = values.iter().copied().fold(f64::INFINITY, f64::min) - 0.5;
-            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 0.5;
-            let inside = |v: f64| v.clamp(0.0, self.side as f64) as usize;
-            inside(low.floor())..inside(high.ceil())
         };
-        let (columns, rows) = (range(0), range(1));
+        let side = self.side as f64;
+        let rows = {
+            let ys = facet.corners.map(|p| p[1]);
+            let low = ys.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = ys.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            (low - 0.5).clamp(0.0, side) as usize..(high + 0.5).clamp(0.0, side) as usize
+        };
+        let number = self.facets.len() as u32;
         for j in rows {
-            for i in columns.clone() {
-                let (x, y) = (i as f64 + 0.5, j as f64 + 0.5);
-                let part = |p: [f64; 3], q: [f64; 3]| {
-                    ((p[0] - x) * (q[1] - y) - (p[1] - y) * (q[0] - x)) / area
-                };
-                let weights = [part(b, c), part(c, a), part(a, b)];
+            let y = j as f64 + 0.5;
+            // The coordinates along this row, at the middle of its first sample, and the samples where none of
+            // them is negative; those at both ends are looked at once more, for rounding.
+            let row = parts.map(|[at, along_x, along_y]| at + along_y * y + along_x * 0.5);
+            let (mut first, mut end) = (0.0, side);
+            for (at, [_, slope, _]) in row.iter().zip(&parts) {
+                let root = -at / slope;
+                if *slope > 0.0 {
+                    first = root.max(first);
+                } else if *slope < 0.0 {
+                    end = (root + 1.0).min(end);
+                } else if *at < 0.0 {
+                    end = 0.0;
+                }
+            }
+            let (first, end) = (first.floor() as usize, end.ceil() as usize);
+            for i in first..end.min(self.side) {
+                let weights: [f64; 3] = std::array::from_fn(|k| row[k] + parts[k][1] * i as f64);
                 if weights.iter().any(|w| *w < 0.0) {
                     continue;
                 }
-                let depth: f64 = (0..3).map(|k| weights[k] * corners[k][2]).sum();
+                let depth: f64 = (0..3).map(|k| weights[k] * facet.corners[k][2]).sum();
                 let at = j * self.side + i;
                 if depth > self.depth[at] {
                     self.depth[at] = depth;
-                    self.normal[at] = std::array::from_fn(|c| {
-                        (0..3).map(|k| weights[k] * normals[k][c]).sum::<f64>() as f32
-                    });
-                    self.colour[at] = std::array::from_fn(|c| {
-                        (0..3).map(|k| weights[k] as f32 * colours[k][c]).sum()
-                    });
+                    self.nearest[at] = number;
                 }
             }
         }
+        self.facets.push(facet);
     }
 
-    /// A soft light from above left, a weaker one from the right, sky light, a faint highlight
-    /// and darker rims (Blinn 1977).
-    fn shade(&self, i: usize, j: usize) -> Colour {
+    /// The mean of the samples of a pixel. Where they show one surface it is lit at the middle one alone.
+    fn pixel(&self, x: usize, y: usize) -> Colour {
+        let samples: [[usize; 2]; SAMPLES * SAMPLES] =
+            std::array::from_fn(|k| [x * SAMPLES + k % SAMPLES, y * SAMPLES + k / SAMPLES]);
+        let depths = samples.map(|[i, j]| self.depth[j * self.side + i]);
+        let low = depths.into_iter().fold(f64::INFINITY, f64::min);
+        let high = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        if high == f64::NEG_INFINITY {
+            WHITE
+        } else if high - low <= ONE_SURFACE {
+            self.shade(samples[SAMPLES * SAMPLES / 2])
+        } else {
+            let sum = samples.into_iter().fold([0.0; 3], |sum, sample| {
+                let colour = self.shade(sample);
+                std::array::from_fn(|c| sum[c] + colour[c])
+            });
+            sum.map(|c| c / (SAMPLES * SAMPLES) as f32)
+        }
+    }
+
+    /// The colour of a sample.
+    fn shade(&self, [i, j]: [usize; 2]) -> Colour {
         let at = j * self.side + i;
         if self.depth[at] == f64::NEG_INFINITY {
             return WHITE;
         }
-        let n = self.normal[at];
-        let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt().max(1e-30);
-        // Surfaces are lit from both sides, so that a wrong orientation is no black hole.
-        let side = if n[2] < 0.0 { -length } else { length };
-        let n = n.map(|x| x / side);
-        let against = |l: [f32; 3]| (n[0] * l[0] + n[1] * l[1] + n[2] * l[2]).max(0.0);
-        let diffuse = 0.42
-            + 0.10 * n[1]
-            + 0.52 * against([-0.40, 0.56, 0.73])
-            + 0.16 * against([0.80, 0.10, 0.59]);
-        // Half way between the first light and the eye.
-        let highlight = 0.22 * against([-0.215, 0.301, 0.929]).powi(40);
-        let rim = 0.25 * (1.0 - n[2]).powi(3);
-        let lit = self.colour[at].map(|c| (c * diffuse * (1.0 - rim)).min(1.0));
-        mix(lit, WHITE, highlight)
+        self.facets[self.nearest[at] as usize].shade([i as f64 + 0.5, j as f64 + 0.5])
     }
+}
+
+/// A surface of a colour in a soft light from above left and a weaker one from the right, with sky light, a faint
+/// highlight and darker rims (Blinn 1977).
+fn lit(n: [f32; 3], colour: Colour) -> Colour {
+    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt().max(1e-30);
+    // Surfaces are lit from both sides, so that a wrong orientation is no black hole.
+    let side = if n[2] < 0.0 { -length } else { length };
+    let n = n.map(|x| x / side);
+    let against = |l: [f32; 3]| (n[0] * l[0] + n[1] * l[1] + n[2] * l[2]).max(0.0);
+    let diffuse = 0.42
+        + 0.10 * n[1]
+        + 0.52 * against([-0.40, 0.56, 0.73])
+        + 0.16 * against([0.80, 0.10, 0.59]);
+    // Half way between the first light and the eye.
+    let highlight = 0.22 * against([-0.215, 0.301, 0.929]).powi(40);
+    let rim = 0.25 * (1.0 - n[2]).powi(3);
+    let shaded = colour.map(|c| (c * diffuse * (1.0 - rim)).min(1.0));
+    mix(shaded, WHITE, highlight)
 }
 
 fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -417,6 +479,9 @@ pub(crate) mod tests {
             (middle - 0.2 * 30.0 / (1.5 * MARGIN)).abs() < 1e-9,
             "{middle}"
         );
-        assert_eq!(buffer.colour[30 * 60 + 30], WHITE);
+        assert_eq!(
+            buffer.facets[buffer.nearest[30 * 60 + 30] as usize].colours,
+            [WHITE; 3]
+        );
     }
 }

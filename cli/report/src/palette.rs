@@ -18,6 +18,7 @@ pub const GREY: Colour = [0.42, 0.45, 0.49];
 pub const PALE: Colour = [0.86, 0.87, 0.89];
 
 /// A colour between two others.
+#[inline]
 pub fn mix(a: Colour, b: Colour, t: f32) -> Colour {
     std::array::from_fn(|k| a[k] + t * (b[k] - a[k]))
 }

@@ -41,7 +41,7 @@ pub fn animation_to(writer: impl Write, frames: &[Canvas]) -> io::Result<()> {
     let mut encoder = png::Encoder::new(writer, size[0] as u32, size[1] as u32);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
+    encoder.set_compression(png::Compression::Balanced);
     // Flat colours compress best without a filter.
     encoder.set_filter(png::Filter::NoFilter);
     if order.len() > 1 {
