@@ -27,7 +27,24 @@ pub(crate) struct DoubtRecord {
 /// What is left out of the remedies of shapes that are aligned, or cannot be.
 const ALIGNMENT: &str = "--align rigid, ";
 
+/// Options of an average that commands which read it do not have.
+const OF_AVERAGE: [&str; 5] = [
+    "--grid",
+    "--max-iterations",
+    "--mismatch-weight",
+    "--tolerance",
+    "--void-stiffness",
+];
+
 impl DoubtRecord {
+    /// The doubt of a command that takes the parameters of an average.
+    pub fn by_average(mut self) -> Self {
+        if OF_AVERAGE.iter().any(|option| self.remedy.contains(option)) {
+            self.remedy += "; these are options of `average`, of which the modes and the scores are computed again";
+        }
+        self
+    }
+
     /// The doubt where an alignment is no remedy.
     pub fn of_aligned(mut self) -> Self {
         self.remedy = self.remedy.replace(ALIGNMENT, "");

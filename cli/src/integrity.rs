@@ -18,6 +18,8 @@ use shapespace_input::files::read_text;
 
 /// The key of the checksums in a record.
 const ARRAYS: &str = "arrays";
+/// The key of the files that were carried.
+const CARRIED: &str = "carried";
 /// The key of the checksum of an input.
 const INPUT_SUM: &str = "sha256";
 /// Bytes that are read at a time.
@@ -71,8 +73,8 @@ fn arrays(directory: &Path, within: &str) -> io::Result<Vec<String>> {
     Ok(names)
 }
 
-/// Adds to the record of a complete directory the checksums of its arrays, and those of the files
-/// of its inputs, where these still exist.
+/// Adds to the record of a complete directory the checksums of its arrays and of the files that `warp` carried, and
+/// those of the files of its inputs, where these still exist.
 ///
 /// # Errors
 /// [`OutputError::Unwritable`].
@@ -81,8 +83,15 @@ pub(crate) fn seal(directory: &ResultDir) -> Result<(), OutputError> {
     let failed = OutputError::at(&path);
     let text = fs::read(&path).map_err(&failed)?;
     let mut record: Value = serde_json::from_slice(&text).map_err(|e| failed(e.into()))?;
-    let sums = Sums::compute(directory.path()).map_err(&failed)?;
-    record[ARRAYS] = serde_json::json!(sums.arrays);
+    let mut sums = Sums::compute(directory.path())
+        .map_err(&failed)?
+        .arrays
+        .unwrap_or_default();
+    for name in carried(&record) {
+        let sum = sum_of_file(&directory.file(name)).map_err(&failed)?;
+        sums.insert(name.into(), sum);
+    }
+    record[ARRAYS] = serde_json::json!(sums);
     let inputs = record.get_mut("input").and_then(Value::as_array_mut);
     for input in inputs.into_iter().flatten() {
         let file = input["path"].as_str().map(Path::new);
@@ -91,6 +100,15 @@ pub(crate) fn seal(directory: &ResultDir) -> Result<(), OutputError> {
         }
     }
     write_json(&path, &record)
+}
+
+/// Names of the files of a directory that were carried there.
+fn carried(record: &Value) -> impl Iterator<Item = &str> {
+    let carried = record.get(CARRIED).and_then(Value::as_array);
+    carried
+        .into_iter()
+        .flatten()
+        .filter_map(|file| file["result"].as_str())
 }
 
 /// The checksums that the record of a directory states.

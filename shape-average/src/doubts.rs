@@ -33,8 +33,12 @@ impl<const D: usize> AverageResult<D> {
 
     /// The doubt about the energy above the minimum, if that was estimated.
     fn remaining(&self) -> Option<Doubt> {
-        let remaining = self.energy.remaining?;
-        Doubt::check(Cause::RemainingEnergy, remaining / self.elastic_scale())
+        Doubt::check(Cause::RemainingEnergy, self.remaining_share()?)
+    }
+
+    /// Returns the energy above the minimum relative to the weighted elastic energy, if it was estimated.
+    pub fn remaining_share(&self) -> Option<f64> {
+        Some(self.energy.remaining? / self.elastic_scale())
     }
 
     /// The weighted elastic energy, or what is resolved of the functional if that is more.

@@ -46,6 +46,22 @@ impl Mahalanobis {
             over_n: (all / mutant!(n_shapes, MahalanobisCount => n_shapes - 1) as f64).sqrt(),
         }
     }
+
+    /// The same distance as that of one of the training shapes, which cannot be far from an average and from
+    /// variances that it is a part of: `D^2 / (n - 1)` has a beta distribution with the parameters `k / 2` and
+    /// `(n - k - 1) / 2`. All distances are equal where there are as many modes as `n` shapes can have; then the
+    /// p-value is 1.
+    ///
+    /// Source: R. Gnanadesikan and J. R. Kettenring, *Robust estimates, residuals, and outlier detection with
+    /// multiresponse data*, Biometrics 28 (1972).
+    #[must_use]
+    pub fn of_training(self, n_shapes: usize) -> Self {
+        let square = self.distance * self.distance;
+        Self {
+            p_value: survival_in_training(square, self.degrees_of_freedom, n_shapes),
+            ..self
+        }
+    }
 }
 
 /// The probability that the squared distance of a new shape is at least `square`. The variances are those with
@@ -62,6 +78,16 @@ fn survival(square: f64, degrees_of_freedom: usize, n_shapes: usize) -> f64 {
     // `1 - x` of the incomplete beta function of the F distribution, without the ratio `F` itself.
     let (k, n) = (degrees_of_freedom as f64, n_shapes as f64);
     beta_reg(0.5 * (n - k), 0.5 * k, (n + 1.0) / (n + 1.0 + square))
+}
+
+/// The probability that the squared distance of one of the training shapes is at least `square`.
+fn survival_in_training(square: f64, degrees_of_freedom: usize, n_shapes: usize) -> f64 {
+    let (k, others) = (degrees_of_freedom, n_shapes.saturating_sub(1));
+    if k == 0 || others <= k || square.is_nan() {
+        return 1.0;
+    }
+    let share = (square / others as f64).clamp(0.0, 1.0);
+    beta_reg(0.5 * (others - k) as f64, 0.5 * k as f64, 1.0 - share)
 }
 
 #[cfg(test)]
@@ -116,6 +142,35 @@ mod tests {
             assert!((least - 0.05).abs() < 0.008, "{n}: {least}");
             assert!((less - 0.2).abs() < 0.012, "{n}: {less}");
         }
+    }
+
+    /// So have training shapes, in the average and the variance that they are a part of.
+    #[test]
+    fn p_values_of_training_shapes_are_uniform() {
+        let mut random = SplitMix64::new(11);
+        let mut normal = || normal(random.open_uniform(), random.uniform());
+        for n in [3, 8, 20] {
+            let cases = 20_000;
+            let mut small = [0usize; 2];
+            for _ in 0..cases {
+                let training: Vec<f64> = (0..n).map(|_| normal()).collect();
+                let mean = training.iter().sum::<f64>() / n as f64;
+                let squares = training.iter().map(|x| (x - mean).powi(2));
+                let variance = squares.sum::<f64>() / n as f64;
+                let score = (training[0] - mean) / variance.sqrt();
+                let found = Mahalanobis::new(&[score], &[variance], n).of_training(n);
+                small[0] += usize::from(found.p_value < 0.05);
+                small[1] += usize::from(found.p_value < 0.2);
+            }
+            // As for new shapes, whose p-values are far from uniform here: .0 and .05 for three shapes.
+            let [least, less] = small.map(|count| count as f64 / f64::from(cases));
+            assert!((least - 0.05).abs() < 0.008, "{n}: {least}");
+            assert!((less - 0.2).abs() < 0.012, "{n}: {less}");
+        }
+        // As many modes as shapes can have, and none.
+        let all = Mahalanobis::new(&[1.0, 1.0], &[1.0, 1.0], 3);
+        assert_eq!(all.of_training(3).p_value, 1.0);
+        assert_eq!(Mahalanobis::new(&[], &[], 3).of_training(3).p_value, 1.0);
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub struct Pca<const D: usize> {
     pub gram: DMatrix<f64>,
     /// Eigenvalues and combinations.
     pub modes: Modes,
-    /// Scores of the training shapes.
+    /// Scores of the training shapes, with the p-values of [`Mahalanobis::of_training`](crate::Mahalanobis::of_training).
     pub training: Vec<Scores>,
     /// Reports on the linear solves.
     pub solves: Vec<SolveReport>,
@@ -116,7 +116,14 @@ impl<const D: usize> Pca<D> {
         let own = distribution.own().map(|i| &displacements[i]);
         let products = own.map(|u| space.products(compound, u)).collect();
         let products = distribution.share_vectors(products, space.fields.len() + 1);
-        let training = products.iter().map(|own| space.scores_of(own)).collect();
+        let training = products.iter().map(|own| {
+            let scores = space.scores_of(own);
+            Scores {
+                mahalanobis: scores.mahalanobis.of_training(space.n_shapes),
+                ..scores
+            }
+        });
+        let training = training.collect();
         Ok(Self {
             space,
             displacements,

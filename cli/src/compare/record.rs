@@ -28,7 +28,7 @@ pub(super) struct Body<'a> {
     group_of_shape: Vec<&'a str>,
     /// Lines of the table of other shapes.
     ignored_lines: usize,
-    /// Columns of numbers that are no covariates.
+    /// Columns that are no covariates.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     covariates_left_out: &'a [LeftOut],
     /// Number of modes that are compared.

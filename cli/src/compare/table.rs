@@ -18,7 +18,7 @@ pub(super) struct Labelled {
     pub names: Vec<String>,
     pub groups: Groups,
     pub covariates: Vec<Covariate>,
-    /// Columns that are no covariates though they have numbers.
+    /// Columns that are no covariates.
     pub left_out: Vec<LeftOut>,
     /// Lines of other shapes.
     pub ignored: usize,
@@ -31,7 +31,10 @@ pub(super) struct Covariate {
     pub values: Vec<f64>,
 }
 
-/// A column of numbers that is no covariate.
+/// Numbers of covariates are below this, so that their squares are numbers, too.
+const MOST: f64 = 1e100;
+
+/// A column that is no covariate.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct LeftOut {
     pub name: String,
@@ -123,7 +126,9 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             .join("', '");
         let more = if missing.len() > LISTED { ", …" } else { "" };
         let count = missing.len();
-        let message = format!("it has no line for {count} shapes of the result: '{shown}'{more}");
+        let plural = if count == 1 { "" } else { "s" };
+        let message =
+            format!("it has no line for {count} shape{plural} of the result: '{shown}'{more}");
         let remedy =
             "name every shape in the first column, by its file or by its name in the result";
         return Err(wrong(0, message, remedy));
@@ -142,7 +147,7 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
         let remedy = "a comparison needs two groups, and two shapes in one of them";
         wrong(0, format!("column '{}': {error}", config.column), remedy)
     })?;
-    let number = |cell: &String| cell.parse().ok().filter(|x: &f64| x.is_finite());
+    let number = |cell: &String| cell.parse().ok().filter(|x: &f64| x.abs() < MOST);
     let numbers =
         |at: usize| -> Option<Vec<f64>> { lines.iter().map(|line| number(&line[at])).collect() };
     let (mut covariates, mut left_out) = (Vec::new(), Vec::new());
@@ -156,14 +161,21 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
                     left_out.push(LeftOut { name, reason });
                 }
                 Some(values) => covariates.push(Covariate { name, values }),
-                // A column of words has no numbers at all.
-                None if lines.iter().any(|line| number(&line[at]).is_some()) => {
-                    let other = lines.iter().position(|line| number(&line[at]).is_none());
+                None => {
+                    let is_other = |line: &&Vec<String>| number(&line[at]).is_none();
+                    let others = lines.iter().filter(is_other).count();
+                    let other = lines.iter().position(|line| is_other(&line));
                     let shape = other.map_or("", |shape| &known.names[shape]);
-                    let reason = format!("the cell of '{shape}' is not a number");
+                    let cell = other.map_or("", |shape| &*lines[shape][at]);
+                    let reason = if cell.replacen(',', ".", 1).parse::<f64>().is_ok() {
+                        format!("'{cell}' of '{shape}' has a decimal comma: write points")
+                    } else if others == lines.len() {
+                        "it has no numbers".into()
+                    } else {
+                        format!("the cell of '{shape}' is not a number")
+                    };
                     left_out.push(LeftOut { name, reason });
                 }
-                None => {}
             }
         }
     }

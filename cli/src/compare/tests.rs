@@ -193,6 +193,9 @@ fn failed(error: &GroupError) -> CliError {
         GroupError::ConstantCovariate | GroupError::TooFewShapes { .. } => {
             "leave the covariate out with --covariates"
         }
+        GroupError::EqualWithin => {
+            "see whether the same file stands for several shapes of a group, under different names"
+        }
         _ => "compute the result again: its numbers cannot be compared",
     };
     CliError::Computation {

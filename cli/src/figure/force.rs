@@ -4,7 +4,7 @@ use fe_grid::pullback::Derivatives;
 use fe_grid::{Boundary, Grid, InverseDeformation, ScalarField, SpectralSolver};
 use levelset::{Contour, centroid};
 use shape_average::{AverageResult, cauchy_stress_at_nodes};
-use shape_pca::{Average, Source, evaluate};
+use shape_pca::{Average, PcaError, Source, evaluate};
 use shapespace_report::table::Cell;
 
 use super::scene::{Scene, outline};
@@ -127,10 +127,18 @@ pub(super) fn force_balance<const D: usize>(scene: &Scene<'_, D>) -> Result<Shee
                 own.length_weight = Some(LENGTH_WEIGHT);
                 params = own.clone();
             })?;
-            let left = residuals(&result, &params)?;
             let first: [Cell; 3] = [nodes.into(), cells.into(), weight.into()];
-            compared.row(first, &result, [left.inside, left.boundary]);
-            last = Some((result, params));
+            match residuals(&result, &params) {
+                Ok(left) => {
+                    compared.row(first, &result, [left.inside, left.boundary]);
+                    last = Some((result, params));
+                }
+                // On a coarse grid a weak match and a wide interface may leave nothing of thin shapes.
+                Err(CliError::Pca(PcaError::EmptyObject)) => {
+                    compared.row(first, &result, ["none", "none"]);
+                }
+                Err(error) => return Err(error),
+            }
         }
     }
     compared.tiles.shapes("shapes", &scene.distances, 0.0);

@@ -124,8 +124,12 @@ impl Config for SynthesizeConfig {
 
     fn check(&self) -> Result<(), CliError> {
         named(Self::COMMAND, "the directory of modes", &self.pca)?;
+        if self.scores.is_empty() {
+            let (command, what) = (Self::COMMAND, "--scores, such as --scores 2,-1");
+            return Err(CliError::Missing { command, what });
+        }
         let in_range = |s: &f64| s.abs() <= MOST_DEVIATIONS;
-        let numbers = !self.scores.is_empty() && self.scores.iter().all(in_range);
+        let numbers = self.scores.iter().all(in_range);
         let scores: Vec<String> = self.scores.iter().copied().map(shown).collect();
         let expected = format!("numbers from -{MOST_DEVIATIONS} to {MOST_DEVIATIONS}");
         allow(numbers, "scores", &scores.join(","), &expected)?;

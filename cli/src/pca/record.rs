@@ -87,7 +87,7 @@ pub(super) struct Distances {
     pub mahalanobis: Vec<f64>,
     /// Number of these modes.
     pub degrees_of_freedom: usize,
-    /// Probability of at least this distance for a new shape, by Hotelling's law.
+    /// Probability of at least this distance: for new shapes by Hotelling's law, for training shapes among these.
     pub p_value: Vec<f64>,
     /// `sqrt((1/n) sum score^2)` over all modes and `n` training shapes.
     mahalanobis_over_n: Vec<f64>,

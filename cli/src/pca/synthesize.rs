@@ -2,16 +2,16 @@
 
 use std::time::Instant;
 
-use fe_grid::{VectorField, certify_within};
-use levelset::topology::Topology;
-use levelset::{BoxEdge, Cause, Contour, ContourDistance, Doubt, Moments, contour, share_outside};
+use fe_grid::VectorField;
+use levelset::{Cause, Contour, Doubt, Moments};
 use shape_pca::{
     Compound, Finite, FiniteReport, Mahalanobis, Variation, memory_estimate_of_response,
 };
 
 use super::args::SynthesizeConfig;
 use super::components::{displaced, label_field, outlines};
-use super::draw::{moved, shown, topology};
+use super::displaced::Displaced;
+use super::draw::shown;
 use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
 use crate::doubts::{named, of_source};
@@ -92,27 +92,29 @@ impl Command for SynthesizeConfig {
         session: &Session<'_>,
         directory: &ResultDir,
     ) -> Result<Summary, CliError> {
-        let object = &outcome.stored.space.object;
-        let outline = contour(object, 0.5, BoxEdge::Closed).map_err(shown)?;
-        let shape = moved(&outline, &outcome.displacement, 1.0);
-        let distance = ContourDistance::new(&shape).map_err(shown)?;
-        let level_set = distance.sample(*object.grid());
-        directory.array("shape.npy", &level_set)?;
+        let object = Displaced::new(&outcome.stored.space.object, &outcome.displacement)?;
+        let Displaced {
+            outline,
+            shape,
+            level_set,
+            ..
+        } = &object;
+        directory.array("shape.npy", level_set)?;
         directory.array("displacement.npy", &outcome.displacement)?;
-        directory.object("shape_mask.npy", &level_set, 0.0)?;
+        directory.object("shape_mask.npy", level_set, 0.0)?;
         let components = outlines(&outcome.stored.average.components)?;
         let parts = displaced(&components, &outcome.displacement, 1.0);
         let labels: Vec<i64> = components.iter().map(|(label, _)| *label).collect();
         if !labels.is_empty() {
-            let field = label_field(&level_set, &labels, &parts)?;
+            let field = label_field(level_set, &labels, &parts)?;
             directory.array("shape_labels.npy", &field)?;
         }
         directory.picture("shape.png", || {
             let pictures = if labels.is_empty() {
-                portraits(&[(&outline, INK), (&shape, colour(0))])
+                portraits(&[(outline, INK), (shape, colour(0))])
             } else {
                 let before = displaced(&components, &outcome.displacement, 0.0);
-                portraits_of_parts(&[(&outline, &before), (&shape, &parts)])
+                portraits_of_parts(&[(outline, &before), (shape, &parts)])
             };
             let names = ["average", "shape"].map(String::from);
             let tiles: Vec<(String, Canvas)> = names.into_iter().zip(pictures).collect();
@@ -124,15 +126,11 @@ impl Command for SynthesizeConfig {
             sheet.draw()
         })?;
         let place = &outcome.stored.average.place;
-        place.write(directory, "shape", &shape)?;
+        place.write(directory, "shape", shape)?;
         for (label, (part, _)) in labels.iter().zip(&parts) {
             place.write(directory, &format!("shape_label_{label}"), part)?;
         }
-        let topologies = [
-            Topology::of(&level_set),
-            topology(&outline, *object.grid())?,
-        ];
-        let record = record(outcome, self, [&shape, &outline], topologies, session.start)?;
+        let record = record(outcome, self, &object, session.start)?;
         record.write(directory)?;
         Ok(summary(&record))
     }
@@ -157,19 +155,12 @@ fn memory<const D: usize>(stored: &StoredPca<D>, nonlinear: bool) -> u64 {
 fn record<const D: usize>(
     outcome: &Outcome<D>,
     config: &SynthesizeConfig,
-    [shape, average]: [&Contour<D>; 2],
-    [own, before]: [Topology; 2],
+    displaced: &Displaced<D>,
     start: Instant,
 ) -> Result<SynthesisRecord<D>, CliError> {
     let size = |c: &Contour<D>| Ok::<_, CliError>(Moments::of_contour(c).map_err(shown)?.volume);
     let (space, report) = (&outcome.stored.space, &outcome.report);
-    let object = &space.object;
-    let grid = *object.grid();
-    let inside: Vec<bool> = (0..grid.n_cells())
-        .map(|cell| object.as_slice()[grid.node_index(grid.cell(cell))] > 0.5)
-        .collect();
-    let u = outcome.displacement.as_slice();
-    let certificate = certify_within(&grid, u, 0.0, f64::INFINITY, Some(&inside));
+    let grid = *space.object.grid();
     let share = report.as_ref().map_or(1.0, |report| report.share);
     let found = Synthesis {
         load_share: share,
@@ -177,23 +168,17 @@ fn record<const D: usize>(
             report.steps.iter().map(|step| step.iterations).collect()
         }),
         mahalanobis: Mahalanobis::new(&config.scores, &space.eigenvalues, space.n_shapes),
-        min_det: certificate.min_det,
-        size: size(shape)?,
-        average_size: size(average)?,
+        min_det: displaced.min_det,
+        size: size(&displaced.shape)?,
+        average_size: size(&displaced.outline)?,
         boundaries: outcome.stored.average.place.record(),
     };
-    let doubts = [
-        Doubt::check(Cause::NotConverged, f64::from(u8::from(share < 1.0))),
-        Doubt::below(Cause::Determinant, certificate.min_det, 0.0),
-        // Parts that lie on each other have holes where they do.
-        Doubt::check(Cause::Topology, own.differences(&before) as f64),
-        Doubt::check(
-            Cause::OutsideBox,
-            share_outside(shape, &grid).map_err(shown)?,
-        ),
-        of_source(&outcome.stored.doubts),
-    ];
-    let doubts: Vec<Doubt> = doubts.into_iter().flatten().collect();
+    let unsolved = Doubt::check(Cause::NotConverged, f64::from(u8::from(share < 1.0)));
+    let doubts: Vec<Doubt> = unsolved
+        .into_iter()
+        .chain(displaced.doubts()?)
+        .chain(of_source(&outcome.stored.doubts))
+        .collect();
     let doubts = named(&doubts, []);
     let reached = share >= 1.0;
     let status = if reached {

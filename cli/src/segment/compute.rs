@@ -6,7 +6,7 @@ use levelset::{
     BoxEdge, Cause, Contour, Doubt, contour, hausdorff, largest_component, signed_distance,
 };
 use phasefield::segmentation::{
-    Segmentation, SegmentationParams, memory_estimate, segment, split_classes,
+    Classes, Segmentation, SegmentationParams, memory_estimate, segment, split_classes,
 };
 
 use super::args::{Object, SegmentConfig};
@@ -17,6 +17,13 @@ use crate::memory::announce;
 use crate::numbers::shown;
 use crate::session::Session;
 use shapespace_input::{Image, LEVEL, boundary};
+
+/// A class with a smaller share of the grey values than this may be one of outliers: as many lie below the grey value 0
+/// or above 1, each ([`shapespace_input`]).
+const FEW: f64 = 0.005;
+/// Two classes are clearly apart where this share of the variance is between them. It is .64 for normally distributed
+/// and .75 for uniformly distributed values, which are one class.
+const APART: f64 = 0.85;
 
 /// An image and its segmentation.
 pub(crate) struct Found<const D: usize> {
@@ -154,7 +161,7 @@ fn beside_threshold<const D: usize>(
     let (threshold, separation) = if let Some(number) = config.threshold {
         (placed.input.range.scaled(number), None)
     } else {
-        let classes = split_classes(values, config.classes)?;
+        let classes = split(values, config.classes)?;
         let last = classes.thresholds.len() - 1;
         let number = if sign > 0.0 { last } else { 0 };
         (classes.thresholds[number], Some(classes.separation))
@@ -168,6 +175,24 @@ fn beside_threshold<const D: usize>(
         threshold: Some(threshold),
         separation,
     })
+}
+
+/// The classes of grey values, nearly all of which lie between 0 and 1. A few that lie far beyond, such as hot pixels or
+/// metal in computed tomography, are a class of their own by their variance; they do not count as one where the
+/// others fall into two that are clearly apart.
+fn split(values: &[f64], n_classes: usize) -> Option<Classes> {
+    let classes = split_classes(values, n_classes)?;
+    let ends = [classes.thresholds.first()?, classes.thresholds.last()?];
+    let beyond = [
+        values.iter().filter(|v| *v < ends[0]).count(),
+        values.iter().filter(|v| *v > ends[1]).count(),
+    ];
+    if beyond.into_iter().min()? as f64 > FEW * values.len() as f64 {
+        return Some(classes);
+    }
+    let near: Vec<f64> = values.iter().map(|v| v.clamp(0.0, 1.0)).collect();
+    let others = split_classes(&near, n_classes).filter(|found| found.separation >= APART);
+    Some(others.unwrap_or(classes))
 }
 
 /// The region that edges separate from the largest region. Regions end where the phase field is

@@ -72,7 +72,8 @@ pub(crate) fn stem(path: &Path) -> String {
         .to_owned()
 }
 
-fn with_folder(path: &Path) -> String {
+/// The name of the folder of a file, and that of the file without its ending.
+pub(crate) fn with_folder(path: &Path) -> String {
     let folder = path.parent().and_then(Path::file_name);
     match folder {
         Some(folder) => format!("{}/{}", folder.to_string_lossy(), stem(path)),

@@ -20,6 +20,7 @@ use crate::page::{command_line, write_page};
 use crate::pool::in_pool;
 use crate::report::RESULT;
 use crate::session::concluded;
+use crate::shapes::{stem, with_folder};
 use crate::summary::Summary;
 use shapespace_input::{Kinds, expand, extension_of, is_mesh};
 
@@ -95,35 +96,44 @@ fn warp(args: &WarpArgs, files: &[PathBuf], start: Instant) -> Result<Exit, CliE
     let back = stored.direction(!args.inverse);
     let directory = ResultDir::create(&args.run.output)?;
     let mut carried: Vec<Moved> = Vec::new();
-    for path in files {
+    for (path, stem) in files.iter().zip(stems(files)) {
         progress.stage(format!("carrying '{}'", path.display()));
-        let moved = match &*extension_of(path) {
-            "csv" => moved_landmarks(path, &directory, (&stored, &map))?,
-            "svg" => moved_drawing(path, &directory, (&stored, &map))?,
-            other if is_mesh(other) => moved_surface(path, &directory, (&stored, &map))?,
-            _ => {
+        let (file, maps) = ((path.as_path(), &*stem), (&stored, &map));
+        let moved = match kind(path) {
+            Kind::Points => moved_landmarks(file, &directory, maps)?,
+            Kind::Drawing => moved_drawing(file, &directory, maps)?,
+            Kind::Surface => moved_surface(file, &directory, maps)?,
+            Kind::Image => {
                 let sides = stored.sides(args.inverse);
                 let small = stored.small();
                 let maps = [&map, &back];
-                carried_image(path, &directory, (sides, maps, small), args.interpolation)?
+                carried_image(file, &directory, (sides, maps, small), args.interpolation)?
             }
         };
         let taken = |other: &Moved| other.name == moved.name;
+        if carried.len() > files.iter().position(|other| other == path).unwrap_or(0) {
+            return Err(CliError::Option {
+                option: "FILE",
+                value: format!("'{}', which is given twice,", path.display()),
+                remedy: "give every file once".into(),
+            });
+        }
         if moved.name == Path::new(PICTURE) || carried.iter().any(taken) {
             return Err(other_name(path));
         }
         carried.push(moved);
     }
     directory.picture(PICTURE, || sheet(&carried))?;
+    let found = (&*carried, stored.doubts());
     let summary = match stored.dimension() {
         2 => write(
-            &record::<2>(args, files, &carried, start),
+            &record::<2>(args, files, found, start),
             args,
             &carried,
             &directory,
         ),
         _ => write(
-            &record::<3>(args, files, &carried, start),
+            &record::<3>(args, files, found, start),
             args,
             &carried,
             &directory,
@@ -133,6 +143,37 @@ fn warp(args: &WarpArgs, files: &[PathBuf], start: Instant) -> Result<Exit, CliE
     progress.finish();
     summary.print(&target)?;
     Ok(concluded(&summary, &args.run, start))
+}
+
+/// What a file has that is carried.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Points,
+    Drawing,
+    Surface,
+    Image,
+}
+
+fn kind(path: &Path) -> Kind {
+    match &*extension_of(path) {
+        "csv" => Kind::Points,
+        "svg" => Kind::Drawing,
+        other if is_mesh(other) => Kind::Surface,
+        _ => Kind::Image,
+    }
+}
+
+/// The names of the results without extensions: those of the files, with their folders in front where files of a kind
+/// would have the same.
+fn stems(files: &[PathBuf]) -> Vec<String> {
+    let name = |path: &PathBuf| {
+        let same = |other: &&PathBuf| stem(other) == stem(path) && kind(other) == kind(path);
+        match files.iter().filter(same).count() {
+            0 | 1 => stem(path),
+            _ => with_folder(path).replace('/', "_"),
+        }
+    };
+    files.iter().map(name).collect()
 }
 
 /// Writes the record and the report, and summarises them.

@@ -114,7 +114,8 @@ pub(super) fn points(before: &[[f64; 3]], after: &[[f64; 3]]) -> Pair {
     let (plane, [width, height]) = Plane::around(before.iter().chain(after).map(flat));
     let dot = |canvas: &mut Canvas, p: &[f64; 3], hue: Colour| {
         let [x, y] = plane.pixel(flat(p));
-        canvas.line(&[[x - 1.5, y], [x + 1.5, y]], false, 3.0, hue);
+        // A line that is shorter than it is wide has round ends.
+        canvas.line(&[[x - 0.05, y], [x + 0.05, y]], false, 5.0, hue);
     };
     let mut pair = [Canvas::new(width, height), Canvas::new(width, height)];
     for p in before {

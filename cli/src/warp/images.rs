@@ -14,7 +14,6 @@ use crate::error::CliError;
 use crate::output::nifti::{Values, write_volume};
 use crate::output::npy::write_samples;
 use crate::output::{OutputError, ResultDir};
-use crate::shapes::stem;
 use shapespace_input::lattice::Lattice;
 
 /// Carries an image from the first side to the second, by a map and that of the way back, and writes it:
@@ -23,7 +22,7 @@ use shapespace_input::lattice::Lattice;
 /// # Errors
 /// Those of reading and writing, and [`CliError::Option`] for an image with other samples.
 pub(super) fn carried_image(
-    path: &Path,
+    (path, stem): (&Path, &str),
     directory: &ResultDir,
     ([from, to], [there, back], small): ([&Side; 2], [&WorldMap; 2], f64),
     interpolation: Option<Interpolation>,
@@ -43,7 +42,7 @@ pub(super) fn carried_image(
     let size = std::array::from_fn(|k| image.size.get(k).copied().unwrap_or(1));
     let pictures = draw::images((&image.values, size), (&found.values, target.size));
     let written = Written {
-        stem: stem(path),
+        stem,
         target: &target,
         array: extension_of(path) == "npy",
         whole,
@@ -79,7 +78,7 @@ pub(crate) fn between(labels: bool, interpolation: Option<Interpolation>) -> Bet
 
 /// An image that is written.
 struct Written<'a> {
-    stem: String,
+    stem: &'a str,
     target: &'a Lattice,
     /// Whether it came as an array.
     array: bool,

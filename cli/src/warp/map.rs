@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fe_grid::{Field, Grid, vector};
+use levelset::Doubt;
 use serde::Deserialize;
 
 use super::route::{Leg, Route, WorldMap, along};
@@ -10,7 +11,7 @@ use super::samples::Side;
 use super::way::{Between, Way};
 use crate::error::CliError;
 use crate::output::numbered;
-use crate::pca::read_pca;
+use crate::pca::{Displaced, read_pca};
 use crate::progress::Progress;
 use crate::results::{ResultFields, command_in, read_contents, read_dimension};
 use crate::shapes::{Coordinates, InputRecord};
@@ -25,6 +26,8 @@ pub(crate) struct StoredMap {
     sides: [Side; 2],
     /// Spacing of the grid, in the box.
     spacing: f64,
+    /// The doubts about its deformations, where the result does not have them.
+    doubts: Vec<Doubt>,
 }
 
 /// A result that is read.
@@ -109,6 +112,11 @@ impl StoredMap {
         }
     }
 
+    /// The doubts about the deformations beside those of the result.
+    pub fn doubts(&self) -> &[Doubt] {
+        &self.doubts
+    }
+
     /// Defects of inverses up to this are small: a tenth of the spacing of the grid.
     pub fn small(&self) -> f64 {
         0.1 * self.spacing
@@ -129,10 +137,15 @@ fn stored<const D: usize>(
         refine,
         trust,
     };
+    let mut doubts = Vec::new();
     let (grid, legs, [from, to]) = match between {
         Between::Inputs(shape, to) => read.of_average(*shape, *to)?,
         Between::Times(from, to) => read.of_path(*from, *to)?,
-        Between::Scores(scores) => read.of_scores(scores)?,
+        Between::Scores(scores) => {
+            let (ends, found) = read.of_scores(scores)?;
+            doubts = found;
+            ends
+        }
         Between::Synthesized => read.of_shape()?,
     };
     Ok(StoredMap {
@@ -143,6 +156,7 @@ fn stored<const D: usize>(
         }),
         sides: [from.side, to.side],
         spacing: grid.spacing(),
+        doubts,
     })
 }
 
@@ -280,7 +294,8 @@ impl<const D: usize> Reading<'_, D> {
         }
     }
 
-    fn of_scores(&self, scores: &[f64]) -> Result<Ends<D>, CliError> {
+    /// The ends, and the doubts about the shape, which is not stored.
+    fn of_scores(&self, scores: &[f64]) -> Result<(Ends<D>, Vec<Doubt>), CliError> {
         let stored = read_pca(self.directory, None, self.trust)?;
         let stored: Option<crate::pca::StoredPca<D>> = stored.of_type();
         let space = stored.ok_or_else(|| self.damaged())?.space;
@@ -293,7 +308,8 @@ impl<const D: usize> Reading<'_, D> {
         // The shape is `(1 - u)(S)`.
         let mut displacement = found?;
         vector::scale(-1.0, displacement.as_mut_slice());
-        self.of_displacement(displacement)
+        let doubts = Displaced::new(&space.object, &displacement)?.doubts()?;
+        Ok((self.of_displacement(displacement)?, doubts))
     }
 
     fn of_shape(&self) -> Result<Ends<D>, CliError> {

@@ -9,7 +9,6 @@ use crate::error::CliError;
 use crate::output::outline::write_drawing;
 use crate::output::surface::write_surface;
 use crate::output::{OutputError, ResultDir};
-use crate::shapes::stem;
 use shapespace_input::{InputError, bytes_of, extension_of, read_mesh, read_outline};
 use shapespace_picture::{Shape, Surface};
 
@@ -83,22 +82,46 @@ fn malformed(path: &Path, format: &'static str, reason: impl Into<String>) -> Cl
     })
 }
 
-/// The columns of the coordinates: those of their names in a first line, else the first ones.
-fn columns_of(line: &str, dimension: usize) -> Vec<usize> {
-    let names: Vec<&str> = line.split(',').map(str::trim).collect();
-    let place = |name: &&str| {
-        names
-            .iter()
-            .position(|other| other.eq_ignore_ascii_case(name))
+/// The columns of the coordinates: those of their names in a first line, with a unit or without (`x`, `x_mm`), or the
+/// first ones. `None` where names leave open which of more columns these are.
+fn columns_of(columns: &[String], dimension: usize) -> Option<Vec<usize>> {
+    let has_name = |column: &str, axis: char| {
+        let mut letters = column.trim().chars();
+        let first = letters.next();
+        first.is_some_and(|first| first.eq_ignore_ascii_case(&axis))
+            && letters.next().is_none_or(|next| !next.is_alphanumeric())
     };
-    let named: Option<Vec<usize>> = ["x", "y", "z"][..dimension].iter().map(place).collect();
-    named.unwrap_or_else(|| (0..dimension).collect())
+    let place = |axis: &char| columns.iter().position(|column| has_name(column, *axis));
+    let named: Option<Vec<usize>> = ['x', 'y', 'z'][..dimension].iter().map(place).collect();
+    let is_number = |column: &String| column.trim().parse::<f64>().is_ok();
+    let clear = columns.len() <= dimension || columns[..dimension].iter().all(is_number);
+    named.or_else(|| clear.then(|| (0..dimension).collect()))
+}
+
+/// The fields of a line, without the quotes around those that have commas.
+fn fields_of(line: &str) -> Vec<String> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .from_reader(line.as_bytes());
+    // Any text is a row: quotes that are not closed end with the line.
+    let row = reader.records().next().and_then(Result::ok);
+    row.map_or_else(Vec::new, |row| row.iter().map(str::to_owned).collect())
+}
+
+/// A line of these fields.
+fn line_of(fields: &[String]) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let written = writer.write_record(fields).ok();
+    let bytes = written.and_then(|()| writer.into_inner().ok());
+    // What is written to memory and came from text.
+    let line = String::from_utf8(bytes.unwrap_or_default()).unwrap_or_default();
+    line.trim_end_matches('\n').to_owned()
 }
 
 /// Writes points at their new places. The columns x, y and, of volumes, z are the first ones or have these
 /// names; the others, a first line of names and lines of remarks (`#`) are kept.
 pub(super) fn moved_landmarks(
-    path: &Path,
+    (path, stem): (&Path, &str),
     directory: &ResultDir,
     (stored, map): (&StoredMap, &WorldMap),
 ) -> Result<Moved, CliError> {
@@ -111,10 +134,22 @@ pub(super) fn moved_landmarks(
     let mut shown: [Vec<[f64; 3]>; 2] = Default::default();
     for (number, line) in text.lines().enumerate() {
         let line = line.trim_end();
-        let mut columns: Vec<String> = line.split(',').map(str::to_owned).collect();
-        let own = places
-            .clone()
-            .unwrap_or_else(|| columns_of(line, dimension));
+        if line.is_empty() || line.starts_with('#') {
+            moved += line;
+            moved.push('\n');
+            continue;
+        }
+        let mut columns = fields_of(line);
+        let own = places.clone().or_else(|| columns_of(&columns, dimension));
+        let own = own.ok_or_else(|| {
+            let names = &["x", "y", "z"][..dimension].join(", ");
+            let reason = format!(
+                "line {} names no columns {names}: call those of the coordinates so, or leave this line out and \
+                 have them first",
+                number + 1
+            );
+            malformed(path, "CSV", reason)
+        })?;
         let numbers: Vec<f64> = own
             .iter()
             .filter_map(|&place| columns.get(place)?.trim().parse().ok())
@@ -130,10 +165,8 @@ pub(super) fn moved_landmarks(
             for (&place, x) in own.iter().zip(there) {
                 columns[place] = format!("{x:.6}");
             }
-            moved += &columns.join(",");
+            moved += &line_of(&columns);
             places = Some(own);
-        } else if line.is_empty() || line.starts_with('#') {
-            moved += line;
         } else if places.is_none() && columns.len() >= dimension && numbers.is_empty() {
             moved += line;
             places = Some(own);
@@ -143,7 +176,10 @@ pub(super) fn moved_landmarks(
         }
         moved.push('\n');
     }
-    let name = PathBuf::from(format!("{}.csv", stem(path)));
+    if mover.count == 0 {
+        return Err(malformed(path, "CSV", "it has no points"));
+    }
+    let name = PathBuf::from(format!("{stem}.csv"));
     let file = directory.file(&name);
     std::fs::write(&file, moved).map_err(OutputError::at(&file))?;
     let pictures = draw::points(&shown[0], &shown[1]);
@@ -155,7 +191,7 @@ const PIECES: f64 = 512.0;
 
 /// Writes the filled shapes of a drawing at their new places.
 pub(super) fn moved_drawing(
-    path: &Path,
+    (path, stem): (&Path, &str),
     directory: &ResultDir,
     (stored, map): (&StoredMap, &WorldMap),
 ) -> Result<Moved, CliError> {
@@ -187,7 +223,7 @@ pub(super) fn moved_drawing(
         let curves = curves.iter().map(Vec::as_slice);
         (curves.collect(), *fill)
     });
-    let name = PathBuf::from(format!("{}.svg", stem(path)));
+    let name = PathBuf::from(format!("{stem}.svg"));
     write_drawing(&directory.file(&name), &drawn.collect::<Vec<_>>())?;
     let after: Vec<_> = parts.into_iter().flat_map(|(curves, _)| curves).collect();
     let pictures = draw::curves(&before, &after);
@@ -196,7 +232,7 @@ pub(super) fn moved_drawing(
 
 /// Writes a surface whose corners are at their new places.
 pub(super) fn moved_surface(
-    path: &Path,
+    (path, stem): (&Path, &str),
     directory: &ResultDir,
     (stored, map): (&StoredMap, &WorldMap),
 ) -> Result<Moved, CliError> {
@@ -223,7 +259,7 @@ pub(super) fn moved_surface(
         "vtk" => "vtp",
         other => other,
     };
-    let name = PathBuf::from(format!("{}.{written}", stem(path)));
+    let name = PathBuf::from(format!("{stem}.{written}"));
     write_surface(&directory.file(&name), surface, &[], stored.in_world())?;
     let pictures = draw::surfaces(&mesh, &vertices);
     Ok(mover.moved(name, "surface", pictures))

@@ -61,8 +61,14 @@ struct Carried<'a> {
     outside: usize,
 }
 
-/// The doubts about the result that files were carried by, and about objects that were cut off.
-fn doubts(result: &Path, files: &[PathBuf], carried: &[Moved]) -> Vec<DoubtRecord> {
+/// The doubts about the result that files were carried by, about deformations that are not a part of it, and about
+/// objects that were cut off.
+fn doubts(
+    result: &Path,
+    files: &[PathBuf],
+    carried: &[Moved],
+    deformations: &[Doubt],
+) -> Vec<DoubtRecord> {
     #[derive(Deserialize)]
     struct Doubted {
         #[serde(default)]
@@ -74,7 +80,11 @@ fn doubts(result: &Path, files: &[PathBuf], carried: &[Moved]) -> Vec<DoubtRecor
         .iter()
         .enumerate()
         .filter_map(|(i, moved)| Some(Doubt::check(Cause::OutsideBox, moved.lost)?.about(i)));
-    let doubts: Vec<Doubt> = of_source(&source).into_iter().chain(lost).collect();
+    let doubts: Vec<Doubt> = of_source(&source)
+        .into_iter()
+        .chain(deformations.iter().copied())
+        .chain(lost)
+        .collect();
     let names: Vec<String> = files.iter().map(|file| stem(file)).collect();
     named(&doubts, names.iter().map(String::as_str))
 }
@@ -83,7 +93,7 @@ fn doubts(result: &Path, files: &[PathBuf], carried: &[Moved]) -> Vec<DoubtRecor
 pub(super) fn record<'a, const D: usize>(
     args: &'a WarpArgs,
     files: &'a [PathBuf],
-    carried: &'a [Moved],
+    (carried, deformations): (&'a [Moved], &[Doubt]),
     start: Instant,
 ) -> Record<'a, D> {
     let way = &args.way;
@@ -110,7 +120,7 @@ pub(super) fn record<'a, const D: usize>(
     let body = Body {
         carried: listed.collect(),
     };
-    let doubts = doubts(&args.result, files, carried);
+    let doubts = doubts(&args.result, files, carried, deformations);
     Record::without_grid("warp", "complete", parameters, body, doubts, start)
 }
 

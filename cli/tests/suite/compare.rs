@@ -138,17 +138,23 @@ fn groups_of_modes_and_of_distances_are_told_apart() {
             if i < 4 { "a" } else { "b" },
             if i == 2 { "NA" } else { "7" },
         ];
-        format!("ellipse_{i};{group};{age};{i}\n")
+        format!("ellipse_{i};{group};{age};{i};{i},5;tall\n")
     });
-    let table = format!("file;Group;age;height\n{}", rows.collect::<String>());
+    let table = format!(
+        "file;Group;age;height;weight;look\n{}",
+        rows.collect::<String>()
+    );
     place.write("spaced.csv", table.as_bytes());
     let (gaps, text) = compare(&place, "modes", "spaced.csv", "gaps", &[]);
     assert_eq!(gaps.json["covariates_left_out"][0]["name"], "age");
     assert_eq!(gaps.json["covariates"][0]["name"], "height");
-    assert!(
-        text.contains("the cell of 'ellipse_2' is not a number"),
-        "{text}"
-    );
+    for reason in [
+        "the cell of 'ellipse_2' is not a number",
+        "'0,5' of 'ellipse_0' has a decimal comma",
+        "it has no numbers",
+    ] {
+        assert!(text.contains(reason), "{reason}: {text}");
+    }
     // Groups that are no groups.
     place.write("halves.csv", b"file,group\nellipse_0,a\nellipse_1,a\nellipse_2,b\nellipse_3,b\nellipse_4,b\nellipse_5,b\nellipse_6,a\nellipse_7,a\n");
     let (none, _) = compare(&place, "modes", "halves.csv", "none", &[]);
@@ -216,7 +222,7 @@ fn tables_that_cannot_be_used_are_refused() {
         ("file,kind\nellipse_0,a\n", &["no column 'group'", "kind"]),
         (
             "file,group\nellipse_0,a\nellipse_1,b\n",
-            &["ellipse_2", "1 shapes"],
+            &["ellipse_2", "1 shape of"],
         ),
         (
             "file,group\nellipse_0,a\nellipse_1,a\nellipse_2,a\n",

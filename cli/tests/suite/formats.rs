@@ -329,7 +329,7 @@ fn points_images_and_surfaces_go_there_and_back() {
         (
             ["points.csv", "points.csv"],
             &["--shape", "0"][..],
-            "another file has this name",
+            "given twice",
         ),
         (["points.csv", "a.nii"], &["--shape", "7"], "inputs 0 to 1"),
     ] {

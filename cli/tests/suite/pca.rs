@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::common::{Place, Results, array, arrays, drawn, picture_size, succeeded};
+use crate::common::{Place, Results, array, arrays, drawn, npy_f64, picture_size, succeeded};
 
 /// The average of shapes of a family, and its modes.
 fn analysed(place: &Place, shapes: &[String], grid: &str, options: &[&str]) -> Results {
@@ -205,6 +205,44 @@ fn threads_and_instruction_set_do_not_matter_and_modes_can_be_few() {
     let vectors = run("1", "256");
     assert!(vectors == run("3", "256"));
     assert!(vectors == run("1", "scalar"));
+}
+
+/// Nearly round shapes turn in themselves for next to nothing. That their minimisations go on for long is no doubt:
+/// the scores are those of the analysis.
+#[test]
+fn nearly_round_training_shapes_have_their_own_scores() {
+    let place = Place::new();
+    let side = 65;
+    let mut names = Vec::new();
+    for (k, [wide, sharp]) in [[0.1, 0.02], [-0.06, 0.05], [0.03, -0.04], [-0.09, -0.01]]
+        .into_iter()
+        .enumerate()
+    {
+        let value = |node: usize| {
+            let [x, y] = [node % side, node / side].map(|i| i as f64 - 32.0);
+            let angle = y.atan2(x);
+            let radius = 19.0 * (1.0 + wide * (2.0 * angle).cos() + sharp * (3.0 * angle).cos());
+            (0.5 + radius - x.hypot(y)).clamp(0.0, 1.0)
+        };
+        let values: Vec<f64> = (0..side * side).map(value).collect();
+        names.push(format!("{k}.npy"));
+        place.write(&names[k], &npy_f64(&[side, side], &values));
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let own = ["--align", "none", "--grid", "33", "-o", "average"];
+    succeeded(&place.compute(&[&["average"], &names[..], &own].concat()));
+    succeeded(&place.compute(&["pca", "average", "-o", "modes"]));
+    let modes = Results::read(&place.path("modes"));
+    let own = ["--pca", "modes", "-o", "scored"];
+    succeeded(&place.compute(&[&["score"], &names[..], &own].concat()));
+    let scored = Results::read(&place.path("scored"));
+    assert_eq!(scored.json["verdict"], "sound", "{}", scored.json["doubts"]);
+    for k in 0..4 {
+        for j in 0..2 {
+            let [own, again] = [&modes, &scored].map(|r| r.number(&format!("/scores/{k}/{j}")));
+            assert!((own - again).abs() < 0.05, "{own} {again}");
+        }
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `shapespace segment`: grey images in, edges and objects out.
 
-use crate::common::{Place, Results, arrays, draw, grey_png, nifti, succeeded};
+use crate::common::{Place, Results, arrays, draw, grey_png, nifti, npy_f64, succeeded};
 
 const NODES: &str = "65";
 
@@ -139,6 +139,31 @@ fn an_object_that_is_cut_off_is_doubtful() {
         let causes: Vec<_> = doubts.iter().map(|doubt| &doubt["what"]).collect();
         assert_eq!(causes, if is_cut { vec!["border"] } else { vec![] });
     }
+}
+
+/// Samples far beyond all others are no class: the object is the disk, not the hot pixel.
+#[test]
+fn a_hot_pixel_is_no_object() {
+    let place = Place::new();
+    let side = 65;
+    let disk = |k: usize| (k % side) as f64 - 32.0;
+    let inside = |k: usize| disk(k).hypot((k / side) as f64 - 32.0) < 15.0;
+    let mut values: Vec<f64> = (0..side * side)
+        .map(|k| if inside(k) { 0.8 } else { 0.2 })
+        .collect();
+    values[3 * side + 3] = 50.0;
+    place.write("hot.npy", &npy_f64(&[side, side], &values));
+    succeeded(&place.compute(&["segment", "hot.npy", "-o", "out"]));
+    let results = Results::read(&place.path("out"));
+    let threshold = results.number("/images/0/object/threshold");
+    assert!((0.3..0.7).contains(&threshold), "{threshold}");
+    let (_, mask) = results.mask("mask_000.npy");
+    let wrong = mask
+        .iter()
+        .enumerate()
+        .filter(|(k, m)| (**m == 1) != inside(*k));
+    // But for the pixel itself and samples at the boundary.
+    assert!(wrong.count() < 20);
 }
 
 #[test]

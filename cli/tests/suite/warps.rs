@@ -189,12 +189,78 @@ fn pictures_and_outlines_go_to_the_average_and_to_other_inputs() {
         "inputs 0 to 2",
     );
     refused(&place, &warp(&["a.png", "--time", "1"]), "give --shape");
-    place.write("line.csv", b"x,y\n1\n");
+    for (name, text, words) in [
+        ("line.csv", "x,y\n1\n", "line 2 does not have 2"),
+        (
+            "names.csv",
+            "id,lon,lat\n1,10,20\n",
+            "names no columns x, y",
+        ),
+        ("none.csv", "x,y\n", "it has no points"),
+    ] {
+        place.write(name, text.as_bytes());
+        refused(&place, &warp(&[name, "--shape", "0"]), words);
+    }
     refused(
         &place,
-        &warp(&["line.csv", "--shape", "0"]),
-        "line 2 does not have 2",
+        &warp(&["a.png", "a.png", "--shape", "0"]),
+        "given twice",
     );
+}
+
+/// Coordinates are found by their names, with units; the other columns stay as they are, with their quotes.
+#[test]
+fn columns_of_points_have_names() {
+    let place = Place::new();
+    let inputs = blobs(&place);
+    averaged(&place, &inputs, &["--grid", "17"], "mean");
+    let tables = [
+        "10,12\n",
+        "x,y\n10,12\n",
+        "id,x_mm,y_mm\n7,10,12\n",
+        "name,Y [mm],X [mm]\n\"left, upper\",12,10\n",
+    ];
+    let mut found = Vec::new();
+    for (k, text) in tables.into_iter().enumerate() {
+        let (name, out) = (format!("{k}.csv"), format!("out{k}"));
+        place.write(&name, text.as_bytes());
+        let command = ["warp", "mean", &name, "--shape", "0", "-o", &out];
+        succeeded(&place.compute(&command));
+        let text = std::fs::read_to_string(place.path(&format!("{out}/{name}"))).unwrap();
+        found.push(text.lines().last().unwrap().to_owned());
+    }
+    let [x, y] = [0, 1].map(|k| found[0].split(',').nth(k).unwrap());
+    assert_ne!((x, y), ("10.000000", "12.000000"), "nothing is tested");
+    assert_eq!(found[1], found[0]);
+    assert_eq!(found[2], format!("7,{x},{y}"));
+    assert_eq!(found[3], format!("\"left, upper\",{y},{x}"));
+    // Files of the same name in two folders have their results.
+    for folder in ["left", "right"] {
+        std::fs::create_dir(place.path(folder)).unwrap();
+        place.write(&format!("{folder}/p.csv"), b"10,12\n");
+    }
+    let both = [
+        "warp",
+        "mean",
+        "left/p.csv",
+        "right/p.csv",
+        "--shape",
+        "0",
+        "-o",
+        "both",
+    ];
+    succeeded(&place.compute(&both));
+    for name in ["both/left_p.csv", "both/right_p.csv"] {
+        assert!(place.path(name).is_file(), "{name}");
+    }
+    // What was carried is part of the result.
+    let checked = |code| assert_eq!(place.run(&["check", "out1"]).status.code(), Some(code));
+    let doubtful = Results::read(&place.path("out1")).json["verdict"] != "sound";
+    checked(if doubtful { 3 } else { 0 });
+    place.write("out1/1.csv", b"x,y\n1,2\n");
+    checked(2);
+    std::fs::remove_file(place.path("out1/1.csv")).unwrap();
+    checked(2);
 }
 
 #[test]
@@ -334,6 +400,20 @@ fn modes_carry_the_average_as_synthesize_does() {
     let found = area(&by_scores) / area(&points(&place, "outline.csv"));
     assert!((ratio - 1.0).abs() > 0.005, "{ratio}: nothing is tested");
     assert!((found - ratio).abs() < 1e-3, "{found} {ratio}");
+    // A shape that folds is doubted, whichever of the two computes it.
+    succeeded(&place.compute(&["synthesize", "modes", "--scores", "40", "-o", "folded"]));
+    carry("modes", &["--scores", "40"], "carried");
+    let causes = |folder: &str| -> Vec<String> {
+        let found = Results::read(&place.path(folder));
+        let doubts = found.json["doubts"].as_array().unwrap();
+        doubts
+            .iter()
+            .map(|doubt| doubt["what"].to_string())
+            .collect()
+    };
+    assert!(causes("folded").contains(&"\"determinant\"".into()));
+    assert_eq!(causes("carried"), causes("folded"));
+    assert_eq!(causes("by_scores"), causes("shape"));
     let warp = |more: &[&'static str]| {
         [&["warp", "modes", "outline.csv"], more, &["-o", "refused"]].concat()
     };

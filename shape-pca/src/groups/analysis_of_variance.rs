@@ -1,5 +1,7 @@
 //! Sums of squares between and within groups.
 
+use super::labels::GroupError;
+
 /// The sum of squares between groups of one number a shape, `sum_g n_g (mean_g - mean)^2`.
 pub(super) fn between(values: &[f64], labels: &[usize], sizes: &[usize]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
@@ -19,6 +21,17 @@ pub(super) fn total(values: &[f64]) -> f64 {
 
 /// The ratio `F` of the mean squares between and within the groups; infinite where shapes of a group
 /// do not differ but groups do, and 0 where nothing differs.
+/// Checks that the shapes of a group differ where those of all groups do; what is left by rounding does not count.
+///
+/// # Errors
+/// [`GroupError::EqualWithin`].
+pub(super) fn check_within(between: f64, total: f64) -> Result<(), GroupError> {
+    if between > 0.0 && total - between <= 1e-12 * total {
+        return Err(GroupError::EqualWithin);
+    }
+    Ok(())
+}
+
 pub(super) fn f_ratio(between: f64, total: f64, n_shapes: usize, n_groups: usize) -> f64 {
     let within = (total - between).max(0.0);
     if between <= 0.0 {

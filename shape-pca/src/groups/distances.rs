@@ -1,5 +1,6 @@
 //! Tests of distances between shapes.
 
+use super::analysis_of_variance::check_within;
 use super::labels::{GroupError, Groups, check_table};
 use super::relabelling::Relabelling;
 use super::scores::least_p_value;
@@ -27,7 +28,7 @@ pub struct Permanova {
 /// Source: Anderson, *A new method for non-parametric multivariate analysis of variance* (2001).
 ///
 /// # Errors
-/// [`GroupError::Count`] and [`GroupError::NotFinite`] for an unsuitable matrix.
+/// [`GroupError::Count`] and [`GroupError::NotFinite`] for an unsuitable matrix, and [`GroupError::EqualWithin`].
 pub fn permanova(
     distances: &[Vec<f64>],
     groups: &Groups,
@@ -56,6 +57,7 @@ pub fn permanova(
     };
     let between = |labels: &[usize]| vec![total - within(labels)];
     let own = between(groups.labels())[0];
+    check_within(own, total)?;
     let p = relabelling.p_values(groups.labels(), &between);
     let inside = (total - own).max(0.0) / (n - sizes.len()) as f64;
     let f = own / (sizes.len() - 1) as f64 / inside;

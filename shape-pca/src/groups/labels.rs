@@ -18,6 +18,9 @@ pub enum GroupError {
         /// Number of groups.
         groups: usize,
     },
+    /// All shapes of every group are equal, those of different groups are not: no ratio says how different.
+    #[error("the shapes of every group are equal: nothing varies within the groups")]
+    EqualWithin,
     /// A table has not one line for every shape, or its lines differ in length.
     #[error("expected {expected} {what}, found {found}")]
     Count {

@@ -1,6 +1,6 @@
 //! Tests of the scores in every mode, and in all of them.
 
-use super::analysis_of_variance::{between, f_ratio, total};
+use super::analysis_of_variance::{between, check_within, f_ratio, total};
 use super::labels::{GroupError, Groups};
 use super::relabelling::{Relabelling, n_relabellings};
 use serde::Serialize;
@@ -32,7 +32,7 @@ pub struct ScoreTests {
 /// share between groups is the same for every labelling.
 ///
 /// # Errors
-/// [`GroupError::Count`] and [`GroupError::NotFinite`] for an unsuitable table.
+/// [`GroupError::Count`] and [`GroupError::NotFinite`] for an unsuitable table, and [`GroupError::EqualWithin`].
 pub fn compare_scores(
     coordinates: &[Vec<f64>],
     groups: &Groups,
@@ -61,6 +61,7 @@ pub fn compare_scores(
     let overall = |labels: &[usize]| vec![squares(labels).iter().sum::<f64>()];
     let p_overall = relabelling.p_values(groups.labels(), &overall);
     let own = overall(groups.labels())[0];
+    check_within(own, all)?;
     Ok(ScoreTests {
         f: ratios(groups.labels()),
         p_value: p.single,

@@ -237,6 +237,18 @@ fn unsuitable_groups_and_tables_are_errors() {
     ));
     rows[2].pop();
     assert!(matches!(tested(&rows), Err(GroupError::Count { .. })));
+    // Copies of one shape in each group.
+    let group = |i: usize| groups.labels()[i];
+    let copies: Vec<Vec<f64>> = (0..4).map(|i| vec![0.3 * group(i) as f64, 0.1]).collect();
+    assert_eq!(tested(&copies), Err(GroupError::EqualWithin));
+    let distance = |i: usize, j: usize| f64::from(u8::from(group(i) != group(j)));
+    let apart: Vec<Vec<f64>> = (0..4)
+        .map(|i| (0..4).map(|j| distance(i, j)).collect())
+        .collect();
+    assert_eq!(
+        permanova(&apart, &groups, few(9, 0)),
+        Err(GroupError::EqualWithin)
+    );
     // Shapes that do not differ have no difference.
     let equal = vec![vec![1.0, 2.0]; 4];
     let found = tested(&equal).unwrap();
