@@ -118,11 +118,10 @@ mod tests {
         assert_eq!(survival(9.0, 3, 3), 1.0);
     }
 
-    /// New shapes of the population that the training shapes come from have p-values below `p` in a share `p` of
-    /// all cases, for few training shapes, too.
-    #[test]
-    fn p_values_of_new_shapes_are_uniform() {
-        let mut random = SplitMix64::new(7);
+    /// Checks that p-values below `p` are a share `p` of all cases, for the score of one of the training shapes or of a
+    /// new one of their population, with few training shapes, too.
+    fn check_uniform(seed: u64, is_new: bool) {
+        let mut random = SplitMix64::new(seed);
         let mut normal = || normal(random.open_uniform(), random.uniform());
         for n in [3, 8, 20] {
             let cases = 20_000;
@@ -132,41 +131,33 @@ mod tests {
                 let mean = training.iter().sum::<f64>() / n as f64;
                 let squares = training.iter().map(|x| (x - mean).powi(2));
                 let variance = squares.sum::<f64>() / n as f64;
-                let score = (normal() - mean) / variance.sqrt();
-                let p = Mahalanobis::new(&[score], &[variance], n).p_value;
+                let shape = if is_new { normal() } else { training[0] };
+                let score = (shape - mean) / variance.sqrt();
+                let found = Mahalanobis::new(&[score], &[variance], n);
+                let p = if is_new {
+                    found.p_value
+                } else {
+                    found.of_training(n).p_value
+                };
                 small[0] += usize::from(p < 0.05);
                 small[1] += usize::from(p < 0.2);
             }
-            // Four standard deviations of a share among so many cases: .006 and .011.
+            // Four standard deviations of a share among so many cases: .006 and .011. By the law of the others,
+            // three training shapes have no p-value below .05.
             let [least, less] = small.map(|count| count as f64 / f64::from(cases));
             assert!((least - 0.05).abs() < 0.008, "{n}: {least}");
             assert!((less - 0.2).abs() < 0.012, "{n}: {less}");
         }
     }
 
-    /// So have training shapes, in the average and the variance that they are a part of.
+    #[test]
+    fn p_values_of_new_shapes_are_uniform() {
+        check_uniform(7, true);
+    }
+
     #[test]
     fn p_values_of_training_shapes_are_uniform() {
-        let mut random = SplitMix64::new(11);
-        let mut normal = || normal(random.open_uniform(), random.uniform());
-        for n in [3, 8, 20] {
-            let cases = 20_000;
-            let mut small = [0usize; 2];
-            for _ in 0..cases {
-                let training: Vec<f64> = (0..n).map(|_| normal()).collect();
-                let mean = training.iter().sum::<f64>() / n as f64;
-                let squares = training.iter().map(|x| (x - mean).powi(2));
-                let variance = squares.sum::<f64>() / n as f64;
-                let score = (training[0] - mean) / variance.sqrt();
-                let found = Mahalanobis::new(&[score], &[variance], n).of_training(n);
-                small[0] += usize::from(found.p_value < 0.05);
-                small[1] += usize::from(found.p_value < 0.2);
-            }
-            // As for new shapes, whose p-values are far from uniform here: .0 and .05 for three shapes.
-            let [least, less] = small.map(|count| count as f64 / f64::from(cases));
-            assert!((least - 0.05).abs() < 0.008, "{n}: {least}");
-            assert!((less - 0.2).abs() < 0.012, "{n}: {less}");
-        }
+        check_uniform(11, false);
         // As many modes as shapes can have, and none.
         let all = Mahalanobis::new(&[1.0, 1.0], &[1.0, 1.0], 3);
         assert_eq!(all.of_training(3).p_value, 1.0);
