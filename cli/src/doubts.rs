@@ -37,6 +37,18 @@ const OF_AVERAGE: [&str; 5] = [
 ];
 
 impl DoubtRecord {
+    /// The doubt about a shape of scores, which smaller ones do not have.
+    pub fn of_scores(mut self) -> Self {
+        if matches!(
+            self.what,
+            Cause::Determinant | Cause::Topology | Cause::OutsideBox
+        ) {
+            self.remedy =
+                "use smaller scores: so far from the average the modes describe no shape".into();
+        }
+        self
+    }
+
     /// The doubt of a command that takes the parameters of an average.
     pub fn by_average(mut self) -> Self {
         if OF_AVERAGE.iter().any(|option| self.remedy.contains(option)) {

@@ -76,6 +76,9 @@ pub struct Geodesic<const D: usize> {
     /// the contacts; of the same paths.
     #[serde(skip_serializing_if = "is_zero")]
     pub other_topology: usize,
+    /// Number of contacts beyond the parts, holes and tunnels in which the shapes differ.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub needless_contacts: usize,
     /// Dice overlap of the start shape with the end shape pulled back through all steps, which
     /// decreases with compressed void; the smallest of all components.
     pub dice_pulled: f64,
@@ -83,6 +86,9 @@ pub struct Geodesic<const D: usize> {
     pub dice_components: Vec<f64>,
     /// Convergence history of each level, in order.
     pub levels: Vec<LevelReport>,
+    /// Number of the last of these that are not of this path, but of a longer one on the other domain.
+    #[serde(skip)]
+    pub discarded_levels: usize,
     /// A converged status, or else the last level's status.
     #[serde(skip)]
     pub status: Status,
@@ -110,6 +116,18 @@ impl<const D: usize> Geodesic<D> {
             Some(Domain::End) => &self.backward_motions,
             _ => &self.motions,
         }
+    }
+
+    /// Returns the report of the level on which the path was minimised last.
+    pub fn last_level(&self) -> Option<&LevelReport> {
+        let own = self.levels.len().saturating_sub(self.discarded_levels);
+        self.levels[..own].last()
+    }
+
+    /// Returns whether another path may be shorter: where this one does not arrive, or changes the topology more
+    /// often than the shapes make necessary.
+    fn is_roundabout(&self) -> bool {
+        !self.end_reached() || self.needless_contacts > 0
     }
 
     fn end(&self) -> End {
@@ -236,8 +254,7 @@ fn geodesics_both_ways_in<const D: usize>(
             geodesic_between(end, start, params, observer)?,
         ]);
     }
-    let path = lagrangian_path(start, end, params, observer)?;
-    let mut forth = of_domain(start, end, &path)?;
+    let (path, mut forth) = shortest_path(start, end, params, observer)?;
     if forth.end_near()
         && let Some(path) = lagrangian_path_back(start, end, &path, params, observer)?
     {
@@ -246,8 +263,7 @@ fn geodesics_both_ways_in<const D: usize>(
             return Ok([forth, back]);
         }
     }
-    let path = lagrangian_path(end, start, params, observer)?;
-    let back = of_domain(end, start, &path)?;
+    let (path, back) = shortest_path(end, start, params, observer)?;
     if back.end_near()
         && !forth.end_near()
         && let Some(path) = lagrangian_path_back(end, start, &path, params, observer)?
@@ -269,8 +285,8 @@ fn geodesic_between_in<const D: usize>(
     check_both(start, end, params)?;
     match params.form {
         Form::Lagrangian => {
-            let path = lagrangian_path(start, end, params, observer)?;
-            Ok(with_deformations(of_domain(start, end, &path)?, path))
+            let (path, found) = shortest_path(start, end, params, observer)?;
+            Ok(with_deformations(found, path))
         }
         Form::LevelSets => {
             let paths = first_paths(start, end, params, observer)?;
@@ -293,6 +309,54 @@ fn geodesic_between_in<const D: usize>(
             Ok(found.finish())
         }
     }
+}
+
+/// Computes a path of deformations on the better of both domains.
+///
+/// Which is better is seen on coarse grids, where thin parts that lie side by side are one. A path that merges or
+/// splits more than the shapes differ in, or that does not arrive, is therefore computed on the other domain, too,
+/// on all grids.
+///
+/// # Errors
+/// As for [`lagrangian_path`].
+fn shortest_path<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<(LagrangianPath<D>, Geodesic<D>), GeodesicError> {
+    let mut path = lagrangian_path(start, end, params, observer)?;
+    let mut found = of_domain(start, end, &path)?;
+    let is_free = params.domain == DomainChoice::Better
+        && params.law.law.inverted().is_some()
+        && !start.hidden()
+        && !end.hidden();
+    if !is_free || found.status == Status::Cancelled || !found.is_roundabout() {
+        return Ok((path, found));
+    }
+    let on_other = GeodesicParams {
+        domain: match path.domain {
+            Domain::Start => DomainChoice::End,
+            Domain::End => DomainChoice::Start,
+        },
+        ..params.clone()
+    };
+    let other = lagrangian_path(start, end, &on_other, observer)?;
+    let second = of_domain(start, end, &other)?;
+    let rank = |found: &Geodesic<D>| {
+        let arrives = (found.end_reached(), found.end_near());
+        (arrives, found.needless_contacts == 0, -found.length())
+    };
+    // In the order in which they were computed.
+    let levels = [&*found.levels, &second.levels].concat();
+    if second.status != Status::Cancelled && rank(&second) > rank(&found) {
+        path = other;
+        found = second;
+    } else {
+        found.discarded_levels = second.levels.len();
+    }
+    found.levels = levels;
+    Ok((path, found))
 }
 
 /// The result of a path of one domain.
@@ -333,6 +397,11 @@ pub(crate) fn of_domain<const D: usize>(
             topology_changes(carried, &on_grid(carried.grid(), &other))
         });
         found.other_topology = changes.saturating_sub(found.contacts.len());
+        if !found.contacts.is_empty() {
+            let grid = across.grid();
+            let needed = topology_changes(&on_grid(grid, &own), &on_grid(grid, &other));
+            found.needless_contacts = found.contacts.len().saturating_sub(needed);
+        }
     }
     found.motions = motions;
     found.domain = Some(path.domain);
@@ -493,9 +562,11 @@ impl<const D: usize> Found<D> {
             arrival,
             contacts: Vec::new(),
             other_topology: 0,
+            needless_contacts: 0,
             dice_pulled: worst(&backwards),
             dice_components: forwards,
             levels: self.levels,
+            discarded_levels: 0,
         }
     }
 }

@@ -66,7 +66,7 @@ fn stable_path_in<const D: usize>(
         let fits = displacements.len() == params.steps
             && displacements.iter().all(|u| *u.grid() == grid)
             && path.status != Status::Cancelled;
-        let (Some(domain), Some(last), true) = (path.domain, path.levels.last(), fits) else {
+        let (Some(domain), Some(last), true) = (path.domain, path.last_level(), fits) else {
             return Ok(found);
         };
         let own = OwnPath {

@@ -45,6 +45,8 @@ pub enum Cause {
     PathBoundary,
     /// The largest distance of their boundaries: parts that are missing or left over.
     PathParts,
+    /// Merges and splits of a path beyond those in which its ends differ.
+    NeedlessContacts,
     /// The overlap of a deformed shape, of which a part is hidden, with all that is visible of the other.
     HiddenPart,
     /// The part of an average that no shape shows.
@@ -122,7 +124,7 @@ pub const RESOLVED_DISTANCE: f64 = 0.25;
 pub const DETERMINANT_FLOOR: f64 = 2.0;
 
 /// All criteria, in the order of [`Cause`].
-const CRITERIA: [Criterion; 39] = [
+const CRITERIA: [Criterion; 40] = [
     Criterion {
         cause: Cause::NotConverged,
         figure: "minimisations that ended before they converged",
@@ -294,6 +296,15 @@ const CRITERIA: [Criterion; 39] = [
                  than it should be by more is missing or left over, however small it is. Slits and \
                  films narrower than a spacing are left out.",
         remedy: "use --align rigid, a finer --grid, more steps (-K) or --form level-sets",
+    },
+    Criterion {
+        cause: Cause::NeedlessContacts,
+        figure: "merges and splits of a path beyond those in which its ends differ in topology",
+        limit: Limit::AtMost(0.0),
+        reason: "A path that presses parts together and separates others, though both ends have the same parts and \
+                 holes, is a local minimum as a rule: fingers side by side that take each other's place, where \
+                 each could bend. Such paths were up to 2.4 times as long as the shortest one that was found.",
+        remedy: "use --starts 3, a finer --grid, or shapes of which the same parts lie nearer to each other",
     },
     Criterion {
         cause: Cause::HiddenPart,

@@ -42,6 +42,9 @@ pub(super) struct PathRecord {
     /// How closely the boundaries agree there; fully visible shapes with boundaries only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arrival: Option<Arrival>,
+    /// Merges and splits beyond those in which the ends differ.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub needless_contacts: usize,
     pub end_reached: bool,
     /// Whether it ends so close that its length is of use.
     pub end_near: bool,
@@ -52,6 +55,11 @@ pub(super) struct PathRecord {
     pub evaluations: usize,
     /// Wall time on one thread, or on several if there are more threads than paths.
     pub seconds: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+pub(super) fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// A usable length.
@@ -84,6 +92,7 @@ impl PathRecord {
             dice_end: path.dice_end,
             gap_end: finite(path.gap_end),
             arrival: path.arrival.filter(|found| found.missing.is_finite()),
+            needless_contacts: path.needless_contacts,
             end_reached: path.end_reached(),
             end_near: path.end_near(),
             certified: path.certificate.certified,
@@ -242,6 +251,7 @@ mod tests {
             dice_end: if usable { 1.0 } else { 0.8 },
             gap_end: None,
             arrival: None,
+            needless_contacts: 0,
             end_reached: usable,
             end_near: usable,
             certified: true,

@@ -11,7 +11,7 @@ use super::Outcome;
 use super::args::DistancesConfig;
 use super::map::{LandmarkMap, Map};
 use super::neighbours::Neighbours;
-use super::pair::{PairRecord, PathRecord};
+use super::pair::{PairRecord, PathRecord, is_zero};
 use super::skip::Skipped;
 use super::study::Distances;
 use crate::report::{self, CONVERGED};
@@ -87,6 +87,9 @@ pub(super) struct LengthRecord {
     /// How closely the boundaries agree there.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arrival: Option<Arrival>,
+    /// Merges and splits beyond those in which the ends differ.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub needless_contacts: usize,
     /// Lower bound of the determinants.
     pub min_det: f64,
     /// Status of the path that is used.
@@ -228,10 +231,15 @@ fn doubts<const D: usize>(outcome: &Outcome<D>, found: &Found<'_>) -> Vec<Doubt>
             .map(|doubt| doubt.about(mark.start))
             .collect::<Vec<_>>()
     });
+    let detours = found.paths.iter().filter_map(|path| {
+        let contacts = path.needless_contacts as f64;
+        Some(Doubt::check(Cause::NeedlessContacts, contacts)?.about(path.start))
+    });
     let distances = found.distances;
     let mut doubts = doubts_of(&outcome.inputs);
     doubts.extend(Doubt::check(Cause::NotConverged, unfinished as f64));
     doubts.extend(of_paths);
+    doubts.extend(detours);
     doubts.extend(::geodesic::distances::doubts(
         distances.asymmetry.as_ref(),
         &distances.triangles,
@@ -272,6 +280,7 @@ impl LengthRecord {
             elastic: record.measured(config, &[1]).map(|m| m.length),
             dice_end: path.map_or(0.0, |path| path.dice_end),
             gap_end: path.and_then(|path| path.gap_end),
+            needless_contacts: path.map_or(0, |path| path.needless_contacts),
             arrival: path.and_then(|path| path.arrival),
             iterations: path.map_or(0, |path| path.iterations),
             evaluations: path.map_or(0, |path| path.evaluations),

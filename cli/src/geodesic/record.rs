@@ -70,7 +70,9 @@ pub(super) fn record<'a, const D: usize>(
         result,
         labels: outcome.labels.clone(),
         minima: outcome.minima.as_ref(),
-        mismatch_weight_in_force: levels.last().map_or(0.0, |level| level.mismatch_weight),
+        mismatch_weight_in_force: result
+            .last_level()
+            .map_or(0.0, |level| level.mismatch_weight),
         length: result.length(),
         length_input_units: scale.map(|scale| result.length() / unit(scale).sqrt()),
         dissipation: result.dissipation(),

@@ -14,7 +14,7 @@ use super::displaced::Displaced;
 use super::draw::shown;
 use super::read::{StoredPca, read_pca};
 use super::record::{Synthesis, SynthesisRecord};
-use crate::doubts::{named, of_source};
+use crate::doubts::{DoubtRecord, named, of_source};
 use crate::error::CliError;
 use crate::geodesic::draw::{portraits, portraits_of_parts};
 use crate::memory::announce;
@@ -179,7 +179,10 @@ fn record<const D: usize>(
         .chain(displaced.doubts()?)
         .chain(of_source(&outcome.stored.doubts))
         .collect();
-    let doubts = named(&doubts, []);
+    let doubts = named(&doubts, [])
+        .into_iter()
+        .map(DoubtRecord::of_scores)
+        .collect();
     let reached = share >= 1.0;
     let status = if reached {
         "complete"

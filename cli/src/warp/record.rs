@@ -120,7 +120,10 @@ pub(super) fn record<'a, const D: usize>(
     let body = Body {
         carried: listed.collect(),
     };
-    let doubts = doubts(&args.result, files, carried, deformations);
+    let mut doubts = doubts(&args.result, files, carried, deformations);
+    if !way.scores.is_empty() {
+        doubts = doubts.into_iter().map(DoubtRecord::of_scores).collect();
+    }
     Record::without_grid("warp", "complete", parameters, body, doubts, start)
 }
 

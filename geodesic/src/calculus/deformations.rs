@@ -119,6 +119,26 @@ impl<'a, const D: usize> DeformationSpace<'a, D> {
         moved
     }
 
+    /// Applies to the first deformation of a path the rigid motion with which, repeated in every step, the matter
+    /// arrives where the last one moves it.
+    pub fn on_the_way(
+        &self,
+        first: &Field<f64, D, D>,
+        last: &Field<f64, D, D>,
+        steps: usize,
+    ) -> Field<f64, D, D> {
+        let matter = &self.geometry.matter;
+        let identity = vec![0.0; first.as_slice().len()];
+        let whole = matter.fit(&identity, last.as_slice());
+        let own = matter.fit(&identity, first.as_slice());
+        let mut moved = first.clone();
+        matter.apply(
+            &whole.root(steps).after_inverse_of(&own),
+            moved.as_mut_slice(),
+        );
+        moved
+    }
+
     /// Computes the energy `W(a, b)`; `None` if it is not finite.
     ///
     /// # Errors

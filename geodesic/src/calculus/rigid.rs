@@ -146,6 +146,23 @@ impl<const D: usize> Matter<D> {
 }
 
 impl<const D: usize> RigidMotion<D> {
+    /// Returns the motion that gives this one when it is repeated so many times.
+    pub fn root(&self, times: usize) -> Self {
+        let share = 1.0 / times as f64;
+        let rotation = power(&self.rotation, share);
+        // `s = (1 + R + ... + R^(n - 1)) s_1`; rotations by less than a full turn have no other root of one.
+        let mut sum = SMatrix::<f64, D, D>::zeros();
+        let mut turned = SMatrix::identity();
+        for _ in 0..times {
+            sum += turned;
+            turned *= rotation;
+        }
+        let shift = sum
+            .try_inverse()
+            .map_or(self.shift * share, |inverse| inverse * self.shift);
+        Self { rotation, shift }
+    }
+
     /// Returns the composition of the inverse of another motion with this one.
     pub fn after_inverse_of(&self, other: &Self) -> Self {
         let rotation = self.rotation * other.rotation.transpose();
@@ -154,6 +171,19 @@ impl<const D: usize> RigidMotion<D> {
             shift: self.shift - rotation * other.shift,
         }
     }
+}
+
+/// Returns the rotation about the same axis by a share of the angle.
+fn power<const D: usize>(rotation: &SMatrix<f64, D, D>, share: f64) -> SMatrix<f64, D, D> {
+    const { assert!(D == 2 || D == 3) };
+    if D == 2 {
+        let angle = share * rotation[(1, 0)].atan2(rotation[(0, 0)]);
+        let part = nalgebra::Rotation2::new(angle);
+        return SMatrix::from_fn(|i, j| part[(i, j)]);
+    }
+    let matrix = nalgebra::Matrix3::from_fn(|i, j| rotation[(i, j)]);
+    let part = nalgebra::Rotation3::from_matrix_unchecked(matrix).powf(share);
+    SMatrix::from_fn(|i, j| part[(i, j)])
 }
 
 /// Returns the rotation `R` that maximises `R : C`.

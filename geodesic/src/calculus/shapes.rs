@@ -296,7 +296,8 @@ fn shoot_in<const D: usize>(
 
 /// Computes the discrete logarithm of a shape with respect to another: the initial velocity of the
 /// geodesic of `params.steps` steps between them. It is determined up to a rigid motion of the
-/// first step, under which the energy is invariant. The path is computed on the domain of the start
+/// first step, under which the energy is invariant: that is chosen which moves the matter to its place at
+/// the end when it is repeated in every step, as [`shoot`] does. The path is computed on the domain of the start
 /// shape, where the velocity is given.
 ///
 /// # Errors
@@ -318,8 +319,17 @@ pub fn logarithm<const D: usize>(
         observer,
     )?;
     // The parameters were checked, so the path has at least one step.
-    let mut velocity = path.displacements[0].clone();
-    scale(path.displacements.len() as f64, velocity.as_mut_slice());
+    let steps = path.displacements.len();
+    let (first, last) = (&path.displacements[0], &path.displacements[steps - 1]);
+    let own = if first.grid() == start.grid() {
+        let space = DeformationSpace::new(start, &CalculusParams::from(&params), 0, observer)?;
+        space.on_the_way(first, last, steps)
+    } else {
+        // A cancelled path, on a coarser grid.
+        first.clone()
+    };
+    let mut velocity = own;
+    scale(steps as f64, velocity.as_mut_slice());
     Ok(Logarithm { velocity, path })
 }
 
