@@ -20,8 +20,9 @@
 //!   coordinates, and the better of both is taken), `F = Dpsi_k (Dpsi_{k-1})^-1` is the gradient of `phi_k`, and only the last shape is
 //!   matched. In the increments of the path its Hessian is block diagonal up to the mismatch of
 //!   their sum, and is inverted by two multigrid cycles; few iterations are needed on every grid.
-//!   The topology is that of the start shape. If no path reaches its end on coarse grids from
-//!   the identity, a viscous flow is tried as a second start.
+//!   The topology is that of the start shape. On coarse grids paths are minimised from the identity and
+//!   from the optimal transport of one shape's volume to the other's, which finds the parts that correspond
+//!   where they lie apart; if none of these paths reaches its end, from a viscous flow, too.
 //! - **[`level_sets`]** (form A, the notes'): unknowns are a level set for every shape and all
 //!   `phi_k`, and every shape is matched with the next. The initial path is a viscous flow, which
 //!   changes the topology if necessary. Motions of the inner shapes that preserve their mismatches
@@ -108,6 +109,7 @@ mod params;
 mod result;
 mod shape;
 mod stable;
+mod transport;
 
 pub use fe_grid;
 pub use hyperelastic;

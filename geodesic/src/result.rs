@@ -124,12 +124,6 @@ impl<const D: usize> Geodesic<D> {
         self.levels[..own].last()
     }
 
-    /// Returns whether another path may be shorter: where this one does not arrive, or changes the topology more
-    /// often than the shapes make necessary.
-    fn is_roundabout(&self) -> bool {
-        !self.end_reached() || self.needless_contacts > 0
-    }
-
     fn end(&self) -> End {
         End {
             dice: self.dice_end,
@@ -248,6 +242,31 @@ fn geodesics_both_ways_in<const D: usize>(
     observer: &mut dyn Observer,
 ) -> Result<[Geodesic<D>; 2], GeodesicError> {
     check_both(start, end, params)?;
+    // In an order of their own, so that the lengths do not depend on which shape is the start.
+    if precedes(end, start) {
+        let [back, forth] = geodesics_in_order(end, start, params, observer)?;
+        return Ok([forth, back]);
+    }
+    geodesics_in_order(start, end, params, observer)
+}
+
+/// Whether a shape comes before another one: the first value of their signed distances that differs is smaller.
+fn precedes<const D: usize>(a: &Shape<D>, b: &Shape<D>) -> bool {
+    let values = |shape: &Shape<D>| {
+        let components = shape.components().iter();
+        components
+            .flat_map(|u| u.as_slice().to_vec())
+            .collect::<Vec<_>>()
+    };
+    values(a) < values(b)
+}
+
+fn geodesics_in_order<const D: usize>(
+    start: &Shape<D>,
+    end: &Shape<D>,
+    params: &GeodesicParams,
+    observer: &mut dyn Observer,
+) -> Result<[Geodesic<D>; 2], GeodesicError> {
     if params.form != Form::Lagrangian || params.domain != DomainChoice::Better {
         return Ok([
             geodesic_between(start, end, params, observer)?,
@@ -313,9 +332,8 @@ fn geodesic_between_in<const D: usize>(
 
 /// Computes a path of deformations on the better of both domains.
 ///
-/// Which is better is seen on coarse grids, where thin parts that lie side by side are one. A path that merges or
-/// splits more than the shapes differ in, or that does not arrive, is therefore computed on the other domain, too,
-/// on all grids.
+/// Which is better is seen on coarse grids, where thin parts that lie side by side are one. A path that does not
+/// arrive is therefore computed on the other domain, too, on all grids.
 ///
 /// # Errors
 /// As for [`lagrangian_path`].
@@ -331,7 +349,7 @@ fn shortest_path<const D: usize>(
         && params.law.law.inverted().is_some()
         && !start.hidden()
         && !end.hidden();
-    if !is_free || found.status == Status::Cancelled || !found.is_roundabout() {
+    if !is_free || found.status == Status::Cancelled || found.end_reached() {
         return Ok((path, found));
     }
     let on_other = GeodesicParams {
@@ -343,10 +361,6 @@ fn shortest_path<const D: usize>(
     };
     let other = lagrangian_path(start, end, &on_other, observer)?;
     let second = of_domain(start, end, &other)?;
-    let rank = |found: &Geodesic<D>| {
-        let arrives = (found.end_reached(), found.end_near());
-        (arrives, found.needless_contacts == 0, -found.length())
-    };
     // In the order in which they were computed.
     let levels = [&*found.levels, &second.levels].concat();
     if second.status != Status::Cancelled && rank(&second) > rank(&found) {
@@ -357,6 +371,11 @@ fn shortest_path<const D: usize>(
     }
     found.levels = levels;
     Ok((path, found))
+}
+
+/// What paths are chosen by: whether they arrive, and then their length.
+fn rank<const D: usize>(found: &Geodesic<D>) -> (bool, bool, f64) {
+    (found.end_reached(), found.end_near(), -found.length())
 }
 
 /// The result of a path of one domain.

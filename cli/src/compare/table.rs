@@ -162,14 +162,14 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
                 }
                 Some(values) => covariates.push(Covariate { name, values }),
                 None => {
-                    let is_other = |line: &&Vec<String>| number(&line[at]).is_none();
-                    let others = lines.iter().filter(is_other).count();
-                    let other = lines.iter().position(|line| is_other(&line));
-                    let shape = other.map_or("", |shape| &known.names[shape]);
-                    let cell = other.map_or("", |shape| &*lines[shape][at]);
+                    let others: Vec<usize> = (0..lines.len())
+                        .filter(|&shape| number(&lines[shape][at]).is_none())
+                        .collect();
+                    let shape = &known.names[others[0]];
+                    let cell = &lines[others[0]][at];
                     let reason = if cell.replacen(',', ".", 1).parse::<f64>().is_ok() {
                         format!("'{cell}' of '{shape}' has a decimal comma: write points")
-                    } else if others == lines.len() {
+                    } else if others.len() == lines.len() {
                         "it has no numbers".into()
                     } else {
                         format!("the cell of '{shape}' is not a number")
@@ -179,8 +179,14 @@ pub(super) fn read(config: &CompareConfig, known: &Known<'_>) -> Result<Labelled
             }
         }
     }
-    for name in &config.covariates {
-        let values = numbers(column(name)?).ok_or_else(|| {
+    for (i, name) in config.covariates.iter().enumerate() {
+        let at = column(name)?;
+        let same = |other: &String| column(other).is_ok_and(|other| other == at);
+        if config.covariates[..i].iter().any(same) {
+            let message = format!("the covariate '{name}' is asked for twice");
+            return Err(wrong(1, message, "name every covariate once"));
+        }
+        let values = numbers(at).ok_or_else(|| {
             let message = format!("the column '{name}' has a cell that is not a number");
             wrong(
                 0,

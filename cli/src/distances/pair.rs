@@ -43,7 +43,7 @@ pub(super) struct PathRecord {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arrival: Option<Arrival>,
     /// Merges and splits beyond those in which the ends differ.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default)]
     pub needless_contacts: usize,
     pub end_reached: bool,
     /// Whether it ends so close that its length is of use.
@@ -55,11 +55,6 @@ pub(super) struct PathRecord {
     pub evaluations: usize,
     /// Wall time on one thread, or on several if there are more threads than paths.
     pub seconds: f64,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-pub(super) fn is_zero(count: &usize) -> bool {
-    *count == 0
 }
 
 /// A usable length.

@@ -11,7 +11,7 @@ use super::Outcome;
 use super::args::DistancesConfig;
 use super::map::{LandmarkMap, Map};
 use super::neighbours::Neighbours;
-use super::pair::{PairRecord, PathRecord, is_zero};
+use super::pair::{PairRecord, PathRecord};
 use super::skip::Skipped;
 use super::study::Distances;
 use crate::report::{self, CONVERGED};
@@ -88,7 +88,6 @@ pub(super) struct LengthRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arrival: Option<Arrival>,
     /// Merges and splits beyond those in which the ends differ.
-    #[serde(skip_serializing_if = "is_zero")]
     pub needless_contacts: usize,
     /// Lower bound of the determinants.
     pub min_det: f64,

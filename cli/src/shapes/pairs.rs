@@ -1,8 +1,8 @@
 //! Pairwise rigid alignment of shapes.
 //!
 //! For quantities of two shapes that do not depend on their positions, every pair is aligned
-//! separately: the second shape (of the larger number) is moved onto the first, as
-//! [`mod@super::align`] moves all shapes onto one reference. The pair is then moved to the middle of
+//! separately: the shape whose boundary has fewer points is moved onto the other one, as
+//! [`mod@super::align`] moves all shapes onto one reference; this does not depend on their order. The pair is then moved to the middle of
 //! the box, and both shapes are magnified by one factor such that they fill it: a grid resolves them
 //! as well as it can, however small they are beside others. A length of a magnified pair is
 //! `magnification^(D/2)` times that in the common scale of all shapes, in which values of pairs are
@@ -42,8 +42,10 @@ pub(crate) struct Pairs<const D: usize> {
 /// The position of a pair.
 #[derive(Clone, Copy, Debug)]
 struct Position<const D: usize> {
-    /// Motion of the second shape onto the first.
+    /// Motion of one of the shapes onto the other one.
     motion: RigidMotion<D>,
+    /// Whether it is the first one that is moved.
+    first_moves: bool,
     /// The centre of both, after that.
     middle: [f64; D],
     /// The factor by which both then fill the box.
@@ -62,6 +64,16 @@ pub(crate) type PairFields<'a, const D: usize> =
 
 /// The figure of a shape that is not doubted.
 const UNDOUBTED: f64 = f64::MAX;
+
+/// Whether the first shape of a pair is moved onto the second one: that with fewer points of its boundary, of as many
+/// the smaller one.
+fn first_moves<const D: usize>(inputs: &[Input<D>], [i, j]: [usize; 2]) -> bool {
+    let points = |shape: usize| inputs[shape].contour.points().len();
+    let order = points(i).cmp(&points(j));
+    order
+        .then(inputs[i].volume.total_cmp(&inputs[j].volume))
+        .is_lt()
+}
 
 /// Adds the doubts about shapes that fit others better if they were reflected.
 fn add_reflections<const D: usize>(
@@ -142,17 +154,21 @@ impl<const D: usize> Pairs<D> {
         let contours: Vec<&Contour<D>> = contours.iter().collect();
         let coarse = coarse_distances(&contours, distribution)?;
         let distribution = distribution.of(pairs.len());
-        let found: Vec<Result<_, CliError>> =
-            parallel::map(&pairs[distribution.own()], &|&[i, j]| {
-                if stop() {
-                    return Ok(None);
-                }
-                let aligned = align_to(&coarse[i], &coarse[j]).map_err(failed)?;
-                let own = aligned.mismatch;
-                let doubt = Likeness::doubt_of_aligned(&coarse[i], &coarse[j], own)?;
-                let figure = doubt.map_or(UNDOUBTED, |doubt| doubt.figure);
-                Ok(Some((aligned.to_numbers(), [figure])))
-            });
+        let found: Vec<Result<_, CliError>> = parallel::map(&pairs[distribution.own()], &|&pair| {
+            if stop() {
+                return Ok(None);
+            }
+            let [i, j] = if first_moves(&inputs, pair) {
+                [pair[1], pair[0]]
+            } else {
+                pair
+            };
+            let aligned = align_to(&coarse[i], &coarse[j]).map_err(failed)?;
+            let own = aligned.mismatch;
+            let doubt = Likeness::doubt_of_aligned(&coarse[i], &coarse[j], own)?;
+            let figure = doubt.map_or(UNDOUBTED, |doubt| doubt.figure);
+            Ok(Some((aligned.to_numbers(), [figure])))
+        });
         let found: Result<Option<Vec<_>>, CliError> = found.into_iter().collect();
         // Interrupted on the first process, which ends the others.
         let Some(own) = found? else {
@@ -169,8 +185,10 @@ impl<const D: usize> Pairs<D> {
         };
         let mut sides = [0.0; D];
         for (&[i, j], motion) in pairs.iter().zip(motions) {
-            let moved = motion.apply_to_contour(contours[j]);
-            let (low, high) = bounds([contours[i], &moved]);
+            let first_moves = first_moves(&inputs, [i, j]);
+            let [fixed, other] = if first_moves { [j, i] } else { [i, j] };
+            let moved = motion.apply_to_contour(contours[other]);
+            let (low, high) = bounds([contours[fixed], &moved]);
             let share = |k: usize| (within[k][1] - within[k][0]) / (high[k] - low[k]);
             let magnification = match domain {
                 Domain::Spaced(..) => 1.0,
@@ -182,6 +200,7 @@ impl<const D: usize> Pairs<D> {
             });
             positions.push(Position {
                 motion,
+                first_moves,
                 middle: std::array::from_fn(|k| 0.5 * (low[k] + high[k])),
                 magnification,
             });
@@ -244,10 +263,12 @@ impl<const D: usize> Pairs<D> {
             None => [self.field(i, grid, |p| p)?, self.field(j, grid, |p| p)?],
             Some(position) => {
                 let onto = |p| position.centred(position.motion.map(p));
-                [
-                    self.field(i, grid, |p| position.centred(p))?,
-                    self.field(j, grid, onto)?,
-                ]
+                let still = |p| position.centred(p);
+                if position.first_moves {
+                    [self.field(i, grid, onto)?, self.field(j, grid, still)?]
+                } else {
+                    [self.field(i, grid, still)?, self.field(j, grid, onto)?]
+                }
             }
         })
     }

@@ -82,7 +82,21 @@ pub fn run_warp(args: &WarpArgs) -> Result<Exit, CliError> {
     ResultDir::check(&args.run.output)?;
     let mut files = args.files.clone();
     expand(&mut files, Kinds::Masks)?;
+    given_once(&files)?;
     in_pool(args.run.threads, || warp(args, &files, start))
+}
+
+/// Refuses a file that is given twice, before anything is computed.
+fn given_once(files: &[PathBuf]) -> Result<(), CliError> {
+    let again = (1..files.len()).find(|&i| files[..i].contains(&files[i]));
+    match again {
+        None => Ok(()),
+        Some(i) => Err(CliError::Option {
+            option: "FILE",
+            value: format!("'{}', which is given twice,", files[i].display()),
+            remedy: "give every file once".into(),
+        }),
+    }
 }
 
 fn warp(args: &WarpArgs, files: &[PathBuf], start: Instant) -> Result<Exit, CliError> {
@@ -111,13 +125,6 @@ fn warp(args: &WarpArgs, files: &[PathBuf], start: Instant) -> Result<Exit, CliE
             }
         };
         let taken = |other: &Moved| other.name == moved.name;
-        if carried.len() > files.iter().position(|other| other == path).unwrap_or(0) {
-            return Err(CliError::Option {
-                option: "FILE",
-                value: format!("'{}', which is given twice,", path.display()),
-                remedy: "give every file once".into(),
-            });
-        }
         if moved.name == Path::new(PICTURE) || carried.iter().any(taken) {
             return Err(other_name(path));
         }

@@ -272,6 +272,28 @@ fn the_bits_do_not_depend_on_the_threads() {
 }
 
 #[test]
+fn the_order_of_the_inputs_changes_no_bit_of_a_length() {
+    let place = Place::new();
+    draw(
+        &place,
+        "oval.npy",
+        &[
+            "ellipse", "--radii", ".3,.16", "--rotate", "25", "--grid", "33",
+        ],
+    );
+    draw(&place, "bar.npy", &["bar", "--angle", "50", "--grid", "33"]);
+    let [first, second] = [["oval.npy", "bar.npy"], ["bar.npy", "oval.npy"]].map(|inputs| {
+        matrix(
+            &measured(&place, &inputs, &[], inputs[0].trim_end_matches(".npy")),
+            "distances",
+        )
+    });
+    assert!(first[0][1] > 0.1, "{first:?}");
+    // The mean of both directions.
+    assert_eq!(first[0][1].to_bits(), second[0][1].to_bits());
+}
+
+#[test]
 fn paths_that_fall_short_are_marked_and_not_used() {
     let place = Place::new();
     let bar = ["bar", "--length", ".7", "--width", ".08", "--grid", "33"];

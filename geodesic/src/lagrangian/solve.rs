@@ -7,7 +7,8 @@ use crate::level_sets::{compose, flow_path};
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
 use crate::overlap::{End, Overlaps, carried_overlaps};
 use crate::params::{DomainChoice, GeodesicParams};
-use crate::shape::{Shape, check_known};
+use crate::shape::{Shape, check_known, on_grid};
+use crate::transport::along_transport;
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::transfer::prolong_into;
@@ -56,9 +57,9 @@ compiled_once! {
     /// inside) on one grid.
     ///
     /// The same path can be described on the domain of either shape. Both are minimised on coarse
-    /// grids from the identity; if neither reaches the other end, a viscous flow is a second start
-    /// of both. What reaches the other end, or else has the least energy, is continued to the
-    /// finest grid. If a part of one shape is hidden, the path is computed on the domain of the other,
+    /// grids from the identity and from the optimal transport of the shape's volume to that of the other one; if
+    /// none reaches the other end, a viscous flow is a third start of both. What reaches the other end, or else has
+    /// the least energy, is continued to the finest grid. If a part of one shape is hidden, the path is computed on the domain of the other,
     /// which is deformed with what is hidden there. If it does not reach the other end there, the weight of the mismatch is doubled, six
     /// times at most: the length is that of the least of these weights at which the path arrives.
     ///
@@ -223,26 +224,39 @@ fn lagrangian_path_in<const D: usize>(
     for &domain in search.domains() {
         found.push(search.start_at_identity(domain, observer)?);
     }
+    for &domain in search.domains() {
+        found.extend(search.start_at_transport(domain, observer)?);
+    }
     if !search.ended() && found.iter().all(|candidate| !candidate.end.reached()) {
         for &domain in search.domains() {
             found.extend(search.start_at_flow(domain, observer)?);
         }
     }
-    let better = |a: &Candidate<D>, b: &Candidate<D>| {
-        let rank = |found: &Candidate<D>| (found.end.reached(), found.end.near());
-        let order = rank(b).cmp(&rank(a));
-        order.then(a.path.total.total_cmp(&b.path.total))
-    };
-    // The first of equally good ones; every domain has a candidate.
+    let rank = |found: &Candidate<D>| (found.end.reached(), found.end.near());
     let mut best = 0;
     for other in 1..found.len() {
-        if better(&found[other], &found[best]).is_lt() {
+        // From the identity, paths are smooth from the beginning; from elsewhere in the same valley, they need more
+        // iterations.
+        let least = if other < search.domains().len() {
+            found[best].path.total
+        } else {
+            (1.0 - SAME_VALLEY) * found[best].path.total
+        };
+        let order = rank(&found[other]).cmp(&rank(&found[best]));
+        if order
+            .then(least.total_cmp(&found[other].path.total))
+            .is_gt()
+        {
             best = other;
         }
     }
     search.finish(found.swap_remove(best), observer)
 }
 
+/// Paths whose energies on a coarse grid differ by less than this share are in the same valley.
+const SAME_VALLEY: f64 = 0.02;
+/// Most points of a shape whose volume is transported to find a start.
+const TRANSPORTED: usize = 600;
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
 const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
@@ -352,6 +366,41 @@ impl<'a, const D: usize> Search<'a, D> {
         self.minimise(domain, start, &levels, 1.0, observer)
     }
 
+    /// The minimal path on the coarse levels from a transport of the shape's volume, for shapes that are visible
+    /// everywhere.
+    fn start_at_transport(
+        &mut self,
+        domain: Domain,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Candidate<D>>, GeodesicError> {
+        let [from, to] = domain.order(self.start, self.end);
+        if self.ended() || from.hidden() || to.hidden() {
+            return Ok(None);
+        }
+        let schedule = time_schedule(self.params.steps);
+        let grids: Vec<Level<D>> = self.coarse[schedule.len() - 1..].to_vec();
+        let few = |level: &Level<D>| {
+            let points = |shape: &Shape<D>| {
+                let distance = on_grid(&level.grid, &shape.union());
+                distance.as_slice().iter().filter(|u| **u > 0.0).count()
+            };
+            points(from).max(points(to)) <= TRANSPORTED
+        };
+        // The finest of them, as the cost grows with the square of the number of points.
+        let first = grids.iter().rposition(few).unwrap_or(0);
+        let transport = along_transport(from, to, &grids[first].grid);
+        let mut levels: Vec<Level<D>> = schedule
+            .iter()
+            .map(|&steps| Level {
+                steps,
+                ..grids[first]
+            })
+            .collect();
+        levels.extend(&grids[first + 1..]);
+        let start = PathOnLevel::new(levels[0], transport);
+        Ok(Some(self.minimise(domain, start, &levels, 1.0, observer)?))
+    }
+
     /// The minimal path on the last of the coarse levels from a viscous flow, for shapes that are
     /// visible everywhere.
     fn start_at_flow(
@@ -452,7 +501,9 @@ impl<'a, const D: usize> Search<'a, D> {
 
     /// Number of levels without flows, for the display of progress.
     fn n_levels(&self) -> usize {
-        (self.domains().len() * self.coarse.len() + self.fine.len()).max(self.reports.len() + 1)
+        let coarse =
+            self.domains().len() * (self.coarse.len() + usize::from(!self.coarse.is_empty()));
+        (coarse + self.fine.len()).max(self.reports.len() + 1)
     }
 }
 

@@ -15,4 +15,5 @@ mod many_objects;
 mod minima;
 mod oracle;
 mod resume;
+mod transported;
 mod units;
