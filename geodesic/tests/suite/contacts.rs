@@ -45,10 +45,11 @@ fn a_ring_that_closes_merges_its_ends_and_one_that_opens_splits() {
             panic!("{:?}", found.contacts);
         };
         assert_eq!((contact.change, contact.step), (change, step));
-        // In the middle of the right side, over most of the width of the ring, .18 or 11.5 spacings.
+        // In the middle of the right side, over most of the width of the ring, .18 or 11.5 spacings, on both sides of
+        // the slit, which need not be straight.
         assert!((contact.centre[0] - 0.8).abs() < 0.03, "{contact:?}");
         assert!((contact.centre[1] - 0.5).abs() < 0.01, "{contact:?}");
-        assert!(contact.size > 16.0 && contact.size < 24.0, "{contact:?}");
+        assert!(contact.size > 16.0 && contact.size < 25.0, "{contact:?}");
     }
     assert_eq!(opens.domain, Some(Domain::End));
     // The figures that do not know of the slit: the hole of the open ring is none.
