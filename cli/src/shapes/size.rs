@@ -17,7 +17,10 @@ pub(super) fn equalise<const D: usize>(images: &mut [Image<D>]) -> Vec<f64> {
         volume.powf(1.0 / D as f64)
     };
     let extents: Vec<f64> = images.iter().map(extent).collect();
-    let mean = extents.iter().sum::<f64>() / extents.len().max(1) as f64;
+    // Added by size, so that the order of the inputs does not change a bit of the sum.
+    let mut sorted = extents.clone();
+    sorted.sort_by(f64::total_cmp);
+    let mean = sorted.iter().sum::<f64>() / extents.len().max(1) as f64;
     let factors: Vec<f64> = extents.iter().map(|extent| mean / extent).collect();
     for (image, &factor) in images.iter_mut().zip(&factors) {
         image.spacing = image.spacing.map(|h| factor * h);
@@ -53,5 +56,23 @@ mod tests {
         let areas: Vec<f64> = areas.collect();
         assert!((areas[0] / areas[1] - 1.0).abs() < 1e-12, "{areas:?}");
         assert!(!images[0].plain_array);
+    }
+
+    #[test]
+    fn the_order_changes_no_bit() {
+        // The sum of these has another last bit in another order.
+        let image = |h: f64| block([20, 20], [h; 2], [5, 5], [14, 14]);
+        let sizes = [0.11, 0.23, 0.37, 0.71];
+        let factors = |order: [usize; 4]| {
+            let mut images = order.map(|k| image(sizes[k]));
+            let found = equalise(&mut images);
+            (0..4)
+                .map(|k| found[order.iter().position(|o| *o == k).unwrap()])
+                .collect::<Vec<_>>()
+        };
+        let first = factors([0, 1, 2, 3]);
+        for order in [[3, 2, 1, 0], [1, 3, 0, 2], [2, 0, 3, 1], [0, 3, 1, 2]] {
+            assert_eq!(factors(order), first);
+        }
     }
 }

@@ -281,6 +281,9 @@ struct Search<'a, const D: usize> {
     /// The levels on which both domains are tried, and those after them.
     coarse: Vec<Level<D>>,
     fine: Vec<Level<D>>,
+    /// The levels of paths that start at a transport, up to the last of the coarse ones; none for shapes of which a
+    /// part is hidden.
+    transported: Vec<Level<D>>,
     reports: Vec<LevelReport>,
 }
 
@@ -305,12 +308,29 @@ impl<'a, const D: usize> Search<'a, D> {
             .rposition(|grid| most_nodes(grid) <= params.flow_nodes)
             .unwrap_or(0);
         let fine = coarse.split_off(schedule.len() + tried);
+        let transported = if start.hidden() || end.hidden() {
+            Vec::new()
+        } else {
+            let grids = &coarse[schedule.len() - 1..];
+            // The finest grid with few points, as the cost grows with the square of their number.
+            let few = |level: &Level<D>| {
+                let points = [start, end].map(|shape| points_inside(shape, &level.grid));
+                points.iter().all(|points| *points <= TRANSPORTED)
+            };
+            let first = grids.iter().rposition(few).unwrap_or(0);
+            let levels = schedule.iter().map(|&steps| Level {
+                steps,
+                ..grids[first]
+            });
+            levels.chain(grids[first + 1..].iter().copied()).collect()
+        };
         Self {
             start,
             end,
             params,
             coarse,
             fine,
+            transported,
             reports: Vec::new(),
         }
     }
@@ -328,6 +348,7 @@ impl<'a, const D: usize> Search<'a, D> {
             params,
             coarse: Vec::new(),
             fine: vec![level],
+            transported: Vec::new(),
             reports: Vec::new(),
         }
     }
@@ -373,31 +394,13 @@ impl<'a, const D: usize> Search<'a, D> {
         domain: Domain,
         observer: &mut dyn Observer,
     ) -> Result<Option<Candidate<D>>, GeodesicError> {
-        let [from, to] = domain.order(self.start, self.end);
-        if self.ended() || from.hidden() || to.hidden() {
+        let levels = self.transported.clone();
+        let Some(first) = levels.first().filter(|_| !self.ended()) else {
             return Ok(None);
-        }
-        let schedule = time_schedule(self.params.steps);
-        let grids: Vec<Level<D>> = self.coarse[schedule.len() - 1..].to_vec();
-        let few = |level: &Level<D>| {
-            let points = |shape: &Shape<D>| {
-                let distance = on_grid(&level.grid, &shape.union());
-                distance.as_slice().iter().filter(|u| **u > 0.0).count()
-            };
-            points(from).max(points(to)) <= TRANSPORTED
         };
-        // The finest of them, as the cost grows with the square of the number of points.
-        let first = grids.iter().rposition(few).unwrap_or(0);
-        let transport = along_transport(from, to, &grids[first].grid);
-        let mut levels: Vec<Level<D>> = schedule
-            .iter()
-            .map(|&steps| Level {
-                steps,
-                ..grids[first]
-            })
-            .collect();
-        levels.extend(&grids[first + 1..]);
-        let start = PathOnLevel::new(levels[0], transport);
+        let [from, to] = domain.order(self.start, self.end);
+        let transport = along_transport(from, to, &first.grid);
+        let start = PathOnLevel::new(*first, transport);
         Ok(Some(self.minimise(domain, start, &levels, 1.0, observer)?))
     }
 
@@ -501,8 +504,7 @@ impl<'a, const D: usize> Search<'a, D> {
 
     /// Number of levels without flows, for the display of progress.
     fn n_levels(&self) -> usize {
-        let coarse =
-            self.domains().len() * (self.coarse.len() + usize::from(!self.coarse.is_empty()));
+        let coarse = self.domains().len() * (self.coarse.len() + self.transported.len());
         (coarse + self.fine.len()).max(self.reports.len() + 1)
     }
 }
@@ -515,6 +517,12 @@ pub(super) fn on_domain(params: &GeodesicParams, domain: Domain, factor: f64) ->
     };
     own.mismatch_weight *= factor;
     own
+}
+
+/// The number of nodes of a grid inside of a shape.
+fn points_inside<const D: usize>(shape: &Shape<D>, grid: &Grid<D>) -> usize {
+    let distance = on_grid(grid, &shape.union());
+    distance.as_slice().iter().filter(|u| **u > 0.0).count()
 }
 
 /// Returns the largest number of nodes along an axis.
