@@ -9,6 +9,7 @@ use ::geodesic::calculus::{
 };
 use ::geodesic::{GeodesicError, GeodesicParams, memory_estimate as memory_of_path};
 use fe_grid::{Field, ScalarField};
+use levelset::topology::Topology;
 use levelset::{
     BoxEdge, Cause, Contour, ContourDistance, Doubt, LevelsetError, Moments, contour, hausdorff,
     share_outside,
@@ -47,6 +48,8 @@ pub(crate) struct Outcome<const D: usize> {
 struct Variation<const D: usize> {
     /// Its boundary.
     outline: Contour<D>,
+    /// Parts, holes and tunnels that it or the first shape has and the other one has not.
+    other_topology: usize,
     /// The displacement in unit time that leads to it.
     velocity: Field<f64, D, D>,
     /// Length of the geodesic to it.
@@ -110,7 +113,9 @@ impl Command for TransportConfig {
         let mut checkpointer = session.checkpointer(fingerprint)?;
         let variation = self.variation(&geodesic, &image, session, &mut checkpointer)?;
         let velocity = &variation.velocity;
-        let counterpart = self.counterpart(&geodesic, velocity, session, &mut checkpointer)?;
+        let counterpart = self
+            .counterpart(&geodesic, velocity, session, &mut checkpointer)
+            .map_err(|error| self.explained(error, variation.other_topology))?;
         session.ended(checkpointer);
         Ok(Outcome {
             geodesic,
@@ -258,7 +263,9 @@ impl TransportConfig {
         session.progress.stage("computing the variation");
         let grids = grid.hierarchy(params.coarsest_nodes);
         let mut watch = checkpointer.observe(session.observer(&grids));
-        let found = logarithm(first, &near, &params, &mut watch)?;
+        let other_topology = Topology::of(first).differences(&Topology::of(&near));
+        let found = logarithm(first, &near, &params, &mut watch)
+            .map_err(|error| self.explained(error.into(), other_topology))?;
         watch.finish();
         match (found.path.displacements.last(), found.path.levels.last()) {
             (Some(last), Some(level)) if *last.grid() == grid => {
@@ -266,6 +273,7 @@ impl TransportConfig {
                 let mut doubts = inspect_mask(image, false);
                 doubts.extend(inspect_resolution(&near, &outline));
                 Ok(Variation {
+                    other_topology,
                     dice,
                     distance,
                     doubts,
@@ -311,6 +319,14 @@ impl TransportConfig {
         let mut watch = checkpointer.observe(equations());
         let shot = shoot(&end, &velocity, self.steps, params, &mut watch)?;
         watch.finish();
+        if !shot.step_energies.iter().all(|energy| energy.is_finite()) {
+            return Err(CliError::Computation {
+                message: "the transported variation folds the last shape of the geodesic".into(),
+                remedy: "use more --steps, a finer --grid for the geodesic, or a variation that is nearer to its \
+                         first shape"
+                    .into(),
+            });
+        }
         let mut reports = transported.reports;
         reports.extend_from_slice(&shot.reports);
         Ok(Counterpart {
@@ -319,6 +335,19 @@ impl TransportConfig {
             shot,
             reports,
         })
+    }
+
+    /// The error where no counterpart was found: deformations do not change the parts and holes of a shape.
+    fn explained(&self, error: CliError, other_topology: usize) -> CliError {
+        let may_be = matches!(error, CliError::Computation { .. } | CliError::Geodesic(_));
+        if may_be && other_topology > 0 {
+            self.unfit(
+                "has other parts, holes or tunnels than the first shape of the geodesic: no counterpart was found"
+                    .into(),
+            )
+        } else {
+            error
+        }
     }
 
     /// The path from the last shape to the counterpart.

@@ -2,7 +2,7 @@
 
 #[cfg(target_os = "linux")]
 use crate::common::interrupted;
-use crate::common::{Place, Results, arrays, draw, drawn, picture_size, succeeded};
+use crate::common::{Place, Results, arrays, draw, drawn, npy_f64, picture_size, succeeded};
 
 /// A geodesic in the folder, by these steps.
 fn geodesic(place: &Place, ends: [&str; 2], steps: &str, grid: &str, output: &str) -> Results {
@@ -274,6 +274,18 @@ fn what_is_no_geodesic_is_refused() {
         &place,
         &["transport", "folding", "beside.png", "-o", "on"],
         &["beside.png", "% of its area", "cut off"],
+    );
+    let inside = |i: usize| {
+        let [x, y] = [i % 65, i / 65].map(|k| k as f64 - 32.0);
+        let beside = |centre: f64| (x - centre).hypot(y) < 7.0;
+        f64::from(u8::from(beside(-12.0) || beside(12.0)))
+    };
+    let values: Vec<f64> = (0..65 * 65).map(inside).collect();
+    place.write("two.npy", &npy_f64(&[65, 65], &values));
+    refused(
+        &place,
+        &["transport", "folding", "two.npy", "-o", "on"],
+        &["two.npy", "other parts, holes or tunnels"],
     );
     std::fs::remove_file(place.path("folding/psi_002.npy")).unwrap();
     refused(&place, &["extend", "folding", "-o", "on"], &["psi_002.npy"]);

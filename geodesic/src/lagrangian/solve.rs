@@ -271,6 +271,8 @@ struct Candidate<const D: usize> {
     domain: Domain,
     path: PathOnLevel<D>,
     end: End,
+    /// The place of the report of its last level.
+    report: usize,
 }
 
 /// The search for the best start, and the minimisation from there.
@@ -435,6 +437,10 @@ impl<'a, const D: usize> Search<'a, D> {
         observer: &mut dyn Observer,
     ) -> Result<LagrangianPath<D>, GeodesicError> {
         let levels = std::mem::take(&mut self.fine);
+        if levels.is_empty() && best.report < self.reports.len() {
+            // The last report is that of the path, also where no other level follows.
+            self.reports[best.report..].rotate_left(1);
+        }
         let Candidate { domain, path, .. } = best;
         let found = self.minimise(domain, path, &levels, 1.0, observer)?;
         self.in_rounds(found, 1.0, observer)
@@ -499,6 +505,7 @@ impl<'a, const D: usize> Search<'a, D> {
             domain,
             path,
             end: overlaps.end(),
+            report: self.reports.len().saturating_sub(1),
         })
     }
 

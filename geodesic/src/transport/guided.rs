@@ -29,15 +29,19 @@ const HALVINGS: usize = 6;
 /// Least determinant of the deformation.
 const LEAST_DETERMINANT: f64 = 0.02;
 
-/// Computes the displacement of a deformation of one shape towards another one.
+/// Computes the displacement of a deformation of one shape towards another one: none where no node lies inside of one of
+/// them.
 pub(crate) fn along_transport<const D: usize>(
     from: &Shape<D>,
     to: &Shape<D>,
     grid: &Grid<D>,
 ) -> Vec<f64> {
     let [from, to] = [from, to].map(|shape| Cloud::new(&on_grid(grid, &shape.union())));
-    let goals = targets(&from, &to, grid);
     let mut psi = vec![0.0; D * grid.n_nodes()];
+    if from.nodes.is_empty() || to.nodes.is_empty() {
+        return psi;
+    }
+    let goals = targets(&from, &to, grid);
     for _ in 0..STEPS {
         let Some(next) = step(grid, &from, &goals, &psi) else {
             break;
