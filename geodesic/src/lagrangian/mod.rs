@@ -6,6 +6,7 @@ mod metric;
 mod objective;
 mod solve;
 mod stability;
+mod starts;
 
 pub(crate) use eulerian::{Eulerian, eulerian, step_between};
 pub use objective::PathObjective;

@@ -1,18 +1,18 @@
 //! Solution from one step on the coarsest grid to all steps on the finest.
 
 use super::objective::PathObjective;
+use super::starts::{along_flow, most_nodes, points_inside, refine_time, time_schedule};
 use crate::energy::PathEnergy;
 use crate::error::GeodesicError;
-use crate::level_sets::{compose, flow_path};
 use crate::levels::{Descent, Level, LevelReport, PathForm, PathOnLevel};
 use crate::overlap::{End, Overlaps, carried_overlaps};
 use crate::params::{DomainChoice, GeodesicParams};
-use crate::shape::{Shape, check_known, on_grid};
+use crate::shape::{Shape, check_known};
 use crate::transport::along_transport;
+use fe_grid::Field;
 use fe_grid::compiled_once;
 use fe_grid::minimise::{Observer, Status};
 use fe_grid::transfer::prolong_into;
-use fe_grid::{Field, Grid};
 use serde::{Deserialize, Serialize};
 
 /// The shape on whose domain the deformations of a path are given.
@@ -526,17 +526,6 @@ pub(super) fn on_domain(params: &GeodesicParams, domain: Domain, factor: f64) ->
     own
 }
 
-/// The number of nodes of a grid inside of a shape.
-fn points_inside<const D: usize>(shape: &Shape<D>, grid: &Grid<D>) -> usize {
-    let distance = on_grid(grid, &shape.union());
-    distance.as_slice().iter().filter(|u| **u > 0.0).count()
-}
-
-/// Returns the largest number of nodes along an axis.
-fn most_nodes<const D: usize>(grid: &Grid<D>) -> usize {
-    grid.nodes_per_axis().into_iter().max().unwrap_or(0)
-}
-
 /// Paths as displacements of a start domain, one after the other.
 struct Deformations<'a, const D: usize> {
     start: &'a Shape<D>,
@@ -602,50 +591,4 @@ fn overlaps_of<const D: usize>(
     let last = &path.x[(path.level.steps - 1) * D * grid.n_nodes()..];
     let last = Field::from_vec(grid, last.to_vec())?;
     carried_overlaps(from, to, &last)
-}
-
-/// Computes the displacements of all deformations along a flow.
-fn along_flow<const D: usize>(
-    start: &Shape<D>,
-    end: &Shape<D>,
-    grid: &Grid<D>,
-    params: &GeodesicParams,
-    observer: &mut dyn Observer,
-) -> Result<Vec<f64>, GeodesicError> {
-    let path = flow_path(start, end, grid, params, observer)?;
-    let parts = path.steps() / params.steps;
-    let mut x = Vec::new();
-    for k in 1..=params.steps {
-        let motion = compose(grid, &path.displacements[..parts * k]);
-        x.extend_from_slice(motion.as_slice());
-    }
-    Ok(x)
-}
-
-/// Returns increasing numbers of steps: repeated halves, rounded up.
-fn time_schedule(steps: usize) -> Vec<usize> {
-    let mut schedule = vec![steps];
-    let mut count = steps;
-    while count > 1 {
-        count = count.div_ceil(2);
-        schedule.push(count);
-    }
-    schedule.reverse();
-    schedule
-}
-
-/// Changes the number of steps: displacements are interpolated linearly in time.
-fn refine_time(x: &[f64], dim: usize, steps: usize, count: usize) -> Vec<f64> {
-    let mut refined = vec![0.0; count * dim];
-    for (k, out) in refined.chunks_exact_mut(dim).enumerate() {
-        let time = (k + 1) as f64 * steps as f64 / count as f64;
-        let before = (time.floor() as usize).min(steps);
-        let share = time - before as f64;
-        for i in 0..dim {
-            let at = |j: usize| if j == 0 { 0.0 } else { x[(j - 1) * dim + i] };
-            let after = if share > 0.0 { at(before + 1) } else { 0.0 };
-            out[i] = (1.0 - share) * at(before) + share * after;
-        }
-    }
-    refined
 }
