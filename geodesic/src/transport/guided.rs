@@ -12,7 +12,7 @@
 
 use super::{Cloud, targets};
 use crate::shape::{Shape, on_grid};
-use fe_grid::{Grid, certify, parallel, vector};
+use fe_grid::{Field, Grid, certify, parallel, vector};
 
 /// Standard deviation of the Gaussian, in cells.
 const WIDTH: f64 = 2.0;
@@ -37,39 +37,35 @@ pub(crate) fn along_transport<const D: usize>(
     grid: &Grid<D>,
 ) -> Vec<f64> {
     let [from, to] = [from, to].map(|shape| Cloud::new(&on_grid(grid, &shape.union())));
-    let mut psi = vec![0.0; D * grid.n_nodes()];
+    let mut psi = Field::zeros(*grid);
     if from.nodes.is_empty() || to.nodes.is_empty() {
-        return psi;
+        return psi.into_vec();
     }
     let goals = targets(&from, &to, grid);
     for _ in 0..STEPS {
-        let Some(next) = step(grid, &from, &goals, &psi) else {
+        let Some(next) = step(&from, &goals, &psi) else {
             break;
         };
         psi = next;
     }
-    psi
+    psi.into_vec()
 }
 
 /// Moves a deformation towards the targets; `None` where they are reached, or every step folds.
 fn step<const D: usize>(
-    grid: &Grid<D>,
     from: &Cloud<D>,
     goals: &[[f64; D]],
-    psi: &[f64],
-) -> Option<Vec<f64>> {
-    let (n, h) = (grid.n_nodes(), grid.spacing());
-    let deformed = |node: usize| -> [f64; D] {
-        let x = grid.position(grid.node(node));
-        std::array::from_fn(|k| x[k] + psi[k * n + node])
-    };
+    psi: &Field<f64, D, D>,
+) -> Option<Field<f64, D, D>> {
+    let grid = *psi.grid();
+    let h = grid.spacing();
     // The present positions, and what is left to the targets.
     let ways: Vec<([f64; D], [f64; D])> = from
         .nodes
         .iter()
         .zip(goals)
         .map(|(&node, goal)| {
-            let point = deformed(node);
+            let point = psi.deformed(node);
             (point, std::array::from_fn(|k| goal[k] - point[k]))
         })
         .collect();
@@ -78,8 +74,8 @@ fn step<const D: usize>(
         return None;
     }
     let sharpness = -0.5 / (WIDTH * h).powi(2);
-    let velocities = parallel::map(0..n, &|node| {
-        let y = deformed(node);
+    let velocities = parallel::map(0..grid.n_nodes(), &|node| {
+        let y = psi.deformed(node);
         let (mut total, mut sum) = (FADING, [0.0; D]);
         for (point, way) in &ways {
             let apart: f64 = point.iter().zip(&y).map(|(p, y)| (p - y).powi(2)).sum();
@@ -91,18 +87,20 @@ fn step<const D: usize>(
         }
         sum.map(|sum| sum / total)
     });
-    let mut velocity = vec![0.0; D * n];
-    for (node, own) in velocities.iter().enumerate() {
-        for k in 0..D {
-            velocity[k * n + node] = own[k];
+    let mut velocity = Field::<f64, D, D>::zeros(grid);
+    for k in 0..D {
+        for (v, own) in velocity.component_mut(k).iter_mut().zip(&velocities) {
+            *v = own[k];
         }
     }
-    let largest = vector::max_abs(&velocity).max(f64::MIN_POSITIVE);
+    let largest = vector::max_abs(velocity.as_slice()).max(f64::MIN_POSITIVE);
     let mut factor = (LONGEST[0] * h / largest).min(LONGEST[1]);
     for _ in 0..HALVINGS {
-        let moved = psi.iter().zip(&velocity).map(|(u, v)| u + factor * v);
-        let next: Vec<f64> = moved.collect();
-        if certify(grid, &next, LEAST_DETERMINANT).certified {
+        let mut next = psi.clone();
+        for (u, v) in next.as_mut_slice().iter_mut().zip(velocity.as_slice()) {
+            *u += factor * v;
+        }
+        if certify(&grid, next.as_slice(), LEAST_DETERMINANT).certified {
             return Some(next);
         }
         factor *= 0.5;

@@ -4,7 +4,7 @@
 //! fingers of the other one, it may become a part of both. A transport is global. It carries the uniform measure of
 //! one shape to that of the other one at the least sum of squared distances, so that what is covered twice has to
 //! go elsewhere, and every finger goes to one. It is neither continuous nor an elastic deformation, but it is in the
-//! valley of one: [`Guided`] follows it by a flow that does not fold, and is a start of a path.
+//! valley of one: [`along_transport`] follows it by a flow that does not fold, and is a start of a path.
 //!
 //! Both are computed on a coarse grid, whose nodes inside of the shapes are the points of the measures.
 
