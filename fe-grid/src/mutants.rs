@@ -142,6 +142,7 @@ mutants! {
     TransportRung: "geodesic", "a rung of the ladder starts at its own side", "calculus-transport";
     PathHessianSign: "geodesic", "the Hessian of a path has the wrong sign", "path-not-unique";
     DirectionsNotMeant: "geodesic", "a distance is the length of one direction", "distances-both-directions";
+    TransportWithin: "geodesic", "the transport of the volume ignores distances within the shapes", "path-raised-arm";
     RichardsonOrder: "geodesic", "the extrapolation assumes one order less", "distances-both-directions";
 }
 

@@ -19,6 +19,9 @@ pub struct LevelReport {
     pub steps: usize,
     /// Weight of one mismatch.
     pub mismatch_weight: f64,
+    /// Whether points were attracted to the targets of a transport, and what is stated as the mismatch is that
+    /// attraction over the weight of the mismatch.
+    pub targets: bool,
     /// Record of the minimiser.
     #[serde(flatten)]
     pub info: Info,
@@ -182,6 +185,7 @@ impl<F: PathForm<D>, const D: usize> LevelProblem for Descent<'_, F, D> {
             mismatch_weight: self
                 .params_on(&self.levels[level])
                 .resolved_mismatch_weight(),
+            targets: false,
             info: info.clone(),
             energy: F::energy(&objective).clone(),
         });

@@ -62,6 +62,8 @@ pub(crate) struct ElasticForm<'a, const D: usize> {
     pub composed: &'a [ComposedLevel<'a, D>],
     /// The level sets that are carried by the deformation.
     pub carried: &'a [CarriedLevel<'a, D>],
+    /// Weight of the attraction of all points of the object to targets, which counts with the mismatches.
+    pub attraction: f64,
 }
 
 /// Computes the form at a displacement of the object `{start > 0}`: the law and its data per cell.
@@ -104,6 +106,13 @@ impl<const D: usize> CellProbe<D, D> for ElasticForm<'_, D> {
         let void = L::splat(self.void_stiffness);
         let stiffness = chi.mul_add(L::one() - void, void);
         let mut out = Corotational::at_point(stiffness, &point.gradient);
+        if self.attraction > 0.0 && self.mismatch_weight > 0.0 {
+            for k in 0..D {
+                let mut unit = [L::zero(); D];
+                unit[k] = L::one();
+                Corotational::add_outer(&mut out, chi.scale(2.0 * self.attraction), &unit);
+            }
+        }
         if self.mismatch_weight > 0.0 {
             let deformed = point.deformed_position();
             let gradient = tensor::add_identity(&point.gradient);

@@ -4,6 +4,7 @@ mod eulerian;
 mod hessian;
 mod metric;
 mod objective;
+mod search;
 mod solve;
 mod stability;
 mod starts;

@@ -11,6 +11,7 @@ use crate::metric::{CarriedLevel, ComposedLevel, ElasticForm};
 use crate::mismatch::{ComposedMismatch, HeavisideMismatch};
 use crate::params::GeodesicParams;
 use crate::shape::{KnownEnds, ShapeOnGrid, union_of};
+use crate::transport::Targets;
 use fe_grid::composition::Interpolant;
 use fe_grid::minimise::{Evaluation, Objective};
 use fe_grid::{
@@ -27,6 +28,8 @@ const CARRIED_CELLS: f64 = 1.5;
 const BARRIER: f64 = 10.0;
 /// Cells with a point in the transition of that step have nodes at most this many spacings beside it.
 const AROUND: f64 = 2.0;
+/// The length, in distances of neighbouring targets, on which elasticity evens out the targets of nodes.
+const BETWEEN_TARGETS: f64 = 3.0;
 /// Stiffness of the void in the metric, and factor of the second derivative of the barrier. A step that is
 /// too short is corrected by the next pairs, one that folds the void is halved: on 30 paths between six
 /// silhouettes at 65^2, .1 and 1 take 29 % more time, and end with 4 % more length.
@@ -57,6 +60,8 @@ pub struct PathObjective<const D: usize> {
     solid: Option<Vec<bool>>,
     energy: PathEnergy,
     metric: Option<PathMetric<D>>,
+    /// What attracts the last deformation in place of the end shape.
+    targets: Option<Targets<D>>,
     /// Work arrays: the path with the identity in front, and its gradient.
     path: Vec<f64>,
     path_gradient: Vec<f64>,
@@ -155,11 +160,20 @@ impl<const D: usize> PathObjective<D> {
             solid,
             energy: PathEnergy::default(),
             metric: None,
+            targets: None,
             path: Vec::new(),
             path_gradient: Vec::new(),
             start: start.components,
             end: end.components,
         })
+    }
+
+    /// The energy with the attraction of nodes to targets under the last deformation in place of the mismatch.
+    pub(crate) fn towards(self, targets: Targets<D>) -> Self {
+        Self {
+            targets: Some(targets),
+            ..self
+        }
     }
 
     /// Returns the grid.
@@ -211,6 +225,13 @@ impl<const D: usize> PathObjective<D> {
         for u in x.chunks_exact_mut(self.dim_of_step()) {
             repair(&self.grid, u, bound, self.solid.as_deref());
         }
+    }
+
+    /// The weight of targets, which hold the object on the length of [`BETWEEN_TARGETS`]; 0 without them.
+    fn attraction(&self) -> f64 {
+        self.targets.as_ref().map_or(0.0, |targets| {
+            self.params.law.moduli.mu / (BETWEEN_TARGETS * targets.spacing).powi(2)
+        })
     }
 
     fn dim_of_step(&self) -> usize {
@@ -356,8 +377,12 @@ impl<const D: usize> PathObjective<D> {
     /// Computes the mismatch of the last deformation, and adds its gradient times its weight to the
     /// path's from the entry `behind` on, unless that is empty.
     fn mismatch(&mut self, last: &[f64], behind: usize) -> Result<f64, GridError> {
+        let attraction = self.attraction();
         let by_last = &mut self.path_gradient[behind..];
         let weight = self.params.resolved_mismatch_weight();
+        if let Some(targets) = &self.targets {
+            return Ok(attraction_add(&self.grid, targets, attraction, last, by_last) / weight);
+        }
         let of_end = self.params.deformed_share;
         let mut sum = 0.0;
         if let Some(mismatch) = &self.end_mismatch {
@@ -384,6 +409,32 @@ impl<const D: usize> PathObjective<D> {
         }
         Ok(sum)
     }
+}
+
+/// Adds the gradient of the attraction `weight v sum_i |psi(x_i) - t_i|^2` of nodes to their targets, each of
+/// volume `v`, to `out` unless that
+/// is empty; returns its value.
+fn attraction_add<const D: usize>(
+    grid: &Grid<D>,
+    targets: &Targets<D>,
+    weight: f64,
+    displacement: &[f64],
+    out: &mut [f64],
+) -> f64 {
+    let (n, scale) = (grid.n_nodes(), weight * targets.spacing.powi(D as i32));
+    let mut sum = 0.0;
+    for (&node, target) in targets.nodes.iter().zip(&targets.points) {
+        let position = grid.position(grid.node(node));
+        for k in 0..D {
+            let entry = k * n + node;
+            let left = position[k] + displacement[entry] - target[k];
+            sum += scale * left * left;
+            if !out.is_empty() {
+                out[entry] += 2.0 * scale * left;
+            }
+        }
+    }
+    sum
 }
 
 /// Wraps two fully known shapes of one component each.
@@ -453,9 +504,11 @@ impl<const D: usize> Objective for PathObjective<D> {
     fn update_metric(&mut self, x: &[f64]) -> Result<(), GeodesicError> {
         self.metric = None;
         let visibility = self.known.in_step(1, 1);
+        let matched = self.targets.is_none();
         let composed: Vec<_> = self
             .end
             .iter()
+            .filter(|_| matched)
             .map(|end| ComposedLevel {
                 end: continued(end),
                 visibility,
@@ -465,6 +518,7 @@ impl<const D: usize> Objective for PathObjective<D> {
         let carried: Vec<_> = self
             .start
             .iter()
+            .filter(|_| matched)
             .map(|start| CarriedLevel {
                 start: Interpolant::new(self.grid, start.as_slice()),
                 step: self.carried_step,
@@ -487,6 +541,7 @@ impl<const D: usize> Objective for PathObjective<D> {
             mismatch_weight: self.params.resolved_mismatch_weight(),
             composed: &composed,
             carried: &carried,
+            attraction: self.attraction(),
         };
         let start = self.union.as_slice();
         self.metric = Some(PathMetric::new(self.grid, &form, start, x, self.steps)?);

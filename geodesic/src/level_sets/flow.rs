@@ -91,6 +91,7 @@ pub(crate) fn flow<const D: usize>(
                 mismatch_weight: 0.0,
                 composed: &[],
                 carried: &[],
+                attraction: 0.0,
             };
             let force = force(&current, end, step)?;
             let fluid = Fluid::new(grid, &form, union_of(&current).as_slice())?;

@@ -78,6 +78,7 @@ impl<const D: usize> LevelSetMetric<D> {
                 mismatch_weight,
                 composed: &composed,
                 carried: &[],
+                attraction: 0.0,
             };
             let start = layout.union(parts.state, k - 1);
             let displacement = &parts.state[layout.displacement(k)];

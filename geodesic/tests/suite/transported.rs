@@ -73,6 +73,51 @@ fn every_finger_becomes_its_own() {
     }
 }
 
+/// A trunk with an arm and two legs; the points are the hand and the feet.
+fn figure(nodes: usize, hand: [f64; 2], feet: [[f64; 2]; 2]) -> Shape<2> {
+    let (hip, elbow) = ([0.55, 0.35], [0.3, 0.62]);
+    let limbs = [
+        (hip, [0.55, 0.8], 0.07),
+        ([0.55, 0.68], elbow, 0.028),
+        (elbow, hand, 0.028),
+        (hip, feet[0], 0.035),
+        (hip, feet[1], 0.035),
+    ];
+    let implicit = ScalarField::<f64, 2>::from_fn(Grid::cube(nodes), |[x, y]| {
+        let limb = |(a, b, radius): &([f64; 2], [f64; 2], f64)| {
+            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+            let along = ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy);
+            let along = along.clamp(0.0, 1.0);
+            radius - (x - a[0] - along * dx).hypot(y - a[1] - along * dy)
+        };
+        [limbs.iter().map(limb).fold(f64::MIN, f64::max)]
+    });
+    Shape::new(signed_distance(&implicit, 0.0).unwrap())
+}
+
+/// An arm that swings by 150 degrees at the elbow is not drawn in to grow again elsewhere.
+#[test]
+fn a_raised_arm_keeps_its_length() {
+    let hands = [[0.28, 0.38], [0.26, 0.86]];
+    let (nodes, right) = (65, [0.65, 0.05]);
+    let (a, b) = (
+        figure(nodes, hands[0], [[0.47, 0.05], right]),
+        figure(nodes, hands[1], [[0.27, 0.22], right]),
+    );
+    for (start, end, from, to) in [(&a, &b, hands[0], hands[1]), (&b, &a, hands[1], hands[0])] {
+        let path = geodesic_between(start, end, &params(), &mut Silent).unwrap();
+        let last = &path.motions[path.motions.len() - 1];
+        let u = last.sample(from);
+        let missed = (from[0] + u[0] - to[0]).hypot(from[1] + u[1] - to[1]);
+        // Less than the width of the arm.
+        assert!(
+            path.end_reached() && missed < 0.056,
+            "{missed} {}",
+            path.length()
+        );
+    }
+}
+
 /// The lengths of both directions are the same whichever shape is called the start.
 #[test]
 fn the_order_of_two_shapes_does_not_matter() {

@@ -12,7 +12,7 @@ use shape_average::{
 use crate::error::VerifyError;
 use crate::outcome::{Outcome, Requirement};
 use crate::statement::{Setting, Statement};
-use crate::tools::shapes::ellipse;
+use crate::tools::shapes::{ellipse, segments};
 
 /// The statements of this theme.
 pub const STATEMENTS: &[Statement] = &[
@@ -39,6 +39,14 @@ pub const STATEMENTS: &[Statement] = &[
                 the right are shorter",
         broken: "the second ellipse lies as the first, and is longer",
         run: path_twice,
+    },
+    Statement {
+        name: "path-raised-arm",
+        reference: "section 6, correspondences",
+        claim: "An arm that is raised by 150° at the elbow moves with its points; it is not drawn in to grow again \
+                where it is needed",
+        broken: "the raised forearm is half as long",
+        run: raised_arm,
     },
     Statement {
         name: "average-cascade",
@@ -197,6 +205,53 @@ fn path_twice(setting: Setting) -> Result<Outcome, VerifyError> {
         found.path.length() / length,
         0.8,
         "a turn has no length; the minimiser may end on its way there",
+    );
+    Ok(outcome)
+}
+
+/// Radius of the arm of a figure.
+const ARM_RADIUS: f64 = 0.028;
+
+fn raised_arm(setting: Setting) -> Result<Outcome, VerifyError> {
+    let mut outcome = Outcome::with_law::<2>(LawSpec::default(), &[Requirement::StressFree])?;
+    let grid = Grid::<2>::dyadic(6);
+    let (hip, elbow, right) = ([0.55, 0.35], [0.3, 0.62], [0.65, 0.05]);
+    let figure = |hand: [f64; 2], foot: [f64; 2]| {
+        segments(
+            grid,
+            &[
+                (hip, [0.55, 0.8], 0.07),
+                ([0.55, 0.68], elbow, ARM_RADIUS),
+                (elbow, hand, ARM_RADIUS),
+                (hip, foot, 0.035),
+                (hip, right, 0.035),
+            ],
+        )
+    };
+    let (hanging, raised) = ([0.28, 0.38], [0.26, 0.86]);
+    let share = setting.ingredient(1.0, 0.5);
+    let reached = std::array::from_fn(|k| elbow[k] + share * (raised[k] - elbow[k]));
+    let ends = [
+        figure(hanging, [0.47, 0.05])?,
+        figure(reached, [0.27, 0.22])?,
+    ]
+    .map(Shape::new);
+    let params = GeodesicParams {
+        steps: 2,
+        ..GeodesicParams::default()
+    };
+    let path = geodesic_between(&ends[0], &ends[1], &params, &mut Silent)?;
+    let moved = path
+        .motions
+        .last()
+        .map_or([f64::NAN; 2], |last| last.sample(hanging));
+    let missed =
+        (hanging[0] + moved[0] - raised[0]).hypot(hanging[1] + moved[1] - raised[1]) / ARM_RADIUS;
+    outcome.at_most(
+        "distance of the hand from the raised hand, over the radius of the arm",
+        missed,
+        1.0,
+        "the end of the arm is a half disk, which may be stretched or compressed a little",
     );
     Ok(outcome)
 }

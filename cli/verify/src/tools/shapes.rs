@@ -49,6 +49,26 @@ pub fn ellipse_at(
     Ok(signed_distance(&implicit, 0.0)?)
 }
 
+/// The signed distance of the union of thick segments, each given by its ends and its radius.
+///
+/// # Errors
+/// [`VerifyError::Levelset`] where it does not fit in the box.
+pub fn segments(
+    grid: Grid<2>,
+    parts: &[([f64; 2], [f64; 2], f64)],
+) -> Result<ScalarField<f64, 2>, VerifyError> {
+    let implicit = ScalarField::from_fn(grid, |[x, y]| {
+        let part = |(a, b, radius): &([f64; 2], [f64; 2], f64)| {
+            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+            let along = ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy);
+            let along = along.clamp(0.0, 1.0);
+            radius - (x - a[0] - along * dx).hypot(y - a[1] - along * dy)
+        };
+        [parts.iter().map(part).fold(f64::MIN, f64::max)]
+    });
+    Ok(signed_distance(&implicit, 0.0)?)
+}
+
 /// The signed distance of a ball that is stretched along the first axis: half-axes `along`, and
 /// `across` in all other directions.
 ///

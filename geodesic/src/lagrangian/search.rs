@@ -1,0 +1,383 @@
+//! The search for the valley of the shortest path on coarse grids, and the minimisation from there.
+
+use super::solve::{Deformations, Domain, LagrangianPath, displacements, on_domain, overlaps_of};
+use super::starts::{along_flow, most_nodes, points_inside, time_schedule};
+use crate::error::GeodesicError;
+use crate::levels::{Descent, Level, LevelReport, PathOnLevel};
+use crate::overlap::End;
+use crate::params::{DomainChoice, GeodesicParams};
+use crate::shape::Shape;
+use crate::transport::{Targets, transport};
+use fe_grid::Grid;
+use fe_grid::minimise::{Observer, Status};
+
+/// Factor of the tolerance on all levels but the finest: their paths are starts only.
+const COARSE_TOLERANCE: f64 = 20.0;
+/// Paths whose energies on a coarse grid differ by less than this share are in the same valley.
+const SAME_VALLEY: f64 = 0.02;
+/// Largest 95th percentile of the distances of both boundaries, in cells, where a path to targets ends near the other
+/// shape.
+const NEAR_TARGETS: f64 = 3.0;
+/// Most points of a shape whose volume is transported to find a start.
+const TRANSPORTED: usize = 400;
+/// A round has to reduce the distance from the other end by this factor for another one to follow.
+const LEAST_PROGRESS: f64 = 0.9;
+/// Factor of the weight of the mismatch from round to round.
+const GROWTH: f64 = 2.0;
+/// Largest factor: that of the sixth round.
+const LARGEST_FACTOR: f64 = 64.0;
+/// Factor of the tolerance in all rounds: only the path at the last weight is minimised to the end.
+const ROUND_TOLERANCE: f64 = 10.0;
+
+/// A path on a coarse grid.
+pub(super) struct Candidate<const D: usize> {
+    domain: Domain,
+    pub path: PathOnLevel<D>,
+    end: End,
+    /// The place of the report of its last level.
+    report: usize,
+}
+
+impl<const D: usize> Candidate<D> {
+    /// How far a path gets: further ones are greater.
+    fn rank(&self) -> (bool, bool) {
+        (self.end.reached(), self.end.near())
+    }
+
+    /// The better one of two paths: the one that gets further, or else has less energy.
+    fn or(self, other: Self) -> Self {
+        let order = other.rank().cmp(&self.rank());
+        let order = order.then(self.path.total.total_cmp(&other.path.total));
+        if order.is_gt() { other } else { self }
+    }
+}
+
+/// The search for the best start, and the minimisation from there.
+pub(super) struct Search<'a, const D: usize> {
+    start: &'a Shape<D>,
+    end: &'a Shape<D>,
+    params: &'a GeodesicParams,
+    /// The levels on which both domains are tried, and those after them.
+    pub coarse: Vec<Level<D>>,
+    pub fine: Vec<Level<D>>,
+    pub reports: Vec<LevelReport>,
+}
+
+impl<'a, const D: usize> Search<'a, D> {
+    pub fn new(start: &'a Shape<D>, end: &'a Shape<D>, params: &'a GeodesicParams) -> Self {
+        let grids = start.grid().hierarchy(params.coarsest_nodes);
+        let schedule = time_schedule(params.steps);
+        let level = |grid, steps| Level {
+            grid,
+            steps,
+            tolerance: COARSE_TOLERANCE,
+        };
+        let mut coarse: Vec<_> = schedule.iter().map(|&k| level(grids[0], k)).collect();
+        coarse.extend(grids[1..].iter().map(|&grid| level(grid, params.steps)));
+        if let Some(finest) = coarse.last_mut() {
+            finest.tolerance = 1.0;
+        }
+        // Both domains are tried up to the first grid that resolves shapes well enough, but not on the finest one unless
+        // it is the only one.
+        let tried = grids[..grids.len() - 1]
+            .iter()
+            .position(|grid| most_nodes(grid) >= params.flow_nodes)
+            .unwrap_or(grids.len().saturating_sub(2));
+        let fine = coarse.split_off(schedule.len() + tried);
+        Self {
+            start,
+            end,
+            params,
+            coarse,
+            fine,
+            reports: Vec::new(),
+        }
+    }
+
+    /// The search from a path that is known on one level.
+    pub fn on_one_level(
+        start: &'a Shape<D>,
+        end: &'a Shape<D>,
+        params: &'a GeodesicParams,
+        level: Level<D>,
+    ) -> Self {
+        Self {
+            start,
+            end,
+            params,
+            coarse: Vec::new(),
+            fine: vec![level],
+            reports: Vec::new(),
+        }
+    }
+
+    /// The domains on which the path is tried. Laws without an inverse model know the start's only. A shape
+    /// of which a part is hidden lacks it under all deformations; one that is visible everywhere is deformed
+    /// into the other with what is hidden there.
+    fn domains(&self) -> &'static [Domain] {
+        let invertible = self.params.law.law.inverted().is_some();
+        match self.params.domain {
+            DomainChoice::Better if invertible => match (self.start.hidden(), self.end.hidden()) {
+                (true, false) => &[Domain::End],
+                (false, true) => &[Domain::Start],
+                _ => &[Domain::Start, Domain::End],
+            },
+            DomainChoice::End if invertible => &[Domain::End],
+            _ => &[Domain::Start],
+        }
+    }
+
+    /// The shortest path.
+    pub fn path(mut self, observer: &mut dyn Observer) -> Result<LagrangianPath<D>, GeodesicError> {
+        let domains = self.domains();
+        let mut found = self.start_at_identity(domains[0], observer)?;
+        for &domain in &domains[1..] {
+            found = found.or(self.start_at_identity(domain, observer)?);
+        }
+        if let Some(towards) = self.path_to_targets(observer)? {
+            found = self.or_from_targets(found, towards, observer)?;
+        }
+        if !self.ended() && !found.end.reached() {
+            for &domain in domains {
+                if let Some(other) = self.start_at_flow(domain, observer)? {
+                    found = found.or(other);
+                }
+            }
+        }
+        self.finish(found, observer)
+    }
+
+    fn ended(&self) -> bool {
+        let status = self.reports.last().map(|report| report.info.status);
+        matches!(status, Some(Status::Cancelled))
+    }
+
+    /// The minimal path on the coarse levels from the identity.
+    fn start_at_identity(
+        &mut self,
+        domain: Domain,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        let first = self.coarse[0];
+        let identity = vec![0.0; first.steps * D * first.grid.n_nodes()];
+        let levels = self.coarse.clone();
+        let start = PathOnLevel::new(first, identity);
+        self.minimise(domain, start, &levels, 1.0, observer)
+    }
+
+    /// The path whose last deformation is attracted to the targets of the shape's volume, on the domain on which it has
+    /// less energy; none for shapes of which a part is hidden.
+    fn path_to_targets(
+        &mut self,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Candidate<D>>, GeodesicError> {
+        let last = self.coarse[self.coarse.len() - 1];
+        if self.ended() || self.start.hidden() || self.end.hidden() {
+            return Ok(None);
+        }
+        // The finest grid with few points, as the cost grows with the third power of their number.
+        let few = |grid: &Grid<D>| {
+            let points = [self.start, self.end].map(|shape| points_inside(shape, grid));
+            points.iter().all(|points| *points <= TRANSPORTED)
+        };
+        let grids: Vec<_> = self.coarse.iter().map(|level| level.grid).collect();
+        let grid = grids.iter().copied().rfind(few).unwrap_or(grids[0]);
+        let Some(targets) = transport(self.start, self.end, &grid) else {
+            return Ok(None);
+        };
+        let steps = time_schedule(last.steps).into_iter();
+        let levels: Vec<_> = steps.map(|steps| Level { steps, ..last }).collect();
+        let mut found: Option<Candidate<D>> = None;
+        for &domain in self.domains() {
+            let [own, _] = domain.order(&targets[0], &targets[1]);
+            let own = own.on_finer(&grid, &last.grid);
+            let identity = vec![0.0; levels[0].steps * D * last.grid.n_nodes()];
+            let start = PathOnLevel::new(levels[0], identity);
+            let path = self.minimise_towards(domain, start, &levels, &own, observer)?;
+            if found
+                .as_ref()
+                .is_none_or(|found| path.total < found.path.total)
+            {
+                found = Some(self.candidate(domain, path)?);
+            }
+        }
+        Ok(found)
+    }
+
+    /// The better one of the best path from the identity and that from a path to targets, which is computed only if it
+    /// ends near the other shape with less energy: very different shapes have no transport that a deformation follows.
+    fn or_from_targets(
+        &mut self,
+        found: Candidate<D>,
+        towards: Candidate<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        let report = &self.reports[found.report];
+        let elastic = report.steps as f64 * report.energy.step_energies.iter().sum::<f64>();
+        let longer = found.end.reached() && towards.path.total >= elastic;
+        let arrival = towards.end.arrival.as_ref();
+        if self.ended() || longer || arrival.is_none_or(|end| end.percentile_95 > NEAR_TARGETS) {
+            return Ok(found);
+        }
+        let Candidate { domain, path, .. } = towards;
+        let level = path.level;
+        let other = self.minimise(domain, path, &[level], 1.0, observer)?;
+        // From the identity, paths are smooth from the beginning; from elsewhere in the same valley, they need more
+        // iterations.
+        let least = (1.0 - SAME_VALLEY) * found.path.total;
+        let order = other.rank().cmp(&found.rank());
+        let order = order.then(least.total_cmp(&other.path.total));
+        Ok(if order.is_gt() { other } else { found })
+    }
+
+    /// The minimal path on the last of the coarse levels from a viscous flow, for shapes that are
+    /// visible everywhere.
+    fn start_at_flow(
+        &mut self,
+        domain: Domain,
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Candidate<D>>, GeodesicError> {
+        let level = self.coarse[self.coarse.len() - 1];
+        let [from, to] = domain.order(self.start, self.end);
+        if self.fine.is_empty() || self.ended() || from.hidden() || to.hidden() {
+            return Ok(None);
+        }
+        let flow = along_flow(from, to, &level.grid, self.params, observer)?;
+        let start = PathOnLevel::new(level, flow);
+        Ok(Some(self.minimise(
+            domain,
+            start,
+            &[level],
+            1.0,
+            observer,
+        )?))
+    }
+
+    /// Continues a path to the finest level, and there with a growing weight of the mismatch until
+    /// it reaches the other end.
+    fn finish(
+        mut self,
+        best: Candidate<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<LagrangianPath<D>, GeodesicError> {
+        let levels = std::mem::take(&mut self.fine);
+        if levels.is_empty() && best.report < self.reports.len() {
+            // The last report is that of the path, also where no other level follows.
+            self.reports[best.report..].rotate_left(1);
+        }
+        let Candidate { domain, path, .. } = best;
+        let found = self.minimise(domain, path, &levels, 1.0, observer)?;
+        self.in_rounds(found, 1.0, observer)
+    }
+
+    /// Continues a path that was minimised with a factor of the weight of the mismatch with larger
+    /// ones, until it reaches the other end.
+    pub fn in_rounds(
+        mut self,
+        mut found: Candidate<D>,
+        mut factor: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<LagrangianPath<D>, GeodesicError> {
+        let (first, level) = (factor, found.path.level);
+        let coarsely = Level {
+            tolerance: ROUND_TOLERANCE * level.tolerance,
+            ..level
+        };
+        while factor < LARGEST_FACTOR && !found.end.reached() && !self.ended() {
+            let gap = found.end.gap;
+            factor *= GROWTH;
+            found = self.minimise(found.domain, found.path, &[coarsely], factor, observer)?;
+            if found.end.gap > LEAST_PROGRESS * gap {
+                break;
+            }
+        }
+        if factor > first && !self.ended() {
+            found = self.minimise(found.domain, found.path, &[level], factor, observer)?;
+        }
+        Ok(LagrangianPath {
+            domain: found.domain,
+            displacements: displacements(&found.path)?,
+            levels: self.reports,
+        })
+    }
+
+    /// Minimises on some levels, with a factor of the weight of the mismatch; returns the path as it is if a level before has been cancelled.
+    pub fn minimise(
+        &mut self,
+        domain: Domain,
+        start: PathOnLevel<D>,
+        levels: &[Level<D>],
+        factor: f64,
+        observer: &mut dyn Observer,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        let params = on_domain(self.params, domain, factor);
+        let path = self.descend(domain, start, levels, &params, None, observer)?;
+        self.candidate(domain, path)
+    }
+
+    /// A path that was minimised last, with its end.
+    fn candidate(
+        &self,
+        domain: Domain,
+        path: PathOnLevel<D>,
+    ) -> Result<Candidate<D>, GeodesicError> {
+        let [from, to] = domain.order(self.start, self.end);
+        Ok(Candidate {
+            end: overlaps_of(from, to, &path)?.end(),
+            domain,
+            path,
+            report: self.reports.len().saturating_sub(1),
+        })
+    }
+
+    /// Minimises on some levels with the attraction of the shape's points to targets in place of the mismatch.
+    fn minimise_towards(
+        &mut self,
+        domain: Domain,
+        start: PathOnLevel<D>,
+        levels: &[Level<D>],
+        targets: &Targets<D>,
+        observer: &mut dyn Observer,
+    ) -> Result<PathOnLevel<D>, GeodesicError> {
+        let params = on_domain(self.params, domain, 1.0);
+        let before = self.reports.len();
+        let path = self.descend(domain, start, levels, &params, Some(targets), observer)?;
+        for report in &mut self.reports[before..] {
+            report.targets = true;
+        }
+        Ok(path)
+    }
+
+    fn descend(
+        &mut self,
+        domain: Domain,
+        start: PathOnLevel<D>,
+        levels: &[Level<D>],
+        params: &GeodesicParams,
+        targets: Option<&Targets<D>>,
+        observer: &mut dyn Observer,
+    ) -> Result<PathOnLevel<D>, GeodesicError> {
+        let [start_shape, end_shape] = domain.order(self.start, self.end);
+        let mut descent = Descent {
+            form: Deformations {
+                start: start_shape,
+                end: end_shape,
+                targets,
+            },
+            params,
+            n_levels: self.n_levels(),
+            levels: Vec::new(),
+            reports: std::mem::take(&mut self.reports),
+        };
+        let path = descent.minimise(start, levels, observer)?;
+        self.reports = descent.reports;
+        Ok(path)
+    }
+
+    /// Number of levels without flows, for the display of progress.
+    fn n_levels(&self) -> usize {
+        let towards = time_schedule(self.params.steps).len();
+        let coarse = self.domains().len() * (self.coarse.len() + towards) + 1;
+        (coarse + self.fine.len()).max(self.reports.len() + 1)
+    }
+}
