@@ -283,11 +283,12 @@ fn the_summary_ends_with_the_picture() {
     for word in ["Geodesic of 8 steps", "length", "Dice", "certified"] {
         assert!(text.contains(word), "no '{word}' in: {text}");
     }
-    // One level for each of 1, 2, 4 and 8 steps, on either domain, from the identity and from a transport.
+    // One level for each of 1, 2, 4 and 8 steps, on either domain, from the identity and to targets; and the path
+    // from the targets.
     let progress = String::from_utf8(run.stderr).unwrap();
     assert_eq!(
-        progress.matches(" of 16, 17 nodes a side").count(),
-        16,
+        progress.matches(" of 17, 17 nodes a side").count(),
+        17,
         "{progress}"
     );
 }
