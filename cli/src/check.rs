@@ -106,10 +106,9 @@ pub(crate) fn inspect(directory: &Path) -> Result<(Value, Findings), CliError> {
     if findings.wrong == 0 && record.pointer("/energy/elastic").is_some() {
         let stored = read_average(directory, true)?;
         per_dimension!(stored, stored => check_average(&stored, &record, &mut findings)?);
-    } else {
+    } else if record["command"] != "geodesic" {
         check_deformations(directory, &mut findings)?;
-    }
-    if findings.wrong == 0 && record["command"] == "geodesic" {
+    } else if findings.wrong == 0 {
         match record["dimension"].as_u64() {
             Some(2) => check_steps::<2>(directory, &mut findings)?,
             Some(3) => check_steps::<3>(directory, &mut findings)?,

@@ -134,7 +134,9 @@ pub use mismatch::{
 };
 pub use overlap::WholeOverlap;
 pub use params::{DomainChoice, Form, GeodesicParams};
-pub use result::{Geodesic, geodesic, geodesic_between, geodesic_from, geodesics_both_ways};
+pub use result::{
+    Geodesic, certificate_inside, geodesic, geodesic_between, geodesic_from, geodesics_both_ways,
+};
 pub use shape::{Known, Shape};
 pub use stable::{StablePath, stable_path};
 

@@ -316,7 +316,7 @@ fn geodesic_between_in<const D: usize>(
             } = path.state;
             let level_sets: Vec<_> = shapes.iter().map(|shape| union_of(shape)).collect();
             let pairs = level_sets.iter().zip(&displacements);
-            let certificate = Certificate::worst(pairs.map(|(u, phi)| inside(u, phi)));
+            let certificate = Certificate::worst(pairs.map(|(u, phi)| certificate_inside(u, phi)));
             let overlaps = overlaps(start, end, &displacements, *level_sets[0].grid())?;
             let found = Found {
                 shapes,
@@ -393,7 +393,11 @@ pub(crate) fn of_domain<const D: usize>(
     let across = &path.displacements[path.displacements.len() - 1];
     let overlaps = carried_overlaps(from, to, across)?;
     let own = on_grid(across.grid(), &from.union());
-    let certificate = Certificate::worst(path.displacements.iter().map(|psi| inside(&own, psi)));
+    let certificate = Certificate::worst(
+        path.displacements
+            .iter()
+            .map(|psi| certificate_inside(&own, psi)),
+    );
     let found = Found {
         shapes,
         displacements,
@@ -478,8 +482,9 @@ fn contacts_of<const D: usize>(
     Ok(contacts(&pressed, &carried, path.domain, grid.spacing())?)
 }
 
-/// Returns the certificate of a deformation inside a shape.
-fn inside<const D: usize>(
+/// Returns the certificate of a deformation inside a shape that is given by a level set, on all cells with a corner in
+/// it: that of [`Geodesic::certificate`] is the worst one of a path.
+pub fn certificate_inside<const D: usize>(
     level_set: &ScalarField<f64, D>,
     deformation: &Field<f64, D, D>,
 ) -> Certificate {

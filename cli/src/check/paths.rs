@@ -1,10 +1,10 @@
-//! The energies of the steps of a geodesic, recomputed from its arrays.
+//! The energies of the steps of a geodesic, and the determinants of its deformations, recomputed from its arrays.
 
 use std::path::Path;
 
 use ::geodesic::lagrangian::{Domain, PathObjective};
 use ::geodesic::level_sets::LevelSetObjective;
-use ::geodesic::{Form, GeodesicParams};
+use ::geodesic::{Form, GeodesicParams, certificate_inside};
 use fe_grid::minimise::Evaluation;
 use fe_grid::{Grid, ScalarField};
 use serde::Deserialize;
@@ -12,6 +12,7 @@ use serde::Deserialize;
 use super::Findings;
 use crate::error::CliError;
 use crate::geodesic::GeodesicConfig;
+use crate::numbers::shown;
 use crate::output::numbered;
 use crate::report::Record;
 use crate::results::{ResultFields, read_record};
@@ -22,9 +23,25 @@ struct Steps {
     step_energies: Vec<f64>,
     #[serde(default)]
     domain: Domain,
+    certificate: Option<Determinant>,
 }
 
-/// Compares the energies of all steps with those that the record states.
+/// What is read of a certificate.
+#[derive(Deserialize)]
+struct Determinant {
+    min_det: f64,
+}
+
+/// What the arrays of a path give.
+struct Found {
+    /// The least determinant inside the object of the deformations that were minimised: those that are composed of them,
+    /// and sampled at nodes, may fold in the void.
+    least: f64,
+    /// The energies of the steps; `None` where a deformation is not admissible.
+    energies: Option<Vec<f64>>,
+}
+
+/// Compares the energies of all steps and the least determinant with those that the record states.
 ///
 /// # Errors
 /// [`CliError::NoGeodesic`] for another record, and those of reading arrays.
@@ -41,6 +58,7 @@ pub(super) fn check_steps<const D: usize>(
     let Steps {
         step_energies: stated,
         domain,
+        certificate,
     } = record.body;
     if stated.is_empty() {
         return Ok(());
@@ -55,7 +73,11 @@ pub(super) fn check_steps<const D: usize>(
         Form::Lagrangian => of_motions::<D>(&fields, domain, &params)?,
         Form::LevelSets => of_level_sets::<D>(&fields, &params)?,
     };
-    match found {
+    match certificate {
+        Some(stated) => findings.compare("determinant".into(), found.least, stated.min_det),
+        None => findings.add("determinant", shown(found.least), found.least > 0.0),
+    }
+    match found.energies {
         Some(found) => {
             for (k, (found, stated)) in found.into_iter().zip(stated).enumerate() {
                 findings.compare(format!("energy of step {}", k + 1), found, stated);
@@ -66,12 +88,12 @@ pub(super) fn check_steps<const D: usize>(
     Ok(())
 }
 
-/// Those of deformations of the shape on whose domain the path was computed; `None` where one is not admissible.
+/// Those of deformations of the shape on whose domain the path was computed.
 fn of_motions<const D: usize>(
     fields: &ResultFields<'_>,
     domain: Domain,
     params: &GeodesicParams,
-) -> Result<Option<Vec<f64>>, CliError> {
+) -> Result<Found, CliError> {
     let start: ScalarField<f64, D> = fields.numbered_scalar("shape", 0)?;
     let grid = *start.grid();
     let end = shape(fields, &grid, params.steps)?;
@@ -80,19 +102,22 @@ fn of_motions<const D: usize>(
         Domain::Start => ("psi", params.clone()),
         Domain::End => ("backward", params.inverted()),
     };
-    let mut motions = Vec::new();
+    let (mut motions, mut least) = (Vec::new(), f64::INFINITY);
     for k in 1..=params.steps {
-        motions.extend_from_slice(fields.displacement(&grid, kind, k)?.as_slice());
+        let motion = fields.displacement(&grid, kind, k)?;
+        least = least.min(certificate_inside(&own, &motion).min_det);
+        motions.extend_from_slice(motion.as_slice());
     }
     let mut objective = PathObjective::new(own, other, params.steps, &params)?;
-    if objective.evaluate(&motions, &mut [])? == Evaluation::Inadmissible {
-        return Ok(None);
-    }
+    let value = objective.evaluate(&motions, &mut [])?;
     let mut energies = objective.energy().step_energies.clone();
     if domain == Domain::End {
         energies.reverse();
     }
-    Ok(Some(energies))
+    Ok(Found {
+        least,
+        energies: (value != Evaluation::Inadmissible).then_some(energies),
+    })
 }
 
 /// The level set of a shape on this grid.
@@ -112,15 +137,23 @@ fn shape<const D: usize>(
 fn of_level_sets<const D: usize>(
     fields: &ResultFields<'_>,
     params: &GeodesicParams,
-) -> Result<Option<Vec<f64>>, CliError> {
+) -> Result<Found, CliError> {
     let first: ScalarField<f64, D> = fields.numbered_scalar("shape", 0)?;
     let grid = *first.grid();
     let mut state = first.as_slice().to_vec();
+    let (mut before, mut least) = (first, f64::INFINITY);
     for k in 1..=params.steps {
-        state.extend_from_slice(fields.displacement(&grid, "deformation", k)?.as_slice());
-        state.extend_from_slice(shape(fields, &grid, k)?.as_slice());
+        let step = fields.displacement(&grid, "deformation", k)?;
+        least = least.min(certificate_inside(&before, &step).min_det);
+        before = shape(fields, &grid, k)?;
+        state.extend_from_slice(step.as_slice());
+        state.extend_from_slice(before.as_slice());
     }
     let mut energy = LevelSetObjective::new(grid, params.steps, params)?;
     let value = energy.evaluate(&state, &mut [])?;
-    Ok((value != Evaluation::Inadmissible).then(|| energy.energy().step_energies.clone()))
+    Ok(Found {
+        least,
+        energies: (value != Evaluation::Inadmissible)
+            .then(|| energy.energy().step_energies.clone()),
+    })
 }

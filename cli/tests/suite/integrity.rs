@@ -154,7 +154,23 @@ fn energies_of_geodesics_are_checked() {
         let file = format!("{name}/result.json");
         place.write(&file, record.to_string().as_bytes());
         assert_eq!(checked(&place, name, &["WRONG", "1 of its parts"]), Some(2));
+        let mut record = results.json.clone();
+        let stated = record["certificate"]["min_det"].as_f64().unwrap();
+        record["certificate"]["min_det"] = (stated * (1.0 + 1e-5)).into();
+        place.write(&file, record.to_string().as_bytes());
+        let words = ["determinant", "WRONG", "1 of its parts"];
+        assert_eq!(checked(&place, name, &words), Some(2));
     }
+    // A step whose deformation folds in the void, where it is composed of two others and sampled at nodes; those that
+    // were minimised do not.
+    draw(&place, "star.npy", &["star", "--grid", "33"]);
+    draw(&place, "pin.npy", &["star", "--pin", "40", "--grid", "33"]);
+    let path = ["geodesic", "star.npy", "pin.npy", "--grid", "33", "-K", "2"];
+    succeeded(&place.compute(&[&path[..], &["-o", "pins"]].concat()));
+    assert!(matches!(
+        checked(&place, "pins", &["determinant"]),
+        Some(0 | 3)
+    ));
 }
 
 #[test]

@@ -132,7 +132,9 @@ impl<'a, const D: usize> Search<'a, D> {
         let domains = self.domains();
         let mut found = self.start_at_identity(domains[0], observer)?;
         for &domain in &domains[1..] {
-            found = found.or(self.start_at_identity(domain, observer)?);
+            if !self.ended() {
+                found = found.or(self.start_at_identity(domain, observer)?);
+            }
         }
         if let Some(towards) = self.path_to_targets(observer)? {
             found = self.or_from_targets(found, towards, observer)?;
@@ -166,7 +168,7 @@ impl<'a, const D: usize> Search<'a, D> {
     }
 
     /// The path whose last deformation is attracted to the targets of the shape's volume, on the domain on which it has
-    /// less energy; none for shapes of which a part is hidden.
+    /// less energy; none for shapes of which a part is hidden, or that have many points on all coarse grids.
     fn path_to_targets(
         &mut self,
         observer: &mut dyn Observer,
@@ -180,8 +182,10 @@ impl<'a, const D: usize> Search<'a, D> {
             let points = [self.start, self.end].map(|shape| points_inside(shape, grid));
             points.iter().all(|points| *points <= TRANSPORTED)
         };
-        let grids: Vec<_> = self.coarse.iter().map(|level| level.grid).collect();
-        let grid = grids.iter().copied().rfind(few).unwrap_or(grids[0]);
+        let grid = self.coarse.iter().map(|level| level.grid).rfind(few);
+        let Some(grid) = grid else {
+            return Ok(None);
+        };
         let Some(targets) = transport(self.start, self.end, &grid) else {
             return Ok(None);
         };
@@ -189,6 +193,9 @@ impl<'a, const D: usize> Search<'a, D> {
         let levels: Vec<_> = steps.map(|steps| Level { steps, ..last }).collect();
         let mut found: Option<Candidate<D>> = None;
         for &domain in self.domains() {
+            if self.ended() {
+                break;
+            }
             let [own, _] = domain.order(&targets[0], &targets[1]);
             let own = own.on_finer(&grid, &last.grid);
             let identity = vec![0.0; levels[0].steps * D * last.grid.n_nodes()];
@@ -261,9 +268,13 @@ impl<'a, const D: usize> Search<'a, D> {
         observer: &mut dyn Observer,
     ) -> Result<LagrangianPath<D>, GeodesicError> {
         let levels = std::mem::take(&mut self.fine);
-        if levels.is_empty() && best.report < self.reports.len() {
+        let cancelled = self.ended();
+        if (levels.is_empty() || cancelled) && best.report < self.reports.len() {
             // The last report is that of the path, also where no other level follows.
             self.reports[best.report..].rotate_left(1);
+            if let Some(last) = self.reports.last_mut().filter(|_| cancelled) {
+                last.info.status = Status::Cancelled;
+            }
         }
         let Candidate { domain, path, .. } = best;
         let found = self.minimise(domain, path, &levels, 1.0, observer)?;
