@@ -139,6 +139,7 @@ pub use result::{
 };
 pub use shape::{Known, Shape};
 pub use stable::{StablePath, stable_path};
+pub use transport::transport_cost;
 
 /// The examples of the README are tests.
 #[cfg(doctest)]

@@ -130,15 +130,33 @@ compiled_once! {
     ) -> Result<Alignment<D>, AlignError> = align_to_in;
 }
 
+compiled_once! {
+    /// Computes the rigid motions by which one shape fits another one well: that of [`align_to`] first, then those
+    /// whose mismatch is at most half as much again, the least one first; at most six.
+    ///
+    /// # Errors
+    /// As for [`align_to`].
+    pub fn good_alignments<'a, D>(
+        reference: &'a Field<f64, D, 1>,
+        moving: &'a Field<f64, D, 1>,
+    ) -> Result<Vec<Alignment<D>>, AlignError> = good_alignments_in;
+}
+
 fn align_to_in<const D: usize>(
     reference: &Field<f64, D, 1>,
     moving: &Field<f64, D, 1>,
 ) -> Result<Alignment<D>, AlignError> {
+    Ok(good_alignments_in(reference, moving)?[0])
+}
+
+fn good_alignments_in<const D: usize>(
+    reference: &Field<f64, D, 1>,
+    moving: &Field<f64, D, 1>,
+) -> Result<Vec<Alignment<D>>, AlignError> {
     let shapes = checked(&[reference, moving], &[])?;
     let target = Target::new(&shapes[..1], &[RigidMotion::identity()])?;
     let fits = target.fits(&shapes[1], None);
-    let fits = fits.map_err(|source| at(1, source))?;
-    Ok(fits[0])
+    fits.map_err(|source| at(1, source))
 }
 
 /// Computes the rigid motions that align a group of fully visible shapes, given as signed distances

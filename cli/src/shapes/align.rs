@@ -16,6 +16,8 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use shape_average::align::{RigidMotion, align_group_of_components, align_group_of_visible};
 
+use super::pose::pose;
+
 use super::inspect::inspect_reflections;
 use super::world::{Motion, WorldFrame};
 use super::{Components, Input, VisibilityMask, placed, view_of};
@@ -117,6 +119,12 @@ pub(crate) fn align<const D: usize>(
     let components = components.filter(|_| visibility.is_empty());
     let found = if let Some(components) = components {
         by_components(inputs, &distances, components, &order, distribution)?
+    } else if let ([first, second], true) = (&distances[..], visibility.is_empty()) {
+        let fixed = shape_average::align::Alignment {
+            motion: RigidMotion::identity(),
+            mismatch: 0.0,
+        };
+        vec![fixed, pose(first, second)?]
     } else {
         let both = [&distances, &visibility];
         let [shapes, seen] = both.map(|fields| fields.iter().collect::<Vec<_>>());

@@ -13,6 +13,7 @@ mod inspect;
 mod label;
 mod pairs;
 mod parts;
+mod pose;
 mod record;
 mod size;
 mod surface;

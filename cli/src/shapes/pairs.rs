@@ -15,11 +15,12 @@ use std::borrow::Cow;
 
 use fe_grid::{Distribution, Grid, ScalarField, parallel};
 use levelset::{Cause, Contour, ContourDistance, Doubt};
-use shape_average::align::{Alignment, RigidMotion, align_to};
+use shape_average::align::{Alignment, RigidMotion};
 
-use super::align::{ROOM, bounds, coarse_distances, failed};
+use super::align::{ROOM, bounds, coarse_distances};
 use super::domain::{Domain, moved, room};
 use super::inspect::Likeness;
+use super::pose::pose;
 use super::{Input, common_scale};
 use crate::error::CliError;
 use shapespace_input::frame::corner_in_unit_box;
@@ -163,7 +164,7 @@ impl<const D: usize> Pairs<D> {
             } else {
                 pair
             };
-            let aligned = align_to(&coarse[i], &coarse[j]).map_err(failed)?;
+            let aligned = pose(&coarse[i], &coarse[j])?;
             let own = aligned.mismatch;
             let doubt = Likeness::doubt_of_aligned(&coarse[i], &coarse[j], own)?;
             let figure = doubt.map_or(UNDOUBTED, |doubt| doubt.figure);

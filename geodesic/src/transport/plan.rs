@@ -21,7 +21,7 @@
 
 use super::cloud::Cloud;
 use fe_grid::{Grid, mutant, parallel};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// The square root of the first `eps`, in sides of the box.
 const FIRST_WIDTH: f64 = 0.25;
@@ -50,39 +50,70 @@ fn potential(cost: &DMatrix<f64>, of_rows: &[f64], eps: f64) -> Vec<f64> {
     })
 }
 
-/// Returns where the points of both clouds are carried: the means of the plan over the points of the other one.
-pub(super) fn targets<const D: usize>(
-    from: &Cloud<D>,
-    to: &Cloud<D>,
-    grid: &Grid<D>,
-) -> [Vec<[f64; D]>; 2] {
-    let last = LAST_WIDTH * grid.spacing();
-    let (n, m) = (from.len(), to.len());
-    let linear = DMatrix::from_fn(n, m, |i, j| from.apart(i, to, j));
-    let within = [from, to].map(Cloud::within);
-    let squares = within.each_ref().map(|d| d.map(|x| x * x).column_mean());
-    let mut width = FIRST_WIDTH.max(last);
-    let mut cost = linear.clone();
-    let mut of_to = vec![0.0; m];
-    loop {
-        let at_end = width <= last;
-        let eps = width * width;
-        let turned = cost.transpose();
-        let mut of_from = Vec::new();
-        for _ in 0..ROUNDS[usize::from(at_end)] {
-            of_from = potential(&turned, &of_to, eps);
-            of_to = potential(&cost, &of_from, eps);
+/// A plan between two clouds.
+pub(super) struct Coupling<'a, const D: usize> {
+    clouds: [&'a Cloud<D>; 2],
+    linear: DMatrix<f64>,
+    /// The distances within both shapes, and the means of their squares.
+    within: [DMatrix<f64>; 2],
+    squares: [DVector<f64>; 2],
+    plan: DMatrix<f64>,
+}
+
+impl<'a, const D: usize> Coupling<'a, D> {
+    /// Computes the plan between two clouds of nodes of a grid.
+    pub fn new(from: &'a Cloud<D>, to: &'a Cloud<D>, grid: &Grid<D>) -> Self {
+        let last = LAST_WIDTH * grid.spacing();
+        let (n, m) = (from.len(), to.len());
+        let within = [from, to].map(Cloud::within);
+        let mut coupling = Self {
+            clouds: [from, to],
+            linear: DMatrix::from_fn(n, m, |i, j| from.apart(i, to, j)),
+            squares: within.each_ref().map(|d| d.map(|x| x * x).column_mean()),
+            within,
+            plan: DMatrix::zeros(0, 0),
+        };
+        let mut width = FIRST_WIDTH.max(last);
+        let mut cost = coupling.linear.clone();
+        let mut of_to = vec![0.0; m];
+        loop {
+            let at_end = width <= last;
+            let eps = width * width;
+            let turned = cost.transpose();
+            let mut of_from = Vec::new();
+            for _ in 0..ROUNDS[usize::from(at_end)] {
+                of_from = potential(&turned, &of_to, eps);
+                of_to = potential(&cost, &of_from, eps);
+            }
+            coupling.plan = plan(&cost, &of_from, &of_to, eps);
+            if at_end {
+                return coupling;
+            }
+            cost = mutant!(DISTANCES, TransportWithin => 0.0) * coupling.changes();
+            cost += &coupling.linear;
+            width = (NARROWER * width).max(last);
         }
-        let plan = plan(&cost, &of_from, &of_to, eps);
-        if at_end {
-            return [means(&plan.transpose(), to), means(&plan, from)];
-        }
-        let mixed = &within[0] * (plan * &within[1]);
-        cost = DMatrix::from_fn(n, m, |i, j| {
-            let changes = squares[0][i] + squares[1][j] - 2.0 * mixed[(i, j)];
-            mutant!(DISTANCES, TransportWithin => 0.0).mul_add(changes, linear[(i, j)])
-        });
-        width = (NARROWER * width).max(last);
+    }
+
+    /// The derivative of half of the second term by the plan: the mean squared changes of the distances of two points
+    /// from all others.
+    fn changes(&self) -> DMatrix<f64> {
+        let mixed = &self.within[0] * (&self.plan * &self.within[1]);
+        let [from, to] = &self.squares;
+        mixed.map_with_location(|i, j, mixed| from[i] + to[j] - 2.0 * mixed)
+    }
+
+    /// Returns where the points of both clouds are carried: the means of the plan over the points of the other one.
+    pub fn targets(&self) -> [Vec<[f64; D]>; 2] {
+        let [from, to] = self.clouds;
+        [means(&self.plan.transpose(), to), means(&self.plan, from)]
+    }
+
+    /// The mean squared distances of points from their targets, in space and depth, and the mean squared changes of
+    /// distances within the shapes.
+    pub fn costs(&self) -> [f64; 2] {
+        let total = self.plan.sum();
+        [&self.linear, &self.changes()].map(|cost| self.plan.dot(cost) / total)
     }
 }
 
@@ -131,7 +162,11 @@ mod tests {
         };
         let (from, to) = (Cloud::new(&squares(0.0)), Cloud::new(&squares(0.1875)));
         assert_eq!(from.len(), to.len());
-        for (point, goal) in from.points.iter().zip(&targets(&from, &to, &grid)[0]) {
+        for (point, goal) in from
+            .points
+            .iter()
+            .zip(&Coupling::new(&from, &to, &grid).targets()[0])
+        {
             // The plan is as wide as a cell, so that corners go up to half of one to the inside.
             assert!(
                 (goal[0] - point[0] - 0.1875).abs() < 0.5 * grid.spacing(),
@@ -163,7 +198,7 @@ mod tests {
     fn a_hand_that_is_raised_goes_to_the_hand() {
         let grid = Grid::<2>::cube(33);
         let clouds = [[0.34, 0.64], [0.56, 0.86]].map(|arm| Cloud::new(&figure(grid, arm)));
-        let found = targets(&clouds[0], &clouds[1], &grid);
+        let found = Coupling::new(&clouds[0], &clouds[1], &grid).targets();
         let hands = [[0.25, 0.375], [0.25, 0.84375]];
         for (k, goal) in [hands[1], hands[0]].into_iter().enumerate() {
             let at_hand = |point: &[f64; 2]| *point == hands[k];
