@@ -16,9 +16,8 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 use shape_average::align::{RigidMotion, align_group_of_components, align_group_of_visible};
 
-use super::pose::pose;
-
 use super::inspect::inspect_reflections;
+use super::pose::pose;
 use super::world::{Motion, WorldFrame};
 use super::{Components, Input, VisibilityMask, placed, view_of};
 use crate::error::CliError;

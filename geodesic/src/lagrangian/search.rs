@@ -1,14 +1,13 @@
 //! The search for the valley of the shortest path on coarse grids, and the minimisation from there.
 
 use super::solve::{Deformations, Domain, LagrangianPath, displacements, on_domain, overlaps_of};
-use super::starts::{along_flow, most_nodes, points_inside, time_schedule};
+use super::starts::{along_flow, most_nodes, time_schedule};
 use crate::error::GeodesicError;
 use crate::levels::{Descent, Level, LevelReport, PathOnLevel};
 use crate::overlap::End;
 use crate::params::{DomainChoice, GeodesicParams};
 use crate::shape::Shape;
 use crate::transport::{Targets, transport};
-use fe_grid::Grid;
 use fe_grid::minimise::{Observer, Status};
 
 /// Factor of the tolerance on all levels but the finest: their paths are starts only.
@@ -18,8 +17,6 @@ const SAME_VALLEY: f64 = 0.02;
 /// Largest 95th percentile of the distances of both boundaries, in cells, where a path to targets ends near the other
 /// shape.
 const NEAR_TARGETS: f64 = 3.0;
-/// Most points of a shape whose volume is transported to find a start.
-const TRANSPORTED: usize = 400;
 /// A round has to reduce the distance from the other end by this factor for another one to follow.
 const LEAST_PROGRESS: f64 = 0.9;
 /// Factor of the weight of the mismatch from round to round.
@@ -177,16 +174,8 @@ impl<'a, const D: usize> Search<'a, D> {
         if self.ended() || self.start.hidden() || self.end.hidden() {
             return Ok(None);
         }
-        // The finest grid with few points, as the cost grows with the third power of their number.
-        let few = |grid: &Grid<D>| {
-            let points = [self.start, self.end].map(|shape| points_inside(shape, grid));
-            points.iter().all(|points| *points <= TRANSPORTED)
-        };
-        let grid = self.coarse.iter().map(|level| level.grid).rfind(few);
-        let Some(grid) = grid else {
-            return Ok(None);
-        };
-        let Some(targets) = transport(self.start, self.end, &grid) else {
+        let grids: Vec<_> = self.coarse.iter().map(|level| level.grid).collect();
+        let Some(targets) = transport(self.start, self.end, &grids) else {
             return Ok(None);
         };
         let steps = time_schedule(last.steps).into_iter();
@@ -197,10 +186,9 @@ impl<'a, const D: usize> Search<'a, D> {
                 break;
             }
             let [own, _] = domain.order(&targets[0], &targets[1]);
-            let own = own.on_finer(&grid, &last.grid);
             let identity = vec![0.0; levels[0].steps * D * last.grid.n_nodes()];
             let start = PathOnLevel::new(levels[0], identity);
-            let path = self.minimise_towards(domain, start, &levels, &own, observer)?;
+            let path = self.minimise_towards(domain, start, &levels, own, observer)?;
             if found
                 .as_ref()
                 .is_none_or(|found| path.total < found.path.total)

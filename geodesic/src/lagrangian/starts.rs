@@ -3,15 +3,9 @@
 use crate::error::GeodesicError;
 use crate::level_sets::{compose, flow_path};
 use crate::params::GeodesicParams;
-use crate::shape::{Shape, on_grid};
+use crate::shape::Shape;
 use fe_grid::Grid;
 use fe_grid::minimise::Observer;
-
-/// The number of nodes of a grid inside of a shape.
-pub(super) fn points_inside<const D: usize>(shape: &Shape<D>, grid: &Grid<D>) -> usize {
-    let distance = on_grid(grid, &shape.union());
-    distance.as_slice().iter().filter(|u| **u > 0.0).count()
-}
 
 /// Returns the largest number of nodes along an axis.
 pub(super) fn most_nodes<const D: usize>(grid: &Grid<D>) -> usize {

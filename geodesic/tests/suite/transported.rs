@@ -2,7 +2,9 @@
 
 use fe_grid::minimise::Silent;
 use fe_grid::{Grid, ScalarField};
-use geodesic::{Geodesic, GeodesicParams, Shape, geodesic_between, geodesics_both_ways};
+use geodesic::{
+    Geodesic, GeodesicParams, Shape, geodesic_between, geodesics_both_ways, transport_cost,
+};
 use levelset::signed_distance;
 
 const WRIST: [f64; 2] = [0.5, 0.25];
@@ -73,26 +75,90 @@ fn every_finger_becomes_its_own() {
     }
 }
 
-/// A trunk with an arm and two legs; the points are the hand and the feet.
-fn figure(nodes: usize, hand: [f64; 2], feet: [[f64; 2]; 2]) -> Shape<2> {
-    let (hip, elbow) = ([0.55, 0.35], [0.3, 0.62]);
-    let limbs = [
-        (hip, [0.55, 0.8], 0.07),
-        ([0.55, 0.68], elbow, 0.028),
-        (elbow, hand, 0.028),
-        (hip, feet[0], 0.035),
-        (hip, feet[1], 0.035),
-    ];
+/// The union of thick segments, each given by its ends and its radius.
+fn segments(nodes: usize, parts: &[([f64; 2], [f64; 2], f64)]) -> ScalarField<f64, 2> {
     let implicit = ScalarField::<f64, 2>::from_fn(Grid::cube(nodes), |[x, y]| {
-        let limb = |(a, b, radius): &([f64; 2], [f64; 2], f64)| {
+        let part = |(a, b, radius): &([f64; 2], [f64; 2], f64)| {
             let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
             let along = ((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy);
             let along = along.clamp(0.0, 1.0);
             radius - (x - a[0] - along * dx).hypot(y - a[1] - along * dy)
         };
-        [limbs.iter().map(limb).fold(f64::MIN, f64::max)]
+        [parts.iter().map(part).fold(f64::MIN, f64::max)]
     });
-    Shape::new(signed_distance(&implicit, 0.0).unwrap())
+    signed_distance(&implicit, 0.0).unwrap()
+}
+
+/// A trunk with an arm and two legs; the points are the hand and the feet.
+fn figure(nodes: usize, hand: [f64; 2], feet: [[f64; 2]; 2]) -> Shape<2> {
+    let (hip, elbow) = ([0.55, 0.35], [0.3, 0.62]);
+    Shape::new(segments(
+        nodes,
+        &[
+            (hip, [0.55, 0.8], 0.07),
+            ([0.55, 0.68], elbow, 0.028),
+            (elbow, hand, 0.028),
+            (hip, feet[0], 0.035),
+            (hip, feet[1], 0.035),
+        ],
+    ))
+}
+
+/// A robot's arm on its base, with the directions of its three parts in degrees.
+fn robot(degrees: [f64; 3]) -> ScalarField<f64, 2> {
+    let mut parts = vec![([0.33, 0.12], [0.67, 0.12], 0.05)];
+    let mut joint = [0.5, 0.17];
+    for ((degrees, length), radius) in degrees
+        .iter()
+        .zip([0.25, 0.21, 0.15])
+        .zip([0.04, 0.032, 0.025])
+    {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let next = [joint[0] + length * cos, joint[1] + length * sin];
+        parts.push((joint, next, radius));
+        joint = next;
+    }
+    segments(65, &parts)
+}
+
+/// The mean of the nodes inside.
+fn centre(shape: &ScalarField<f64, 2>) -> [f64; 2] {
+    let grid = shape.grid();
+    let inside = (0..grid.n_nodes()).filter(|&i| shape.as_slice()[i] > 0.0);
+    let points: Vec<_> = inside.map(|i| grid.position(grid.node(i))).collect();
+    std::array::from_fn(|k| points.iter().map(|p| p[k]).sum::<f64>() / points.len() as f64)
+}
+
+/// A shape that is turned about its centre and moved onto that of another one.
+fn turned_onto(
+    shape: &ScalarField<f64, 2>,
+    other: &ScalarField<f64, 2>,
+    degrees: f64,
+) -> ScalarField<f64, 2> {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let (own, to) = (centre(shape), centre(other));
+    ScalarField::from_fn(*shape.grid(), |[x, y]| {
+        let (x, y) = (x - to[0], y - to[1]);
+        shape.sample([own[0] + cos * x + sin * y, own[1] - sin * x + cos * y])
+    })
+}
+
+/// Upside down, the base of a robot overlaps the gripper that has swung aside, and points move less; distances within
+/// the robot tell the poses apart.
+#[test]
+fn a_transport_tells_a_robot_from_one_upside_down() {
+    let (straight, swung) = (robot([90.0, 45.0, 0.0]), robot([60.0, 140.0, 190.0]));
+    let least = |around: f64| {
+        let poses = [-30.0, -15.0, 0.0, 15.0, 30.0].map(|by| around + by);
+        let cost = |degrees| transport_cost(&turned_onto(&straight, &swung, degrees), &swung);
+        poses
+            .map(|degrees| cost(degrees).unwrap())
+            .into_iter()
+            .fold(f64::MAX, f64::min)
+    };
+    // By distances in space alone the wrong pose costs a third of the right one.
+    let (right, wrong) = (least(0.0), least(180.0));
+    assert!(right < 0.8 * wrong, "{right} {wrong}");
 }
 
 /// An arm that swings by 150 degrees at the elbow is not drawn in to grow again elsewhere.
